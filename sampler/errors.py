@@ -1,0 +1,9 @@
+"""Errors that a user can cause, each with one line: what, what was given, what is allowed."""
+
+
+class InputError(ValueError):
+    """An argument, field or flag that cannot be used."""
+
+
+class TableError(InputError):
+    """A table file that cannot be read as a rebound table."""

@@ -1,0 +1,153 @@
+"""One collision of a rigid particle with the wall, solved through one scalar equation.
+
+Paper: Panfilov & Tsirkunov 2022, equations (1)-(7). Given the normal impulse s = dv_p, the
+tangential contact equations (5) are linear; putting their solution into the normal equation
+leaves a cubic in s with one positive root. Nothing is iterated to a fixed point.
+
+Vectors with index 0, 1, 2 are components along the wall axes x (tangential, impact plane),
+y (wall normal), z. The mass is one, so an impulse is a velocity change.
+"""
+
+import math
+
+from sampler.jit import inline_kernel, kernel
+
+
+@inline_kernel
+def restitution(coefficient, exponent, contact_speed, cosine):
+    """Restitution coefficient a_nc of the normal contact velocity, equation (6).
+
+    Parameters
+    ----------
+    coefficient, exponent : float
+        Constants of the law; 0.1 and 0.61 for corundum on steel, speeds in m/s.
+    contact_speed : float
+        Speed |V_c| of the contact point [m/s].
+    cosine : float
+        |v_c| / |V_c|.
+    """
+    return 1.0 + math.expm1(-coefficient * contact_speed**exponent) * cosine
+
+
+@inline_kernel
+def resistance(strength, r_dot_v, r_length, speed):
+    """Coefficient C_f of resistance to sliding, equation (7); a resting centre gives one."""
+    if speed == 0.0:
+        return 1.0
+    return math.exp(strength * r_dot_v / (r_length * speed))
+
+
+@inline_kernel
+def tangential_impulse(s, k, mobility, u_t, w_t):
+    """Tangential impulse that goes with a normal impulse s.
+
+    Solves (I + k s A_tt / 2) S_t = -k s (u_t + s A_tn / 2): the tangential equations (5) with
+    the change of the contact velocity, A_tt S_t + A_tn s, put in from (3) and (4).
+
+    Parameters
+    ----------
+    s : float
+        Normal impulse.
+    k : float
+        C_f / |V_c|.
+    mobility : tuple of six floats
+        A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
+    u_t, w_t : float
+        Tangential contact velocity before the collision.
+
+    Returns
+    -------
+    tuple of two floats
+    """
+    axx, axy, axz, _, ayz, azz = mobility
+    half = 0.5 * k * s
+    mxx = 1.0 + half * axx
+    mzz = 1.0 + half * azz
+    mxz = half * axz
+    bx = -k * s * (u_t + 0.5 * s * axy)
+    bz = -k * s * (w_t + 0.5 * s * ayz)
+    det = mxx * mzz - mxz * mxz
+    return (mzz * bx - mxz * bz) / det, (mxx * bz - mxz * bx) / det
+
+
+@inline_kernel
+def impulse_cubic(k, jump, mobility, u_t, w_t):
+    """Coefficients c0..c3 of the cubic whose positive root is the normal impulse.
+
+    It is the normal equation A_yy s + A_yt . S_t(s) = jump times det(I + k s A_tt / 2); the
+    leading coefficient k^2 det(A) / 4 and -c0 = jump are positive.
+    """
+    axx, axy, axz, ayy, ayz, azz = mobility
+    trace = axx + azz
+    det = axx * azz - axz * axz
+    # adj(A_tt) applied to A_tn
+    px = azz * axy - axz * ayz
+    pz = axx * ayz - axz * axy
+    catch = axy * u_t + ayz * w_t
+    c0 = -jump
+    c1 = ayy - 0.5 * k * jump * trace - k * catch
+    c2 = 0.5 * k * (ayy * trace - axy * axy - ayz * ayz) - 0.25 * k * k * jump * det
+    c2 -= 0.5 * k * k * (px * u_t + pz * w_t)
+    c3 = 0.25 * k * k * (ayy * det - axy * px - ayz * pz)
+    return c0, c1, c2, c3
+
+
+@kernel
+def positive_root(c0, c1, c2, c3, start):
+    """Positive root of c0 + c1 s + c2 s^2 + c3 s^3 with c0 < 0 and c3 >= 0.
+
+    Newton's method kept inside a bracket; a step that leaves it is replaced by bisection, so
+    the search ends for any coefficients. ``start`` > 0 is a first guess.
+    """
+    low = 0.0
+    high = start
+    while c0 + high * (c1 + high * (c2 + high * c3)) < 0.0:
+        low = high
+        high *= 2.0
+    s = high
+    while True:
+        value = c0 + s * (c1 + s * (c2 + s * c3))
+        if value < 0.0:
+            low = s
+        else:
+            high = s
+        slope = c1 + s * (2.0 * c2 + s * 3.0 * c3)
+        following = s - value / slope if slope != 0.0 else low
+        if not (low < following < high):
+            following = 0.5 * (low + high)
+            if following <= low or following >= high:
+                return s
+        if abs(following - s) <= 2e-16 * s:
+            return following
+        s = following
+
+
+@kernel
+def impulse(k, jump, mobility, u_t, w_t):
+    """Impulse (Su, Sv, Sw) that changes the normal contact velocity by ``jump`` > 0.
+
+    Parameters
+    ----------
+    k : float
+        C_f / |V_c|.
+    jump : float
+        v_c+ - v_c-, positive.
+    mobility : tuple of six floats
+        A_xx, A_xy, A_xz, A_yy, A_yz, A_zz.
+    u_t, w_t : float
+        Tangential contact velocity before the collision.
+    """
+    c0, c1, c2, c3 = impulse_cubic(k, jump, mobility, u_t, w_t)
+    s = positive_root(c0, c1, c2, c3, jump / mobility[3])
+    s_x, s_z = tangential_impulse(s, k, mobility, u_t, w_t)
+    return s_x, s, s_z
+
+
+@inline_kernel
+def energy_gain(k, s_x, s_y, s_z, jump, approach):
+    """Energy gained in a collision: S . (V_c + dV_c / 2), per unit mass.
+
+    The tangential part is -|S_t|^2 / (k s), never positive; the normal part is
+    s (v_c+ - |v_c-|) / 2 with v_c+ = jump - approach.
+    """
+    return -(s_x * s_x + s_z * s_z) / (k * s_y) + 0.5 * s_y * (jump - 2.0 * approach)

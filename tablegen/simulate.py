@@ -1,0 +1,204 @@
+"""Direct simulation of rebounds: many particles, many threads, one result.
+
+A particle is keyed by (seed, stream, index), so the result does not depend on the number of
+threads or on how the particles are split into batches.
+"""
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from sampler.errors import InputError
+from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.batch import simulate_batch
+from tablegen.model.rebound import Condition
+from tablegen.pairs import MaterialPair
+from tablegen.particles import Population
+
+#: Particles in one piece of work: small enough to share out, large enough to forget Python.
+BATCH = 5_000
+
+#: Default resolution of sustained contact and truncation of the flight series; see
+#: tests/tablegen/model/test_error.py for what they cost and what they leave.
+CONTACT_RESOLUTION = 1e-3
+TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """Rebounds of n particles at one impact condition.
+
+    Attributes
+    ----------
+    state : (n, 6) float64
+        u, v, w over V and omega_x, omega_y, omega_z times a / V, in the wall frame.
+    collisions : (n,) int64
+        Number of collisions of each rebound.
+    shape : (n,) int64
+        Codes of `tablegen.particles.SHAPE_CODES`.
+    aspect : (n, 2) float64
+        b / a and c / b.
+    energy : (n, 2) float64
+        Translational and rotational energy over the kinetic energy before the impact.
+    audit : (7,) float64 or empty
+        Largest violation of each law over all collisions and flights (`tablegen.model.audit`).
+    """
+
+    state: NDArray[np.float64]
+    collisions: NDArray[np.int64]
+    shape: NDArray[np.int64]
+    aspect: NDArray[np.float64]
+    energy: NDArray[np.float64]
+    audit: NDArray[np.float64]
+
+
+def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
+    """Return the impact angle [rad] if it lies in (0, pi/2], else raise InputError."""
+    if not 0.0 < alpha1 <= np.pi / 2 * (1.0 + 1e-15):
+        raise InputError(
+            f"{name}: got {np.degrees(alpha1):.6g} degrees, allowed: above 0 and up to 90 degrees"
+        )
+    return min(float(alpha1), np.pi / 2)
+
+
+def make_condition(
+    alpha1: float,
+    speed: float,
+    spin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    resolution: float = CONTACT_RESOLUTION,
+    tolerance: float = TOLERANCE,
+) -> Condition:
+    """Check an impact condition and put it in the form that kernels take.
+
+    Parameters
+    ----------
+    alpha1 : float
+        Impact angle [rad], in (0, pi/2].
+    speed : float
+        Impact speed [m/s], positive.
+    spin : tuple of three floats
+        Angular velocity before the impact times a / V, wall axes.
+    resolution : float
+        Smallest rebound speed of a contact point over V, in (0, 0.1].
+    tolerance : float
+        Truncation of the flight series, in [1e-14, 1e-4].
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
+    """
+    alpha1 = check_impact_angle(alpha1)
+    if not (speed > 0.0 and np.isfinite(speed)):
+        raise InputError(f"speed: got {speed:g} m/s, allowed: a positive number")
+    if len(spin) != 3 or not np.all(np.isfinite(spin)):
+        raise InputError(f"spin: got {spin}, allowed: three finite numbers")
+    if not 0.0 < resolution <= 0.1:
+        raise InputError(f"contact_resolution: got {resolution:g}, allowed: above 0 and up to 0.1")
+    if not 1e-14 <= tolerance <= 1e-4:
+        raise InputError(f"tolerance: got {tolerance:g}, allowed: 1e-14 to 1e-4")
+    wx, wy, wz = (float(x) for x in spin)
+    return Condition(alpha1, float(speed), (wx, wy, wz), float(resolution), float(tolerance))
+
+
+def _allocate(count: int, audited: bool) -> tuple[Simulation, NDArray[np.float64]]:
+    kind = np.empty((count, 3))
+    simulation = Simulation(
+        state=np.empty((count, 6)),
+        collisions=np.empty(count, dtype=np.int64),
+        shape=np.empty(count, dtype=np.int64),
+        aspect=kind[:, 1:],
+        energy=np.empty((count, 2)),
+        audit=np.zeros(AUDIT_SIZE if audited else 0),
+    )
+    return simulation, kind
+
+
+def _batches(count: int) -> Iterator[slice]:
+    for start in range(0, count, BATCH):
+        yield slice(start, min(start + BATCH, count))
+
+
+def simulate(
+    pair: MaterialPair,
+    population: Population,
+    condition: Condition,
+    count: int,
+    *,
+    seed: int,
+    stream: int = 0,
+    threads: int | None = None,
+    progress: bool = False,
+    audited: bool = False,
+) -> Simulation:
+    """Simulate the rebounds of ``count`` random particles at one impact condition.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        Laws of restitution (6) and of resistance to sliding (7).
+    population : Population
+        Shapes and aspect ratios.
+    condition : Condition
+        From :func:`make_condition`.
+    count : int
+        Number of particles, positive.
+    seed : int
+        0 to 2**64 - 1. Particle i is the same for any count and any number of threads.
+    stream : int
+        0 to 2**32 - 1; keeps conditions that share a seed independent.
+    threads : int, optional
+        Default: one a processor.
+    progress : bool
+        Show a progress bar on standard error.
+    audited : bool
+        Check every collision and flight against its laws (about twice as slow).
+
+    Returns
+    -------
+    Simulation
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+    RuntimeError
+        If a particle is still in contact after 10**8 collisions.
+    """
+    if count < 1:
+        raise InputError(f"count: got {count}, allowed: 1 or more")
+    if not 0 <= seed < 2**64:
+        raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
+    if not 0 <= stream < 2**32:
+        raise InputError(f"stream: got {stream}, allowed: 0 to 2**32 - 1")
+    result, kind = _allocate(count, audited)
+    law, people = pair.kernel_arguments(), population.kernel_arguments()
+    keys = (np.uint64(seed), np.uint32(stream))
+
+    def work(part: slice) -> tuple[int, NDArray[np.float64]]:
+        audit = np.zeros_like(result.audit)
+        arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
+        stuck = simulate_batch(law, people, condition, keys, part.start, *arrays, audit)
+        if stuck >= 0:
+            raise RuntimeError(
+                f"particle {stuck} of seed {seed}, stream {stream} is still in contact after "
+                "10**8 collisions; a larger contact_resolution ends its chain"
+            )
+        return part.stop - part.start, audit
+
+    workers = threads or os.cpu_count() or 1
+    bar = tqdm(
+        total=count, unit="rebound", unit_scale=True, disable=not progress, desc="simulating"
+    )
+    with bar, ThreadPoolExecutor(workers) as pool:
+        for done in as_completed([pool.submit(work, part) for part in _batches(count)]):
+            size, audit = done.result()
+            np.maximum(result.audit, audit, out=result.audit)
+            bar.update(size)
+    result.shape[:] = kind[:, 0]
+    return result
