@@ -12,21 +12,39 @@ import numba
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
+#: ``nogil`` lets plain threads run kernels side by side; ``error_model="numpy"`` removes the
+#: zero-division branches, which the kernels exclude themselves.
+_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+
+#: Dissolve the function in its caller, by the optimiser and not by rewriting its source.
+_INLINE: dict[str, Any] = {"inline": "never", "forceinline": True}
+
+#: Count no references. Numba counts those to every array that a function gets, with atomic
+#: operations; for eight arrays that costs as much as a draw, and threads wait for each other.
+#: Only for functions that neither make nor return arrays: then the caller's references suffice.
+_BORROW: dict[str, Any] = {"_nrt": False}
+
+
+def _compiled(function: _Function, **options: Any) -> _Function:
+    # To a type checker the function stays what it was.
+    return cast(_Function, numba.njit(**_OPTIONS, **options)(function))
+
 
 def kernel(function: _Function) -> _Function:
-    """Compile a kernel; decorator of every one of them.
-
-    ``nogil`` lets plain threads run kernels side by side; ``error_model="numpy"`` removes the
-    zero-division branches, which the kernels exclude themselves. To a type checker the function
-    stays what it was.
-    """
-    compiled = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
-    return cast(_Function, compiled)
+    """Compile a kernel."""
+    return _compiled(function)
 
 
 def inline_kernel(function: _Function) -> _Function:
-    """Compile a small function that must dissolve in its caller; else as `kernel`."""
-    compiled = numba.njit(
-        cache=True, nogil=True, error_model="numpy", inline="never", forceinline=True
-    )(function)
-    return cast(_Function, compiled)
+    """Compile a small kernel that must dissolve in its caller."""
+    return _compiled(function, **_INLINE)
+
+
+def borrowing_kernel(function: _Function) -> _Function:
+    """Compile a kernel that only reads and writes arrays of its caller: it makes none."""
+    return _compiled(function, **_BORROW)
+
+
+def borrowing_inline_kernel(function: _Function) -> _Function:
+    """Compile a small `borrowing_kernel` that must dissolve in its caller."""
+    return _compiled(function, **_INLINE, **_BORROW)

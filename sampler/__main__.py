@@ -1,0 +1,8 @@
+"""``python -m sampler`` runs the command line."""
+
+import sys
+
+from sampler.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

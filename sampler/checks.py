@@ -1,0 +1,118 @@
+"""Checks of the values in a table, each a small function that the schema names.
+
+A check takes the values of one dataset and all datasets by path. It returns None if it holds,
+else what is wrong: the value found, where, and what is allowed.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Check = Callable[[Array, Mapping[str, Array]], str | None]
+
+
+def _first(values: Array, refused: Array, allowed: str) -> str | None:
+    """Message on the first refused value, if any; `refused` may be shorter at the end."""
+    if not refused.any():
+        return None
+    where = tuple(int(k) for k in np.unravel_index(int(refused.argmax()), refused.shape))
+    return f"got {values[where]:.9g} at {list(where)}, allowed: {allowed}"
+
+
+def finite(values: Array, _: Mapping[str, Array]) -> str | None:
+    """No NaN, no infinity."""
+    return _first(values, ~np.isfinite(values), "finite numbers")
+
+
+def increasing(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Strictly increasing along the last dimension."""
+    refused = np.diff(values, axis=-1) <= 0.0
+    return _first(values[..., 1:], refused, "larger than the value before")
+
+
+def non_decreasing(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Not decreasing along the last dimension."""
+    refused = np.diff(values, axis=-1) < 0.0
+    return _first(values[..., 1:], refused, "at least the value before (non-decreasing)")
+
+
+def symmetric_knots(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Equal steps from -x to x, x > 0."""
+    if values[-1] <= 0.0:
+        return f"got {values[-1]:.9g} at the end, allowed: a positive number"
+    equal = np.linspace(-values[-1], values[-1], values.size)
+    refused = np.abs(values - equal) > 1e-9 * values[-1]
+    return _first(values, refused, "equal steps, symmetric about 0")
+
+
+def within(low: float, high: float) -> Check:
+    """Check for values in the closed interval [low, high]."""
+
+    def check(values: Array, _: Mapping[str, Array]) -> str | None:
+        return _first(values, (values < low) | (values > high), f"in [{low:g}, {high:g}]")
+
+    return check
+
+
+def above(low: float, high: float = np.inf) -> Check:
+    """Check for values in the half-open interval (low, high]."""
+
+    def check(values: Array, _: Mapping[str, Array]) -> str | None:
+        allowed = f"above {low:g}" + (f", at most {high:g}" if high < np.inf else "")
+        return _first(values, (values <= low) | (values > high), allowed)
+
+    return check
+
+
+def channel_between(channel: int, name: str, low: float, high: float) -> Check:
+    """Check for quantiles (..., 6, n_knots) of one channel in the open interval (low, high)."""
+
+    def check(values: Array, _: Mapping[str, Array]) -> str | None:
+        part = values[..., channel, :]
+        problem = _first(part, (part <= low) | (part >= high), f"in ({low:g}, {high:g})")
+        return None if problem is None else f"of {name}: {problem}"
+
+    return check
+
+
+def bounded_by_last(path: str) -> Check:
+    """Check for absolute values up to the last value of another dataset."""
+
+    def check(values: Array, datasets: Mapping[str, Array]) -> str | None:
+        # The bound rounds as the values did, or a value on it could be refused.
+        bound = values.dtype.type(datasets[path][-1])
+        return _first(values, np.abs(values) > bound, f"in [{-bound:g}, {bound:g}]")
+
+    return check
+
+
+def node_index(path: str) -> Check:
+    """Check for a fractional node index along the axis of another dataset.
+
+    It must grow strictly from 0 to the last node; on an axis of one node it is 0 everywhere.
+    """
+
+    def check(values: Array, datasets: Mapping[str, Array]) -> str | None:
+        last = len(datasets[path]) - 1
+        if values[0] != 0.0 or values[-1] != last:
+            return f"got {values[0]:g} to {values[-1]:g}, allowed: 0 to {last}, the last node"
+        if last == 0:
+            return _first(values, values != 0.0, "0 on an axis of one node")
+        return increasing(values, datasets)
+
+    return check
+
+
+def below_length(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Refuse indices not below the length of the last dimension."""
+    return _first(values, values >= values.shape[-1], f"below {values.shape[-1]}")
+
+
+def positive_diagonal(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Diagonals of packed 6 x 6 lower-triangular factors (..., 21) positive."""
+    diagonal = values[..., [0, 2, 5, 9, 14, 20]]
+    problem = _first(diagonal, diagonal <= 0.0, "positive")
+    return None if problem is None else f"diagonals: {problem}"

@@ -1,0 +1,230 @@
+"""Between the lab frame and the frame of the impact.
+
+The wall frame has y along the wall normal into the gas, x along the tangential part of the
+velocity relative to the wall, and z = x cross y. At exactly normal impact there is no
+tangential part and the law is symmetric about y, so the direction of x is drawn uniformly.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.kernel import (
+    CLAMPED,
+    HALF_SIZE_NOT_POSITIVE,
+    NORMAL_NOT_USABLE,
+    NOT_FINITE,
+    OK,
+    SPEED_NOT_POSITIVE,
+    TableArrays,
+    draw,
+    item,
+)
+from sampler.philox import philox_block, uniform
+
+Vector = tuple[float, float, float]
+
+#: Tangential over total speed below which an impact counts as normal: the direction of what is
+#: left is rounding noise.
+NORMAL_IMPACT = 1e-12
+
+#: Block of the keys' random words that gives the azimuth at normal impact.
+AZIMUTH_BLOCK = 2
+
+
+@inline_kernel
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inline_kernel
+def _cross(a: Vector, b: Vector) -> Vector:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@inline_kernel
+def _combine(p: float, a: Vector, q: float, b: Vector) -> Vector:
+    """Return p a + q b."""
+    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
+
+
+@inline_kernel
+def _scaled(p: float, a: Vector) -> Vector:
+    return (p * a[0], p * a[1], p * a[2])
+
+
+@inline_kernel
+def _unit(a: Vector) -> Vector:
+    """Return the unit vector along a nonzero finite vector of any magnitude."""
+    largest = max(abs(a[0]), abs(a[1]), abs(a[2]))
+    # Divided, not multiplied by 1/largest, which overflows for the smallest vectors.
+    a = (a[0] / largest, a[1] / largest, a[2] / largest)
+    return _scaled(1.0 / math.sqrt(_dot(a, a)), a)
+
+
+@inline_kernel
+def _is_finite(a: Vector) -> bool:
+    return math.isfinite(a[0]) and math.isfinite(a[1]) and math.isfinite(a[2])
+
+
+@inline_kernel
+def perpendicular(e_y: Vector, azimuth: float) -> Vector:
+    """Return a unit vector perpendicular to the unit vector e_y, at an angle (rad) about it.
+
+    Azimuth 0 lies in the plane of e_y and the coordinate axis furthest from it.
+    """
+    x, y, z = abs(e_y[0]), abs(e_y[1]), abs(e_y[2])
+    if x <= y and x <= z:
+        axis = (1.0, 0.0, 0.0)
+    elif y <= z:
+        axis = (0.0, 1.0, 0.0)
+    else:
+        axis = (0.0, 0.0, 1.0)
+    zero = _unit(_combine(1.0, axis, -_dot(axis, e_y), e_y))
+    return _combine(math.cos(azimuth), zero, math.sin(azimuth), _cross(e_y, zero))
+
+
+@inline_kernel
+def along_wall(relative: Vector, e_y: Vector) -> Vector:
+    """Return the unit vector e_x along the tangential part of a velocity that has one.
+
+    The projection is done twice: near normal impact the first one loses digits, and e_x must be
+    perpendicular to e_y to rounding.
+    """
+    e_x = _unit(_combine(1.0, relative, -_dot(relative, e_y), e_y))
+    return _unit(_combine(1.0, e_x, -_dot(e_x, e_y), e_y))
+
+
+@inline_kernel
+def impact_status(velocity: Vector, normal: Vector, half_size: float, wall_velocity: Vector) -> int:
+    """Negative code for numbers from which no impact can be made, else `OK`."""
+    finite = _is_finite(velocity) and _is_finite(wall_velocity)
+    if not (finite and _is_finite(normal) and math.isfinite(half_size)):
+        return NOT_FINITE
+    if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
+        return NORMAL_NOT_USABLE
+    if half_size <= 0.0:
+        return HALF_SIZE_NOT_POSITIVE
+    return OK
+
+
+@inline_kernel
+def impact_angle(relative: Vector, e_y: Vector) -> tuple[float, float]:
+    """Impact angle from the wall (rad; not positive if receding) and its tangential speed."""
+    approach = -_dot(relative, e_y)
+    along = _combine(1.0, relative, approach, e_y)
+    tangential = math.sqrt(_dot(along, along))
+    return math.atan2(approach, tangential), tangential
+
+
+@borrowing_kernel
+def rebound(
+    arrays: TableArrays,
+    velocity: Vector,
+    normal: Vector,
+    half_size: float,
+    wall_velocity: Vector,
+    seed: int,
+    index: int,
+    hit: int,
+    out: NDArray[np.float64],
+) -> int:
+    """Rebound of one particle in the lab frame; callable from the user's own compiled code.
+
+    Parameters
+    ----------
+    arrays : TableArrays
+    velocity, wall_velocity : tuple of three float
+        Velocities of the particle and of the wall at the contact, m/s, lab frame.
+    normal : tuple of three float
+        From the wall into the gas, any length but zero.
+    half_size : float
+        Largest half-size a of the particle, m.
+    seed, index, hit : int
+        Keys of the random numbers, as for `sampler.draw`.
+    out : float64 array, shape (6,), written
+        Velocity in m/s, then angular velocity in rad/s, lab frame.
+
+    Returns
+    -------
+    int
+        As `sampler.draw`; also `NORMAL_NOT_USABLE` (-4) and `HALF_SIZE_NOT_POSITIVE` (-5).
+    """
+    status = impact_status(velocity, normal, half_size, wall_velocity)
+    if status != OK:
+        return status
+    relative = _combine(1.0, velocity, -1.0, wall_velocity)
+    speed = math.sqrt(_dot(relative, relative))
+    if speed == 0.0:
+        return SPEED_NOT_POSITIVE
+    e_y = _unit(normal)
+    alpha1, tangential = impact_angle(relative, e_y)
+    status = draw(arrays, alpha1, speed, seed, index, hit, out)
+    if status < OK:
+        return status
+    if tangential <= NORMAL_IMPACT * speed:
+        word = philox_block(seed, index, hit, AZIMUTH_BLOCK)[0]
+        e_x = perpendicular(e_y, 2.0 * math.pi * uniform(word))
+    else:
+        e_x = along_wall(relative, e_y)
+    e_z = _cross(e_x, e_y)
+    for part in range(2):
+        scale = speed if part == 0 else speed / half_size
+        plane = _combine(out[3 * part], e_x, out[3 * part + 1], e_y)
+        turned = _combine(scale, plane, scale * out[3 * part + 2], e_z)
+        for axis in range(3):
+            out[3 * part + axis] = turned[axis]
+    for axis in range(3):
+        out[axis] += wall_velocity[axis]
+    return status
+
+
+@borrowing_inline_kernel
+def _vector(values: NDArray[np.float64], k: int) -> Vector:
+    """Row k of an (n, 3) array, or the only row of an array of one."""
+    k = k if values.shape[0] > 1 else 0
+    return (values[k, 0], values[k, 1], values[k, 2])
+
+
+@borrowing_kernel
+def rebound_batch(
+    arrays: TableArrays,
+    velocity: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    half_size: NDArray[np.float64],
+    wall_velocity: NDArray[np.float64],
+    seed: int,
+    index: NDArray[np.uint64],
+    hit: NDArray[np.uint32],
+    results: NDArray[np.float64],
+    start: int,
+    stop: int,
+) -> tuple[int, int, int, int]:
+    """Rebounds of the rows from start to stop; ends at the first error.
+
+    Arrays have n rows or one; `results` has shape (n, 6): velocity and angular velocity.
+    Returns the same four numbers as `sampler.kernel.draw_batch`.
+    """
+    first_clamped = -1
+    clamped = 0
+    for k in range(start, stop):
+        status = rebound(
+            arrays,
+            _vector(velocity, k),
+            _vector(normal, k),
+            item(half_size, k),
+            _vector(wall_velocity, k),
+            seed,
+            item(index, k),
+            item(hit, k),
+            results[k],
+        )
+        if status < OK:
+            return k, status, first_clamped, clamped
+        if status == CLAMPED:
+            clamped += 1
+            if first_clamped < 0:
+                first_clamped = k
+    return -1, OK, first_clamped, clamped

@@ -1,0 +1,230 @@
+"""The layout of a table file: the one description that writer, reader and documentation follow.
+
+A file is HDF5 with root attributes (`ATTRIBUTES`) and datasets (`DATASETS`), every dataset with
+its units and a long name. A new dataset or rule is added here and nowhere else.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sampler import checks
+from sampler.checks import Check
+
+FORMAT = "rebound-table"
+#: Major and minor version. A reader takes any minor version of its major version.
+FORMAT_VERSION = (1, 0)
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """One dataset of the file.
+
+    Attributes
+    ----------
+    path : str
+        Group and name.
+    dtype : str
+        As numpy's ``dtype.str``.
+    dims : tuple of str or int
+        Shape; a name stands for the same length wherever it occurs.
+    units, long_name : str
+        Stored beside the values.
+    checks : tuple of Check
+        What the values must fulfil, besides being finite.
+    compressed : bool
+        Whether it is large enough to be worth gzip.
+    """
+
+    path: str
+    dtype: str
+    dims: tuple[str | int, ...]
+    units: str
+    long_name: str
+    checks: tuple[Check, ...] = ()
+    compressed: bool = False
+
+
+_NODES = ("n_alpha", "n_speed")
+_MAP = (checks.non_decreasing, checks.bounded_by_last("marginals/score_knots"))
+_SHARE = (checks.within(0.0, 1.0),)
+
+#: Shortest length of a dimension; those not named here may be 0.
+MINIMUM_LENGTH = {
+    "n_alpha": 1,
+    "n_speed": 1,
+    "n_alpha_grid": 2,
+    "n_speed_grid": 2,
+    "n_knots": 2,
+    "n_map": 2,
+    "n_components": 1,
+}
+
+DATASETS = (
+    Dataset(
+        "axes/alpha_deg",
+        "<f8",
+        ("n_alpha",),
+        "degree",
+        "impact angle of the nodes, from the wall",
+        (checks.above(0.0, 90.0), checks.increasing),
+    ),
+    Dataset(
+        "axes/speed",
+        "<f8",
+        ("n_speed",),
+        "m s-1",
+        "impact speed of the nodes",
+        (checks.above(0.0), checks.increasing),
+    ),
+    Dataset(
+        "axes/alpha_coordinate",
+        "<f8",
+        ("n_alpha_grid",),
+        "1",
+        "fractional node index at equal steps of the impact angle from first to last node",
+        (checks.node_index("axes/alpha_deg"),),
+    ),
+    Dataset(
+        "axes/speed_coordinate",
+        "<f8",
+        ("n_speed_grid",),
+        "1",
+        "fractional node index at equal steps of the impact speed from first to last node",
+        (checks.node_index("axes/speed"),),
+    ),
+    Dataset(
+        "marginals/score_knots",
+        "<f8",
+        ("n_knots",),
+        "1",
+        "normal scores s of the quantile knots: knot k is the quantile of probability Phi(s_k)",
+        (checks.symmetric_knots,),
+    ),
+    Dataset(
+        "marginals/quantiles",
+        "<f4",
+        (*_NODES, 6, "n_knots"),
+        "1",
+        "quantile functions of v, u_hat, omega_z, w_hat, omega_x, omega_y; "
+        "velocities over V, angular velocities times a/V",
+        (
+            checks.non_decreasing,
+            checks.channel_between(0, "v", 0.0, 1.0),
+            checks.channel_between(1, "u_hat", -1.0, 1.0),
+            checks.channel_between(3, "w_hat", -1.0, 1.0),
+        ),
+        compressed=True,
+    ),
+    Dataset(
+        "dependence/variate_knots",
+        "<f8",
+        ("n_map",),
+        "1",
+        "mixture variates z of the score-map knots",
+        (checks.symmetric_knots,),
+    ),
+    Dataset(
+        "dependence/scores",
+        "<f4",
+        (*_NODES, 6, "n_map"),
+        "1",
+        "score maps: normal score s of a mixture variate z, by channel",
+        _MAP,
+        compressed=True,
+    ),
+    Dataset(
+        "dependence/alias_probability",
+        "<f4",
+        (*_NODES, "n_components"),
+        "1",
+        "alias method: probability to stay in the column",
+        _SHARE,
+    ),
+    Dataset(
+        "dependence/alias_index",
+        "<u2",
+        (*_NODES, "n_components"),
+        "1",
+        "alias method: component that takes the rest of the column",
+        (checks.below_length,),
+    ),
+    Dataset(
+        "dependence/mean",
+        "<f4",
+        (*_NODES, "n_components", 6),
+        "1",
+        "means of the mixture components, by channel",
+        compressed=True,
+    ),
+    Dataset(
+        "dependence/cholesky",
+        "<f4",
+        (*_NODES, "n_components", 21),
+        "1",
+        "lower-triangular factors of the covariances, rows packed: L00, L10, L11, L20, ...",
+        (checks.positive_diagonal,),
+        compressed=True,
+    ),
+    Dataset(
+        "accuracy/alpha_deg",
+        "<f8",
+        ("n_conditions",),
+        "degree",
+        "impact angle of the conditions where the accuracy was measured",
+        (checks.above(0.0, 90.0),),
+    ),
+    Dataset(
+        "accuracy/speed",
+        "<f8",
+        ("n_conditions",),
+        "m s-1",
+        "impact speed of the conditions where the accuracy was measured",
+        (checks.above(0.0),),
+    ),
+    Dataset(
+        "accuracy/ks",
+        "<f8",
+        ("n_conditions", 6),
+        "1",
+        "Kolmogorov-Smirnov distance to direct simulation of u, v, w, omega_x, omega_y, omega_z",
+        _SHARE,
+    ),
+    Dataset(
+        "accuracy/sliced_wasserstein",
+        "<f8",
+        ("n_conditions",),
+        "1",
+        "sliced Wasserstein distance to direct simulation, standardised components",
+        (checks.within(0.0, np.inf),),
+    ),
+    Dataset(
+        "accuracy/correlation_error",
+        "<f8",
+        ("n_conditions",),
+        "1",
+        "largest error of a correlation between two components",
+        (checks.within(0.0, 2.0),),
+    ),
+    Dataset(
+        "accuracy/auc",
+        "<f8",
+        ("n_conditions",),
+        "1",
+        "area under the curve of a classifier that tells draws from direct simulation",
+        _SHARE,
+    ),
+)
+
+#: Root attributes and what they hold.
+ATTRIBUTES: Mapping[str, tuple[type, str]] = {
+    "format": (str, f'"{FORMAT}"'),
+    "format_version": (list, "two integers: major, minor"),
+    "content_sha256": (str, "checksum of everything else, hexadecimal"),
+    "pair": (str, "name of the material pair"),
+    "config": (str, "TOML text from which the table was generated"),
+    "seed": (int, "seed of the simulation behind the table, from 0 to 2**64 - 1"),
+    "software_version": (str, "version of rebound-tables that made the file"),
+    "mirror": (bool, "whether draws are reflected in the impact plane at random"),
+}

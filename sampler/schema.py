@@ -1,0 +1,320 @@
+r"""Table files written and read as `sampler.layout` describes them.
+
+Everything that the layout says is checked before a file is written and after it is read, so that
+the kernels may index without looking.
+
+``content_sha256`` is the SHA-256 of the following bytes: for each dataset of the file in the
+order of its path the text ``path dtype shape\n`` (dtype as numpy's ``dtype.str``, shape as JSON)
+and its values in C order, then for each root attribute but itself, in the order of its name, the
+text ``name value\n`` (value as JSON).
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from sampler import checks
+from sampler.atomic import atomic_output
+from sampler.checks import Array, Check
+from sampler.errors import TableError
+from sampler.layout import (
+    ATTRIBUTES,
+    DATASETS,
+    FORMAT,
+    FORMAT_VERSION,
+    MINIMUM_LENGTH,
+    Dataset,
+)
+
+
+def _shape_text(dims: tuple[str | int, ...], lengths: Mapping[str, int]) -> str:
+    parts = (f"{d}={lengths[d]}" if d in lengths else str(d) for d in map(str, dims))
+    return "(" + ", ".join(parts) + ("," if len(dims) == 1 else "") + ")"
+
+
+def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
+    """Lengths of the named dimensions, if all datasets are there and agree on them.
+
+    Parameters
+    ----------
+    shapes : mapping from path to shape
+
+    Returns
+    -------
+    dict
+        Length of every named dimension.
+
+    Raises
+    ------
+    TableError
+        If a dataset is missing, or has a shape that does not fit the others'.
+    """
+    lengths: dict[str, int] = {}
+    for dataset in DATASETS:
+        if dataset.path not in shapes:
+            raise TableError(f"{dataset.path}: is missing, allowed: every dataset of the format")
+        shape = shapes[dataset.path]
+        fits = len(shape) == len(dataset.dims)
+        for dim, length in zip(dataset.dims, shape, strict=False):
+            if isinstance(dim, int):
+                fits = fits and length == dim
+            elif length < MINIMUM_LENGTH.get(dim, 0):
+                raise TableError(
+                    f"{dataset.path}: got {dim} = {length}, allowed: {MINIMUM_LENGTH[dim]} or more"
+                )
+            elif fits:
+                fits = lengths.setdefault(dim, length) == length
+        if not fits:
+            allowed = _shape_text(dataset.dims, lengths)
+            raise TableError(f"{dataset.path}: got shape {shape}, allowed: {allowed}")
+    return lengths
+
+
+def _coerced(dataset: Dataset, values: Any) -> Array:
+    """Values in the type of the file; refuses what would not survive the change."""
+    target = np.dtype(dataset.dtype)
+    array = np.asarray(values)
+    if array.dtype.kind not in ("iu" if target.kind == "u" else "f"):
+        raise TableError(f"{dataset.path}: got {array.dtype.name}, allowed: {target.name}")
+    if target.kind == "u" and array.size and not 0 <= array.min() <= array.max() < 2**16:
+        raise TableError(f"{dataset.path}: got {array.min()} to {array.max()}, allowed: uint16")
+    with np.errstate(over="ignore"):  # an overflow becomes infinite, which is refused later
+        return np.ascontiguousarray(array, dtype=target)
+
+
+def _check_values(arrays: Mapping[str, Array]) -> None:
+    """Run every check of the layout."""
+    # Finite first and everywhere: the other checks compare, which NaN would slip through.
+    tests: list[tuple[str, Check]] = [(dataset.path, checks.finite) for dataset in DATASETS]
+    tests += [(dataset.path, check) for dataset in DATASETS for check in dataset.checks]
+    for path, check in tests:
+        problem = check(arrays[path], arrays)
+        if problem is not None:
+            raise TableError(f"{path}: {problem}")
+
+
+@dataclass(frozen=True, eq=False)
+class TableContents:
+    """Everything in a table file, checked when it is made.
+
+    Attributes
+    ----------
+    datasets : mapping from path to array
+        All of `DATASETS`, and no other; floating-point arrays are rounded to the file's type.
+    pair, config, software_version : str
+    seed : int
+    mirror : bool
+        See `ATTRIBUTES`.
+
+    Raises
+    ------
+    TableError
+        If anything is not as `DATASETS` and `ATTRIBUTES` say; names the dataset or attribute.
+    """
+
+    datasets: Mapping[str, Array]
+    pair: str
+    config: str
+    seed: int
+    software_version: str
+    mirror: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("pair", "config", "software_version", "mirror", "seed"):
+            kind, meaning = ATTRIBUTES[name]
+            # Not isinstance: True is an int, and would be written as another type.
+            if type(getattr(self, name)) is not kind:
+                raise TableError(f"{name}: got {getattr(self, name)!r}, allowed: {meaning}")
+        if not 0 <= self.seed < 2**64:
+            raise TableError(f"seed: got {self.seed}, allowed: {ATTRIBUTES['seed'][1]}")
+        known = [dataset.path for dataset in DATASETS]
+        for path in self.datasets:
+            if path not in known:
+                raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
+        check_shapes({path: np.shape(values) for path, values in self.datasets.items()})
+        arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in DATASETS}
+        _check_values(arrays)
+        object.__setattr__(self, "datasets", arrays)
+
+    def __getitem__(self, path: str) -> Array:
+        return self.datasets[path]
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Root attributes of the file but the checksum."""
+        return {
+            "format": FORMAT,
+            "format_version": list(FORMAT_VERSION),
+            "pair": self.pair,
+            "config": self.config,
+            "seed": self.seed,
+            "software_version": self.software_version,
+            "mirror": self.mirror,
+        }
+
+    @property
+    def content_sha256(self) -> str:
+        """Checksum of the contents, hexadecimal."""
+        return content_sha256(self.datasets, self.attributes)
+
+
+def content_sha256(datasets: Mapping[str, Array], attributes: Mapping[str, Any]) -> str:
+    """Checksum of datasets by path and of root attributes; see the head of this module."""
+    digest = hashlib.sha256()
+    for path in sorted(datasets):
+        values = np.ascontiguousarray(datasets[path])
+        shape = json.dumps(list(datasets[path].shape))
+        digest.update(f"{path} {values.dtype.str} {shape}\n".encode())
+        digest.update(values.tobytes())
+    for name in sorted(attributes):
+        if name != "content_sha256":
+            digest.update(f"{name} {json.dumps(attributes[name])}\n".encode())
+    return digest.hexdigest()
+
+
+def write_table(path: str | Path, contents: TableContents) -> None:
+    """Write a table file, whole or not at all.
+
+    Equal contents give equal bytes: nothing in the file tells when or where it was written.
+
+    Parameters
+    ----------
+    path : str or Path
+        Ends in .h5 by custom; a file of that name is replaced.
+    contents : TableContents
+
+    Raises
+    ------
+    InputError
+        If the path cannot be written.
+    """
+    with atomic_output(path) as temporary, h5py.File(temporary, "w", libver="earliest") as file:
+        for dataset in DATASETS:
+            _write_dataset(file, dataset, contents[dataset.path])
+        for name, value in contents.attributes.items():
+            # An unsigned type only where it is needed: the seed may exceed int64.
+            file.attrs[name] = np.uint64(value) if name == "seed" else value
+        file.attrs["content_sha256"] = contents.content_sha256
+
+
+def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
+    storage: dict[str, Any] = {"track_times": False}
+    if dataset.compressed:
+        # One chunk for each angle: few enough to open fast, small enough to stay in the cache.
+        storage |= {"chunks": (1, *values.shape[1:]), "compression": "gzip", "shuffle": True}
+    written = file.create_dataset(dataset.path, data=values, **storage)
+    written.attrs["units"] = dataset.units
+    written.attrs["long_name"] = dataset.long_name
+
+
+def read_table(path: str | Path) -> TableContents:
+    """Read a table file and check everything in it.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    TableContents
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read, is no table, is newer than this reader, was changed since it
+        was written, or holds anything that the layout forbids. The message names the file, what
+        is wrong with it and what is allowed.
+    """
+    source = Path(path)
+    if not os.path.isfile(source):
+        raise TableError(f"{source}: there is no such file")
+    try:
+        with _one_line_errors(), h5py.File(source, "r") as file:
+            attributes = _read_attributes(file)
+            datasets = _read_datasets(file)
+        if content_sha256(datasets, attributes) != attributes["content_sha256"]:
+            raise TableError("content_sha256: the contents do not have this checksum")
+        known = {dataset.path for dataset in DATASETS}
+        return TableContents(
+            datasets={name: values for name, values in datasets.items() if name in known},
+            pair=attributes["pair"],
+            config=attributes["config"],
+            seed=attributes["seed"],
+            software_version=attributes["software_version"],
+            mirror=attributes["mirror"],
+        )
+    except TableError as error:
+        raise TableError(f"{source}: {error}") from error.__cause__
+
+
+@contextmanager
+def _one_line_errors() -> Iterator[None]:
+    """Turn what h5py raises on foreign or damaged files into one line.
+
+    The library opens some truncated files without complaint and fails on reading, with errors of
+    several types.
+    """
+    try:
+        yield
+    except TableError:
+        raise
+    except (OSError, KeyError, RuntimeError, ValueError, TypeError, MemoryError) as error:
+        reason = str(error).strip("'\"").partition("\n")[0] or type(error).__name__
+        raise TableError(f"cannot be read as HDF5, truncated or damaged? ({reason})") from error
+
+
+def _plain(value: Any) -> Any:
+    """Attribute value as Python's own type, for JSON."""
+    if isinstance(value, bytes):
+        return value.decode()
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+
+
+def _read_attributes(file: h5py.File) -> dict[str, Any]:
+    """Root attributes, after format and version were found to be ours."""
+    if _plain(file.attrs.get("format")) != FORMAT:
+        raise TableError(f'format: is not "{FORMAT}", so this is some other HDF5 file')
+    version = _plain(file.attrs.get("format_version"))
+    if not (isinstance(version, list) and [type(v) for v in version] == [int, int]):
+        raise TableError(f"format_version: got {version!r}, allowed: two integers")
+    if version[0] != FORMAT_VERSION[0]:
+        raise TableError(
+            f"format_version: got {version[0]}.{version[1]}, "
+            f"allowed: {FORMAT_VERSION[0]}.x (a newer file needs a newer rebound-tables)"
+        )
+    attributes = {name: _plain(value) for name, value in file.attrs.items()}
+    for name, (kind, meaning) in ATTRIBUTES.items():
+        if name not in attributes:
+            raise TableError(f"{name}: is missing, allowed: {meaning}")
+        if type(attributes[name]) is not kind:
+            raise TableError(f"{name}: got {attributes[name]!r}, allowed: {meaning}")
+    return attributes
+
+
+def _read_datasets(file: h5py.File) -> dict[str, Array]:
+    """All datasets by path; shapes and types are checked before any values are read."""
+    found: dict[str, h5py.Dataset] = {}
+
+    def visit(path: str, node: h5py.Group | h5py.Dataset) -> None:
+        if isinstance(node, h5py.Dataset):
+            found[path] = node
+
+    file.visititems(visit)
+    check_shapes({path: dataset.shape for path, dataset in found.items()})
+    for dataset in DATASETS:
+        if found[dataset.path].dtype.str != dataset.dtype:
+            got, allowed = found[dataset.path].dtype.name, np.dtype(dataset.dtype).name
+            raise TableError(f"{dataset.path}: got {got}, allowed: {allowed}")
+    for path, node in found.items():
+        # Datasets of a later minor version count in the checksum, which is over plain numbers.
+        if node.dtype.kind not in "biuf":
+            raise TableError(f"{path}: got {node.dtype.name} values, allowed: numbers")
+    return {path: node[()] for path, node in found.items()}

@@ -1,0 +1,337 @@
+"""A loaded table: checked input in, rebound states out."""
+
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sampler.coerce import (
+    as_integer,
+    as_keys,
+    as_reals,
+    as_seed,
+    as_vectors,
+    common_length,
+)
+from sampler.errors import InputError
+from sampler.frames import rebound_batch
+from sampler.kernel import OK, Axis, TableArrays, draw_batch
+from sampler.locate import find_table
+from sampler.refusals import draw_refusal, impact_condition, outside_refusal, rebound_refusal
+from sampler.schema import TableContents, read_table
+
+#: Draws below which a further thread costs more than it saves.
+_DRAWS_PER_THREAD = 20_000
+
+
+class _Report(NamedTuple):
+    """What a batch kernel says of its slice; rows are -1 for none."""
+
+    bad_row: int
+    code: int
+    clamped_row: int
+    clamped: int
+
+
+def _axis(nodes: NDArray[np.float64], coordinate: NDArray[np.float64]) -> Axis:
+    first, last = float(nodes[0]), float(nodes[-1])
+    scale = (coordinate.size - 1) / (last - first) if last > first else 0.0
+    return Axis(first, last, scale, coordinate)
+
+
+def table_arrays(contents: TableContents) -> TableArrays:
+    """Arrange the contents of a table for the kernels; large arrays are shared, not copied.
+
+    Parameters
+    ----------
+    contents : TableContents
+
+    Returns
+    -------
+    TableArrays
+    """
+    score, variate = contents["marginals/score_knots"], contents["dependence/variate_knots"]
+    alpha = np.deg2rad(contents["axes/alpha_deg"])
+    return TableArrays(
+        alpha=_axis(alpha, contents["axes/alpha_coordinate"]),
+        speed=_axis(contents["axes/speed"], contents["axes/speed_coordinate"]),
+        score_max=float(score[-1]),
+        score_scale=(score.size - 1) / (2.0 * float(score[-1])),
+        variate_max=float(variate[-1]),
+        variate_scale=(variate.size - 1) / (2.0 * float(variate[-1])),
+        mirror=contents.mirror,
+        quantiles=contents["marginals/quantiles"],
+        scores=contents["dependence/scores"],
+        alias_probability=contents["dependence/alias_probability"],
+        alias_index=contents["dependence/alias_index"],
+        mean=contents["dependence/mean"],
+        cholesky=contents["dependence/cholesky"],
+    )
+
+
+class Table:
+    """A rebound table in memory.
+
+    Make one with `load`. Draws are pure functions of the condition and of the keys, so one table
+    serves any number of threads.
+
+    Parameters
+    ----------
+    contents : TableContents
+    outside : {"clamp", "raise"}
+        What to do with an angle or speed outside the table: use the nearest that it has and
+        count it in `clamped`, or raise `InputError`.
+
+    Attributes
+    ----------
+    arrays : TableArrays
+        For `sampler.draw` in the user's own compiled code.
+    contents : TableContents
+        What the file holds.
+    outside : str
+    """
+
+    def __init__(
+        self, contents: TableContents, *, outside: Literal["clamp", "raise"] = "clamp"
+    ) -> None:
+        if outside not in ("clamp", "raise"):
+            raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
+        self.contents = contents
+        self.outside = outside
+        self.arrays = table_arrays(contents)
+        self._clamped = 0
+        self._lock = threading.Lock()
+
+    def __repr__(self) -> str:
+        alpha, speed = self.contents["axes/alpha_deg"], self.contents["axes/speed"]
+        n_alpha, n_speed, n_components = self.arrays.alias_index.shape
+        return (
+            f"<sampler.Table {self.pair}: {alpha[0]:g} to {alpha[-1]:g} deg x "
+            f"{speed[0]:g} to {speed[-1]:g} m/s, {n_alpha} x {n_speed} nodes, "
+            f"{n_components} components>"
+        )
+
+    @property
+    def pair(self) -> str:
+        """Name of the material pair."""
+        return self.contents.pair
+
+    @property
+    def config(self) -> str:
+        """TOML text from which the table was generated."""
+        return self.contents.config
+
+    @property
+    def alpha_range(self) -> tuple[float, float]:
+        """Smallest and largest impact angle, rad."""
+        return self.arrays.alpha.first, self.arrays.alpha.last
+
+    @property
+    def speed_range(self) -> tuple[float, float]:
+        """Smallest and largest impact speed, m/s."""
+        return self.arrays.speed.first, self.arrays.speed.last
+
+    @property
+    def accuracy(self) -> dict[str, NDArray[np.float64]]:
+        """What was measured against direct simulation, at conditions that are no nodes.
+
+        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, 6), ``sliced_wasserstein``,
+        ``correlation_error``, ``auc``, all (n,) but ks; n = 0 if nothing was measured.
+        """
+        paths = (path for path in self.contents.datasets if path.startswith("accuracy/"))
+        return {path.removeprefix("accuracy/"): self.contents[path].copy() for path in paths}
+
+    @property
+    def clamped(self) -> int:
+        """How many draws so far lay outside the table and were moved to its edge."""
+        return self._clamped
+
+    def sample(
+        self,
+        alpha1: ArrayLike,
+        speed: ArrayLike,
+        *,
+        seed: int,
+        index: ArrayLike | None = None,
+        hit: ArrayLike = 0,
+        threads: int | None = None,
+    ) -> NDArray[np.float64]:
+        """Draw rebound states.
+
+        Parameters
+        ----------
+        alpha1 : float or array, shape (n,)
+            Impact angle in rad from the wall, in (0, pi/2].
+        speed : float or array, shape (n,)
+            Impact speed V in m/s, > 0.
+        seed : int
+            Seed of the run, uint64.
+        index : int or array of int, shape (n,), optional
+            Identity of each particle, uint64; 0, 1, ..., n - 1 if left out.
+        hit : int or array of int, shape (n,)
+            How many walls each particle has met before, uint32.
+        threads : int, optional
+            Threads to use; by default as many as the number of draws is worth. The states do
+            not depend on it.
+
+        Returns
+        -------
+        float64 array, shape (n, 6)
+            u, v, w over V and omega_x, omega_y, omega_z times a/V in the wall frame: x along
+            the tangential velocity before impact, y into the gas.
+
+        Raises
+        ------
+        InputError
+            If an input has a wrong type or shape, is not finite, or is outside of what is
+            allowed (with ``outside="raise"`` also: outside the table). Names the first row.
+        """
+        rows = {"alpha1": as_reals("alpha1", alpha1), "speed": as_reals("speed", speed)}
+        n, keys = _keys(rows, seed, index, hit)
+        states = np.empty((n, 6))
+        report = self._run(draw_batch, (*rows.values(), *keys, states), n, threads)
+        if report.bad_row >= 0:
+            raise InputError(draw_refusal(rows, report.bad_row, report.code))
+        self._account(report, lambda k: {name: float(v[k % len(v)]) for name, v in rows.items()})
+        return states
+
+    def rebound(
+        self,
+        velocity: ArrayLike,
+        normal: ArrayLike,
+        half_size: ArrayLike,
+        *,
+        seed: int,
+        index: ArrayLike | None = None,
+        hit: ArrayLike = 0,
+        wall_velocity: ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rebound particles from a wall, in the lab frame.
+
+        Parameters
+        ----------
+        velocity : array, shape (3,) or (n, 3)
+            Velocity before impact, m/s.
+        normal : array, shape (3,) or (n, 3)
+            Wall normal into the gas, of any length but zero.
+        half_size : float or array, shape (n,)
+            Largest half-size a of the particle, m.
+        seed, index, hit, threads
+            As for `sample`.
+        wall_velocity : array, shape (3,) or (n, 3), optional
+            Velocity of the wall at the point of contact, m/s; at rest if left out.
+
+        Returns
+        -------
+        velocity, omega : float64 arrays, shape (n, 3)
+            Velocity (m/s) and angular velocity (rad/s) after the rebound. At exactly normal
+            impact the direction along the wall is uniform.
+
+        Raises
+        ------
+        InputError
+            As `sample`; also if a particle does not approach the wall or a normal is zero.
+        """
+        wall_velocity = np.zeros(3) if wall_velocity is None else wall_velocity
+        rows = {
+            "velocity": as_vectors("velocity", velocity),
+            "normal": as_vectors("normal", normal),
+            "half_size": as_reals("half_size", half_size),
+            "wall_velocity": as_vectors("wall_velocity", wall_velocity),
+        }
+        n, keys = _keys(rows, seed, index, hit)
+        results = np.empty((n, 6))
+        report = self._run(rebound_batch, (*rows.values(), *keys, results), n, threads)
+        if report.bad_row >= 0:
+            raise InputError(rebound_refusal(rows, report.bad_row, report.code))
+        self._account(report, lambda k: impact_condition(rows, k))
+        return results[:, :3].copy(), results[:, 3:].copy()
+
+    def _run(
+        self, batch: Callable[..., Any], arguments: tuple[Any, ...], n: int, threads: int | None
+    ) -> _Report:
+        """Run a batch kernel over slices of the rows, and merge what the slices report."""
+        if threads is None:
+            workers = min(_usable_cpus(), max(1, n // _DRAWS_PER_THREAD))
+        else:
+            workers = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
+        if workers == 1:
+            return self._merge([_Report(*batch(self.arrays, *arguments, 0, n))])
+        bounds = [n * k // workers for k in range(workers + 1)]
+        with ThreadPoolExecutor(workers) as pool:
+            slices = [
+                pool.submit(batch, self.arrays, *arguments, start, stop)
+                for start, stop in pairwise(bounds)
+            ]
+        return self._merge([_Report(*part.result()) for part in slices])
+
+    def _merge(self, parts: list[_Report]) -> _Report:
+        """First error and first clamped row of slices in order; an error hides what follows."""
+        clamped_row = next((part.clamped_row for part in parts if part.clamped_row >= 0), -1)
+        bad = next((part for part in parts if part.bad_row >= 0), None)
+        if bad is not None and not (self.outside == "raise" and 0 <= clamped_row < bad.bad_row):
+            return bad
+        return _Report(-1, OK, clamped_row, sum(part.clamped for part in parts))
+
+    def _account(self, report: _Report, condition: Callable[[int], dict[str, float]]) -> None:
+        """Count clamped draws, or refuse the first of them."""
+        if report.clamped == 0:
+            return
+        row = report.clamped_row
+        if self.outside == "raise":
+            raise InputError(outside_refusal(self.arrays, condition(row), row))
+        with self._lock:
+            self._clamped += report.clamped
+
+
+def _keys(
+    rows: dict[str, NDArray[Any]], seed: int, index: ArrayLike | None, hit: ArrayLike
+) -> tuple[int, tuple[np.uint64, NDArray[np.uint64], NDArray[np.uint32]]]:
+    """Return the number of rows and the keys of their random numbers: seed, index and hit."""
+    hits = as_keys("hit", hit, 32)
+    if index is None:
+        n = common_length(**rows, hit=hits)
+        return n, (as_seed(seed), np.arange(n, dtype=np.uint64), hits)
+    indices = as_keys("index", index, 64)
+    return common_length(**rows, hit=hits, index=indices), (as_seed(seed), indices, hits)
+
+
+def _usable_cpus() -> int:
+    """Processors that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def load(
+    name_or_path: str | os.PathLike[str], outside: Literal["clamp", "raise"] = "clamp"
+) -> Table:
+    """Load a table.
+
+    Parameters
+    ----------
+    name_or_path : str or path-like
+        Name of a table that comes with the package, or path of a .h5 file.
+    outside : {"clamp", "raise"}
+        What to do with an angle or speed outside the table; see `Table`.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read as a table; says why.
+    InputError
+        If there is no table of that name.
+    """
+    if outside not in ("clamp", "raise"):
+        raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
+    return Table(read_table(find_table(name_or_path)), outside=outside)

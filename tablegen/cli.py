@@ -1,0 +1,280 @@
+"""Command line of the generator.
+
+Exit status: 0 done, 1 a declared accuracy was missed, 2 bad input. Bad input gives one line on
+standard error and leaves no output.
+"""
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+import numpy as np
+
+import sampler
+from sampler.atomic import atomic_output
+from sampler.errors import InputError
+from tablegen import options
+from tablegen.config import load_config
+from tablegen.demo import run_demo
+from tablegen.generate import CONDITIONS as GENERATE_CONDITIONS
+from tablegen.generate import generate as generate_table
+from tablegen.measure import missed_targets
+from tablegen.page import validation_page
+from tablegen.particles import MIXTURE, SHAPE_NAMES
+from tablegen.simulate import make_condition
+from tablegen.simulate import simulate as simulate_rebounds
+from tablegen.summary import accuracy_text, details_text, identity_text
+from tablegen.validate import CONDITIONS
+from tablegen.validate import validate as validate_table
+
+DONE, MISSED, BAD_INPUT = 0, 1, 2
+
+
+def _examples(*lines: str) -> str:
+    """Epilog of a help page, laid out as it stands."""
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog=_examples(
+        "tablegen demo",
+        "tablegen generate my-pair.toml --output my-pair.h5",
+        "tablegen validate my-pair.h5",
+    ),
+)
+@click.version_option(sampler.__version__, prog_name="tablegen")
+def cli() -> None:
+    """Simulate the rebound of non-spherical particles and make tables to draw it from."""
+
+
+@cli.command(epilog=_examples("tablegen demo", "tablegen demo --output /tmp/small.h5"))
+@click.option("--output", type=options.OUTPUT, default="demo.h5", show_default=True)
+@click.option("--quiet", is_flag=True, help="No progress bars.")
+def demo(output: Path, quiet: bool) -> int:
+    """Generate a small table, draw from it, validate it: the main job in one go."""
+    return DONE if run_demo(output, click.echo, not quiet).holds else MISSED
+
+
+@cli.command(
+    epilog=_examples(
+        "tablegen simulate --pair corundum-steel --shape mixture --alpha 45 --speed 200 \\",
+        "    --count 100000 --seed 1 --output rebounds.npz",
+        "tablegen simulate --pair corundum-steel --shape prism --aspect 0.8 0.5 --alpha 90 \\",
+        "    --speed 100 --count 100000 --seed 1 --output prisms.npz",
+    )
+)
+@click.option("--pair", required=True, help="Material pair: a name, or the path of a .toml file.")
+@click.option(
+    "--shape",
+    required=True,
+    type=click.Choice([*SHAPE_NAMES, MIXTURE]),
+    help="Particle shape; mixture: the pair's non-spherical shapes with their weights.",
+)
+@click.option("--alpha", required=True, type=options.ANGLE, metavar="DEG", help="Impact angle.")
+@click.option("--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed.")
+@click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
+@click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
+@click.option("--output", required=True, type=options.OUTPUT, metavar="F.npz")
+@click.option(
+    "--aspect", type=options.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b, in (0, 1]."
+)
+@click.option(
+    "--spin",
+    type=options.ANY,
+    nargs=3,
+    default=(0.0, 0.0, 0.0),
+    metavar="WX WY WZ",
+    help="Angular velocity before the impact, times a/V.",
+)
+@click.option("--threads", type=options.Whole(1, 4096), help="Default: one a processor.")
+@click.option("--quiet", is_flag=True, help="No progress bar.")
+def simulate(
+    pair: str,
+    shape: str,
+    alpha: float,
+    speed: float,
+    count: int,
+    seed: int,
+    output: Path,
+    aspect: tuple[float, float] | None,
+    spin: tuple[float, float, float],
+    threads: int | None,
+    quiet: bool,
+) -> int:
+    """Simulate rebounds directly and write state, collisions, shape, aspect and energy."""
+    config = load_config(pair)
+    population = config.population.restricted_to(shape)
+    if aspect is not None:
+        population = population.with_aspect(*aspect)
+    condition = make_condition(
+        math.radians(alpha), speed, spin, config.model.contact_resolution, config.model.tolerance
+    )
+    low, high = config.pair.restitution.valid_speed
+    if not low <= speed <= high:
+        click.echo(
+            f"tablegen: note: the restitution law was measured at {low:g} to {high:g} m/s; "
+            f"{speed:g} m/s extrapolates it",
+            err=True,
+        )
+    result = simulate_rebounds(
+        config.pair,
+        population,
+        condition,
+        count,
+        seed=seed,
+        threads=threads,
+        progress=not quiet,
+    )
+    with atomic_output(output) as temporary, open(temporary, "wb") as file:
+        np.savez(
+            file,
+            state=result.state,
+            collisions=result.collisions,
+            shape=result.shape,
+            aspect=result.aspect,
+            energy=result.energy,
+        )
+    return DONE
+
+
+@cli.command(
+    epilog=_examples(
+        "tablegen generate corundum-steel --output corundum-steel.h5",
+        "tablegen generate my-pair.toml --output my-pair.h5 --resume",
+    )
+)
+@click.argument("config", metavar="CONFIG.toml")
+@click.option("--output", required=True, type=options.OUTPUT, metavar="T.h5")
+@click.option("--resume", is_flag=True, help="Use the finished nodes of an interrupted run.")
+@click.option(
+    "--conditions",
+    type=options.Whole(1, 10_000),
+    default=GENERATE_CONDITIONS,
+    show_default=True,
+    help="Conditions between nodes at which the accuracy is measured and stored.",
+)
+@click.option("--quiet", is_flag=True, help="No progress bars.")
+def generate(config: str, output: Path, resume: bool, conditions: int, quiet: bool) -> int:
+    """Generate a table from a material pair or scene (a name, or the path of a .toml file).
+
+    Finished nodes are kept in T.h5.parts until the table is complete. The measured accuracy is
+    stored in the table; exit status 1 says that it misses the declared one.
+    """
+    settings = load_config(config)
+    made = generate_table(
+        settings, output, resume=resume, conditions=conditions, progress=not quiet
+    )
+    click.echo(identity_text(made.table))
+    click.echo(accuracy_text(made.comparisons, settings.accuracy))
+    click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB")
+    return _verdict(missed_targets(made.comparisons, settings.accuracy))
+
+
+@cli.command(
+    epilog=_examples(
+        "tablegen validate corundum-steel",
+        "tablegen validate my-pair.h5 --conditions 20 --seed 3 --json accuracy.json",
+    )
+)
+@click.argument("table", metavar="T.h5")
+@click.option(
+    "--conditions",
+    type=options.Whole(1, 10_000),
+    default=CONDITIONS,
+    show_default=True,
+    help="Conditions between nodes to compare at.",
+)
+@click.option("--seed", type=options.SEED, default=1, show_default=True)
+@click.option(
+    "--samples",
+    type=options.Whole(1000, 10**9),
+    default=100_000,
+    show_default=True,
+    help="States a side.",
+)
+@click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
+@click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
+@click.option("--details", is_flag=True, help="Means and modes at every condition.")
+@click.option("--quiet", is_flag=True, help="No progress bar.")
+def validate(
+    table: str,
+    conditions: int,
+    seed: int,
+    samples: int,
+    json_file: Path | None,
+    html_file: Path | None,
+    details: bool,
+    quiet: bool,
+) -> int:
+    """Compare a table with fresh direct simulation at conditions that are not nodes.
+
+    KS: largest Kolmogorov-Smirnov distance of a component. Sliced W: sliced Wasserstein distance
+    of the standardised states. Corr.: largest error of a correlation. AUC: how well a classifier
+    tells table from direct; 0.5 = it cannot. Exit status 1 if a declared accuracy is missed.
+    """
+    result = validate_table(
+        table, conditions=conditions, seed=seed, samples=samples, progress=not quiet
+    )
+    click.echo(accuracy_text(result.comparisons, result.declared))
+    worst = max(result.comparisons, key=lambda c: c.auc)
+    for comparison in result.comparisons if details else [worst]:
+        click.echo(details_text(comparison))
+    if json_file:
+        _write_text(json_file, json.dumps(result.to_dict(), indent=1) + "\n")
+    if html_file:
+        _write_text(html_file, validation_page(result))
+    return _verdict(result.missed)
+
+
+@cli.command(epilog=_examples("tablegen inspect corundum-steel"))
+@click.argument("table", metavar="T.h5")
+@click.option("--config", is_flag=True, help="Print the configuration it was generated from.")
+def inspect(table: str, config: bool) -> int:
+    """Say what a table is: provenance, range, nodes, size, measured accuracy."""
+    loaded = sampler.load(table)
+    click.echo(loaded.config if config else identity_text(loaded))
+    return DONE
+
+
+def _write_text(path: Path, text: str) -> None:
+    with atomic_output(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _verdict(missed: list[str]) -> int:
+    """Report what was missed; exit status."""
+    for line in missed:
+        click.echo(f"missed: {line}")
+    if not missed:
+        click.echo("The declared accuracy holds at every condition.")
+    return MISSED if missed else DONE
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments; those of the process if left out.
+    """
+    try:
+        status = cli.main(args=argv, prog_name="tablegen", standalone_mode=False)
+        return status if isinstance(status, int) else DONE
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+        return BAD_INPUT
+    except click.ClickException as error:
+        message = error.format_message()
+    except InputError as error:
+        message = str(error)
+    except MemoryError:
+        message = "not enough memory, allowed: a smaller count, or fewer samples"
+    except click.Abort:
+        click.echo("tablegen: interrupted", err=True)
+        return 130
+    click.echo(f"tablegen: error: {' '.join(message.split())}", err=True)
+    return BAD_INPUT

@@ -1,0 +1,259 @@
+"""Configurations: what a table is made of, read from TOML and checked.
+
+A *pair file* says everything: the material pair, the population, the domain, and how a table is
+made. A *scene* names a pair file in a top-level ``pair = "..."`` and changes what differs. Both
+become a `Config`, whose `text` stands on its own and is what a table stores.
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+import tomli_w
+from numpy.typing import ArrayLike, NDArray
+from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
+
+from sampler.errors import InputError
+from sampler.locate import find_config, find_file
+from tablegen.complaint import complaint
+from tablegen.fields import AngleRange, Name, Nodes, Record, SpeedRange, refusal
+from tablegen.merge import Tree, merged
+from tablegen.pairs import MaterialPair
+from tablegen.particles import Population
+
+
+def _odd(value: int) -> int:
+    """Refuse an even number of knots: the median would fall between two."""
+    if value < 17 or value % 2 == 0:
+        raise refusal("an odd whole number, at least 17")
+    return value
+
+
+class Domain(Record):
+    """Impact angles (degrees from the wall) and speeds (m/s) that a table covers."""
+
+    alpha_deg: AngleRange
+    speed: SpeedRange
+    #: Allow speeds outside the range in which the restitution law was measured.
+    extrapolate: bool = False
+
+
+class ModelSettings(Record):
+    """Numerical parameters of the direct model."""
+
+    #: Smallest rebound speed of a contact point over the impact speed; ends sustained contact.
+    contact_resolution: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
+    #: Tolerance of the free rotation between collisions.
+    tolerance: Annotated[float, Field(ge=1e-14, le=1e-4)] = 1e-10
+
+
+class TableSettings(Record):
+    """How a table is made; nodes that are not given are chosen by the generator."""
+
+    seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = 1
+    samples_per_node: Annotated[int, Field(ge=100, le=10**9)] = 60_000
+    alpha_nodes_deg: Nodes | None = None
+    speed_nodes: Nodes | None = None
+    #: Components of the mixture that carries the dependence.
+    components: Annotated[int, Field(ge=1, le=4096)] = 64
+    quantile_knots: Annotated[int, AfterValidator(_odd)] = 257
+    #: Build the symmetry about the impact plane into the draw.
+    mirror: bool = True
+
+
+class AccuracyTargets(Record):
+    """Largest distances from direct simulation that a table declares."""
+
+    #: Kolmogorov-Smirnov distance of any one component.
+    ks: Annotated[float, Field(gt=0.0, le=1.0)] = 0.03
+    sliced_wasserstein: Annotated[float, Field(gt=0.0)] = 0.02
+    #: Largest difference of a correlation coefficient.
+    correlation_error: Annotated[float, Field(gt=0.0, le=2.0)] = 0.05
+    #: Area under the ROC curve of a classifier that tells table from direct; 0.5 = cannot tell.
+    auc: Annotated[float, Field(ge=0.5, le=1.0)] = 0.70
+
+
+class Config(Record):
+    """A complete, checked configuration. Change one with `with_changes`, which keeps its text."""
+
+    name: Name
+    pair: MaterialPair
+    population: Population
+    domain: Domain
+    model: ModelSettings = ModelSettings()
+    table: TableSettings = TableSettings()
+    accuracy: AccuracyTargets = AccuracyTargets()
+    _text: str = PrivateAttr()
+
+    def model_post_init(self, _: object) -> None:
+        """Write out every field, defaults included; a file's own text takes its place."""
+        tree = self.model_dump(mode="json", by_alias=True, exclude_none=True)
+        self._text = tomli_w.dumps(tree)
+
+    @model_validator(mode="after")
+    def _within_validity(self) -> Self:
+        low, high = self.pair.restitution.valid_speed
+        first, last = self.domain.speed
+        if not (self.domain.extrapolate or low <= first <= last <= high):
+            raise refusal(
+                f"inside the restitution law's validity range [{low:g}, {high:g}] m/s, "
+                "or set domain.extrapolate = true",
+                given=self.domain.speed,
+                field="domain.speed",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _nodes_span_domain(self) -> Self:
+        for field, nodes, ends in (
+            ("alpha_nodes_deg", self.table.alpha_nodes_deg, self.domain.alpha_deg),
+            ("speed_nodes", self.table.speed_nodes, self.domain.speed),
+        ):
+            if nodes is not None and (nodes[0], nodes[-1]) != ends:
+                source = "domain.alpha_deg" if field == "alpha_nodes_deg" else "domain.speed"
+                raise refusal(
+                    f"the ends of {source}, [{ends[0]:g}, {ends[1]:g}], as first and last node",
+                    given=nodes,
+                    field=f"table.{field}",
+                )
+        return self
+
+    @property
+    def text(self) -> str:
+        """TOML text that needs no other file and parses to this same configuration."""
+        return self._text
+
+    @property
+    def pair_name(self) -> str:
+        """Name of the material pair: that of the pair file a scene refers to, or our own."""
+        return self.pair.name or self.name
+
+    def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
+        """Abscissa for interpolation in speed; see `RestitutionLaw.coordinate`."""
+        return self.pair.restitution.coordinate(speed)
+
+    def with_changes(self, changes: Tree) -> "Config":
+        """Change some fields, by the rules of a scene.
+
+        Parameters
+        ----------
+        changes : dict
+            Nested as in the file, for example ``{"table": {"seed": 2}}``.
+
+        Returns
+        -------
+        Config
+
+        Raises
+        ------
+        InputError
+            If the result is not a valid configuration.
+        """
+        return _checked(merged(tomllib.loads(self.text), changes), f"{self.name}, changed", None)
+
+
+def load_config(name_or_path: str | Path) -> Config:
+    """Read a material pair or a scene.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A name that comes with the package, such as "corundum-steel", or the path of a file.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    InputError
+        If there is no such file or name, or the file cannot be used: one line with the file, the
+        field, what was given and what is allowed.
+    """
+    return _load(find_config(name_or_path))
+
+
+def parse_config(text: str, origin: str, directory: Path | None = None) -> Config:
+    """Read a configuration from TOML text.
+
+    Parameters
+    ----------
+    text : str
+        A pair file's or a scene's text.
+    origin : str
+        Where the text comes from, to open every error message.
+    directory : Path, optional
+        Folder to which a scene's reference to a pair file is relative; the working folder if
+        None.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    InputError
+        As for `load_config`.
+    """
+    data = _parse(text, origin)
+    if not isinstance(data.get("pair"), str):
+        return _checked(data, origin, text)
+    base = _base(data.pop("pair"), origin, directory or Path())
+    base_tree = tomllib.loads(base.text)
+    # A nameless scene that took over the pair's name would pass for the pair.
+    del base_tree["name"]
+    tree = merged(base_tree, data)
+    tree["pair"].setdefault("name", base.name)
+    return _checked(tree, origin, None)
+
+
+def _base(reference: str, origin: str, directory: Path) -> Config:
+    """Read the pair file that a scene refers to."""
+    is_path = reference.endswith(".toml") or len(Path(reference).parts) > 1
+    try:
+        path = find_file("pair", directory / reference if is_path else reference, ".toml")
+    except InputError as error:
+        raise InputError(f"{origin}: {error}") from error
+    if isinstance(_parse(_read(path), path.name).get("pair"), str):
+        raise InputError(
+            f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"
+        )
+    return _load(path)
+
+
+def _load(path: Path) -> Config:
+    """Read a configuration file."""
+    return parse_config(_read(path), path.name, path.parent)
+
+
+def _read(path: Path) -> str:
+    """Text of a file; a byte-order mark, which some editors write, is dropped."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path.name}: got byte {error.object[error.start]:#04x} at position {error.start}, "
+            "allowed: UTF-8 text"
+        ) from error
+    except OSError as error:
+        raise InputError(f"{path.name}: cannot be read: {error.strerror}") from error
+
+
+def _parse(text: str, origin: str) -> Tree:
+    """Tree of a TOML text."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{origin}: not valid TOML: {error}") from error
+
+
+def _checked(tree: Tree, origin: str, text: str | None) -> Config:
+    """Validate a tree, and keep the text it was read from if that says everything."""
+    try:
+        config = Config.model_validate(tree)
+    except ValidationError as error:
+        raise InputError(f"{origin}: {complaint(error, Config)}") from error
+    if text is not None:
+        config._text = text
+    return config

@@ -1,0 +1,200 @@
+"""Distances between two samples of rebound states.
+
+No single number tells whether two laws are the same. The Kolmogorov-Smirnov distance sees each
+component alone and is blind to how they depend on each other; the sliced Wasserstein distance,
+the correlations and a classifier see the joint law. The sample to be judged comes first, the
+reference second.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.ensemble import HistGradientBoostingClassifier
+from sklearn.metrics import roc_auc_score
+from threadpoolctl import threadpool_limits
+
+from sampler.errors import InputError
+from tablegen.samples import FloatArray, as_sample, varies
+
+
+def ks_distances(sample: ArrayLike, reference: ArrayLike) -> FloatArray:
+    """Two-sample Kolmogorov-Smirnov distance of each component.
+
+    The largest difference between the two empirical distribution functions.
+
+    Parameters
+    ----------
+    sample, reference : array_like of float, shapes (n, d) and (m, d)
+        States; n and m may differ.
+
+    Returns
+    -------
+    float64 array, shape (d,)
+        Distances in [0, 1].
+
+    Raises
+    ------
+    InputError
+        If the shapes do not fit, a sample has fewer than two rows, or a number is not finite.
+    """
+    a, b = _checked(sample, reference)
+    return np.array([_ks_distance(a[:, k], b[:, k]) for k in range(a.shape[1])])
+
+
+def sliced_wasserstein(
+    sample: ArrayLike, reference: ArrayLike, directions: int = 64, seed: int = 0
+) -> float:
+    """Sliced Wasserstein-1 distance of the standardised states.
+
+    Both samples are standardised with the reference's means and standard deviations and projected
+    on random unit directions; the Wasserstein-1 distances of the projections are averaged.
+    Source: Bonneel, Rabin, Peyre, Pfister, "Sliced and Radon Wasserstein barycenters of
+    measures", J. Math. Imaging Vis. 51 (2015).
+
+    Parameters
+    ----------
+    sample, reference : array_like of float, shapes (n, d) and (m, d)
+        States. A component that is constant in the reference is centred but not scaled.
+    directions : int
+        Number of directions, uniform on the unit sphere.
+    seed : int
+        Selects the directions.
+
+    Returns
+    -------
+    float
+        Distance in standard deviations.
+
+    Raises
+    ------
+    InputError
+        As for `ks_distances`; also if no direction is asked for.
+    """
+    a, b = _checked(sample, reference)
+    if directions < 1:
+        raise InputError(f"directions: got {directions}, allowed: at least 1")
+    mean, scale = b.mean(axis=0), np.where(varies(b), b.std(axis=0), 1.0)
+    a, b = (a - mean) / scale, (b - mean) / scale
+    at_a, at_b, width = _quantile_pieces(len(a), len(b))
+    total = 0.0
+    for direction in _unit_directions(directions, a.shape[1], seed):
+        # On the line the distance is the area between the two quantile functions.
+        gap = np.sort(a @ direction)[at_a] - np.sort(b @ direction)[at_b]
+        total += float(np.abs(gap) @ width)
+    return total / directions
+
+
+def correlation_error(sample: ArrayLike, reference: ArrayLike) -> float:
+    """Largest absolute difference of a Pearson correlation between two samples.
+
+    Parameters
+    ----------
+    sample, reference : array_like of float, shapes (n, d) and (m, d)
+        States. A component that is constant correlates with nothing: its correlations are 0.
+
+    Returns
+    -------
+    float
+        Difference in [0, 2].
+
+    Raises
+    ------
+    InputError
+        As for `ks_distances`.
+    """
+    a, b = _checked(sample, reference)
+    return float(np.abs(_correlations(a) - _correlations(b)).max())
+
+
+def classifier_auc(sample: ArrayLike, reference: ArrayLike, seed: int = 0) -> float:
+    """How well gradient-boosted trees tell the two samples apart.
+
+    A classifier of 150 trees with at most 63 leaves learns on a random half of each sample; the
+    area under its ROC curve is taken on the other halves.
+    Source: Lopez-Paz and Oquab, "Revisiting classifier two-sample tests", ICLR 2017.
+
+    Parameters
+    ----------
+    sample, reference : array_like of float, shapes (n, d) and (m, d)
+        States, at least four rows each.
+    seed : int
+        Selects the halves and seeds the classifier.
+
+    Returns
+    -------
+    float
+        0.5 if the samples cannot be told apart, up to noise of about 0.6/sqrt(n) for n = m; 1 if
+        they always can.
+
+    Raises
+    ------
+    InputError
+        As for `ks_distances`; also if a sample has fewer than four rows.
+    """
+    a, b = _checked(sample, reference, rows=4)
+    rng = np.random.default_rng(seed)
+    train_a, test_a = _halves(a, rng)
+    train_b, test_b = _halves(b, rng)
+    model = HistGradientBoostingClassifier(
+        max_iter=150, max_leaf_nodes=63, early_stopping=False, random_state=seed % 2**32
+    )
+    # Its threads wait for each other by spinning: on a machine that is busy with anything else,
+    # two of them were forty times slower than one. The result is the same.
+    with threadpool_limits(limits=1, user_api="openmp"):
+        model.fit(np.concatenate((train_a, train_b)), _labels(train_a, train_b))
+        score = model.predict_proba(np.concatenate((test_a, test_b)))[:, 1]
+    return float(roc_auc_score(_labels(test_a, test_b), score))
+
+
+def _checked(
+    sample: ArrayLike, reference: ArrayLike, rows: int = 2
+) -> tuple[FloatArray, FloatArray]:
+    """Two samples of the same components."""
+    a, b = as_sample("sample", sample, rows), as_sample("reference", reference, rows)
+    if a.shape[1] != b.shape[1]:
+        raise InputError(f"sample: got {a.shape[1]} columns, allowed: {b.shape[1]} (the reference)")
+    return a, b
+
+
+def _ks_distance(a: FloatArray, b: FloatArray) -> float:
+    """Largest difference of two empirical distribution functions."""
+    a, b = np.sort(a), np.sort(b)
+    points = np.concatenate((a, b))
+    below_a = np.searchsorted(a, points, side="right") / a.size
+    below_b = np.searchsorted(b, points, side="right") / b.size
+    return float(np.abs(below_a - below_b).max())
+
+
+def _quantile_pieces(n: int, m: int) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
+    """Pieces of (0, 1) on which the quantile functions of n and of m values are both constant.
+
+    Returns the position of each piece's value among the n and among the m sorted values, and the
+    width of the piece. Levels are counted in units of 1/(n m), so that no rounding enters.
+    """
+    ends = np.union1d(np.arange(1, n + 1) * m, np.arange(1, m + 1) * n)
+    starts = np.concatenate(([0], ends[:-1]))
+    return starts // m, starts // n, (ends - starts) / (n * m)
+
+
+def _unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
+    """Directions uniform on the unit sphere, shape (count, dimension)."""
+    normal = np.random.default_rng(seed).standard_normal((count, dimension))
+    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+
+def _correlations(values: FloatArray) -> FloatArray:
+    """Correlation matrix with rows and columns of zeros for constant components."""
+    moving = varies(values)
+    centred = np.where(moving, values - values.mean(axis=0), 0.0)
+    scaled = centred / np.where(moving, centred.std(axis=0), 1.0)
+    return scaled.T @ scaled / len(values)
+
+
+def _halves(values: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Two random halves of a sample."""
+    shuffled = rng.permutation(values)
+    return shuffled[: len(values) // 2], shuffled[len(values) // 2 :]
+
+
+def _labels(ones: FloatArray, zeros: FloatArray) -> NDArray[np.int64]:
+    """Class of each row of two samples stacked."""
+    return np.repeat(np.array([1, 0]), [len(ones), len(zeros)])

@@ -1,0 +1,38 @@
+"""Alias tables: draw from K weights with one uniform number and one comparison.
+
+Source: Walker, ACM Trans. Math. Softw. 3 (1977) 253-256; built by Vose's linear method.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def alias_table(weight: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+    """Build the alias table of a discrete law.
+
+    A draw takes a column k uniformly and keeps it with ``probability[k]``, else takes
+    ``alias[k]``.
+
+    Parameters
+    ----------
+    weight : (K,) float64
+        Non-negative, not all zero, K up to 65536.
+
+    Returns
+    -------
+    tuple (probability (K,) float32, alias (K,) uint16)
+    """
+    count = len(weight)
+    scaled = np.asarray(weight, dtype=np.float64) * (count / np.sum(weight))
+    probability = np.ones(count)
+    alias = np.arange(count)
+    small = [k for k in range(count) if scaled[k] < 1.0]
+    large = [k for k in range(count) if scaled[k] >= 1.0]
+    while small and large:
+        low, high = small.pop(), large.pop()
+        probability[low] = scaled[low]
+        alias[low] = high
+        scaled[high] -= 1.0 - scaled[low]
+        (small if scaled[high] < 1.0 else large).append(high)
+    # What is left differs from one by rounding only and keeps its column.
+    return probability.astype(np.float32), alias.astype(np.uint16)

@@ -1,0 +1,57 @@
+"""Laying a scene's changes over a pair file's content."""
+
+from typing import Any
+
+#: Content of a TOML table.
+Tree = dict[str, Any]
+
+#: Fields that say which kind of thing a TOML table describes.
+_KIND_FIELDS = ("law", "distribution")
+
+#: Nodes of a table axis, and the range that they were chosen for.
+_NODES_OF_RANGE = {"alpha_deg": "alpha_nodes_deg", "speed": "speed_nodes"}
+
+
+def merged(base: Tree, changes: Tree) -> Tree:
+    """Content of a pair file with a scene's changes laid over it; neither is modified.
+
+    Tables are merged field by field, everything else is replaced, with two exceptions. A table
+    that changes its kind (another ``law`` or ``distribution``) replaces the old one whole, because
+    the old one's coefficients mean nothing to it. And a changed range of the domain does not
+    inherit the nodes that were chosen for the old range.
+
+    Parameters
+    ----------
+    base, changes : dict
+        Trees of TOML tables.
+
+    Returns
+    -------
+    dict
+    """
+    return _overlaid(_without_stale_nodes(base, changes), changes)
+
+
+def _overlaid(base: Tree, changes: Tree) -> Tree:
+    """Recursive part of `merged`."""
+    result = dict(base)
+    for key, value in changes.items():
+        old = base.get(key)
+        same_kind = isinstance(old, dict) and isinstance(value, dict) and _same_kind(old, value)
+        result[key] = _overlaid(old, value) if same_kind and isinstance(old, dict) else value
+    return result
+
+
+def _same_kind(old: Tree, new: Tree) -> bool:
+    """Whether two tables can be merged."""
+    return all(field not in new or new[field] == old.get(field) for field in _KIND_FIELDS)
+
+
+def _without_stale_nodes(base: Tree, changes: Tree) -> Tree:
+    """Leave out the nodes of ranges that the changes replace."""
+    domain, table = changes.get("domain"), base.get("table")
+    if not isinstance(domain, dict) or not isinstance(table, dict):
+        return base
+    stale = {_NODES_OF_RANGE[field] for field in domain if field in _NODES_OF_RANGE}
+    kept = {field: value for field, value in table.items() if field not in stale}
+    return {**base, "table": kept}

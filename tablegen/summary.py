@@ -1,0 +1,98 @@
+"""Results as text for a terminal."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sampler.channels import COMPONENTS
+from sampler.table import Table
+from tablegen.accuracy import Comparison
+from tablegen.config import AccuracyTargets
+
+_METRICS = ("alpha", "V", "KS", "sliced W", "corr.", "AUC")
+
+
+def _metric_row(comparison: Comparison) -> str:
+    c = comparison
+    return (
+        f"{c.alpha_deg:8.2f} {c.speed:8.1f} {max(c.ks):9.4f} {c.sliced_wasserstein:9.4f} "
+        f"{c.correlation_error:9.4f} {c.auc:9.3f}"
+    )
+
+
+def accuracy_text(comparisons: Sequence[Comparison], declared: AccuracyTargets) -> str:
+    """One line a condition with the four distances, then the worst and the declared ones."""
+    head = "{:>8} {:>8} {:>9} {:>9} {:>9} {:>9}".format(*_METRICS)
+    worst = (
+        max(max(c.ks) for c in comparisons),
+        max(c.sliced_wasserstein for c in comparisons),
+        max(c.correlation_error for c in comparisons),
+        max(c.auc for c in comparisons),
+    )
+    limits = (declared.ks, declared.sliced_wasserstein, declared.correlation_error, declared.auc)
+    return "\n".join(
+        [
+            head,
+            *(_metric_row(c) for c in comparisons),
+            "{:<17} {:9.4f} {:9.4f} {:9.4f} {:9.3f}".format("worst", *worst),
+            "{:<17} {:9.4f} {:9.4f} {:9.4f} {:9.3f}".format("declared", *limits),
+        ]
+    )
+
+
+def details_text(comparison: Comparison) -> str:
+    """Means, modes, energy and scattering angles at one condition, table beside direct."""
+    c = comparison
+    lines = [
+        f"at {c.alpha_deg:.2f} degrees, {c.speed:.1f} m/s      mean                most probable",
+        "                   table    direct      table    direct        KS",
+    ]
+    for k, name in enumerate(COMPONENTS):
+        lines.append(
+            f"  {name:<12} {c.table.mean[k]:9.4f} {c.direct.mean[k]:9.4f}  "
+            f"{c.table.mode[k]:9.4f} {c.direct.mode[k]:9.4f} {c.ks[k]:9.4f}"
+        )
+    lines.append(
+        f"  {'energy':<12} {c.table.translational_energy:9.4f} "
+        f"{c.direct.translational_energy:9.4f}   translational, over the energy before"
+    )
+    for k, name in enumerate(("alpha2", "beta2")):
+        lines.append(
+            f"  {name:<12} {c.table.scattering_mean_deg[k]:9.2f} "
+            f"{c.direct.scattering_mean_deg[k]:9.2f}   degrees; standard deviation "
+            f"{c.table.scattering_standard_deviation_deg[k]:.2f} and "
+            f"{c.direct.scattering_standard_deviation_deg[k]:.2f}"
+        )
+    return "\n".join(lines)
+
+
+def identity_text(table: Table) -> str:
+    """Say what a table is: provenance, range, nodes, size in memory, measured accuracy."""
+    contents = table.contents
+    alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]
+    stored = sum(values.nbytes for values in contents.datasets.values())
+    lines = [
+        f"pair              {table.pair}",
+        f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
+        f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes",
+        f"mixture           {table.arrays.alias_index.shape[2]} components a node"
+        + (", mirrored" if contents.mirror else ""),
+        f"quantile knots    {contents['marginals/score_knots'].size}",
+        f"seed              {contents.seed}",
+        f"software          rebound-tables {contents.software_version}",
+        f"content SHA-256   {contents.content_sha256}",
+        f"in memory         {stored / 1e6:.2f} MB",
+    ]
+    accuracy = table.accuracy
+    count = accuracy["auc"].size
+    if count:
+        lines.append(
+            f"measured          at {count} conditions between nodes, worst: "
+            f"KS {np.max(accuracy['ks']):.4f}, "
+            f"sliced Wasserstein {np.max(accuracy['sliced_wasserstein']):.4f}, "
+            f"correlation {np.max(accuracy['correlation_error']):.4f}, "
+            f"AUC {np.max(accuracy['auc']):.3f}"
+        )
+    else:
+        lines.append("measured          nothing")
+    return "\n".join(lines)

@@ -1,0 +1,361 @@
+"""Pair files and scenes: what they mean, and one clear line for each that cannot be used."""
+
+import math
+import pickle
+import tomllib
+
+import numpy as np
+import pytest
+import tomli_w
+from pydantic import ValidationError
+
+from sampler.errors import InputError
+from sampler.locate import data_directory
+from tablegen.config import Config, load_config, parse_config
+from tablegen.merge import merged
+from tablegen.particles import FixedAspect, TruncatedNormalAspect
+
+PAIR_TEXT = (data_directory() / "corundum-steel.toml").read_text(encoding="utf-8")
+
+
+def changed(changes):
+    """The shipped pair's text with some fields changed."""
+    return tomli_w.dumps(merged(tomllib.loads(PAIR_TEXT), changes))
+
+
+def refused(text, directory=None):
+    """The one line with which a text is refused."""
+    with pytest.raises(InputError) as caught:
+        parse_config(text, "my.toml", directory)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert line.startswith("my.toml: ")
+    return line.removeprefix("my.toml: ")
+
+
+class TestShippedPair:
+    def test_is_the_pair_of_the_paper(self):
+        config = load_config("corundum-steel")
+        assert (config.name, config.pair_name) == ("corundum-steel", "corundum-steel")
+        assert config.pair.kernel_arguments() == (0.1, 0.61, 1.0)
+        assert config.pair.restitution.valid_speed == (50.0, 300.0)
+        assert "Lashkov 1991" in config.pair.restitution.source
+        assert config.domain.alpha_deg == (0.5, 90.0)
+        assert config.domain.speed == (50.0, 300.0)
+        assert not config.domain.extrapolate
+        assert config.population.truncation == 2.0 - math.sqrt(2.0)
+
+    def test_declares_the_accuracy_that_is_asked_of_it(self):
+        accuracy = load_config("corundum-steel").accuracy
+        assert accuracy.ks <= 0.03
+        assert accuracy.sliced_wasserstein <= 0.02
+        assert accuracy.correlation_error <= 0.05
+        assert accuracy.auc <= 0.70
+
+    def test_text_is_the_file(self):
+        assert load_config("corundum-steel").text == PAIR_TEXT
+
+    def test_path_and_name_are_the_same(self):
+        path = data_directory() / "corundum-steel.toml"
+        assert load_config(path) == load_config(str(path)) == load_config("corundum-steel")
+
+    def test_is_frozen_and_travels_between_processes(self):
+        config = load_config("corundum-steel")
+        with pytest.raises(ValidationError):
+            config.name = "other"
+        copy = pickle.loads(pickle.dumps(config))
+        assert copy == config
+        assert copy.text == config.text
+
+    def test_speed_coordinate(self):
+        config = load_config("corundum-steel")
+        speed = np.array([50.0, 200.0, 300.0])
+        expected = [math.exp(-0.1 * v**0.61) for v in speed]
+        np.testing.assert_allclose(config.speed_coordinate(speed), expected, rtol=1e-15)
+        assert config.speed_coordinate(200.0) == pytest.approx(expected[1], rel=1e-15)
+        assert config.speed_coordinate(0.0) == 1.0
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in data_directory().glob("*.toml")))
+def test_shipped_text_stands_alone(name):
+    config = load_config(name)
+    again = parse_config(config.text, "stored")
+    assert again == config
+    assert again.text == config.text
+    assert isinstance(tomllib.loads(config.text)["pair"], dict)
+
+
+def test_text_of_a_configuration_without_a_file():
+    config = Config.model_validate(tomllib.loads(changed({"table": {"speed_nodes": [50, 300]}})))
+    assert parse_config(config.text, "stored") == config
+
+
+class TestScene:
+    SCENE = 'name = "slow"\npair = "corundum-steel"\n'
+
+    def test_demo(self):
+        demo = load_config("demo")
+        assert (demo.name, demo.pair_name) == ("demo", "corundum-steel")
+        assert demo.domain.alpha_deg == (20.0, 60.0)
+        assert demo.domain.speed == (100.0, 200.0)
+        assert demo.population == load_config("corundum-steel").population
+
+    def test_changes_only_what_it_names(self):
+        base = load_config("corundum-steel")
+        scene = parse_config(self.SCENE + "[table]\nseed = 9\n", "slow.toml")
+        assert scene.table == base.table.model_copy(update={"seed": 9})
+        assert scene.domain == base.domain
+        assert scene.pair.model_copy(update={"name": None}) == base.pair
+
+    def test_refers_to_a_file_beside_it(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(data_directory())
+        (tmp_path / "mine.toml").write_text(changed({"name": "mine", "table": {"seed": 77}}))
+        scene = tmp_path / "scene.toml"
+        scene.write_text('name = "scene"\npair = "mine.toml"\n')
+        config = load_config(scene)
+        assert (config.name, config.pair_name, config.table.seed) == ("scene", "mine", 77)
+        assert parse_config(config.text, "stored") == config
+
+    def test_relative_reference_ignores_the_working_folder(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(data_directory())
+        line = refused('name = "a"\npair = "corundum-steel.toml"\n', tmp_path)
+        assert line == f"pair: got {tmp_path / 'corundum-steel.toml'}, allowed: a file that exists"
+
+    def test_other_kind_replaces_the_whole_law(self):
+        fixed = '[population.aspect]\ndistribution = "fixed"\nvalues = [0.9, 0.7]\n'
+        config = parse_config(self.SCENE + fixed, "slow.toml")
+        assert config.population.aspect == FixedAspect(distribution="fixed", values=(0.9, 0.7))
+        same = '[population.aspect]\ndistribution = "truncated-normal"\nmean = 0.7\n'
+        aspect = parse_config(self.SCENE + same, "slow.toml").population.aspect
+        assert isinstance(aspect, TruncatedNormalAspect)
+        assert (aspect.mean, aspect.standard_deviation) == (0.7, 0.2)
+
+    def test_nodes_do_not_outlive_their_range(self, tmp_path):
+        nodes = {"alpha_nodes_deg": [0.5, 30.0, 90.0], "speed_nodes": [50.0, 300.0]}
+        (tmp_path / "base.toml").write_text(changed({"table": nodes}))
+        head = 'name = "s"\npair = "base.toml"\n'
+        config = parse_config(f"{head}[domain]\nalpha_deg = [20, 60]\n", "s.toml", tmp_path)
+        assert config.table.alpha_nodes_deg is None
+        assert config.table.speed_nodes == (50.0, 300.0)
+
+    def test_leaves_a_shape_out(self):
+        config = parse_config(f"{self.SCENE}[population.shapes]\nprism = 0\n", "slow.toml")
+        shapes = config.population.kernel_arguments().shape_codes
+        assert shapes.tolist() == [0, 2, 3]
+
+    def test_unknown_pair_lists_the_names(self):
+        line = refused('name = "a"\npair = "gold-glass"\n')
+        assert line.startswith("pair: got 'gold-glass', allowed: a name (")
+        assert "corundum-steel" in line
+
+    def test_scene_of_a_scene(self):
+        line = refused('name = "a"\npair = "demo"\n')
+        assert line == "pair: got 'demo', which is a scene itself, allowed: a pair file"
+
+    def test_needs_its_own_name(self):
+        assert refused('pair = "corundum-steel"\n').startswith("name: missing, allowed: text")
+
+    def test_broken_pair_file_is_the_one_named(self, tmp_path):
+        (tmp_path / "base.toml").write_text(changed({"domain": {"alpha_deg": [0.0, 90.0]}}))
+        with pytest.raises(InputError, match=r"^base\.toml: domain\.alpha_deg: got \[0, 90\]"):
+            parse_config('name = "s"\npair = "base.toml"\n', "s.toml", tmp_path)
+
+
+class TestWithChanges:
+    def test_keeps_text_and_fields_together(self):
+        config = load_config("demo").with_changes({"table": {"seed": 2**64 - 1}})
+        assert config.table.seed == 2**64 - 1
+        assert parse_config(config.text, "stored") == config
+
+    def test_is_checked(self):
+        with pytest.raises(InputError, match=r"^demo, changed: table\.seed: got -1, allowed"):
+            load_config("demo").with_changes({"table": {"seed": -1}})
+
+
+class TestDomainAndNodes:
+    def test_single_condition(self):
+        domain = {"alpha_deg": [45.0, 45.0], "speed": [100.0, 100.0]}
+        table = {"alpha_nodes_deg": [45.0], "speed_nodes": [100.0]}
+        config = parse_config(changed({"domain": domain, "table": table}), "my.toml")
+        assert config.table.alpha_nodes_deg == (45.0,)
+
+    @pytest.mark.parametrize("speed", [[10.0, 300.0], [50.0, 301.0], [1.0, 2.0]])
+    def test_extrapolation_must_be_asked_for(self, speed):
+        line = refused(changed({"domain": {"speed": speed}}))
+        assert line == (
+            f"domain.speed: got [{speed[0]:g}, {speed[1]:g}], allowed: inside the restitution "
+            "law's validity range [50, 300] m/s, or set domain.extrapolate = true"
+        )
+        asked = parse_config(changed({"domain": {"speed": speed, "extrapolate": True}}), "my.toml")
+        assert asked.domain.speed == tuple(speed)
+
+
+REFUSALS = [
+    ({"domain": {"alpha_deg": [0.0, 90.0]}}, "domain.alpha_deg: got [0, 90], allowed: two angles"),
+    ({"domain": {"alpha_deg": [0.5, 91.0]}}, "domain.alpha_deg: got [0.5, 91], allowed: two angl"),
+    ({"domain": {"alpha_deg": [60.0, 20.0]}}, "domain.alpha_deg: got [60, 20], allowed: two angl"),
+    ({"domain": {"alpha_deg": [45.0]}}, "domain.alpha_deg: got [45], allowed: a list of 2 numbers"),
+    (
+        {"domain": {"alpha_deg": [20, 40, 60]}},
+        "domain.alpha_deg: got [20, 40, 60], allowed: a list of 2 numbers",
+    ),
+    ({"domain": {"speed": 100.0}}, "domain.speed: got 100, allowed: a list of 2 numbers"),
+    ({"domain": {"speed": [math.nan, 300]}}, "domain.speed[0]: got nan, allowed: a finite number"),
+    ({"domain": {"speed": [50, math.inf]}}, "domain.speed[1]: got inf, allowed: a finite number"),
+    ({"domain": {"speed": [-50.0, 300.0]}}, "domain.speed: got [-50, 300], allowed: two speeds"),
+    ({"domain": {"speed": ["50", 300]}}, "domain.speed[0]: got '50', allowed: a finite number"),
+    ({"domain": {"extrapolate": 1}}, "domain.extrapolate: got 1, allowed: true or false"),
+    (
+        {"domain": {"sped": [50.0, 300.0]}},
+        "domain.sped: unknown field, allowed here: alpha_deg, speed, extrapolate",
+    ),
+    (
+        {"scene": {}},
+        "scene: unknown field, allowed here: name, pair, population, domain, model, table, acc",
+    ),
+    ({"name": "a/b"}, "name: got 'a/b', allowed: letters, digits"),
+    ({"name": ""}, "name: got '', allowed: letters, digits"),
+    ({"pair": {"wall": "  "}}, "pair.wall: got '  ', allowed: text that is not blank"),
+    ({"pair": {"wall": 3}}, "pair.wall: got 3, allowed: text in quotes"),
+    ({"pair": {"resistance": "none"}}, "pair.resistance: got 'none', allowed: a table of fields"),
+    (
+        {"pair": {"restitution": {"law": "power"}}},
+        "pair.restitution.law: got 'power', allowed: 'exponential' (and 4 more problems)",
+    ),
+    (
+        {"pair": {"restitution": {"coefficient": True}}},
+        "pair.restitution.coefficient: got true, allowed: a finite number above 0",
+    ),
+    (
+        {"pair": {"restitution": {"exponent": 10.5}}},
+        "pair.restitution.exponent: got 10.5, allowed: a finite number above 0 and up to 10",
+    ),
+    (
+        {"pair": {"resistance": {"strength": -0.1}}},
+        "pair.resistance.strength: got -0.1, allowed: a finite number at least 0 and up to 10",
+    ),
+    (
+        {"population": {"shapes": {"cube": 1.0}}},
+        "population.shapes.cube: unknown field, allowed here: ellipsoid, prism, truncated-prism, "
+        "tetrahedron, sphere",
+    ),
+    (
+        {"population": {"shapes": {"truncated-prism": -1.0}}},
+        "population.shapes.truncated-prism: got -1, allowed: a finite number at least 0",
+    ),
+    (
+        {
+            "population": {
+                "shapes": dict.fromkeys(tomllib.loads(PAIR_TEXT)["population"]["shapes"], 0)
+            }
+        },
+        "population.shapes: got [0, 0, 0, 0, 0], allowed: a weight above 0",
+    ),
+    (
+        {"population": {"truncation": 1.0}},
+        "population.truncation: got 1, allowed: a finite number a",
+    ),
+    (
+        {"population": {"aspect": {"distribution": "uniform"}}},
+        "population.aspect.distribution: got 'uniform', allowed: 'truncated-normal', 'fixed'",
+    ),
+    (
+        {"population": {"aspect": {"distribution": "fixed", "values": [0.5, 1.5]}}},
+        "population.aspect.values[1]: got 1.5, allowed: a finite number above 0 and up to 1",
+    ),
+    (
+        {"population": {"aspect": {"range": [0.0, 1.0]}}},
+        "population.aspect.range: got [0, 1], allowed: two ratios",
+    ),
+    (
+        {"population": {"aspect": {"standard_deviation": 0.01, "range": [0.1, 0.2]}}},
+        "population.aspect.range: got [0.1, 0.2], allowed: a range that holds at least 1e-06",
+    ),
+    (
+        {"model": {"contact_resolution": 0.2}},
+        "model.contact_resolution: got 0.2, allowed: a finite number above 0 and up to 0.1",
+    ),
+    (
+        {"model": {"tolerance": 0}},
+        "model.tolerance: got 0, allowed: a finite number at least 1e-14 and up to 0.0001",
+    ),
+    (
+        {"table": {"seed": 2**64}},
+        "table.seed: got 18446744073709551616, allowed: a whole number at least 0 and up to 18446",
+    ),
+    ({"table": {"seed": 1.0}}, "table.seed: got 1.0, allowed: a whole number"),
+    (
+        {"table": {"components": 4097}},
+        "table.components: got 4097, allowed: a whole number at least 1 and up to 4096",
+    ),
+    ({"table": {"quantile_knots": 256}}, "table.quantile_knots: got 256, allowed: an odd whole"),
+    ({"table": {"quantile_knots": 15}}, "table.quantile_knots: got 15, allowed: an odd whole"),
+    ({"table": {"speed_nodes": []}}, "table.speed_nodes: got [], allowed: at least one number"),
+    (
+        {"table": {"speed_nodes": [50, 50, 300]}},
+        "table.speed_nodes: got [50, 50, 300], allowed: at least one number, each larger",
+    ),
+    (
+        {"table": {"speed_nodes": [60, 300]}},
+        "table.speed_nodes: got [60, 300], allowed: the ends of domain.speed, [50, 300]",
+    ),
+    (
+        {"table": {"alpha_nodes_deg": [0.5, 89.0]}},
+        "table.alpha_nodes_deg: got [0.5, 89], allowed: the ends of domain.alpha_deg, [0.5, 90]",
+    ),
+    ({"accuracy": {"auc": 0.4}}, "accuracy.auc: got 0.4, allowed: a finite number at least 0.5"),
+    ({"accuracy": {"ks": 0.0}}, "accuracy.ks: got 0, allowed: a finite number above 0 and up to 1"),
+]
+
+
+@pytest.mark.parametrize(("changes", "line"), REFUSALS, ids=[line[:40] for _, line in REFUSALS])
+def test_refusal(changes, line):
+    assert refused(changed(changes)).startswith(line)
+
+
+class TestUnusableFiles:
+    def test_syntax_error_says_where(self):
+        line = refused(PAIR_TEXT.replace("coefficient = 0.1", "coefficient ="))
+        assert line.startswith("not valid TOML: ")
+        assert "at line 21, column" in line
+
+    def test_missing_field(self):
+        text = PAIR_TEXT.replace('wall = "steel St3"\n', "")
+        assert refused(text) == "pair.wall: missing, allowed: text in quotes"
+
+    def test_several_problems_are_counted(self):
+        text = changed({"model": {"tolerance": 1.0}, "accuracy": {"auc": 2.0, "ks": 2.0}})
+        assert refused(text).endswith("(and 2 more problems)")
+
+    def test_misspelt_field_is_named_before_the_missing_one(self):
+        text = PAIR_TEXT.replace("coefficient = ", "coeficient = ")
+        assert refused(text) == (
+            "pair.restitution.coeficient: unknown field, allowed here: law, coefficient, exponent, "
+            "valid_speed, source (and 1 more problem)"
+        )
+
+    def test_long_values_are_cut(self):
+        assert len(refused(changed({"name": "x y" * 1000}))) < 200
+
+    def test_unknown_name_lists_the_names(self):
+        with pytest.raises(InputError, match=r"got 'gold', allowed: a name \(.*corundum-steel"):
+            load_config("gold")
+
+    def test_missing_file_and_folder(self, tmp_path):
+        with pytest.raises(InputError, match="allowed: a file that exists"):
+            load_config(tmp_path / "none.toml")
+        with pytest.raises(InputError, match=r"a folder, allowed: a \.toml file"):
+            load_config(tmp_path)
+
+    def test_not_text(self, tmp_path):
+        path = tmp_path / "binary.toml"
+        path.write_bytes(b'name = "\xff"')
+        with pytest.raises(
+            InputError, match=r"^binary\.toml: got byte 0xff at position 8, allowed"
+        ):
+            load_config(path)
+
+    def test_byte_order_mark_is_harmless(self, tmp_path):
+        path = tmp_path / "marked.toml"
+        path.write_bytes(b"\xef\xbb\xbf" + PAIR_TEXT.encode())
+        assert load_config(path) == load_config("corundum-steel")
