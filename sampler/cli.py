@@ -127,8 +127,10 @@ def _draw(arguments: argparse.Namespace) -> None:
     outside_alpha = is_outside(alpha1, table.arrays.alpha)
     if outside_alpha or is_outside(arguments.speed, table.arrays.speed):
         if arguments.outside == "raise":
-            flag = "--alpha" if outside_alpha else "--speed"
-            raise InputError(f"argument {flag}: got {given}, allowed: {_range_text(table)}")
+            flag, value = (
+                ("alpha", arguments.alpha) if outside_alpha else ("speed", arguments.speed)
+            )
+            raise InputError(f"argument --{flag}: got {value:g}, allowed: {_range_text(table)}")
         sys.stderr.write(
             f"sampler: note: {given} is outside the table ({_range_text(table)}), "
             "its nearest condition is used\n"

@@ -119,6 +119,23 @@ def impact_angle(relative: Vector, e_y: Vector) -> tuple[float, float]:
     return math.atan2(approach, tangential), tangential
 
 
+@borrowing_inline_kernel
+def _turn_to_lab(
+    e_x: Vector, e_y: Vector, speed: float, spin: float, out: NDArray[np.float64]
+) -> None:
+    """Replace a state by velocity and angular velocity in the lab frame, in place.
+
+    Its first three components are multiples of `speed` (m/s), the others of `spin` (rad/s).
+    """
+    e_z = _cross(e_x, e_y)
+    for part in range(2):
+        scale = speed if part == 0 else spin
+        plane = _combine(out[3 * part], e_x, out[3 * part + 1], e_y)
+        turned = _combine(scale, plane, scale * out[3 * part + 2], e_z)
+        for axis in range(3):
+            out[3 * part + axis] = turned[axis]
+
+
 @borrowing_kernel
 def rebound(
     arrays: TableArrays,
@@ -169,13 +186,7 @@ def rebound(
         e_x = perpendicular(e_y, 2.0 * math.pi * uniform(word))
     else:
         e_x = along_wall(relative, e_y)
-    e_z = _cross(e_x, e_y)
-    for part in range(2):
-        scale = speed if part == 0 else speed / half_size
-        plane = _combine(out[3 * part], e_x, out[3 * part + 1], e_y)
-        turned = _combine(scale, plane, scale * out[3 * part + 2], e_z)
-        for axis in range(3):
-            out[3 * part + axis] = turned[axis]
+    _turn_to_lab(e_x, e_y, speed, speed / half_size, out)
     for axis in range(3):
         out[axis] += wall_velocity[axis]
     return status

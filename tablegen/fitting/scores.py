@@ -23,7 +23,7 @@ def _ranks(values: FloatArray) -> FloatArray:
 
 
 def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
-    """Normal scores of each channel of a sample.
+    """Give the normal scores of each channel of a sample.
 
     A channel that changes sign under the mirror is scored by the rank of its absolute value, so
     that its scores are those of the sample together with its reflection.

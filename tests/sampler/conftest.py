@@ -1,0 +1,29 @@
+import pytest
+from synthetic_table import make_contents, make_datasets
+
+import sampler
+from sampler.schema import write_table
+
+
+@pytest.fixture(scope="session")
+def contents():
+    return make_contents()
+
+
+@pytest.fixture(scope="session")
+def table_path(contents, tmp_path_factory):
+    path = tmp_path_factory.mktemp("tables") / "made-up.h5"
+    write_table(path, contents)
+    return path
+
+
+@pytest.fixture
+def table(table_path):
+    """A fresh table, with its own count of clamped draws."""
+    return sampler.load(table_path)
+
+
+@pytest.fixture(scope="session")
+def standard_table():
+    """A table whose marginals are exactly its quantile functions."""
+    return sampler.Table(make_contents(make_datasets(standard=True)))

@@ -1,0 +1,143 @@
+"""A small table with made-up numbers: valid in every respect, and quick to make."""
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from sampler.schema import TableContents
+
+ALPHA_DEG = np.array([20.0, 50.0, 90.0])
+SPEED = np.array([50.0, 120.0, 300.0])
+N_KNOTS, N_MAP, N_COMPONENTS = 33, 41, 5
+SCORE_MAX, VARIATE_MAX = 4.0, 6.0
+
+
+def _coordinate(nodes, power, n_grid=101):
+    """Fractional node index at equal steps, from an abscissa that is not linear."""
+    grid = np.linspace(nodes[0], nodes[-1], n_grid)
+    sign = np.sign(power)  # np.interp wants a growing abscissa
+    x = np.interp(sign * grid**power, sign * nodes**power, np.arange(len(nodes)))
+    x[0], x[-1] = 0.0, len(nodes) - 1
+    return x
+
+
+def channel_quantiles(probability, i, j):
+    """Smooth quantile functions (6, ...) of the six channels at node (i, j); the last three odd."""
+    p, a = probability, 0.1 * i + 0.03 * j
+    odd = 2.0 * p - 1.0
+    return np.array(
+        [
+            0.02 + (0.9 - a) * p**1.5,
+            -0.7 + a + 1.3 * p**2,
+            -2.0 + a + 2.5 * p,
+            (0.4 + a) * odd,
+            (1.0 + a) * odd**3,
+            (1.5 + a) * odd,
+        ]
+    )
+
+
+def _mixture(rng, n_components):
+    """Weights, means and covariances of a mixture whose pooled covariance is about one."""
+    weight = rng.dirichlet(np.full(n_components, 4.0))
+    mean = 0.6 * rng.standard_normal((n_components, 6))
+    mean -= weight @ mean
+    root = rng.standard_normal((n_components, 6, 6)) / np.sqrt(6.0)
+    return weight, mean, 0.5 * root @ root.transpose(0, 2, 1) + 0.1 * np.eye(6)
+
+
+def _mirrored(weight, mean, covariance):
+    """The mixture and its reflection, as one mixture of twice the components."""
+    flip = np.diag([1.0, 1, 1, -1, -1, -1])
+    return (
+        np.concatenate((weight, weight)) / 2.0,
+        np.concatenate((mean, mean @ flip)),
+        np.concatenate((covariance, flip @ covariance @ flip)),
+    )
+
+
+def _score_map(weight, mean, covariance, knots):
+    """Normal score of each variate under the mixture's own marginals, shape (6, n_map)."""
+    sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    z = (knots[:, None, None] - mean) / sd
+    probability = np.einsum("k,mkc->cm", weight, ndtr(z))
+    upper = np.einsum("k,mkc->cm", weight, ndtr(-z))
+    score = np.where(probability < 0.5, ndtri(probability), -ndtri(upper))
+    return np.clip(score, -SCORE_MAX, SCORE_MAX)
+
+
+def _alias(weight):
+    """Alias table by Vose's method."""
+    n = len(weight)
+    share, index = weight * n, np.arange(n)
+    probability = np.ones(n)
+    small = [k for k in range(n) if share[k] < 1.0]
+    large = [k for k in range(n) if share[k] >= 1.0]
+    while small and large:
+        low, high = small.pop(), large.pop()
+        probability[low], index[low] = share[low], high
+        share[high] -= 1.0 - share[low]
+        (small if share[high] < 1.0 else large).append(high)
+    return probability, index
+
+
+def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False):
+    """Datasets by path.
+
+    With ``standard`` the mixture is one correlated normal law with standard marginals and the
+    score map is the identity, so that every marginal is exactly its quantile function.
+    """
+    rng = np.random.default_rng(seed)
+    shape = (len(alpha_deg), len(speed))
+    score_knots = np.linspace(-SCORE_MAX, SCORE_MAX, N_KNOTS)
+    variate_knots = np.linspace(-VARIATE_MAX, VARIATE_MAX, N_MAP)
+    n = 1 if standard else N_COMPONENTS
+    quantiles = np.empty((*shape, 6, N_KNOTS))
+    scores = np.empty((*shape, 6, N_MAP))
+    probability, index = np.empty((*shape, n)), np.empty((*shape, n), dtype=np.int64)
+    mean, cholesky = np.empty((*shape, n, 6)), np.empty((*shape, n, 21))
+    for i, j in np.ndindex(*shape):
+        weight, centre, covariance = _mixture(rng, n)
+        if standard:
+            sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+            centre, covariance = 0.0 * centre, covariance / (sd[:, :, None] * sd[:, None, :])
+            # Reflection at random removes correlations between the two halves: leave none.
+            covariance[:, :3, 3:] = covariance[:, 3:, :3] = 0.0
+            scores[i, j] = np.clip(variate_knots, -SCORE_MAX, SCORE_MAX)
+        else:
+            scores[i, j] = _score_map(*_mirrored(weight, centre, covariance), variate_knots)
+        quantiles[i, j] = channel_quantiles(ndtr(score_knots), i, j)
+        probability[i, j], index[i, j] = _alias(weight)
+        mean[i, j] = centre
+        cholesky[i, j] = np.linalg.cholesky(covariance)[:, *np.tril_indices(6)]
+    return {
+        "axes/alpha_deg": np.asarray(alpha_deg, dtype=float),
+        "axes/speed": np.asarray(speed, dtype=float),
+        "axes/alpha_coordinate": _coordinate(np.asarray(alpha_deg, dtype=float), 0.5),
+        "axes/speed_coordinate": _coordinate(np.asarray(speed, dtype=float), -0.5),
+        "marginals/score_knots": score_knots,
+        "marginals/quantiles": quantiles,
+        "dependence/variate_knots": variate_knots,
+        "dependence/scores": scores,
+        "dependence/alias_probability": probability,
+        "dependence/alias_index": index,
+        "dependence/mean": mean,
+        "dependence/cholesky": cholesky,
+        "accuracy/alpha_deg": np.array([33.0, 71.0]),
+        "accuracy/speed": np.array([80.0, 200.0]),
+        "accuracy/ks": np.full((2, 6), 0.01),
+        "accuracy/sliced_wasserstein": np.array([0.004, 0.005]),
+        "accuracy/correlation_error": np.array([0.01, 0.02]),
+        "accuracy/auc": np.array([0.55, 0.56]),
+    }
+
+
+def make_contents(datasets=None, **changes):
+    """Valid contents, with datasets or attributes changed."""
+    attributes = {
+        "pair": "made-up",
+        "config": 'name = "made-up"\n',
+        "seed": 2**64 - 1,
+        "software_version": "0.0-test",
+        "mirror": True,
+    }
+    return TableContents(datasets=datasets or make_datasets(), **(attributes | changes))

@@ -1,0 +1,73 @@
+"""The channels: their inverse, and the energy that they cannot exceed."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from sampler import InputError
+from sampler.channels import CHANNELS, COMPONENTS, channels_to_state, to_channels
+
+
+def _states(channels):
+    states = np.array(channels, dtype=float)
+    for row in states:
+        channels_to_state(row)
+    return states
+
+
+def _random_channels(n):
+    rng = np.random.default_rng(3)
+    low, high = [0.0, -1.0, -3.0, -1.0, -3.0, -3.0], [1.0, 1.0, 3.0, 1.0, 3.0, 3.0]
+    return rng.uniform(low, high, (n, 6))
+
+
+def test_round_trip():
+    channels = _random_channels(2000)
+    np.testing.assert_allclose(to_channels(_states(channels)), channels, rtol=1e-9, atol=1e-9)
+
+
+def test_order_of_components():
+    channels = np.array([[0.6, 0.0, 30.0, 0.0, 10.0, 20.0]])
+    state = dict(zip(COMPONENTS, _states(channels)[0], strict=True))
+    assert state == {"u": 0, "v": 0.6, "w": 0, "omega_x": 10, "omega_y": 20, "omega_z": 30}
+    assert CHANNELS[0] == "v"
+    assert CHANNELS[2] == "omega_z"
+
+
+def test_energy_identity():
+    channels = _random_channels(2000)
+    u, v, w = _states(channels)[:, :3].T
+    v_c, u_hat, w_hat = channels[:, [0, 1, 3]].T
+    left = 1.0 - (u**2 + v**2 + w**2)
+    np.testing.assert_allclose(left, (1 - v_c**2) * (1 - u_hat**2) * (1 - w_hat**2), atol=1e-14)
+
+
+def test_energy_at_the_ends_of_float32():
+    end = float(np.nextafter(np.float32(1.0), np.float32(0.0)))
+    tiny = float(np.finfo(np.float32).tiny)
+    ends = itertools.product([tiny, end], [-end, end], [0.0], [-end, end], [0.0], [0.0])
+    states = _states(list(ends))
+    assert np.isfinite(states).all()
+    assert (states[:, 1] > 0.0).all()
+    assert ((states[:, :3] ** 2).sum(axis=1) <= 1.0).all()
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        [0.1, 0.0, 0.1, 0, 0, 0],
+        [0.1, -0.2, 0.1, 0, 0, 0],
+        [0.6, 0.8, 0.1, 0, 0, 0],
+        [np.nan, 0.5, 0, 0, 0, 0],
+    ],
+)
+def test_states_without_channels_are_refused(state):
+    good = [0.1, 0.5, 0.1, 0.0, 0.0, 0.0]
+    with pytest.raises(InputError, match="at index 1, allowed: v > 0"):
+        to_channels(np.array([good, state]))
+
+
+def test_wrong_shape_is_refused():
+    with pytest.raises(InputError, match=r"got shape \(6,\), allowed: \(n, 6\)"):
+        to_channels(np.ones(6))

@@ -1,0 +1,235 @@
+"""The draw against an independent implementation, with scripted words at every end."""
+
+import itertools
+
+import numba
+import numpy as np
+import pytest
+from reference_draw import key_words, reference_draw
+from synthetic_table import ALPHA_DEG, SPEED, make_contents, make_datasets
+
+import sampler
+from sampler import kernel
+from sampler.channels import COMPONENTS
+from sampler.table import table_arrays
+
+ENDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF)
+MIDDLE = (0x5A5A5A5A, 0x3C3C3C3D, 0x12345678, 0x9ABCDEF0, 0x0F1E2D3C, 0x4B5A6978, 0x8796A5B4, 1)
+
+
+def _draw(arrays, alpha1, speed, words):
+    state = np.full(6, np.nan)
+    code = kernel.draw_from_words(arrays, alpha1, speed, *map(np.uint32, words), state)
+    return code, state
+
+
+def _conditions():
+    """Nodes, middles of cells and the four corners of the domain."""
+    alphas = np.deg2rad([20.0, 27.3, 50.0, 71.9, 90.0])
+    return list(itertools.product(alphas, [50.0, 88.8, 120.0, 210.0, 300.0]))
+
+
+@pytest.mark.parametrize("place", range(8))
+def test_each_word_at_its_ends(contents, place):
+    arrays = table_arrays(contents)
+    for word, (alpha1, speed) in itertools.product(ENDS, _conditions()):
+        words = [*MIDDLE[:place], word, *MIDDLE[place + 1 :]]
+        code, state = _draw(arrays, alpha1, speed, words)
+        assert code == kernel.OK
+        np.testing.assert_allclose(
+            state, reference_draw(contents, alpha1, speed, words), rtol=0, atol=2e-9
+        )
+
+
+def test_all_words_at_the_same_end(contents):
+    arrays = table_arrays(contents)
+    for word, (alpha1, speed) in itertools.product(ENDS, _conditions()):
+        code, state = _draw(arrays, alpha1, speed, [word] * 8)
+        assert code == kernel.OK
+        np.testing.assert_allclose(
+            state, reference_draw(contents, alpha1, speed, [word] * 8), rtol=0, atol=2e-9
+        )
+
+
+def test_draws_from_keys(table, contents):
+    rng = np.random.default_rng(5)
+    n = 200
+    alpha1, speed = rng.uniform(0.35, np.pi / 2, n), rng.uniform(50.0, 300.0, n)
+    index = rng.integers(0, 2**64, n, dtype=np.uint64)
+    hit = rng.integers(0, 2**32, n, dtype=np.uint32)
+    seed = 0xFEDCBA9876543210
+    states = table.sample(alpha1, speed, seed=seed, index=index, hit=hit)
+    for k in range(n):
+        words = key_words(seed, int(index[k]), int(hit[k]))
+        expected = reference_draw(contents, alpha1[k], speed[k], words)
+        np.testing.assert_allclose(states[k], expected, rtol=0, atol=2e-9)
+
+
+def test_a_draw_takes_eight_words_and_no_more(table, contents):
+    """Every word of the first two blocks matters, and they are all there is."""
+    assert kernel.WORDS_PER_DRAW == 8
+    alpha1, speed = 0.7, 100.0
+    words = key_words(9, 4, 2)
+    assert len(words) == kernel.WORDS_PER_DRAW
+    _, state = _draw(table.arrays, alpha1, speed, words)
+    np.testing.assert_array_equal(state, table.sample(alpha1, speed, seed=9, index=4, hit=2)[0])
+    for place in range(8):
+        changed = list(words)
+        changed[place] ^= 0xFFFFFFFF
+        assert not np.array_equal(_draw(table.arrays, alpha1, speed, changed)[1], state), place
+
+
+def test_corner_shares_are_the_bilinear_weights():
+    # Equally spaced words: a quadrature, not a sample. 2**16 of them resolve 2e-5.
+    words = np.arange(2**15, 2**32, 2**16, dtype=np.uint32)
+    for t, r in [(0.3, 0.8), (0.5, 0.5), (0.01, 0.99)]:
+        counts = np.zeros((2, 2))
+        for word in words:
+            a, b = kernel._choose_corner(word, t, r)
+            counts[int(a), int(b)] += 1
+        expected = np.outer([1 - t, t], [1 - r, r])
+        np.testing.assert_allclose(counts / len(words), expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("word", ENDS)
+def test_corner_of_weight_zero_is_never_chosen(word):
+    for t, r in itertools.product([0.0, 1.0], repeat=2):
+        assert kernel._choose_corner(np.uint32(word), t, r) == (t == 1.0, r == 1.0)
+
+
+def test_component_shares_are_the_weights(contents):
+    arrays = table_arrays(contents)
+    probability = contents["dependence/alias_probability"][1, 1].astype(float)
+    index = contents["dependence/alias_index"][1, 1]
+    n = len(probability)
+    weight = probability / n
+    np.add.at(weight, index, (1.0 - probability) / n)
+    words = np.arange(2**14, 2**32, 2**15, dtype=np.uint32)
+    chosen = [kernel._choose_component(arrays, 1, 1, word) for word in words]
+    share = np.bincount(chosen, minlength=n) / len(words)
+    assert weight.max() - weight.min() > 0.05  # unequal, or any choice would pass
+    np.testing.assert_allclose(share, weight, atol=1e-4)
+
+
+def test_lowest_bit_mirrors_exactly(contents):
+    arrays = table_arrays(contents)
+    rng = np.random.default_rng(11)
+    for _ in range(50):
+        words = rng.integers(0, 2**32, 8, dtype=np.uint64)
+        words[1] &= 0xFFFFFFFE
+        _, state = _draw(arrays, 0.9, 130.0, words)
+        words[1] |= 1
+        _, image = _draw(arrays, 0.9, 130.0, words)
+        plane = [COMPONENTS.index(name) for name in ("u", "v", "omega_z")]
+        odd = [COMPONENTS.index(name) for name in ("w", "omega_x", "omega_y")]
+        np.testing.assert_array_equal(image[plane[1:]], state[plane[1:]])
+        # The quantile functions were rounded to float32 on either side of zero.
+        np.testing.assert_allclose(image[plane], state[plane], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(image[odd], -state[odd], rtol=0, atol=1e-6)
+        assert np.abs(state[odd]).min() > 1e-6
+
+
+def test_without_mirror_the_lowest_bit_is_idle():
+    arrays = table_arrays(make_contents(mirror=False))
+    words = list(MIDDLE)
+    words[1] &= 0xFFFFFFFE
+    _, state = _draw(arrays, 0.9, 130.0, words)
+    words[1] |= 1
+    np.testing.assert_array_equal(_draw(arrays, 0.9, 130.0, words)[1], state)
+
+
+@pytest.mark.parametrize(
+    ("alpha1", "speed", "code"),
+    [
+        (np.nan, 100.0, kernel.NOT_FINITE),
+        (np.inf, 100.0, kernel.NOT_FINITE),
+        (0.5, np.nan, kernel.NOT_FINITE),
+        (0.5, -np.inf, kernel.NOT_FINITE),
+        (0.0, 100.0, kernel.NOT_APPROACHING),
+        (-0.1, 100.0, kernel.NOT_APPROACHING),
+        (np.pi / 2 + 1e-9, 100.0, kernel.NOT_APPROACHING),
+        (0.5, 0.0, kernel.SPEED_NOT_POSITIVE),
+        (0.5, -1.0, kernel.SPEED_NOT_POSITIVE),
+    ],
+)
+def test_refused_conditions_write_nothing(table, alpha1, speed, code):
+    state = np.full(6, -7.0)
+    assert sampler.draw(table.arrays, alpha1, speed, 1, 2, 3, state) == code
+    assert code < 0
+    np.testing.assert_array_equal(state, -7.0)
+
+
+@pytest.mark.parametrize(
+    ("alpha1", "speed", "nearest"),
+    [
+        (1e-9, 100.0, (np.deg2rad(20.0), 100.0)),
+        (0.5, 1e-9, (0.5, 50.0)),
+        (0.5, 1e9, (0.5, 300.0)),
+        (0.1, 301.0, (np.deg2rad(20.0), 300.0)),
+    ],
+)
+def test_outside_takes_the_nearest_condition(table, alpha1, speed, nearest):
+    state, expected = np.empty(6), np.empty(6)
+    assert sampler.draw(table.arrays, alpha1, speed, 1, 2, 3, state) == kernel.CLAMPED
+    assert sampler.draw(table.arrays, *nearest, 1, 2, 3, expected) == kernel.OK
+    np.testing.assert_array_equal(state, expected)
+
+
+def test_rounding_at_the_edge_is_not_outside(table):
+    state = np.empty(6)
+    for alpha1 in (np.nextafter(np.deg2rad(20.0), 0.0), np.nextafter(np.pi / 2, 2.0)):
+        assert sampler.draw(table.arrays, alpha1, 300.0 * (1 + 1e-15), 1, 2, 3, state) == kernel.OK
+
+
+def test_axis_of_one_node():
+    datasets = make_datasets(alpha_deg=ALPHA_DEG[1:2], speed=SPEED[:1])
+    contents = make_contents(datasets)
+    arrays = table_arrays(contents)
+    code, state = _draw(arrays, np.deg2rad(50.0), 50.0, MIDDLE)
+    assert code == kernel.OK
+    assert _draw(arrays, np.deg2rad(51.0), 50.0, MIDDLE)[0] == kernel.CLAMPED
+    # A cell whose four corners are that node must say the same.
+    wide = make_datasets(alpha_deg=[40.0, 50.0], speed=[50.0, 60.0])
+    for path, values in datasets.items():
+        if path.split("/")[1] not in ("alpha_deg", "speed", "alpha_coordinate", "speed_coordinate"):
+            repeat = values.ndim > 2
+            wide[path] = np.tile(values, (2, 2) + (1,) * (values.ndim - 2)) if repeat else values
+    _, same = _draw(table_arrays(make_contents(wide)), np.deg2rad(44.0), 57.0, MIDDLE)
+    np.testing.assert_allclose(state, same, rtol=0, atol=1e-15)
+
+
+def test_scalar_draw_in_user_code_equals_the_batch(table):
+    draw = sampler.draw
+
+    @numba.njit
+    def run(arrays, alpha1, speed, states):
+        worst = 0
+        for k in range(states.shape[0]):
+            # Signed loop counters and literals as keys: what users write.
+            worst = min(worst, draw(arrays, alpha1[k], speed[k], 7, k, 3, states[k]))
+        return worst
+
+    rng = np.random.default_rng(2)
+    alpha1, speed = rng.uniform(0.4, 1.5, 500), rng.uniform(60.0, 290.0, 500)
+    states = np.empty((500, 6))
+    assert run(table.arrays, alpha1, speed, states) == kernel.OK
+    np.testing.assert_array_equal(states, table.sample(alpha1, speed, seed=7, hit=3))
+
+
+def test_extreme_quantiles_keep_the_physics():
+    """Quantiles as close to their bounds as float32 allows, at every combination of ends."""
+    datasets = make_datasets()
+    end, tiny = np.nextafter(np.float32(1), np.float32(0)), np.finfo(np.float32).tiny
+    quantiles = datasets["marginals/quantiles"]
+    n_knots = quantiles.shape[-1]
+    quantiles[:, :, 0] = np.where(np.arange(n_knots) < n_knots // 2, tiny, end)
+    for channel in (1, 3):
+        quantiles[:, :, channel] = np.where(np.arange(n_knots) < n_knots // 2, -end, end)
+    arrays = table_arrays(make_contents(datasets))
+    for words in itertools.product((0, 0x7FFFFFFF, 0xFFFFFFFF), repeat=5):
+        w = [words[0], words[1], words[2], words[3], 5, words[4], 6, 7]
+        code, state = _draw(arrays, 0.8, 77.0, w)
+        assert code == kernel.OK
+        assert np.isfinite(state).all()
+        assert state[1] > 0.0
+        assert (state[:3] ** 2).sum() <= 1.0

@@ -1,0 +1,135 @@
+"""Statistics of draws against the law in the table, each with a wrong law that it refuses.
+
+Seeds are fixed. Each comparison would refuse a right sampler with probability 1e-6, the whole
+file with less than 1e-4.
+"""
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+from synthetic_table import SCORE_MAX
+
+N = 100_000
+#: Kolmogorov's bound: P(D > bound) < 2 exp(-2 n bound^2) = 1e-6.
+KS_BOUND = np.sqrt(np.log(2.0 / 1e-6) / (2.0 * N))
+#: Interpolation error of the made-up table's score maps (41 knots), 0.0033 at most with 4e6 draws.
+MAP_ERROR = 0.0035
+
+
+def _scores(contents, states, weights):
+    """Normal scores of draws under the quantile functions averaged over nodes with weights."""
+    u, v, w, omega_x, omega_y, omega_z = states.T
+    u_hat = u / np.sqrt(1.0 - v**2)
+    w_hat = w / np.sqrt(1.0 - v**2 - u**2)
+    channels = (v, u_hat, omega_z, w_hat, omega_x, omega_y)
+    quantiles = np.einsum("as,ascq->cq", weights, contents["marginals/quantiles"].astype(float))
+    knots = contents["marginals/score_knots"]
+    return np.array([np.interp(x, q, knots) for x, q in zip(channels, quantiles, strict=True)])
+
+
+def _ks(scores):
+    """Distance of each row to the standard normal law; ties at the ends of the table count 0."""
+    p = np.sort(ndtr(scores), axis=1)
+    n = p.shape[1]
+    upper = np.arange(1, n + 1) / n - p
+    lower = p - np.arange(n) / n
+    return np.maximum(upper.max(axis=1), lower.max(axis=1))
+
+
+def _at_node(i, j):
+    weights = np.zeros((3, 3))
+    weights[i, j] = 1.0
+    return weights
+
+
+def _node_draws(table, i, j, seed=1):
+    contents = table.contents
+    alpha1 = np.deg2rad(contents["axes/alpha_deg"][i])
+    return table.sample(alpha1, contents["axes/speed"][j], seed=seed, index=np.arange(N))
+
+
+@pytest.mark.parametrize(("i", "j"), [(0, 0), (2, 2)])
+def test_marginals_at_a_node(standard_table, i, j):
+    scores = _scores(standard_table.contents, _node_draws(standard_table, i, j), _at_node(i, j))
+    assert np.abs(scores).max() <= SCORE_MAX
+    assert (_ks(scores) < KS_BOUND).all()
+    # Refused: a law that is off by a twentieth of a standard deviation, or by 5 % in width.
+    assert (_ks(scores + 0.05) > KS_BOUND).all()
+    assert (_ks(scores * 1.05) > KS_BOUND).all()
+
+
+def test_marginals_of_another_node_are_refused(standard_table):
+    states = _node_draws(standard_table, 0, 0)
+    assert (_ks(_scores(standard_table.contents, states, _at_node(1, 0)))[:3] > KS_BOUND).all()
+
+
+def test_marginals_between_nodes(standard_table):
+    """The quantile function between nodes is the average with the bilinear weights."""
+    contents = standard_table.contents
+    # Half-way in the coordinate of each axis: an independent inversion of the tabulated one.
+    grid = np.deg2rad(np.linspace(20.0, 90.0, len(contents["axes/alpha_coordinate"])))
+    alpha1 = np.interp(0.5, contents["axes/alpha_coordinate"], grid)
+    grid = np.linspace(50.0, 300.0, len(contents["axes/speed_coordinate"]))
+    speed = np.interp(1.25, contents["axes/speed_coordinate"], grid)
+    weights = np.zeros((3, 3))
+    weights[:2, 1:] = np.outer([0.5, 0.5], [0.75, 0.25])
+    states = standard_table.sample(alpha1, speed, seed=3, index=np.arange(N))
+    assert (_ks(_scores(contents, states, weights)) < KS_BOUND).all()
+    weights[:2, 1:] = np.outer([0.5, 0.5], [0.25, 0.75])
+    assert (_ks(_scores(contents, states, weights)) > KS_BOUND).any()
+
+
+def test_marginals_of_a_mixture(table):
+    """Component choice, reflection and score map together give the stored marginals."""
+    scores = _scores(table.contents, _node_draws(table, 1, 2), _at_node(1, 2))
+    assert (_ks(scores) < KS_BOUND + MAP_ERROR).all()
+    # Refused: the same without the reflection, which the map presumes.
+    datasets = dict(table.contents.datasets)
+    plain = type(table)(type(table.contents)(datasets, "made-up", "", 1, "0", mirror=False))
+    scores = _scores(table.contents, _node_draws(plain, 1, 2), _at_node(1, 2))
+    assert (_ks(scores)[3:] > KS_BOUND + MAP_ERROR).any()
+
+
+def test_correlations_of_the_scores(standard_table):
+    contents = standard_table.contents
+    factor = np.zeros((6, 6))
+    factor[np.tril_indices(6)] = contents["dependence/cholesky"][1, 1, 0]
+    scores = _scores(contents, _node_draws(standard_table, 1, 1), _at_node(1, 1))
+    # Standard error at most 1/sqrt(N); 15 correlations at 1e-6 in all need 5.4 of them.
+    bound = 5.4 / np.sqrt(N)
+    expected = factor @ factor.T
+    assert np.abs(expected - np.eye(6)).max() > 0.2
+    assert np.abs(np.corrcoef(scores) - expected).max() < bound
+    # Refused: independent marginals, which have the same histograms.
+    rng = np.random.default_rng(0)
+    shuffled = np.array([rng.permutation(row) for row in scores])
+    assert np.abs(np.corrcoef(shuffled) - expected).max() > bound
+
+
+def test_draws_are_mirror_symmetric(table):
+    """Odd moments of the mirrored components vanish, within 4.9 standard errors (1e-6)."""
+    states = table.sample(0.8, 140.0, seed=12, index=np.arange(N))
+    u, v, w, omega_x, omega_y, omega_z = states.T
+
+    def deviation(x):
+        return abs(x.mean()) / (x.std() / np.sqrt(N))
+
+    odd = [w, omega_x, omega_y, w * u, omega_x * v, omega_y * omega_z]
+    assert max(map(deviation, odd)) < 4.9
+    # Refused: the same mixture without its reflection.
+    datasets = dict(table.contents.datasets)
+    plain = type(table)(type(table.contents)(datasets, "made-up", "", 1, "0", mirror=False))
+    u, v, w, omega_x, omega_y, omega_z = plain.sample(0.8, 140.0, seed=12, index=np.arange(N)).T
+    odd = [w, omega_x, omega_y, w * u, omega_x * v, omega_y * omega_z]
+    assert max(map(deviation, odd)) > 4.9
+
+
+def test_physics_over_the_whole_domain(table):
+    rng = np.random.default_rng(8)
+    n = 300_000
+    alpha1, speed = rng.uniform(np.deg2rad(20.0), np.pi / 2, n), rng.uniform(50.0, 300.0, n)
+    states = table.sample(alpha1, speed, seed=6)
+    assert np.isfinite(states).all()
+    assert (states[:, 1] > 0.0).all()
+    assert ((states[:, :3] ** 2).sum(axis=1) <= 1.0).all()
+    assert table.clamped == 0

@@ -1,0 +1,240 @@
+"""Lab frame and wall frame: geometry, invariances, and the azimuth at normal impact."""
+
+import math
+
+import numba
+import numpy as np
+import pytest
+from reference_draw import key_words
+from scipy.spatial.transform import Rotation
+
+from sampler import frames, kernel
+
+AXES = np.eye(3)
+
+
+def _impacts(n, seed=0):
+    """Velocities (n, 3) in m/s towards walls with normals (n, 3) of any length."""
+    rng = np.random.default_rng(seed)
+    normal = rng.standard_normal((n, 3)) * 10.0 ** rng.uniform(-3, 3, (n, 1))
+    velocity = rng.standard_normal((n, 3)) * 100.0
+    receding = np.einsum("nk,nk->n", velocity, normal) > 0.0
+    velocity[receding] *= -1.0
+    return velocity, normal
+
+
+def _lab(velocity, normal, half_size, state):
+    """Lab-frame velocity and angular velocity of states, by numpy and independent formulae."""
+    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+    e_y = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    tangential = velocity - np.einsum("nk,nk->n", velocity, e_y)[:, None] * e_y
+    e_x = tangential / np.linalg.norm(tangential, axis=1, keepdims=True)
+    basis = np.stack((e_x, e_y, np.cross(e_x, e_y)), axis=1)
+    v, omega = (np.einsum("np,npc->nc", part, basis) for part in (state[:, :3], state[:, 3:]))
+    return v * speed, omega * speed / half_size
+
+
+def _angle(velocity, normal):
+    cosine = -np.einsum("nk,nk->n", velocity, normal)
+    cosine /= np.linalg.norm(velocity, axis=1) * np.linalg.norm(normal, axis=1)
+    return np.arcsin(cosine)
+
+
+def test_rebound_is_the_state_in_the_lab_frame(table):
+    velocity, normal = _impacts(2000)
+    speed = np.linalg.norm(velocity, axis=1)
+    state = table.sample(_angle(velocity, normal), speed, seed=1, hit=4)
+    expected = _lab(velocity, normal, 2e-5, state)
+    v, omega = table.rebound(velocity, normal, 2e-5, seed=1, hit=4)
+    scale = speed[:, None]
+    np.testing.assert_allclose(v / scale, expected[0] / scale, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(omega * 2e-5 / scale, expected[1] * 2e-5 / scale, rtol=0, atol=1e-10)
+    # Away from the wall, with no more translational energy than before.
+    assert (np.einsum("nk,nk->n", v, normal) > 0.0).all()
+    assert (np.linalg.norm(v, axis=1) <= speed).all()
+
+
+def test_components_in_a_plain_case(table):
+    """Wall y = 0, motion along x: the wall frame is the lab frame."""
+    state = table.sample(math.atan2(80.0, 60.0), 100.0, seed=3)[0]
+    v, omega = table.rebound([60.0, -80.0, 0.0], [0.0, 2.0, 0.0], 0.5e-3, seed=3)
+    np.testing.assert_allclose(v[0], 100.0 * state[:3], rtol=1e-12)
+    np.testing.assert_allclose(omega[0], 100.0 / 0.5e-3 * state[3:], rtol=1e-12)
+
+
+def test_galilean_invariance(table):
+    """A wall and a particle that move along together rebound as at rest."""
+    velocity, normal = _impacts(1000)
+    wall = np.random.default_rng(9).standard_normal((1000, 3)) * 300.0
+    v, omega = table.rebound(velocity, normal, 1e-5, seed=2)
+    moving = table.rebound(velocity + wall, normal, 1e-5, seed=2, wall_velocity=wall)
+    scale = np.linalg.norm(velocity, axis=1, keepdims=True)
+    # Adding 300 m/s and taking it away loses some digits.
+    assert (np.abs(moving[0] - wall - v) / scale).max() < 1e-9
+    assert np.abs((moving[1] - omega) * 1e-5 / scale).max() < 1e-9
+    # The check sees a wall velocity that is not taken back.
+    assert np.abs(moving[0] - v).max() > 100.0
+
+
+def test_rotation_covariance(table):
+    velocity, normal = _impacts(1000)
+    v, omega = table.rebound(velocity, normal, 1e-5, seed=5)
+    scale = np.linalg.norm(velocity, axis=1, keepdims=True)
+    for rotation in Rotation.random(5, random_state=1):
+        turned = table.rebound(rotation.apply(velocity), rotation.apply(normal), 1e-5, seed=5)
+        np.testing.assert_allclose(turned[0] / scale, rotation.apply(v) / scale, atol=1e-10)
+        np.testing.assert_allclose(
+            turned[1] * 1e-5 / scale, rotation.apply(omega) * 1e-5 / scale, atol=1e-10
+        )
+
+
+def test_length_of_the_normal_is_idle(table):
+    velocity, normal = _impacts(100)
+    expected = table.rebound(velocity, normal, 1e-5, seed=5)
+    for factor in (1e-300, 1e-30, 1e30, 1e300):
+        scaled = table.rebound(velocity, normal * factor, 1e-5, seed=5)
+        np.testing.assert_allclose(scaled[0], expected[0], rtol=0, atol=1e-9)
+
+
+def test_along_wall_is_perpendicular_down_to_normal_impact():
+    rng = np.random.default_rng(1)
+    for exponent in (0, -4, -8, -11):
+        for _ in range(20):
+            e_y = rng.standard_normal(3)
+            e_y /= np.linalg.norm(e_y)
+            tangent = np.cross(e_y, rng.standard_normal(3))
+            tangent /= np.linalg.norm(tangent)
+            relative = tangent * 10.0**exponent - e_y
+            e_x = np.array(frames.along_wall(tuple(relative), tuple(e_y)))
+            assert abs(e_x @ e_y) < 1e-15
+            assert abs(e_x @ e_x - 1.0) < 1e-15
+            # What is left of the direction at 1e-11 of the speed: five digits.
+            assert e_x @ tangent > 1.0 - 1e-8
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 1.0, math.pi, 5.0])
+def test_perpendicular_is_orthonormal(azimuth):
+    rng = np.random.default_rng(2)
+    directions = [*AXES, *-AXES, *rng.standard_normal((50, 3)), np.ones(3)]
+    for direction in directions:
+        e_y = direction / np.linalg.norm(direction)
+        zero = np.array(frames.perpendicular(tuple(e_y), 0.0))
+        e_x = np.array(frames.perpendicular(tuple(e_y), azimuth))
+        assert abs(e_x @ e_y) < 1e-15
+        assert abs(e_x @ e_x - 1.0) < 1e-15
+        angle = math.atan2(np.cross(zero, e_x) @ e_y, zero @ e_x) % (2.0 * math.pi)
+        assert angle == pytest.approx(azimuth, abs=1e-14)
+
+
+def _azimuths(table, normal, n):
+    """Azimuth of e_x in [0, 1) turns, found from the rebounds at normal impact."""
+    e_y = np.asarray(normal) / np.linalg.norm(normal)
+    state = table.sample(math.pi / 2, 150.0, seed=4, index=np.arange(n))
+    v, _ = table.rebound(-150.0 * e_y, normal, 1e-5, seed=4, index=np.arange(n))
+    zero = np.array(frames.perpendicular(tuple(e_y), 0.0))
+    quarter = np.cross(e_y, zero)
+    lab = np.arctan2(v @ quarter, v @ zero)
+    # e_z = e_x cross e_y lies a quarter turn before e_x: w counts backwards.
+    wall = np.arctan2(-state[:, 2], state[:, 0])
+    np.testing.assert_allclose(v @ e_y, 150.0 * state[:, 1], rtol=1e-10)
+    return np.mod((lab - wall) / (2.0 * math.pi), 1.0)
+
+
+def _ks_uniform(sample):
+    x, n = np.sort(sample), len(sample)
+    return max((np.arange(1, n + 1) / n - x).max(), (x - np.arange(n) / n).max())
+
+
+@pytest.mark.parametrize("normal", [[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 2.0, -0.5]])
+def test_azimuth_is_uniform_at_normal_impact(table, normal):
+    n = 20_000
+    azimuth = _azimuths(table, normal, n)
+    # Kolmogorov's bound at a false-alarm rate of 1e-6 each.
+    bound = math.sqrt(math.log(2.0 / 1e-6) / (2.0 * n))
+    assert _ks_uniform(azimuth) < bound
+    # Refused: half a turn instead of a whole one; a tenth of the particles not turned at all.
+    assert _ks_uniform(azimuth / 2.0) > bound
+    assert _ks_uniform(np.where(np.arange(n) % 10 == 0, 0.0, azimuth)) > bound
+
+
+def test_azimuth_takes_the_ninth_word(table):
+    """The first word after the eight of the draw, so that it is independent of the state."""
+    words = [key_words(4, k, 0, n_blocks=3)[kernel.WORDS_PER_DRAW] for k in range(100)]
+    expected = (np.array(words) + 0.5) / 2.0**32
+    difference = _azimuths(table, [1.0, 2.0, -0.5], 100) - expected
+    assert np.abs(difference - np.round(difference)).max() < 1e-10
+
+
+def test_azimuth_comes_from_the_keys(table):
+    first = table.rebound([0.0, -100.0, 0.0], [0, 1, 0], 1e-5, seed=4, index=[5, 6])[0]
+    again = table.rebound([0.0, -100.0, 0.0], [0, 1, 0], 1e-5, seed=4, index=[6, 5])[0]
+    np.testing.assert_array_equal(first, again[::-1])
+
+
+def test_threshold_of_normal_impact(table):
+    """Just above it the tangential direction counts, just below it does not."""
+    keys = {"seed": 4, "index": np.arange(50)}
+    normal = [0.0, 1.0, 0.0]
+    along = table.rebound([2e-12 * 100.0, -100.0, 0.0], normal, 1e-5, **keys)[0]
+    against = table.rebound([-2e-12 * 100.0, -100.0, 0.0], normal, 1e-5, **keys)[0]
+    np.testing.assert_allclose(along[:, [0, 2]], -against[:, [0, 2]], atol=1e-8)
+    below = table.rebound([0.5e-12 * 100.0, -100.0, 0.0], normal, 1e-5, **keys)[0]
+    exactly = table.rebound([0.0, -100.0, 0.0], normal, 1e-5, **keys)[0]
+    np.testing.assert_allclose(below, exactly, atol=1e-8)
+
+
+def test_scalar_rebound_in_user_code_equals_the_batch(table):
+    rebound = frames.rebound
+
+    @numba.njit
+    def run(arrays, velocity, normal, out):
+        for k in range(len(velocity)):
+            v = (velocity[k, 0], velocity[k, 1], velocity[k, 2])
+            n = (normal[k, 0], normal[k, 1], normal[k, 2])
+            rebound(arrays, v, n, 1e-5, (1.0, 2.0, 3.0), 7, k, 0, out[k])
+
+    velocity, normal = _impacts(200)
+    keep = np.einsum("nk,nk->n", velocity - [1.0, 2.0, 3.0], normal) < 0.0
+    velocity, normal = velocity[keep], normal[keep]
+    out = np.empty((len(velocity), 6))
+    run(table.arrays, velocity, normal, out)
+    v, omega = table.rebound(velocity, normal, 1e-5, seed=7, wall_velocity=[1, 2, 3])
+    np.testing.assert_array_equal(out, np.hstack((v, omega)))
+
+
+GOOD = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "code"),
+    [
+        (0, (np.nan, -1.0, 0.0), kernel.NOT_FINITE),
+        (1, (0.0, np.inf, 0.0), kernel.NOT_FINITE),
+        (2, np.nan, kernel.NOT_FINITE),
+        (3, (0.0, 0.0, np.nan), kernel.NOT_FINITE),
+        (0, (1e200, -1e200, 0.0), kernel.NOT_FINITE),
+        (1, (0.0, 0.0, 0.0), kernel.NORMAL_NOT_USABLE),
+        (2, 0.0, kernel.HALF_SIZE_NOT_POSITIVE),
+        (2, -1.0, kernel.HALF_SIZE_NOT_POSITIVE),
+        (0, (0.0, 0.0, 0.0), kernel.SPEED_NOT_POSITIVE),
+        (0, (60.0, 80.0, 0.0), kernel.NOT_APPROACHING),
+        (0, (60.0, 0.0, 0.0), kernel.NOT_APPROACHING),
+    ],
+)
+def test_refused_impacts_write_nothing(table, place, value, code):
+    arguments = [*GOOD[:place], value, *GOOD[place + 1 :]]
+    out = np.full(6, -7.0)
+    assert frames.rebound(table.arrays, *arguments, 1, 2, 3, out) == code
+    np.testing.assert_array_equal(out, -7.0)
+
+
+def test_particle_energy_with_a_moving_wall(table):
+    """A wall that moves into the gas gives energy, one that retreats takes it; both by V.n."""
+    n = 4000
+    keys = {"seed": 8, "index": np.arange(n)}
+    for wall in (40.0, -40.0):
+        velocity = np.array([0.0, -100.0 + wall, 30.0])
+        v, _ = table.rebound(velocity, [0, 1, 0], 1e-5, wall_velocity=[0, wall, 0], **keys)
+        rest, _ = table.rebound(velocity - [0, wall, 0], [0, 1, 0], 1e-5, **keys)
+        gain = (v**2).sum(axis=1) - (rest**2).sum(axis=1)
+        np.testing.assert_allclose(gain, 2.0 * wall * rest[:, 1] + wall**2, rtol=1e-9, atol=1e-7)

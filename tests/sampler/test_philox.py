@@ -1,0 +1,50 @@
+"""Philox4x32-10 against the known-answer vectors that were published with it (Random123)."""
+
+import numpy as np
+import pytest
+from reference_draw import philox
+
+from sampler.philox import philox4x32, philox_block, uniform
+
+VECTORS = [
+    ("00000000 00000000", "00000000 " * 4, "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
+    ("ffffffff ffffffff", "ffffffff " * 4, "408f276d 41c83b0e a20bc7c6 6d5451fd"),
+    (
+        "a4093822 299f31d0",
+        "243f6a88 85a308d3 13198a2e 03707344",
+        "d16cfe09 94fdcceb 5001e420 24126ea1",
+    ),
+]
+
+
+def _words(text):
+    return [int(word, 16) for word in text.split()]
+
+
+@pytest.mark.parametrize(("key", "counter", "answer"), VECTORS)
+def test_known_answers(key, counter, answer):
+    arguments = map(np.uint32, _words(key) + _words(counter))
+    assert [int(word) for word in philox4x32(*arguments)] == _words(answer)
+    # The tests' own implementation must pass as well, or it proves nothing elsewhere.
+    assert philox(_words(key), _words(counter)) == _words(answer)
+
+
+def test_block_layout_of_the_keys():
+    seed, index, hit, block = 0x0123456789ABCDEF, 0xFEDCBA9876543210, 0xDEADBEEF, 2
+    words = philox_block(np.uint64(seed), np.uint64(index), np.uint32(hit), np.uint32(block))
+    counter = (0x76543210, 0xFEDCBA98, 0xDEADBEEF, 2)
+    assert [int(word) for word in words] == philox((0x89ABCDEF, 0x01234567), counter)
+
+
+def test_python_integers_serve_as_keys():
+    typed = philox_block(np.uint64(7), np.uint64(2**40), np.uint32(3), np.uint32(0))
+    assert philox_block(7, 2**40, 3, 0) == typed
+
+
+@pytest.mark.parametrize(
+    ("word", "value"),
+    [(0, 2.0**-33), (1, 1.5 * 2.0**-32), (2**31, 0.5 + 2.0**-33), (2**32 - 1, 1.0 - 2.0**-33)],
+)
+def test_uniform_never_reaches_its_ends(word, value):
+    assert uniform(np.uint32(word)) == value
+    assert 0.0 < uniform(np.uint32(word)) < 1.0

@@ -1,0 +1,353 @@
+"""Table files: what is written is read again, and what is wrong is refused with the reason."""
+
+import hashlib
+import json
+import time
+
+import h5py
+import numpy as np
+import pytest
+from synthetic_table import make_contents, make_datasets
+
+from sampler import InputError, TableError
+from sampler.layout import ATTRIBUTES, DATASETS
+from sampler.schema import read_table, write_table
+
+
+def _all_datasets(file):
+    paths = []
+    file.visit(paths.append)
+    return {path: file[path] for path in paths if isinstance(file[path], h5py.Dataset)}
+
+
+def _checksum(file):
+    """The checksum once more, from its description."""
+    digest = hashlib.sha256()
+    for path, node in sorted(_all_datasets(file).items()):
+        values = node[()]
+        digest.update(f"{path} {values.dtype.str} {json.dumps(list(values.shape))}\n".encode())
+        digest.update(values.tobytes())
+    for name in sorted(set(file.attrs) - {"content_sha256"}):
+        value = file.attrs[name]
+        value = value if isinstance(value, str) else value.tolist()
+        digest.update(f"{name} {json.dumps(value)}\n".encode())
+    return digest.hexdigest()
+
+
+def _edit(path, change, keep_checksum=False):
+    with h5py.File(path, "r+") as file:
+        change(file)
+        if not keep_checksum:
+            file.attrs["content_sha256"] = _checksum(file)
+
+
+@pytest.fixture
+def file(tmp_path, contents):
+    path = tmp_path / "t.h5"
+    write_table(path, contents)
+    return path
+
+
+def test_round_trip(file, contents):
+    read = read_table(file)
+    assert set(read.datasets) == {dataset.path for dataset in DATASETS}
+    for path, values in contents.datasets.items():
+        np.testing.assert_array_equal(read[path], values)
+        assert read[path].dtype == values.dtype
+    assert read.attributes == contents.attributes
+    assert read.seed == 2**64 - 1
+
+
+def test_equal_contents_give_equal_bytes(file, tmp_path, contents):
+    time.sleep(1.1)  # HDF5 keeps times in seconds: let the clock move on
+    again = tmp_path / "another-name.h5"
+    write_table(again, contents)
+    assert again.read_bytes() == file.read_bytes()
+    write_table(again, make_contents(seed=1))
+    assert again.read_bytes() != file.read_bytes()
+
+
+def test_file_describes_itself(file, contents):
+    with h5py.File(file) as opened:
+        assert set(opened.attrs) == set(ATTRIBUTES)
+        assert opened.attrs["format"] == "rebound-table"
+        assert opened.attrs["format_version"].tolist() == [1, 0]
+        assert opened.attrs["content_sha256"] == _checksum(opened) == contents.content_sha256
+        for path, node in _all_datasets(opened).items():
+            assert node.attrs["units"], path
+            assert len(node.attrs["long_name"]) > 10, path
+
+
+def test_a_table_without_measured_accuracy(tmp_path):
+    datasets = make_datasets()
+    for path in datasets:
+        if path.startswith("accuracy/"):
+            datasets[path] = datasets[path][:0]
+    write_table(tmp_path / "t.h5", make_contents(datasets))
+    assert read_table(tmp_path / "t.h5")["accuracy/ks"].shape == (0, 6)
+
+
+def test_long_configuration(tmp_path):
+    """Longer than the 64 kB that HDF5 allows for an attribute stored in place."""
+    text = "# a comment\n" * 20_000
+    write_table(tmp_path / "t.h5", make_contents(config=text))
+    assert read_table(tmp_path / "t.h5").config == text
+
+
+def test_later_minor_version_with_a_further_dataset(file):
+    def change(opened):
+        opened.attrs["format_version"] = [1, 7]
+        opened["dependence/later"] = np.arange(3.0)
+
+    _edit(file, change)
+    assert "dependence/later" not in read_table(file).datasets
+    _edit(file, lambda opened: opened["dependence/later"].write_direct(np.ones(3)), True)
+    with pytest.raises(TableError, match="content_sha256"):
+        read_table(file)
+
+
+def _attribute(name, value):
+    return lambda file: file.attrs.__setitem__(name, value)
+
+
+def _value(path, where, value):
+    return lambda file: file[path].__setitem__(where, value)
+
+
+def _replace(path, change):
+    def edit(file):
+        values = change(file[path][()])
+        del file[path]
+        file[path] = values
+
+    return edit
+
+
+def _swap_ends(path):
+    return _replace(path, lambda values: np.ascontiguousarray(values[::-1]))
+
+
+REFUSED = {
+    "other format": (_attribute("format", "other"), 'format: is not "rebound-table"'),
+    "no format": (lambda f: f.attrs.__delitem__("format"), "some other HDF5 file"),
+    "newer major": (_attribute("format_version", [2, 0]), r"format_version: got 2\.0, allowed: 1"),
+    "odd version": (_attribute("format_version", "1.0"), "format_version: got '1.0'"),
+    "no pair": (lambda f: f.attrs.__delitem__("pair"), "pair: is missing"),
+    "pair of numbers": (_attribute("pair", 3), "pair: got 3, allowed: name of the material"),
+    "mirror not bool": (_attribute("mirror", 1), "mirror: got 1, allowed: whether"),
+    "negative seed": (_attribute("seed", -1), r"seed: got -1, allowed: seed .* from 0"),
+    "missing dataset": (
+        lambda f: f.__delitem__("marginals/quantiles"),
+        "marginals/quantiles: is missing",
+    ),
+    "group for dataset": (
+        lambda f: (f.__delitem__("axes/speed"), f.create_group("axes/speed")),
+        "axes/speed: is missing",
+    ),
+    "too few nodes": (
+        _replace("marginals/quantiles", lambda q: q[:2]),
+        r"marginals/quantiles: got shape \(2, 3, 6, 33\), allowed: "
+        r"\(n_alpha=3, n_speed=3, 6, n_knots=33\)",
+    ),
+    "five channels": (
+        _replace("dependence/mean", lambda x: x[..., :5]),
+        r"dependence/mean: got shape .* 5\), allowed: .*n_components=5, 6\)",
+    ),
+    "missing dimension": (
+        _replace("dependence/scores", lambda x: x[0]),
+        r"dependence/scores: got shape \(3, 6, 41\)",
+    ),
+    "one knot": (
+        _replace("marginals/score_knots", lambda x: x[:1]),
+        "marginals/score_knots: got n_knots = 1, allowed: 2 or more",
+    ),
+    "double precision": (
+        _replace("marginals/quantiles", lambda q: q.astype(float)),
+        "marginals/quantiles: got float64, allowed: float32",
+    ),
+    "real index": (
+        _replace("dependence/alias_index", lambda x: x.astype(np.float32)),
+        "dependence/alias_index: got float32, allowed: uint16",
+    ),
+    "text": (_replace("axes/speed", lambda x: x.astype("S8")), "axes/speed: got bytes64"),
+    "unknown text": (lambda f: f.create_dataset("x", data=[b"text"]), "x: got object values"),
+    "NaN": (
+        _value("marginals/quantiles", (1, 2, 3, 4), np.nan),
+        r"marginals/quantiles: got nan at \[1, 2, 3, 4\], allowed: finite",
+    ),
+    "infinite": (_value("dependence/mean", (0, 0, 0, 0), np.inf), "dependence/mean: got inf"),
+    "NaN accuracy": (_value("accuracy/auc", 0, np.nan), "accuracy/auc: got nan"),
+    "decreasing quantiles": (
+        _replace("marginals/quantiles", lambda q: np.concatenate((q[..., 1::-1], q[..., 2:]), -1)),
+        r"marginals/quantiles: got .* at \[0, 0, 0, 0\], allowed: .*non-decreasing",
+    ),
+    "decreasing scores": (
+        _value("dependence/scores", (1, 1, 5, 20), -3.5),
+        r"dependence/scores: got -3.5 at \[1, 1, 5, 19\], allowed: .*non-decreasing",
+    ),
+    "scores off the knots": (
+        _value("dependence/scores", (2, 2, 0, 40), 4.1),
+        r"dependence/scores: got 4.0999999 at \[2, 2, 0, 40\], allowed: in \[-4, 4\]",
+    ),
+    "angles in disorder": (_swap_ends("axes/alpha_deg"), "axes/alpha_deg: .*larger than"),
+    "equal speeds": (
+        _value("axes/speed", 1, 50.0),
+        r"axes/speed: got 50 at \[0\], allowed: larger",
+    ),
+    "angle 0": (_value("axes/alpha_deg", 0, 0.0), r"axes/alpha_deg: got 0 at \[0\], .* at most 90"),
+    "angle 91": (_value("axes/alpha_deg", 2, 91.0), "axes/alpha_deg: got 91"),
+    "negative speed": (_value("axes/speed", 0, -5.0), "axes/speed: got -5 .* above 0"),
+    "coordinate ends early": (
+        _value("axes/alpha_coordinate", -1, 1.9),
+        "axes/alpha_coordinate: got 0 to 1.9, allowed: 0 to 2",
+    ),
+    "coordinate turns": (
+        _value("axes/speed_coordinate", 50, 0.1),
+        "axes/speed_coordinate: .*larger",
+    ),
+    "uneven knots": (
+        _value("marginals/score_knots", 3, -3.0),
+        r"marginals/score_knots: got -3 at \[3\], allowed: equal steps",
+    ),
+    "one-sided knots": (
+        _replace("dependence/variate_knots", lambda x: x - 6.0),
+        "dependence/variate_knots: got 0 at the end, allowed: a positive",
+    ),
+    "v of 0": (
+        _value("marginals/quantiles", (0, 0, 0, 0), 0.0),
+        r"marginals/quantiles: of v: got 0 at \[0, 0, 0\], allowed: in \(0, 1\)",
+    ),
+    "v of 1": (_value("marginals/quantiles", (0, 0, 0, 32), 1.0), "of v: got 1 at"),
+    "u_hat of -1": (_value("marginals/quantiles", (0, 0, 1, 0), -1.0), "of u_hat: got -1 at"),
+    "w_hat of 1": (_value("marginals/quantiles", (2, 2, 3, 32), 1.0), "of w_hat: got 1 at"),
+    "alias index": (
+        _value("dependence/alias_index", (1, 1, 2), 5),
+        r"dependence/alias_index: got 5 at \[1, 1, 2\], allowed: below 5",
+    ),
+    "alias probability": (
+        _value("dependence/alias_probability", (0, 0, 0), 1.5),
+        "dependence/alias_probability: got 1.5",
+    ),
+    "flat factor": (
+        _value("dependence/cholesky", (0, 1, 2, 9), 0.0),
+        r"dependence/cholesky: diagonals: got 0 at \[0, 1, 2, 3\], allowed: positive",
+    ),
+    "KS above 1": (_value("accuracy/ks", (1, 2), 1.2), r"accuracy/ks: got 1.2 at \[1, 2\]"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_wrong_contents_are_refused(file, case):
+    change, reason = REFUSED[case]
+    _edit(file, change)
+    with pytest.raises(TableError, match=reason) as refusal:
+        read_table(file)
+    message = str(refusal.value)
+    assert message.startswith(str(file))
+    assert "\n" not in message
+
+
+def test_changed_value_is_seen_by_the_checksum(file):
+    _edit(file, _value("dependence/mean", (0, 0, 0, 0), 0.25), keep_checksum=True)
+    with pytest.raises(TableError, match="content_sha256: the contents do not have"):
+        read_table(file)
+
+
+def test_changed_attribute_is_seen_by_the_checksum(file):
+    _edit(file, _attribute("pair", "another"), keep_checksum=True)
+    with pytest.raises(TableError, match="content_sha256"):
+        read_table(file)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(TableError, match="there is no such file"):
+        read_table(tmp_path / "none.h5")
+
+
+def test_truncated_files(file, tmp_path):
+    """Some lengths fail on opening, some on reading; each gives one line, none gives a table."""
+    whole = file.read_bytes()
+    cut = tmp_path / "cut.h5"
+    for length in np.linspace(0, len(whole) - 1, 40).astype(int):
+        cut.write_bytes(whole[:length])
+        with pytest.raises(TableError) as refusal:
+            read_table(cut)
+        assert "\n" not in str(refusal.value)
+
+
+def test_flipped_bits(file, tmp_path):
+    """A changed byte is refused, or lies where it changes nothing that is read."""
+    whole, expected = file.read_bytes(), read_table(file)
+    flipped = tmp_path / "flipped.h5"
+    messages = []
+    for place in np.random.default_rng(4).integers(0, len(whole), 150):
+        data = bytearray(whole)
+        data[place] ^= 0x10
+        flipped.write_bytes(data)
+        try:
+            read = read_table(flipped)
+        except TableError as error:
+            messages.append(str(error))
+        else:
+            assert read.content_sha256 == expected.content_sha256
+    assert not any("\n" in message for message in messages)
+    assert len(messages) > 75
+
+
+def test_foreign_files(tmp_path):
+    text = tmp_path / "text.h5"
+    text.write_text("not a table\n")
+    with pytest.raises(TableError, match="cannot be read as HDF5"):
+        read_table(text)
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["temperature"] = np.arange(5)
+    with pytest.raises(TableError, match="some other HDF5 file"):
+        read_table(tmp_path / "other.h5")
+
+
+def test_failed_write_leaves_nothing(file, tmp_path, contents, monkeypatch):
+    before = file.read_bytes()
+
+    def fail(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("sampler.schema._write_dataset", fail)
+    with pytest.raises(InputError, match="No space left on device"):
+        write_table(file, contents)
+    assert file.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"marginals/quantiles": None}, "marginals/quantiles: is missing"),
+        ({"x/y": np.ones(3)}, "x/y: is unknown, allowed: axes/alpha_deg"),
+        ({"axes/speed": np.array([1, 2, 3])}, "axes/speed: got int64, allowed: float64"),
+        ({"dependence/alias_index": np.full((3, 3, 5), -1)}, "alias_index: got -1 to -1"),
+        ({"dependence/alias_index": np.full((3, 3, 5), 65541)}, "alias_index: got 65541"),
+        ({"dependence/mean": np.full((3, 3, 5, 6), 1e300)}, "dependence/mean: got inf"),
+        # Below 1 in double precision, 1 in single.
+        ({"v": 1.0 - 1e-12}, "of v: got 1 at"),
+    ],
+)
+def test_contents_are_checked_before_they_are_written(change, reason):
+    datasets = make_datasets()
+    for path, values in change.items():
+        if path == "v":
+            datasets["marginals/quantiles"][0, 0, 0, -1] = values
+        elif values is None:
+            del datasets[path]
+        else:
+            datasets[path] = values
+    with pytest.raises(TableError, match=reason):
+        make_contents(datasets)
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value"),
+    [("seed", -1), ("seed", 2**64), ("seed", 1.0), ("seed", True), ("pair", 3), ("mirror", 1)],
+)
+def test_attributes_are_checked_before_they_are_written(attribute, value):
+    with pytest.raises(TableError, match=f"^{attribute}: got {value}"):
+        make_contents(**{attribute: value})

@@ -1,0 +1,263 @@
+"""The Table class: keys, shapes, threads, ranges, and what it refuses."""
+
+import threading
+
+import numpy as np
+import pytest
+from synthetic_table import make_contents
+
+import sampler
+from sampler import InputError
+
+N = 50_000
+
+
+def _conditions(n=N, seed=1):
+    rng = np.random.default_rng(seed)
+    return rng.uniform(0.36, np.pi / 2, n), rng.uniform(50.0, 300.0, n)
+
+
+def test_same_keys_same_states_for_any_threads_and_batches(table):
+    alpha1, speed = _conditions()
+    index = np.random.default_rng(2).permutation(N).astype(np.uint64)
+    whole = table.sample(alpha1, speed, seed=7, index=index, threads=1)
+    for threads in (None, 2, 3, 7):
+        again = table.sample(alpha1, speed, seed=7, index=index, threads=threads)
+        np.testing.assert_array_equal(again, whole)
+    order = np.random.default_rng(3).permutation(N)
+    permuted = table.sample(alpha1[order], speed[order], seed=7, index=index[order])
+    np.testing.assert_array_equal(permuted, whole[order])
+    part = slice(100, 131)
+    np.testing.assert_array_equal(
+        table.sample(alpha1[part], speed[part], seed=7, index=index[part]), whole[part]
+    )
+
+
+def test_rebound_is_the_same_for_any_threads(table):
+    velocity = np.random.default_rng(4).standard_normal((N, 3)) * 100.0
+    velocity[:, 1] = -np.abs(velocity[:, 1])
+    one = table.rebound(velocity, [0, 1, 0], 1e-5, seed=3, threads=1)
+    for threads in (None, 5):
+        many = table.rebound(velocity, [0, 1, 0], 1e-5, seed=3, threads=threads)
+        np.testing.assert_array_equal(many[0], one[0])
+        np.testing.assert_array_equal(many[1], one[1])
+
+
+def test_each_key_changes_every_state(table):
+    base = table.sample(0.7, 120.0, seed=1, index=np.arange(1000), hit=2)
+    for other in (
+        table.sample(0.7, 120.0, seed=2, index=np.arange(1000), hit=2),
+        table.sample(0.7, 120.0, seed=1, index=np.arange(1000) + 2**32, hit=2),
+        table.sample(0.7, 120.0, seed=1, index=np.arange(1000), hit=3),
+    ):
+        assert (other != base).any(axis=1).all()
+        # Independent too: 6 correlations below 6.1 standard errors, false alarm 1e-8.
+        r = [np.corrcoef(base[:, k], other[:, k])[0, 1] for k in range(6)]
+        assert np.abs(r).max() < 6.1 / np.sqrt(1000)
+
+
+def test_index_counts_from_zero_if_left_out(table):
+    alpha1, speed = _conditions(100)
+    np.testing.assert_array_equal(
+        table.sample(alpha1, speed, seed=1), table.sample(alpha1, speed, seed=1, index=range(100))
+    )
+
+
+@pytest.mark.parametrize("index", [np.arange(5, dtype=np.int8), [0, 1, 2, 3, 4], range(5)])
+def test_types_of_keys(table, index):
+    expected = table.sample(0.7, 100.0, seed=np.uint64(3), index=np.arange(5, dtype=np.uint64))
+    np.testing.assert_array_equal(table.sample(0.7, 100, seed=3, index=index), expected)
+
+
+def test_shapes(table):
+    assert table.sample(0.7, 100.0, seed=1).shape == (1, 6)
+    assert table.sample([0.7, 0.8], 100.0, seed=1).shape == (2, 6)
+    assert table.sample(0.7, [100.0] * 3, seed=1).shape == (3, 6)
+    assert table.sample(0.7, 100.0, seed=1, index=[4, 5, 6, 7]).shape == (4, 6)
+    assert table.sample(0.7, 100.0, seed=1, index=1, hit=[0, 1]).shape == (2, 6)
+    assert table.sample([], [], seed=1).shape == (0, 6)
+    assert table.sample([], 100.0, seed=1, index=[]).shape == (0, 6)
+    v, omega = table.rebound(np.empty((0, 3)), [0, 1, 0], 1e-5, seed=1)
+    assert v.shape == omega.shape == (0, 3)
+    v, omega = table.rebound([1.0, -1.0, 0.0], [[0, 1, 0], [0, 2, 0]], [1e-5, 2e-5], seed=1)
+    assert v.shape == omega.shape == (2, 3)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.int64, np.uint16])
+def test_dtypes_and_strides_of_conditions(table, dtype):
+    speed = np.arange(60, 80, dtype=dtype)
+    expected = table.sample(0.7, np.arange(60.0, 80.0, 2.0), seed=1)
+    np.testing.assert_array_equal(table.sample(0.7, speed[::2], seed=1), expected)
+
+
+def test_what_a_table_says_of_itself(table, contents):
+    assert table.alpha_range == (np.deg2rad(20.0), np.pi / 2)
+    assert table.speed_range == (50.0, 300.0)
+    assert table.pair == "made-up"
+    assert table.config == contents.config
+    assert table.accuracy["ks"].shape == (2, 6)
+    assert set(table.accuracy) == {
+        *("alpha_deg", "speed", "ks", "sliced_wasserstein", "correlation_error", "auc")
+    }
+    assert repr(table) == (
+        "<sampler.Table made-up: 20 to 90 deg x 50 to 300 m/s, 3 x 3 nodes, 5 components>"
+    )
+
+
+def test_clamped_draws_are_counted(table):
+    alpha1 = np.full(N, 0.7)
+    alpha1[::10] = 0.1
+    first = table.sample(alpha1, 100.0, seed=1, threads=3)
+    assert table.clamped == N // 10
+    table.rebound([1.0, -500.0, 0.0], [0, 1, 0], 1e-5, seed=1)
+    assert table.clamped == N // 10 + 1
+    edge = table.sample(table.alpha_range[0], 100.0, seed=1, index=np.arange(0, N, 10))
+    np.testing.assert_array_equal(first[::10], edge)
+    assert table.clamped == N // 10 + 1
+
+
+def test_counting_is_safe_between_threads(table):
+    def draw():
+        for _ in range(200):
+            table.sample([0.1, 0.7, 0.1], 100.0, seed=1)
+
+    threads = [threading.Thread(target=draw) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert table.clamped == 4 * 200 * 2
+
+
+@pytest.mark.parametrize("threads", [1, 4])
+def test_outside_can_be_refused(table_path, threads):
+    table = sampler.load(table_path, outside="raise")
+    speed = np.full(1000, 100.0)
+    speed[[600, 333, 900]] = 301.0
+    refusal = r"speed: got 301 at index 333, allowed: from 50 to 300 m/s, the range of the table"
+    with pytest.raises(InputError, match=refusal):
+        table.sample(0.7, speed, seed=1, threads=threads)
+    with pytest.raises(InputError, match=r"alpha1: got 0.1 at index 0, allowed: from 0.349065"):
+        table.sample(0.1, speed, seed=1, threads=threads)
+    velocity = np.tile([80.0, -60.0, 0.0], (1000, 1))
+    velocity[700] = [100.0, -1.0, 0.0]
+    with pytest.raises(InputError, match=r"alpha1: got 0.009999666\d+ at index 700"):
+        table.rebound(velocity, [0, 1, 0], 1e-5, seed=1, threads=threads)
+    assert table.clamped == 0
+    # Of an outside row and a bad one, whichever comes first.
+    speed[100] = np.nan
+    with pytest.raises(InputError, match="speed: got nan at index 100"):
+        table.sample(0.7, speed, seed=1, threads=threads)
+    speed[50] = 10.0
+    with pytest.raises(InputError, match="speed: got 10 at index 50"):
+        table.sample(0.7, speed, seed=1, threads=threads)
+
+
+@pytest.mark.parametrize("threads", [1, 4])
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("alpha1", np.nan, "finite numbers"),
+        ("alpha1", np.inf, "finite numbers"),
+        ("alpha1", 0.0, "above 0, at most pi/2 rad"),
+        ("alpha1", -0.2, "above 0, at most pi/2 rad"),
+        ("alpha1", 1.5709, "above 0, at most pi/2 rad"),
+        ("speed", np.nan, "finite numbers"),
+        ("speed", 0.0, "above 0 m/s"),
+        ("speed", -20.0, "above 0 m/s"),
+    ],
+)
+def test_first_bad_condition_is_named(table, threads, name, value, allowed):
+    inputs = dict(zip(("alpha1", "speed"), _conditions(1000), strict=True))
+    inputs[name][[871, 423, 999]] = value
+    with pytest.raises(InputError) as refusal:
+        table.sample(**inputs, seed=1, threads=threads)
+    assert str(refusal.value) == f"{name}: got {value:.9g} at index 423, allowed: {allowed}"
+    assert table.clamped == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"velocity": [np.nan, 0, 0]}, "velocity: got nan, 0, 0 at index 2, allowed: finite"),
+        ({"velocity": [0, 0, 0]}, "velocity: got 0, 0, 0 at index 2, allowed: other than"),
+        ({"velocity": [1, 0, 0]}, "velocity: got 1, 0, 0 at index 2, allowed: towards the wall"),
+        ({"velocity": [1, 2, 0]}, "velocity: got 1, 2, 0 at index 2, allowed: towards the wall"),
+        ({"velocity": [1e200, -1e200, 0]}, "index 2, allowed: a magnitude below 1e150 m/s"),
+        ({"normal": [0, 0, 0]}, "normal: got 0, 0, 0 at index 2, allowed: any length but zero"),
+        ({"normal": [0, np.inf, 0]}, "normal: got 0, inf, 0 at index 2, allowed: finite"),
+        ({"half_size": 0.0}, "half_size: got 0 at index 2, allowed: above 0 m"),
+        ({"half_size": np.nan}, "half_size: got nan at index 2, allowed: finite"),
+        ({"wall_velocity": [0, -99, 0]}, "index 2, allowed: towards the wall"),
+        ({"wall_velocity": [0, np.nan, 0]}, "wall_velocity: got 0, nan, 0 at index 2"),
+    ],
+)
+def test_first_bad_impact_is_named(table, change, message):
+    inputs = {
+        "velocity": np.tile([60.0, -80.0, 0.0], (5, 1)),
+        "normal": np.tile([0.0, 1.0, 0.0], (5, 1)),
+        "half_size": np.full(5, 1e-5),
+        "wall_velocity": np.zeros((5, 3)),
+    }
+    for name, value in change.items():
+        inputs[name][[2, 4]] = value
+    with pytest.raises(InputError) as refusal:
+        table.rebound(**inputs, seed=1)
+    assert message in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"seed": -1}, "seed: got -1, allowed: an integer from 0 to 2**64 - 1"),
+        ({"seed": 2**64}, "seed: got 18446744073709551616, allowed"),
+        ({"seed": 1.5}, "seed: got 1.5, allowed"),
+        ({"seed": True}, "seed: got True, allowed"),
+        ({"seed": None}, "seed: got None, allowed"),
+        ({"index": [3, -2]}, "index: got -2 at index 1, allowed: integers from 0 to 2**64 - 1"),
+        ({"index": [1.0, 2.0]}, "index: got float64 values, allowed: integers"),
+        ({"index": 2**64}, "index: got object values, allowed: integers"),
+        ({"index": [[1, 2]]}, "index: got shape (1, 2), allowed: a scalar or shape (n,)"),
+        ({"hit": 2**32}, "hit: got 4294967296 at index 0, allowed: integers from 0 to 2**32 - 1"),
+        ({"hit": [0, -1]}, "hit: got -1 at index 1"),
+        ({"alpha1": "0.5"}, "alpha1: got str96 values, allowed: real numbers"),
+        ({"alpha1": 0.5j}, "alpha1: got complex128 values, allowed: real numbers"),
+        ({"alpha1": True}, "alpha1: got bool values, allowed: real numbers"),
+        ({"speed": [[1.0], [1.0, 2.0]]}, "speed: got rows of unequal length"),
+        ({"speed": [[100.0, 100.0]]}, "speed: got shape (1, 2), allowed: a scalar or shape (n,)"),
+        ({"speed": [100.0] * 3, "index": [1, 2]}, "index: got 2 rows, allowed: 1 or 3, the number"),
+        ({"speed": [100.0] * 3, "alpha1": []}, "speed: got 3 rows, allowed: 1 or 0"),
+        ({"threads": 0}, "threads: got 0, allowed: an integer from 1 to 4096"),
+        ({"threads": 1.5}, "threads: got 1.5, allowed"),
+    ],
+)
+def test_wrong_arguments(table, change, message):
+    with pytest.raises(InputError) as refusal:
+        table.sample(**({"alpha1": 0.7, "speed": 100.0, "seed": 1} | change))
+    assert message in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"velocity": [1.0, -1.0]}, "velocity: got shape (2,), allowed: (3,) or (n, 3)"),
+        ({"normal": np.ones((2, 2, 3))}, "normal: got shape (2, 2, 3), allowed"),
+        ({"half_size": [1e-5, 1e-5], "velocity": -np.ones((3, 3))}, "half_size: got 2 rows"),
+    ],
+)
+def test_wrong_vectors(table, change, message):
+    inputs = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
+    with pytest.raises(InputError) as refusal:
+        table.rebound(**(inputs | change), seed=1)
+    assert message in str(refusal.value)
+
+
+def test_outside_must_be_known(table_path):
+    for make in (
+        lambda: sampler.load(table_path, outside="ignore"),
+        lambda: sampler.Table(make_contents(), outside="ignore"),
+    ):
+        with pytest.raises(InputError, match="outside: got 'ignore', allowed: 'clamp', 'raise'"):
+            make()

@@ -1,0 +1,54 @@
+"""The README is true: its example runs, and its figures are those of the shipped table."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sampler
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_example_runs(capsys):
+    blocks = re.findall(r"```python\n(.*?)```", README, re.S)
+    assert len(blocks) == 1
+    exec(compile(blocks[0], "README.md", "exec"), {})
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 3
+    # the particles leave the wall slower than they came, forwards, spinning backwards
+    u, v, w = (float(x) for x in re.findall(r"-?\d+\.\d*", lines[0]))
+    assert 0.0 < u < 120.0
+    assert 0.0 < v < 90.0
+    assert abs(w) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("metric", "name"),
+    [
+        ("Kolmogorov–Smirnov distance", "ks"),
+        ("sliced Wasserstein distance", "sliced_wasserstein"),
+        ("error of any correlation", "correlation_error"),
+        ("AUC of a classifier", "auc"),
+    ],
+)
+def test_accuracy_figures_are_those_of_the_shipped_table(metric, name):
+    accuracy = sampler.load("corundum-steel").accuracy
+    row = next(line for line in README.splitlines() if line.startswith(f"| {metric}"))
+    stated = row.split("|")[3].strip()
+    digits = len(stated.partition(".")[2])
+    assert float(stated) == round(float(np.max(accuracy[name])), digits)
+    assert accuracy["auc"].size == 24
+
+
+def test_commands_named_are_commands(capsys):
+    from sampler.cli import main as sampler_main
+    from tablegen.cli import cli
+
+    rows = re.findall(r"^\| `(tablegen|sampler) (\w+)", README, re.M)
+    assert {name for program, name in rows if program == "tablegen"} == set(cli.commands)
+    with pytest.raises(SystemExit):
+        sampler_main(["draw", "--help"])
+    assert "--alpha" in capsys.readouterr().out
