@@ -52,3 +52,19 @@ def test_commands_named_are_commands(capsys):
     with pytest.raises(SystemExit):
         sampler_main(["draw", "--help"])
     assert "--alpha" in capsys.readouterr().out
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("shape", ["ellipsoid", "prism", "truncated-prism", "tetrahedron"])
+def test_collision_table(shape):
+    from tablegen import load_config, make_condition, simulate
+
+    config = load_config("corundum-steel")
+    row = next(line for line in README.splitlines() if line.startswith(f"| {shape} |"))
+    stated = np.array([float(cell) for cell in row.split("|")[2:8]])
+    population = config.population.restricted_to(shape)
+    condition = make_condition(np.pi / 2, 200.0)
+    found = simulate(config.pair, population, condition, 1_000_000, seed=1).collisions
+    shares = np.append([np.mean(found == k) for k in range(1, 6)], np.mean(found > 5))
+    # The same particles as in the README: only rounding to 0.1 and the machine's libm may differ.
+    np.testing.assert_allclose(stated, 100.0 * shares, atol=0.06)
