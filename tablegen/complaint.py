@@ -5,7 +5,7 @@ into words, from the same field declarations that were violated, so that no boun
 """
 
 from types import UnionType
-from typing import Any, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -169,10 +169,10 @@ def _chosen_member(field: FieldInfo | None, tag: str) -> type[BaseModel] | None:
 
 
 def _bare(annotation: Any) -> Any:
-    """Annotation without "or None"."""
+    """Annotation without "or None", and without the validators that hang on it."""
     if get_origin(annotation) in (Union, UnionType):
-        return next(kind for kind in get_args(annotation) if kind is not type(None))
-    return annotation
+        annotation = next(kind for kind in get_args(annotation) if kind is not type(None))
+    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
 
 
 def _allowed(field: FieldInfo | None) -> str:

@@ -93,9 +93,17 @@ class Config(Record):
 
     @model_validator(mode="after")
     def _within_validity(self) -> Self:
-        low, high = self.pair.restitution.valid_speed
-        first, last = self.domain.speed
-        if not (self.domain.extrapolate or low <= first <= last <= high):
+        valid, (first, last) = self.pair.restitution.valid_speed, self.domain.speed
+        if self.domain.extrapolate:
+            return self
+        if valid is None:
+            raise refusal(
+                "true, because the restitution law states no validity range (valid_speed)",
+                given=False,
+                field="domain.extrapolate",
+            )
+        low, high = valid
+        if not low <= first <= last <= high:
             raise refusal(
                 f"inside the restitution law's validity range [{low:g}, {high:g}] m/s, "
                 "or set domain.extrapolate = true",

@@ -1,74 +1,58 @@
-"""Material pairs: what happens at one contact of a given particle material with a given wall."""
+"""Material pairs: what happens at one contact of a given particle material with a given wall.
 
-from typing import Annotated, Literal, NamedTuple
+A pair file names one law of restitution (`tablegen.restitution`) and one of resistance, each with
+its coefficients and its source; tables/LAWS.md shows how.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from tablegen.fields import Name, Positive, Record, SpeedRange, Text
+from tablegen.fields import Name, Record, Text
+from tablegen.model.laws import CONSTANT_RESISTANCE, ORIENTATION, LawArguments
+from tablegen.restitution import RestitutionLaw
 
 
-class LawArguments(NamedTuple):
-    """Contact laws as plain numbers, for kernels."""
-
-    #: Coefficient of the restitution law, (s/m)^exponent.
-    coefficient: float
-    #: Exponent of the restitution law.
-    exponent: float
-    #: Factor in the exponent of the resistance law.
-    strength: float
-
-
-class RestitutionLaw(Record):
-    """Normal restitution at the contact point, measured for the pair.
-
-    With V_c the velocity of the contact point (m/s) and v_c its normal component,
-
-        a_nc = 1 - [1 - exp(-coefficient |V_c|^exponent)] |v_c| / |V_c|.
-
-    Source: form and corundum-on-steel coefficients as in Panfilov and Tsirkunov (2022), eq. 6.
-    """
-
-    law: Literal["exponential"]
-    coefficient: Positive
-    exponent: Annotated[float, Field(gt=0.0, le=10.0)]
-    valid_speed: SpeedRange
-    source: Text
-
-    def coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
-        """Abscissa for interpolation in impact speed: exp(-coefficient speed^exponent).
-
-        Speed enters the model only through this law, so rebound statistics are nearly linear in
-        this coordinate. It falls strictly from 1 at rest towards 0.
-
-        Parameters
-        ----------
-        speed : array_like of float
-            Impact speed, m/s, not negative.
-
-        Returns
-        -------
-        float64 array
-            Shape of `speed`, dimensionless.
-        """
-        return np.exp(-self.coefficient * np.asarray(speed, dtype=np.float64) ** self.exponent)
-
-
-class ResistanceLaw(Record):
+class OrientationResistance(Record):
     """Sliding resistance at the contact, from the particle's orientation.
 
     With r_c the contact point from the centre of mass and V_p the velocity of that centre before
     the collision,
 
-        C_f = exp(strength r_c . V_p / (|r_c| |V_p|)).
+        C_f = factor exp(strength r_c . V_p / (|r_c| |V_p|)).
 
-    Source: Panfilov and Tsirkunov (2022), eq. 7, where the strength is 1.
+    Source: Panfilov and Tsirkunov (2022), eq. 7, where strength and factor are 1.
     """
 
     law: Literal["exponential-orientation"]
     strength: Annotated[float, Field(ge=0.0, le=10.0)]
+    factor: Annotated[float, Field(ge=0.0, le=100.0)] = 1.0
     source: Text
+
+    def kernel_entries(self) -> Mapping[str, Any]:
+        """Entries of `LawArguments` that the law sets."""
+        return {
+            "resistance_law": ORIENTATION,
+            "strength": self.strength,
+            "factor": self.factor,
+        }
+
+
+class ConstantResistance(Record):
+    """The same sliding resistance at every contact: C_f = value; 0 lets contacts slide freely."""
+
+    law: Literal["constant"]
+    value: Annotated[float, Field(ge=0.0, le=100.0)]
+    source: Text
+
+    def kernel_entries(self) -> Mapping[str, Any]:
+        """Entries of `LawArguments` that the law sets."""
+        return {"resistance_law": CONSTANT_RESISTANCE, "factor": self.value}
+
+
+ResistanceLaw = OrientationResistance | ConstantResistance
 
 
 class MaterialPair(Record):
@@ -78,8 +62,31 @@ class MaterialPair(Record):
     name: Name | None = None
     particle: Text
     wall: Text
-    restitution: RestitutionLaw
-    resistance: ResistanceLaw
+    restitution: Annotated[RestitutionLaw, Field(discriminator="law")]
+    resistance: Annotated[ResistanceLaw, Field(discriminator="law")]
+
+    def extrapolation(self, speed: float) -> str | None:
+        """Say why an impact speed lies outside what the law of restitution was measured for.
+
+        Parameters
+        ----------
+        speed : float
+            Impact speed [m/s].
+
+        Returns
+        -------
+        str or None
+            None if the law's validity range holds it.
+        """
+        valid = self.restitution.valid_speed
+        if valid is None:
+            return "the restitution law states no range of speeds in which it was measured"
+        if valid[0] <= speed <= valid[1]:
+            return None
+        return (
+            f"the restitution law was measured at {valid[0]:g} to {valid[1]:g} m/s; "
+            f"{speed:g} m/s extrapolates it"
+        )
 
     def kernel_arguments(self) -> LawArguments:
         """Contact laws as plain numbers, for kernels.
@@ -88,6 +95,6 @@ class MaterialPair(Record):
         -------
         LawArguments
         """
-        return LawArguments(
-            self.restitution.coefficient, self.restitution.exponent, self.resistance.strength
-        )
+        unused = {"coefficient": 0.0, "exponent": 0.0, "strength": 0.0, "numbers": np.zeros(0)}
+        laws = {**self.restitution.kernel_entries(), **self.resistance.kernel_entries()}
+        return LawArguments(**{**unused, **laws})

@@ -8,6 +8,7 @@ complete.
 import hashlib
 import shutil
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,21 @@ from sampler.atomic import atomic_output
 from sampler.errors import InputError
 
 Arrays = dict[str, NDArray[Any]]
+
+#: ``numpy.savez`` for names known at run time only. Its stubs see them as ``allow_pickle``, which
+#: cannot be passed beside them either: before 2.2 it would be stored as an array.
+_savez: Callable[..., None] = np.savez
+
+#: What numpy and zipfile raise on files that are empty, cut short or altered.
+_DAMAGE = (
+    EOFError,
+    KeyError,
+    NotImplementedError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    zipfile.BadZipFile,
+)
 
 
 class PieceStore:
@@ -35,7 +51,7 @@ class PieceStore:
     Raises
     ------
     InputError
-        If pieces shall be used that come from another recipe.
+        If pieces shall be used that come from another recipe, or the folder cannot be made.
     """
 
     def __init__(self, output: Path, recipe: str, resume: bool) -> None:
@@ -51,8 +67,11 @@ class PieceStore:
                 )
             return
         self.discard()
-        self.folder.mkdir()
-        self._stamp.write_text(fingerprint)
+        try:
+            self.folder.mkdir()
+            self._stamp.write_text(fingerprint)
+        except OSError as error:
+            raise InputError(f"output: cannot make {self.folder}: {error.strerror}") from error
 
     def _path(self, number: int) -> Path:
         return self.folder / f"piece-{number:05d}.npz"
@@ -61,14 +80,17 @@ class PieceStore:
         """Arrays of a finished piece, or None if it is missing or damaged."""
         try:
             with np.load(self._path(number), allow_pickle=False) as file:
+                # an array whose header asks for too little leaves its checksum unread
+                if file.zip.testzip() is not None:
+                    return None
                 return {name: file[name] for name in file.files}
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        except _DAMAGE:
             return None
 
     def save(self, number: int, arrays: Arrays) -> None:
         """Keep a finished piece."""
         with atomic_output(self._path(number)) as temporary, open(temporary, "wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
+            _savez(file, **arrays)
 
     def discard(self) -> None:
         """Remove the folder with everything in it."""

@@ -165,7 +165,8 @@ def fit_mixture(
     z : (n, d) float64
         Normal scores.
     components : int
-        At most n; components that lose their points are dropped.
+        Fewer are fitted if there are fewer than d + 1 points for each; those that lose their
+        points are dropped.
     rng : numpy Generator
         Chooses the starting points.
     mirror : (d,) float64, optional
@@ -179,7 +180,9 @@ def fit_mixture(
     """
     signs = np.ones(z.shape[1]) if mirror is None else np.asarray(mirror, dtype=np.float64)
     part = z[: max(100 * components, 2000)]
-    mixture = _start(part, min(components, len(part)), signs, rng)
+    # with more points than this on average, one component at least is always alive
+    most = max((len(part) - 1) // (z.shape[1] + 1), 1)
+    mixture = _start(part, min(components, most), signs, rng)
     mixture, _ = improve(mixture, part, 60, 1e-4)
     mixture, _ = improve(mixture, z, iterations, 2e-5)
     return mixture

@@ -1,12 +1,14 @@
 """Checks of every collision and flight against the laws they must obey.
 
 The audit recomputes each law from the motion before and after, in its defining form, and keeps
-the largest violation met. It shares no intermediate result with the solver that it checks.
+the largest violation met. It shares no intermediate result with the solver that it checks, only
+the contact laws, which are checked on their own.
 """
 
 import math
 
 from sampler.jit import kernel
+from tablegen.model.laws import resistance, restitution
 
 #: Entries of an audit array.
 ENERGY, ANGULAR, NORMAL, TANGENTIAL, PENETRATION, FLIGHT_ENERGY, FLIGHT_MOMENTUM = range(7)
@@ -76,18 +78,16 @@ def audit_collision(law, speed, resolution, moments, point, before, after, audit
     u0, v0, w0 = contact_velocity(before, point)
     u1, v1, w1 = contact_velocity(after, point)
     size = math.sqrt(u0 * u0 + v0 * v0 + w0 * w0)
-    a_nc = 1.0 - (1.0 - math.exp(-law.coefficient * (speed * size) ** law.exponent)) * -v0 / size
+    a_nc = restitution(law, speed * size, -v0 / size)
     miss = abs(v1 + a_nc * v0)
     if -a_nc * v0 < resolution:
         miss = min(abs(v1 - resolution), abs(v1 + max(1.0, a_nc) * v0))
     audit[NORMAL] = max(audit[NORMAL], miss)
 
     centre = math.sqrt(before[9] ** 2 + before[10] ** 2 + before[11] ** 2)
-    cosine = 0.0
-    if centre > 0.0:
-        cosine = rx * before[9] + ry * before[10] + rz * before[11]
-        cosine /= centre * math.sqrt(rx * rx + ry * ry + rz * rz)
-    factor = math.exp(law.strength * cosine) * s_y / size
+    r_dot_v = rx * before[9] + ry * before[10] + rz * before[11]
+    r_length = math.sqrt(rx * rx + ry * ry + rz * rz)
+    factor = resistance(law, r_dot_v, r_length, centre) * s_y / size
     slip = abs(s_x + factor * 0.5 * (u0 + u1)) + abs(s_z + factor * 0.5 * (w0 + w1))
     audit[TANGENTIAL] = max(audit[TANGENTIAL], slip)
 

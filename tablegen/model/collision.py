@@ -8,33 +8,19 @@ Vectors with index 0, 1, 2 are components along the wall axes x (tangential, imp
 y (wall normal), z. The mass is one, so an impulse is a velocity change.
 """
 
-import math
-
 from sampler.jit import inline_kernel, kernel
+from tablegen.model.laws import exponential_restitution as restitution
+from tablegen.model.laws import orientation_resistance as resistance
 
-
-@inline_kernel
-def restitution(coefficient, exponent, contact_speed, cosine):
-    """Restitution coefficient a_nc of the normal contact velocity, equation (6).
-
-    Parameters
-    ----------
-    coefficient, exponent : float
-        Constants of the law; 0.1 and 0.61 for corundum on steel, speeds in m/s.
-    contact_speed : float
-        Speed |V_c| of the contact point [m/s].
-    cosine : float
-        |v_c| / |V_c|.
-    """
-    return 1.0 + math.expm1(-coefficient * contact_speed**exponent) * cosine
-
-
-@inline_kernel
-def resistance(strength, r_dot_v, r_length, speed):
-    """Coefficient C_f of resistance to sliding, equation (7); a resting centre gives one."""
-    if speed == 0.0:
-        return 1.0
-    return math.exp(strength * r_dot_v / (r_length * speed))
+__all__ = [
+    "energy_gain",
+    "impulse",
+    "impulse_cubic",
+    "positive_root",
+    "resistance",
+    "restitution",
+    "tangential_impulse",
+]
 
 
 @inline_kernel
@@ -129,7 +115,7 @@ def impulse(k, jump, mobility, u_t, w_t):
     Parameters
     ----------
     k : float
-        C_f / |V_c|.
+        C_f / |V_c|; zero for a contact that slides freely.
     jump : float
         v_c+ - v_c-, positive.
     mobility : tuple of six floats
@@ -147,7 +133,10 @@ def impulse(k, jump, mobility, u_t, w_t):
 def energy_gain(k, s_x, s_y, s_z, jump, approach):
     """Energy gained in a collision: S . (V_c + dV_c / 2), per unit mass.
 
-    The tangential part is -|S_t|^2 / (k s), never positive; the normal part is
-    s (v_c+ - |v_c-|) / 2 with v_c+ = jump - approach.
+    The tangential part is -|S_t|^2 / (k s), never positive, and absent where nothing resists
+    sliding (k = 0); the normal part is s (v_c+ - |v_c-|) / 2 with v_c+ = jump - approach.
     """
-    return -(s_x * s_x + s_z * s_z) / (k * s_y) + 0.5 * s_y * (jump - 2.0 * approach)
+    normal = 0.5 * s_y * (jump - 2.0 * approach)
+    if k == 0.0:
+        return normal
+    return -(s_x * s_x + s_z * s_z) / (k * s_y) + normal

@@ -49,7 +49,7 @@ def safe_time(gap, rate, acceleration, limit):
     if gap + limit * (rate - 0.5 * acceleration * limit) > 0.0:
         return limit
     root = math.sqrt(rate * rate + 2.0 * acceleration * gap)
-    if rate > 0.0:
+    if rate >= 0.0:
         return min(limit, (rate + root) / acceleration)
     return min(limit, 2.0 * gap / (root - rate))
 

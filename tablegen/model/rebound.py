@@ -21,8 +21,9 @@ import numpy as np
 
 from sampler.jit import inline_kernel, kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
-from tablegen.model.collision import energy_gain, impulse, resistance, restitution
+from tablegen.model.collision import energy_gain, impulse
 from tablegen.model.contact import contact_point, search
+from tablegen.model.laws import resistance, restitution
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
 from tablegen.model.shapes import lowest_depth
 
@@ -89,7 +90,7 @@ def collide(law, speed, resolution, moments, point, motion):
     Parameters
     ----------
     law : LawArguments
-        Coefficient and exponent of (6), strength of (7).
+        Laws that stand for (6) and (7).
     speed : float
         Impact speed V [m/s].
     resolution : float
@@ -124,11 +125,11 @@ def collide(law, speed, resolution, moments, point, motion):
     v_c = v + w1 * b1 + w2 * b2 + w3 * b3
     w_c = w + w1 * c1 + w2 * c2 + w3 * c3
     size_c = math.sqrt(u_c * u_c + v_c * v_c + w_c * w_c)
-    bounce = restitution(law.coefficient, law.exponent, speed * size_c, -v_c / size_c) * -v_c
+    bounce = restitution(law, speed * size_c, -v_c / size_c) * -v_c
     r_dot_v = u * (r1 * x1 + r2 * x2 + r3 * x3) + v * (r1 * n1 + r2 * n2 + r3 * n3)
     r_dot_v += w * (r1 * z1 + r2 * z2 + r3 * z3)
     r_length = math.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
-    c_f = resistance(law.strength, r_dot_v, r_length, math.sqrt(u * u + v * v + w * w))
+    c_f = resistance(law, r_dot_v, r_length, math.sqrt(u * u + v * v + w * w))
     k = c_f / size_c
     jump = max(bounce, resolution) - v_c
     s_x, s_y, s_z = impulse(k, jump, mobility, u_c, w_c)

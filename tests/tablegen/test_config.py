@@ -37,7 +37,8 @@ class TestShippedPair:
     def test_is_the_pair_of_the_paper(self):
         config = load_config("corundum-steel")
         assert (config.name, config.pair_name) == ("corundum-steel", "corundum-steel")
-        assert config.pair.kernel_arguments() == (0.1, 0.61, 1.0)
+        law = config.pair.kernel_arguments()
+        assert (law.coefficient, law.exponent, law.strength, law.factor) == (0.1, 0.61, 1.0, 1.0)
         assert config.pair.restitution.valid_speed == (50.0, 300.0)
         assert "Lashkov 1991" in config.pair.restitution.source
         assert config.domain.alpha_deg == (0.5, 90.0)
@@ -219,8 +220,9 @@ REFUSALS = [
     ({"pair": {"wall": 3}}, "pair.wall: got 3, allowed: text in quotes"),
     ({"pair": {"resistance": "none"}}, "pair.resistance: got 'none', allowed: a table of fields"),
     (
-        {"pair": {"restitution": {"law": "power"}}},
-        "pair.restitution.law: got 'power', allowed: 'exponential' (and 4 more problems)",
+        {"pair": {"restitution": {"law": "elastic"}}},
+        "pair.restitution.law: got 'elastic', allowed: 'exponential', 'polynomial', 'constant', "
+        "'power', 'tabulated'",
     ),
     (
         {"pair": {"restitution": {"coefficient": True}}},

@@ -1,0 +1,234 @@
+"""Contact laws: restitution of the normal contact velocity, resistance to sliding.
+
+Each law is a small kernel. `restitution` and `resistance` pick the one that a material pair names,
+by a number that is the same for every collision of a run, so the branch is always predicted and
+one compiled model serves all pairs.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+
+#: Laws of restitution.
+EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
+
+#: Laws of resistance.
+ORIENTATION, CONSTANT_RESISTANCE = range(2)
+
+
+class LawArguments(NamedTuple):
+    """Contact laws of a pair as kernels take them; a law reads the entries that it has a use for.
+
+    Build one with `MaterialPair.kernel_arguments`.
+    """
+
+    #: Restitution: coefficient of the exponential or the power law, or the constant itself.
+    coefficient: float
+    #: Restitution: exponent of the exponential or the power law.
+    exponent: float
+    #: Resistance: factor in the exponent of the orientation law.
+    strength: float
+    #: Resistance: overall factor of the orientation law, or the constant itself.
+    factor: float
+    #: Which law of restitution, EXPONENTIAL to TABULATED.
+    restitution_law: int
+    #: Which law of resistance, ORIENTATION or CONSTANT_RESISTANCE.
+    resistance_law: int
+    #: float64, (n,): coefficients of the polynomial, lowest power first, or the packed table of
+    #: `pack_table`; empty for the other laws.
+    numbers: NDArray[np.float64]
+
+
+def pack_table(
+    angle: NDArray[np.float64], speed: NDArray[np.float64], value: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Lay a table of restitution coefficients out as `tabulated_restitution` reads it.
+
+    Parameters
+    ----------
+    angle : (n,) float64
+        Increasing impact angles at the contact [rad].
+    speed : (m,) float64
+        Increasing contact speeds [m/s].
+    value : (n, m) float64
+        Restitution coefficients.
+
+    Returns
+    -------
+    (2 + n + m + n m,) float64
+        Sizes n and m, angles, speeds, values row by row.
+    """
+    sizes = np.array(value.shape, dtype=np.float64)
+    return np.concatenate([sizes, angle, speed, value.ravel()])
+
+
+@inline_kernel
+def exponential_restitution(coefficient, exponent, contact_speed, cosine):
+    """Restitution coefficient a_nc of the normal contact velocity, equation (6).
+
+    Parameters
+    ----------
+    coefficient, exponent : float
+        Constants of the law; 0.1 and 0.61 for corundum on steel, speeds in m/s.
+    contact_speed : float
+        Speed |V_c| of the contact point [m/s].
+    cosine : float
+        |v_c| / |V_c|.
+    """
+    return 1.0 + math.expm1(-coefficient * contact_speed**exponent) * cosine
+
+
+@inline_kernel
+def impact_angle(cosine):
+    """Impact angle beta at the contact, measured from the wall [rad], for |v_c| / |V_c|."""
+    # rounding may leave the ratio a hair above one, where the arc sine is not a number
+    return math.asin(min(cosine, 1.0))
+
+
+@borrowing_inline_kernel
+def polynomial_restitution(coefficients, angle):
+    """Restitution coefficient c_0 + c_1 beta + c_2 beta^2 + ...
+
+    Parameters
+    ----------
+    coefficients : (n,) float64
+        Lowest power first.
+    angle : float
+        Impact angle beta at the contact, from the wall [rad].
+    """
+    value = 0.0
+    for i in range(coefficients.size - 1, -1, -1):
+        value = value * angle + coefficients[i]
+    return value
+
+
+@inline_kernel
+def power_restitution(coefficient, exponent, normal_speed):
+    """Restitution coefficient min(1, coefficient |v_c|^(-exponent)).
+
+    Parameters
+    ----------
+    coefficient, exponent : float
+        Both positive; speeds in m/s.
+    normal_speed : float
+        Normal contact speed |v_c| [m/s]; a power law of it grows without bound towards rest,
+        where an elastic contact is the most there can be.
+    """
+    # in this form no speed divides by zero or overflows
+    loss = normal_speed**exponent
+    return coefficient / loss if loss > coefficient else 1.0
+
+
+@borrowing_inline_kernel
+def table_cell(numbers, first, count, x):
+    """Lower node and weight of the upper one for x among ``count`` nodes from ``first`` on.
+
+    Beyond the ends the weight is that of the end itself.
+    """
+    if count == 1 or x <= numbers[first]:
+        return 0, 0.0
+    if x >= numbers[first + count - 1]:
+        return count - 2, 1.0
+    low, high = 0, count - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if numbers[first + middle] <= x:
+            low = middle
+        else:
+            high = middle
+    below = numbers[first + low]
+    return low, (x - below) / (numbers[first + high] - below)
+
+
+@borrowing_kernel
+def tabulated_restitution(numbers, angle, contact_speed):
+    """Restitution coefficient from a table: bilinear, constant beyond the ends.
+
+    Parameters
+    ----------
+    numbers : (2 + n + m + n m,) float64
+        From `pack_table`.
+    angle : float
+        Impact angle beta at the contact, from the wall [rad].
+    contact_speed : float
+        Speed |V_c| of the contact point [m/s].
+    """
+    angles, speeds = int(numbers[0]), int(numbers[1])
+    i, p = table_cell(numbers, 2, angles, angle)
+    j, q = table_cell(numbers, 2 + angles, speeds, contact_speed)
+    corner = 2 + angles + speeds + i * speeds + j
+    # an axis of one node has no upper neighbour
+    up = speeds if angles > 1 else 0
+    right = 1 if speeds > 1 else 0
+    near = (1.0 - q) * numbers[corner] + q * numbers[corner + right]
+    far = (1.0 - q) * numbers[corner + up] + q * numbers[corner + up + right]
+    return (1.0 - p) * near + p * far
+
+
+@borrowing_kernel
+def other_restitution(law, contact_speed, cosine):
+    """Restitution coefficient by a law that is not the exponential one; see `restitution`.
+
+    Not inlined, so that the common law's path stays short.
+    """
+    if law.restitution_law == POLYNOMIAL:
+        return polynomial_restitution(law.numbers, impact_angle(cosine))
+    if law.restitution_law == POWER:
+        return power_restitution(law.coefficient, law.exponent, contact_speed * cosine)
+    if law.restitution_law == TABULATED:
+        return tabulated_restitution(law.numbers, impact_angle(cosine), contact_speed)
+    return law.coefficient
+
+
+@borrowing_inline_kernel
+def restitution(law, contact_speed, cosine):
+    """Restitution coefficient a_nc of the normal contact velocity, by the law of the pair.
+
+    Parameters
+    ----------
+    law : LawArguments
+    contact_speed : float
+        Speed |V_c| of the contact point [m/s].
+    cosine : float
+        |v_c| / |V_c|, the sine of the impact angle at the contact.
+    """
+    if law.restitution_law == EXPONENTIAL:
+        return exponential_restitution(law.coefficient, law.exponent, contact_speed, cosine)
+    return other_restitution(law, contact_speed, cosine)
+
+
+@inline_kernel
+def orientation_resistance(strength, r_dot_v, r_length, speed):
+    """Coefficient C_f of resistance to sliding, equation (7); a resting centre gives one.
+
+    Parameters
+    ----------
+    strength : float
+        1 in equation (7).
+    r_dot_v : float
+        r_c . V_p, contact point from the centre and velocity of the centre.
+    r_length, speed : float
+        |r_c| and |V_p|.
+    """
+    if speed == 0.0:
+        return 1.0
+    return math.exp(strength * r_dot_v / (r_length * speed))
+
+
+@borrowing_inline_kernel
+def resistance(law, r_dot_v, r_length, speed):
+    """Coefficient C_f of resistance to sliding, by the law of the pair.
+
+    Parameters
+    ----------
+    law : LawArguments
+    r_dot_v, r_length, speed : float
+        As in `orientation_resistance`.
+    """
+    if law.resistance_law == ORIENTATION:
+        return law.factor * orientation_resistance(law.strength, r_dot_v, r_length, speed)
+    return law.factor

@@ -1,0 +1,55 @@
+from functools import partial
+from types import SimpleNamespace
+
+import pytest
+from command_line import BAD_INPUT
+from tiny_tables import GENERATE, MEASURED, TINY, Tiny
+
+from tablegen.cli import main
+from tablegen.generate import generate
+from tablegen.measure import measure
+
+
+@pytest.fixture
+def quick_measurement(monkeypatch):
+    """New tables are measured with fewer states, which takes seconds off each."""
+    monkeypatch.setattr(GENERATE, "measure", partial(measure, samples=MEASURED))
+
+
+@pytest.fixture(scope="session")
+def tiny(tmp_path_factory):
+    """The tiny table, made once."""
+    path = tmp_path_factory.mktemp("tables") / "tiny.h5"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(GENERATE, "measure", partial(measure, samples=MEASURED))
+        return Tiny(path, generate(TINY, path, conditions=2))
+
+
+@pytest.fixture
+def run(capsys):
+    """Run the command line in this process: status, standard output, standard error."""
+
+    def runner(*arguments):
+        status = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return SimpleNamespace(status=status, out=captured.out, err=captured.err)
+
+    return runner
+
+
+@pytest.fixture
+def refused(run, tmp_path):
+    """Run what must be refused: one line, and the folder as it was. Returns the line."""
+
+    def runner(*arguments):
+        before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+        ended = run(*arguments)
+        assert ended.status == BAD_INPUT
+        assert ended.out == ""
+        assert ended.err.count("\n") == 1
+        assert ended.err.endswith("\n")
+        assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+        assert ended.err.startswith("tablegen: error: ")
+        return ended.err.removeprefix("tablegen: error: ").rstrip("\n")
+
+    return runner

@@ -1,0 +1,140 @@
+"""Node grids and look-ups: where the nodes are, and what lies between them."""
+
+import numpy as np
+import pytest
+
+from tablegen.config import load_config
+from tablegen.fitting.axes import (
+    ANGLE_STEP_DEG,
+    GRAZING_STEP,
+    LEAST_ANGLE_STEP_DEG,
+    LOOKUP_SIZE,
+    SPEED_STEP,
+    make_axes,
+)
+
+SHIPPED = load_config("corundum-steel")
+
+
+def axes_of(alpha_deg=(0.5, 90.0), speed=(50.0, 300.0), **table):
+    """Axes of the shipped pair on another domain, with nodes where they are given."""
+    domain = {"alpha_deg": list(alpha_deg), "speed": list(speed), "extrapolate": True}
+    return make_axes(SHIPPED.with_changes({"domain": domain, "table": table}))
+
+
+def looked_up(coordinate, nodes, values):
+    """Fractional node index as a draw finds it: linear between equally spaced entries."""
+    grid = np.linspace(nodes[0], nodes[-1], len(coordinate))
+    return np.interp(values, grid, coordinate)
+
+
+DOMAINS = [
+    ((0.5, 90.0), (50.0, 300.0)),
+    ((0.01, 90.0), (1.0, 900.0)),
+    ((20.0, 60.0), (100.0, 200.0)),
+    ((89.9, 90.0), (299.0, 300.0)),
+    ((0.5, 0.7), (50.0, 50.001)),
+]
+
+
+@pytest.mark.parametrize(("alpha_deg", "speed"), DOMAINS)
+def test_nodes_span_the_domain(alpha_deg, speed):
+    axes = axes_of(alpha_deg, speed)
+    assert (axes.alpha_deg[0], axes.alpha_deg[-1]) == alpha_deg
+    assert (axes.speed[0], axes.speed[-1]) == speed
+    for nodes in (axes.alpha_deg, axes.speed):
+        assert (np.diff(nodes) > 0.0).all()
+
+
+def test_the_last_angle_is_the_domains_to_the_last_bit():
+    # A node at 90.00000000000001 degrees would be refused by the file format.
+    for first in np.round(np.arange(0.1, 89.0, 0.37), 2):
+        assert axes_of((first, 90.0)).alpha_deg[-1] == 90.0
+
+
+def test_default_angle_steps():
+    axes = axes_of()
+    step, lower = np.diff(axes.alpha_deg), axes.alpha_deg[:-1]
+    # Squeezing the last step into the range makes steps smaller, by less than one step in all.
+    widest = np.clip(GRAZING_STEP * lower, LEAST_ANGLE_STEP_DEG, ANGLE_STEP_DEG)
+    assert (step <= widest * (1.0 + 1e-12)).all()
+    assert (step >= 0.8 * widest).all()
+    assert (np.diff(step) >= -1e-9).all()
+    # The rule is the coarsest that keeps to those steps: one node less would not reach.
+    assert axes.alpha_deg[0] + np.cumsum(widest)[-2] < axes.alpha_deg[-1]
+
+
+def test_default_speed_steps():
+    axes = axes_of()
+    abscissa = np.log(SHIPPED.speed_coordinate(axes.speed))
+    step = -np.diff(abscissa)
+    np.testing.assert_allclose(step, step.mean(), rtol=1e-5)
+    assert step.max() <= SPEED_STEP
+    assert abscissa[0] - abscissa[-1] > SPEED_STEP * (len(step) - 1)
+
+
+def test_given_nodes_are_taken():
+    axes = axes_of((20.0, 60.0), (100.0, 200.0), alpha_nodes_deg=[20.0, 21.0, 60.0])
+    np.testing.assert_array_equal(axes.alpha_deg, [20.0, 21.0, 60.0])
+    axes = axes_of((20.0, 60.0), (100.0, 200.0), speed_nodes=[100.0, 190.0, 200.0])
+    np.testing.assert_array_equal(axes.speed, [100.0, 190.0, 200.0])
+
+
+def test_single_condition():
+    axes = axes_of((35.0, 35.0), (120.0, 120.0))
+    np.testing.assert_array_equal(axes.alpha_deg, [35.0])
+    np.testing.assert_array_equal(axes.speed, [120.0])
+    for coordinate in (axes.alpha_coordinate, axes.speed_coordinate):
+        np.testing.assert_array_equal(coordinate, np.zeros(LOOKUP_SIZE))
+
+
+@pytest.mark.parametrize(("alpha_deg", "speed"), DOMAINS)
+def test_look_up_grows_from_the_first_node_to_the_last(alpha_deg, speed):
+    axes = axes_of(alpha_deg, speed)
+    for coordinate, nodes in (
+        (axes.alpha_coordinate, axes.alpha_deg),
+        (axes.speed_coordinate, axes.speed),
+    ):
+        assert coordinate.shape == (LOOKUP_SIZE,)
+        assert (coordinate[0], coordinate[-1]) == (0.0, len(nodes) - 1.0)
+        assert (np.diff(coordinate) > 0.0).all()
+
+
+def test_look_up_finds_the_nodes():
+    axes = axes_of()
+    for coordinate, nodes in (
+        (axes.alpha_coordinate, axes.alpha_deg),
+        (axes.speed_coordinate, axes.speed),
+    ):
+        found = looked_up(coordinate, nodes, nodes)
+        # A kink between two entries is cut off by less than what one entry is worth.
+        entry = np.diff(coordinate).max()
+        np.testing.assert_allclose(found, np.arange(len(nodes)), rtol=0.0, atol=entry)
+        # Refused: nodes that are off by a few entries.
+        moved = nodes[1:-1] + 4.0 * (nodes[-1] - nodes[0]) / LOOKUP_SIZE
+        assert (looked_up(coordinate, nodes, moved) - np.arange(1, len(nodes) - 1) > 0.0).all()
+
+
+def test_look_up_is_linear_in_the_angle():
+    axes = axes_of()
+    rng = np.random.default_rng(3)
+    alpha = rng.uniform(0.5, 90.0, 2000)
+    expected = np.interp(alpha, axes.alpha_deg, np.arange(len(axes.alpha_deg)))
+    found = looked_up(axes.alpha_coordinate, axes.alpha_deg, alpha)
+    entry = np.diff(axes.alpha_coordinate).max()
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=entry)
+
+
+def test_look_up_is_linear_in_the_restitution_abscissa_of_the_speed():
+    axes = axes_of(speed_nodes=[50.0, 120.0, 300.0])
+    speed = np.random.default_rng(4).uniform(50.0, 300.0, 2000)
+    found = looked_up(axes.speed_coordinate, axes.speed, speed)
+    # Written out once more, by hand: x = exp(-0.1 V^0.61), which falls with the speed.
+    x, nodes = np.exp(-0.1 * speed**0.61), np.exp(-0.1 * axes.speed**0.61)
+    lower = (speed > 120.0).astype(int)
+    expected = lower + (x - nodes[lower]) / (nodes[lower + 1] - nodes[lower])
+    entry = np.diff(axes.speed_coordinate).max()
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=entry)
+    # Refused: an index that is linear in the speed itself.
+    naive = np.interp(speed, axes.speed, np.arange(3))
+    assert np.abs(naive - expected).max() > 20.0 * entry

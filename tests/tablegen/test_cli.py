@@ -1,0 +1,298 @@
+"""The command line: what it writes and how it ends; what it refuses is in test_cli_refusals."""
+
+import html
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from command_line import (
+    BAD_INPUT,
+    DONE,
+    INTERRUPTED,
+    MISSED,
+    SIMULATE,
+    config_file,
+    flags,
+)
+from tiny_tables import GENERATE, TINY
+from wrong_tables import declaring, independent_channels
+
+import sampler
+from sampler.schema import write_table
+from tablegen.cli import cli
+from tablegen.config import load_config
+from tablegen.particles import SHAPE_CODES
+from tablegen.simulate import make_condition, simulate
+
+COMMANDS = sorted(cli.commands)
+
+
+class TestHelp:
+    def test_commands_are_those_of_the_contract(self):
+        assert {"demo", "simulate", "generate", "validate", "inspect"} <= set(COMMANDS)
+
+    @pytest.mark.parametrize("command", COMMANDS)
+    @pytest.mark.parametrize("flag", ["-h", "--help"])
+    def test_every_command_shows_examples(self, run, command, flag):
+        ended = run(command, flag)
+        assert (ended.status, ended.err) == (DONE, "")
+        _, examples = ended.out.split("Examples:")
+        assert examples.split()[:2] == ["tablegen", command]
+
+    def test_overview(self, run):
+        ended = run("--help")
+        assert ended.status == DONE
+        assert all(f"  {command} " in ended.out for command in COMMANDS)
+        assert ended.out.split("Examples:")[1].split()[:2] == ["tablegen", "demo"]
+
+    def test_no_command_shows_the_overview_and_is_bad_input(self, run):
+        ended = run()
+        assert ended.status == BAD_INPUT
+        assert "Commands:" in ended.out + ended.err
+
+    def test_version(self, run):
+        assert run("--version").out == f"tablegen, version {sampler.__version__}\n"
+
+
+class TestSimulate:
+    @pytest.fixture
+    def simulated(self, run, tmp_path):
+        def runner(**changes):
+            output = tmp_path / "rebounds.npz"
+            words = flags(SIMULATE, {f"--{name}": value for name, value in changes.items()})
+            ended = run("simulate", *words, "--output", output, "--quiet")
+            assert (ended.status, ended.out) == (DONE, "")
+            with np.load(output) as file:
+                return SimpleNamespace(err=ended.err, files=file.files, **dict(file.items()))
+
+        return runner
+
+    def test_fields(self, simulated):
+        result = simulated()
+        assert result.err == ""
+        assert sorted(result.files) == ["aspect", "collisions", "energy", "shape", "state"]
+        for name, shape, kind in (
+            ("state", (300, 6), "f8"),
+            ("collisions", (300,), "i8"),
+            ("shape", (300,), "i8"),
+            ("aspect", (300, 2), "f8"),
+            ("energy", (300, 2), "f8"),
+        ):
+            values = getattr(result, name)
+            assert (values.shape, values.dtype) == (shape, np.dtype(kind))
+        assert set(result.shape) == {0, 1, 2, 3}
+        assert result.collisions.min() >= 1
+        assert ((result.aspect >= 0.5) & (result.aspect <= 1.0)).all()
+        speed2 = (result.state[:, :3] ** 2).sum(axis=1)
+        np.testing.assert_allclose(result.energy[:, 0], speed2, rtol=1e-12)
+        assert (result.energy.sum(axis=1) <= 1.0 + 1e-12).all()
+
+    def test_is_the_simulation(self, simulated):
+        config = load_config("corundum-steel")
+        condition = make_condition(np.radians(45.0), 200.0)
+        expected = simulate(config.pair, config.population, condition, 300, seed=1)
+        result = simulated()
+        np.testing.assert_array_equal(result.state, expected.state)
+        np.testing.assert_array_equal(result.collisions, expected.collisions)
+        np.testing.assert_array_equal(simulated(threads=3).state, expected.state)
+        assert not np.array_equal(simulated(seed=2).state, expected.state)
+
+    @pytest.mark.parametrize(
+        "shape", ["sphere", "ellipsoid", "prism", "truncated-prism", "tetrahedron"]
+    )
+    def test_shape(self, simulated, shape):
+        result = simulated(shape=shape, count=20)
+        np.testing.assert_array_equal(result.shape, SHAPE_CODES[shape])
+        if shape == "sphere":
+            np.testing.assert_array_equal(result.aspect, 1.0)
+            np.testing.assert_array_equal(result.collisions, 1)
+
+    def test_aspect(self, simulated):
+        result = simulated(shape="prism", aspect=(0.8, 0.5), count=20)
+        np.testing.assert_array_equal(result.aspect, [[0.8, 0.5]] * 20)
+
+    def test_spin(self, simulated):
+        config = load_config("corundum-steel")
+        condition = make_condition(np.radians(45.0), 200.0, (0.5, -0.25, 1.0))
+        expected = simulate(config.pair, config.population, condition, 300, seed=1)
+        result = simulated(spin=(0.5, -0.25, 1.0))
+        np.testing.assert_array_equal(result.state, expected.state)
+        np.testing.assert_array_equal(result.energy, expected.energy)
+
+    def test_speed_outside_the_law_is_simulated_with_a_note(self, simulated):
+        assert simulated(speed=300).err == ""
+        note = simulated(speed=301).err
+        assert note.count("\n") == 1
+        assert "50 to 300 m/s; 301 m/s extrapolates it" in note
+
+    def test_file_has_the_name_that_was_given(self, run, tmp_path):
+        output = tmp_path / "rebounds.data"
+        output.write_text("an older file")
+        words = flags(SIMULATE, {"--output": output})
+        assert run("simulate", *words, "--quiet").status == DONE
+        assert [path.name for path in tmp_path.iterdir()] == ["rebounds.data"]
+        assert np.load(output)["state"].shape == (300, 6)
+
+    def test_pair_may_be_a_file(self, simulated, tmp_path):
+        path = config_file(tmp_path, population={"shapes": {"prism": 0.0}})
+        assert set(simulated(pair=path).shape) == {0, 2, 3}
+
+
+@pytest.mark.usefixtures("quick_measurement")
+class TestGenerate:
+    def test_makes_a_table(self, run, tmp_path):
+        output = tmp_path / "t.h5"
+        ended = run(
+            "generate", config_file(tmp_path), "--output", output, "--conditions", 1, "--quiet"
+        )
+        assert (ended.status, ended.err) == (DONE, "")
+        assert "The declared accuracy holds at every condition." in ended.out
+        assert f"{output}: " in ended.out
+        assert sampler.load(output).accuracy["auc"].shape == (1,)
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5"]
+
+    def test_missed_accuracy_is_status_1_and_leaves_the_table(self, run, tmp_path):
+        output = tmp_path / "t.h5"
+        config = config_file(tmp_path, accuracy={"ks": 1e-6})
+        ended = run("generate", config, "--output", output, "--conditions", 1, "--quiet")
+        assert ended.status == MISSED
+        assert "missed: ks: 0." in ended.out
+        assert "declared at most 1e-06" in ended.out
+        assert sampler.load(output).accuracy["ks"].max() > 1e-6
+
+    def test_interrupted_run_can_be_resumed(self, run, tmp_path, monkeypatch):
+        output, config = tmp_path / "t.h5", config_file(tmp_path)
+        words = ("generate", config, "--output", output, "--conditions", 1, "--quiet")
+        assert run(*words).status == DONE
+        whole = output.read_bytes()
+        output.unlink()
+
+        def interrupted(*_, **__):
+            raise KeyboardInterrupt
+
+        with monkeypatch.context() as patch:
+            patch.setattr(GENERATE, "measure", interrupted)
+            ended = run(*words)
+            assert (ended.status, ended.err.strip()) == (INTERRUPTED, "tablegen: interrupted")
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5.parts"]
+        monkeypatch.setattr(GENERATE, "fit_node", None)  # all four are there already
+        assert run(*words, "--resume").status == DONE
+        assert output.read_bytes() == whole
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5"]
+
+    def test_speed_outside_the_law_may_be_asked_for(self, run, tmp_path):
+        changes = {
+            "domain": {"speed": [40.0, 310.0], "extrapolate": True},
+            "table": {"speed_nodes": [40.0, 310.0]},
+        }
+        path = config_file(tmp_path, **changes)
+        words = ("generate", path, "--output", tmp_path / "t.h5", "--conditions", 1, "--quiet")
+        assert run(*words).status == DONE
+        assert sampler.load(tmp_path / "t.h5").speed_range == (40.0, 310.0)
+
+
+class TestValidate:
+    WORDS = ("--conditions", 1, "--samples", 1000, "--quiet")
+
+    def test_good_table_is_status_0(self, run, tiny, tmp_path):
+        page, record = tmp_path / "v.html", tmp_path / "v.json"
+        ended = run("validate", tiny.path, *self.WORDS, "--json", record, "--html", page)
+        assert (ended.status, ended.err) == (DONE, "")
+        assert "The declared accuracy holds at every condition." in ended.out
+        data = json.loads(record.read_text())
+        assert data["holds"] is True
+        assert data["declared"] == TINY.accuracy.model_dump()
+        (condition,) = data["conditions"]
+        assert f"{condition['auc']:.3f}" in ended.out
+        assert f"{condition['sliced_wasserstein']:.4f}" in page.read_text()
+        assert html.escape(str(tiny.path)) in page.read_text()
+
+    def test_wrong_table_is_status_1_and_is_reported(self, run, tiny, tmp_path):
+        path, record = tmp_path / "wrong.h5", tmp_path / "v.json"
+        write_table(path, independent_channels(tiny.generated.table.contents))
+        ended = run("validate", path, *self.WORDS, "--json", record, "--html", tmp_path / "v.html")
+        assert (ended.status, ended.err) == (MISSED, "")
+        assert "missed: correlation_error: 0." in ended.out
+        data = json.loads(record.read_text())
+        assert data["holds"] is False
+        assert data["missed"]
+        assert "is missed" in (tmp_path / "v.html").read_text()
+
+    def test_declared_accuracy_is_what_counts(self, run, tiny, tmp_path):
+        path = tmp_path / "ambitious.h5"
+        write_table(path, declaring(tiny.generated.table.contents, ks=1e-6))
+        ended = run("validate", path, *self.WORDS)
+        assert ended.status == MISSED
+        assert ended.out.count("missed: ") == 1
+
+    def test_details_of_every_condition(self, run, tiny):
+        words = ("validate", tiny.path, "--conditions", 3, "--samples", 1000, "--quiet")
+        assert run(*words).out.count("most probable") == 1
+        assert run(*words, "--details").out.count("most probable") == 3
+
+
+class TestInspect:
+    def test_says_what_the_table_is(self, run, tiny):
+        ended = run("inspect", tiny.path)
+        assert (ended.status, ended.err) == (DONE, "")
+        table = sampler.load(tiny.path)
+        for words in (
+            "corundum-steel",
+            "35 to 45 degrees, 2 nodes",
+            "60 to 300 m/s, 2 nodes",
+            "16 components",
+            "mirrored",
+            table.contents.content_sha256,
+            "at 2 conditions between nodes",
+            f"AUC {table.accuracy['auc'].max():.3f}",
+        ):
+            assert words in ended.out
+
+    def test_prints_the_configuration(self, run, tiny):
+        assert run("inspect", tiny.path, "--config").out == TINY.text + "\n"
+
+
+class TestDemo:
+    @pytest.mark.parametrize(("holds", "status"), [(True, DONE), (False, MISSED)])
+    def test_status_is_the_verdict(self, run, tmp_path, monkeypatch, holds, status):
+        calls = []
+
+        def fake(output, say, progress):
+            calls.append((output, progress))
+            say("what it does")
+            return SimpleNamespace(holds=holds)
+
+        monkeypatch.setattr("tablegen.cli.run_demo", fake)
+        ended = run("demo", "--output", tmp_path / "d.h5", "--quiet")
+        assert (ended.status, ended.out) == (status, "what it does\n")
+        assert calls == [(tmp_path / "d.h5", False)]
+
+
+class TestProcess:
+    """The two ways in, in processes of their own, away from the source tree."""
+
+    SCRIPT = shutil.which("tablegen", path=str(Path(sys.executable).parent))
+
+    def run(self, words, folder):
+        return subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=120)
+
+    def test_script(self, tiny, tmp_path):
+        assert self.SCRIPT, "the package is not installed in this environment"
+        ended = self.run([self.SCRIPT, "inspect", str(tiny.path)], tmp_path)
+        assert (ended.returncode, ended.stderr) == (DONE, "")
+        assert "corundum-steel" in ended.stdout
+
+    def test_module(self, tmp_path):
+        (tmp_path / "foreign.h5").write_text("nothing of ours")
+        words = [sys.executable, "-m", "tablegen", "validate", "foreign.h5", "--json", "v.json"]
+        ended = self.run(words, tmp_path)
+        assert (ended.returncode, ended.stdout) == (BAD_INPUT, "")
+        assert ended.stderr.count("\n") == 1
+        assert "Traceback" not in ended.stderr
+        assert ended.stderr.startswith("tablegen: error: foreign.h5: ")
+        assert [path.name for path in tmp_path.iterdir()] == ["foreign.h5"]

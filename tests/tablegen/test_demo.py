@@ -1,0 +1,75 @@
+"""The demonstration: with a smaller scene in ordinary tests, as it is in the study."""
+
+import time
+from functools import partial
+
+import pytest
+from tiny_tables import ROUGH, TINY
+
+import sampler
+from tablegen import demo
+from tablegen.config import load_config
+from tablegen.validate import validate
+
+#: Steps of the demonstration, in the order in which it speaks of them.
+STEPS = ("1. Generating ", "2. Drawing 1,000,000 rebounds", "3. Validating", "The table ")
+
+
+def assert_told(said):
+    text = "\n".join(said)
+    positions = [text.index(step) for step in STEPS]
+    assert positions == sorted(positions)
+    return text
+
+
+@pytest.fixture
+def small_demo(monkeypatch, quick_measurement):
+    """Runs the demonstration on another scene, with a short validation; returns what it says."""
+
+    def run(config, output):
+        monkeypatch.setattr(demo, "load_config", lambda name: {"demo": config}[name])
+        monkeypatch.setattr(demo, "validate", partial(validate, samples=2000))
+        said = []
+        return demo.run_demo(output, said.append, progress=False), said
+
+    return run
+
+
+def test_generates_draws_and_validates(small_demo, tmp_path):
+    output = tmp_path / "demo.h5"
+    result, said = small_demo(TINY, output)
+    text = assert_told(said)
+    assert "synthetic corundum on steel St3, 35 to 45 degrees, 60 to 300 m/s" in text
+    assert "at 35 degrees and 130 m/s" in text
+    assert " times faster" in text
+    assert "omega_z" in text
+    assert result.holds
+    assert f"The table holds its declared accuracy. It is in {output}" in text
+    assert len(result.comparisons) == 6
+    # The table is left behind, alone, and can be used.
+    assert [path.name for path in tmp_path.iterdir()] == ["demo.h5"]
+    state = sampler.load(output).sample(0.7, 100.0, seed=1, index=range(10))
+    assert state.shape == (10, 6)
+
+
+def test_says_that_the_accuracy_is_missed(small_demo, tmp_path):
+    config = ROUGH.with_changes({"accuracy": {"auc": 0.5}})
+    result, said = small_demo(config, tmp_path / "demo.h5")
+    assert not result.holds
+    assert "The table MISSES its declared accuracy." in assert_told(said)
+
+
+def test_scene_covers_the_condition_of_the_example():
+    domain = load_config("demo").domain
+    assert domain.alpha_deg[0] < demo._ALPHA_DEG < domain.alpha_deg[1]
+    assert domain.speed[0] < demo._SPEED < domain.speed[1]
+
+
+@pytest.mark.study
+def test_the_real_one_holds_its_accuracy_in_three_minutes(tmp_path):
+    begin, said = time.perf_counter(), []
+    result = demo.run_demo(tmp_path / "demo.h5", said.append, progress=False)
+    assert time.perf_counter() - begin < 180.0
+    assert result.holds, result.missed
+    assert_told(said)
+    assert [path.name for path in tmp_path.iterdir()] == ["demo.h5"]

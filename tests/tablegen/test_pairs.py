@@ -1,0 +1,355 @@
+"""Material pairs in files: every law is read, checked, turned into kernel arguments and a table."""
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+from command_line import SIMULATE, flags
+from tiny_tables import ROUGH
+
+import sampler
+from sampler.channels import COMPONENTS
+from sampler.errors import InputError
+from sampler.locate import data_directory
+from tablegen.cli import main
+from tablegen.config import load_config, parse_config
+from tablegen.fitting.axes import make_axes
+from tablegen.generate import generate
+from tablegen.model.laws import restitution
+
+SOURCE = {"source": "where it was published"}
+LAWS = {
+    "exponential": {"law": "exponential", "coefficient": 0.2, "exponent": 0.5},
+    "polynomial": {"law": "polynomial", "coefficients": [0.993, -1.76, 1.56, -0.49]},
+    "constant": {"law": "constant", "value": 0.6},
+    "power": {"law": "power", "coefficient": 0.5, "reference_speed": 100.0, "exponent": 0.25},
+    "tabulated": {
+        "law": "tabulated",
+        "angle_deg": [10.0, 45.0, 90.0],
+        "speed": [50.0, 200.0],
+        "value": [[0.9, 0.8], [0.6, 0.5], [0.4, 0.2]],
+    },
+}
+SPEEDLESS = {
+    "polynomial": LAWS["polynomial"],
+    "constant": LAWS["constant"],
+    "one speed": LAWS["tabulated"] | {"speed": [50.0], "value": [[0.9], [0.6], [0.4]]},
+}
+#: Pairs of published mean laws, whose measured range of speeds is not known.
+MEAN_LAWS = ("forder-1998", "grant-tabakoff-1975")
+
+
+def with_laws(restitution=None, resistance=None, **changes):
+    """The shipped pair with other laws, valid where it is."""
+    pair = {}
+    if restitution is not None:
+        pair["restitution"] = {"valid_speed": [50.0, 300.0]} | SOURCE | restitution
+    if resistance is not None:
+        pair["resistance"] = SOURCE | resistance
+    return load_config("corundum-steel").with_changes({"pair": pair, **changes})
+
+
+def refused(restitution=None, resistance=None, **changes):
+    """The one line with which laws are refused."""
+    with pytest.raises(InputError) as caught:
+        with_laws(restitution, resistance, **changes)
+    line = str(caught.value)
+    assert "\n" not in line
+    return line.removeprefix("corundum-steel, changed: ").removeprefix("pair.")
+
+
+class TestReading:
+    @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+    def test_text_stands_alone(self, law):
+        config = with_laws(law, {"law": "constant", "value": 0.5})
+        assert parse_config(config.text, "stored") == config
+        stored = tomllib.loads(config.text)["pair"]["restitution"]
+        assert stored == {"valid_speed": [50.0, 300.0]} | SOURCE | law
+
+    def test_exponential_arguments(self):
+        law = with_laws(LAWS["exponential"]).pair.kernel_arguments()
+        assert (law.coefficient, law.exponent, law.strength, law.factor) == (0.2, 0.5, 1.0, 1.0)
+
+    @pytest.mark.parametrize(
+        ("law", "expected"),
+        [
+            # a_nc at 30 degrees and 100 m/s, by hand
+            ("exponential", 1.0 - (1.0 - math.exp(-2.0)) * 0.5),
+            ("polynomial", 0.993 - 1.76 * 0.5235988 + 1.56 * 0.2741557 - 0.49 * 0.1435476),
+            ("constant", 0.6),
+            ("power", 0.5 * 2.0**0.25),
+            # angle 4/7 of the way from 10 to 45 degrees, speed 1/3 of the way from 50 to 200 m/s
+            ("tabulated", (3.0 * (2 * 0.9 + 0.8) + 4.0 * (2 * 0.6 + 0.5)) / 21.0),
+        ],
+    )
+    def test_a_law_in_a_file_is_the_law_in_the_kernel(self, law, expected):
+        arguments = with_laws(LAWS[law]).pair.kernel_arguments()
+        sine = math.sin(math.radians(30.0))
+        assert restitution(arguments, 100.0, sine) == pytest.approx(expected, rel=1e-6)
+
+    def test_resistance_laws(self):
+        same = with_laws(resistance={"law": "exponential-orientation", "strength": 0.5})
+        assert (same.pair.resistance.strength, same.pair.resistance.factor) == (0.5, 1.0)
+        free = with_laws(resistance={"law": "constant", "value": 0.0})
+        assert free.pair.kernel_arguments().factor == 0.0
+
+    def test_another_law_replaces_the_old_one_whole(self):
+        changed = with_laws(LAWS["constant"])
+        assert set(tomllib.loads(changed.text)["pair"]["restitution"]) == {
+            "law",
+            "value",
+            "valid_speed",
+            "source",
+        }
+
+
+REFUSALS = [
+    ({"law": "elastic"}, "restitution.law: got 'elastic', allowed: 'exponential', 'polynomial', "),
+    (
+        LAWS["polynomial"] | {"coefficients": [1.0, 0.1, -0.5]},
+        "restitution.coefficients: got [1, 0.1, -0.5], allowed: a polynomial within 0 to 1 from 0 "
+        "to 90 degrees; this one is -0.07662 at 90 degrees",
+    ),
+    (
+        # leaves the range at its turning point only: 0.9 + 0.4 x - 0.2 x^2 is 1.1 at x = 1
+        LAWS["polynomial"] | {"coefficients": [0.9, 0.4, -0.2]},
+        "restitution.coefficients: got [0.9, 0.4, -0.2], allowed: a polynomial within 0 to 1 from "
+        "0 to 90 degrees; this one is 1.1 at 57.3 degrees",
+    ),
+    (
+        LAWS["polynomial"] | {"coefficients": []},
+        "restitution.coefficients: got [], allowed: 1 to 16 numbers",
+    ),
+    (
+        LAWS["polynomial"] | {"coefficients": [0.1] * 17},
+        "restitution.coefficients: got [0.1, 0.1, 0.1, ",
+    ),
+    (
+        LAWS["polynomial"] | {"coefficients": [0.9, math.nan]},
+        "restitution.coefficients[1]: got nan, allowed: a finite number",
+    ),
+    (
+        LAWS["polynomial"] | {"coefficients": 0.9},
+        "restitution.coefficients: got 0.9, allowed: a list of numbers",
+    ),
+    (
+        LAWS["constant"] | {"value": 1.01},
+        "restitution.value: got 1.01, allowed: a finite number at least 0 and up to 1",
+    ),
+    (LAWS["constant"] | {"valeu": 0.5}, "restitution.valeu: unknown field, allowed here: law, val"),
+    (
+        LAWS["power"] | {"exponent": -0.25},
+        "restitution.exponent: got -0.25, allowed: a finite number above 0 and up to 2",
+    ),
+    (
+        LAWS["power"] | {"reference_speed": 0.0},
+        "restitution.reference_speed: got 0, allowed: a finite number above 0",
+    ),
+    (
+        LAWS["tabulated"] | {"value": [[0.9, 0.8], [0.6, 0.5], [0.4, 1.2]]},
+        "restitution.value[2][1]: got 1.2, allowed: a number from 0 to 1",
+    ),
+    (
+        LAWS["tabulated"] | {"value": [[0.9, 0.8], [0.6, 0.5]]},
+        "restitution.value: got [[0.9, 0.8], [0.6, 0.5]], allowed: 3 rows (angle_deg) of 2 numbers",
+    ),
+    (
+        LAWS["tabulated"] | {"value": [[0.9, 0.8], [0.6, 0.5], [0.4]]},
+        "restitution.value: got [[0.9, 0.8], [0.6, 0.5], [0.4]], allowed: 3 rows (angle_deg) of 2",
+    ),
+    (
+        LAWS["tabulated"] | {"value": [0.9, 0.6, 0.4]},
+        "restitution.value: got [0.9, 0.6, 0.4], allowed: a list of rows of numbers, [[...], [...]",
+    ),
+    (
+        LAWS["tabulated"] | {"value": [[0.9, "a"], [0.6, 0.5], [0.4, 0.2]]},
+        "restitution.value[0][1]: got 'a', allowed: a finite number",
+    ),
+    (
+        LAWS["tabulated"] | {"angle_deg": [10.0, 45.0, 90.5]},
+        "restitution.angle_deg: got [10, 45, 90.5], allowed: angles from 0 to 90 degrees, each",
+    ),
+    (
+        LAWS["tabulated"] | {"angle_deg": [10.0, 90.0, 45.0]},
+        "restitution.angle_deg: got [10, 90, 45], allowed: at least one number, each larger",
+    ),
+    (
+        LAWS["tabulated"] | {"speed": [0.0, 100.0]},
+        "restitution.speed: got [0, 100], allowed: speeds above 0 m/s, each larger",
+    ),
+    (LAWS["constant"] | {"source": " "}, "restitution.source: got ' ', allowed: text that is not"),
+    (
+        LAWS["constant"] | {"valid_speed": 100.0},
+        "restitution.valid_speed: got 100, allowed: a list of 2 numbers",
+    ),
+]
+
+
+@pytest.mark.parametrize(("law", "line"), REFUSALS, ids=[line[:45] for _, line in REFUSALS])
+def test_refused_restitution(law, line):
+    assert refused(law).startswith(line)
+
+
+@pytest.mark.parametrize(
+    ("law", "line"),
+    [
+        (
+            {"law": "coulomb"},
+            "resistance.law: got 'coulomb', allowed: 'exponential-orientation', 'constant'",
+        ),
+        (
+            {"law": "constant", "value": -0.1},
+            "resistance.value: got -0.1, allowed: a finite number at least 0 and up to 100",
+        ),
+        (
+            {"law": "exponential-orientation", "strength": 1.0, "factor": 101.0},
+            "resistance.factor: got 101, allowed: a finite number at least 0 and up to 100",
+        ),
+        ({"law": "constant"}, "resistance.value: missing, allowed: a finite number at least 0"),
+    ],
+)
+def test_refused_resistance(law, line):
+    assert refused(resistance=law).startswith(line)
+
+
+def test_law_without_a_source_is_refused():
+    law = {"restitution": LAWS["constant"]}
+    with pytest.raises(InputError, match=r"pair\.restitution\.source: missing, allowed: text"):
+        load_config("corundum-steel").with_changes({"pair": law})
+
+
+def test_range_to_the_last_bit_is_not_refused():
+    # zero at normal impact, where rounding leaves -1e-16
+    with_laws({"law": "polynomial", "coefficients": [1.0, -2.0 / math.pi]})
+
+
+class TestValidity:
+    def test_law_without_a_range_must_be_extrapolated(self):
+        law = {"restitution": LAWS["constant"] | SOURCE}
+        with pytest.raises(InputError) as caught:
+            load_config("corundum-steel").with_changes({"pair": law})
+        assert str(caught.value) == (
+            "corundum-steel, changed: domain.extrapolate: got false, allowed: true, because the "
+            "restitution law states no validity range (valid_speed)"
+        )
+        asked = {"pair": law, "domain": {"extrapolate": True}}
+        config = load_config("corundum-steel").with_changes(asked)
+        assert config.pair.restitution.valid_speed is None
+        assert parse_config(config.text, "stored") == config
+
+    def test_extrapolation_is_said(self):
+        pair = load_config("corundum-steel").pair
+        assert pair.extrapolation(50.0) is None
+        assert pair.extrapolation(300.0) is None
+        assert pair.extrapolation(301.0) == (
+            "the restitution law was measured at 50 to 300 m/s; 301 m/s extrapolates it"
+        )
+        assert "states no range" in load_config(MEAN_LAWS[0]).pair.extrapolation(100.0)
+
+    def test_simulating_a_law_without_a_range_says_so(self, tmp_path, capsys):
+        output = tmp_path / "out.npz"
+        changes = {"--pair": "forder-1998", "--shape": "sphere", "--output": str(output)}
+        assert main(["simulate", *map(str, flags(SIMULATE, changes)), "--quiet"]) == 0
+        assert "note: the restitution law states no range of speeds" in capsys.readouterr().err
+        # by the law at 45 degrees, written out: the sphere's normal velocity is its contact's
+        beta = math.pi / 4
+        bounce = 0.988 - 0.78 * beta + 0.19 * beta**2 - 0.024 * beta**3 + 0.027 * beta**4
+        with np.load(output) as made:
+            np.testing.assert_allclose(made["state"][:, 1], bounce * math.sin(beta), rtol=1e-12)
+
+
+class TestSpeedAbscissa:
+    SPEED = np.geomspace(1.0, 1e4, 2000)
+
+    @pytest.mark.parametrize("law", [*LAWS.values(), *SPEEDLESS.values()])
+    def test_is_positive_and_falls(self, law):
+        abscissa = with_laws(law).speed_coordinate(self.SPEED)
+        assert abscissa.shape == self.SPEED.shape
+        assert (abscissa > 0.0).all()
+        assert (np.diff(abscissa) < 0.0).all()
+
+    def test_is_the_restitution_at_normal_impact(self):
+        speed = np.array([50.0, 120.0, 300.0])
+        for law in ("exponential", "power"):
+            config = with_laws(LAWS[law])
+            arguments = config.pair.kernel_arguments()
+            truth = np.array([restitution(arguments, v, 1.0) for v in speed])
+            abscissa = config.speed_coordinate(speed)
+            np.testing.assert_allclose(abscissa / abscissa[0], truth / truth[0], rtol=1e-14)
+
+    @pytest.mark.parametrize("law", SPEEDLESS.values(), ids=SPEEDLESS)
+    @pytest.mark.parametrize("speed", [[50.0, 300.0], [1e-6, 1e5], [100.0, 100.0001]])
+    def test_laws_without_speed_need_the_ends_only(self, law, speed):
+        config = with_laws(law, domain={"speed": speed, "extrapolate": True})
+        axes = make_axes(config)
+        np.testing.assert_array_equal(axes.speed, speed)
+        assert (axes.speed_coordinate[0], axes.speed_coordinate[-1]) == (0.0, 1.0)
+        assert (np.diff(axes.speed_coordinate) > 0.0).all()
+
+    def test_nodes_of_a_table_in_speed_are_close(self):
+        speed = make_axes(with_laws(LAWS["tabulated"])).speed
+        ratio = speed[1:] / speed[:-1]
+        assert ratio.max() < 1.44
+        assert (speed[0], speed[-1]) == (50.0, 300.0)
+
+
+class TestShippedPairs:
+    NAMES = sorted(path.stem for path in data_directory().glob("*.toml"))
+
+    @pytest.mark.parametrize("name", NAMES)
+    def test_restitution_is_physical_at_all_angles_and_speeds(self, name):
+        law = load_config(name).pair.kernel_arguments()
+        for speed in [0.0, *np.geomspace(1e-3, 1e5, 40)]:
+            for sine in np.sin(np.linspace(0.0, np.pi / 2, 181)):
+                assert 0.0 <= restitution(law, speed, sine) <= 1.0
+
+    @pytest.mark.parametrize("name", NAMES)
+    def test_every_law_has_a_source_with_a_year(self, name):
+        pair = load_config(name).pair
+        for source in (pair.restitution.source, pair.resistance.source):
+            assert any(
+                word.strip(",;").isdigit() and len(word.strip(",;")) == 4 for word in source.split()
+            )
+
+    @pytest.mark.parametrize(
+        ("name", "coefficients"),
+        [
+            ("grant-tabakoff-1975", (0.993, -1.76, 1.56, -0.49)),
+            ("forder-1998", (0.988, -0.78, 0.19, -0.024, 0.027)),
+        ],
+    )
+    def test_mean_laws(self, name, coefficients):
+        config = load_config(name)
+        assert config.pair.restitution.coefficients == coefficients
+        assert config.pair.restitution.valid_speed is None
+        assert config.domain.extrapolate
+        # what could not be verified is said where the user looks, and travels with the table
+        assert "not verified" in config.pair.particle
+        assert "not verified" in config.pair.wall
+        assert "could not be verified" in " ".join(config.text.replace("#", "").split())
+
+    def test_mean_laws_at_grazing_and_normal_impact(self):
+        ends = {"grant-tabakoff-1975": (0.993, 0.1784), "forder-1998": (0.988, 0.3029)}
+        for name, expected in ends.items():
+            law = load_config(name).pair.kernel_arguments()
+            found = restitution(law, 100.0, 0.0), restitution(law, 100.0, 1.0)
+            assert found == pytest.approx(expected, abs=5e-5)
+
+
+@pytest.mark.usefixtures("quick_measurement")
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_a_table_can_be_made_of_every_law(law, tmp_path):
+    resistance = SOURCE | {"law": "constant", "value": 0.4}
+    changes = {
+        "restitution": {"valid_speed": [50.0, 300.0]} | SOURCE | law,
+        "resistance": resistance,
+    }
+    path = tmp_path / "law.h5"
+    generate(ROUGH.with_changes({"pair": changes}), path, conditions=1)
+    table = sampler.load(path)
+    assert tomllib.loads(table.config)["pair"]["restitution"]["law"] == law["law"]
+    state = table.sample(np.radians(40.0), 150.0, seed=1, index=np.arange(1000))
+    assert state.shape == (1000, len(COMPONENTS))
+    assert np.isfinite(state).all()
+    assert state[:, 1].min() > 0.0

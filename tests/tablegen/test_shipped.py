@@ -1,0 +1,161 @@
+"""The table that comes with the package: provenance, accuracy, physics.
+
+Every metric is also shown to refuse a wrong sampler made from this very table.
+"""
+
+import numpy as np
+import pytest
+from wrong_tables import independent_columns, shifted_speeds
+
+import sampler
+from sampler.channels import to_channels
+from sampler.locate import data_directory
+from sampler.table import Table
+from tablegen.accuracy import classifier_auc, correlation_error, sliced_wasserstein
+from tablegen.config import load_config
+from tablegen.fitting.axes import make_axes
+from tablegen.fitting.marginals import quantile_knots, score_knots
+from tablegen.fitting.node import mirror_signs
+from tablegen.measure import measure, missed_targets, pick_conditions
+from tablegen.simulate import make_condition, simulate
+from tablegen.validate import validate
+
+CONFIG = load_config("corundum-steel")
+#: What is asked of the table, whatever its configuration declares.
+ASKED = {"ks": 0.03, "sliced_wasserstein": 0.02, "correlation_error": 0.05, "auc": 0.70}
+
+
+@pytest.fixture(scope="module")
+def table():
+    return sampler.load("corundum-steel")
+
+
+def mean_draws(table, alpha_deg, count=100_000):
+    """Mean translational energy, mean omega_z and P(omega_z > 0) of draws at 200 m/s."""
+    state = table.sample(np.radians(alpha_deg), 200.0, seed=1, index=np.arange(count))
+    energy = (state[:, :3] ** 2).sum(axis=1)
+    return energy.mean(), state[:, 5].mean(), (state[:, 5] > 0.0).mean()
+
+
+class TestProvenance:
+    def test_configuration_is_the_file_beside_it(self, table):
+        text = (data_directory() / "corundum-steel.toml").read_text(encoding="utf-8")
+        assert table.config == text == CONFIG.text
+
+    def test_attributes(self, table):
+        assert table.pair == "corundum-steel"
+        assert table.contents.seed == CONFIG.table.seed
+        assert table.contents.mirror is CONFIG.table.mirror
+
+    def test_range(self, table):
+        np.testing.assert_allclose(np.rad2deg(table.alpha_range), (0.5, 90.0), rtol=1e-15)
+        assert table.speed_range == (50.0, 300.0)
+
+    def test_nodes_are_those_of_the_configuration(self, table):
+        axes = make_axes(CONFIG)
+        np.testing.assert_allclose(table.contents["axes/alpha_deg"], axes.alpha_deg, rtol=1e-12)
+        np.testing.assert_allclose(table.contents["axes/speed"], axes.speed, rtol=1e-12)
+        assert table.arrays.alias_index.shape[2] == CONFIG.table.components
+        assert table.arrays.quantiles.shape[3] == CONFIG.table.quantile_knots
+
+    @pytest.mark.parametrize("node", [(0, 0), (14, 3)])
+    def test_marginals_come_from_the_named_random_numbers(self, table, node):
+        """The same particles, simulated again, have the stored quantiles but for rounding."""
+        i, j = node
+        contents = table.contents
+        alpha1 = np.radians(contents["axes/alpha_deg"][i])
+        condition = make_condition(alpha1, contents["axes/speed"][j])
+        knots = score_knots(CONFIG.table.quantile_knots)
+        inner = np.abs(knots) < 3.0
+
+        def quantiles(stream):
+            count, seed = CONFIG.table.samples_per_node, CONFIG.table.seed
+            keys = {"seed": seed, "stream": stream, "threads": 1}
+            result = simulate(CONFIG.pair, CONFIG.population, condition, count, **keys)
+            return quantile_knots(to_channels(result.state), knots, mirror_signs(True))[:, inner]
+
+        stored = contents["marginals/quantiles"][i, j][:, inner]
+        number = i * len(contents["axes/speed"]) + j
+        np.testing.assert_allclose(stored, quantiles(number), rtol=0.0, atol=1e-4)
+        assert np.abs(stored - quantiles(number + 1)).max() > 1e-3
+
+
+class TestAccuracy:
+    def test_stored_accuracy_meets_the_declared_one(self, table):
+        stored = table.accuracy
+        assert stored["auc"].size >= 8
+        for name, asked in ASKED.items():
+            declared = getattr(CONFIG.accuracy, name)
+            assert declared <= asked
+            assert stored[name].max() <= declared
+
+    def test_stored_conditions_are_no_nodes(self, table):
+        for axis in ("alpha_deg", "speed"):
+            nodes, measured = table.contents[f"axes/{axis}"], table.accuracy[axis]
+            assert np.abs(measured[:, None] / nodes - 1.0).min() > 1e-3
+            assert nodes[0] < measured.min() < measured.max() < nodes[-1]
+
+    def test_short_validation_passes(self):
+        """With 100,000 states a side, noise reaches a KS of 0.012 with probability 1e-6."""
+        assert validate("corundum-steel", conditions=2, seed=11).missed == []
+
+    def test_table_shifted_by_a_speed_node_is_refused(self, table):
+        wrong = Table(shifted_speeds(table.contents))
+        comparisons = measure(wrong, CONFIG, pick_conditions(table, 2, 11), seed=11, samples=50_000)
+        metrics = {line.split(":")[0] for line in missed_targets(comparisons, CONFIG.accuracy)}
+        assert {"ks", "sliced_wasserstein"} <= metrics
+
+    @pytest.mark.parametrize(("alpha_deg", "speed"), [(2.5, 70.0), (41.0, 140.0), (88.0, 270.0)])
+    def test_independent_marginals_are_refused(self, table, alpha_deg, speed):
+        """The table's own draws pass; with their columns shuffled they do not.
+
+        20,000 states a side: standard errors of 0.01 for correlations and 0.004 for the AUC.
+        """
+        count, alpha1 = 20_000, np.radians(alpha_deg)
+        condition = make_condition(alpha1, speed)
+        direct = simulate(CONFIG.pair, CONFIG.population, condition, count, seed=21).state
+        drawn = table.sample(alpha1, speed, seed=22, index=np.arange(count))
+        shuffled = independent_columns(drawn, seed=23)
+        for metric in (sliced_wasserstein, correlation_error, classifier_auc):
+            declared = getattr(CONFIG.accuracy, metric.__name__.removeprefix("classifier_"))
+            assert metric(drawn, direct) <= declared, metric.__name__
+            assert metric(shuffled, direct) > declared, metric.__name__
+
+
+class TestPhysics:
+    def test_a_million_draws_over_the_whole_domain(self, table):
+        count = 1_000_000
+        rng = np.random.default_rng(31)
+        alpha1 = np.radians(rng.uniform(0.5, 90.0, count))
+        alpha1[:1000], alpha1[1000:2000] = table.alpha_range[0], table.alpha_range[1]
+        speed = rng.uniform(50.0, 300.0, count)
+        speed[500:1500], speed[1500:2500] = table.speed_range[0], table.speed_range[1]
+        before = table.clamped
+        state = table.sample(alpha1, speed, seed=32)
+        assert state.shape == (count, 6)
+        assert np.isfinite(state).all()
+        assert state[:, 1].min() > 0.0
+        assert (state[:, :3] ** 2).sum(axis=1).max() <= 1.0
+        assert table.clamped == before
+
+    def test_what_the_paper_says_of_all_angles(self, table):
+        """Standard errors are 0.001; neighbouring means differ by ten of them and more."""
+        angles = (1.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0)
+        energy, spin, forward = np.array([mean_draws(table, alpha) for alpha in angles]).T
+        assert (np.diff(energy) < -0.005).all()
+        assert (np.diff(forward) > 0.002).all()
+        assert (spin[:-1] < -0.05).all()
+
+    def test_normal_impact_has_no_direction(self, table):
+        """At 90 degrees omega_z is as often forward as backward: 0.01 is six standard errors."""
+        _, spin, forward = mean_draws(table, 90.0)
+        assert abs(spin) < 0.015
+        assert abs(forward - 0.5) < 0.01
+        assert abs(mean_draws(table, 80.0)[2] - 0.5) > 0.01
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("seed", range(101, 111))
+def test_accuracy_holds_at_eight_conditions(seed):
+    validation = validate("corundum-steel", conditions=8, seed=seed)
+    assert validation.missed == []

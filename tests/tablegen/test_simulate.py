@@ -1,0 +1,290 @@
+"""Direct simulation: keys and threads, populations, and what is refused."""
+
+import importlib
+
+import numpy as np
+import pytest
+from scipy.stats import binom, kstest, truncnorm
+
+from sampler.errors import InputError
+from tablegen.config import load_config
+from tablegen.model.audit import AUDIT_SIZE
+from tablegen.particles import SHAPE_CODES
+from tablegen.simulate import BATCH, check_impact_angle, make_condition, simulate
+
+#: The module itself: the package gives its name to the function.
+MODULE = importlib.import_module("tablegen.simulate")
+
+_CONFIG = load_config("corundum-steel")
+PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
+CONDITION = make_condition(np.radians(40.0), 200.0)
+
+#: False-alarm rate of each statistical test below.
+FALSE_ALARM = 1e-6
+
+
+def run(count, seed=7, people=POPULATION, condition=CONDITION, **options):
+    return simulate(PAIR, people, condition, count, seed=seed, **options)
+
+
+def assert_same(one, other, count=None):
+    """Both simulations agree to the last bit, in their first ``count`` particles."""
+    for field in ("state", "collisions", "shape", "aspect", "energy"):
+        a, b = getattr(one, field), getattr(other, field)
+        np.testing.assert_array_equal(a[:count], b[:count], err_msg=field)
+
+
+@pytest.mark.parametrize("threads", [2, 5, None])
+def test_result_does_not_depend_on_the_number_of_threads(threads):
+    count = 3 * BATCH + 11
+    assert_same(run(count, threads=1), run(count, threads=threads))
+
+
+@pytest.mark.parametrize("size", [1, 37, 100_000])
+def test_result_does_not_depend_on_the_batch(size, monkeypatch):
+    expected = run(1000)
+    monkeypatch.setattr(MODULE, "BATCH", size)
+    assert_same(expected, run(1000))
+
+
+def test_particle_does_not_depend_on_the_count():
+    assert_same(run(20), run(BATCH + 20), count=20)
+    assert_same(run(1), run(20), count=1)
+
+
+def test_audit_changes_nothing_but_the_audit():
+    plain, audited = run(2000), run(2000, audited=True)
+    assert_same(plain, audited)
+    assert plain.audit.shape == (0,)
+    assert audited.audit.shape == (AUDIT_SIZE,)
+    assert 0.0 < audited.audit.max() < 1e-9
+
+
+def test_audit_of_batches_is_the_largest_of_all(monkeypatch):
+    expected = run(600, audited=True).audit
+    monkeypatch.setattr(MODULE, "BATCH", 50)
+    np.testing.assert_array_equal(run(600, audited=True, threads=3).audit, expected)
+
+
+def correlation_of_runs(one, other):
+    """Correlation of v of the same particle in two runs."""
+    return np.corrcoef(one.state[:, 1], other.state[:, 1])[0, 1]
+
+
+@pytest.mark.parametrize(
+    ("seed", "stream"), [(8, 0), (7, 1), (7 + 2**32, 0), (7, 2**32 - 1), (2**64 - 1, 0)]
+)
+def test_another_seed_or_stream_gives_independent_particles(seed, stream):
+    count = 20_000
+    one, other = run(count), run(count, seed=seed, stream=stream)
+    assert not np.any(one.state[:, 0] == other.state[:, 0])
+    # the correlation of independent runs is normal with error count^-1/2; 4.9 errors: 1e-6
+    assert abs(correlation_of_runs(one, other)) < 4.9 / np.sqrt(count)
+
+
+def test_shared_particles_would_be_seen():
+    # one particle in ten is the same in both runs, as streams that overlap would have it
+    count = 20_000
+    one, other = run(count), run(count, stream=1)
+    other.state[::10] = one.state[::10]
+    assert abs(correlation_of_runs(one, other)) > 4.9 / np.sqrt(count)
+
+
+def test_fields_have_the_documented_form():
+    made = run(100)
+    assert made.state.shape == (100, 6)
+    assert made.state.dtype == np.float64
+    assert made.collisions.shape == made.shape.shape == (100,)
+    assert made.collisions.dtype == made.shape.dtype == np.int64
+    assert made.aspect.shape == made.energy.shape == (100, 2)
+    assert made.collisions.min() >= 1
+
+
+def test_energy_is_split_as_the_state_says():
+    made = run(500)
+    translational = np.sum(made.state[:, :3] ** 2, axis=1)
+    np.testing.assert_allclose(made.energy[:, 0], translational, rtol=1e-12)
+    assert np.all(made.energy[:, 1] > 0.0)
+    assert made.energy.sum(axis=1).max() < 1.0
+
+
+def least_share_p_value(shapes, names):
+    """Smallest two-sided binomial p-value of equal shares, times the number of shapes."""
+    values = []
+    for name in names:
+        found = np.sum(shapes == SHAPE_CODES[name])
+        law = binom(len(shapes), 1.0 / len(names))
+        values.append(2.0 * min(law.cdf(found), law.sf(found - 1)))
+    return len(names) * min(values)
+
+
+MIXED = ("ellipsoid", "prism", "truncated-prism", "tetrahedron")
+
+
+def test_mixture_has_equal_shares():
+    shapes = run(100_000).shape
+    assert set(shapes) == {SHAPE_CODES[name] for name in MIXED}
+    assert least_share_p_value(shapes, MIXED) > FALSE_ALARM
+
+
+def test_unequal_shares_are_rejected():
+    # 26 : 24 : 25 : 25 per cent
+    weights = {"ellipsoid": 0.26, "prism": 0.24, "truncated-prism": 0.25, "tetrahedron": 0.25}
+    shapes = type(POPULATION.shapes).model_validate(weights)
+    people = POPULATION.model_copy(update={"shapes": shapes})
+    assert least_share_p_value(run(100_000, people=people).shape, MIXED) < FALSE_ALARM
+
+
+@pytest.mark.parametrize("name", SHAPE_CODES.keys() - {"mesh"})
+def test_a_population_of_one_shape_holds_that_shape(name):
+    made = run(50, people=POPULATION.restricted_to(name))
+    np.testing.assert_array_equal(made.shape, SHAPE_CODES[name])
+
+
+def aspect_p_value(aspect):
+    """Smaller p-value of the two ratios against the truncated normal law, times two."""
+    # normal(0.8, 0.2) cut to [0.5, 1]
+    law = truncnorm(-1.5, 1.0, loc=0.8, scale=0.2)
+    return 2.0 * min(kstest(ratio, law.cdf).pvalue for ratio in aspect.T)
+
+
+def test_aspect_ratios_follow_the_truncated_normal_law():
+    aspect = run(100_000).aspect
+    assert aspect.min() >= 0.5
+    assert aspect.max() <= 1.0
+    assert aspect_p_value(aspect) > FALSE_ALARM
+    # b/a and c/b are independent, and so is the shape from both: 4.9 errors, 1e-6 each
+    made = run(100_000)
+    columns = np.column_stack([made.aspect, made.shape])
+    off = np.corrcoef(columns.T)[np.triu_indices(3, 1)]
+    assert np.abs(off).max() < 4.9 / np.sqrt(100_000)
+
+
+def test_clipped_aspect_ratios_are_rejected():
+    # normal(0.8, 0.2) drawn without redrawing: what is outside [0.5, 1] moves to its ends
+    raw = np.random.default_rng(91).normal(0.8, 0.2, (100_000, 2))
+    assert aspect_p_value(np.clip(raw, 0.5, 1.0)) < FALSE_ALARM
+
+
+def test_aspect_ratios_of_a_slightly_other_mean_are_rejected():
+    law = truncnorm(-1.55, 0.95, loc=0.81, scale=0.2)
+    raw = law.rvs((100_000, 2), random_state=np.random.default_rng(92))
+    assert aspect_p_value(raw) < FALSE_ALARM
+
+
+def test_fixed_aspect_is_kept_exactly():
+    made = run(200, people=POPULATION.with_aspect(0.7, 0.55))
+    np.testing.assert_array_equal(made.aspect, np.tile([0.7, 0.55], (200, 1)))
+
+
+def test_fixed_aspect_reaches_the_mechanics():
+    slim, round_ = (run(5000, people=POPULATION.with_aspect(x, x)) for x in (0.5, 1.0))
+    assert np.abs(slim.state.mean(axis=0) - round_.state.mean(axis=0)).max() > 0.05
+
+
+def test_spheres_rebound_alike():
+    made = run(300, people=POPULATION.restricted_to("sphere"))
+    np.testing.assert_array_equal(made.aspect, 1.0)
+    np.testing.assert_array_equal(made.collisions, 1)
+    np.testing.assert_allclose(made.state - made.state[0], 0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("alpha_deg", [0.0, -1.0, 90.001, 91.0, np.nan, np.inf, -np.inf])
+def test_impact_angle_outside_its_range_is_refused(alpha_deg):
+    with pytest.raises(InputError) as caught:
+        make_condition(np.radians(alpha_deg), 200.0)
+    assert_one_line(caught, "alpha1", f"{alpha_deg:.6g}", "above 0 and up to 90 degrees")
+
+
+def assert_one_line(caught, field, given, allowed):
+    """The message names the field, what was given and what is allowed, on one line."""
+    message = str(caught.value)
+    assert "\n" not in message
+    assert message.startswith(f"{field}: got {given}")
+    assert f"allowed: {allowed}" in message
+
+
+@pytest.mark.parametrize("speed", [0.0, -200.0, np.nan, np.inf, -np.inf])
+def test_speed_that_is_not_positive_is_refused(speed):
+    with pytest.raises(InputError) as caught:
+        make_condition(0.5, speed)
+    assert_one_line(caught, "speed", f"{speed:g}", "a positive number")
+
+
+@pytest.mark.parametrize(
+    "spin", [(0.0, 1.0), (0.0, 0.0, 0.0, 0.0), (0.0, np.nan, 0.0), (np.inf, 0.0, 0.0)]
+)
+def test_spin_that_is_not_three_finite_numbers_is_refused(spin):
+    with pytest.raises(InputError) as caught:
+        make_condition(0.5, 200.0, spin)
+    assert_one_line(caught, "spin", "(", "three finite numbers")
+
+
+@pytest.mark.parametrize("resolution", [0.0, -1e-3, 0.11, np.nan])
+def test_contact_resolution_outside_its_range_is_refused(resolution):
+    with pytest.raises(InputError) as caught:
+        make_condition(0.5, 200.0, resolution=resolution)
+    assert_one_line(caught, "contact_resolution", f"{resolution:g}", "above 0 and up to 0.1")
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1e-15, 1e-3, np.nan])
+def test_tolerance_outside_its_range_is_refused(tolerance):
+    with pytest.raises(InputError) as caught:
+        make_condition(0.5, 200.0, tolerance=tolerance)
+    assert_one_line(caught, "tolerance", f"{tolerance:g}", "1e-14 to 1e-4")
+
+
+@pytest.mark.parametrize("count", [0, -1])
+def test_count_below_one_is_refused(count):
+    with pytest.raises(InputError) as caught:
+        run(count)
+    assert_one_line(caught, "count", str(count), "1 or more")
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64])
+def test_seed_outside_64_bits_is_refused(seed):
+    with pytest.raises(InputError) as caught:
+        run(10, seed=seed)
+    assert_one_line(caught, "seed", str(seed), "0 to 2**64 - 1")
+
+
+@pytest.mark.parametrize("stream", [-1, 2**32])
+def test_stream_outside_32_bits_is_refused(stream):
+    with pytest.raises(InputError) as caught:
+        run(10, stream=stream)
+    assert_one_line(caught, "stream", str(stream), "0 to 2**32 - 1")
+
+
+def test_ends_of_the_ranges_are_allowed():
+    # 90 degrees from a file may come out a rounding above pi / 2
+    assert make_condition(np.pi / 2 * (1.0 + 1e-16), 200.0).alpha1 == np.pi / 2
+    assert check_impact_angle(np.radians(90.0)) == np.pi / 2
+    assert check_impact_angle(1e-9) == 1e-9
+    made = make_condition(0.5, 200.0, resolution=0.1, tolerance=1e-4)
+    assert (made.resolution, made.tolerance) == (0.1, 1e-4)
+    assert np.all(np.isfinite(run(10, seed=2**64 - 1, stream=2**32 - 1).state))
+
+
+def test_grazing_angles_down_to_the_smallest_give_finite_states():
+    for alpha in (1e-3, 1e-6, 1e-9):
+        made = run(2000, condition=make_condition(alpha, 200.0), audited=True)
+        assert np.all(np.isfinite(made.state))
+        assert made.state[:, 1].min() > 0.0
+        assert made.audit.max() <= 1e-9
+
+
+def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
+    # the kernel gives the index of the particle that ran into the alarm
+    monkeypatch.setattr(MODULE, "simulate_batch", lambda *arguments: 13)
+    with pytest.raises(RuntimeError, match="particle 13 of seed 7, stream 0 is still in contact"):
+        run(20)
+
+
+def test_progress_bar_counts_rebounds_on_standard_error(capsys):
+    run(100, progress=True)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "simulating" in captured.err
+    assert "100/100" in captured.err
+    run(100)
+    assert capsys.readouterr().err == ""

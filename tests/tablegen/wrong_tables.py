@@ -1,0 +1,70 @@
+"""Deliberately wrong tables and samples: what every statistical test must be able to refuse.
+
+Each keeps the file format, the node grid and everything else that is not named.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from sampler.schema import TableContents
+from tablegen.config import parse_config
+
+#: Datasets that have the two node dimensions in front.
+NODE_DATASETS = (
+    "marginals/quantiles",
+    "dependence/scores",
+    "dependence/alias_probability",
+    "dependence/alias_index",
+    "dependence/mean",
+    "dependence/cholesky",
+)
+_W_HAT = 3
+_DIAGONAL = [0, 2, 5, 9, 14, 20]
+
+
+def _with(contents: TableContents, changes: dict) -> TableContents:
+    return replace(contents, datasets={**contents.datasets, **changes})
+
+
+def declaring(contents: TableContents, **accuracy: float) -> TableContents:
+    """The same table with another declared accuracy: wrong only if it does not hold that."""
+    config = parse_config(contents.config, "table").with_changes({"accuracy": accuracy})
+    return replace(contents, config=config.text)
+
+
+def independent_channels(contents: TableContents) -> TableContents:
+    """The marginals at every node, and no dependence at all."""
+    factor = np.zeros_like(contents["dependence/cholesky"])
+    factor[..., _DIAGONAL] = 1.0
+    last = contents["marginals/score_knots"][-1]
+    identity = np.clip(contents["dependence/variate_knots"], -last, last)
+    scores = contents["dependence/scores"]
+    return _with(
+        contents,
+        {
+            "dependence/mean": np.zeros_like(contents["dependence/mean"]),
+            "dependence/cholesky": factor,
+            "dependence/scores": np.broadcast_to(identity, scores.shape).astype(np.float32),
+        },
+    )
+
+
+def shifted_speeds(contents: TableContents) -> TableContents:
+    """Each node holds the law of the next faster one, and the last its own."""
+    n_speed = len(contents["axes/speed"])
+    following = np.minimum(np.arange(n_speed) + 1, n_speed - 1)
+    return _with(contents, {name: contents[name][:, following] for name in NODE_DATASETS})
+
+
+def lopsided(contents: TableContents, shift: float = 0.05) -> TableContents:
+    """All w a little to one side: the mirror symmetry is gone."""
+    quantiles = contents["marginals/quantiles"].copy()
+    quantiles[:, :, _W_HAT] = np.clip(quantiles[:, :, _W_HAT] + shift, -0.9999, 0.9999)
+    return _with(contents, {"marginals/quantiles": quantiles})
+
+
+def independent_columns(states: np.ndarray, seed: int) -> np.ndarray:
+    """States with the same marginals to the last bit, and every dependence destroyed."""
+    rng = np.random.default_rng(seed)
+    return np.column_stack([rng.permutation(column) for column in states.T])
