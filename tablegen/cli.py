@@ -23,8 +23,9 @@ from tablegen.generate import generate as generate_table
 from tablegen.measure import missed_targets
 from tablegen.page import validation_page
 from tablegen.particles import MIXTURE, SHAPE_NAMES
-from tablegen.simulate import make_condition
+from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
+from tablegen.statistics import simulate_statistics, statistics_of
 from tablegen.summary import accuracy_text, details_text, identity_text
 from tablegen.validate import CONDITIONS
 from tablegen.validate import validate as validate_table
@@ -64,6 +65,8 @@ def demo(output: Path, quiet: bool) -> int:
         "    --count 100000 --seed 1 --output rebounds.npz",
         "tablegen simulate --pair corundum-steel --shape prism --aspect 0.8 0.5 --alpha 90 \\",
         "    --speed 100 --count 100000 --seed 1 --output prisms.npz",
+        "tablegen simulate --pair corundum-steel --shape mixture --alpha 90 --speed 200 \\",
+        "    --count 100000000 --seed 1 --statistics normal.json",
     )
 )
 @click.option("--pair", required=True, help="Material pair: a name, or the path of a .toml file.")
@@ -77,7 +80,14 @@ def demo(output: Path, quiet: bool) -> int:
 @click.option("--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed.")
 @click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
 @click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
-@click.option("--output", required=True, type=options.OUTPUT, metavar="F.npz")
+@click.option("--output", type=options.OUTPUT, metavar="F.npz", help="Write every rebound.")
+@click.option(
+    "--statistics",
+    "statistics_file",
+    type=options.OUTPUT,
+    metavar="F.json",
+    help="Write statistics; without --output, memory does not grow with the count.",
+)
 @click.option(
     "--aspect", type=options.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b, in (0, 1]."
 )
@@ -98,13 +108,21 @@ def simulate(
     speed: float,
     count: int,
     seed: int,
-    output: Path,
+    output: Path | None,
+    statistics_file: Path | None,
     aspect: tuple[float, float] | None,
     spin: tuple[float, float, float],
     threads: int | None,
     quiet: bool,
 ) -> int:
-    """Simulate rebounds directly and write state, collisions, shape, aspect and energy."""
+    """Simulate rebounds directly.
+
+    Writes state, collisions, shape, aspect and energy of each, their statistics, or both.
+    """
+    if output is None and statistics_file is None:
+        raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
+    if output == statistics_file:
+        raise InputError(f"--statistics: got {output}, allowed: another file than --output")
     config = load_config(pair)
     population = config.population.restricted_to(shape)
     if aspect is not None:
@@ -112,31 +130,26 @@ def simulate(
     condition = make_condition(
         math.radians(alpha), speed, spin, config.model.contact_resolution, config.model.tolerance
     )
-    low, high = config.pair.restitution.valid_speed
-    if not low <= speed <= high:
-        click.echo(
-            f"tablegen: note: the restitution law was measured at {low:g} to {high:g} m/s; "
-            f"{speed:g} m/s extrapolates it",
-            err=True,
-        )
-    result = simulate_rebounds(
-        config.pair,
-        population,
-        condition,
-        count,
-        seed=seed,
-        threads=threads,
-        progress=not quiet,
-    )
-    with atomic_output(output) as temporary, open(temporary, "wb") as file:
-        np.savez(
-            file,
-            state=result.state,
-            collisions=result.collisions,
-            shape=result.shape,
-            aspect=result.aspect,
-            energy=result.energy,
-        )
+    if note := config.pair.extrapolation(speed):
+        click.echo(f"tablegen: note: {note}", err=True)
+    run = config.pair, population, condition, count
+    if output is None:
+        statistics = simulate_statistics(*run, seed=seed, threads=threads, progress=not quiet)
+    else:
+        result = simulate_rebounds(*run, seed=seed, threads=threads, progress=not quiet)
+        statistics = statistics_of(result)
+        _write_rebounds(output, result)
+    if statistics_file is not None:
+        about = {
+            "pair": config.pair_name,
+            "shape": shape,
+            "aspect": aspect,
+            "alpha_deg": alpha,
+            "speed": speed,
+            "spin": spin,
+            "seed": seed,
+        }
+        _write_text(statistics_file, json.dumps(about | statistics.to_dict(), indent=1) + "\n")
     return DONE
 
 
@@ -237,6 +250,18 @@ def inspect(table: str, config: bool) -> int:
     loaded = sampler.load(table)
     click.echo(loaded.config if config else identity_text(loaded))
     return DONE
+
+
+def _write_rebounds(path: Path, result: Simulation) -> None:
+    with atomic_output(path) as temporary, open(temporary, "wb") as file:
+        np.savez(
+            file,
+            state=result.state,
+            collisions=result.collisions,
+            shape=result.shape,
+            aspect=result.aspect,
+            energy=result.energy,
+        )
 
 
 def _write_text(path: Path, text: str) -> None:

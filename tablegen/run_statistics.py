@@ -1,0 +1,212 @@
+"""Statistics of rebounds in a fixed number of numbers, and how those of two runs merge."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.channels import COMPONENTS
+from sampler.jit import kernel
+
+Floats = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+#: Ranges of the histograms, by component. Without spin before the impact, energy keeps u, v, w
+#: within the first three; the slimmest particles of the default population reach |omega| = 4.
+LOW: Floats = np.array([-1.0, 0.0, -1.0, -4.0, -4.0, -4.0])
+HIGH: Floats = np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0])
+BINS = 200
+
+#: Rebounds are counted by their number of collisions, 1 to 5 and more.
+COLLISION_LABELS = ("1", "2", "3", "4", "5", ">5")
+
+
+@dataclass(frozen=True)
+class RunStatistics:
+    """Statistics of a run of n rebounds; components in the order of `COMPONENTS`.
+
+    Attributes
+    ----------
+    count : int
+        Number of rebounds n.
+    mean : (6,) float64
+    comoment : (6, 6) float64
+        Sums over the run of products of deviations from the mean.
+    minimum, maximum : (6,) float64
+    histogram : (6, BINS) int64
+        Rebounds in bins of equal width from `LOW` to `HIGH`; a bin holds its lower end, the last
+        one both.
+    outside : (6, 2) int64
+        Rebounds below and above the range of the histogram.
+    collision_counts : (6,) int64
+        Rebounds with 1, 2, 3, 4, 5 and more collisions.
+    collisions : int
+        Collisions of all rebounds together.
+    most_collisions : int
+    energy : (2,) float64
+        Mean translational and rotational energy over the energy before the impact.
+    """
+
+    count: int
+    mean: Floats
+    comoment: Floats
+    minimum: Floats
+    maximum: Floats
+    histogram: Counts
+    outside: Counts
+    collision_counts: Counts
+    collisions: int
+    most_collisions: int
+    energy: Floats
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance matrix, (6, 6): sums over n, not n - 1, so that one rebound has one."""
+        return self.comoment / self.count
+
+    @property
+    def standard_deviation(self) -> Floats:
+        """Standard deviation of each component, (6,): root of the covariance's diagonal."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain lists and numbers, by the names of the components.
+
+        Returns
+        -------
+        dict
+            What ``json`` can write; shares of the numbers of collisions are in per cent.
+        """
+
+        def named(values: Floats) -> dict[str, Any]:
+            return dict(zip(COMPONENTS, values.tolist(), strict=True))
+
+        percent = 100.0 * self.collision_counts / self.count
+        return {
+            "count": self.count,
+            "mean": named(self.mean),
+            "std": named(self.standard_deviation),
+            "min": named(self.minimum),
+            "max": named(self.maximum),
+            "columns": list(COMPONENTS),
+            "covariance": self.covariance.tolist(),
+            "collisions_percent": dict(zip(COLLISION_LABELS, percent.tolist(), strict=True)),
+            "collisions_mean": self.collisions / self.count,
+            "collisions_max": self.most_collisions,
+            "energy_translational": float(self.energy[0]),
+            "energy_rotational": float(self.energy[1]),
+            "histogram": {
+                name: {
+                    "low": float(LOW[i]),
+                    "high": float(HIGH[i]),
+                    "below": int(self.outside[i, 0]),
+                    "above": int(self.outside[i, 1]),
+                    "counts": self.histogram[i].tolist(),
+                }
+                for i, name in enumerate(COMPONENTS)
+            },
+        }
+
+
+@kernel
+def _moments(state: Floats, mean: Floats, comoment: Floats) -> None:
+    """Mean (6,) and sums of products of deviations (6, 6) of (n, 6) states, in two passes."""
+    count = state.shape[0]
+    for j in range(6):
+        total = 0.0
+        for i in range(count):
+            total += state[i, j]
+        mean[j] = total / count
+    comoment[:] = 0.0
+    for i in range(count):
+        for j in range(6):
+            for k in range(j + 1):
+                comoment[j, k] += (state[i, j] - mean[j]) * (state[i, k] - mean[k])
+    for j in range(6):
+        for k in range(j):
+            comoment[k, j] = comoment[j, k]
+
+
+@kernel
+def _bins(state: Floats, low: Floats, high: Floats, histogram: Counts, outside: Counts) -> None:
+    """Count (n, 6) states into (6, bins) bins, and those (6, 2) below and above them."""
+    bins = histogram.shape[1]
+    for i in range(state.shape[0]):
+        for j in range(6):
+            value = state[i, j]
+            if value < low[j]:
+                outside[j, 0] += 1
+            elif value > high[j]:
+                outside[j, 1] += 1
+            else:
+                place = int((value - low[j]) / (high[j] - low[j]) * bins)
+                histogram[j, min(place, bins - 1)] += 1
+
+
+def summarise(state: Floats, collisions: Counts, energy: Floats) -> RunStatistics:
+    """Statistics of rebounds at hand.
+
+    Parameters
+    ----------
+    state : (n, 6) float64
+        Finite; n is 1 or more.
+    collisions : (n,) int64
+    energy : (n, 2) float64
+
+    Returns
+    -------
+    RunStatistics
+    """
+    mean, comoment = np.empty(6), np.empty((6, 6))
+    histogram, outside = np.zeros((6, BINS), dtype=np.int64), np.zeros((6, 2), dtype=np.int64)
+    _moments(state, mean, comoment)
+    _bins(state, LOW, HIGH, histogram, outside)
+    last = len(COLLISION_LABELS)
+    return RunStatistics(
+        count=len(state),
+        mean=mean,
+        comoment=comoment,
+        minimum=state.min(axis=0),
+        maximum=state.max(axis=0),
+        histogram=histogram,
+        outside=outside,
+        collision_counts=np.bincount(np.minimum(collisions, last), minlength=last + 1)[1:],
+        collisions=int(collisions.sum()),
+        most_collisions=int(collisions.max()),
+        energy=energy.mean(axis=0),
+    )
+
+
+def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
+    """Statistics of two runs together.
+
+    Means and products of deviations are updated, never differences of large sums (Chan, Golub
+    and LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances",
+    1979), so nothing cancels however long the run is.
+
+    Parameters
+    ----------
+    first, second : RunStatistics
+
+    Returns
+    -------
+    RunStatistics
+    """
+    count = first.count + second.count
+    share = second.count / count
+    step = second.mean - first.mean
+    shift = np.outer(step, step) * (first.count * share)
+    return RunStatistics(
+        count=count,
+        mean=first.mean + step * share,
+        comoment=first.comoment + second.comoment + shift,
+        minimum=np.minimum(first.minimum, second.minimum),
+        maximum=np.maximum(first.maximum, second.maximum),
+        histogram=first.histogram + second.histogram,
+        outside=first.outside + second.outside,
+        collision_counts=first.collision_counts + second.collision_counts,
+        collisions=first.collisions + second.collisions,
+        most_collisions=max(first.most_collisions, second.most_collisions),
+        energy=first.energy + (second.energy - first.energy) * share,
+    )
