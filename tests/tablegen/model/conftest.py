@@ -1,0 +1,25 @@
+import functools
+
+import numpy as np
+import pytest
+from motions import PAIR, POPULATION
+
+from tablegen.simulate import make_condition, simulate
+
+
+@pytest.fixture(scope="session")
+def simulated():
+    """Simulations of the shipped pair, shared between the tests that ask for the same ones."""
+
+    @functools.lru_cache(maxsize=64)
+    def run(shape, alpha_deg, count, seed, speed=200.0):
+        condition = make_condition(np.radians(alpha_deg), speed)
+        return simulate(PAIR, POPULATION.restricted_to(shape), condition, count, seed=seed)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def people():
+    """The shipped population as kernels take it."""
+    return POPULATION.kernel_arguments()

@@ -1,0 +1,271 @@
+"""Contacts: none is jumped over, and the right point of the body touches."""
+
+import numpy as np
+import pytest
+from motion_reference import FreeRotation
+from motions import NON_SPHERICAL, body_of, motion_of, random_aspect, random_rotations
+from scipy.optimize import brentq
+
+from tablegen.model.contact import CONTACT_HEIGHT, TIE_HEIGHT, contact_point, safe_time
+from tablegen.model.rebound import HEIGHT, V, next_contact
+from tablegen.model.rotation import ORDER
+from tablegen.model.shapes import lowest_depth
+
+#: Instants at which the dense search looks, a radian of turning.
+DENSITY = 200
+
+
+class FreeFlight:
+    """Flight of a body by the independent integrator: gap to the wall at any time."""
+
+    def __init__(self, body, motion, duration):
+        self._body, self._y, self._v = body, motion[HEIGHT], motion[V]
+        self._rotation = FreeRotation(body.moments, motion, duration)
+
+    def gap(self, times):
+        """Height of the lowest point at (m,) times."""
+        normal = self._rotation.rotation(times)[:, 1]
+        if len(self._body.vertices) == 0:
+            sizes = np.array([1.0, self._body.b, self._body.c])
+            depth = np.linalg.norm(normal * sizes, axis=1)
+        else:
+            depth = -(normal @ self._body.vertices.T).min(axis=1)
+        return self._y + self._v * np.asarray(times) - depth
+
+    def first_contact(self, times):
+        """First time at which the lowest point comes down to the wall, or None."""
+        gaps = self.gap(times)
+        down = np.flatnonzero((gaps[:-1] > 0.0) & (gaps[1:] <= 0.0))
+        if len(down) == 0:
+            return None
+        low, high = times[down[0]], times[down[0] + 1]
+        return brentq(lambda t: self.gap([t])[0], low, high, xtol=1e-14)
+
+
+def random_spin(rng, rate):
+    """Spin of a given size in a random direction."""
+    spin = rng.normal(size=3)
+    return rate * spin / np.linalg.norm(spin)
+
+
+def falling_flight(rng, name, rate):
+    """Body, and its motion from just over the wall, falling or slowly rising."""
+    body = body_of(name, *random_aspect(rng, 0.1))
+    velocity = [0.3, rng.uniform(-1.0, 0.4), 0.0]
+    motion = motion_of(random_rotations(rng, 1)[0], random_spin(rng, rate), velocity)
+    motion[HEIGHT] = lowest_depth(body, motion[3:6]) + 10.0 ** rng.uniform(-6.0, 0.0)
+    return body, motion
+
+
+def launched_flight(rng, name, rate):
+    """Body that has just collided: it touches, and its contact point rises at 1e-3 to 1."""
+    body = body_of(name, *random_aspect(rng, 0.1))
+    rotation, spin = random_rotations(rng, 1)[0], random_spin(rng, rate)
+    motion, point = motion_of(rotation, spin, [0.3, -1e3, 0.0]), np.empty(3)
+    motion[HEIGHT] = lowest_depth(body, motion[3:6])
+    contact_point(body, motion, motion[HEIGHT], motion[V], point)
+    motion[V] = 10.0 ** rng.uniform(-3.0, 0.0) - np.cross(spin, rotation @ point)[1]
+    return body, motion
+
+
+def duration_of(body, motion):
+    """Time within which the body touches the wall or rises out of its reach."""
+    v, y = motion[V], motion[HEIGHT]
+    return (body.reach - y) / v if v > 0.0 else (y + body.reach) / -v
+
+
+def touches_like_dense_search(body, motion, duration):
+    """Follow a motion to its next contact, compare with the dense search; whether it touches."""
+    flight = FreeFlight(body, motion, duration)
+    rate = np.linalg.norm(motion[0:3])
+    times = np.linspace(0.0, duration, int(DENSITY * (1.0 + duration * rate)))
+    expected = flight.first_contact(times)
+    before = motion.copy()
+    touches = next_contact(body, 1e-12, motion, np.empty((9, ORDER + 1)))
+    if not touches:
+        assert expected is None
+        assert motion[V] > 0.0
+        assert motion[HEIGHT] > body.reach
+        return False
+    t = (motion[HEIGHT] - before[HEIGHT]) / before[V]
+    assert expected is None or t <= expected + 1e-8
+    # what the kernel calls a contact is one, even where the dense search saw none
+    assert abs(flight.gap([t])[0]) < 1e-9
+    assert flight.gap([t - 1e-6])[0] > flight.gap([t])[0]
+    if expected is None or t < expected - 1e-8:
+        assert flight.gap(times[times < t]).min(initial=np.inf) > -1e-9
+    return True
+
+
+@pytest.mark.parametrize("make_flight", [falling_flight, launched_flight])
+@pytest.mark.parametrize("rate", [0.5, 5.0, 40.0])
+@pytest.mark.parametrize("name", NON_SPHERICAL)
+def test_no_contact_is_jumped_over(name, rate, make_flight):
+    rng = np.random.default_rng(int(10 * rate))
+    touched = compared = 0
+    while compared < 12:
+        body, motion = make_flight(rng, name, rate)
+        duration = duration_of(body, motion)
+        if 0.0 < duration * rate < 60.0:
+            touched += touches_like_dense_search(body, motion, duration)
+            compared += 1
+    assert touched >= 2
+
+
+def test_dense_search_sees_a_contact_that_was_jumped_over():
+    # a needle that turns end over end touches in its first half turn, and again later on: had
+    # the kernel missed the first contact, the comparison would have told the two apart
+    body = body_of("prism", 0.1, 0.1)
+    motion = motion_of(np.eye(3), [0.0, 0.0, 10.0], [0.0, 1e-3, 0.0], 0.7)
+    flight = FreeFlight(body, motion, 3.0)
+    times = np.linspace(0.0, 3.0, 20_000)
+    first = flight.first_contact(times)
+    later = flight.first_contact(times[times > first + 0.1])
+    assert first < np.pi / 10.0
+    assert later - first > 0.1
+    next_contact(body, 1e-12, motion, np.empty((9, ORDER + 1)))
+    assert (motion[HEIGHT] - 0.7) / 1e-3 == pytest.approx(first, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", [*NON_SPHERICAL, "sphere"])
+def test_without_spin_the_body_falls_onto_its_lowest_point(name):
+    rng = np.random.default_rng(31)
+    body = body_of(name) if name == "sphere" else body_of(name, 0.7, 0.4)
+    for rotation in random_rotations(rng, 50):
+        motion = motion_of(rotation, velocity=[1.0, -0.25, 0.0], height=5.0)
+        assert next_contact(body, 1e-10, motion, np.empty((9, ORDER + 1)))
+        assert motion[HEIGHT] == pytest.approx(lowest_depth(body, motion[3:6]), abs=2e-12)
+
+
+def test_a_rising_body_without_spin_leaves():
+    body = body_of("prism", 0.7, 0.4)
+    motion = motion_of(np.eye(3), velocity=[1.0, 0.25, 0.0], height=0.7)
+    assert not next_contact(body, 1e-10, motion, np.empty((9, ORDER + 1)))
+    assert body.reach < motion[HEIGHT] < body.reach * (1.0 + 1e-9)
+
+
+def random_parabolas(rng, count):
+    """Gap, rate, acceleration and limit over many orders of magnitude; the gap is often zero."""
+    gap = np.where(rng.random(count) < 0.2, 0.0, 10.0 ** rng.uniform(-14.0, 1.0, count))
+    rate = rng.normal(size=count) * 10.0 ** rng.uniform(-8.0, 1.0, count)
+    rate = np.where(gap == 0.0, np.abs(rate), rate)
+    acceleration = 10.0 ** rng.uniform(-6.0, 4.0, count)
+    limit = 10.0 ** rng.uniform(-6.0, 3.0, count)
+    return np.column_stack([gap, rate, acceleration, limit])
+
+
+def test_safe_time_is_the_longest_time_without_contact():
+    shares = np.linspace(0.0, 1.0, 200)[1:-1]
+    limited = 0
+    for gap, rate, acceleration, limit in random_parabolas(
+        np.random.default_rng(32), 5000
+    ).tolist():
+        t = safe_time(gap, rate, acceleration, limit)
+        assert 0.0 <= t <= limit
+        heights = gap + shares * t * (rate - 0.5 * acceleration * shares * t)
+        assert t == 0.0 or np.all(heights > 0.0)
+        if t < limit:
+            # on the parabola's root, to rounding of its terms
+            scale = gap + abs(rate) * t + 0.5 * acceleration * t * t
+            assert abs(gap + t * (rate - 0.5 * acceleration * t)) <= 1e-12 * scale
+        else:
+            limited += 1
+    assert 500 < limited < 4500
+
+
+def test_safe_time_of_a_touching_point_that_rests_is_zero():
+    assert safe_time(0.0, 0.0, 1.0, 3.0) == 0.0
+    assert safe_time(0.0, 0.0, 1.0, 0.5) == 0.0
+
+
+def test_safe_time_of_a_resting_point_over_the_wall():
+    assert safe_time(0.5, 0.0, 1.0, 3.0) == pytest.approx(1.0, rel=1e-15)
+    assert safe_time(0.5, 0.0, 1.0, 0.3) == 0.3
+
+
+def lands(body, motion):
+    """Contact point of a motion at the height of its first contact, and its gap."""
+    point = np.empty(3)
+    motion[HEIGHT] = lowest_depth(body, motion[3:6])
+    return point, contact_point(body, motion, motion[HEIGHT], motion[V], point)
+
+
+def turned(*rows):
+    """Orientation whose wall normal, in body axes, is along ``rows``."""
+    n = np.array(rows, dtype=float)
+    n /= np.linalg.norm(n)
+    x = np.cross(n, [0.3, -0.5, 0.81])
+    x /= np.linalg.norm(x)
+    return np.array([x, n, np.cross(x, n)])
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_prism_flat_on_lands_on_the_centre_of_its_face(axis, sign):
+    body = body_of("prism", 0.8, 0.6)
+    normal = sign * np.eye(3)[axis]
+    point, gap = lands(body, motion_of(turned(*normal), velocity=[0.0, -1.0, 0.0]))
+    np.testing.assert_allclose(point, -normal * [1.0, 0.8, 0.6], atol=1e-15)
+    assert abs(gap) < 1e-15
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_prism_edge_on_lands_on_the_centre_of_its_edge(axis):
+    body = body_of("prism", 0.8, 0.6)
+    normal = np.array([0.3, -0.7, 0.5])
+    normal[axis] = 0.0
+    point, _ = lands(body, motion_of(turned(*normal), velocity=[0.0, -1.0, 0.0]))
+    np.testing.assert_allclose(point, -np.sign(normal) * [1.0, 0.8, 0.6], atol=1e-15)
+
+
+def test_tetrahedron_lands_on_the_centre_of_its_face():
+    body = body_of("tetrahedron", 0.8, 0.6)
+    face = body.vertices[:3]
+    normal = np.cross(face[1] - face[0], face[2] - face[0])
+    normal *= -np.sign(normal @ face[0])
+    point, _ = lands(body, motion_of(turned(*normal), velocity=[0.0, -1.0, 0.0]))
+    np.testing.assert_allclose(point, face.mean(axis=0), atol=1e-15)
+
+
+def test_prism_askew_lands_on_its_lowest_corner():
+    body = body_of("prism", 0.8, 0.6)
+    point, _ = lands(body, motion_of(turned(0.3, -0.7, 0.5), velocity=[0.0, -1.0, 0.0]))
+    np.testing.assert_allclose(point, [-1.0, 0.8, -0.6], atol=1e-15)
+
+
+@pytest.mark.parametrize(("tilt_over_tie", "ties"), [(0.2, 2), (5.0, 1)])
+def test_vertices_share_a_contact_within_the_tie_height_only(tilt_over_tie, ties):
+    body = body_of("prism", 0.8, 0.6)
+    # edge along the first axis, tilted so that one end lies lower by a part of the tie height
+    normal = np.array([0.5 * tilt_over_tie * TIE_HEIGHT, 0.6, 0.8])
+    point, _ = lands(body, motion_of(turned(*normal), velocity=[0.0, -1.0, 0.0]))
+    expected = [0.0 if ties == 2 else -1.0, -0.8, -0.6]
+    np.testing.assert_allclose(point, expected, atol=1e-15)
+
+
+def test_a_falling_corner_is_preferred_to_a_rising_one():
+    # flat on its third face and turning about the second body axis: one edge falls, one rises
+    body = body_of("prism", 0.8, 0.6)
+    motion = motion_of(turned(0.0, 0.0, 1.0))
+    motion[0:3] = [0.0, 1.0, 0.0]
+    point, _ = lands(body, motion)
+    # rate of p along the normal: (W x p)_3 = -p_1
+    np.testing.assert_allclose(point, [1.0, 0.0, -0.6], atol=1e-15)
+
+
+@pytest.mark.parametrize(("b", "c"), [(1.0, 1.0), (0.8, 0.6), (0.5, 0.02)])
+def test_contact_point_of_ellipsoids_is_the_tangent_point(b, c):
+    body = body_of("ellipsoid", b, c)
+    sizes = np.array([1.0, b, c])
+    for rotation in random_rotations(np.random.default_rng(33), 100):
+        point, gap = lands(body, motion_of(rotation, velocity=[0.0, -1.0, 0.0]))
+        assert np.sum((point / sizes) ** 2) == pytest.approx(1.0, rel=1e-13)
+        # the surface normal there points into the wall
+        outward = point / sizes**2
+        np.testing.assert_allclose(outward / np.linalg.norm(outward), -rotation[1], atol=1e-13)
+        assert abs(gap) <= 1e-15
+
+
+def test_contact_height_is_far_below_every_length_of_a_body():
+    # the thinnest body of the tests has c = 4e-4
+    assert CONTACT_HEIGHT < TIE_HEIGHT < 1e-5 * 4e-4

@@ -1,0 +1,308 @@
+"""Whole rebounds: laws on every collision and flight, known answers, a rebound by other means."""
+
+import numpy as np
+import pytest
+from collision_reference import Impacts, solve
+from motion_reference import FreeRotation
+from motions import (
+    LAW,
+    PAIR,
+    POPULATION,
+    SHAPES,
+    body_of,
+    motion_of,
+    random_aspect,
+    random_rotations,
+    rotation_of,
+    run_rebound,
+)
+
+from tablegen.model.audit import (
+    ANGULAR,
+    AUDIT_SIZE,
+    ENERGY,
+    FLIGHT_ENERGY,
+    FLIGHT_MOMENTUM,
+    NORMAL,
+    PENETRATION,
+    TANGENTIAL,
+    audit_collision,
+    audit_flight,
+)
+from tablegen.model.contact import contact_point
+from tablegen.model.rebound import HEIGHT, LEFT, U, V, approach, collide, rebound, workspace
+from tablegen.model.shapes import lowest_depth
+from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate
+
+#: Impact angle [deg], speed [m/s], spin: grazing, usual, nearly normal, normal, with spin.
+CONDITIONS = [
+    (0.01, 200.0, (0.0, 0.0, 0.0)),
+    (20.0, 50.0, (0.0, 0.0, 0.0)),
+    (60.0, 300.0, (0.0, 0.0, 0.0)),
+    (89.99, 200.0, (0.0, 0.0, 0.0)),
+    (90.0, 200.0, (0.0, 0.0, 0.0)),
+    (2.0, 200.0, (2.0, -1.0, -5.0)),
+    (30.0, 200.0, (1.0, -2.0, 3.0)),
+    (90.0, 100.0, (0.0, 0.0, 4.0)),
+]
+
+ALLOWED = np.zeros(AUDIT_SIZE)
+ALLOWED[[ENERGY, ANGULAR, NORMAL, TANGENTIAL]] = 1e-12
+ALLOWED[PENETRATION] = 1e-11
+ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
+
+
+@pytest.mark.parametrize(("alpha_deg", "speed", "spin"), CONDITIONS)
+@pytest.mark.parametrize("name", SHAPES)
+def test_every_collision_and_flight_keeps_its_laws(name, alpha_deg, speed, spin):
+    people = POPULATION.restricted_to(name)
+    condition = make_condition(np.radians(alpha_deg), speed, spin)
+    made = simulate(PAIR, people, condition, 20_000, seed=41, audited=True)
+    assert np.all(made.audit <= ALLOWED), made.audit
+    assert np.all(np.isfinite(made.state))
+    assert np.all(np.isfinite(made.energy))
+    assert made.state[:, 1].min() > 0.0
+    assert made.collisions.min() >= 1
+    assert made.energy.min() >= 0.0
+    assert made.energy.sum(axis=1).max() <= 1.0 + 1e-9
+
+
+def test_a_grazing_body_with_spin_keeps_its_laws_at_a_finer_tolerance():
+    # It turns thousands of times before it has sunk to the wall; the drift of its angular
+    # momentum adds up over the turns and passes 1e-9 at the default tolerance.
+    condition = make_condition(np.radians(0.01), 200.0, (2.0, -1.0, -5.0), tolerance=1e-12)
+    people = POPULATION.restricted_to("ellipsoid")
+    made = simulate(PAIR, people, condition, 1000, seed=41, audited=True)
+    assert np.all(made.audit <= ALLOWED), made.audit
+
+
+@pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)])
+def test_energies_are_those_of_the_state(spin):
+    made = simulate(
+        PAIR, POPULATION.restricted_to("sphere"), make_condition(0.5, 200.0, spin), 50, seed=49
+    )
+    # the sphere's moment of inertia is 2/5, so 2 E before is 1 + 2/5 |spin|^2
+    before = 1.0 + 0.4 * np.sum(np.square(spin))
+    squares = np.add.reduceat(made.state**2, [0, 3], axis=1)
+    np.testing.assert_allclose(made.energy, squares * [1.0, 0.4] / before, rtol=1e-12)
+
+
+@pytest.fixture
+def collision():
+    """One collision of a prism: body, contact point, motion before and after."""
+    body = body_of("prism", 0.8, 0.6)
+    rotation = random_rotations(np.random.default_rng(42), 1)[0]
+    before = motion_of(rotation, [0.3, 0.5, -0.2], [0.8, -0.6, 0.0])
+    before[HEIGHT] = lowest_depth(body, before[3:6])
+    point = np.empty(3)
+    contact_point(body, before, before[HEIGHT], before[V], point)
+    after = before.copy()
+    collide(LAW, 200.0, CONTACT_RESOLUTION, body.moments, point, after)
+    return body, point, before, after
+
+
+def audited(collision, law=LAW, after=None, speed=200.0):
+    """Audit of a collision by a law, perhaps with another outcome."""
+    body, point, before, truth = collision
+    audit = np.zeros(AUDIT_SIZE)
+    outcome = truth if after is None else after
+    audit_collision(law, speed, CONTACT_RESOLUTION, body.moments, point, before, outcome, audit)
+    return audit
+
+
+def test_audit_passes_the_right_law(collision):
+    assert audited(collision).max() <= 1e-14
+
+
+@pytest.mark.parametrize(
+    ("change", "entry"),
+    [
+        ({"coefficient": 0.101}, NORMAL),
+        ({"exponent": 0.611}, NORMAL),
+        ({"strength": 0.99}, TANGENTIAL),
+    ],
+)
+def test_audit_reports_another_law(collision, change, entry):
+    audit = audited(collision, LAW._replace(**change))
+    assert audit[entry] > 1e-4
+    assert np.all(np.delete(audit, entry) <= 1e-14)
+
+
+def test_audit_reports_another_speed(collision):
+    assert audited(collision, speed=199.0)[NORMAL] > 1e-4
+
+
+def test_audit_reports_a_gain_of_energy(collision):
+    after = collision[3].copy()
+    after[U:HEIGHT] *= 3.0
+    assert audited(collision, after=after)[ENERGY] > 0.1
+
+
+@pytest.mark.parametrize("row", range(3))
+def test_audit_reports_a_spin_that_the_impulse_does_not_give(collision, row):
+    after = collision[3].copy()
+    after[row] += 1e-8
+    assert audited(collision, after=after)[ANGULAR] > 1e-10
+
+
+@pytest.mark.parametrize("row", [U, V, U + 2])
+def test_audit_reports_a_wrong_impulse(collision, row):
+    after = collision[3].copy()
+    after[row] += 1e-8
+    audit = audited(collision, after=after)
+    assert max(audit[NORMAL], audit[TANGENTIAL]) > 1e-10
+
+
+def test_audit_reports_a_contact_that_keeps_less_than_the_floor():
+    body = body_of("sphere")
+    before = motion_of(np.eye(3), velocity=[1.0, -1e-5, 0.0], height=1.0)
+    point = np.array([0.0, -1.0, 0.0])
+    after = before.copy()
+    collide(LAW, 200.0, 0.5 * CONTACT_RESOLUTION, body.moments, point, after)
+    audit = audited((body, point, before, after))
+    # it misses the elastic bounce, the nearer of the two ways out that the law allows
+    assert audit[NORMAL] == pytest.approx(0.5 * CONTACT_RESOLUTION - 1e-5, rel=1e-9)
+
+
+def test_audit_reports_a_body_that_does_not_tumble():
+    body = body_of("prism", 0.8, 0.6)
+    before = motion_of(np.eye(3), [0.0, 0.5, 0.2], [0.0, 0.3, 0.0])
+    after, frozen = before.copy(), before.copy()
+    turned = FreeRotation(body.moments, before, 0.5).rotation([0.5])[0]
+    # the orientation moves on, the spin in body axes stays
+    frozen[3:6], frozen[6:9] = turned[1], turned[0]
+    after[0:3] = FreeRotation(body.moments, before, 0.5).spin([0.5])[0]
+    after[3:9] = frozen[3:9]
+    right, wrong = np.zeros(AUDIT_SIZE), np.zeros(AUDIT_SIZE)
+    audit_flight(body.moments, before, after, right)
+    audit_flight(body.moments, before, frozen, wrong)
+    assert right.max() <= 1e-11
+    assert wrong[FLIGHT_MOMENTUM] > 1e-3
+
+
+def test_audit_reports_a_drift_of_energy():
+    body = body_of("sphere")
+    before = motion_of(np.eye(3), [0.0, 0.0, 1.0], [0.5, 0.3, 0.0])
+    after, audit = before.copy(), np.zeros(AUDIT_SIZE)
+    after[U] *= 1.0 + 1e-7
+    audit_flight(body.moments, before, after, audit)
+    assert audit[FLIGHT_ENERGY] > 1e-9
+
+
+def test_audit_reports_a_start_inside_the_wall():
+    body = body_of("prism", 0.8, 0.6)
+    motion = motion_of(random_rotations(np.random.default_rng(43), 1)[0])
+    audit = np.zeros(AUDIT_SIZE)
+    condition = make_condition(0.5, 200.0)
+    approach(condition, body, motion)
+    motion[HEIGHT] -= 1e-6
+    rebound(LAW, condition, body, motion, workspace(), audit)
+    assert audit[PENETRATION] == pytest.approx(1e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize("speed", [50.0, 200.0, 300.0])
+@pytest.mark.parametrize("alpha_deg", [0.5, 10.0, 45.0, 80.0, 90.0])
+def test_sphere_follows_its_closed_form(alpha_deg, speed):
+    alpha = np.radians(alpha_deg)
+    sin, cos = np.sin(alpha), np.cos(alpha)
+    # r = (0, -a, 0) couples nothing: A_yy = 1, A_xx = 1 + a^2 / J = 7 / 2
+    a_nc = 1.0 - (1.0 - np.exp(-0.1 * speed**0.61)) * sin
+    s = (1.0 + a_nc) * sin
+    k = np.exp(sin)  # C_f: the centre moves along r . V = sin, |V_c| = 1
+    side = -k * s * cos / (1.0 + 0.5 * k * s * 3.5)
+    expected = [cos + side, a_nc * sin, 0.0, 0.0, 0.0, side / 0.4]
+
+    people = POPULATION.restricted_to("sphere")
+    made = simulate(PAIR, people, make_condition(alpha, speed), 20, seed=44)
+    np.testing.assert_array_equal(made.collisions, 1)
+    np.testing.assert_allclose(made.state, np.tile(expected, (20, 1)), rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("spin", [(0.0, 0.0, 3.0), (2.0, 1.0, -4.0), (0.0, 5.0, 0.0)])
+def test_sphere_with_spin_follows_the_scalar_equation(spin):
+    alpha = np.radians(35.0)
+    people = POPULATION.restricted_to("sphere")
+    made = simulate(PAIR, people, make_condition(alpha, 200.0, spin), 20, seed=45)
+    velocity = np.array([np.cos(alpha), -np.sin(alpha), 0.0])
+    rows = [np.array([row]) for row in (np.eye(3), [0.4] * 3, [0.0, -1.0, 0.0], velocity, spin)]
+    change = solve(Impacts(*rows), LAW, 200.0)[0]
+    turned = np.array(spin) + np.cross([0.0, -1.0, 0.0], change) / 0.4
+    expected = np.concatenate([velocity + change, turned])
+    np.testing.assert_array_equal(made.collisions, 1)
+    np.testing.assert_allclose(made.state, np.tile(expected, (20, 1)), rtol=0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("speed", [50.0, 300.0])
+@pytest.mark.parametrize("face", range(6))
+@pytest.mark.parametrize("name", ["prism", "truncated-prism"])
+def test_flat_on_prism_leaves_straight_up(name, face, speed):
+    # all corners of a face strike together: the contact is its centre, below the centre of mass
+    axes = np.roll(np.eye(3), face, axis=1) * (-1.0 if face >= 3 else 1.0)
+    rotation = axes * np.array([[np.linalg.det(axes)], [1.0], [1.0]])
+    made = run_rebound(make_condition(np.pi / 2, speed), body_of(name, 0.8, 0.6), rotation)
+    assert made.collisions == 1
+    a_nc = np.exp(-0.1 * speed**0.61)
+    np.testing.assert_allclose(made.state, [0.0, a_nc, 0.0, 0.0, 0.0, 0.0], atol=1e-14)
+
+
+def single_collision(body, rotation, alpha, speed):
+    """State after one collision by matrices, bisection and scipy's integrator."""
+    normal = rotation[1]
+    if len(body.vertices):
+        point = body.vertices[np.argmin(body.vertices @ normal)]
+    else:
+        stretched = np.array([1.0, body.b, body.c]) * normal
+        point = -np.array([1.0, body.b, body.c]) * stretched / np.linalg.norm(stretched)
+    velocity = np.array([np.cos(alpha), -np.sin(alpha), 0.0])
+    rows = (rotation, body.moments, point, velocity, np.zeros(3))
+    impact = Impacts(*(np.array([row]) for row in rows))
+    change = solve(impact, LAW, speed)[0]
+    spin = impact.inverse_inertia[0] @ np.cross(impact.arm[0], change)
+    velocity = velocity + change
+    # the state is taken as the centre rises past the reach of the body
+    time = (body.reach + impact.arm[0, 1]) / velocity[1]
+    flight = FreeRotation(body.moments, motion_of(rotation, spin), time)
+    return np.concatenate([velocity, flight.rotation([time])[0] @ flight.spin([time])[0]])
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_rebounds_of_one_collision_by_other_means(name):
+    rng = np.random.default_rng(46)
+    alpha, found = np.radians(25.0), 0
+    condition = make_condition(alpha, 150.0)
+    for rotation in random_rotations(rng, 60):
+        body = body_of(name) if name == "sphere" else body_of(name, *random_aspect(rng))
+        made = run_rebound(condition, body, rotation)
+        if made.collisions == 1:
+            found += 1
+            expected = single_collision(body, rotation, alpha, 150.0)
+            np.testing.assert_allclose(made.state, expected, rtol=0.0, atol=1e-8)
+    assert found > 10
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_particle_leaves_rising_and_out_of_reach(name):
+    condition = make_condition(np.radians(70.0), 200.0, (1.0, 2.0, -3.0))
+    for rotation in random_rotations(np.random.default_rng(47), 50):
+        body = body_of(name) if name == "sphere" else body_of(name, 0.7, 0.5)
+        motion = motion_of(rotation)
+        approach(condition, body, motion)
+        status, collisions = rebound(LAW, condition, body, motion, workspace(), np.zeros(0))
+        assert status == LEFT
+        assert collisions >= 1
+        assert motion[V] > 0.0
+        assert body.reach < motion[HEIGHT] < body.reach + 1e-9
+
+
+def test_a_particle_without_spin_starts_at_its_contact_and_another_at_its_reach():
+    body = body_of("prism", 0.7, 0.5)
+    motion = motion_of(random_rotations(np.random.default_rng(48), 1)[0])
+    rotation = rotation_of(motion)
+    approach(make_condition(0.3, 200.0), body, motion)
+    assert motion[HEIGHT] == lowest_depth(body, motion[3:6])
+    np.testing.assert_array_equal(motion[0:3], 0.0)
+    np.testing.assert_allclose(motion[9:12], [np.cos(0.3), -np.sin(0.3), 0.0], rtol=1e-15)
+    approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
+    assert motion[HEIGHT] == body.reach
+    np.testing.assert_array_equal(rotation_of(motion), rotation)
+    np.testing.assert_allclose(rotation @ motion[0:3], [1.0, 2.0, 3.0], rtol=1e-14)

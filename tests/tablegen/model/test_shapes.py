@@ -1,0 +1,181 @@
+"""Shapes: vertices, moments of inertia, support function, reach."""
+
+import math
+
+import numpy as np
+import pytest
+from motions import ACHIRAL, SHAPES, TRUNCATION, body_of
+from scipy.spatial import ConvexHull
+from scipy.spatial.distance import pdist
+from scipy.special import roots_legendre
+
+from tablegen.model.shapes import lowest_depth
+
+POLYHEDRA = ("prism", "truncated-prism", "tetrahedron")
+#: Half-sizes b and c: cube, blunt, flat, needle, paper-thin.
+SIZES = [(1.0, 1.0), (0.8, 0.64), (0.9, 0.1), (0.05, 0.04), (0.5, 0.001)]
+
+
+def faces_of(vertices):
+    """Number of faces of the convex hull, coplanar triangles counted once."""
+    return len(np.unique(np.round(ConvexHull(vertices).equations, 9), axis=0))
+
+
+def second_moments(vertices):
+    """<x x^T> of a uniform convex polyhedron: exact, by tetrahedra from the centre.
+
+    The mean of x x^T over a tetrahedron with one vertex at the origin and the others as rows of T
+    is (T^T T + s s^T) / 20 with s the sum of the rows.
+    """
+    total, volume = np.zeros((3, 3)), 0.0
+    centre = np.zeros(3)
+    for triangle in ConvexHull(vertices).simplices:
+        corners = vertices[triangle]
+        part = abs(np.linalg.det(corners)) / 6.0
+        s = corners.sum(axis=0)
+        total += part * (corners.T @ corners + np.outer(s, s)) / 20.0
+        centre += part * s / 4.0
+        volume += part
+    return total / volume, centre / volume, volume
+
+
+def ball_second_moment():
+    """<z^2> of the unit ball, by quadrature over its slices."""
+    z, weight = roots_legendre(8)
+    area = np.pi * (1.0 - z * z)
+    return np.sum(weight * area * z * z) / np.sum(weight * area)
+
+
+@pytest.mark.parametrize(("b", "c"), SIZES)
+@pytest.mark.parametrize("name", POLYHEDRA)
+def test_moments_of_polyhedra_by_decomposition(name, b, c):
+    body = body_of(name, b, c)
+    second, centre, _ = second_moments(body.vertices)
+    expected = np.trace(second) - np.diag(second)
+    np.testing.assert_allclose(body.moments, expected, rtol=1e-11)
+    # the half-sizes lie along the principal axes, and the centre is the centre of mass
+    np.testing.assert_allclose(second, np.diag(np.diag(second)), atol=1e-14)
+    np.testing.assert_allclose(centre, 0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("truncation", [0.1, 0.5, 2.0 - math.sqrt(2.0), 0.999])
+def test_moments_of_truncated_prisms_for_any_truncation(truncation):
+    body = body_of("truncated-prism", 0.8, 0.6, truncation)
+    second, _, _ = second_moments(body.vertices)
+    np.testing.assert_allclose(body.moments, np.trace(second) - np.diag(second), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("b", "c"), SIZES)
+def test_moments_of_ellipsoids_by_quadrature(b, c):
+    # an ellipsoid is the unit ball stretched by (1, b, c)
+    second = ball_second_moment() * np.array([1.0, b * b, c * c])
+    np.testing.assert_allclose(
+        body_of("ellipsoid", b, c).moments, second.sum() - second, rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_moments_increase(name):
+    j1, j2, j3 = body_of(name, 0.8, 0.6).moments
+    assert j1 <= j2 <= j3
+
+
+def test_sphere_is_the_ellipsoid_with_equal_axes():
+    sphere, ellipsoid = body_of("sphere"), body_of("ellipsoid")
+    assert sphere.moments == ellipsoid.moments == (0.4, 0.4, 0.4)
+    assert sphere.reach == 1.0
+    assert sphere.vertices.shape == (0, 3)
+
+
+@pytest.mark.parametrize(("b", "c"), SIZES)
+@pytest.mark.parametrize(
+    ("name", "vertices", "faces"),
+    [("prism", 8, 6), ("truncated-prism", 24, 14), ("tetrahedron", 4, 4)],
+)
+def test_polyhedra_are_convex_and_fill_their_box(name, vertices, faces, b, c):
+    body = body_of(name, b, c)
+    assert body.vertices.shape == (vertices, 3)
+    scaled = body.vertices / [1.0, b, c]
+    assert len(ConvexHull(scaled).vertices) == vertices
+    assert faces_of(scaled) == faces
+    np.testing.assert_array_equal(np.abs(body.vertices).max(axis=0), [1.0, b, c])
+    assert np.all(np.abs(body.vertices) <= [1.0, b, c])
+
+
+@pytest.mark.parametrize("truncation", [0.1, 0.5, TRUNCATION, 0.9])
+def test_truncation_cuts_the_half_edges_at_its_fraction(truncation):
+    body = body_of("truncated-prism", 0.8, 0.6, truncation)
+    scaled = np.sort(np.abs(body.vertices / [1.0, 0.8, 0.6]), axis=1)
+    np.testing.assert_allclose(scaled, np.tile([1.0 - truncation, 1.0, 1.0], (24, 1)), atol=1e-15)
+    # each of the eight corners loses f^3 / 6 of its octant
+    expected = 8.0 * 0.8 * 0.6 * (1.0 - truncation**3 / 6.0)
+    assert second_moments(body.vertices)[2] == pytest.approx(expected, rel=1e-13)
+
+
+def test_default_truncation_of_a_cube_is_the_regular_truncated_cube():
+    gaps = np.sort(pdist(body_of("truncated-prism").vertices))
+    # 36 equal edges, then the diagonals of the octagons
+    np.testing.assert_allclose(gaps[:36], 2.0 * (math.sqrt(2.0) - 1.0), rtol=1e-14)
+    assert gaps[36] > 1.3 * gaps[0]
+
+
+def test_tetrahedron_has_the_documented_handedness():
+    expected = {(1.0, 0.8, 0.6), (1.0, -0.8, -0.6), (-1.0, 0.8, -0.6), (-1.0, -0.8, 0.6)}
+    assert {tuple(vertex) for vertex in body_of("tetrahedron", 0.8, 0.6).vertices} == expected
+
+
+@pytest.mark.parametrize("name", ACHIRAL)
+def test_achiral_shapes_are_their_own_mirror_image(name):
+    body = body_of(name, 0.8, 0.6)
+    mirrored = {tuple(v) for v in body.vertices * [1.0, 1.0, -1.0]}
+    assert mirrored == {tuple(v) for v in body.vertices}
+
+
+def directions(count, seed):
+    """Random unit vectors and the coordinate directions."""
+    n = np.random.default_rng(seed).normal(size=(count, 3))
+    n = np.vstack([n, np.eye(3), -np.eye(3)])
+    return n / np.linalg.norm(n, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize(("b", "c"), SIZES)
+@pytest.mark.parametrize("name", POLYHEDRA)
+def test_depth_of_polyhedra_is_that_of_the_lowest_vertex(name, b, c):
+    body = body_of(name, b, c)
+    for n in directions(300, 5):
+        assert lowest_depth(body, n) == pytest.approx(-(body.vertices @ n).min(), abs=1e-15)
+
+
+def test_depth_of_prisms_by_the_closed_form():
+    body = body_of("prism", 0.8, 0.6)
+    for n in directions(300, 6):
+        assert lowest_depth(body, n) == pytest.approx(
+            np.sum([1.0, 0.8, 0.6] * np.abs(n)), rel=1e-15
+        )
+
+
+@pytest.mark.parametrize(("b", "c"), SIZES)
+def test_depth_of_ellipsoids_bounds_their_surface_and_is_reached(b, c):
+    body = body_of("ellipsoid", b, c)
+    sphere = directions(40_000, 7)
+    for n in directions(60, 8):
+        heights = (sphere * [1.0, b, c]) @ n
+        h = lowest_depth(body, n)
+        assert h == pytest.approx(np.linalg.norm([n[0], b * n[1], c * n[2]]), rel=1e-15)
+        # 40,000 points leave no gap wider than about 0.03 rad, a shortfall of 5e-4
+        assert h * (1.0 - 1e-3) <= -heights.min() <= h * (1.0 + 1e-15)
+
+
+@pytest.mark.parametrize(("b", "c"), SIZES)
+@pytest.mark.parametrize("name", SHAPES)
+def test_no_point_is_farther_than_the_reach_and_one_is_as_far(name, b, c):
+    body = body_of(name, b, c)
+    n = np.vstack([directions(300, 9), -body.vertices / body.reach])
+    depths = [lowest_depth(body, direction / np.linalg.norm(direction)) for direction in n]
+    assert max(depths) == pytest.approx(body.reach, rel=1e-14)
+
+
+def test_reach_of_the_prism_is_its_half_diagonal():
+    assert body_of("prism", 0.8, 0.6).reach == pytest.approx(math.sqrt(2.0), rel=1e-15)
+    assert body_of("tetrahedron", 0.8, 0.6).reach == pytest.approx(math.sqrt(2.0), rel=1e-15)
+    assert body_of("ellipsoid", 0.8, 0.6).reach == 1.0
