@@ -8,19 +8,13 @@ Vectors with index 0, 1, 2 are components along the wall axes x (tangential, imp
 y (wall normal), z. The mass is one, so an impulse is a velocity change.
 """
 
-from sampler.jit import inline_kernel, kernel
-from tablegen.model.laws import exponential_restitution as restitution
-from tablegen.model.laws import orientation_resistance as resistance
+import math
 
-__all__ = [
-    "energy_gain",
-    "impulse",
-    "impulse_cubic",
-    "positive_root",
-    "resistance",
-    "restitution",
-    "tangential_impulse",
-]
+from sampler.jit import inline_kernel, kernel
+
+#: Relative Newton step after which the root is exact to rounding: the error of a step is the
+#: square of that of the one before.
+CONVERGED = 1e-10
 
 
 @inline_kernel
@@ -93,19 +87,19 @@ def positive_root(c0, c1, c2, c3, start):
     s = high
     while True:
         value = c0 + s * (c1 + s * (c2 + s * c3))
+        slope = c1 + s * (2.0 * c2 + s * 3.0 * c3)
+        step = value / slope if slope != 0.0 else math.inf
+        if abs(step) <= CONVERGED * s:
+            return s - step
         if value < 0.0:
             low = s
         else:
             high = s
-        slope = c1 + s * (2.0 * c2 + s * 3.0 * c3)
-        following = s - value / slope if slope != 0.0 else low
-        if not (low < following < high):
-            following = 0.5 * (low + high)
-            if following <= low or following >= high:
+        s -= step
+        if not (low < s < high):
+            s = 0.5 * (low + high)
+            if s <= low or s >= high:
                 return s
-        if abs(following - s) <= 2e-16 * s:
-            return following
-        s = following
 
 
 @kernel

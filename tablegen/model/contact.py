@@ -8,7 +8,7 @@ like Newton's method, because the bound is exact to second order.
 
 import math
 
-from sampler.jit import inline_kernel, kernel
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel
 from tablegen.model.rotation import NORMAL, ORDER
 
 #: Height, in units of a, below which a point counts as touching. The search overshoots a contact
@@ -22,7 +22,7 @@ TIE_HEIGHT = 1e-9
 TINY = 1e-300
 
 
-@inline_kernel
+@borrowing_inline_kernel
 def _normal_and_rate(series, t):
     """Wall normal in body axes and its rate at time t, from the series."""
     n1 = series[NORMAL, ORDER]
@@ -39,7 +39,7 @@ def _normal_and_rate(series, t):
     return n1, n2, n3, d1, d2, d3
 
 
-@inline_kernel
+@borrowing_inline_kernel
 def safe_time(gap, rate, acceleration, limit):
     """Time, at most ``limit``, before which gap + rate t - acceleration t^2 / 2 stays positive.
 
@@ -54,7 +54,7 @@ def safe_time(gap, rate, acceleration, limit):
     return min(limit, 2.0 * gap / (root - rate))
 
 
-@kernel
+@borrowing_kernel
 def search_polyhedron(body, series, y, v, bounds, span):
     """First contact of a polyhedron within ``span``.
 
@@ -98,7 +98,7 @@ def search_polyhedron(body, series, y, v, bounds, span):
             return -1.0
 
 
-@kernel
+@borrowing_kernel
 def search_ellipsoid(body, series, y, v, bounds, span):
     """First contact of an ellipsoid within ``span``.
 
@@ -127,7 +127,7 @@ def search_ellipsoid(body, series, y, v, bounds, span):
             return -1.0
 
 
-@inline_kernel
+@borrowing_inline_kernel
 def search(body, series, y, v, bounds, span):
     """First contact of any body within ``span``; -1 if there is none."""
     if body.vertices.shape[0] == 0:
@@ -135,7 +135,7 @@ def search(body, series, y, v, bounds, span):
     return search_polyhedron(body, series, y, v, bounds, span)
 
 
-@inline_kernel
+@borrowing_inline_kernel
 def _ellipsoid_point(body, n1, n2, n3, point):
     """Lowest point of an ellipsoid, -D^2 n / h; returns its depth h."""
     depth = math.sqrt(n1 * n1 + (body.b * n2) ** 2 + (body.c * n3) ** 2)
@@ -145,7 +145,7 @@ def _ellipsoid_point(body, n1, n2, n3, point):
     return depth
 
 
-@kernel
+@borrowing_kernel
 def contact_point(body, motion, y, v, point):
     """Put the contact point, from the centre in body axes, into ``point``; return its height.
 

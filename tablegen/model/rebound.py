@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.jit import inline_kernel, kernel
+from sampler.jit import borrowing_kernel, inline_kernel, kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energy_gain, impulse
 from tablegen.model.contact import contact_point, search
@@ -80,7 +80,7 @@ def wall_spin(motion):
     )
 
 
-@kernel
+@borrowing_kernel
 def collide(law, speed, resolution, moments, point, motion):
     """Apply one collision at the contact ``point`` to ``motion``.
 
@@ -147,6 +147,18 @@ def collide(law, speed, resolution, moments, point, motion):
 
 
 @kernel
+def _translate(body, motion):
+    """Move a body that does not turn to its contact, or off the wall; whether it touches."""
+    touches = motion[V] < 0.0
+    if touches:
+        # a body that starts inside the wall is not lifted, so that the audit can see it
+        motion[HEIGHT] = min(motion[HEIGHT], lowest_depth(body, motion[3:6]))
+    else:
+        motion[HEIGHT] = body.reach
+    return touches
+
+
+@borrowing_kernel
 def next_contact(body, tolerance, motion, series):
     """Move ``motion`` to the next contact, or off the wall if there is none.
 
@@ -165,28 +177,41 @@ def next_contact(body, tolerance, motion, series):
         Whether the particle touches the wall.
     """
     bounds = rate_bounds(body.moments, motion)
+    if bounds[0] == 0.0:
+        return _translate(body, motion)
     v = motion[V]
-    while v <= 0.0 or motion[HEIGHT] <= body.reach:
+    while True:
         y = motion[HEIGHT]
+        # whether the flight ends is decided by this time and not by a height reached, which
+        # rounding may hold back for ever where v is small
+        leaving = (body.reach - y) / v if v > 0.0 else math.inf
+        if leaving <= 0.0:
+            return False
         expand(body.moments, motion, series)
-        span = series_span(series, tolerance)
-        if v > 0.0:
-            # end a hair above the reach, so that the flight ends
-            span = min(span, (body.reach - y) / v * (1.0 + 1e-12) + 1e-12)
-        elif v < 0.0:
+        span = min(series_span(series, tolerance), leaving)
+        if v < 0.0:
             span = min(span, (y + body.reach) / -v)
         t = search(body, series, y, v, bounds, span)
         touches = t >= 0.0
         if not touches:
             t = span
-        evaluate(series, t, motion)
+        evaluate(body.moments, series, t, motion)
         motion[HEIGHT] = y + v * t
         if touches:
             return True
-    return False
+        if span == leaving:
+            motion[HEIGHT] = body.reach
+            return False
 
 
-@kernel
+@borrowing_kernel
+def _remember(motion, before):
+    """Copy the motion; a slice assignment would make a temporary array."""
+    for i in range(MOTION_SIZE):
+        before[i] = motion[i]
+
+
+@borrowing_kernel
 def rebound(law, condition, body, motion, work, audit):
     """Follow a particle from before its first contact until it has left the wall.
 
@@ -209,7 +234,7 @@ def rebound(law, condition, body, motion, work, audit):
     series, point, before = work
     collisions = 0
     while True:
-        before[:] = motion
+        _remember(motion, before)
         touches = next_contact(body, condition.tolerance, motion, series)
         if audit.size > 0:
             audit_flight(body.moments, before, motion, audit)
@@ -219,7 +244,7 @@ def rebound(law, condition, body, motion, work, audit):
             return UNFINISHED, collisions
         gap = contact_point(body, motion, motion[HEIGHT], motion[V], point)
         motion[HEIGHT] -= min(gap, 0.0)
-        before[:] = motion
+        _remember(motion, before)
         collide(law, condition.speed, condition.resolution, body.moments, point, motion)
         collisions += 1
         if audit.size > 0:

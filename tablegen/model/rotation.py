@@ -6,13 +6,17 @@ Euler's equations and the kinematics of the wall axes seen from the body,
 
 are quadratic, so their Taylor coefficients follow from one convolution an order. The series is
 its own dense output: contact search evaluates a polynomial instead of integrating again.
+
+Contact search needs W and n only. The axis x is found at the end of a step from the angular
+momentum, whose horizontal part is constant in wall axes; where that part is too small to give a
+direction, x has its own series.
 """
 
 import math
 
 import numpy as np
 
-from sampler.jit import kernel
+from sampler.jit import borrowing_kernel, kernel
 
 #: Order of the series.
 ORDER = 12
@@ -20,10 +24,13 @@ ORDER = 12
 #: Rows of the coefficient array: angular velocity, wall normal n, wall axis x, in body axes.
 OMEGA, NORMAL, AXIS = 0, 3, 6
 
+#: Least share of the squared angular momentum that must be horizontal to give the axis x.
+HORIZONTAL_SHARE = 0.01
 
-@kernel
+
+@borrowing_kernel
 def expand(moments, motion, series):
-    """Taylor coefficients of the motion around the present instant.
+    """Taylor coefficients of W and n around the present instant.
 
     Parameters
     ----------
@@ -32,18 +39,17 @@ def expand(moments, motion, series):
     motion : (>= 9,) float64
         Angular velocity, wall normal and wall x axis in body axes.
     series : (9, ORDER + 1) float64
-        Output; row i holds the coefficients of motion[i].
+        Rows 0 to 5 are written; row i holds the coefficients of motion[i].
     """
     j1, j2, j3 = moments
     k1 = (j2 - j3) / j1
     k2 = (j3 - j1) / j2
     k3 = (j1 - j2) / j3
-    for i in range(9):
+    for i in range(6):
         series[i, 0] = motion[i]
     for k in range(ORDER):
         p1 = p2 = p3 = 0.0
         n1 = n2 = n3 = 0.0
-        x1 = x2 = x3 = 0.0
         for j in range(k + 1):
             w1 = series[0, k - j]
             w2 = series[1, k - j]
@@ -55,53 +61,115 @@ def expand(moments, motion, series):
             n1 += b * w3 - c * w2
             n2 += c * w1 - a * w3
             n3 += a * w2 - b * w1
-            a, b, c = series[6, j], series[7, j], series[8, j]
-            x1 += b * w3 - c * w2
-            x2 += c * w1 - a * w3
-            x3 += a * w2 - b * w1
         scale = 1.0 / (k + 1)
         series[0, k + 1] = k1 * p1 * scale
         series[1, k + 1] = k2 * p2 * scale
         series[2, k + 1] = k3 * p3 * scale
         series[3, k + 1], series[4, k + 1], series[5, k + 1] = n1 * scale, n2 * scale, n3 * scale
+
+
+@borrowing_kernel
+def expand_axis(motion, series):
+    """Taylor coefficients of x, rows 6 to 8, once those of W are known; arguments as above."""
+    for i in range(6, 9):
+        series[i, 0] = motion[i]
+    for k in range(ORDER):
+        x1 = x2 = x3 = 0.0
+        for j in range(k + 1):
+            w1 = series[0, k - j]
+            w2 = series[1, k - j]
+            w3 = series[2, k - j]
+            a, b, c = series[6, j], series[7, j], series[8, j]
+            x1 += b * w3 - c * w2
+            x2 += c * w1 - a * w3
+            x3 += a * w2 - b * w1
+        scale = 1.0 / (k + 1)
         series[6, k + 1], series[7, k + 1], series[8, k + 1] = x1 * scale, x2 * scale, x3 * scale
 
 
-@kernel
+@borrowing_kernel
 def series_span(series, tolerance):
     """Time over which the truncated series stays within the tolerance.
 
-    The last two coefficients measure the remainder: the span makes both terms, relative to
-    the largest angular velocity for the rates and to one for the axes, at most ``tolerance``.
+    The last two coefficients measure the remainder, the rates relative to the largest angular
+    velocity; the span makes the last term at most ``tolerance``.
     """
     rate = max(abs(series[0, 0]), abs(series[1, 0]), abs(series[2, 0]))
     if rate == 0.0:
         return math.inf
-    span = math.inf
-    for order in (ORDER - 1, ORDER):
-        size = 0.0
-        for i in range(3):
-            size = max(size, abs(series[i, order]) / rate)
-        for i in range(3, 9):
-            size = max(size, abs(series[i, order]))
-        if size > 0.0:
-            span = min(span, (tolerance / size) ** (1.0 / order))
-    # A body that spins about a principal axis next to the wall normal has almost no series for
-    # the axes; one radian keeps the bound honest where both orders happen to be small.
-    return min(span, 2.0 / rate)
+    # A term may vanish by symmetry where its neighbour does not; in units of 1 / rate the two
+    # are alike.
+    size = 0.0
+    for i in range(3):
+        size = max(size, abs(series[i, ORDER]) / rate, abs(series[i, ORDER - 1]))
+    for i in range(3, 6):
+        size = max(size, abs(series[i, ORDER]), abs(series[i, ORDER - 1]) * rate)
+    # Two radians keep the bound honest where both terms happen to be small.
+    span = 2.0 / rate
+    if size > 0.0:
+        span = min(span, (tolerance / size) ** (1.0 / ORDER))
+    return span
 
 
-@kernel
-def evaluate(series, t, motion):
-    """Put the motion at time ``t`` into ``motion`` and make its axes orthonormal again."""
-    for i in range(9):
-        value = series[i, ORDER]
-        for k in range(ORDER - 1, -1, -1):
-            value = value * t + series[i, k]
-        motion[i] = value
+@borrowing_kernel
+def _polynomial(series, row, t):
+    value = series[row, ORDER]
+    for k in range(ORDER - 1, -1, -1):
+        value = value * t + series[row, k]
+    return value
+
+
+@borrowing_kernel
+def _horizontal_momentum(moments, motion):
+    """Angular momentum along the wall axes x and z, and its square."""
+    a1, a2, a3 = moments[0] * motion[0], moments[1] * motion[1], moments[2] * motion[2]
+    n1, n2, n3 = motion[3], motion[4], motion[5]
+    x1, x2, x3 = motion[6], motion[7], motion[8]
+    l_x = a1 * x1 + a2 * x2 + a3 * x3
+    l_z = a1 * (x2 * n3 - x3 * n2) + a2 * (x3 * n1 - x1 * n3) + a3 * (x1 * n2 - x2 * n1)
+    return l_x, l_z, a1 * a1 + a2 * a2 + a3 * a3
+
+
+@borrowing_kernel
+def _axis_from_momentum(moments, l_x, l_z, motion):
+    """Write x so that the horizontal angular momentum is (l_x, l_z); n and W are up to date.
+
+    With p the part of J W normal to n, p = l_x x + l_z z and n x p = l_z x - l_x z.
+    """
+    n1, n2, n3 = motion[3], motion[4], motion[5]
+    p1, p2, p3 = moments[0] * motion[0], moments[1] * motion[1], moments[2] * motion[2]
+    l_y = p1 * n1 + p2 * n2 + p3 * n3
+    p1, p2, p3 = p1 - l_y * n1, p2 - l_y * n2, p3 - l_y * n3
+    motion[6] = l_x * p1 + l_z * (n2 * p3 - n3 * p2)
+    motion[7] = l_x * p2 + l_z * (n3 * p1 - n1 * p3)
+    motion[8] = l_x * p3 + l_z * (n1 * p2 - n2 * p1)
+
+
+@borrowing_kernel
+def evaluate(moments, series, t, motion):
+    """Move the motion by the time ``t`` along its series; its axes come out orthonormal.
+
+    Parameters
+    ----------
+    moments : tuple of three floats
+    series : (9, ORDER + 1) float64
+        Expanded around ``motion``.
+    t : float
+    motion : (>= 9,) float64
+    """
+    l_x, l_z, square = _horizontal_momentum(moments, motion)
+    has_direction = l_x * l_x + l_z * l_z > HORIZONTAL_SHARE * square
+    if not has_direction:
+        expand_axis(motion, series)
+        for i in range(6, 9):
+            motion[i] = _polynomial(series, i, t)
+    for i in range(6):
+        motion[i] = _polynomial(series, i, t)
     scale = 1.0 / math.sqrt(motion[3] ** 2 + motion[4] ** 2 + motion[5] ** 2)
     for i in range(3, 6):
         motion[i] *= scale
+    if has_direction:
+        _axis_from_momentum(moments, l_x, l_z, motion)
     skew = motion[3] * motion[6] + motion[4] * motion[7] + motion[5] * motion[8]
     for i in range(6, 9):
         motion[i] -= skew * motion[i - 3]
@@ -110,7 +178,7 @@ def evaluate(series, t, motion):
         motion[i] *= scale
 
 
-@kernel
+@borrowing_kernel
 def rate_bounds(moments, motion):
     """Bounds on |W| and |W'| that hold for the whole free motion.
 

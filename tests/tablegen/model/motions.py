@@ -99,7 +99,7 @@ def fly(moments, motion, duration, tolerance=1e-10, longest=np.inf):
     while left > 0.0:
         expand(moments, motion, series)
         step = min(left, series_span(series, tolerance), longest)
-        evaluate(series, step, motion)
+        evaluate(moments, series, step, motion)
         left -= step
 
 

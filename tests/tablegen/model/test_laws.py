@@ -9,7 +9,6 @@ import pytest
 from motions import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
-from tablegen.model import collision
 from tablegen.model.audit import ANGULAR, ENERGY, NORMAL, TANGENTIAL
 from tablegen.model.laws import (
     CONSTANT,
@@ -97,10 +96,6 @@ class TestRestitution:
             expected = exponential_restitution(0.1, 0.61, speed, cosine)
             assert restitution(law, speed, cosine) == expected
             assert expected == 1.0 + math.expm1(-0.1 * speed**0.61) * cosine
-
-    def test_the_solver_keeps_the_names_of_its_first_laws(self):
-        assert collision.restitution is exponential_restitution
-        assert collision.resistance is orientation_resistance
 
     @pytest.mark.parametrize("coefficients", [[0.4], [0.9, -0.3], [0.993, -1.76, 1.56, -0.49]])
     def test_polynomial(self, coefficients):

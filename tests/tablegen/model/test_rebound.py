@@ -291,7 +291,7 @@ def test_a_particle_leaves_rising_and_out_of_reach(name):
         assert status == LEFT
         assert collisions >= 1
         assert motion[V] > 0.0
-        assert body.reach < motion[HEIGHT] < body.reach + 1e-9
+        assert motion[HEIGHT] == pytest.approx(body.reach, abs=1e-12)
 
 
 def test_a_particle_without_spin_starts_at_its_contact_and_another_at_its_reach():

@@ -17,7 +17,15 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
 from tablegen.model.population import draw_particle
-from tablegen.model.rotation import ORDER, expand, rate_bounds, series_span, set_orientation
+from tablegen.model.rotation import (
+    ORDER,
+    evaluate,
+    expand,
+    expand_axis,
+    rate_bounds,
+    series_span,
+    set_orientation,
+)
 
 
 def random_motion(rng, rate):
@@ -113,6 +121,7 @@ def test_one_span_stays_within_ten_times_the_tolerance(tolerance):
         moments, motion = random_motion(rng, rate=rng.uniform(0.5, 10.0))
         rate = np.abs(motion[0:3]).max()
         expand(moments, motion, series)
+        expand_axis(motion, series)
         span = series_span(series, tolerance)
         assert span > 0.02 / rate
         exact = FreeRotation(moments, motion, span)
@@ -218,3 +227,21 @@ def test_a_slightly_uneven_sampler_is_rejected():
     # u1 that misses the last tenth of its range
     numbers = np.random.default_rng(11).random((20_000, 3)) * [0.9, 1.0, 1.0]
     assert least_p_value(drawn_rotations(numbers)) < FALSE_ALARM
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-6, 0.05, 0.2, 1.5])
+def test_axis_is_found_with_and_without_horizontal_momentum(tilt):
+    # Around 0.1 the axis changes from its own series to the angular momentum; both must be exact.
+    rng = np.random.default_rng(8)
+    moments = (0.25, 0.4, 0.5)
+    for rotation in random_rotations(rng, 20):
+        motion = motion_of(rotation)
+        momentum = np.cos(tilt) * motion[3:6] + np.sin(tilt) * motion[6:9]
+        motion[0:3] = momentum / moments
+        series = np.empty((9, ORDER + 1))
+        expand(moments, motion, series)
+        span = min(series_span(series, 1e-12), 0.5)
+        exact = FreeRotation(moments, motion, span)
+        evaluate(moments, series, span, motion)
+        np.testing.assert_allclose(motion[3:6], exact.rotation([span])[0, 1], atol=1e-11)
+        np.testing.assert_allclose(motion[6:9], exact.rotation([span])[0, 0], atol=1e-11)
