@@ -15,14 +15,16 @@ import numpy as np
 import sampler
 from sampler.atomic import atomic_output
 from sampler.errors import InputError
+from sampler.locate import find_file
 from tablegen import options
 from tablegen.config import load_config
 from tablegen.demo import run_demo
 from tablegen.generate import CONDITIONS as GENERATE_CONDITIONS
 from tablegen.generate import generate as generate_table
 from tablegen.measure import missed_targets
+from tablegen.mesh import read_mesh
 from tablegen.page import validation_page
-from tablegen.particles import MIXTURE, SHAPE_NAMES
+from tablegen.particles import MIXTURE, SHAPE_NAMES, Population
 from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
 from tablegen.statistics import simulate_statistics, statistics_of
@@ -65,6 +67,8 @@ def demo(output: Path, quiet: bool) -> int:
         "    --count 100000 --seed 1 --output rebounds.npz",
         "tablegen simulate --pair corundum-steel --shape prism --aspect 0.8 0.5 --alpha 90 \\",
         "    --speed 100 --count 100000 --seed 1 --output prisms.npz",
+        "tablegen simulate --pair corundum-steel --particle grain.stl --alpha 45 --speed 200 \\",
+        "    --count 100000 --seed 1 --output grains.npz",
         "tablegen simulate --pair corundum-steel --shape mixture --alpha 90 --speed 200 \\",
         "    --count 100000000 --seed 1 --statistics normal.json",
     )
@@ -72,9 +76,14 @@ def demo(output: Path, quiet: bool) -> int:
 @click.option("--pair", required=True, help="Material pair: a name, or the path of a .toml file.")
 @click.option(
     "--shape",
-    required=True,
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),
-    help="Particle shape; mixture: the pair's non-spherical shapes with their weights.",
+    help="Particle shape; mixture: the pair's non-spherical shapes and meshes, as weighted.",
+)
+@click.option(
+    "--particle",
+    type=click.Path(path_type=Path),
+    metavar="MESH",
+    help="Instead of a shape: the convex hull of an STL, OBJ or PLY file.",
 )
 @click.option("--alpha", required=True, type=options.ANGLE, metavar="DEG", help="Impact angle.")
 @click.option("--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed.")
@@ -103,7 +112,8 @@ def demo(output: Path, quiet: bool) -> int:
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 def simulate(
     pair: str,
-    shape: str,
+    shape: str | None,
+    particle: Path | None,
     alpha: float,
     speed: float,
     count: int,
@@ -123,10 +133,8 @@ def simulate(
         raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
     if output == statistics_file:
         raise InputError(f"--statistics: got {output}, allowed: another file than --output")
-    config = load_config(pair)
-    population = config.population.restricted_to(shape)
-    if aspect is not None:
-        population = population.with_aspect(*aspect)
+    config = load_config(find_file("--pair", pair, ".toml"))
+    population = _chosen_particles(config.population, shape, particle, aspect)
     condition = make_condition(
         math.radians(alpha), speed, spin, config.model.contact_resolution, config.model.tolerance
     )
@@ -262,6 +270,35 @@ def _write_rebounds(path: Path, result: Simulation) -> None:
             aspect=result.aspect,
             energy=result.energy,
         )
+
+
+def _chosen_particles(
+    population: Population,
+    shape: str | None,
+    particle: Path | None,
+    aspect: tuple[float, float] | None,
+) -> Population:
+    """Part of a population, or the particle of a mesh, that the flags of `simulate` ask for."""
+    if (shape is None) == (particle is None):
+        given = "missing" if shape is None else "got both"
+        raise InputError(f"'--shape' or '--particle': {given}, allowed: one of them")
+    if shape is not None:
+        population = population.restricted_to(shape)
+        return population if aspect is None else population.with_aspect(*aspect)
+    assert particle is not None
+    if aspect is not None:
+        raise InputError(
+            f"aspect: got [{aspect[0]:g}, {aspect[1]:g}] with --particle, "
+            "allowed with --shape only: a mesh has its own"
+        )
+    mesh = read_mesh(particle)
+    if not mesh.is_convex:
+        click.echo(
+            f"tablegen: note: {mesh.name} is not convex; its convex hull, which has "
+            f"{1.0 / mesh.solidity:.4g} times its volume, takes its place",
+            err=True,
+        )
+    return population.of_mesh(mesh)
 
 
 def _write_text(path: Path, text: str) -> None:

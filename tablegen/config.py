@@ -19,6 +19,7 @@ from sampler.locate import find_config, find_file
 from tablegen.complaint import complaint
 from tablegen.fields import AngleRange, Name, Nodes, Record, SpeedRange, refusal
 from tablegen.merge import Tree, merged
+from tablegen.mesh import read_mesh
 from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
 
@@ -147,7 +148,8 @@ class Config(Record):
         Parameters
         ----------
         changes : dict
-            Nested as in the file, for example ``{"table": {"seed": 2}}``.
+            Nested as in the file, for example ``{"table": {"seed": 2}}``. The paths of mesh
+            files are relative to the working folder.
 
         Returns
         -------
@@ -158,7 +160,9 @@ class Config(Record):
         InputError
             If the result is not a valid configuration.
         """
-        return _checked(merged(tomllib.loads(self.text), changes), f"{self.name}, changed", None)
+        origin = f"{self.name}, changed"
+        changes, _ = _with_meshes_read(changes, origin, Path())
+        return _checked(merged(tomllib.loads(self.text), changes), origin, None)
 
 
 def load_config(name_or_path: str | Path) -> Config:
@@ -192,8 +196,8 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     origin : str
         Where the text comes from, to open every error message.
     directory : Path, optional
-        Folder to which a scene's reference to a pair file is relative; the working folder if
-        None.
+        Folder to which the references to a pair file and to mesh files are relative; the working
+        folder if None.
 
     Returns
     -------
@@ -204,9 +208,9 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     InputError
         As for `load_config`.
     """
-    data = _parse(text, origin)
+    data, read = _with_meshes_read(_parse(text, origin), origin, directory or Path())
     if not isinstance(data.get("pair"), str):
-        return _checked(data, origin, text)
+        return _checked(data, origin, None if read else text)
     base = _base(data.pop("pair"), origin, directory or Path())
     base_tree = tomllib.loads(base.text)
     # A nameless scene that took over the pair's name would pass for the pair.
@@ -228,6 +232,31 @@ def _base(reference: str, origin: str, directory: Path) -> Config:
             f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"
         )
     return _load(path)
+
+
+def _with_meshes_read(tree: Tree, origin: str, directory: Path) -> tuple[Tree, bool]:
+    """Tree in which every mesh file has its vertices beside it, and whether that changed it."""
+    population = tree.get("population")
+    meshes = population.get("meshes") if isinstance(population, dict) else None
+    if not isinstance(population, dict) or not isinstance(meshes, list | tuple):
+        return tree, False
+    whole = [
+        _with_vertices(mesh, f"{origin}: population.meshes[{i}].file", directory)
+        for i, mesh in enumerate(meshes)
+    ]
+    changed = {**tree, "population": {**population, "meshes": whole}}
+    return changed, changed != tree
+
+
+def _with_vertices(mesh: object, place: str, directory: Path) -> object:
+    """Entry of a mesh with the vertices of its file, unless it has vertices already."""
+    if not isinstance(mesh, dict) or "vertices" in mesh or not isinstance(mesh.get("file"), str):
+        return mesh
+    try:
+        read = read_mesh(directory / mesh["file"])
+    except InputError as error:
+        raise InputError(f"{place}: {str(error).removeprefix('particle: ')}") from error
+    return {**mesh, "file": read.name, "vertices": [list(row) for row in read.vertices]}
 
 
 def _load(path: Path) -> Config:

@@ -66,7 +66,7 @@ def fit_nodes(
     nodes: dict[int, NodeArrays] = {}
     for number in range(len(conditions)):
         arrays = store.load(number) if store else None
-        if arrays is not None:
+        if arrays is not None and set(arrays) == set(NodeArrays._fields):
             nodes[number] = NodeArrays(**arrays)
     bar = tqdm(
         total=len(conditions),

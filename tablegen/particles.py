@@ -1,15 +1,19 @@
-"""Particle populations: shapes with weights, and the law of the aspect ratios."""
+"""Particle populations: shapes and meshes with weights, and the law of the aspect ratios."""
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationError, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 from scipy.special import ndtr
 
 from sampler.errors import InputError
 from tablegen.complaint import shown
-from tablegen.fields import AspectPair, AspectRange, Record, refusal
+from tablegen.directions import SLACK
+from tablegen.fields import AspectPair, AspectRange, Record, Text, refusal
+from tablegen.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
+from tablegen.model.shapes import MeshArguments
 
 #: Shape numbers in kernels and output files.
 SHAPE_CODES = {
@@ -21,7 +25,7 @@ SHAPE_CODES = {
     "mesh": 5,
 }
 
-#: Shapes that a population may hold; a mesh needs a file besides its name.
+#: Shapes that a population may hold by name; meshes it holds besides.
 SHAPE_NAMES = tuple(name for name in SHAPE_CODES if name != "mesh")
 
 #: Name of the non-spherical shapes together, with the weights of the population.
@@ -37,7 +41,8 @@ Weight = Annotated[float, Field(ge=0.0, le=1e6)]
 class PopulationArguments(NamedTuple):
     """A population as arrays and numbers, for kernels."""
 
-    #: int64, (n,): entries of `SHAPE_CODES` with positive weight, increasing.
+    #: int64, (n,): entries of `SHAPE_CODES` with positive weight, increasing; mesh k has the
+    #: code SHAPE_CODES["mesh"] + k.
     shape_codes: NDArray[np.int64]
     #: float64, (n,): running sum of their shares; the last is exactly 1.
     cumulative_weights: NDArray[np.float64]
@@ -46,8 +51,10 @@ class PopulationArguments(NamedTuple):
     #: float64, (2, 4): rows b/a and c/b; columns mean, standard deviation, and the standard
     #: normal probabilities p_low, p_high of the range's ends. With u uniform on (0, 1), a ratio is
     #: mean + sd * normal_quantile(p_low + u * (p_high - p_low)). A fixed ratio has sd = 0. A
-    #: sphere ignores the ratios.
+    #: sphere ignores the ratios, and so does a mesh.
     aspect: NDArray[np.float64]
+    #: The meshes with positive weight.
+    meshes: MeshArguments
 
 
 class TruncatedNormalAspect(Record):
@@ -101,28 +108,91 @@ class ShapeWeights(Record):
     tetrahedron: Weight = 0.0
     sphere: Weight = 0.0
 
-    @model_validator(mode="after")
-    def _some_shape(self) -> Self:
-        if not self.positive():
-            raise refusal(
-                f"a weight above 0 for at least one of {', '.join(SHAPE_NAMES)}",
-                given=tuple(self.model_dump().values()),
-            )
-        return self
-
     def positive(self) -> dict[str, float]:
         """Shapes with positive weight, in the order of `SHAPE_CODES`."""
         weights = self.model_dump(by_alias=True)
         return {name: weights[name] for name in SHAPE_NAMES if weights[name] > 0.0}
 
 
+def _rows(value: object) -> object:
+    """TOML arrays arrive as lists; a frozen record holds tuples."""
+    if not isinstance(value, list | tuple):
+        return value
+    return tuple(tuple(row) if isinstance(row, list) else row for row in value)
+
+
+def _tables(value: object) -> object:
+    """Refuse what is not a list of tables in words that say so."""
+    if isinstance(value, list | tuple):
+        return tuple(value)
+    raise refusal("a list of tables, each headed [[population.meshes]]", given=value)
+
+
+def _solid(vertices: Vertices) -> Vertices:
+    """Refuse points that make no particle."""
+    try:
+        cached_particle(vertices)
+    except InputError as error:
+        raise refusal(f"4 to {MOST_VERTICES} points that span a volume", given=vertices) from error
+    return vertices
+
+
+class MeshShape(Record):
+    """A convex particle given by its vertices; `tablegen.config` reads them from a file."""
+
+    #: Where the vertices come from, for the record only.
+    file: Text | None = None
+    #: Points whose convex hull is the particle, in any units and axes.
+    vertices: Annotated[Vertices, BeforeValidator(_rows), AfterValidator(_solid)]
+    weight: Weight = 1.0
+
+    def particle(self) -> MeshParticle:
+        """Give the particle with its moments and its look-up; made once for equal vertices."""
+        return cached_particle(self.vertices)
+
+
+def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
+    """Meshes one after another, for kernels."""
+    maps = [particle.near for particle in particles]
+    lengths = [(len(p.vertices), len(p.near.starts), len(p.near.points)) for p in particles]
+    firsts = np.zeros((len(particles) + 1, 3), dtype=np.int64)
+    np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 3), axis=0, out=firsts[1:])
+    sizes = [(*p.half_sizes[1:], p.reach) for p in particles]
+    none = np.empty((0, 3))
+    return MeshArguments(
+        moments=np.array([p.moments for p in particles]).reshape(-1, 3),
+        sizes=np.array(sizes, dtype=np.float64).reshape(-1, 3),
+        firsts=firsts,
+        resolutions=np.array([near.resolution for near in maps], dtype=np.int64),
+        slack=SLACK,
+        vertices=np.concatenate([none, *(p.vertices for p in particles)]),
+        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(near.starts for near in maps)]),
+        points=np.concatenate([none, *(near.points for near in maps)]),
+    )
+
+
 class Population(Record):
-    """Shapes with weights, aspect ratios, and how far prisms are truncated."""
+    """Shapes with weights, aspect ratios, how far prisms are truncated, and meshes."""
 
     #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner.
     truncation: Annotated[float, Field(gt=0.0, lt=1.0)]
     shapes: ShapeWeights
     aspect: Annotated[TruncatedNormalAspect | FixedAspect, Field(discriminator="distribution")]
+    meshes: Annotated[tuple[MeshShape, ...], BeforeValidator(_tables)] = ()
+
+    @model_validator(mode="after")
+    def _some_particle(self) -> Self:
+        if not self.shapes.positive() and not self._weighty_meshes():
+            raise refusal(
+                f"a weight above 0 for at least one of {', '.join(SHAPE_NAMES)}, or a mesh",
+                given=tuple(self.shapes.model_dump().values()),
+                field="shapes",
+            )
+        return self
+
+    def _weighty_meshes(self) -> tuple[MeshShape, ...]:
+        """Meshes with positive weight."""
+        return tuple(mesh for mesh in self.meshes if mesh.weight > 0.0)
 
     def restricted_to(self, shape: str) -> "Population":
         """Part of the population that has one shape, or all non-spherical ones.
@@ -131,7 +201,7 @@ class Population(Record):
         ----------
         shape : str
             One of `SHAPE_NAMES`, whether or not the population holds it, or "mixture": the
-            non-spherical shapes with the weights that they have.
+            non-spherical shapes and the meshes with the weights that they have.
 
         Returns
         -------
@@ -145,7 +215,7 @@ class Population(Record):
         """
         if shape == MIXTURE:
             weights = {name: w for name, w in self.shapes.positive().items() if name != "sphere"}
-            if not weights:
+            if not weights and not self._weighty_meshes():
                 raise InputError("shape: got 'mixture', allowed: sphere (the population has only)")
         elif shape in SHAPE_NAMES:
             weights = {shape: 1.0}
@@ -155,11 +225,34 @@ class Population(Record):
         aspect = self.aspect
         if shape == "sphere":
             aspect = FixedAspect(distribution="fixed", values=(1.0, 1.0))
-        shapes = ShapeWeights.model_validate(weights)
-        return Population(truncation=self.truncation, shapes=shapes, aspect=aspect)
+        return Population(
+            truncation=self.truncation,
+            shapes=ShapeWeights.model_validate(weights),
+            aspect=aspect,
+            meshes=self.meshes if shape == MIXTURE else (),
+        )
+
+    def of_mesh(self, mesh: MeshFile) -> "Population":
+        """Give every particle the form of one mesh.
+
+        Parameters
+        ----------
+        mesh : MeshFile
+            From `tablegen.mesh.read_mesh`.
+
+        Returns
+        -------
+        Population
+        """
+        return Population(
+            truncation=self.truncation,
+            shapes=ShapeWeights(),
+            aspect=self.aspect,
+            meshes=(MeshShape(file=mesh.name, vertices=mesh.vertices),),
+        )
 
     def with_aspect(self, ba: float, cb: float) -> "Population":
-        """Give every particle the same aspect ratios.
+        """Give every particle but the meshes the same aspect ratios.
 
         Parameters
         ----------
@@ -180,9 +273,12 @@ class Population(Record):
         except ValidationError as error:
             allowed = "two ratios b/a and c/b, each above 0 and up to 1"
             raise InputError(f"aspect: got {shown((ba, cb))}, allowed: {allowed}") from error
-        if set(self.shapes.positive()) == {"sphere"} and aspect.values != (1.0, 1.0):
+        spheres = set(self.shapes.positive()) == {"sphere"} and not self._weighty_meshes()
+        if spheres and aspect.values != (1.0, 1.0):
             raise InputError(f"aspect: got {shown((ba, cb))}, allowed for spheres: [1, 1]")
-        return Population(truncation=self.truncation, shapes=self.shapes, aspect=aspect)
+        return Population(
+            truncation=self.truncation, shapes=self.shapes, aspect=aspect, meshes=self.meshes
+        )
 
     def kernel_arguments(self) -> PopulationArguments:
         """Write the population as arrays and numbers, for kernels.
@@ -191,11 +287,14 @@ class Population(Record):
         -------
         PopulationArguments
         """
-        weights = self.shapes.positive()
-        shares = np.cumsum(list(weights.values()))
+        weights, meshes = self.shapes.positive(), self._weighty_meshes()
+        shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
+        codes = [SHAPE_CODES[name] for name in weights]
+        codes += [SHAPE_CODES["mesh"] + k for k in range(len(meshes))]
         return PopulationArguments(
-            shape_codes=np.array([SHAPE_CODES[name] for name in weights], dtype=np.int64),
+            shape_codes=np.array(codes, dtype=np.int64),
             cumulative_weights=shares / shares[-1],
             truncation=self.truncation,
             aspect=self.aspect.kernel_rows(),
+            meshes=_mesh_arguments([mesh.particle() for mesh in meshes]),
         )

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from sampler.errors import InputError
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.batch import simulate_batch
-from tablegen.model.rebound import Condition
+from tablegen.model.rebound import COLLISION_ALARM, Condition
 from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
 
@@ -106,6 +106,27 @@ def make_condition(
     return Condition(alpha1, float(speed), (wx, wy, wz), float(resolution), float(tolerance))
 
 
+def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
+    """Check what every run needs and return its number of threads, or raise InputError."""
+    if count < 1:
+        raise InputError(f"count: got {count}, allowed: 1 or more")
+    if not 0 <= seed < 2**64:
+        raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
+    if not 0 <= stream < 2**32:
+        raise InputError(f"stream: got {stream}, allowed: 0 to 2**32 - 1")
+    if threads is not None and threads < 1:
+        raise InputError(f"threads: got {threads}, allowed: 1 or more")
+    return threads or os.cpu_count() or 1
+
+
+def unfinished(particle: int, seed: int, stream: int) -> RuntimeError:
+    """Error for a particle that met the collision alarm."""
+    return RuntimeError(
+        f"particle {particle} of seed {seed}, stream {stream} is still in contact after "
+        f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
+    )
+
+
 def _allocate(count: int, audited: bool) -> tuple[Simulation, NDArray[np.float64]]:
     kind = np.empty((count, 3))
     simulation = Simulation(
@@ -170,12 +191,7 @@ def simulate(
     RuntimeError
         If a particle is still in contact after 10**8 collisions.
     """
-    if count < 1:
-        raise InputError(f"count: got {count}, allowed: 1 or more")
-    if not 0 <= seed < 2**64:
-        raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
-    if not 0 <= stream < 2**32:
-        raise InputError(f"stream: got {stream}, allowed: 0 to 2**32 - 1")
+    workers = check_run(count, seed, stream, threads)
     result, kind = _allocate(count, audited)
     law, people = pair.kernel_arguments(), population.kernel_arguments()
     keys = (np.uint64(seed), np.uint32(stream))
@@ -185,13 +201,9 @@ def simulate(
         arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
         stuck = simulate_batch(law, people, condition, keys, part.start, *arrays, audit)
         if stuck >= 0:
-            raise RuntimeError(
-                f"particle {stuck} of seed {seed}, stream {stream} is still in contact after "
-                "10**8 collisions; a larger contact_resolution ends its chain"
-            )
+            raise unfinished(stuck, seed, stream)
         return part.stop - part.start, audit
 
-    workers = threads or os.cpu_count() or 1
     bar = tqdm(
         total=count, unit="rebound", unit_scale=True, disable=not progress, desc="simulating"
     )

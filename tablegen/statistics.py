@@ -5,7 +5,6 @@ particles, whichever thread was first, so the result is the same to the last bit
 of threads.
 """
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -14,13 +13,12 @@ from functools import partial, reduce
 import numpy as np
 from tqdm import tqdm
 
-from sampler.errors import InputError
 from tablegen.model.batch import simulate_batch
 from tablegen.model.rebound import Condition
 from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
 from tablegen.run_statistics import RunStatistics, merge, summarise
-from tablegen.simulate import BATCH, Simulation
+from tablegen.simulate import BATCH, Simulation, check_run, unfinished
 
 
 def statistics_of(simulation: Simulation) -> RunStatistics:
@@ -37,15 +35,6 @@ def statistics_of(simulation: Simulation) -> RunStatistics:
     state, collisions, energy = simulation.state, simulation.collisions, simulation.energy
     parts = (slice(start, start + BATCH) for start in range(0, len(state), BATCH))
     return reduce(merge, (summarise(state[p], collisions[p], energy[p]) for p in parts))
-
-
-def _check_run(count: int, seed: int, stream: int) -> None:
-    if count < 1:
-        raise InputError(f"count: got {count}, allowed: 1 or more")
-    if not 0 <= seed < 2**64:
-        raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
-    if not 0 <= stream < 2**32:
-        raise InputError(f"stream: got {stream}, allowed: 0 to 2**32 - 1")
 
 
 def _batch_statistics(
@@ -73,10 +62,7 @@ def _batch_statistics(
         np.empty(0),
     )
     if stuck >= 0:
-        raise RuntimeError(
-            f"particle {stuck} of seed {seed}, stream {stream} is still in contact after "
-            "10**8 collisions; a larger contact_resolution ends its chain"
-        )
+        raise unfinished(stuck, seed, stream)
     return summarise(state, collisions, energy)
 
 
@@ -142,14 +128,14 @@ def simulate_statistics(
     RuntimeError
         If a particle is still in contact after 10**8 collisions.
     """
-    _check_run(count, seed, stream)
+    workers = check_run(count, seed, stream, threads)
     work = partial(_batch_statistics, pair, population, condition, (seed, stream))
     bar = tqdm(
         total=count, unit="rebound", unit_scale=True, disable=not progress, desc="simulating"
     )
     total: RunStatistics | None = None
     with bar:
-        for part in _in_order(work, count, threads or os.cpu_count() or 1):
+        for part in _in_order(work, count, workers):
             total = part if total is None else merge(total, part)
             bar.update(part.count)
     assert total is not None  # a run has at least one batch

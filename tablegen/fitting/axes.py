@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.errors import InputError
 from tablegen.config import Config
 
 FloatArray = NDArray[np.float64]
@@ -61,7 +62,13 @@ def _angle_nodes(first: float, last: float) -> FloatArray:
 
 def _speed_nodes(config: Config, first: float, last: float) -> FloatArray:
     """Speed nodes equally spaced in the logarithm of the restitution abscissa."""
-    low, high = np.log(config.speed_coordinate(np.array([first, last])))
+    ends = config.speed_coordinate(np.array([first, last]))
+    if not np.all(ends > 0.0):
+        raise InputError(
+            f"domain.speed: got [{first:g}, {last:g}], where the restitution law has no digits "
+            "left to tell speeds apart, allowed: a lower end, or table.speed_nodes of your own"
+        )
+    low, high = np.log(ends)
     count = int(np.ceil(abs(high - low) / SPEED_STEP)) + 1
     speeds = np.linspace(first, last, 20_001)
     # the abscissa falls with the speed

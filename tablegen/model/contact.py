@@ -9,6 +9,7 @@ like Newton's method, because the bound is exact to second order.
 import math
 
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel
+from tablegen.model.directions import support_range
 from tablegen.model.rotation import NORMAL, ORDER
 
 #: Height, in units of a, below which a point counts as touching. The search overshoots a contact
@@ -99,6 +100,39 @@ def search_polyhedron(body, series, y, v, bounds, span):
 
 
 @borrowing_kernel
+def search_mesh(body, series, y, v, bounds, span):
+    """First contact of a mesh within ``span``; as :func:`search_polyhedron`, at less cost.
+
+    Only the vertices that can be lowest before the normal has turned by the slack of the body's
+    map are looked at, and no step turns it further than that.
+    """
+    near, points = body.near, body.near.points
+    turn, change = bounds
+    acceleration = body.reach * (turn * turn + change) + TINY
+    least = math.sqrt(2.0 * CONTACT_HEIGHT / acceleration)
+    patience = near.slack / (turn + TINY)
+    t = 0.0
+    while True:
+        n1, n2, n3, d1, d2, d3 = _normal_and_rate(series, t)
+        height = y + v * t
+        step = min(span - t, patience)
+        first, end = support_range(near, -n1, -n2, -n3)
+        for i in range(first, end):
+            p1, p2, p3 = points[i, 0], points[i, 1], points[i, 2]
+            gap = height + p1 * n1 + p2 * n2 + p3 * n3
+            rate = v + p1 * d1 + p2 * d2 + p3 * d3
+            if gap <= CONTACT_HEIGHT:
+                if rate < 0.0:
+                    return t
+                step = min(step, max(least, safe_time(0.0, rate, acceleration, step)))
+            else:
+                step = safe_time(gap, rate, acceleration, step)
+        t += step
+        if t >= span:
+            return -1.0
+
+
+@borrowing_kernel
 def search_ellipsoid(body, series, y, v, bounds, span):
     """First contact of an ellipsoid within ``span``.
 
@@ -132,6 +166,8 @@ def search(body, series, y, v, bounds, span):
     """First contact of any body within ``span``; -1 if there is none."""
     if body.vertices.shape[0] == 0:
         return search_ellipsoid(body, series, y, v, bounds, span)
+    if body.near.resolution > 0:
+        return search_mesh(body, series, y, v, bounds, span)
     return search_polyhedron(body, series, y, v, bounds, span)
 
 
@@ -150,7 +186,7 @@ def contact_point(body, motion, y, v, point):
     """Put the contact point, from the centre in body axes, into ``point``; return its height.
 
     Where several vertices touch and approach together, the contact is the centre of their edge
-    or face (paper, Sec. 1). A falling vertex is preferred to a lower one that is already rising.
+    or face (paper, Sec. 1); a vertex that touches but is already rising has no part in it.
 
     Parameters
     ----------
@@ -166,25 +202,33 @@ def contact_point(body, motion, y, v, point):
     vertices = body.vertices
     if vertices.shape[0] == 0:
         return y - _ellipsoid_point(body, n1, n2, n3, point)
+    first, end = 0, vertices.shape[0]
+    if body.near.resolution > 0:
+        vertices = body.near.points
+        first, end = support_range(body.near, -n1, -n2, -n3)
     # rate of a material point p: v + p . (n x W)
     d1 = n2 * motion[2] - n3 * motion[1]
     d2 = n3 * motion[0] - n1 * motion[2]
     d3 = n1 * motion[1] - n2 * motion[0]
     lowest = math.inf
-    for i in range(vertices.shape[0]):
+    for i in range(first, end):
         p1, p2, p3 = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-        if v + p1 * d1 + p2 * d2 + p3 * d3 < 0.0:
-            lowest = min(lowest, p1 * n1 + p2 * n2 + p3 * n3)
-    point[0] = point[1] = point[2] = 0.0
-    ties = 0
-    for i in range(vertices.shape[0]):
-        p1, p2, p3 = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-        falls = v + p1 * d1 + p2 * d2 + p3 * d3 < 0.0
-        if falls and p1 * n1 + p2 * n2 + p3 * n3 <= lowest + TIE_HEIGHT:
-            point[0] += p1
-            point[1] += p2
-            point[2] += p3
-            ties += 1
+        lowest = min(lowest, p1 * n1 + p2 * n2 + p3 * n3)
+    # Of the vertices that touch only those that approach collide; rounding may leave none, where
+    # the last of them is just turning.
+    for fastest in (0.0, math.inf):
+        ties = 0
+        point[0] = point[1] = point[2] = 0.0
+        for i in range(first, end):
+            p1, p2, p3 = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+            approaches = v + p1 * d1 + p2 * d2 + p3 * d3 < fastest
+            if approaches and p1 * n1 + p2 * n2 + p3 * n3 <= lowest + TIE_HEIGHT:
+                point[0] += p1
+                point[1] += p2
+                point[2] += p3
+                ties += 1
+        if ties > 0:
+            break
     for i in range(3):
         point[i] /= ties
     return y + lowest

@@ -6,19 +6,19 @@ two orientation numbers, block 1 the third orientation number and the shape.
 
 import numpy as np
 
-from sampler.jit import kernel
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel
 from sampler.normal import normal_quantile
 from sampler.philox import philox_block, uniform
 from tablegen.model.rotation import set_orientation
-from tablegen.model.shapes import SPHERE
+from tablegen.model.shapes import MESH, SPHERE
 
 #: Keeps the direct simulation and the table draws of one seed on different random numbers.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 
 
-@kernel
+@borrowing_inline_kernel
 def pick_shape(population, u):
-    """Shape code for a uniform number u in (0, 1)."""
+    """Shape code for a uniform number u in (0, 1); the meshes have MESH, MESH + 1, ..."""
     last = population.shape_codes.size - 1
     for i in range(last):
         if u < population.cumulative_weights[i]:
@@ -26,7 +26,7 @@ def pick_shape(population, u):
     return population.shape_codes[last]
 
 
-@kernel
+@borrowing_inline_kernel
 def aspect_ratio(law, u):
     """Truncated-normal aspect ratio for u in (0, 1).
 
@@ -39,7 +39,7 @@ def aspect_ratio(law, u):
     return mean + deviation * normal_quantile(low + u * (high - low))
 
 
-@kernel
+@borrowing_kernel
 def draw_particle(population, seed, stream, index, motion):
     """Draw a particle and put its orientation into ``motion``.
 
@@ -55,6 +55,7 @@ def draw_particle(population, seed, stream, index, motion):
     Returns
     -------
     tuple (shape code, b / a, c / b)
+        The code of mesh number k of the population is MESH + k, and its half-sizes are its own.
     """
     key = np.uint64(seed) ^ SIMULATION_KEY
     w0, w1, w2, w3 = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(0))
@@ -63,6 +64,9 @@ def draw_particle(population, seed, stream, index, motion):
     shape = pick_shape(population, uniform(v1))
     if shape == SPHERE:
         return shape, 1.0, 1.0
+    if shape >= MESH:
+        b, c = population.meshes.sizes[shape - MESH, 0], population.meshes.sizes[shape - MESH, 1]
+        return shape, b, c / b
     b_over_a = aspect_ratio(population.aspect[0], uniform(w0))
     c_over_b = aspect_ratio(population.aspect[1], uniform(w1))
     return shape, b_over_a, c_over_b

@@ -1,7 +1,9 @@
 """Particle shapes: vertices, moments of inertia, support.
 
 Half-sizes are a >= b >= c along the principal axes and a = 1 is the unit of length. A shape is
-either an ellipsoid (the sphere included) or a convex polyhedron given by its vertices.
+either an ellipsoid (the sphere included) or a convex polyhedron given by its vertices. A mesh
+(`tablegen.mesh`) is a polyhedron too; it brings its moments with it, and a look-up that spares
+most of its vertices.
 """
 
 import math
@@ -9,11 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.jit import inline_kernel, kernel
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel, kernel
+from tablegen.model.directions import NO_MAP, SupportMap, empty_map, support_range
 
 ELLIPSOID, PRISM, TRUNCATED_PRISM, TETRAHEDRON, SPHERE = 0, 1, 2, 3, 4
 
-#: Most vertices that a shape of this module has.
+#: Code of the first mesh of a population; its others have the codes after it.
+MESH = 5
+
+#: Most vertices that a shape other than a mesh has.
 MAX_VERTICES = 24
 
 
@@ -21,8 +27,9 @@ class Body(NamedTuple):
     """What the mechanics knows of a particle.
 
     ``moments`` are the principal moments of inertia per unit mass (j1 <= j2 <= j3), ``vertices``
-    the (m, 3) vertices of a polyhedron, none (m = 0) for an ellipsoid of semi-axes (1, b, c), and
-    ``reach`` is the largest distance of a surface point from the centre.
+    the (m, 3) vertices of a polyhedron, none (m = 0) for an ellipsoid of semi-axes (1, b, c),
+    ``reach`` is the largest distance of a surface point from the centre, and ``near`` finds the
+    vertices near the lowest point of a mesh (resolution 0 for all other shapes).
     """
 
     moments: tuple[float, float, float]
@@ -30,6 +37,27 @@ class Body(NamedTuple):
     b: float
     c: float
     reach: float
+    near: SupportMap = NO_MAP
+
+
+class MeshArguments(NamedTuple):
+    """The k meshes of a population one after another, for kernels.
+
+    ``moments`` (k, 3) per unit mass in units of a^2, ``sizes`` (k, 3): half-sizes b and c, and
+    the reach; mesh i has the rows ``firsts[i, 0] : firsts[i + 1, 0]`` of ``vertices`` (., 3), and
+    its `SupportMap` has ``resolutions[i]``, ``slack``, the entries ``firsts[i, 1] :
+    firsts[i + 1, 1]`` of ``starts`` and the rows ``firsts[i, 2] : firsts[i + 1, 2]`` of
+    ``points`` (., 3). ``firsts`` is (k + 1, 3) int64; all lengths are in units of a.
+    """
+
+    moments: np.ndarray
+    sizes: np.ndarray
+    firsts: np.ndarray
+    resolutions: np.ndarray
+    slack: float
+    vertices: np.ndarray
+    starts: np.ndarray
+    points: np.ndarray
 
 
 @inline_kernel
@@ -57,7 +85,7 @@ def inertia(shape, b, c, truncation):
     return q * (b * b + c * c), q * (1.0 + c * c), q * (1.0 + b * b)
 
 
-@kernel
+@borrowing_kernel
 def fill_vertices(shape, b, c, truncation, vertices):
     """Write the vertices of a polyhedron into ``vertices`` (>= 24, 3); return their number.
 
@@ -86,9 +114,29 @@ def fill_vertices(shape, b, c, truncation, vertices):
     return n
 
 
+@borrowing_inline_kernel
+def _place_vertices(shape, b, c, truncation, vertices):
+    """Write the vertices of a shape; return their number and the reach."""
+    count = fill_vertices(shape, b, c, truncation, vertices)
+    reach2 = 1.0 if count == 0 else 0.0
+    for i in range(count):
+        reach2 = max(reach2, vertices[i, 0] ** 2 + vertices[i, 1] ** 2 + vertices[i, 2] ** 2)
+    return count, math.sqrt(reach2)
+
+
+@borrowing_inline_kernel
+def shaped_body(shape, b, c, truncation, vertices, no_map):
+    """Body of a shape other than a mesh; as `make_body`, with an empty map to refer to.
+
+    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+    """
+    count, reach = _place_vertices(shape, b, c, truncation, vertices)
+    return Body(inertia(shape, b, c, truncation), vertices[:count], b, c, reach, no_map)
+
+
 @kernel
 def make_body(shape, b, c, truncation, vertices):
-    """Body of a shape with half-sizes (1, b, c).
+    """Body of a shape, other than a mesh, with half-sizes (1, b, c).
 
     Parameters
     ----------
@@ -103,15 +151,38 @@ def make_body(shape, b, c, truncation, vertices):
     -------
     Body
     """
-    count = fill_vertices(shape, b, c, truncation, vertices)
-    reach2 = 1.0 if count == 0 else 0.0
-    for i in range(count):
-        reach2 = max(reach2, vertices[i, 0] ** 2 + vertices[i, 1] ** 2 + vertices[i, 2] ** 2)
-    moments = inertia(shape, b, c, truncation)
-    return Body(moments, vertices[:count], b, c, math.sqrt(reach2))
+    count, reach = _place_vertices(shape, b, c, truncation, vertices)
+    return Body(inertia(shape, b, c, truncation), vertices[:count], b, c, reach, empty_map())
 
 
-@kernel
+@borrowing_inline_kernel
+def mesh_body(meshes, i):
+    """Body of the mesh number ``i`` of a population.
+
+    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+
+    Parameters
+    ----------
+    meshes : MeshArguments
+    i : int
+
+    Returns
+    -------
+    Body
+    """
+    first, end = meshes.firsts[i], meshes.firsts[i + 1]
+    near = SupportMap(
+        meshes.resolutions[i],
+        meshes.slack,
+        meshes.starts[first[1] : end[1]],
+        meshes.points[first[2] : end[2]],
+    )
+    moments = (meshes.moments[i, 0], meshes.moments[i, 1], meshes.moments[i, 2])
+    b, c, reach = meshes.sizes[i, 0], meshes.sizes[i, 1], meshes.sizes[i, 2]
+    return Body(moments, meshes.vertices[first[0] : end[0]], b, c, reach, near)
+
+
+@borrowing_kernel
 def lowest_depth(body, n):
     """Support function h(-n): how far the particle reaches below its centre.
 
@@ -124,7 +195,11 @@ def lowest_depth(body, n):
     vertices = body.vertices
     if vertices.shape[0] == 0:
         return math.sqrt(n[0] ** 2 + (body.b * n[1]) ** 2 + (body.c * n[2]) ** 2)
+    first, end = 0, vertices.shape[0]
+    if body.near.resolution > 0:
+        vertices = body.near.points
+        first, end = support_range(body.near, -n[0], -n[1], -n[2])
     depth = 0.0
-    for i in range(vertices.shape[0]):
+    for i in range(first, end):
         depth = max(depth, -(vertices[i, 0] * n[0] + vertices[i, 1] * n[1] + vertices[i, 2] * n[2]))
     return depth

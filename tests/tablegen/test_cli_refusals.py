@@ -46,7 +46,7 @@ class TestSimulate:
     def test_flag_and_value_are_named(self, refused, tmp_path, flag, value, given):
         output = tmp_path / "rebounds.npz"
         line = refused("simulate", *flags(SIMULATE, {flag: value, "--output": output}))
-        assert (flag if flag != "--pair" else "configuration: got") in line
+        assert flag in line
         assert given in line
 
     def test_sphere_has_no_aspect(self, refused, tmp_path):

@@ -288,3 +288,9 @@ def test_progress_bar_counts_rebounds_on_standard_error(capsys):
     assert "100/100" in captured.err
     run(100)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("threads", [0, -1])
+def test_threads_must_be_positive(threads):
+    with pytest.raises(InputError, match=rf"^threads: got {threads}, allowed: 1 or more$"):
+        simulate(PAIR, POPULATION, make_condition(0.5, 200.0), 10, seed=1, threads=threads)

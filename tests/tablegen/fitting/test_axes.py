@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.fitting.axes import (
     ANGLE_STEP_DEG,
@@ -138,3 +139,12 @@ def test_look_up_is_linear_in_the_restitution_abscissa_of_the_speed():
     # Refused: an index that is linear in the speed itself.
     naive = np.interp(speed, axes.speed, np.arange(3))
     assert np.abs(naive - expected).max() > 20.0 * entry
+
+
+def test_speeds_that_the_law_cannot_tell_apart_are_refused():
+    changes = {
+        "pair": {"restitution": {"coefficient": 1.0, "exponent": 1.0}},
+        "domain": {"speed": [100.0, 1000.0], "extrapolate": True},
+    }
+    with pytest.raises(InputError, match=r"^domain\.speed: got \[100, 1000\]"):
+        make_axes(load_config("corundum-steel").with_changes(changes))

@@ -269,3 +269,23 @@ def test_contact_point_of_ellipsoids_is_the_tangent_point(b, c):
 def test_contact_height_is_far_below_every_length_of_a_body():
     # the thinnest body of the tests has c = 4e-4
     assert CONTACT_HEIGHT < TIE_HEIGHT < 1e-5 * 4e-4
+
+
+def test_a_touching_vertex_that_only_just_turns_is_still_the_contact():
+    # The vertex that touches rises by rounding only, another far above it falls: the contact is
+    # where the wall is.
+    body = body_of("prism", 0.7, 0.5)
+    motion = motion_of(random_rotations(np.random.default_rng(35), 1)[0])
+    motion[0:3] = [0.0, 0.0, 2.0]
+    normal = motion[3:6]
+    lowest = int(np.argmin(body.vertices @ normal))
+    rates = body.vertices @ np.cross(normal, motion[0:3])
+    velocity = np.nextafter(-rates[lowest], np.inf)
+    while velocity + rates[lowest] <= 0.0:
+        velocity = np.nextafter(velocity, np.inf)
+    assert (velocity + rates < 0.0).any()
+    point = np.empty(3)
+    height = -float(body.vertices[lowest] @ normal)
+    gap = contact_point(body, motion, height, velocity, point)
+    np.testing.assert_array_equal(point, body.vertices[lowest])
+    assert abs(gap) < 1e-15

@@ -1,0 +1,184 @@
+"""Making the look-up from directions to supporting vertices; `tablegen.model.directions` reads it.
+
+The directions in which a vertex supports a convex body form its normal cone, on the unit sphere a
+convex polygon whose corners are the normals of the faces around the vertex and whose sides are
+the arcs between the normals of faces that share an edge. A direction within an angle R of a cell's
+centre has a given supporting vertex only if that vertex supports the body at the centre, or a side
+of its polygon passes within R of the centre. Both are tested here as they stand, so the lists are
+complete by construction.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, cKDTree
+
+from tablegen.model.directions import SupportMap
+
+FloatArray = NDArray[np.float64]
+
+#: Angle [rad] by which a direction may turn before its list is taken anew. Measured on grains of
+#: 100 to 4,000 vertices: less shortens the steps of the contact search, more lengthens the lists.
+SLACK = 0.15
+
+#: Angle [rad] added to every list for rounding, in the face normals and in the kernels' wall
+#: normal; both are known to better than 1e-7.
+ROUNDING = 1e-6
+
+#: Cells along a side of the cube map, least and most; between them it grows with the vertices.
+_LEAST, _MOST = 4, 24
+
+#: Half-length [rad] up to which a side of a normal cone is looked for near its middle only.
+_SHORT = 0.1
+
+#: Pairs of a cell and a vertex compared at a time (bounds the memory).
+_AT_A_TIME = 4_000_000
+
+
+def map_resolution(vertices: int) -> int:
+    """Cells along a side of the cube map for a body of so many vertices.
+
+    About one and a half cells a vertex: then cells are smaller than normal cones, and smaller
+    ones would hardly shorten the lists. The slack makes very small cells pointless.
+    """
+    return int(np.clip(round(math.sqrt(0.25 * vertices)), _LEAST, _MOST))
+
+
+def cell_frames(resolution: int) -> tuple[FloatArray, FloatArray]:
+    """Centres and radii of the cells of a cube map.
+
+    Parameters
+    ----------
+    resolution : int
+        Cells along a side, positive.
+
+    Returns
+    -------
+    centres : (6 resolution^2, 3) float64
+        Unit vectors, in the order of `direction_cell`.
+    radii : (6 resolution^2,) float64
+        Angle [rad] from the centre to the farthest corner.
+    """
+    edges = np.linspace(-1.0, 1.0, resolution + 1)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    centres = _cube_directions(middle, middle)
+    radii = np.zeros(len(centres))
+    for s in (edges[:-1], edges[1:]):
+        for t in (edges[:-1], edges[1:]):
+            corners = _cube_directions(s, t)
+            radii = np.maximum(radii, _angle(centres, corners))
+    return centres, radii
+
+
+def make_map(hull: ConvexHull, slack: float = SLACK, resolution: int | None = None) -> SupportMap:
+    """Make the look-up of a convex polyhedron.
+
+    Parameters
+    ----------
+    hull : ConvexHull
+        Its ``points`` are all vertices; any place of the origin will do.
+    slack : float
+        Angle [rad] that a direction may turn away from its cell.
+    resolution : int, optional
+        Cells along a side; by default that of `map_resolution`.
+
+    Returns
+    -------
+    SupportMap
+    """
+    points = np.ascontiguousarray(hull.points)
+    resolution = resolution or map_resolution(len(points))
+    centres, radii = cell_frames(resolution)
+    start, end, owners = _cone_sides(hull)
+    cells, sides = _near_pairs(centres, radii + slack + ROUNDING, start, end)
+    listed = [cells * len(points) + owners[sides, k] for k in range(2)]
+    listed.append(np.arange(len(centres)) * len(points) + _supporting(points, centres))
+    cells, vertices = np.divmod(np.unique(np.concatenate(listed)), len(points))
+    starts = np.searchsorted(cells, np.arange(len(centres) + 1)).astype(np.int64)
+    return SupportMap(resolution, slack, starts, points[vertices])
+
+
+def _supporting(points: FloatArray, directions: FloatArray) -> NDArray[np.intp]:
+    """Index of the point that lies farthest along each direction."""
+    size = max(1, _AT_A_TIME // len(points))
+    parts = range(0, len(directions), size)
+    return np.concatenate([np.argmax(directions[i : i + size] @ points.T, axis=1) for i in parts])
+
+
+def _near_pairs(
+    centres: FloatArray, reach: FloatArray, start: FloatArray, end: FloatArray
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs (cell, arc) of all arcs that pass within ``reach`` [rad] of a cell's centre."""
+    half = 0.5 * _angle(start, end)
+    short, long = np.flatnonzero(half <= _SHORT), np.flatnonzero(half > _SHORT)
+    cells = np.repeat(np.arange(len(centres)), len(long))
+    arcs = np.tile(long, len(centres))
+    if len(short):
+        middle = start[short] + end[short]
+        tree = cKDTree(middle / np.linalg.norm(middle, axis=1, keepdims=True))
+        chords = 2.0 * np.sin(0.5 * np.minimum(reach + _SHORT, np.pi))
+        found = tree.query_ball_point(centres, chords)
+        cells = np.append(cells, np.repeat(np.arange(len(centres)), [len(i) for i in found]))
+        arcs = np.append(arcs, short[np.concatenate(found).astype(np.intp)])
+    near = _distance_to_arcs(centres[cells], start[arcs], end[arcs]) <= reach[cells]
+    return cells[near], arcs[near]
+
+
+def _cube_directions(s: FloatArray, t: FloatArray) -> FloatArray:
+    """Give unit vectors through the points (s, t) of all six sides, in the order of the cells."""
+    s_grid, t_grid = (grid.ravel() for grid in np.meshgrid(s, t, indexing="ij"))
+    sides = []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            side = np.empty((s_grid.size, 3))
+            side[:, axis] = sign
+            side[:, (axis + 1) % 3] = s_grid
+            side[:, (axis + 2) % 3] = t_grid
+            sides.append(side)
+    directions = np.concatenate(sides)
+    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def _cone_sides(hull: ConvexHull) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
+    """Sides of the normal cones: arcs between the normals of neighbouring faces.
+
+    Returns
+    -------
+    start, end : (m, 3) float64
+        Unit normals at the ends of an arc.
+    owners : (m, 2) int
+        The two vertices whose cones meet in the arc: the ends of the edge that the faces share.
+    """
+    normals = hull.equations[:, :3]
+    start, end, owners = [], [], []
+    for k in range(3):
+        # neighbour k of a triangle lies across the edge opposite to its corner k
+        start.append(normals)
+        end.append(normals[hull.neighbors[:, k]])
+        owners.append(np.delete(hull.simplices, k, axis=1))
+    keep = np.concatenate([hull.neighbors[:, k] > np.arange(len(normals)) for k in range(3)])
+    return np.concatenate(start)[keep], np.concatenate(end)[keep], np.concatenate(owners)[keep]
+
+
+def _distance_to_arcs(centres: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Angle [rad] from each of n centres to the arc of a great circle in the same row: (n,).
+
+    The nearest point of an arc is its great circle's if the centre lies between the two planes
+    through the ends that are perpendicular to the circle, and otherwise one of the ends.
+    """
+    pole = np.cross(start, end)
+    length = np.linalg.norm(pole, axis=1)
+    between = np.einsum("ij,ij->i", centres, np.cross(pole, start)) >= 0.0
+    between &= np.einsum("ij,ij->i", centres, np.cross(end, pole)) >= 0.0
+    between &= length > 0.0
+    off = np.abs(np.einsum("ij,ij->i", centres, pole))
+    sine = np.divide(off, length, out=np.zeros_like(off), where=between)
+    to_ends = np.minimum(_angle(centres, start), _angle(centres, end))
+    return np.where(between, np.arcsin(np.clip(sine, 0.0, 1.0)), to_ends)
+
+
+def _angle(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Angle [rad] between rows of unit vectors."""
+    half = 0.5 * np.linalg.norm(first - second, axis=1)
+    return 2.0 * np.arcsin(np.clip(half, 0.0, 1.0))

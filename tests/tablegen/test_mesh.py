@@ -1,0 +1,204 @@
+"""Particles from mesh files: what the files hold, and the frame of the particle."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+from grains import (
+    box,
+    grain,
+    icosphere,
+    posed,
+    surface,
+    tetrahedron,
+)
+
+from sampler.errors import InputError
+from tablegen.mesh import SUFFIXES, load_mesh, mesh_particle, read_mesh
+from tablegen.model.shapes import (
+    MAX_VERTICES,
+    PRISM,
+    TETRAHEDRON,
+    make_body,
+)
+
+
+class TestFiles:
+    @pytest.mark.parametrize("suffix", SUFFIXES)
+    def test_every_format_gives_the_same_particle(self, tmp_path, suffix):
+        points = grain(60).astype(np.float32).astype(np.float64)
+        path = tmp_path / f"grain{suffix}"
+        surface(points).export(path)
+        made, expected = load_mesh(path), mesh_particle(points)
+        assert len(made.vertices) == 60
+        np.testing.assert_allclose(made.moments, expected.moments, rtol=1e-6)
+        np.testing.assert_allclose(made.half_sizes, expected.half_sizes, rtol=1e-6)
+        assert made.unit == pytest.approx(expected.unit, rel=1e-6)
+
+    def test_suffix_in_capitals_and_ascii(self, tmp_path):
+        path = tmp_path / "BOX.STL"
+        path.write_text(trimesh.exchange.stl.export_stl_ascii(surface(box(0.5, 0.25))))
+        assert sorted(read_mesh(path).vertices) == sorted(map(tuple, box(0.5, 0.25).tolist()))
+
+    def test_convex_mesh(self, tmp_path):
+        surface(grain(60)).export(tmp_path / "grain.ply")
+        read = read_mesh(tmp_path / "grain.ply")
+        assert read.name == "grain.ply"
+        assert read.is_convex
+        assert read.solidity == pytest.approx(1.0, abs=1e-5)
+
+    @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
+    def test_hull_of_a_mesh_that_is_not_convex(self, tmp_path, scale):
+        # two unit cubes with a gap of one between them fill two thirds of their hull
+        first = surface(0.5 * box(1.0, 1.0) * scale)
+        second = first.copy()
+        second.apply_translation([2.0 * scale, 0.0, 0.0])
+        trimesh.util.concatenate([first, second]).export(tmp_path / "two.stl")
+        read = read_mesh(tmp_path / "two.stl")
+        assert len(read.vertices) == 8
+        assert not read.is_convex
+        assert read.solidity == pytest.approx(2.0 / 3.0, rel=1e-6)
+        made = load_mesh(tmp_path / "two.stl")
+        np.testing.assert_allclose(made.half_sizes, [1.0, 1.0 / 3.0, 1.0 / 3.0], rtol=1e-6)
+        assert made.unit == pytest.approx(1.5 * scale, rel=1e-6)
+
+
+def written(folder, name, content):
+    """Path of a file with a content: text, bytes, or a mesh."""
+    path = folder / name
+    if isinstance(content, trimesh.Trimesh):
+        content.export(path)
+    elif isinstance(content, bytes):
+        path.write_bytes(content)
+    elif content is not None:
+        path.write_text(content)
+    return path
+
+
+def without_a_face():
+    mesh = surface(box(0.8, 0.6))
+    return trimesh.Trimesh(mesh.vertices, mesh.faces[1:], process=False)
+
+
+def inside_out():
+    mesh = surface(box(0.8, 0.6))
+    faces = mesh.faces.copy()
+    faces[0] = faces[0, ::-1]
+    return trimesh.Trimesh(mesh.vertices, faces, process=False)
+
+
+FLAT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+POINTS = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+POINTS += "property float z\nend_header\n0 0 0\n"
+
+
+class TestRefusedFiles:
+    @pytest.mark.parametrize(
+        ("name", "content", "reason"),
+        [
+            ("none.stl", None, "cannot be read (No such file or directory), allowed: a mesh"),
+            ("grain.step", "ISO-10303-21;", "grain.step, allowed: a file ending in .stl, .obj"),
+            ("empty.stl", "", "which has no faces, allowed: a closed surface"),
+            ("empty.obj", "", "which has no faces, allowed: a closed surface"),
+            ("empty.ply", "", "cannot be read as PLY, allowed: a mesh file"),
+            ("points.ply", POINTS, "which has no faces, allowed: a closed surface"),
+            ("foreign.stl", b"\x89PNG" + bytes(200), "allowed: "),
+            ("cut.stl", trimesh.exchange.stl.export_stl(inside_out())[:200], "be read as STL"),
+            ("three.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "which has 3 vertices, all"),
+            ("flat.obj", FLAT, "which is flat, allowed: a mesh that encloses a volume"),
+            ("nan.obj", FLAT.replace("v 1 1 0", "v 1 nan 1"), "vertex that is not finite, all"),
+            ("open.stl", without_a_face(), "which is open, allowed: a closed surface"),
+            ("inside.stl", inside_out(), "with faces turned inside out, allowed: faces that"),
+        ],
+    )
+    def test_reason_is_given(self, tmp_path, name, content, reason):
+        path = written(tmp_path, name, content)
+        with pytest.raises(InputError) as caught:
+            read_mesh(path)
+        line = str(caught.value)
+        assert line.startswith(f"particle: got {path}")
+        assert reason in line
+        assert "\n" not in line
+
+    def test_too_many_corners(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("tablegen.mesh.MOST_VERTICES", 50)
+        path = written(tmp_path, "grain.ply", surface(grain(60)))
+        with pytest.raises(InputError, match="hull has 60 vertices, allowed: up to 50"):
+            read_mesh(path)
+
+    @pytest.mark.parametrize(
+        ("points", "reason"),
+        [
+            (np.zeros((3, 3)), r"got shape \(3, 3\), allowed: 4 to 10000 rows of three numbers"),
+            (np.zeros((8, 2)), r"got shape \(8, 2\), allowed"),
+            (np.full((8, 3), math.nan), "not finite"),
+            (box(0.8, 0.0), "that lie in a plane, allowed: points that span a volume"),
+        ],
+    )
+    def test_points(self, points, reason):
+        with pytest.raises(InputError, match=f"^vertices: .*{reason}"):
+            mesh_particle(points)
+
+
+class TestFrame:
+    @pytest.mark.parametrize(("b", "c"), [(0.8, 0.64), (1.0, 1.0), (0.5, 0.5), (1.0, 0.2)])
+    @pytest.mark.parametrize(
+        ("code", "corners"), [(PRISM, box), (TETRAHEDRON, tetrahedron)], ids=["box", "tetrahedron"]
+    )
+    def test_known_shapes(self, code, corners, b, c):
+        made = mesh_particle(posed(corners(b, c), scale=3e-5, shift=(1e-3, 0.0, 2e-4)))
+        known = make_body(code, b, c, 0.5, np.empty((MAX_VERTICES, 3)))
+        np.testing.assert_allclose(made.moments, known.moments, rtol=1e-10)
+        np.testing.assert_allclose(made.half_sizes, [1.0, b, c], rtol=1e-10)
+        assert made.reach == pytest.approx(known.reach, rel=1e-10)
+        assert len(made.vertices) == len(known.vertices)
+        np.testing.assert_allclose(
+            np.abs(made.vertices), np.tile([1.0, b, c], (len(made.vertices), 1)), rtol=1e-10
+        )
+
+    def test_pose_units_and_place_do_not_matter(self):
+        points = grain(200)
+        plain = mesh_particle(points)
+        moved = mesh_particle(posed(points, scale=2e-5, shift=(0.01, -0.02, 0.03)))
+        np.testing.assert_allclose(moved.moments, plain.moments, rtol=1e-9)
+        np.testing.assert_allclose(moved.half_sizes, plain.half_sizes, rtol=1e-9)
+        assert moved.reach == pytest.approx(plain.reach, rel=1e-9)
+        assert moved.volume == pytest.approx(plain.volume, rel=1e-9)
+        assert moved.unit == pytest.approx(2e-5 * plain.unit, rel=1e-9)
+        # the corners agree but for half turns about the axes
+        flips = np.sign((moved.vertices * plain.vertices).sum(axis=0))
+        assert flips.prod() == 1.0
+        np.testing.assert_allclose(moved.vertices * flips, plain.vertices, atol=1e-9)
+
+    def test_handedness_is_kept(self):
+        points = grain(20)
+        plain, mirrored = mesh_particle(points), mesh_particle(points * [1.0, 1.0, -1.0])
+        np.testing.assert_allclose(mirrored.moments, plain.moments, rtol=1e-12)
+        for made in (plain, mirrored):
+            assert np.linalg.det(made.axes) == pytest.approx(1.0, rel=1e-12)
+        flips = np.sign((mirrored.vertices * plain.vertices).sum(axis=0))
+        assert flips.prod() == -1.0
+
+    def test_file_frame(self):
+        points = posed(grain(100), scale=4.0, shift=(5.0, 6.0, 7.0))
+        made = mesh_particle(points)
+        np.testing.assert_allclose(
+            made.vertices @ made.axes * made.unit + made.centre, points, rtol=1e-12
+        )
+        np.testing.assert_allclose(np.ptp(made.vertices, axis=0)[0], 2.0, rtol=1e-13)
+        assert made.reach == pytest.approx(np.linalg.norm(made.vertices, axis=1).max())
+
+    def test_volume_and_moments_of_a_fine_ellipsoid(self):
+        made = mesh_particle(icosphere(4, (2.0, 1.6, 1.0)))
+        assert made.volume == pytest.approx(4.0 / 3.0 * np.pi * 0.8 * 0.5, rel=5e-3)
+        expected = 0.2 * np.array([0.64 + 0.25, 1.0 + 0.25, 1.0 + 0.64])
+        np.testing.assert_allclose(made.moments, expected, rtol=5e-3)
+
+    def test_moments_decide_the_order_of_the_axes(self):
+        # spikes make a body longest along an axis about which it has not the least moment
+        spiked = np.concatenate([box(0.8, 0.78), [[0.0, 0.0, 1.1], [0.0, 0.0, -1.1]]])
+        made = mesh_particle(spiked)
+        assert made.moments[0] <= made.moments[1] <= made.moments[2]
+        assert made.half_sizes[0] == 1.0
+        assert made.half_sizes.max() == pytest.approx(1.1, rel=1e-12)

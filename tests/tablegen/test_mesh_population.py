@@ -1,0 +1,184 @@
+"""Populations, configurations and commands with meshes."""
+
+import pickle
+import tomllib
+
+import numpy as np
+import pytest
+import trimesh
+from command_line import BAD_INPUT, DONE, SIMULATE, flags
+from grains import CONFIG, PAIR, POPULATION, box, grain, people_of, surface
+
+from sampler.errors import InputError
+from sampler.locate import data_directory
+from tablegen.config import load_config, parse_config
+from tablegen.mesh import MOST_VERTICES, read_mesh
+from tablegen.particles import SHAPE_CODES
+from tablegen.simulate import make_condition, simulate
+
+
+class TestPopulation:
+    def test_shares_codes_and_sizes(self):
+        people = people_of(grain(50), box(0.5, 0.25), weights=[2.0, 1.0], shapes={"prism": 1.0})
+        arguments = people.kernel_arguments()
+        mesh = SHAPE_CODES["mesh"]
+        assert arguments.shape_codes.tolist() == [SHAPE_CODES["prism"], mesh, mesh + 1]
+        assert arguments.cumulative_weights.tolist() == [0.25, 0.75, 1.0]
+        made = simulate(PAIR, people, make_condition(np.radians(45.0), 200.0), 20_000, seed=75)
+        assert set(made.shape) == {SHAPE_CODES["prism"], mesh}
+        boxes = np.isclose(made.aspect, 0.5, rtol=1e-12).all(axis=1)
+        # 20,000 particles: five standard deviations of a share are 0.017 (false alarm 6e-7)
+        assert np.mean(made.shape == mesh) == pytest.approx(0.75, abs=0.017)
+        assert np.mean(boxes) == pytest.approx(0.25, abs=0.017)
+
+    def test_meshes_side_by_side_do_not_disturb_each_other(self):
+        condition = make_condition(np.radians(45.0), 200.0)
+        together = simulate(PAIR, people_of(grain(50), box(0.5, 0.25)), condition, 2000, seed=76)
+        for points in (grain(50), box(0.5, 0.25)):
+            alone = simulate(PAIR, people_of(points), condition, 2000, seed=76)
+            same = (together.aspect == alone.aspect[0]).all(axis=1)
+            assert 900 < same.sum() < 1100
+            np.testing.assert_array_equal(together.state[same], alone.state[same])
+
+    def test_mixture_keeps_meshes_and_a_single_shape_does_not(self):
+        people = people_of(grain(50), shapes={"prism": 1.0, "sphere": 1.0})
+        assert people.restricted_to("mixture").kernel_arguments().shape_codes.tolist() == [1, 5]
+        assert people.restricted_to("prism").meshes == ()
+        only = people_of(grain(50))
+        assert only.restricted_to("mixture") == only
+        assert only.with_aspect(0.5, 0.5).meshes == only.meshes
+
+    def test_weightless_meshes_are_left_out(self):
+        people = people_of(grain(50), box(0.5, 0.25), weights=[0.0, 1.0])
+        assert len(people.kernel_arguments().meshes.moments) == 1
+        with pytest.raises(
+            InputError, match=r"weight above 0 for at least one of ellipsoid, .*mesh"
+        ):
+            people_of(grain(50), weights=[0.0])
+
+    def test_body_without_meshes(self):
+        arguments = POPULATION.kernel_arguments().meshes
+        assert arguments.vertices.shape == arguments.points.shape == (0, 3)
+        assert arguments.moments.shape == (0, 3)
+
+
+PAIR_TEXT = (data_directory() / "corundum-steel.toml").read_text(encoding="utf-8")
+
+
+class TestConfig:
+    def with_meshes(self, text):
+        return f"{PAIR_TEXT}\n{text}"
+
+    def test_text_stands_alone(self, tmp_path):
+        surface(grain(60)).export(tmp_path / "grain.ply")
+        text = self.with_meshes('[[population.meshes]]\nfile = "grain.ply"\nweight = 2.0\n')
+        config = parse_config(text, "my.toml", tmp_path)
+        assert len(config.population.meshes[0].vertices) == 60
+        assert config.population.meshes[0].file == "grain.ply"
+        (tmp_path / "grain.ply").unlink()
+        again = parse_config(config.text, "again")
+        assert again == config
+        assert again.text == config.text
+        assert tomllib.loads(config.text)["population"]["meshes"][0]["weight"] == 2.0
+        assert pickle.loads(pickle.dumps(config)) == config
+        condition = make_condition(np.radians(45.0), 200.0)
+        states = [
+            simulate(PAIR, c.population, condition, 500, seed=1).state for c in (config, again)
+        ]
+        np.testing.assert_array_equal(*states)
+
+    def test_scene_with_meshes(self, tmp_path):
+        surface(box(0.5, 0.25)).export(tmp_path / "box.stl")
+        scene = 'name = "boxes"\npair = "corundum-steel"\n[[population.meshes]]\nfile = "box.stl"\n'
+        path = tmp_path / "scene.toml"
+        path.write_text(scene)
+        config = load_config(path)
+        assert config.population.kernel_arguments().shape_codes.tolist() == [0, 1, 2, 3, 5]
+        assert parse_config(config.text, "again") == config
+
+    def test_text_with_vertices_is_kept(self):
+        rows = ", ".join(str(list(row)) for row in box(0.5, 0.25).tolist())
+        text = self.with_meshes(f"[[population.meshes]]\nvertices = [{rows}]\n")
+        assert parse_config(text, "my.toml").text == text
+
+    @pytest.mark.parametrize(
+        ("text", "reason"),
+        [
+            ('file = "none.stl"', "population.meshes[0].file: got "),
+            ("weight = 1.0", "population.meshes[0].vertices: missing"),
+            ('fiel = "a.stl"', "population.meshes[0].fiel: unknown field, allowed here: file, "),
+            ("vertices = [[0.0, 0.0, 0.0]]", "population.meshes[0].vertices: got [[0, 0, 0]], all"),
+            ("vertices = [[0.0, 0.0, 0.0], [1.0, 0.0]]", "population.meshes[0].vertices[1]: "),
+            ('vertices = [[0.0, 0.0, "a"]]', "population.meshes[0].vertices[0][2]: got 'a', allo"),
+            ("vertices = 3", "population.meshes[0].vertices: got 3, allowed: a list of"),
+            (
+                f"weight = -1.0\nvertices = {box(0.5, 0.5).tolist()}",
+                "population.meshes[0].weight: got -1, allowed: ",
+            ),
+        ],
+    )
+    def test_bad_meshes(self, tmp_path, text, reason):
+        with pytest.raises(InputError) as caught:
+            parse_config(self.with_meshes(f"[[population.meshes]]\n{text}\n"), "my.toml", tmp_path)
+        line = str(caught.value)
+        assert line.startswith(f"my.toml: {reason}")
+        assert "\n" not in line
+
+    def test_meshes_that_are_no_list(self):
+        with pytest.raises(
+            InputError, match=r"population.meshes: got 3, allowed: a list of tables"
+        ):
+            CONFIG.with_changes({"population": {"meshes": 3}})
+
+    def test_most_vertices_is_what_the_message_says(self):
+        with pytest.raises(InputError, match=f"allowed: 4 to {MOST_VERTICES} points that span a"):
+            people_of(box(0.5, 0.0))
+
+
+class TestCommand:
+    def test_simulate(self, run, tmp_path):
+        surface(grain(60)).export(tmp_path / "grain.stl")
+        changes = {"--shape": None, "--particle": tmp_path / "grain.stl"}
+        output = tmp_path / "r.npz"
+        ended = run("simulate", *flags(SIMULATE, changes), "--output", output, "--quiet")
+        assert (ended.status, ended.out, ended.err) == (DONE, "", "")
+        with np.load(output) as file:
+            assert set(file["shape"]) == {SHAPE_CODES["mesh"]}
+            people = POPULATION.of_mesh(read_mesh(tmp_path / "grain.stl"))
+            expected = simulate(PAIR, people, make_condition(np.radians(45.0), 200.0), 300, seed=1)
+            np.testing.assert_array_equal(file["state"], expected.state)
+
+    def test_mesh_that_is_not_convex_is_noted(self, run, tmp_path):
+        first = surface(0.5 * box(1.0, 1.0))
+        second = first.copy()
+        second.apply_translation([2.0, 0.0, 0.0])
+        trimesh.util.concatenate([first, second]).export(tmp_path / "two.stl")
+        changes = {"--shape": None, "--particle": tmp_path / "two.stl"}
+        ended = run(
+            "simulate", *flags(SIMULATE, changes), "--output", tmp_path / "r.npz", "--quiet"
+        )
+        assert ended.status == DONE
+        assert ended.err == (
+            "tablegen: note: two.stl is not convex; its convex hull, which has 1.5 times its "
+            "volume, takes its place\n"
+        )
+
+    @pytest.mark.parametrize(
+        ("changes", "reason"),
+        [
+            ({"--particle": "grain.stl"}, "'--shape' or '--particle': got both, allowed: one of"),
+            ({"--shape": None}, "'--shape' or '--particle': missing, allowed: one of them"),
+            ({"--shape": None, "--particle": "none.stl"}, "particle: got none.stl, which cannot"),
+            (
+                {"--shape": None, "--particle": "none.stl", "--aspect": (0.5, 0.5)},
+                "aspect: got [0.5, 0.5] with --particle, allowed with --shape only",
+            ),
+        ],
+    )
+    def test_refusals(self, run, tmp_path, changes, reason):
+        output = tmp_path / "r.npz"
+        ended = run("simulate", *flags(SIMULATE, changes), "--output", output)
+        assert ended.status == BAD_INPUT
+        assert ended.err.startswith(f"tablegen: error: {reason}")
+        assert ended.err.count("\n") == 1
+        assert not output.exists()

@@ -1,0 +1,158 @@
+"""Rebounds of meshes are those of known shapes, whatever the pose and units, and keep every law."""
+
+import math
+
+import numpy as np
+import pytest
+from grains import (
+    PAIR,
+    POPULATION,
+    box,
+    cylinder,
+    grain,
+    icosphere,
+    people_of,
+    posed,
+    tetrahedron,
+)
+from scipy.spatial.transform import Rotation
+
+from tablegen.mesh import mesh_particle
+from tablegen.model.audit import (
+    ANGULAR,
+    AUDIT_SIZE,
+    ENERGY,
+    FLIGHT_ENERGY,
+    FLIGHT_MOMENTUM,
+    NORMAL,
+    PENETRATION,
+    TANGENTIAL,
+)
+from tablegen.model.rebound import LEFT, MOTION_SIZE, approach, rebound, wall_spin, workspace
+from tablegen.model.shapes import (
+    MAX_VERTICES,
+    PRISM,
+    TETRAHEDRON,
+    make_body,
+)
+from tablegen.simulate import make_condition, simulate
+
+LAW = PAIR.kernel_arguments()
+
+ALLOWED = np.zeros(AUDIT_SIZE)
+ALLOWED[[ENERGY, ANGULAR, NORMAL, TANGENTIAL]] = 1e-12
+ALLOWED[PENETRATION] = 1e-11
+ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
+
+
+def body_of(points):
+    """Body of a mesh, and the principal axes that it is given in."""
+    particle = mesh_particle(points)
+    return particle.body(), particle.axes
+
+
+def rebound_of(body, rotation, alpha_deg):
+    """State and number of collisions of a body with an orientation (wall from body axes)."""
+    condition = make_condition(np.radians(alpha_deg), 200.0)
+    motion = np.empty(MOTION_SIZE)
+    motion[3:6], motion[6:9] = rotation[1], rotation[0]
+    approach(condition, body, motion)
+    status, collisions = rebound(LAW, condition, body, motion, workspace(), np.empty(0))
+    assert status == LEFT
+    return np.array([*motion[9:12], *wall_spin(motion)]), collisions
+
+
+def disagreements(first, second, alpha_deg, count=300):
+    """Largest difference of the states of equal particles; one more where collisions differ.
+
+    Both are given as (body, axes): the orientation is that of the common axes in which each
+    body's own ones are given by rows.
+    """
+    differences = []
+    for rotation in Rotation.random(count, rng=np.random.default_rng(71)).as_matrix():
+        one, n_one = rebound_of(first[0], rotation @ first[1].T, alpha_deg)
+        two, n_two = rebound_of(second[0], rotation @ second[1].T, alpha_deg)
+        differences.append(np.abs(one - two).max() + (n_one != n_two))
+    return np.array(differences)
+
+
+def agree(first, second, alpha_deg):
+    """Whether rebounds agree one by one; rounding may show in few, the longest, chains."""
+    differences = disagreements(first, second, alpha_deg)
+    return np.quantile(differences, 0.9) < 1e-8 and np.mean(differences > 1e-6) < 0.02
+
+
+@pytest.mark.parametrize("alpha_deg", [20.0, 90.0])
+@pytest.mark.parametrize(
+    ("code", "corners"), [(PRISM, box), (TETRAHEDRON, tetrahedron)], ids=["box", "tetrahedron"]
+)
+def test_known_shapes(code, corners, alpha_deg):
+    known = make_body(code, 0.8, 0.64, 0.5, np.empty((MAX_VERTICES, 3)))
+    mesh = body_of(posed(corners(0.8, 0.64), seed=5, scale=1e-4))
+    turn = Rotation.random(rng=np.random.default_rng(5)).as_matrix()
+    # the known shape's axes, in those of the file, are the columns of the turn
+    assert agree(mesh, (known, turn.T), alpha_deg)
+
+
+def test_the_mirrored_tetrahedron_is_told_apart():
+    known = make_body(TETRAHEDRON, 0.8, 0.64, 0.5, np.empty((MAX_VERTICES, 3)))
+    mirrored = tetrahedron(0.8, 0.64) * [1.0, 1.0, -1.0]
+    assert agree(body_of(tetrahedron(0.8, 0.64)), (known, np.eye(3)), 45.0)
+    assert not agree(body_of(mirrored), (known, np.eye(3)), 45.0)
+
+
+def test_pose_and_units_do_not_matter():
+    points = grain(100)
+    body, axes = body_of(posed(points, seed=5, scale=3e-5, shift=(1e-3, 0.0, 0.0)))
+    turn = Rotation.random(rng=np.random.default_rng(5)).as_matrix()
+    assert agree(body_of(points), (body, axes @ turn), 45.0)
+    assert not agree(body_of(points), (body, axes), 45.0)
+
+
+def test_fine_meshes_approach_the_ellipsoid():
+    # paired particles: number i has the same orientation in both populations
+    condition = make_condition(np.radians(45.0), 200.0)
+    smooth = POPULATION.restricted_to("ellipsoid").with_aspect(0.8, 0.75)
+    expected = simulate(PAIR, smooth, condition, 4000, seed=72)
+    apart, error = [], 0.0
+    for level in (2, 3, 4):
+        people = people_of(icosphere(level, (1.0, 0.8, 0.6)))
+        made = simulate(PAIR, people, condition, 4000, seed=72)
+        apart.append(np.median(np.abs(made.state - expected.state)))
+        error = np.abs(made.state.mean(axis=0) - expected.state.mean(axis=0))
+    # edges are half as long at every level, and the contact point is as far off
+    assert apart[0] > 1.5 * apart[1] > 2.25 * apart[2]
+    assert apart[2] < 0.03
+    # five standard errors of independent samples: a false alarm in 10^6 even without pairing
+    allowed = 5.0 * expected.state.std(axis=0) * math.sqrt(2.0 / 4000.0)
+    assert np.all(error < allowed)
+    assert abs(made.collisions.mean() - expected.collisions.mean()) < 0.1
+    # and a mesh that is another ellipsoid is told apart by the same measures
+    other = simulate(PAIR, people_of(icosphere(4, (1.0, 0.6, 0.4))), condition, 4000, seed=72)
+    assert np.median(np.abs(other.state - expected.state)) > 2.0 * apart[2]
+    assert np.any(np.abs(other.state.mean(0) - expected.state.mean(0)) > allowed)
+
+
+@pytest.mark.parametrize(
+    ("alpha_deg", "spin"),
+    [(0.01, (0, 0, 0)), (20, (0, 0, 0)), (90, (0, 0, 0)), (30, (1, -2, 3))],
+)
+def test_every_collision_and_flight_of_a_large_grain_keeps_its_laws(alpha_deg, spin):
+    condition = make_condition(np.radians(alpha_deg), 200.0, spin)
+    made = simulate(PAIR, people_of(grain(1000)), condition, 3000, seed=73, audited=True)
+    assert np.all(made.audit <= ALLOWED), made.audit
+    assert np.isfinite(made.state).all()
+    assert np.all(made.state[:, 1] > 0.0)
+    assert np.all(made.energy.sum(axis=1) <= 1.0 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    "points",
+    [cylinder(60, 0.02), grain(300, 4, (1.0, 0.03, 0.02)), icosphere(3), grain(4, 6)],
+    ids=["disc", "needle", "sphere", "tetrahedron"],
+)
+def test_extreme_meshes_keep_the_laws(points):
+    condition = make_condition(np.radians(60.0), 200.0)
+    made = simulate(PAIR, people_of(points), condition, 2000, seed=74, audited=True)
+    assert np.all(made.audit <= ALLOWED), made.audit
+    assert np.all(made.state[:, 1] > 0.0)
