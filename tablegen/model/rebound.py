@@ -10,8 +10,8 @@ The motion is kept in one array so that every piece of the model reads the same 
     12   height of the centre over the wall
 
 The angular velocity changes in flight (the body tumbles), so the state after a rebound needs an
-instant: it is the one at which the centre rises past the largest radius of the particle, where
-no point of it can touch the wall any more.
+instant: it is the one at which the centre is `CLEARANCE` above the largest radius of the particle,
+where no point of it can touch the wall any more.
 """
 
 import math
@@ -37,6 +37,12 @@ LEFT, UNFINISHED = 0, 1
 #: caller must raise, never use the state. The longest chain met at the default resolution has
 #: some hundreds of collisions.
 COLLISION_ALARM = 100_000_000
+
+#: Height over its reach at which a particle has left and its state is taken. Any positive height
+#: would do; this one is the mean height gained in half a step of 0.04 rad, by which the independent
+#: reference simulation passes the reach. At zero, correlations of omega_x and omega_y differ from
+#: the reference's by up to 0.008, at this height by no more than its noise.
+CLEARANCE = 0.006
 
 
 class Condition(NamedTuple):
@@ -154,7 +160,7 @@ def _translate(body, motion):
         # a body that starts inside the wall is not lifted, so that the audit can see it
         motion[HEIGHT] = min(motion[HEIGHT], lowest_depth(body, motion[3:6]))
     else:
-        motion[HEIGHT] = body.reach
+        motion[HEIGHT] = body.reach + CLEARANCE
     return touches
 
 
@@ -184,7 +190,7 @@ def next_contact(body, tolerance, motion, series):
         y = motion[HEIGHT]
         # whether the flight ends is decided by this time and not by a height reached, which
         # rounding may hold back for ever where v is small
-        leaving = (body.reach - y) / v if v > 0.0 else math.inf
+        leaving = (body.reach + CLEARANCE - y) / v if v > 0.0 else math.inf
         if leaving <= 0.0:
             return False
         expand(body.moments, motion, series)
@@ -200,7 +206,7 @@ def next_contact(body, tolerance, motion, series):
         if touches:
             return True
         if span == leaving:
-            motion[HEIGHT] = body.reach
+            motion[HEIGHT] = body.reach + CLEARANCE
             return False
 
 
@@ -222,7 +228,7 @@ def rebound(law, condition, body, motion, work, audit):
         Speed [m/s], contact resolution and flight tolerance are read.
     body : Body
     motion : (13,) float64
-        In: before the rebound. Out: as the particle rises past its reach.
+        In: before the rebound. Out: as the particle leaves, `CLEARANCE` above its reach.
     work : tuple of ((9, ORDER + 1) float64, (3,) float64, (13,) float64)
     audit : (0,) or (AUDIT_SIZE,) float64
         Largest violations met so far; an empty array switches the audit off.

@@ -27,6 +27,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kStep = 0.04;           // rad per Runge-Kutta step
 constexpr double kResolution = 1e-3;     // smallest rebound speed of a contact point, over V
+constexpr double kClearance = 0.006;      // height over the reach at which a particle has left
 constexpr double kContactDepth = 1e-12;  // a point this far below the wall touches it
 constexpr double kTimeResolution = 1e-12;
 constexpr double kTruncation = 0.5857864376269049;  // 2 - sqrt(2)
@@ -125,14 +126,14 @@ Turn turned(Vec moments, const Turn& t, double dt) {
   return advanced(advanced(ends, dt / 3.0, k2), dt / 3.0, k3);
 }
 
-// Flies to the next contact (true), or until the centre rises past the reach (false).
+// Flies to the next contact (true), or until the centre is clear of the wall, kClearance above the reach (false).
 bool fly(const Particle& p, Turn& turn, double height, double v) {
   double rate = norm(turn.spin);
   if (rate == 0.0 && v < 0.0) return true;  // falls without turning
   for (;;) {
     double dt = kStep / rate;
-    const bool leaves = v > 0.0 && p.reach - height <= v * dt;
-    if (leaves) dt = (p.reach - height) / v;
+    const bool leaves = v > 0.0 && p.reach + kClearance - height <= v * dt;
+    if (leaves) dt = (p.reach + kClearance - height) / v;
     Turn later = turned(p.moments, turn, dt);
     if (height + v * dt + lowest_height(p, later.n) < -kContactDepth) {
       double low = 0.0, high = dt;

@@ -33,6 +33,9 @@ ELLIPSOID, PRISM, TRUNCATED_PRISM, TETRAHEDRON, SPHERE = range(5)
 #: every length of the problem.
 CONTACT_DEPTH = 1e-12
 
+#: Height over the reach at which the state is taken, as in the model that this one checks.
+CLEARANCE = 0.006
+
 #: Uncertainty of the instant of a contact.
 TIME_RESOLUTION = 1e-13
 
@@ -297,7 +300,7 @@ def contact_time(particle, turn, height, v, dt):
 
 @kernel
 def fly(particle, step, turn, height, v):
-    """Fly to the next contact, or until the centre rises past the reach.
+    """Fly to the next contact, or until the centre is clear of the wall: CLEARANCE above the reach.
 
     The last step is shortened so that it ends there: the centre flies straight, so the instant
     is known, and with it the angular velocity that the state reports.
@@ -311,9 +314,9 @@ def fly(particle, step, turn, height, v):
         return True, turn  # falls without turning
     while True:
         dt = step / rate if rate > 0.0 else math.inf
-        leaves = v > 0.0 and (particle.reach - height) / v <= dt
+        leaves = v > 0.0 and (particle.reach + CLEARANCE - height) / v <= dt
         if leaves:
-            dt = (particle.reach - height) / v
+            dt = (particle.reach + CLEARANCE - height) / v
         later = turned(particle.moments, turn, dt)
         if gap(particle, later, height + v * dt) < -CONTACT_DEPTH:
             dt = contact_time(particle, turn, height, v, dt)

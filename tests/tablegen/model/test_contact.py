@@ -7,7 +7,7 @@ from motions import NON_SPHERICAL, body_of, motion_of, random_aspect, random_rot
 from scipy.optimize import brentq
 
 from tablegen.model.contact import CONTACT_HEIGHT, TIE_HEIGHT, contact_point, safe_time
-from tablegen.model.rebound import HEIGHT, V, next_contact
+from tablegen.model.rebound import CLEARANCE, HEIGHT, V, next_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth
 
@@ -69,9 +69,9 @@ def launched_flight(rng, name, rate):
 
 
 def duration_of(body, motion):
-    """Time within which the body touches the wall or rises out of its reach."""
+    """Time within which the body touches the wall or has left."""
     v, y = motion[V], motion[HEIGHT]
-    return (body.reach - y) / v if v > 0.0 else (y + body.reach) / -v
+    return (body.reach + CLEARANCE - y) / v if v > 0.0 else (y + body.reach) / -v
 
 
 def touches_like_dense_search(body, motion, duration):
@@ -85,7 +85,7 @@ def touches_like_dense_search(body, motion, duration):
     if not touches:
         assert expected is None
         assert motion[V] > 0.0
-        assert motion[HEIGHT] >= body.reach
+        assert motion[HEIGHT] == body.reach + CLEARANCE
         return False
     t = (motion[HEIGHT] - before[HEIGHT]) / before[V]
     assert expected is None or t <= expected + 1e-8
@@ -141,7 +141,7 @@ def test_a_rising_body_without_spin_leaves():
     body = body_of("prism", 0.7, 0.4)
     motion = motion_of(np.eye(3), velocity=[1.0, 0.25, 0.0], height=0.7)
     assert not next_contact(body, 1e-10, motion, np.empty((9, ORDER + 1)))
-    assert motion[HEIGHT] == body.reach
+    assert motion[HEIGHT] == body.reach + CLEARANCE
 
 
 def random_parabolas(rng, count):
