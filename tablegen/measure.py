@@ -10,7 +10,7 @@ from tqdm import tqdm
 from sampler.table import Table
 from tablegen.accuracy import Comparison, compare
 from tablegen.config import AccuracyTargets, Config
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import simulate_configured
 
 #: States a side in a comparison.
 SAMPLES = 100_000
@@ -108,22 +108,11 @@ def _comparisons(
     """Comparisons in order; the next condition is simulated while one is being compared."""
 
     def states(k: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        alpha1, speed = np.radians(conditions[k][0]), conditions[k][1]
-        condition = make_condition(
-            alpha1,
-            speed,
-            resolution=config.model.contact_resolution,
-            tolerance=config.model.tolerance,
+        alpha_deg, speed = conditions[k]
+        direct = simulate_configured(
+            config, alpha_deg, speed, samples, seed=seed, stream=FIRST_STREAM + k, threads=1
         )
-        direct = simulate(
-            config.pair,
-            config.population,
-            condition,
-            samples,
-            seed=seed,
-            stream=FIRST_STREAM + k,
-            threads=1,
-        )
+        alpha1 = np.radians(alpha_deg)
         return table.sample(alpha1, speed, seed=seed, hit=k, index=range(samples)), direct.state
 
     with ThreadPoolExecutor(1) as pool:

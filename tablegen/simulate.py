@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from sampler.errors import InputError
+from tablegen.config import Config
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.batch import simulate_batch
 from tablegen.model.rebound import COLLISION_ALARM, Condition
@@ -214,3 +215,49 @@ def simulate(
             bar.update(size)
     result.shape[:] = kind[:, 0]
     return result
+
+
+def simulate_configured(
+    config: Config,
+    alpha_deg: float,
+    speed: float,
+    count: int,
+    *,
+    seed: int,
+    stream: int,
+    threads: int | None = None,
+) -> Simulation:
+    """Simulate one condition with the pair, population and numerics of a configuration.
+
+    Parameters
+    ----------
+    config : Config
+    alpha_deg, speed : float
+        Impact angle [degrees] and speed [m/s].
+    count, seed, stream, threads
+        As for :func:`simulate`.
+
+    Returns
+    -------
+    Simulation
+
+    Raises
+    ------
+    InputError, RuntimeError
+        As for :func:`simulate`.
+    """
+    condition = make_condition(
+        np.radians(alpha_deg),
+        speed,
+        resolution=config.model.contact_resolution,
+        tolerance=config.model.tolerance,
+    )
+    return simulate(
+        config.pair,
+        config.population,
+        condition,
+        count,
+        seed=seed,
+        stream=stream,
+        threads=threads,
+    )

@@ -16,7 +16,7 @@ from tablegen.fitting.alias import alias_table
 from tablegen.fitting.marginals import SCORE_MAX, quantile_knots, score_knots
 from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.scores import normal_scores, score_maps
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import simulate_configured
 
 #: EM iterations on the whole sample; the gain of more is within the noise of the classifier.
 EM_ITERATIONS = 20
@@ -81,16 +81,10 @@ def fit_node(config: Config, alpha_deg: float, speed: float, number: int) -> Nod
     NodeArrays
     """
     table = config.table
-    condition = make_condition(
-        np.radians(alpha_deg),
+    simulation = simulate_configured(
+        config,
+        alpha_deg,
         speed,
-        resolution=config.model.contact_resolution,
-        tolerance=config.model.tolerance,
-    )
-    simulation = simulate(
-        config.pair,
-        config.population,
-        condition,
         table.samples_per_node,
         seed=table.seed,
         stream=number,

@@ -73,4 +73,6 @@ def score_maps(mixture: Mixture, variates: FloatArray, score_max: float) -> Floa
             below, above = 0.5 * (below + above[::-1]), 0.5 * (above + below[::-1])
         # each tail from its own side, where its probability is not rounded against one
         maps[j] = np.where(below < above, ndtri(below), -ndtri(above))
+        if mixture.mirror[j] < 0.0:
+            maps[j] = 0.5 * (maps[j] - maps[j, ::-1])  # odd to the last bit
     return np.maximum.accumulate(np.clip(maps, -score_max, score_max), axis=1)

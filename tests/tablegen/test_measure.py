@@ -16,9 +16,10 @@ from tablegen.fitting.axes import make_axes
 from tablegen.fitting.node import fit_node
 from tablegen.generate import assemble, fit_nodes
 from tablegen.measure import FIRST_STREAM, measure, missed_targets, pick_conditions
-from tablegen.simulate import simulate
+from tablegen.simulate import make_condition, simulate, simulate_configured
 
 MEASURE = sys.modules[measure.__module__]
+SIMULATE = sys.modules[simulate.__module__]
 
 
 def grid_table(alpha_nodes_deg, speed_nodes):
@@ -98,12 +99,12 @@ class TestStreams:
         def recording(module):
             def record(*arguments, seed, stream, **options):
                 seen.append((module, seed, stream))
-                return simulate(*arguments, seed=seed, stream=stream, **options)
+                return simulate_configured(*arguments, seed=seed, stream=stream, **options)
 
             return record
 
-        monkeypatch.setattr(node, "simulate", recording("node"))
-        monkeypatch.setattr(MEASURE, "simulate", recording("measure"))
+        monkeypatch.setattr(node, "simulate_configured", recording("node"))
+        monkeypatch.setattr(MEASURE, "simulate_configured", recording("measure"))
         return seen
 
     def test_of_nodes_and_of_measurements_are_apart(self, streams):
@@ -121,7 +122,7 @@ class TestStreams:
         assert FIRST_STREAM == 2**31
 
     def test_hold_other_particles(self):
-        condition = MEASURE.make_condition(0.7, 100.0)
+        condition = make_condition(0.7, 100.0)
         keys = {"seed": ROUGH.table.seed, "threads": 1}
         a, b = (
             simulate(ROUGH.pair, ROUGH.population, condition, 100, stream=stream, **keys).state
@@ -141,7 +142,7 @@ class TestMeasure:
             direct = simulate(
                 TINY.pair,
                 TINY.population,
-                MEASURE.make_condition(alpha1, speed),
+                make_condition(alpha1, speed),
                 500,
                 seed=9,
                 stream=FIRST_STREAM + k,
@@ -157,7 +158,7 @@ class TestMeasure:
             seen.append((pair, population, condition))
             return simulate(pair, population, condition, *arguments, **options)
 
-        monkeypatch.setattr(MEASURE, "simulate", recording)
+        monkeypatch.setattr(SIMULATE, "simulate", recording)
         config = TINY.with_changes(
             {
                 "model": {"contact_resolution": 0.01, "tolerance": 1e-8},
@@ -167,8 +168,8 @@ class TestMeasure:
         measure(tiny.generated.table, config, self.CONDITIONS[:1], seed=1, samples=100)
         ((pair, population, condition),) = seen
         assert (pair, population) == (config.pair, config.population)
-        expected = MEASURE.make_condition(np.radians(40.0), 100.0, resolution=0.01, tolerance=1e-8)
-        assert condition == expected != MEASURE.make_condition(np.radians(40.0), 100.0)
+        expected = make_condition(np.radians(40.0), 100.0, resolution=0.01, tolerance=1e-8)
+        assert condition == expected != make_condition(np.radians(40.0), 100.0)
 
     def test_takes_any_seed(self, tiny):
         first, second = (
