@@ -9,8 +9,8 @@ like Newton's method, because the bound is exact to second order.
 import math
 
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel
-from tablegen.model.directions import support_range
 from tablegen.model.rotation import NORMAL, ORDER
+from tablegen.model.shapes import lowest_candidates
 
 #: Height, in units of a, below which a point counts as touching. The search overshoots a contact
 #: by no more than this.
@@ -74,49 +74,17 @@ def search_polyhedron(body, series, y, v, bounds, span):
     float
         Time of the contact, or -1 if there is none within the span.
     """
-    vertices = body.vertices
     turn, change = bounds
     acceleration = body.reach * (turn * turn + change) + TINY
     least = math.sqrt(2.0 * CONTACT_HEIGHT / acceleration)
-    t = 0.0
-    while True:
-        n1, n2, n3, d1, d2, d3 = _normal_and_rate(series, t)
-        height = y + v * t
-        step = span - t
-        for i in range(vertices.shape[0]):
-            p1, p2, p3 = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-            gap = height + p1 * n1 + p2 * n2 + p3 * n3
-            rate = v + p1 * d1 + p2 * d2 + p3 * d3
-            if gap <= CONTACT_HEIGHT:
-                if rate < 0.0:
-                    return t
-                # touching but not approaching: sinks by no more than the contact height
-                step = min(step, max(least, safe_time(0.0, rate, acceleration, step)))
-            else:
-                step = safe_time(gap, rate, acceleration, step)
-        t += step
-        if t >= span:
-            return -1.0
-
-
-@borrowing_kernel
-def search_mesh(body, series, y, v, bounds, span):
-    """First contact of a mesh within ``span``; as :func:`search_polyhedron`, at less cost.
-
-    Only the vertices that can be lowest before the normal has turned by the slack of the body's
-    map are looked at, and no step turns it further than that.
-    """
-    near, points = body.near, body.near.points
-    turn, change = bounds
-    acceleration = body.reach * (turn * turn + change) + TINY
-    least = math.sqrt(2.0 * CONTACT_HEIGHT / acceleration)
-    patience = near.slack / (turn + TINY)
+    # the candidates found for a direction serve until it has turned by the slack of their map
+    patience = body.near.slack / (turn + TINY)
     t = 0.0
     while True:
         n1, n2, n3, d1, d2, d3 = _normal_and_rate(series, t)
         height = y + v * t
         step = min(span - t, patience)
-        first, end = support_range(near, -n1, -n2, -n3)
+        points, first, end = lowest_candidates(body, n1, n2, n3)
         for i in range(first, end):
             p1, p2, p3 = points[i, 0], points[i, 1], points[i, 2]
             gap = height + p1 * n1 + p2 * n2 + p3 * n3
@@ -124,6 +92,7 @@ def search_mesh(body, series, y, v, bounds, span):
             if gap <= CONTACT_HEIGHT:
                 if rate < 0.0:
                     return t
+                # touching but not approaching: sinks by no more than the contact height
                 step = min(step, max(least, safe_time(0.0, rate, acceleration, step)))
             else:
                 step = safe_time(gap, rate, acceleration, step)
@@ -166,8 +135,6 @@ def search(body, series, y, v, bounds, span):
     """First contact of any body within ``span``; -1 if there is none."""
     if body.vertices.shape[0] == 0:
         return search_ellipsoid(body, series, y, v, bounds, span)
-    if body.near.resolution > 0:
-        return search_mesh(body, series, y, v, bounds, span)
     return search_polyhedron(body, series, y, v, bounds, span)
 
 
@@ -199,13 +166,9 @@ def contact_point(body, motion, y, v, point):
         Output.
     """
     n1, n2, n3 = motion[3], motion[4], motion[5]
-    vertices = body.vertices
-    if vertices.shape[0] == 0:
+    if body.vertices.shape[0] == 0:
         return y - _ellipsoid_point(body, n1, n2, n3, point)
-    first, end = 0, vertices.shape[0]
-    if body.near.resolution > 0:
-        vertices = body.near.points
-        first, end = support_range(body.near, -n1, -n2, -n3)
+    vertices, first, end = lowest_candidates(body, n1, n2, n3)
     # rate of a material point p: v + p . (n x W)
     d1 = n2 * motion[2] - n3 * motion[1]
     d2 = n3 * motion[0] - n1 * motion[2]

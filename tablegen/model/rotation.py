@@ -21,8 +21,9 @@ from sampler.jit import borrowing_kernel, kernel
 #: Order of the series.
 ORDER = 12
 
-#: Rows of the coefficient array: angular velocity, wall normal n, wall axis x, in body axes.
-OMEGA, NORMAL, AXIS = 0, 3, 6
+#: First row of the wall normal n in the coefficient array; before it the angular velocity, after
+#: it the wall axis x, all in body axes.
+NORMAL = 3
 
 #: Least share of the squared angular momentum that must be horizontal to give the axis x.
 HORIZONTAL_SHARE = 0.01

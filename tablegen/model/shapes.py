@@ -182,6 +182,29 @@ def mesh_body(meshes, i):
     return Body(moments, meshes.vertices[first[0] : end[0]], b, c, reach, near)
 
 
+@borrowing_inline_kernel
+def lowest_candidates(body, n1, n2, n3):
+    """Vertices of a polyhedron that may be the lowest: an array, its first and its end row.
+
+    All of them, or those that the map of a mesh finds; these stay complete while the wall normal
+    turns by ``body.near.slack``. It counts no references: for borrowing kernels only.
+
+    Parameters
+    ----------
+    body : Body
+    n1, n2, n3 : float
+        Wall normal in body axes.
+
+    Returns
+    -------
+    tuple ((m, 3) float64, int, int)
+    """
+    if body.near.resolution > 0:
+        first, end = support_range(body.near, -n1, -n2, -n3)
+        return body.near.points, first, end
+    return body.vertices, 0, body.vertices.shape[0]
+
+
 @borrowing_kernel
 def lowest_depth(body, n):
     """Support function h(-n): how far the particle reaches below its centre.
@@ -192,13 +215,9 @@ def lowest_depth(body, n):
     n : (3,) float64
         Wall normal in body axes.
     """
-    vertices = body.vertices
-    if vertices.shape[0] == 0:
+    if body.vertices.shape[0] == 0:
         return math.sqrt(n[0] ** 2 + (body.b * n[1]) ** 2 + (body.c * n[2]) ** 2)
-    first, end = 0, vertices.shape[0]
-    if body.near.resolution > 0:
-        vertices = body.near.points
-        first, end = support_range(body.near, -n[0], -n[1], -n[2])
+    vertices, first, end = lowest_candidates(body, n[0], n[1], n[2])
     depth = 0.0
     for i in range(first, end):
         depth = max(depth, -(vertices[i, 0] * n[0] + vertices[i, 1] * n[1] + vertices[i, 2] * n[2]))
