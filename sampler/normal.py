@@ -10,7 +10,7 @@ from sampler.jit import inline_kernel, kernel
 
 
 @inline_kernel
-def _central(r):
+def central_ratio(r):
     """Numerator over denominator for |p - 1/2| <= 0.425, in r = 0.180625 - (p - 1/2)^2."""
     num = 2.5090809287301226727e3
     num = num * r + 3.3430575583588128105e4
@@ -78,7 +78,7 @@ def normal_quantile(p):
     """Return the standard normal quantile of p in the open interval (0, 1)."""
     q = p - 0.5
     if abs(q) <= 0.425:
-        return q * _central(0.180625 - q * q)
+        return q * central_ratio(0.180625 - q * q)
     if q < 0.0:
         return -_tail(math.sqrt(-math.log(p)))
     return _tail(math.sqrt(-math.log(1.0 - p)))

@@ -9,7 +9,7 @@ import numpy as np
 from sampler.jit import borrowing_kernel, kernel
 from tablegen.model.directions import empty_map
 from tablegen.model.lockstep import follow, make_seats
-from tablegen.model.population import draw_particle
+from tablegen.model.population import draw_particles
 from tablegen.model.rebound import (
     LEFT,
     MOTION_SIZE,
@@ -23,19 +23,6 @@ from tablegen.model.rebound import (
     workspace,
 )
 from tablegen.model.shapes import MAX_VERTICES, MESH, mesh_body, mesh_map, shaped_body
-
-
-@kernel
-def _draw(population, keys, first, axes, kind):
-    """Draw the particles ``first``, ``first + 1``, ...: wall axes (n, 6), and kind (n, 3)."""
-    seed, stream = keys
-    motion = np.empty(MOTION_SIZE)
-    for i in range(axes.shape[0]):
-        kind[i, 0], kind[i, 1], kind[i, 2] = draw_particle(
-            population, seed, stream, first + i, motion
-        )
-        for k in range(6):
-            axes[i, k] = motion[3 + k]
 
 
 @kernel
@@ -160,7 +147,7 @@ def simulate_batch(law, population, condition, keys, first, state, collisions, k
         Index of the first particle that did not finish, or -1.
     """
     axes = np.empty((state.shape[0], 6))
-    _draw(population, keys, first, axes, kind)
+    draw_particles(population, keys, first, axes, kind)
     outcome = state, collisions, energy
     if audit.size > 0:
         stuck = _follow_audited(law, population, condition, axes, kind, outcome, audit)

@@ -1,9 +1,16 @@
 """When and where a free particle next touches the wall.
 
-The height of a material point is a polynomial of the flight series. Its acceleration is bounded
-for the whole flight, so from any instant there is a time before which no point can have reached
-the wall. The search moves by that time, never past a contact; next to a contact it converges
-like Newton's method, because the bound is exact to second order.
+The height of a material point is a polynomial of the flight series. Its acceleration is bounded,
+so from any instant there is a time before which no point can have reached the wall. The search
+moves by that time, never past a contact; next to a contact it converges like Newton's method.
+
+A point at p from the centre has the height y + p . n, and n'' = n x W' + W (n . W) - n W^2. As
+(p . W)(n . W) is at least (p . n - |p|) W^2 / 2, it accelerates downwards by at most
+
+    (|p| + p . n) W^2 / 2 + |p| |W'|,
+
+little for a point low under the centre, which turns upwards. In a time s, p . n grows by at most
+|p| |W| s.
 
 Every kernel takes the numbers and arrays of one particle or of lanes (see
 `tablegen.model.lanes`); a lane that has found its contact waits for the others.
@@ -67,8 +74,31 @@ def _height_and_rate(points, i, n, d, height, v):
     return gap, fma(p3, d[2], fma(p2, d[1], fma(p1, d[0], v)))
 
 
+@inline_kernel
+def _fall_bound(reach, bounds, height, limit):
+    """Bound on the downward acceleration of a vertex over ``limit``: constant, share of its height.
+
+    Parameters
+    ----------
+    reach : float
+    bounds : tuple of two floats
+        Bounds on |W| and |W'|.
+    height, limit : float
+        Height of the centre; time for which the bound is to hold.
+
+    Returns
+    -------
+    tuple of two floats
+        A vertex at height h over the wall falls with at most the first plus h times the second.
+    """
+    turn, change = bounds
+    half = 0.5 * turn * turn
+    # p . n = h - height, and the mean of what it may grow by counts a third
+    return reach * (half + half * turn * limit * (1.0 / 3.0) + change) - half * height + TINY, half
+
+
 @borrowing_inline_kernel
-def _safe_step(body, n, d, height, v, acceleration, limit):
+def _safe_step(body, n, d, height, v, bounds, limit):
     """Whether a vertex touches and approaches; the time before which none reaches the wall.
 
     A touching vertex that does not approach counts as one at the contact height: it sinks by no
@@ -81,35 +111,41 @@ def _safe_step(body, n, d, height, v, acceleration, limit):
         Wall normal in body axes and its rate.
     height, v : float
         Height of the centre and its rate.
-    acceleration, limit : float
-        Bound on the acceleration of a vertex; longest time asked for.
+    bounds : tuple of two floats
+        Bounds on |W| and |W'|.
+    limit : float
+        Longest time asked for.
 
     Returns
     -------
     tuple (bool, float)
     """
     count = most_held(body.counts)
+    constant, share = _fall_bound(body.reach, bounds, height, limit)
     touches = False
     lowest = gap = rate = math.inf
+    drop = 0.5 * limit * limit
     for i in range(count):
         h, r = _height_and_rate(body.held, i, n, d, height, v)
         touches = touches | ((h <= CONTACT_HEIGHT) & (r < 0.0))
-        end = fma(limit, r, h)
+        end = fma(-drop, fma(share, h, constant), fma(limit, r, h))
         lower = end < lowest
         lowest = select(lower, end, lowest)
         gap = select(lower, h, gap)
         rate = select(lower, r, rate)
     # the vertex that would be lowest at the limit settles most cases; the few that are earlier
     # correct it
-    step = safe_time(largest(gap, CONTACT_HEIGHT), rate, acceleration, limit)
-    drop = 0.5 * acceleration * step
+    gap = largest(gap, CONTACT_HEIGHT)
+    step = safe_time(gap, rate, fma(share, gap, constant), limit)
+    half = 0.5 * step
     for i in range(count):
         h, r = _height_and_rate(body.held, i, n, d, height, v)
         h = largest(h, CONTACT_HEIGHT)
-        early = fma(step, r - drop, h) < -0.25 * CONTACT_HEIGHT
+        fall = fma(share, h, constant)
+        early = fma(step, fma(-half, fall, r), h) < -0.25 * CONTACT_HEIGHT
         if any_of(early):
-            step = select(early, safe_time(h, r, acceleration, step), step)
-            drop = 0.5 * acceleration * step
+            step = select(early, safe_time(h, r, fall, step), step)
+            half = 0.5 * step
     return touches, step
 
 
@@ -132,10 +168,8 @@ def search_polyhedron(body, series, y, v, bounds, span):
     float
         Time of the contact, or -1 if there is none within the span.
     """
-    turn, change = bounds
-    acceleration = body.reach * (turn * turn + change) + TINY
     # the vertices held for a direction serve until it has turned by the slack of their map
-    patience = body.near.slack / (turn + TINY)
+    patience = body.near.slack / (bounds[0] + TINY)
     t = held_until = 0.0
     found = False
     searching = span > 0.0
@@ -147,7 +181,7 @@ def search_polyhedron(body, series, y, v, bounds, span):
             hold_lowest(body, n[0], n[1], n[2], stale)
             held_until = select(stale, t + patience, held_until)
             limit = least(limit, largest(held_until - t, 0.0))
-        touches, step = _safe_step(body, n, d, fma(v, t, y), v, acceleration, limit)
+        touches, step = _safe_step(body, n, d, fma(v, t, y), v, bounds, limit)
         found = found | (searching & touches)
         searching = searching & negated(touches)
         t = select(searching, t + step, t)
@@ -160,12 +194,15 @@ def search_ellipsoid(body, series, y, v, bounds, span):
     """First contact of an ellipsoid within ``span``.
 
     Works with F = y^2 - |D n|^2, D = diag(1, b, c), which has the sign of the gap y - h and,
-    unlike it, second derivatives that stay bounded for flat and sharp bodies. Parameters and
-    result as in :func:`search_polyhedron`.
+    unlike it, second derivatives that stay bounded for flat and sharp bodies: with
+    E = diag(0, 1 - b^2, 1 - c^2), |D n|^2 is 1 - n . E n, and its second derivative at most
+    2 (1 - c^2) (|n'|^2 + |n''|).
+    Parameters and result as in :func:`search_polyhedron`.
     """
     b2, c2 = body.b * body.b, body.c * body.c
     turn, change = bounds
-    acceleration = largest(2.0 * (2.0 * turn * turn + change - v * v), TINY)
+    uneven = 1.0 - c2
+    acceleration = largest(2.0 * (uneven * (2.0 * turn * turn + change) - v * v), TINY)
     t = 0.0
     found = False
     searching = span > 0.0

@@ -75,3 +75,31 @@ def logarithm(x):
 def power(x, y):
     """x^y for x positive and normal; its relative error is that of y log x."""
     return exponential(y * logarithm(x))
+
+
+@kernel
+def sine_and_cosine(turns):
+    """Sine and cosine of 2 pi ``turns``, for 0 <= turns <= 1."""
+    quarter = whole(4.0 * turns)
+    t = 6.283185307179586 * fma(quarter, -0.25, turns)
+    s = t * t
+    # Taylor's series: |t| <= pi / 4, the first terms left out are 5e-17
+    p = fma(s, -1.0 / 1307674368000.0, 1.0 / 6227020800.0)
+    p = fma(p, s, -1.0 / 39916800.0)
+    p = fma(p, s, 1.0 / 362880.0)
+    p = fma(p, s, -1.0 / 5040.0)
+    p = fma(p, s, 1.0 / 120.0)
+    p = fma(p, s, -1.0 / 6.0)
+    sine = fma(p * s, t, t)
+    q = fma(s, 1.0 / 20922789888000.0, -1.0 / 87178291200.0)
+    q = fma(q, s, 1.0 / 479001600.0)
+    q = fma(q, s, -1.0 / 3628800.0)
+    q = fma(q, s, 1.0 / 40320.0)
+    q = fma(q, s, -1.0 / 720.0)
+    q = fma(q, s, 1.0 / 24.0)
+    cosine = fma(q * s, s, fma(s, -0.5, 1.0))
+    odd = (quarter == 1.0) | (quarter == 3.0)
+    first, second = select(odd, cosine, sine), select(odd, sine, cosine)
+    falls = (quarter == 2.0) | (quarter == 3.0)
+    left = (quarter == 1.0) | (quarter == 2.0)
+    return select(falls, -first, first), select(left, -second, second)

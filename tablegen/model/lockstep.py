@@ -51,9 +51,9 @@ class Seats(NamedTuple):
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
     ``traits`` (8, WIDTH): moments, b, c, reach, energy before the impact, collisions so far;
-    ``held`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``corners`` (m, 3): storage for
-    the vertices of one; ``point`` (3, WIDTH): contact points; ``result`` (8, WIDTH): state and
-    energies to hand in; ``member`` (WIDTH,): who sits there.
+    ``held`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact
+    points; ``result`` (8, WIDTH): state and energies to hand in; ``member`` (WIDTH,): who sits
+    there.
     """
 
     motion: np.ndarray
@@ -61,7 +61,6 @@ class Seats(NamedTuple):
     traits: np.ndarray
     held: np.ndarray
     counts: np.ndarray
-    corners: np.ndarray
     point: np.ndarray
     result: np.ndarray
     member: np.ndarray
@@ -76,7 +75,6 @@ def make_seats(vertices):
         lane_array(TRAITS),
         lane_array(3 * vertices).reshape(vertices, 3, WIDTH),
         np.zeros(WIDTH, dtype=np.int64),
-        np.empty((vertices, 3)),
         lane_array(3),
         lane_array(8),
         np.zeros(WIDTH, dtype=np.int64),
@@ -85,13 +83,13 @@ def make_seats(vertices):
 
 @borrowing_kernel
 def _clear(seats):
-    """Empty all seats: nobody sits there, but the numbers are used and must end every search.
+    """Empty all seats: nobody sits there, but the numbers are used, so they are those of a body.
 
     Rows of vertices after those that a seat holds are read, and must be centres.
     """
     for seat in range(WIDTH):
         for k in range(MOTION_SIZE):
-            seats.motion[k, seat] = 0.0
+            seats.motion[k, seat] = 1.0 if k in (4, 6) else 0.0
         for k in range(TRAITS):
             seats.traits[k, seat] = 1.0
     for i in range(seats.held.shape[0]):
@@ -100,21 +98,6 @@ def _clear(seats):
                 seats.held[i, k, seat] = 0.0
     for seat in range(WIDTH):
         seats.counts[seat] = 0
-
-
-@borrowing_kernel
-def _seat_shape(population, code, ba, cb, seats, seat):
-    """Give a seat the moments, sizes and vertices of a shape other than a mesh."""
-    b, c = ba, ba * cb
-    count, reach = place_vertices(code, b, c, population.truncation, seats.corners)
-    for i in range(count):
-        for k in range(3):
-            seats.held[i, k, seat] = seats.corners[i, k]
-    seats.counts[seat] = count
-    moments = inertia(code, b, c, population.truncation)
-    for k in range(3):
-        seats.traits[MOMENTS + k, seat] = moments[k]
-    seats.traits[B, seat], seats.traits[C, seat], seats.traits[REACH, seat] = b, c, reach
 
 
 @borrowing_kernel
@@ -131,16 +114,31 @@ def _seat_mesh(population, mesh, seats, seat):
 
 @borrowing_kernel
 def _seat(population, drawn, code, member, seats, seat):
-    """Seat a drawn particle."""
+    """Seat a drawn particle; the numbers of a shape other than a mesh follow by `_shape`."""
     axes, kind = drawn
     if code < MESH:
-        _seat_shape(population, code, kind[member, 1], kind[member, 2], seats, seat)
+        seats.traits[B, seat] = kind[member, 1]
+        seats.traits[C, seat] = kind[member, 1] * kind[member, 2]
     else:
         _seat_mesh(population, code - MESH, seats, seat)
     for k in range(6):
         seats.motion[3 + k, seat] = axes[member, k]
     seats.traits[COLLISIONS, seat] = 0.0
     seats.member[seat] = member
+
+
+@borrowing_kernel
+def _shape(population, code, seats):
+    """Give all seats the moments, reach and vertices of a shape; old ones get what they had."""
+    t = seats.traits
+    b, c = at(t, B), at(t, C)
+    count, reach = place_vertices(code, b, c, population.truncation, seats.held)
+    for seat in range(WIDTH):
+        seats.counts[seat] = count
+    moments = inertia(code, b, c, population.truncation)
+    for k in range(3):
+        put(t, MOMENTS + k, moments[k])
+    put(t, REACH, reach)
 
 
 @borrowing_inline_kernel
@@ -247,6 +245,8 @@ def follow(law, population, condition, drawn, shape, members, seats, outcome):
         seated = seated | fresh
         if not any_of(seated):
             return -1
+        if arrivals != 0 and code < MESH:
+            _shape(population, code, seats)
         body = _body(seats, held, near)
         if arrivals != 0:
             _start(condition, body, seats, fresh)

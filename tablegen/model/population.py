@@ -1,14 +1,27 @@
 """Random particles: shape, aspect ratios and orientation from counter-based random numbers.
 
 A particle is a pure function of (seed, stream, index): block 0 of its counter gives b/a, c/b and
-two orientation numbers, block 1 the third orientation number and the shape.
+two orientation numbers, block 1 the third orientation number and the shape. `draw_particle` draws
+one, `draw_particles` a run of them, some at a time in lanes (see `tablegen.model.lanes`), with the
+same bits.
 """
 
 import numpy as np
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel
-from sampler.normal import normal_quantile
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel, kernel
+from sampler.normal import central_ratio, normal_quantile
 from sampler.philox import philox_block, uniform
+from tablegen.model.lanes import (
+    WIDTH,
+    absolute,
+    any_of,
+    at,
+    lane,
+    lane_array,
+    put,
+    width,
+    with_lane,
+)
 from tablegen.model.rotation import set_orientation
 from tablegen.model.shapes import MESH, SPHERE
 
@@ -26,6 +39,19 @@ def pick_shape(population, u):
     return population.shape_codes[last]
 
 
+@kernel
+def quantile(p):
+    """Evaluate the standard normal quantile of p in (0, 1), its tails lane by lane."""
+    q = p - 0.5
+    value = q * central_ratio(0.180625 - q * q)
+    outer = absolute(q) > 0.425
+    if any_of(outer):
+        for i in range(width(p)):
+            if lane(outer, i):
+                value = with_lane(value, i, normal_quantile(lane(p, i)))
+    return value
+
+
 @borrowing_inline_kernel
 def aspect_ratio(law, u):
     """Truncated-normal aspect ratio for u in (0, 1).
@@ -35,8 +61,28 @@ def aspect_ratio(law, u):
     """
     mean, deviation, low, high = law[0], law[1], law[2], law[3]
     if deviation == 0.0:
-        return mean
-    return mean + deviation * normal_quantile(low + u * (high - low))
+        return mean + 0.0 * u
+    return mean + deviation * quantile(low + u * (high - low))
+
+
+@borrowing_inline_kernel
+def _words(seed, stream, index):
+    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape."""
+    key = np.uint64(seed) ^ SIMULATION_KEY
+    w0, w1, w2, w3 = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(0))
+    v0, v1, _, _ = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(1))
+    return uniform(w0), uniform(w1), uniform(w2), uniform(w3), uniform(v0), uniform(v1)
+
+
+@borrowing_inline_kernel
+def _own_sizes(population, shape, b_over_a, c_over_b):
+    """Aspect ratios of a particle, which a sphere and a mesh do not draw."""
+    if shape == SPHERE:
+        return 1.0, 1.0
+    if shape >= MESH:
+        b, c = population.meshes.sizes[shape - MESH, 0], population.meshes.sizes[shape - MESH, 1]
+        return b, c / b
+    return b_over_a, c_over_b
 
 
 @borrowing_kernel
@@ -57,16 +103,43 @@ def draw_particle(population, seed, stream, index, motion):
     tuple (shape code, b / a, c / b)
         The code of mesh number k of the population is MESH + k, and its half-sizes are its own.
     """
-    key = np.uint64(seed) ^ SIMULATION_KEY
-    w0, w1, w2, w3 = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(0))
-    v0, v1, _, _ = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(1))
-    set_orientation(uniform(w2), uniform(w3), uniform(v0), motion)
-    shape = pick_shape(population, uniform(v1))
-    if shape == SPHERE:
-        return shape, 1.0, 1.0
-    if shape >= MESH:
-        b, c = population.meshes.sizes[shape - MESH, 0], population.meshes.sizes[shape - MESH, 1]
-        return shape, b, c / b
-    b_over_a = aspect_ratio(population.aspect[0], uniform(w0))
-    c_over_b = aspect_ratio(population.aspect[1], uniform(w1))
+    u = _words(seed, stream, index)
+    set_orientation(u[2], u[3], u[4], motion)
+    shape = pick_shape(population, u[5])
+    b_over_a = aspect_ratio(population.aspect[0], u[0])
+    c_over_b = aspect_ratio(population.aspect[1], u[1])
+    b_over_a, c_over_b = _own_sizes(population, shape, b_over_a, c_over_b)
     return shape, b_over_a, c_over_b
+
+
+@kernel
+def draw_particles(population, keys, first, axes, kind):
+    """Draw the particles ``first``, ``first + 1``, ...
+
+    Parameters
+    ----------
+    population : PopulationArguments
+    keys : tuple (uint64, uint32)
+        Seed and stream.
+    first : int
+    axes : (n, 6) float64
+        Output: wall axes n and x in body axes.
+    kind : (n, 3) float64
+        Output: shape code, b / a, c / b.
+    """
+    seed, stream = keys
+    words, motion, ratio = lane_array(6), lane_array(9), lane_array(2)
+    for start in range(0, axes.shape[0], WIDTH):
+        for i in range(WIDTH):
+            u = _words(seed, stream, first + start + i)
+            for k in range(6):
+                words[k, i] = u[k]
+        set_orientation(at(words, 2), at(words, 3), at(words, 4), motion)
+        put(ratio, 0, aspect_ratio(population.aspect[0], at(words, 0)))
+        put(ratio, 1, aspect_ratio(population.aspect[1], at(words, 1)))
+        for i in range(min(WIDTH, axes.shape[0] - start)):
+            shape = pick_shape(population, words[5, i])
+            b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
+            kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, b_over_a, c_over_b
+            for k in range(6):
+                axes[start + i, k] = motion[3 + k, i]

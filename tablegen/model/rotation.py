@@ -15,12 +15,8 @@ momentum, whose horizontal part is constant in wall axes; where that part is too
 direction, x has its own series.
 """
 
-import math
-
-import numpy as np
-
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, kernel
-from tablegen.model.elementary import exponential, logarithm
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel
+from tablegen.model.elementary import exponential, logarithm, sine_and_cosine
 from tablegen.model.lanes import (
     absolute,
     any_of,
@@ -259,21 +255,18 @@ def rate_bounds(moments, motion):
     return turn, change
 
 
-@kernel
+@borrowing_kernel
 def set_orientation(u1, u2, u3, motion):
     """Write wall axes for a uniformly random rotation (Shoemake's quaternion).
 
     ``u1, u2, u3`` are independent and uniform on (0, 1); rows 3..8 of ``motion`` are written.
     """
-    r1 = math.sqrt(1.0 - u1)
-    r2 = math.sqrt(u1)
-    t1 = 2.0 * np.pi * u2
-    t2 = 2.0 * np.pi * u3
-    x, y = r1 * math.sin(t1), r1 * math.cos(t1)
-    z, w = r2 * math.sin(t2), r2 * math.cos(t2)
-    motion[3] = 2.0 * (x * y - z * w)
-    motion[4] = 1.0 - 2.0 * (x * x + z * z)
-    motion[5] = 2.0 * (y * z + x * w)
-    motion[6] = 1.0 - 2.0 * (y * y + z * z)
-    motion[7] = 2.0 * (x * y + z * w)
-    motion[8] = 2.0 * (x * z - y * w)
+    r1, r2 = root(1.0 - u1), root(u1)
+    s1, c1 = sine_and_cosine(u2)
+    s2, c2 = sine_and_cosine(u3)
+    x, y = r1 * s1, r1 * c1
+    z, w = r2 * s2, r2 * c2
+    n = 2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)
+    _put_three(motion, 3, n)
+    axis = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)
+    _put_three(motion, 6, axis)

@@ -9,14 +9,13 @@ A body of lanes stands for several particles of one shape, whose numbers and ver
 (see `tablegen.model.lanes`).
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel, kernel
 from tablegen.model.directions import NO_MAP, SupportMap, empty_map, support_range
-from tablegen.model.lanes import at, fma, lane, largest, put_lane, root, width
+from tablegen.model.lanes import at, fma, lane, largest, put, put_lane, root, width
 
 ELLIPSOID, PRISM, TRUNCATED_PRISM, TETRAHEDRON, SPHERE = 0, 1, 2, 3, 4
 
@@ -93,43 +92,56 @@ def inertia(shape, b, c, truncation):
     return q * (b * b + c * c), q * (1.0 + c * c), q * (1.0 + b * b)
 
 
-@borrowing_kernel
-def fill_vertices(shape, b, c, truncation, vertices):
-    """Write the vertices of a polyhedron into ``vertices`` (>= 24, 3); return their number.
+@borrowing_inline_kernel
+def _put_vertex(vertices, i, x, y, z):
+    put(vertices, (i, 0), x)
+    put(vertices, (i, 1), y)
+    put(vertices, (i, 2), z)
 
-    An ellipsoid or sphere has none and returns 0.
+
+@borrowing_kernel
+def place_vertices(shape, b, c, truncation, vertices):
+    """Write the vertices of a shape; return their number and the reach.
+
+    An ellipsoid or sphere has none.
+
+    Parameters
+    ----------
+    shape : int
+        Not a mesh.
+    b, c : float
+        Half-sizes.
+    truncation : float
+        Fraction of each half-edge at which a truncated prism is cut.
+    vertices : (>= 24, 3) float64
+        Output.
+
+    Returns
+    -------
+    tuple (int, float)
     """
     if shape in (ELLIPSOID, SPHERE):
-        return 0
+        return 0, 1.0 + 0.0 * b
     n = 0
+    cut = 1.0 - truncation
     for corner in range(8):
-        sx = 1.0 - 2.0 * (corner & 1)
-        sy = 1.0 - (corner & 2)
-        sz = 1.0 - 0.5 * (corner & 4)
-        if shape == TETRAHEDRON:
-            # every second corner of the box; this choice fixes the handedness
-            if sx * sy * sz > 0.0:
-                vertices[n, 0], vertices[n, 1], vertices[n, 2] = sx, sy * b, sz * c
-                n += 1
-        elif shape == PRISM:
-            vertices[n, 0], vertices[n, 1], vertices[n, 2] = sx, sy * b, sz * c
+        x = 1.0 - 2.0 * (corner & 1)
+        y = b * (1.0 - (corner & 2))
+        z = c * (1.0 - 0.5 * (corner & 4))
+        if shape == TRUNCATED_PRISM:
+            _put_vertex(vertices, n, x * cut, y, z)
+            _put_vertex(vertices, n + 1, x, y * cut, z)
+            _put_vertex(vertices, n + 2, x, y, z * cut)
+            n += 3
+        # a tetrahedron has every second corner of the box; this choice fixes its handedness
+        elif shape == PRISM or corner in (0, 3, 5, 6):
+            _put_vertex(vertices, n, x, y, z)
             n += 1
-        else:
-            for axis in range(3):
-                vertices[n, 0], vertices[n, 1], vertices[n, 2] = sx, sy * b, sz * c
-                vertices[n, axis] *= 1.0 - truncation
-                n += 1
-    return n
-
-
-@borrowing_inline_kernel
-def place_vertices(shape, b, c, truncation, vertices):
-    """Write the vertices of a shape; return their number and the reach."""
-    count = fill_vertices(shape, b, c, truncation, vertices)
-    reach2 = 1.0 if count == 0 else 0.0
-    for i in range(count):
-        reach2 = max(reach2, vertices[i, 0] ** 2 + vertices[i, 1] ** 2 + vertices[i, 2] ** 2)
-    return count, math.sqrt(reach2)
+    longest = 0.0
+    for i in range(n):
+        x, y, z = at(vertices, (i, 0)), at(vertices, (i, 1)), at(vertices, (i, 2))
+        longest = largest(longest, x * x + y * y + z * z)
+    return n, root(longest)
 
 
 @borrowing_inline_kernel

@@ -1,0 +1,93 @@
+"""Elementary functions: against the library, and the same bits for floats and lanes."""
+
+import numba
+import numpy as np
+import pytest
+
+from tablegen.model.elementary import exponential, logarithm, power, sine_and_cosine
+from tablegen.model.lanes import WIDTH, at, put
+
+#: Units in the last place.
+ULP = np.finfo(np.float64).eps
+
+
+@numba.njit
+def by_floats(x, y, out):
+    for i in range(x.size):
+        out[0, i] = exponential(x[i])
+        out[1, i] = logarithm(y[i])
+        out[2, i] = power(y[i], 0.61)
+        out[3, i], out[4, i] = sine_and_cosine(abs(x[i]) / 1000.0)
+
+
+@numba.njit
+def by_lanes(x, y, turns, out):
+    for i in range(x.shape[0]):
+        put(out, (0, i), exponential(at(x, i)))
+        put(out, (1, i), logarithm(at(y, i)))
+        put(out, (2, i), power(at(y, i), 0.61))
+        sine, cosine = sine_and_cosine(at(turns, i))
+        put(out, (3, i), sine)
+        put(out, (4, i), cosine)
+
+
+@pytest.fixture(scope="module")
+def values():
+    rng = np.random.default_rng(1)
+    x = rng.uniform(-700.0, 700.0, 40_000)
+    x[:8] = [0.0, -0.0, 1e-300, -1e-17, 0.5, -0.5, 708.0, -708.0]
+    x[20_000:] *= 1e-3
+    y = np.exp(rng.uniform(-690.0, 690.0, 40_000))
+    y[:20_000] = rng.uniform(0.5, 2.0, 20_000)
+    y[:4] = [1.0, np.nextafter(1.0, 2.0), np.nextafter(1.0, 0.0), np.sqrt(0.5)]
+    out = np.empty((5, x.size))
+    by_floats(x, y, out)
+    return x, y, out
+
+
+def test_exponential(values):
+    x, _, out = values
+    assert np.max(np.abs(out[0] / np.exp(x) - 1.0)) <= 2.0 * ULP
+
+
+def test_exponential_far_below_is_the_least_number_with_digits():
+    assert exponential(-1e5) == exponential(-708.0)
+    assert exponential(-708.0) == pytest.approx(np.exp(-708.0), rel=2.0 * ULP)
+    assert np.isnan(exponential(np.nan))
+
+
+def test_logarithm(values):
+    _, y, out = values
+    expected = np.log(y)
+    assert np.all(np.abs(out[1] - expected) <= 2.0 * ULP * np.maximum(np.abs(expected), ULP))
+    assert logarithm(1.0) == 0.0
+
+
+def test_power(values):
+    _, y, out = values
+    allowed = 2.0 * ULP * (1.0 + np.abs(0.61 * np.log(y)))
+    assert np.all(np.abs(out[2] / y**0.61 - 1.0) <= allowed)
+
+
+def test_sine_and_cosine(values):
+    x, _, out = values
+    # the angle given to the library is itself rounded
+    angle = 2.0 * np.pi * np.abs(x) / 1000.0
+    assert np.max(np.abs(out[3] - np.sin(angle))) <= 8.0 * ULP
+    assert np.max(np.abs(out[4] - np.cos(angle))) <= 8.0 * ULP
+    assert np.max(np.abs(out[3] ** 2 + out[4] ** 2 - 1.0)) <= 4.0 * ULP
+
+
+@pytest.mark.parametrize(
+    ("turns", "sine", "cosine"),
+    [(0.0, 0, 1), (0.25, 1, 0), (0.5, 0, -1), (0.75, -1, 0), (1.0, 0, 1)],
+)
+def test_sine_and_cosine_are_exact_at_quarters(turns, sine, cosine):
+    assert sine_and_cosine(turns) == (sine, cosine)
+
+
+def test_lanes_have_the_bits_of_floats(values):
+    x, y, out = values
+    wide = np.empty((5, x.size // WIDTH, WIDTH))
+    by_lanes(x.reshape(-1, WIDTH), y.reshape(-1, WIDTH), np.abs(x).reshape(-1, WIDTH) / 1e3, wide)
+    np.testing.assert_array_equal(wide.reshape(5, -1), out)

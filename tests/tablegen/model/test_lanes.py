@@ -1,0 +1,160 @@
+"""Lanes: every operation is that of floats, lane by lane."""
+
+import math
+
+import numba
+import numpy as np
+import pytest
+
+from tablegen.model.lanes import (
+    WIDTH,
+    absolute,
+    any_of,
+    at,
+    fma,
+    lane,
+    lane_array,
+    largest,
+    least,
+    mask_of_bits,
+    negated,
+    power_of_two,
+    put,
+    put_lane,
+    root,
+    select,
+    split_exponent,
+    width,
+    with_lane,
+)
+
+
+@numba.njit(error_model="numpy")
+def operations(a, b, out):
+    """Twenty results of two numbers, floats or lanes."""
+    x, y = at(a, 0), at(b, 0)
+    put(out, 0, x + y)
+    put(out, 1, x - y)
+    put(out, 2, x * y)
+    put(out, 3, x / y)
+    put(out, 4, -x)
+    put(out, 5, fma(x, y, 3.0))
+    put(out, 6, root(x))
+    put(out, 7, absolute(x))
+    put(out, 8, least(x, y))
+    put(out, 9, largest(x, y))
+    put(out, 10, select(x < y, x, 7.0))
+    put(out, 11, select(x <= y, 1.0, y))
+    put(out, 12, select((x > y) | (x >= 2.0), x, 0.0))
+    put(out, 13, select((x == y) & negated(x < 0.0), 1.0, 2.0))
+    put(out, 14, 2.0 * x + 1)
+    put(out, 15, 1.0 / x)
+    mantissa, exponent = split_exponent(absolute(x) + 1e-3)
+    put(out, 16, mantissa)
+    put(out, 17, exponent)
+    put(out, 18, power_of_two(exponent))
+    total = 0.0
+    for _ in range(3):
+        total += x
+    put(out, 19, total)
+
+
+SPECIAL = [0.0, -0.0, 1.0, -2.5, math.inf, -math.inf, math.nan, 1e-310, 5.0, 5.0]
+
+
+@pytest.fixture(scope="module")
+def pairs():
+    rng = np.random.default_rng(2)
+    a = np.concatenate([np.repeat(SPECIAL, len(SPECIAL)), rng.normal(size=300)])
+    b = np.concatenate([np.tile(SPECIAL, len(SPECIAL)), rng.normal(size=300)])
+    return a, b
+
+
+def test_operations_on_lanes_are_those_on_floats(pairs):
+    a, b = pairs
+    for start in range(0, len(a) - WIDTH, WIDTH):
+        part = slice(start, start + WIDTH)
+        wide = np.empty((20, WIDTH))
+        operations(a[None, part].copy(), b[None, part].copy(), wide)
+        for i in range(WIDTH):
+            alone = np.empty(20)
+            operations(a[start + i : start + i + 1], b[start + i : start + i + 1], alone)
+            np.testing.assert_array_equal(wide[:, i], alone)
+
+
+def test_operations_on_floats_are_those_of_numpy(pairs):
+    a, b = (values[len(SPECIAL) ** 2 :] for values in pairs)
+    for x, y in zip(a, b, strict=True):
+        out = np.empty(20)
+        operations(np.array([x]), np.array([y]), out)
+        assert out[0] == x + y
+        assert out[5] == pytest.approx(math.fma(x, y, 3.0) if hasattr(math, "fma") else x * y + 3.0)
+        assert out[8] == min(x, y)
+        assert out[9] == max(x, y)
+        assert out[10] == (x if x < y else 7.0)
+        assert out[14] == 2.0 * x + 1.0
+        assert (out[16], out[17]) == np.frexp(abs(x) + 1e-3)
+        assert out[18] == 2.0 ** out[17]
+        assert out[19] == x + x + x
+
+
+def test_a_sum_is_fused_where_it_says_so_and_nowhere_else():
+    @numba.njit
+    def both(x, y, z):
+        return fma(x, y, z), x * y + z
+
+    x = 1.0 + 2.0**-30
+    fused, apart = both(x, x, -1.0)
+    assert apart == 2.0**-29
+    assert fused == 2.0**-29 + 2.0**-60
+
+
+def test_comparisons_with_no_number_are_false():
+    @numba.njit
+    def compare(x):
+        return any_of(x < 1.0), any_of(x >= 1.0), any_of(x == x), any_of(negated(x < 1.0))
+
+    assert compare(math.nan) == (False, False, False, True)
+
+
+def test_masks_lanes_and_bits():
+    @numba.njit
+    def look(bits, out):
+        where = mask_of_bits(bits)
+        for i in range(width(where)):
+            out[i] = lane(where, i)
+        return any_of(where), any_of(where & negated(where)), width(where)
+
+    for bits in (0, 1, 0b1010_0001, 2**WIDTH - 1):
+        out = np.empty(WIDTH)
+        found = look(bits, out)
+        np.testing.assert_array_equal(out, [bits >> i & 1 for i in range(WIDTH)])
+        assert found == (bits != 0, False, WIDTH)
+
+
+def test_single_lanes_are_taken_and_written():
+    @numba.njit
+    def change(array, flat):
+        value = with_lane(at(array, (1, 0)), 3, 9.0)
+        put(array, (1, 0), value)
+        put_lane(array, (0, 1), 2, 4.0)
+        put_lane(flat, 1, 0, 5.0)
+        return lane(value, 3), lane(value, 2), lane(7.0, 0), with_lane(7.0, 0, 8.0), width(7.0)
+
+    array, flat = np.zeros((2, 2, WIDTH)), np.zeros(2)
+    assert change(array, flat) == (9.0, 0.0, 7.0, 8.0, 1)
+    expected = np.zeros((2, 2, WIDTH))
+    expected[1, 0, 3], expected[0, 1, 2] = 9.0, 4.0
+    np.testing.assert_array_equal(array, expected)
+    np.testing.assert_array_equal(flat, [0.0, 5.0])
+
+
+def test_lane_arrays_lie_on_register_boundaries():
+    @numba.njit
+    def make(rows):
+        return lane_array(rows)
+
+    for rows in (1, 3, 13, 100):
+        made = make(rows)
+        assert made.shape == (rows, WIDTH)
+        assert made.ctypes.data % 64 == 0

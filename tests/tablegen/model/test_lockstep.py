@@ -1,0 +1,83 @@
+"""Many particles at a time: the bits of one at a time, whoever sits beside whom."""
+
+import numpy as np
+import pytest
+from grains import box, grain
+from motions import PAIR, POPULATION
+
+from tablegen.model.lanes import WIDTH
+from tablegen.model.population import draw_particle, draw_particles
+from tablegen.model.rebound import MOTION_SIZE
+from tablegen.pairs import MaterialPair
+from tablegen.particles import MeshShape, Population
+from tablegen.simulate import make_condition, simulate
+
+#: Two meshes of very different vertex counts beside all shapes.
+CROWD = Population.model_validate(
+    POPULATION.model_dump(by_alias=True)
+    | {
+        "shapes": dict.fromkeys(POPULATION.shapes.model_dump(by_alias=True), 1.0),
+        "meshes": tuple(
+            MeshShape(vertices=tuple(map(tuple, points.tolist())), weight=2.0)
+            for points in (grain(200), box(0.5, 0.3))
+        ),
+    }
+)
+
+SPINS = [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)]
+
+
+def pair_with(restitution, resistance):
+    """Shipped pair with other laws."""
+    laws = {"restitution": restitution, "resistance": resistance}
+    return MaterialPair.model_validate(PAIR.model_dump(by_alias=True) | laws)
+
+
+def same(pair, population, condition, count, seed=5):
+    """Compare a run in lockstep with an audited one, which follows one particle at a time."""
+    together = simulate(pair, population, condition, count, seed=seed)
+    alone = simulate(pair, population, condition, count, seed=seed, audited=True)
+    for field in ("state", "collisions", "shape", "aspect", "energy"):
+        np.testing.assert_array_equal(getattr(together, field), getattr(alone, field), field)
+    return together
+
+
+@pytest.mark.parametrize("spin", SPINS)
+@pytest.mark.parametrize("alpha_deg", [0.5, 20.0, 90.0])
+def test_a_crowd_of_all_shapes_and_meshes(alpha_deg, spin):
+    made = same(PAIR, CROWD, make_condition(np.radians(alpha_deg), 200.0, spin), 2000)
+    assert len(np.unique(made.shape)) == 6
+
+
+@pytest.mark.parametrize("count", [1, WIDTH - 1, WIDTH, WIDTH + 1, 5 * WIDTH + 3])
+def test_few_particles(count):
+    same(PAIR, CROWD, make_condition(0.6, 150.0), count)
+
+
+@pytest.mark.parametrize(
+    ("restitution", "resistance"),
+    [
+        (
+            {"law": "polynomial", "coefficients": [0.993, -1.76, 1.56, -0.49], "source": "a test"},
+            {"law": "constant", "value": 0.0, "source": "a test"},
+        ),
+        (
+            {"law": "constant", "value": 0.7, "source": "a test"},
+            {"law": "constant", "value": 0.3, "source": "a test"},
+        ),
+    ],
+)
+def test_other_laws(restitution, resistance):
+    same(pair_with(restitution, resistance), CROWD, make_condition(0.9, 150.0), 500)
+
+
+def test_draws_in_lanes_are_those_of_one_particle():
+    people = CROWD.kernel_arguments()
+    keys = np.uint64(2**63 + 5), np.uint32(7)
+    axes, kind = np.empty((1001, 6)), np.empty((1001, 3))
+    draw_particles(people, keys, 2**40, axes, kind)
+    motion = np.empty(MOTION_SIZE)
+    for i in range(len(axes)):
+        drawn = draw_particle(people, *keys, 2**40 + i, motion)
+        np.testing.assert_array_equal(drawn, kind[i])
+        np.testing.assert_array_equal(motion[3:9], axes[i])
