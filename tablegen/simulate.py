@@ -25,9 +25,15 @@ from tablegen.particles import Population
 BATCH = 5_000
 
 #: Default resolution of sustained contact and truncation of the flight series; see
-#: tests/tablegen/model/test_error.py for what they cost and what they leave.
+#: tests/benchmarks/bench_error.py for what they cost and what they leave.
 CONTACT_RESOLUTION = 1e-3
 TOLERANCE = 1e-10
+
+#: Sine of the impact angle below which the resolution of contacts shrinks with it.
+GRAZING = 0.1
+
+#: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
+MANY_TURNS = 10.0
 
 
 @dataclass(frozen=True)
@@ -85,9 +91,11 @@ def make_condition(
     spin : tuple of three floats
         Angular velocity before the impact times a / V, wall axes.
     resolution : float
-        Smallest rebound speed of a contact point over V, in (0, 0.1].
+        Smallest rebound speed of a contact point over V, in (0, 0.1]. Below 5.7 degrees, where it
+        is no longer small beside the normal speed of the impact, it counts as that much less.
     tolerance : float
-        Truncation of the flight series, in [1e-14, 1e-4].
+        Truncation of the flight series, in [1e-14, 1e-4]. For a particle that turns many times
+        before its first contact it counts as that much less.
 
     Raises
     ------
@@ -104,7 +112,16 @@ def make_condition(
     if not 1e-14 <= tolerance <= 1e-4:
         raise InputError(f"tolerance: got {tolerance:g}, allowed: 1e-14 to 1e-4")
     wx, wy, wz = (float(x) for x in spin)
-    return Condition(alpha1, float(speed), (wx, wy, wz), float(resolution), float(tolerance))
+    steepness = float(np.sin(alpha1))
+    # from its greatest height to its least, turning all the way
+    turned = float(np.linalg.norm(spin)) * 2.0 / steepness
+    return Condition(
+        alpha1,
+        float(speed),
+        (wx, wy, wz),
+        float(resolution) * min(1.0, steepness / GRAZING),
+        float(tolerance) / max(1.0, turned / MANY_TURNS),
+    )
 
 
 def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from motions import PAIR, POPULATION
 
+from tablegen.model.audit import FLIGHT_ENERGY, FLIGHT_MOMENTUM
 from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate
 
 COUNT = 30_000
@@ -74,3 +75,22 @@ def test_a_coarse_flight_tolerance_is_seen():
     default, coarse = run("mixture", 45.0), run("mixture", 45.0, tolerance=1e-4)
     assert mean_change(default, coarse) > 1e-10
     assert largest_change(default, coarse).max() > 1e-6
+
+
+@pytest.mark.parametrize("alpha_deg", [0.01, 0.05, 0.5])
+def test_a_grazing_sphere_rebounds_by_the_law(alpha_deg):
+    # one collision of a sphere: v+ = a_nc sin(alpha1), far below the resolution at 0.01 degrees
+    condition = make_condition(np.radians(alpha_deg), 200.0)
+    made = simulate(PAIR, POPULATION.restricted_to("sphere"), condition, 10, seed=52)
+    sine = np.sin(np.radians(alpha_deg))
+    a_nc = 1.0 + np.expm1(-0.1 * 200.0**0.61) * sine
+    np.testing.assert_allclose(made.state[:, 1], a_nc * sine, rtol=1e-12)
+    assert 0.5 * sine < CONTACT_RESOLUTION or alpha_deg == 0.5
+
+
+def test_a_body_that_turns_often_before_its_contact_keeps_energy_and_momentum():
+    condition = make_condition(np.radians(0.05), 50.0, (0.0, 0.0, 20.0))
+    needle = POPULATION.restricted_to("ellipsoid").with_aspect(0.3, 0.5)
+    made = simulate(PAIR, needle, condition, 30, seed=53, audited=True)
+    assert made.audit[FLIGHT_ENERGY] < 1e-9
+    assert made.audit[FLIGHT_MOMENTUM] < 1e-9
