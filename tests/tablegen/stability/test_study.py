@@ -1,5 +1,6 @@
 """The stability study against simulations made by hand."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -145,6 +146,7 @@ def test_an_interruption_ends_the_study(monkeypatch):
 
     def interrupted(config, case, count, seed):
         begun.append(seed)
+        time.sleep(0.01)  # leaves the study time to hear of it
         raise KeyboardInterrupt
 
     monkeypatch.setattr(module, "run_case", interrupted)
