@@ -29,8 +29,8 @@ BATCH = 5_000
 CONTACT_RESOLUTION = 1e-3
 TOLERANCE = 1e-10
 
-#: Sine of the impact angle below which the resolution of contacts shrinks with it.
-GRAZING = 0.1
+#: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
+GRAZING = 0.0087
 
 #: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
 MANY_TURNS = 10.0
@@ -91,8 +91,8 @@ def make_condition(
     spin : tuple of three floats
         Angular velocity before the impact times a / V, wall axes.
     resolution : float
-        Smallest rebound speed of a contact point over V, in (0, 0.1]. Below 5.7 degrees, where it
-        is no longer small beside the normal speed of the impact, it counts as that much less.
+        Smallest rebound speed of a contact point over V, in (0, 0.1]. Below half a degree,
+        where it is no longer small beside the normal speed of the impact, it shrinks with that.
     tolerance : float
         Truncation of the flight series, in [1e-14, 1e-4]. For a particle that turns many times
         before its first contact it counts as that much less.
