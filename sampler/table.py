@@ -67,6 +67,7 @@ def table_arrays(contents: TableContents) -> TableArrays:
         mirror=contents.mirror,
         quantiles=contents["marginals/quantiles"],
         scores=contents["dependence/scores"],
+        first_of_class=contents["dependence/first_of_class"],
         alias_probability=contents["dependence/alias_probability"],
         alias_index=contents["dependence/alias_index"],
         mean=contents["dependence/mean"],

@@ -108,6 +108,7 @@ def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
     return {
         "marginals/quantiles": stacked(lambda node: node.quantiles),
         "dependence/scores": stacked(lambda node: node.scores),
+        "dependence/first_of_class": stacked(lambda node: node.first_of_class),
         "dependence/alias_probability": stacked(lambda node: node.alias_probability),
         "dependence/alias_index": stacked(lambda node: node.alias_index),
         "dependence/mean": stacked(lambda node: node.mean),

@@ -2,8 +2,9 @@
 
 A quantile at a condition is interpolated linearly in the *fractional node index*. That index is
 tabulated at equal steps of the angle and of the speed, so the draw finds it without a search and
-without knowing which abscissa made it: the angle itself, and for the speed the restitution law
-at normal impact, exp(-coefficient V^exponent), through which alone the speed acts.
+without knowing which abscissa made it: the square root of the angle (measured: EXPERIMENTS.md),
+and for the speed the restitution law at normal impact, exp(-coefficient V^exponent), through
+which alone the speed acts.
 """
 
 from dataclasses import dataclass
@@ -112,7 +113,7 @@ def make_axes(config: Config) -> Axes:
     return Axes(
         alpha_deg=alpha,
         speed=speed,
-        alpha_coordinate=_lookup(alpha, alpha, alphas),
+        alpha_coordinate=_lookup(alpha, np.sqrt(alpha), np.sqrt(alphas)),
         speed_coordinate=_lookup(
             speed, -config.speed_coordinate(speed), -config.speed_coordinate(speeds)
         ),

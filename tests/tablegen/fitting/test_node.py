@@ -54,12 +54,13 @@ class TestArrays:
         node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED, 0)
         found = {name: (array.shape, array.dtype.str) for name, array in node._asdict().items()}
         assert found == {
-            "quantiles": ((6, 33), "<f4"),
-            "scores": ((6, MAP_KNOTS), "<f4"),
+            "quantiles": ((2, 6, 33), "<f4"),
+            "scores": ((2, 6, MAP_KNOTS), "<f4"),
+            "first_of_class": ((2,), "<u2"),
             "alias_probability": ((4,), "<f4"),
             "alias_index": ((4,), "<u2"),
-            "mean": ((4, 6), "<f4"),
-            "cholesky": ((4, 21), "<f4"),
+            "mean": ((4, 6), "<i2"),
+            "cholesky": ((4, 21), "<i2"),
         }
         assert all(np.isfinite(array).all() for array in node)
 
@@ -80,17 +81,17 @@ class TestArrays:
 
     def test_mirrored_channels_are_odd(self):
         node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED, 0)
-        for rows in (node.quantiles[3:], node.scores[3:]):
-            np.testing.assert_array_equal(rows, -rows[:, ::-1])
+        for rows in (node.quantiles[:, 3:], node.scores[:, 3:]):
+            np.testing.assert_array_equal(rows, -rows[..., ::-1])
         plain = fit_node(node_config(**SMALL, mirror=False), ALPHA_DEG, SPEED, 0)
-        for rows in (plain.quantiles[3:], plain.scores[3:]):
-            assert (rows != -rows[:, ::-1]).any()
+        for rows in (plain.quantiles[:, 3:], plain.scores[:, 3:]):
+            assert (rows != -rows[..., ::-1]).any()
 
     def test_spare_components_are_never_drawn(self):
         """A hundred particles cannot feed 64 components: the rest of the places stay empty."""
         config = node_config(samples_per_node=100, components=64, quantile_knots=33)
         node = fit_node(config, ALPHA_DEG, SPEED, 0)
-        spare = (node.mean == 0.0).all(axis=1)
+        spare = (node.mean == 0).all(axis=1)
         assert 50 <= spare.sum() < 64
         assert (node.alias_probability[spare] == 0.0).all()
         assert not spare[node.alias_index].any()
