@@ -212,9 +212,7 @@ def generate(config: str, output: Path, resume: bool, conditions: int, quiet: bo
 @click.option(
     "--samples",
     type=options.Whole(1000, 10**9),
-    default=100_000,
-    show_default=True,
-    help="States a side.",
+    help="States a side; by default as many as the declared accuracy needs, at least 100000.",
 )
 @click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
 @click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
@@ -224,7 +222,7 @@ def validate(
     table: str,
     conditions: int,
     seed: int,
-    samples: int,
+    samples: int | None,
     json_file: Path | None,
     html_file: Path | None,
     details: bool,

@@ -13,18 +13,23 @@ from threadpoolctl import threadpool_limits
 
 from sampler.channels import CHANNELS, FIRST_MIRRORED, to_channels
 from sampler.encoding import from_steps, to_steps
-from tablegen.config import Config, TableSettings
+from tablegen.config import Config
 from tablegen.fitting.alias import alias_table
 from tablegen.fitting.classes import CLASSES, class_of, shared_out
 from tablegen.fitting.marginals import SCORE_MAX, quantile_knots, score_knots
 from tablegen.fitting.mixture import Mixture, fit_mixture
+from tablegen.fitting.resolution import Resolution, resolution
 from tablegen.fitting.scores import normal_scores, score_maps
 from tablegen.simulate import simulate_configured
+from tablegen.workshop import Stopwatch, stable_number
 
 #: Knots of the score maps, in the mixture's variates. A fitted variate beyond the last one has
 #: the score of the last one.
 MAP_KNOTS = 129
 VARIATE_MAX = 5.5
+
+#: Points of the sample that the mixture is fitted to, for each component: more gain nothing.
+_POINTS_PER_COMPONENT = 800
 
 #: Shape of the score maps of one class.
 _MAPS = (len(CHANNELS), MAP_KNOTS)
@@ -78,7 +83,18 @@ def _as_stored(mixture: Mixture) -> Mixture:
     return replace(mixture, mean=from_steps(to_steps(mixture.mean)), covariance=covariance)
 
 
-def fit_node(config: Config, alpha_deg: float, speed: float, stream: int) -> NodeArrays:
+def node_stream(alpha_deg: float, speed: float) -> int:
+    """Stream of the random numbers of the node at a condition, below 2**31."""
+    return stable_number(f"node {alpha_deg!r} {speed!r}", 31)
+
+
+def fit_node(
+    config: Config,
+    alpha_deg: float,
+    speed: float,
+    size: Resolution | None = None,
+    watch: Stopwatch | None = None,
+) -> NodeArrays:
     """Simulate and fit one node.
 
     Parameters
@@ -86,40 +102,43 @@ def fit_node(config: Config, alpha_deg: float, speed: float, stream: int) -> Nod
     config : Config
     alpha_deg, speed : float
         Impact angle [degrees] and speed [m/s] of the node.
-    stream : int
-        Of its random numbers, from 0 to 2**32 - 1.
+    size : Resolution, optional
+        By default what the configuration names or its accuracy needs.
+    watch : Stopwatch, optional
+        Counts the time of simulation and fit.
 
     Returns
     -------
     NodeArrays
     """
-    table = config.table
+    seed, stream = config.table.seed, node_stream(alpha_deg, speed)
+    size, watch = size or resolution(config), watch or Stopwatch()
     simulation = simulate_configured(
-        config,
-        alpha_deg,
-        speed,
-        table.samples_per_node,
-        seed=table.seed,
-        stream=stream,
-        threads=1,
+        config, alpha_deg, speed, size.samples, seed=seed, stream=stream, threads=1
     )
+    watch.stage("simulation")
     channels = to_channels(simulation.state)
-    rng = np.random.Generator(np.random.Philox(key=[table.seed, stream]))
+    rng = np.random.Generator(np.random.Philox(key=[seed, stream]))
     # one BLAS thread: the nodes are the parallel work, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
-        return _fit_classes(channels, class_of(simulation.collisions), config.table, rng)
+        node = _fit_classes(
+            channels, class_of(simulation.collisions), size, mirror_signs(config.table.mirror), rng
+        )
+    watch.stage("fit")
+    return node
 
 
 def _fit_classes(
     channels: NDArray[np.float64],
     kind: NDArray[np.int64],
-    table: TableSettings,
+    size: Resolution,
+    mirror: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> NodeArrays:
     """Fit every class of a sample and put them together."""
-    mirror, knots = mirror_signs(table.mirror), score_knots(table.quantile_knots)
+    knots = score_knots(size.knots)
     count = [int(np.sum(kind == k)) for k in range(len(CLASSES))]
-    shares = shared_out(table.components, count)
+    shares = shared_out(size.components, count)
     mixtures, quantiles, scores = [], [], []
     for k, share in enumerate(shares):
         if share == 0:
@@ -128,7 +147,8 @@ def _fit_classes(
             scores.append(np.broadcast_to(np.clip(variate_knots(), knots[0], knots[-1]), _MAPS))
             continue
         part = channels[kind == k]
-        mixture = fit_mixture(normal_scores(part, mirror), share, rng, mirror)
+        points = normal_scores(part, mirror)[: _POINTS_PER_COMPONENT * share]
+        mixture = fit_mixture(points, share, rng, mirror)
         weight, mean, factor = _pack_mixture(mixture, share)
         mixtures.append((weight * count[k], mean, factor))
         quantiles.append(quantile_knots(part, knots, mirror))
