@@ -1,6 +1,6 @@
 """Nodes put together to the contents of a table file."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np

@@ -24,9 +24,9 @@ from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
 
 
-def _odd(value: int) -> int:
+def _odd(value: int | None) -> int | None:
     """Refuse an even number of knots: the median would fall between two."""
-    if value < 17 or value % 2 == 0:
+    if value is not None and (value < 17 or value % 2 == 0):
         raise refusal("an odd whole number, at least 17")
     return value
 
@@ -53,12 +53,12 @@ class TableSettings(Record):
     """How a table is made; the generator chooses what is not given, to reach the accuracy."""
 
     seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = 1
-    samples_per_node: Annotated[int, Field(ge=100, le=10**9)] | None = None
+    samples_per_node: Annotated[int | None, Field(ge=100, le=10**9)] = None
     alpha_nodes_deg: Nodes | None = None
     speed_nodes: Nodes | None = None
     #: Components of the mixture that carries the dependence.
-    components: Annotated[int, Field(ge=1, le=4096)] | None = None
-    quantile_knots: Annotated[int, AfterValidator(_odd)] | None = None
+    components: Annotated[int | None, Field(ge=1, le=4096)] = None
+    quantile_knots: Annotated[int | None, AfterValidator(_odd)] = None
     #: Build the symmetry about the impact plane into the draw.
     mirror: bool = True
 
@@ -84,7 +84,7 @@ class AccuracyTargets(Record):
     #: Largest difference of a correlation coefficient.
     correlation_error: Annotated[float, Field(gt=0.0, le=2.0)]
     #: Area under the ROC curve of a classifier that tells table from direct; 0.5 = cannot tell.
-    auc: Annotated[float, Field(gt=0.5, le=1.0)]
+    auc: Annotated[float, Field(ge=0.5, le=1.0)]
 
     @model_validator(mode="before")
     @classmethod

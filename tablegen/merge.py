@@ -17,8 +17,8 @@ def merged(base: Tree, changes: Tree) -> Tree:
 
     Tables are merged field by field, everything else is replaced, with two exceptions. A table
     that changes its kind (another ``law``, ``distribution`` or ``preset``) replaces the old one
-    whole, because the old one's numbers mean nothing to it. And a changed range of the domain does not
-    inherit the nodes that were chosen for the old range.
+    whole, because the old one's numbers mean nothing to it. And a changed range of the domain does
+    not inherit the nodes that were chosen for the old range.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 #: An error counts in units of what is allowed. Edges must stay below the first limit, which leaves
-#: room for the other axis, and centres below the second, which leaves room for other random numbers.
+#: room for the other axis, and centres below the second: room for other random numbers.
 EDGE_LIMIT = 0.85
 CENTRE_LIMIT = 0.95
 

@@ -34,7 +34,7 @@ class Piece(NamedTuple):
 
 
 def stable_number(key: str, bits: int) -> int:
-    """Number that belongs to a text, the same on every machine; from 0 to 2**bits - 1."""
+    """Give the number of a text, the same on every machine; from 0 to 2**bits - 1."""
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") >> (64 - bits)
 
 

@@ -27,8 +27,8 @@ LOOKUP_SIZE = 2049
 
 #: Intervals of the first grid, before any error is measured: widest step of the square root of
 #: the angle in degrees, and of the restitution abscissa over its range.
-_ANGLE_STEP = 1.1
-_SPEED_SHARE = 0.51
+_ANGLE_STEP = 0.6
+_SPEED_SHARE = 0.34
 
 #: Intervals narrower than this share of an axis, in its abscissa, are not halved: the look-up
 #: would have too few entries in them.
@@ -77,7 +77,7 @@ def _inverse(axis: Abscissa, first: float, last: float, values: FloatArray) -> F
 
 
 def _rounded(value: float, step: float) -> float:
-    """Number of few digits within a thousandth of a step."""
+    """Give a number of few digits within a thousandth of a step."""
     return round(value, 3 - int(np.floor(np.log10(step))))
 
 

@@ -25,7 +25,7 @@ from tablegen.workshop import Stopwatch, stable_number
 
 #: Knots of the score maps, in the mixture's variates. A fitted variate beyond the last one has
 #: the score of the last one.
-MAP_KNOTS = 129
+MAP_KNOTS = 65
 VARIATE_MAX = 5.5
 
 #: Points of the sample that the mixture is fitted to, for each component: more gain nothing.
@@ -77,7 +77,7 @@ def _pack_mixture(
 
 
 def _as_stored(mixture: Mixture) -> Mixture:
-    """The mixture that its rounded numbers stand for."""
+    """Give the mixture that the rounded numbers stand for."""
     factor = from_steps(to_steps(np.linalg.cholesky(mixture.covariance)))
     covariance = factor @ factor.transpose(0, 2, 1)
     return replace(mixture, mean=from_steps(to_steps(mixture.mean)), covariance=covariance)

@@ -13,7 +13,7 @@ _SAMPLES = 40.0
 _LEAST_SAMPLES = 40_000
 
 #: Allowed Kolmogorov-Smirnov distances from which on this many knots are enough.
-_KNOTS = ((0.02, 65), (0.008, 129), (0.0, 257))
+_KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 
 
 class Resolution(NamedTuple):

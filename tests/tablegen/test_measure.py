@@ -10,11 +10,11 @@ from tiny_tables import ROUGH, TINY
 import sampler
 from sampler.table import Table
 from tablegen.accuracy import compare
+from tablegen.assembly import assemble
 from tablegen.config import AccuracyTargets
 from tablegen.fitting import node
 from tablegen.fitting.axes import first_grid, make_axes
 from tablegen.fitting.node import fit_node, node_stream
-from tablegen.assembly import assemble
 from tablegen.measure import FIRST_STREAM, measure, missed_targets, pick_conditions
 from tablegen.plan import fit_nodes
 from tablegen.simulate import make_condition, simulate, simulate_configured

@@ -6,11 +6,11 @@ from wrong_tables import independent_channels, independent_columns
 
 from sampler.table import Table
 from tablegen.accuracy import classifier_auc, correlation_error, ks_distances
+from tablegen.assembly import assemble
 from tablegen.config import load_config
 from tablegen.fitting.axes import make_axes
 from tablegen.fitting.marginals import SCORE_MAX
 from tablegen.fitting.node import MAP_KNOTS, VARIATE_MAX, fit_node, mirror_signs, variate_knots
-from tablegen.assembly import assemble
 from tablegen.simulate import make_condition, simulate
 
 ALPHA_DEG, SPEED = 35.0, 150.0
