@@ -25,10 +25,11 @@ Abscissa = Callable[[FloatArray], FloatArray]
 #: Entries of a look-up table.
 LOOKUP_SIZE = 2049
 
-#: Intervals of the first grid, before any error is measured: widest step of the square root of
-#: the angle in degrees, and of the restitution abscissa over its range.
+#: Intervals of the first grid, before any error is measured: equal steps, at most this wide in the
+#: square root of the angle in degrees, and for the restitution abscissa so many that it changes by
+#: a factor of exp(_SPEED_STEP) at most on average.
 _ANGLE_STEP = 0.6
-_SPEED_SHARE = 0.34
+_SPEED_STEP = 0.75
 
 #: Intervals narrower than this share of an axis, in its abscissa, are not halved: the look-up
 #: would have too few entries in them.
@@ -110,7 +111,8 @@ def first_grid(config: Config) -> Grid:
     if speed.size == 0:
         axis = _speed_axis(config, *domain.speed)
         ends = axis(np.array(domain.speed))
-        speed = _equal_steps(axis, *domain.speed, _SPEED_SHARE * abs(ends[1] - ends[0]))
+        count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)
+        speed = _equal_steps(axis, *domain.speed, abs(ends[1] - ends[0]) / (count - 1e-9))
     return Grid(tuple(map(float, alpha)), tuple(map(float, speed)))
 
 
