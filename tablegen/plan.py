@@ -135,7 +135,7 @@ def make_plan(config: Config, shop: Workshop) -> Plan:
 
         def measure(_: Grid, places: list[Place]) -> Mapping[Place, float]:
             found = bench.tried(size, places)
-            errors = {p: error_of(arrays, config.accuracy) for p, arrays in found.items()}
+            errors = {p: error_of(arrays, config.accuracy, p) for p, arrays in found.items()}
             if errors:
                 shop.note = f"worst error {max(errors.values()):.2f} of what is allowed"
             return errors

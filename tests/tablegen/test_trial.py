@@ -14,6 +14,7 @@ from tablegen.workshop import SECONDS
 
 TRIAL = sys.modules[try_nodes.__module__]
 HERE = Place((35.0,), (150.0,))
+CELL = Place((30.0, 40.0), (100.0, 200.0))
 TARGETS = AccuracyTargets(ks=0.1, sliced_wasserstein=0.1, correlation_error=0.2, auc=0.7)
 
 
@@ -41,11 +42,21 @@ def found(ks=0.0, sliced_wasserstein=0.0, correlation_error=0.0, auc=0.5):
     ],
 )
 def test_error_is_in_units_of_what_is_allowed(half):
-    assert error_of(half, TARGETS) == pytest.approx(0.5)
+    assert error_of(half, TARGETS, CELL) == pytest.approx(0.5)
 
 
 def test_error_is_the_largest():
-    assert error_of(found(0.02, 0.03, 0.3, 0.55), TARGETS) == pytest.approx(1.5)
+    assert error_of(found(0.02, 0.03, 0.3, 0.55), TARGETS, CELL) == pytest.approx(1.5)
+
+
+def test_sliced_wasserstein_distance_counts_in_centres_only():
+    one = found(ks=0.02, sliced_wasserstein=0.09)
+    assert error_of(one, TARGETS, CELL) == pytest.approx(0.9)
+    for edge in (HERE, Place((30.0, 40.0), (150.0,)), Place((35.0,), (100.0, 200.0))):
+        assert error_of(one, TARGETS, edge) == pytest.approx(0.2)
+
+
+def test_error_of_the_auc_counts_from_one_half():
     assert auc_error(found(0.02, 0.03, 0.3, 0.55), TARGETS) == pytest.approx(0.25)
 
 
@@ -56,18 +67,19 @@ class TestNodes:
     def test_node_passes_at_its_own_condition_and_nowhere_else(self):
         node = fit_node(TINY, 35.0, 150.0)
         here = try_nodes(TINY, HERE, (35.0, 150.0), [node])
-        assert error_of(here, TARGETS) < 1.0
+        assert error_of(here, TARGETS, HERE) < 1.0
         wrong = fit_node(TINY, 45.0, 150.0)
-        assert error_of(try_nodes(TINY, HERE, (35.0, 150.0), [wrong]), TARGETS) > 1.0
+        assert error_of(try_nodes(TINY, HERE, (35.0, 150.0), [wrong]), TARGETS, HERE) > 1.0
 
     def test_interpolation_is_tried_in_the_middle(self):
         """Nodes ten degrees apart are good enough half-way, and not the wrong way round."""
         nodes = [fit_node(TINY, alpha, 150.0) for alpha in (35.0, 45.0)]
         place = Place((35.0, 45.0), (150.0,))
         straight = try_nodes(TINY, place, (39.9, 150.0), nodes)
-        assert error_of(straight, TARGETS) < 1.0
+        assert error_of(straight, TARGETS, place) < 1.0
         # Refused: a condition near the other end of the cell, with the nodes exchanged.
-        assert error_of(try_nodes(TINY, place, (36.0, 150.0), nodes[::-1]), TARGETS) > 1.0
+        crossed = try_nodes(TINY, place, (36.0, 150.0), nodes[::-1])
+        assert error_of(crossed, TARGETS, place) > 1.0
 
     def test_is_a_function_of_its_arguments(self):
         node = fit_node(ROUGH, 35.0, 150.0)
@@ -83,4 +95,4 @@ class TestNodes:
         node = fit_node(ROUGH, 60.0, 150.0)
         bad = try_nodes(strict, HERE, (35.0, 150.0), [node])
         assert float(bad["auc"]) == 0.5
-        assert error_of(bad, strict.accuracy) > 2.0
+        assert error_of(bad, strict.accuracy, HERE) > 2.0
