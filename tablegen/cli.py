@@ -23,21 +23,18 @@ from tablegen.generate import CONDITIONS as GENERATE_CONDITIONS
 from tablegen.generate import generate as generate_table
 from tablegen.measure import missed_targets
 from tablegen.mesh import read_mesh
+from tablegen.options import examples as _examples
 from tablegen.page import validation_page
 from tablegen.particles import MIXTURE, SHAPE_NAMES, Population
 from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
+from tablegen.stability.command import stability
 from tablegen.statistics import simulate_statistics, statistics_of
 from tablegen.summary import accuracy_text, details_text, identity_text, time_text
 from tablegen.validate import CONDITIONS
 from tablegen.validate import validate as validate_table
 
 DONE, MISSED, BAD_INPUT = 0, 1, 2
-
-
-def _examples(*lines: str) -> str:
-    """Epilog of a help page, laid out as it stands."""
-    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
 
 
 @click.group(
@@ -258,6 +255,9 @@ def inspect(table: str, config: bool) -> int:
     loaded = sampler.load(table)
     click.echo(loaded.config if config else identity_text(loaded))
     return DONE
+
+
+cli.add_command(stability)
 
 
 def _write_rebounds(path: Path, result: Simulation) -> None:

@@ -21,7 +21,7 @@ from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
 from tablegen.directions import make_map
-from tablegen.model.directions import SupportMap
+from tablegen.model.directions import SupportMap, most_listed
 from tablegen.model.shapes import Body
 from tablegen.solids import FlatError, mass_of, principal_axes, true_vertices
 
@@ -80,7 +80,9 @@ class MeshParticle:
         """Give the particle as the mechanics takes it."""
         j1, j2, j3 = self.moments.tolist()
         _, b, c = self.half_sizes.tolist()
-        return Body((j1, j2, j3), self.vertices, b, c, self.reach, self.near)
+        held = np.zeros((most_listed(self.near), 3))
+        counts = np.zeros(1, dtype=np.int64)
+        return Body((j1, j2, j3), held, counts, b, c, self.reach, self.near)
 
 
 @dataclass(frozen=True)

@@ -86,3 +86,8 @@ POSITIVE = Number(0.0, open_low=True)
 RATIO = Number(0.0, 1.0, open_low=True)
 ANY = Number()
 OUTPUT = OutputFile()
+
+
+def examples(*lines: str) -> str:
+    """Epilog of a help page, laid out as it stands."""
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)

@@ -13,6 +13,7 @@ from tablegen.complaint import shown
 from tablegen.directions import SLACK
 from tablegen.fields import AspectPair, AspectRange, Record, Text, refusal
 from tablegen.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
+from tablegen.model.directions import most_listed
 from tablegen.model.shapes import MeshArguments
 
 #: Shape numbers in kernels and output files.
@@ -154,9 +155,9 @@ class MeshShape(Record):
 def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
     """Meshes one after another, for kernels."""
     maps = [particle.near for particle in particles]
-    lengths = [(len(p.vertices), len(p.near.starts), len(p.near.points)) for p in particles]
-    firsts = np.zeros((len(particles) + 1, 3), dtype=np.int64)
-    np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 3), axis=0, out=firsts[1:])
+    lengths = [(len(near.starts), len(near.points)) for near in maps]
+    firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
+    np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 2), axis=0, out=firsts[1:])
     sizes = [(*p.half_sizes[1:], p.reach) for p in particles]
     none = np.empty((0, 3))
     return MeshArguments(
@@ -165,7 +166,7 @@ def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
         firsts=firsts,
         resolutions=np.array([near.resolution for near in maps], dtype=np.int64),
         slack=SLACK,
-        vertices=np.concatenate([none, *(p.vertices for p in particles)]),
+        longest=max((most_listed(near) for near in maps), default=0),
         starts=np.concatenate([np.zeros(0, dtype=np.int64), *(near.starts for near in maps)]),
         points=np.concatenate([none, *(near.points for near in maps)]),
     )

@@ -1,9 +1,14 @@
-"""Rebounds of a run of particles of a population at one impact condition."""
+"""Rebounds of a run of particles of a population at one impact condition.
+
+The particles are drawn first and sorted by shape, so that those followed in lockstep have equally
+many vertices. An audited run follows them one at a time, by the same kernels and to the same bits.
+"""
 
 import numpy as np
 
 from sampler.jit import borrowing_kernel, kernel
 from tablegen.model.directions import empty_map
+from tablegen.model.lockstep import follow, make_seats
 from tablegen.model.population import draw_particle
 from tablegen.model.rebound import (
     LEFT,
@@ -17,11 +22,64 @@ from tablegen.model.rebound import (
     wall_spin,
     workspace,
 )
-from tablegen.model.shapes import MAX_VERTICES, MESH, mesh_body, shaped_body
+from tablegen.model.shapes import MAX_VERTICES, MESH, mesh_body, mesh_map, shaped_body
+
+
+@kernel
+def _draw(population, keys, first, axes, kind):
+    """Draw the particles ``first``, ``first + 1``, ...: wall axes (n, 6), and kind (n, 3)."""
+    seed, stream = keys
+    motion = np.empty(MOTION_SIZE)
+    for i in range(axes.shape[0]):
+        kind[i, 0], kind[i, 1], kind[i, 2] = draw_particle(
+            population, seed, stream, first + i, motion
+        )
+        for k in range(6):
+            axes[i, k] = motion[3 + k]
+
+
+@kernel
+def _sorted_by_shape(kind, codes):
+    """Give the particles' indices, one shape code after another, and where each code starts."""
+    starts = np.zeros(codes + 1, dtype=np.int64)
+    for i in range(kind.shape[0]):
+        starts[int(kind[i, 0]) + 1] += 1
+    for code in range(codes):
+        starts[code + 1] += starts[code]
+    order = np.empty(kind.shape[0], dtype=np.int64)
+    place = starts.copy()
+    for i in range(kind.shape[0]):
+        code = int(kind[i, 0])
+        order[place[code]] = i
+        place[code] += 1
+    return order, starts
 
 
 @borrowing_kernel
-def _follow(law, population, condition, drawn, motion, store, audit):
+def _follow_code(law, population, condition, drawn, code, no_map, members, seats, outcome):
+    """Follow the particles of one shape code; the look-up of a mesh lives here only."""
+    near = mesh_map(population.meshes, code - MESH) if code >= MESH else no_map
+    return follow(law, population, condition, drawn, (code, near), members, seats, outcome)
+
+
+@kernel
+def _follow_together(law, population, condition, axes, kind, outcome):
+    """Follow all particles in lockstep, shape by shape; as `simulate_batch`."""
+    codes = MESH + population.meshes.resolutions.size
+    order, starts = _sorted_by_shape(kind, codes)
+    seats, no_map = make_seats(max(MAX_VERTICES, population.meshes.longest)), empty_map()
+    for code in range(codes):
+        members = order[starts[code] : starts[code + 1]]
+        stuck = _follow_code(
+            law, population, condition, (axes, kind), code, no_map, members, seats, outcome
+        )
+        if stuck >= 0:
+            return stuck
+    return -1
+
+
+@borrowing_kernel
+def _follow_one(law, population, condition, drawn, motion, store, audit):
     """Rebound of a particle drawn with its orientation; its body lives here only.
 
     Parameters
@@ -32,22 +90,46 @@ def _follow(law, population, condition, drawn, motion, store, audit):
     motion : (13,) float64
         In: the orientation. Out: the motion after the rebound.
     store : tuple
-        Storage for vertices, an empty map, and the work space of `rebound`.
+        Storage for vertices and their number, an empty map, and the work space of `rebound`.
 
     Returns
     -------
     tuple (status, collisions, kinetic energy before, rotational energy after)
     """
     shape, ba, cb = drawn
-    vertices, no_map, work = store
+    held, counts, no_map, work = store
     if shape < MESH:
-        body = shaped_body(shape, ba, ba * cb, population.truncation, vertices, no_map)
+        body = shaped_body(shape, ba, ba * cb, population.truncation, held, counts, no_map)
     else:
-        body = mesh_body(population.meshes, shape - MESH)
+        near = mesh_map(population.meshes, shape - MESH)
+        body = mesh_body(population.meshes, shape - MESH, held, counts, near)
     approach(condition, body, motion)
     initial = 0.5 + rotational_energy(body.moments, motion)
     status, collisions = rebound(law, condition, body, motion, work, audit)
     return status, collisions, initial, rotational_energy(body.moments, motion)
+
+
+@kernel
+def _follow_audited(law, population, condition, axes, kind, outcome, audit):
+    """Follow all particles one at a time, audited; as `simulate_batch`."""
+    motion = np.empty(MOTION_SIZE)
+    held = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
+    store = held, np.zeros(1, dtype=np.int64), empty_map(), workspace()
+    state, collisions, energy = outcome
+    for i in range(state.shape[0]):
+        motion[3:9] = axes[i]
+        drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
+        status, collisions[i], initial, rotational = _follow_one(
+            law, population, condition, drawn, motion, store, audit
+        )
+        if status != LEFT:
+            return i
+        state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
+        state[i, 3], state[i, 4], state[i, 5] = wall_spin(motion)
+        velocity2 = motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2
+        energy[i, 0] = 0.5 * velocity2 / initial
+        energy[i, 1] = rotational / initial
+    return -1
 
 
 @kernel
@@ -77,20 +159,13 @@ def simulate_batch(law, population, condition, keys, first, state, collisions, k
     int
         Index of the first particle that did not finish, or -1.
     """
-    seed, stream = keys
-    motion = np.empty(MOTION_SIZE)
-    store = np.empty((MAX_VERTICES, 3)), empty_map(), workspace()
+    axes = np.empty((state.shape[0], 6))
+    _draw(population, keys, first, axes, kind)
+    outcome = state, collisions, energy
+    if audit.size > 0:
+        stuck = _follow_audited(law, population, condition, axes, kind, outcome, audit)
+    else:
+        stuck = _follow_together(law, population, condition, axes, kind, outcome)
     for i in range(state.shape[0]):
-        drawn = draw_particle(population, seed, stream, first + i, motion)
-        status, collisions[i], initial, rotational = _follow(
-            law, population, condition, drawn, motion, store, audit
-        )
-        if status != LEFT:
-            return first + i
-        kind[i, 0], kind[i, 1], kind[i, 2] = min(drawn[0], MESH), drawn[1], drawn[2]
-        state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
-        state[i, 3], state[i, 4], state[i, 5] = wall_spin(motion)
-        velocity2 = motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2
-        energy[i, 0] = 0.5 * velocity2 / initial
-        energy[i, 1] = rotational / initial
-    return -1
+        kind[i, 0] = min(kind[i, 0], MESH)
+    return first + stuck if stuck >= 0 else -1

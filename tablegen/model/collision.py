@@ -5,12 +5,14 @@ tangential contact equations (5) are linear; putting their solution into the nor
 leaves a cubic in s with one positive root. Nothing is iterated to a fixed point.
 
 Vectors with index 0, 1, 2 are components along the wall axes x (tangential, impact plane),
-y (wall normal), z. The mass is one, so an impulse is a velocity change.
+y (wall normal), z. The mass is one, so an impulse is a velocity change. Every kernel takes the
+numbers of one particle or of lanes (see `tablegen.model.lanes`).
 """
 
 import math
 
 from sampler.jit import inline_kernel, kernel
+from tablegen.model.lanes import absolute, any_of, negated, select
 
 #: Relative Newton step after which the root is exact to rounding: the error of a step is the
 #: square of that of the one before.
@@ -81,25 +83,27 @@ def positive_root(c0, c1, c2, c3, start):
     """
     low = 0.0
     high = start
-    while c0 + high * (c1 + high * (c2 + high * c3)) < 0.0:
-        low = high
-        high *= 2.0
+    short = c0 + high * (c1 + high * (c2 + high * c3)) < 0.0
+    while any_of(short):
+        low = select(short, high, low)
+        high = select(short, 2.0 * high, high)
+        short = c0 + high * (c1 + high * (c2 + high * c3)) < 0.0
     s = high
-    while True:
+    searching = s == s
+    while any_of(searching):
         value = c0 + s * (c1 + s * (c2 + s * c3))
         slope = c1 + s * (2.0 * c2 + s * 3.0 * c3)
-        step = value / slope if slope != 0.0 else math.inf
-        if abs(step) <= CONVERGED * s:
-            return s - step
-        if value < 0.0:
-            low = s
-        else:
-            high = s
-        s -= step
-        if not (low < s < high):
-            s = 0.5 * (low + high)
-            if s <= low or s >= high:
-                return s
+        step = select(slope == 0.0, math.inf, value / slope)
+        # in this form a number that is none ends the search
+        far = absolute(step) > CONVERGED * s
+        low = select(value < 0.0, s, low)
+        high = select(value < 0.0, high, s)
+        middle = 0.5 * (low + high)
+        newton = s - step
+        leaves = far & negated((low < newton) & (newton < high))
+        s = select(searching, select(leaves, middle, newton), s)
+        searching = searching & far & negated(leaves & negated((low < middle) & (middle < high)))
+    return s
 
 
 @kernel
@@ -130,7 +134,6 @@ def energy_gain(k, s_x, s_y, s_z, jump, approach):
     The tangential part is -|S_t|^2 / (k s), never positive, and absent where nothing resists
     sliding (k = 0); the normal part is s (v_c+ - |v_c-|) / 2 with v_c+ = jump - approach.
     """
-    normal = 0.5 * s_y * (jump - 2.0 * approach)
-    if k == 0.0:
-        return normal
-    return -(s_x * s_x + s_z * s_z) / (k * s_y) + normal
+    slides = k > 0.0
+    lost = (s_x * s_x + s_z * s_z) / select(slides, k * s_y, 1.0)
+    return 0.5 * s_y * (jump - 2.0 * approach) - select(slides, lost, 0.0)

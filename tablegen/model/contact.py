@@ -4,13 +4,17 @@ The height of a material point is a polynomial of the flight series. Its acceler
 for the whole flight, so from any instant there is a time before which no point can have reached
 the wall. The search moves by that time, never past a contact; next to a contact it converges
 like Newton's method, because the bound is exact to second order.
+
+Every kernel takes the numbers and arrays of one particle or of lanes (see
+`tablegen.model.lanes`); a lane that has found its contact waits for the others.
 """
 
 import math
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from tablegen.model.lanes import any_of, at, fma, largest, least, negated, put, root, select
 from tablegen.model.rotation import NORMAL, ORDER
-from tablegen.model.shapes import lowest_candidates
+from tablegen.model.shapes import hold_lowest, most_held
 
 #: Height, in units of a, below which a point counts as touching. The search overshoots a contact
 #: by no more than this.
@@ -26,33 +30,87 @@ TINY = 1e-300
 @borrowing_inline_kernel
 def _normal_and_rate(series, t):
     """Wall normal in body axes and its rate at time t, from the series."""
-    n1 = series[NORMAL, ORDER]
-    n2 = series[NORMAL + 1, ORDER]
-    n3 = series[NORMAL + 2, ORDER]
+    n1 = at(series, (NORMAL, ORDER))
+    n2 = at(series, (NORMAL + 1, ORDER))
+    n3 = at(series, (NORMAL + 2, ORDER))
     d1 = d2 = d3 = 0.0
     for k in range(ORDER - 1, -1, -1):
-        d1 = d1 * t + n1
-        d2 = d2 * t + n2
-        d3 = d3 * t + n3
-        n1 = n1 * t + series[NORMAL, k]
-        n2 = n2 * t + series[NORMAL + 1, k]
-        n3 = n3 * t + series[NORMAL + 2, k]
-    return n1, n2, n3, d1, d2, d3
+        d1 = fma(d1, t, n1)
+        d2 = fma(d2, t, n2)
+        d3 = fma(d3, t, n3)
+        n1 = fma(n1, t, at(series, (NORMAL, k)))
+        n2 = fma(n2, t, at(series, (NORMAL + 1, k)))
+        n3 = fma(n3, t, at(series, (NORMAL + 2, k)))
+    return (n1, n2, n3), (d1, d2, d3)
 
 
-@borrowing_inline_kernel
+@inline_kernel
 def safe_time(gap, rate, acceleration, limit):
     """Time, at most ``limit``, before which gap + rate t - acceleration t^2 / 2 stays positive.
 
     The parabola is concave, so being positive at both ends of [0, limit] settles the matter
     without a root.
     """
-    if gap + limit * (rate - 0.5 * acceleration * limit) > 0.0:
-        return limit
-    root = math.sqrt(rate * rate + 2.0 * acceleration * gap)
-    if rate >= 0.0:
-        return min(limit, (rate + root) / acceleration)
-    return min(limit, 2.0 * gap / (root - rate))
+    clear = gap + limit * (rate - 0.5 * acceleration * limit) > 0.0
+    length = root(rate * rate + 2.0 * acceleration * gap)
+    rising = rate >= 0.0
+    over = select(rising, rate + length, 2.0 * gap)
+    under = select(rising, acceleration, length - rate)
+    return select(clear, limit, least(limit, over / under))
+
+
+@borrowing_inline_kernel
+def _height_and_rate(points, i, n, d, height, v):
+    """Height over the wall of point ``i`` of a body, and its rate."""
+    p1, p2, p3 = at(points, (i, 0)), at(points, (i, 1)), at(points, (i, 2))
+    gap = fma(p3, n[2], fma(p2, n[1], fma(p1, n[0], height)))
+    return gap, fma(p3, d[2], fma(p2, d[1], fma(p1, d[0], v)))
+
+
+@borrowing_inline_kernel
+def _safe_step(body, n, d, height, v, acceleration, limit):
+    """Whether a vertex touches and approaches; the time before which none reaches the wall.
+
+    A touching vertex that does not approach counts as one at the contact height: it sinks by no
+    more than that.
+
+    Parameters
+    ----------
+    body : Body
+    n, d : tuple of three floats
+        Wall normal in body axes and its rate.
+    height, v : float
+        Height of the centre and its rate.
+    acceleration, limit : float
+        Bound on the acceleration of a vertex; longest time asked for.
+
+    Returns
+    -------
+    tuple (bool, float)
+    """
+    count = most_held(body.counts)
+    touches = False
+    lowest = gap = rate = math.inf
+    for i in range(count):
+        h, r = _height_and_rate(body.held, i, n, d, height, v)
+        touches = touches | ((h <= CONTACT_HEIGHT) & (r < 0.0))
+        end = fma(limit, r, h)
+        lower = end < lowest
+        lowest = select(lower, end, lowest)
+        gap = select(lower, h, gap)
+        rate = select(lower, r, rate)
+    # the vertex that would be lowest at the limit settles most cases; the few that are earlier
+    # correct it
+    step = safe_time(largest(gap, CONTACT_HEIGHT), rate, acceleration, limit)
+    drop = 0.5 * acceleration * step
+    for i in range(count):
+        h, r = _height_and_rate(body.held, i, n, d, height, v)
+        h = largest(h, CONTACT_HEIGHT)
+        early = fma(step, r - drop, h) < -0.25 * CONTACT_HEIGHT
+        if any_of(early):
+            step = select(early, safe_time(h, r, acceleration, step), step)
+            drop = 0.5 * acceleration * step
+    return touches, step
 
 
 @borrowing_kernel
@@ -76,29 +134,25 @@ def search_polyhedron(body, series, y, v, bounds, span):
     """
     turn, change = bounds
     acceleration = body.reach * (turn * turn + change) + TINY
-    least = math.sqrt(2.0 * CONTACT_HEIGHT / acceleration)
-    # the candidates found for a direction serve until it has turned by the slack of their map
+    # the vertices held for a direction serve until it has turned by the slack of their map
     patience = body.near.slack / (turn + TINY)
-    t = 0.0
-    while True:
-        n1, n2, n3, d1, d2, d3 = _normal_and_rate(series, t)
-        height = y + v * t
-        step = min(span - t, patience)
-        points, first, end = lowest_candidates(body, n1, n2, n3)
-        for i in range(first, end):
-            p1, p2, p3 = points[i, 0], points[i, 1], points[i, 2]
-            gap = height + p1 * n1 + p2 * n2 + p3 * n3
-            rate = v + p1 * d1 + p2 * d2 + p3 * d3
-            if gap <= CONTACT_HEIGHT:
-                if rate < 0.0:
-                    return t
-                # touching but not approaching: sinks by no more than the contact height
-                step = min(step, max(least, safe_time(0.0, rate, acceleration, step)))
-            else:
-                step = safe_time(gap, rate, acceleration, step)
-        t += step
-        if t >= span:
-            return -1.0
+    t = held_until = 0.0
+    found = False
+    searching = span > 0.0
+    while any_of(searching):
+        n, d = _normal_and_rate(series, t)
+        limit = span - t
+        if body.near.resolution > 0:
+            stale = searching & (t >= held_until)
+            hold_lowest(body, n[0], n[1], n[2], stale)
+            held_until = select(stale, t + patience, held_until)
+            limit = least(limit, largest(held_until - t, 0.0))
+        touches, step = _safe_step(body, n, d, fma(v, t, y), v, acceleration, limit)
+        found = found | (searching & touches)
+        searching = searching & negated(touches)
+        t = select(searching, t + step, t)
+        searching = searching & (t < span)
+    return select(found, t, -1.0)
 
 
 @borrowing_kernel
@@ -111,29 +165,30 @@ def search_ellipsoid(body, series, y, v, bounds, span):
     """
     b2, c2 = body.b * body.b, body.c * body.c
     turn, change = bounds
-    acceleration = max(2.0 * (2.0 * turn * turn + change - v * v), TINY)
-    least = math.sqrt(2.0 * CONTACT_HEIGHT * body.c / acceleration)
+    acceleration = largest(2.0 * (2.0 * turn * turn + change - v * v), TINY)
     t = 0.0
-    while True:
-        n1, n2, n3, d1, d2, d3 = _normal_and_rate(series, t)
-        height = y + v * t
-        h2 = n1 * n1 + b2 * n2 * n2 + c2 * n3 * n3
+    found = False
+    searching = span > 0.0
+    while any_of(searching):
+        n, d = _normal_and_rate(series, t)
+        height = fma(v, t, y)
+        h2 = n[0] * n[0] + b2 * (n[1] * n[1]) + c2 * (n[2] * n[2])
         gap = height * height - h2
-        rate = 2.0 * (height * v - (n1 * d1 + b2 * n2 * d2 + c2 * n3 * d3))
-        if gap <= 2.0 * CONTACT_HEIGHT * math.sqrt(h2):
-            if rate < 0.0:
-                return t
-            t += max(least, safe_time(0.0, rate, acceleration, span - t))
-        else:
-            t += safe_time(gap, rate, acceleration, span - t)
-        if t >= span:
-            return -1.0
+        rate = 2.0 * (height * v - (n[0] * d[0] + b2 * (n[1] * d[1]) + c2 * (n[2] * d[2])))
+        contact = 2.0 * CONTACT_HEIGHT * root(h2)
+        touches = (gap <= contact) & (rate < 0.0)
+        found = found | (searching & touches)
+        searching = searching & negated(touches)
+        step = safe_time(largest(gap, contact), rate, acceleration, span - t)
+        t = select(searching, t + step, t)
+        searching = searching & (t < span)
+    return select(found, t, -1.0)
 
 
 @borrowing_inline_kernel
 def search(body, series, y, v, bounds, span):
     """First contact of any body within ``span``; -1 if there is none."""
-    if body.vertices.shape[0] == 0:
+    if body.held.shape[0] == 0:
         return search_ellipsoid(body, series, y, v, bounds, span)
     return search_polyhedron(body, series, y, v, bounds, span)
 
@@ -141,11 +196,26 @@ def search(body, series, y, v, bounds, span):
 @borrowing_inline_kernel
 def _ellipsoid_point(body, n1, n2, n3, point):
     """Lowest point of an ellipsoid, -D^2 n / h; returns its depth h."""
-    depth = math.sqrt(n1 * n1 + (body.b * n2) ** 2 + (body.c * n3) ** 2)
-    point[0] = -n1 / depth
-    point[1] = -body.b * body.b * n2 / depth
-    point[2] = -body.c * body.c * n3 / depth
+    m2, m3 = body.b * n2, body.c * n3
+    depth = root(n1 * n1 + m2 * m2 + m3 * m3)
+    put(point, 0, -n1 / depth)
+    put(point, 1, -body.b * m2 / depth)
+    put(point, 2, -body.c * m3 / depth)
     return depth
+
+
+@borrowing_inline_kernel
+def _centre_of_ties(body, n, d, v, lowest, fastest):
+    """Sum and number of the vertices as low as the lowest that rise slower than ``fastest``."""
+    s1 = s2 = s3 = ties = 0.0
+    for i in range(most_held(body.counts)):
+        h, r = _height_and_rate(body.held, i, n, d, 0.0, v)
+        share = select((r < fastest) & (h <= lowest + TIE_HEIGHT), 1.0, 0.0)
+        s1 = fma(share, at(body.held, (i, 0)), s1)
+        s2 = fma(share, at(body.held, (i, 1)), s2)
+        s3 = fma(share, at(body.held, (i, 2)), s3)
+        ties += share
+    return (s1, s2, s3), ties
 
 
 @borrowing_kernel
@@ -165,33 +235,27 @@ def contact_point(body, motion, y, v, point):
     point : (3,) float64
         Output.
     """
-    n1, n2, n3 = motion[3], motion[4], motion[5]
-    if body.vertices.shape[0] == 0:
+    n = n1, n2, n3 = at(motion, 3), at(motion, 4), at(motion, 5)
+    if body.held.shape[0] == 0:
         return y - _ellipsoid_point(body, n1, n2, n3, point)
-    vertices, first, end = lowest_candidates(body, n1, n2, n3)
+    hold_lowest(body, n1, n2, n3, n1 == n1)
     # rate of a material point p: v + p . (n x W)
-    d1 = n2 * motion[2] - n3 * motion[1]
-    d2 = n3 * motion[0] - n1 * motion[2]
-    d3 = n1 * motion[1] - n2 * motion[0]
+    w1, w2, w3 = at(motion, 0), at(motion, 1), at(motion, 2)
+    d = n2 * w3 - n3 * w2, n3 * w1 - n1 * w3, n1 * w2 - n2 * w1
     lowest = math.inf
-    for i in range(first, end):
-        p1, p2, p3 = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-        lowest = min(lowest, p1 * n1 + p2 * n2 + p3 * n3)
-    # Of the vertices that touch only those that approach collide; rounding may leave none, where
-    # the last of them is just turning.
-    for fastest in (0.0, math.inf):
-        ties = 0
-        point[0] = point[1] = point[2] = 0.0
-        for i in range(first, end):
-            p1, p2, p3 = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-            approaches = v + p1 * d1 + p2 * d2 + p3 * d3 < fastest
-            if approaches and p1 * n1 + p2 * n2 + p3 * n3 <= lowest + TIE_HEIGHT:
-                point[0] += p1
-                point[1] += p2
-                point[2] += p3
-                ties += 1
-        if ties > 0:
-            break
+    for i in range(most_held(body.counts)):
+        lowest = least(lowest, _height_and_rate(body.held, i, n, d, 0.0, v)[0])
+    total, ties = _centre_of_ties(body, n, d, v, lowest, 0.0)
+    lone = ties == 0.0
+    if any_of(lone):
+        # rounding may leave none that approaches, where the last of them is just turning
+        every, others = _centre_of_ties(body, n, d, v, lowest, math.inf)
+        total = (
+            select(lone, every[0], total[0]),
+            select(lone, every[1], total[1]),
+            select(lone, every[2], total[2]),
+        )
+        ties = select(lone, others, ties)
     for i in range(3):
-        point[i] /= ties
+        put(point, i, total[i] / ties)
     return y + lowest

@@ -40,6 +40,11 @@ def empty_map():
     return SupportMap(0, np.inf, np.zeros(1, dtype=np.int64), np.empty((0, 3)))
 
 
+def most_listed(near: SupportMap) -> int:
+    """Vertices in the longest list of a map."""
+    return int(np.diff(near.starts).max())
+
+
 @borrowing_inline_kernel
 def _square(along, resolution):
     """Index of the interval of [-1, 1] that holds ``along``."""

@@ -2,7 +2,8 @@
 
 Each law is a small kernel. `restitution` and `resistance` pick the one that a material pair names,
 by a number that is the same for every collision of a run, so the branch is always predicted and
-one compiled model serves all pairs.
+one compiled model serves all pairs. The paper's laws take the numbers of one particle or of lanes
+(see `tablegen.model.lanes`); the others are worked out lane by lane.
 """
 
 import math
@@ -12,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from tablegen.model.elementary import exponential, power
+from tablegen.model.lanes import lane, select, width, with_lane
 
 #: Laws of restitution.
 EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
@@ -79,7 +82,7 @@ def exponential_restitution(coefficient, exponent, contact_speed, cosine):
     cosine : float
         |v_c| / |V_c|.
     """
-    return 1.0 + math.expm1(-coefficient * contact_speed**exponent) * cosine
+    return 1.0 + (exponential(-coefficient * power(contact_speed, exponent)) - 1.0) * cosine
 
 
 @inline_kernel
@@ -184,6 +187,16 @@ def other_restitution(law, contact_speed, cosine):
     return law.coefficient
 
 
+@borrowing_kernel
+def _each_other_restitution(law, contact_speed, cosine):
+    """Restitution coefficients of lanes by a law that is not the exponential one."""
+    value = cosine
+    for i in range(width(cosine)):
+        found = other_restitution(law, lane(contact_speed, i), lane(cosine, i))
+        value = with_lane(value, i, found)
+    return value
+
+
 @borrowing_inline_kernel
 def restitution(law, contact_speed, cosine):
     """Restitution coefficient a_nc of the normal contact velocity, by the law of the pair.
@@ -198,7 +211,7 @@ def restitution(law, contact_speed, cosine):
     """
     if law.restitution_law == EXPONENTIAL:
         return exponential_restitution(law.coefficient, law.exponent, contact_speed, cosine)
-    return other_restitution(law, contact_speed, cosine)
+    return _each_other_restitution(law, contact_speed, cosine)
 
 
 @inline_kernel
@@ -214,9 +227,9 @@ def orientation_resistance(strength, r_dot_v, r_length, speed):
     r_length, speed : float
         |r_c| and |V_p|.
     """
-    if speed == 0.0:
-        return 1.0
-    return math.exp(strength * r_dot_v / (r_length * speed))
+    moves = speed > 0.0
+    cosine = select(moves, r_dot_v / (r_length * select(moves, speed, 1.0)), 0.0)
+    return exponential(strength * cosine)
 
 
 @borrowing_inline_kernel
@@ -231,4 +244,4 @@ def resistance(law, r_dot_v, r_length, speed):
     """
     if law.resistance_law == ORIENTATION:
         return law.factor * orientation_resistance(law.strength, r_dot_v, r_length, speed)
-    return law.factor
+    return law.factor + 0.0 * speed

@@ -12,6 +12,10 @@ The motion is kept in one array so that every piece of the model reads the same 
 The angular velocity changes in flight (the body tumbles), so the state after a rebound needs an
 instant: it is the one at which the centre is `CLEARANCE` above the largest radius of the particle,
 where no point of it can touch the wall any more.
+
+`collide_where` and `fly` are the two steps of a rebound; they take the arrays of one particle or
+of lanes (see `tablegen.model.lanes`). `rebound` follows one particle by them, step by step and
+audited; `tablegen.model.lockstep` follows many.
 """
 
 import math
@@ -19,13 +23,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.jit import borrowing_kernel, inline_kernel, kernel
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energy_gain, impulse
 from tablegen.model.contact import contact_point, search
+from tablegen.model.lanes import any_of, at, fma, largest, least, negated, put, root, select
 from tablegen.model.laws import resistance, restitution
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
-from tablegen.model.shapes import lowest_depth
+from tablegen.model.shapes import support_depth
 
 MOTION_SIZE = 13
 U, V, W, HEIGHT = 9, 10, 11, 12
@@ -61,34 +66,90 @@ class Condition(NamedTuple):
 
 
 @inline_kernel
+def translates(condition):
+    """Whether particles arrive without spin."""
+    return condition.spin[0] == 0.0 and condition.spin[1] == 0.0 and condition.spin[2] == 0.0
+
+
+@inline_kernel
 def _cross(a1, a2, a3, b1, b2, b3):
     return a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
 
 
-@inline_kernel
+@borrowing_inline_kernel
 def rotational_energy(moments, motion):
     """Rotational energy per unit mass, in units of V^2."""
-    j1, j2, j3 = moments
-    return 0.5 * (j1 * motion[0] ** 2 + j2 * motion[1] ** 2 + j3 * motion[2] ** 2)
+    w1, w2, w3 = at(motion, 0), at(motion, 1), at(motion, 2)
+    return 0.5 * (moments[0] * w1 * w1 + moments[1] * w2 * w2 + moments[2] * w3 * w3)
+
+
+@borrowing_inline_kernel
+def _wall_axes(motion):
+    """Wall axes x, y = n and z in body axes."""
+    x = at(motion, 6), at(motion, 7), at(motion, 8)
+    n = at(motion, 3), at(motion, 4), at(motion, 5)
+    return x, n, _cross(x[0], x[1], x[2], n[0], n[1], n[2])
 
 
 @inline_kernel
+def _dot(a, b):
+    return fma(a[2], b[2], fma(a[1], b[1], a[0] * b[0]))
+
+
+@borrowing_inline_kernel
 def wall_spin(motion):
     """Angular velocity in wall axes."""
-    w1, w2, w3 = motion[0], motion[1], motion[2]
-    n1, n2, n3 = motion[3], motion[4], motion[5]
-    x1, x2, x3 = motion[6], motion[7], motion[8]
-    z1, z2, z3 = _cross(x1, x2, x3, n1, n2, n3)
+    x, n, z = _wall_axes(motion)
+    w = at(motion, 0), at(motion, 1), at(motion, 2)
+    return _dot(w, x), _dot(w, n), _dot(w, z)
+
+
+@inline_kernel
+def _mobility(a, b, c, inverse):
+    """Entries A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
+
+    ``a``, ``b``, ``c`` are the torque arms r x e of the three wall axes in body axes, ``inverse``
+    the inverse moments of inertia.
+    """
+    ai = a[0] * inverse[0], a[1] * inverse[1], a[2] * inverse[2]
+    bi = b[0] * inverse[0], b[1] * inverse[1], b[2] * inverse[2]
+    ci = c[0] * inverse[0], c[1] * inverse[1], c[2] * inverse[2]
     return (
-        w1 * x1 + w2 * x2 + w3 * x3,
-        w1 * n1 + w2 * n2 + w3 * n3,
-        w1 * z1 + w2 * z2 + w3 * z3,
+        1.0 + _dot(a, ai),
+        _dot(a, bi),
+        _dot(a, ci),
+        1.0 + _dot(b, bi),
+        _dot(b, ci),
+        1.0 + _dot(c, ci),
     )
 
 
+@borrowing_inline_kernel
+def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
+    """Impulse for a rebound velocity ``bounce`` of the contact, no smaller than the resolution.
+
+    Lifting a nearly rolling contact to the resolution would add energy; there an elastic bounce
+    is the strongest one that cannot.
+    """
+    jump = largest(bounce, resolution) - v_c
+    s_x, s_y, s_z = impulse(k, jump, mobility, u_c, w_c)
+    lifted = bounce < resolution
+    if any_of(lifted):
+        gains = lifted & (energy_gain(k, s_x, s_y, s_z, jump, -v_c) > 0.0)
+        if any_of(gains):
+            jump = largest(bounce, -v_c) - v_c
+            e_x, e_y, e_z = impulse(k, jump, mobility, u_c, w_c)
+            s_x, s_y, s_z = (
+                select(gains, e_x, s_x),
+                select(gains, e_y, s_y),
+                select(gains, e_z, s_z),
+            )
+    return s_x, s_y, s_z
+
+
 @borrowing_kernel
-def collide(law, speed, resolution, moments, point, motion):
-    """Apply one collision at the contact ``point`` to ``motion``.
+def collide_where(law, speed, resolution, moments, point, motion, where):
+    """Apply one collision at the contact ``point`` to ``motion``, in the lanes that collide.
 
     The rebound velocity of the contact point is a_nc |v_c| (6), or the resolution where that is
     smaller: tiny bounces are nearly elastic and would go on for ever (sustained contact).
@@ -106,62 +167,79 @@ def collide(law, speed, resolution, moments, point, motion):
     point : (3,) float64
         Contact point from the centre, body axes.
     motion : (13,) float64
+    where : bool
     """
-    n1, n2, n3 = motion[3], motion[4], motion[5]
-    x1, x2, x3 = motion[6], motion[7], motion[8]
-    r1, r2, r3 = point[0], point[1], point[2]
-    z1, z2, z3 = _cross(x1, x2, x3, n1, n2, n3)
+    x, n, z = _wall_axes(motion)
+    r = at(point, 0), at(point, 1), at(point, 2)
     # r x e for each wall axis e: the torque arm of an impulse along e
-    a1, a2, a3 = _cross(r1, r2, r3, x1, x2, x3)
-    b1, b2, b3 = _cross(r1, r2, r3, n1, n2, n3)
-    c1, c2, c3 = _cross(r1, r2, r3, z1, z2, z3)
-    i1, i2, i3 = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
-    mobility = (
-        1.0 + a1 * a1 * i1 + a2 * a2 * i2 + a3 * a3 * i3,
-        a1 * b1 * i1 + a2 * b2 * i2 + a3 * b3 * i3,
-        a1 * c1 * i1 + a2 * c2 * i2 + a3 * c3 * i3,
-        1.0 + b1 * b1 * i1 + b2 * b2 * i2 + b3 * b3 * i3,
-        b1 * c1 * i1 + b2 * c2 * i2 + b3 * c3 * i3,
-        1.0 + c1 * c1 * i1 + c2 * c2 * i2 + c3 * c3 * i3,
-    )
-    w1, w2, w3 = motion[0], motion[1], motion[2]
-    u, v, w = motion[U], motion[V], motion[W]
+    a = _cross(r[0], r[1], r[2], x[0], x[1], x[2])
+    b = _cross(r[0], r[1], r[2], n[0], n[1], n[2])
+    c = _cross(r[0], r[1], r[2], z[0], z[1], z[2])
+    inverse = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
+    mobility = _mobility(a, b, c, inverse)
+    w = at(motion, 0), at(motion, 1), at(motion, 2)
+    u, v, w_z = at(motion, U), at(motion, V), at(motion, W)
     # contact velocity (2)
-    u_c = u + w1 * a1 + w2 * a2 + w3 * a3
-    v_c = v + w1 * b1 + w2 * b2 + w3 * b3
-    w_c = w + w1 * c1 + w2 * c2 + w3 * c3
-    size_c = math.sqrt(u_c * u_c + v_c * v_c + w_c * w_c)
+    u_c, v_c, w_c = u + _dot(w, a), v + _dot(w, b), w_z + _dot(w, c)
+    # lanes that do not collide may recede, which has no solution to search for
+    v_c = select(where, v_c, -1.0)
+    size_c = root(u_c * u_c + v_c * v_c + w_c * w_c)
     bounce = restitution(law, speed * size_c, -v_c / size_c) * -v_c
-    r_dot_v = u * (r1 * x1 + r2 * x2 + r3 * x3) + v * (r1 * n1 + r2 * n2 + r3 * n3)
-    r_dot_v += w * (r1 * z1 + r2 * z2 + r3 * z3)
-    r_length = math.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
-    c_f = resistance(law, r_dot_v, r_length, math.sqrt(u * u + v * v + w * w))
-    k = c_f / size_c
-    jump = max(bounce, resolution) - v_c
-    s_x, s_y, s_z = impulse(k, jump, mobility, u_c, w_c)
-    if bounce < resolution and energy_gain(k, s_x, s_y, s_z, jump, -v_c) > 0.0:
-        # Lifting a nearly rolling contact to the resolution would add energy; an elastic bounce
-        # is the strongest one that cannot.
-        jump = max(bounce, -v_c) - v_c
-        s_x, s_y, s_z = impulse(k, jump, mobility, u_c, w_c)
-    motion[U] = u + s_x
-    motion[V] = v + s_y
-    motion[W] = w + s_z
-    motion[0] = w1 + i1 * (a1 * s_x + b1 * s_y + c1 * s_z)
-    motion[1] = w2 + i2 * (a2 * s_x + b2 * s_y + c2 * s_z)
-    motion[2] = w3 + i3 * (a3 * s_x + b3 * s_y + c3 * s_z)
+    r_dot_v = u * _dot(r, x) + v * _dot(r, n) + w_z * _dot(r, z)
+    c_f = resistance(law, r_dot_v, root(_dot(r, r)), root(u * u + v * v + w_z * w_z))
+    s = _bounded_impulse(c_f / size_c, bounce, resolution, mobility, u_c, v_c, w_c)
+    put(motion, U, select(where, u + s[0], u))
+    put(motion, V, select(where, v + s[1], v))
+    put(motion, W, select(where, w_z + s[2], w_z))
+    for i in range(3):
+        turned = w[i] + inverse[i] * (a[i] * s[0] + b[i] * s[1] + c[i] * s[2])
+        put(motion, i, select(where, turned, w[i]))
 
 
-@kernel
-def _translate(body, motion):
-    """Move a body that does not turn to its contact, or off the wall; whether it touches."""
-    touches = motion[V] < 0.0
-    if touches:
-        # a body that starts inside the wall is not lifted, so that the audit can see it
-        motion[HEIGHT] = min(motion[HEIGHT], lowest_depth(body, motion[3:6]))
-    else:
-        motion[HEIGHT] = body.reach + CLEARANCE
-    return touches
+@borrowing_kernel
+def collide(law, speed, resolution, moments, point, motion):
+    """Apply one collision of one particle; arguments as for `collide_where`."""
+    collide_where(law, speed, resolution, moments, point, motion, True)
+
+
+@borrowing_kernel
+def fly(body, tolerance, motion, series, where):
+    """Move ``motion`` along one flight series: to the next contact, off the wall, or to its end.
+
+    Parameters
+    ----------
+    body : Body
+    tolerance : float
+        Truncation of the flight series.
+    motion : (13,) float64
+    series : (9, ORDER + 1) float64
+        Work space.
+    where : bool
+        Lanes that fly; the others stay.
+
+    Returns
+    -------
+    tuple of two bools
+        Whether the particle touches the wall; whether it has left, `CLEARANCE` above its reach.
+    """
+    y, v = at(motion, HEIGHT), at(motion, V)
+    # whether the flight ends is decided by this time and not by a height reached, which
+    # rounding may hold back for ever where v is small
+    top = body.reach + CLEARANCE
+    leaving = select(v > 0.0, largest((top - y) / v, 0.0), math.inf)
+    expand(body.moments, motion, series)
+    span = least(series_span(series, tolerance), leaving)
+    # below -reach, or after this time, every body touches
+    span = select(v < 0.0, least(span, largest((y + body.reach) / -v, 0.0)), span)
+    span = select(where, span, 0.0)
+    t = search(body, series, y, v, rate_bounds(body.moments, motion), span)
+    touches = t >= 0.0
+    t = select(touches, t, span)
+    evaluate(body.moments, series, t, motion)
+    # in this form a number that is none does not fly for ever
+    left = where & negated(touches) & negated(span < leaving)
+    put(motion, HEIGHT, select(left & (leaving > 0.0), top, fma(v, t, y)))
+    return touches, left
 
 
 @borrowing_kernel
@@ -182,32 +260,10 @@ def next_contact(body, tolerance, motion, series):
     bool
         Whether the particle touches the wall.
     """
-    bounds = rate_bounds(body.moments, motion)
-    if bounds[0] == 0.0:
-        return _translate(body, motion)
-    v = motion[V]
     while True:
-        y = motion[HEIGHT]
-        # whether the flight ends is decided by this time and not by a height reached, which
-        # rounding may hold back for ever where v is small
-        leaving = (body.reach + CLEARANCE - y) / v if v > 0.0 else math.inf
-        if leaving <= 0.0:
-            return False
-        expand(body.moments, motion, series)
-        span = min(series_span(series, tolerance), leaving)
-        if v < 0.0:
-            span = min(span, (y + body.reach) / -v)
-        t = search(body, series, y, v, bounds, span)
-        touches = t >= 0.0
-        if not touches:
-            t = span
-        evaluate(body.moments, series, t, motion)
-        motion[HEIGHT] = y + v * t
-        if touches:
-            return True
-        if span == leaving:
-            motion[HEIGHT] = body.reach + CLEARANCE
-            return False
+        touches, left = fly(body, tolerance, motion, series, True)
+        if touches or left:
+            return touches
 
 
 @borrowing_kernel
@@ -239,19 +295,23 @@ def rebound(law, condition, body, motion, work, audit):
     """
     series, point, before = work
     collisions = 0
+    # without spin a particle starts at its contact
+    touches = translates(condition)
     while True:
-        _remember(motion, before)
-        touches = next_contact(body, condition.tolerance, motion, series)
-        if audit.size > 0:
-            audit_flight(body.moments, before, motion, audit)
         if not touches:
-            return LEFT, collisions
+            _remember(motion, before)
+            touches = next_contact(body, condition.tolerance, motion, series)
+            if audit.size > 0:
+                audit_flight(body.moments, before, motion, audit)
+            if not touches:
+                return LEFT, collisions
         if collisions == COLLISION_ALARM:
             return UNFINISHED, collisions
         gap = contact_point(body, motion, motion[HEIGHT], motion[V], point)
         motion[HEIGHT] -= min(gap, 0.0)
         _remember(motion, before)
         collide(law, condition.speed, condition.resolution, body.moments, point, motion)
+        touches = False
         collisions += 1
         if audit.size > 0:
             audit[PENETRATION] = max(audit[PENETRATION], -gap)
@@ -267,12 +327,12 @@ def rebound(law, condition, body, motion, work, audit):
             )
 
 
-@kernel
-def approach(condition, body, motion):
-    """Set velocity, spin and height of an oriented particle before its rebound.
+@borrowing_kernel
+def approach_where(condition, body, motion, where):
+    """Set velocity, spin and height of oriented particles before their rebound.
 
-    Without spin the particle translates, so it starts at its contact; with spin it starts as
-    high as it can reach and falls, turning.
+    Without spin a particle translates, so it starts at its contact; with spin it starts as high
+    as it can reach and falls, turning.
 
     Parameters
     ----------
@@ -280,17 +340,23 @@ def approach(condition, body, motion):
     body : Body
     motion : (13,) float64
         Rows 3:9 hold the orientation; the others are written.
+    where : bool
     """
-    n, x = motion[3:6], motion[6:9]
-    z = _cross(x[0], x[1], x[2], n[0], n[1], n[2])
+    x, n, z = _wall_axes(motion)
     s_x, s_y, s_z = condition.spin
     for i in range(3):
-        motion[i] = s_x * x[i] + s_y * n[i] + s_z * z[i]
-    motion[U] = math.cos(condition.alpha1)
-    motion[V] = -math.sin(condition.alpha1)
-    motion[W] = 0.0
-    translates = s_x == 0.0 and s_y == 0.0 and s_z == 0.0
-    motion[HEIGHT] = lowest_depth(body, n) if translates else body.reach
+        put(motion, i, select(where, s_x * x[i] + s_y * n[i] + s_z * z[i], at(motion, i)))
+    put(motion, U, select(where, math.cos(condition.alpha1), at(motion, U)))
+    put(motion, V, select(where, -math.sin(condition.alpha1), at(motion, V)))
+    put(motion, W, select(where, 0.0, at(motion, W)))
+    height = support_depth(body, n[0], n[1], n[2]) if translates(condition) else body.reach
+    put(motion, HEIGHT, select(where, height, at(motion, HEIGHT)))
+
+
+@borrowing_kernel
+def approach(condition, body, motion):
+    """Set up the rebound of one particle; arguments as for `approach_where`."""
+    approach_where(condition, body, motion, True)
 
 
 @inline_kernel

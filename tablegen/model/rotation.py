@@ -7,6 +7,9 @@ Euler's equations and the kinematics of the wall axes seen from the body,
 are quadratic, so their Taylor coefficients follow from one convolution an order. The series is
 its own dense output: contact search evaluates a polynomial instead of integrating again.
 
+Every kernel here takes the arrays of one particle or of lanes (see `tablegen.model.lanes`); a
+shape such as (9, ORDER + 1) stands for (9, ORDER + 1, WIDTH) too.
+
 Contact search needs W and n only. The axis x is found at the end of a step from the angular
 momentum, whose horizontal part is constant in wall axes; where that part is too small to give a
 direction, x has its own series.
@@ -16,7 +19,20 @@ import math
 
 import numpy as np
 
-from sampler.jit import borrowing_kernel, kernel
+from sampler.jit import borrowing_inline_kernel, borrowing_kernel, kernel
+from tablegen.model.elementary import exponential, logarithm
+from tablegen.model.lanes import (
+    absolute,
+    any_of,
+    at,
+    fma,
+    largest,
+    least,
+    negated,
+    put,
+    root,
+    select,
+)
 
 #: Order of the series.
 ORDER = 12
@@ -27,6 +43,22 @@ NORMAL = 3
 
 #: Least share of the squared angular momentum that must be horizontal to give the axis x.
 HORIZONTAL_SHARE = 0.01
+
+#: A coefficient below it counts as none.
+TINY = 1e-280
+
+
+@borrowing_inline_kernel
+def _cross_terms(series, row, j, k, more, less):
+    """Add term j of order k of (axis x W) to the positive and negative parts of its sums.
+
+    Two parts, because a sum that is both added to and subtracted from waits for itself.
+    """
+    w1, w2, w3 = at(series, (0, k - j)), at(series, (1, k - j)), at(series, (2, k - j))
+    a, b, c = at(series, (row, j)), at(series, (row + 1, j)), at(series, (row + 2, j))
+    more = fma(b, w3, more[0]), fma(c, w1, more[1]), fma(a, w2, more[2])
+    less = fma(c, w2, less[0]), fma(a, w3, less[1]), fma(b, w1, less[2])
+    return more, less
 
 
 @borrowing_kernel
@@ -47,45 +79,48 @@ def expand(moments, motion, series):
     k2 = (j3 - j1) / j2
     k3 = (j1 - j2) / j3
     for i in range(6):
-        series[i, 0] = motion[i]
+        put(series, (i, 0), at(motion, i))
     for k in range(ORDER):
         p1 = p2 = p3 = 0.0
-        n1 = n2 = n3 = 0.0
+        more = less = (0.0, 0.0, 0.0)
         for j in range(k + 1):
-            w1 = series[0, k - j]
-            w2 = series[1, k - j]
-            w3 = series[2, k - j]
-            p1 += series[1, j] * w3
-            p2 += series[2, j] * w1
-            p3 += series[0, j] * w2
-            a, b, c = series[3, j], series[4, j], series[5, j]
-            n1 += b * w3 - c * w2
-            n2 += c * w1 - a * w3
-            n3 += a * w2 - b * w1
+            p1 = fma(at(series, (1, j)), at(series, (2, k - j)), p1)
+            p2 = fma(at(series, (2, j)), at(series, (0, k - j)), p2)
+            p3 = fma(at(series, (0, j)), at(series, (1, k - j)), p3)
+            more, less = _cross_terms(series, NORMAL, j, k, more, less)
         scale = 1.0 / (k + 1)
-        series[0, k + 1] = k1 * p1 * scale
-        series[1, k + 1] = k2 * p2 * scale
-        series[2, k + 1] = k3 * p3 * scale
-        series[3, k + 1], series[4, k + 1], series[5, k + 1] = n1 * scale, n2 * scale, n3 * scale
+        put(series, (0, k + 1), k1 * p1 * scale)
+        put(series, (1, k + 1), k2 * p2 * scale)
+        put(series, (2, k + 1), k3 * p3 * scale)
+        put(series, (3, k + 1), (more[0] - less[0]) * scale)
+        put(series, (4, k + 1), (more[1] - less[1]) * scale)
+        put(series, (5, k + 1), (more[2] - less[2]) * scale)
 
 
 @borrowing_kernel
 def expand_axis(motion, series):
     """Taylor coefficients of x, rows 6 to 8, once those of W are known; arguments as above."""
     for i in range(6, 9):
-        series[i, 0] = motion[i]
+        put(series, (i, 0), at(motion, i))
     for k in range(ORDER):
-        x1 = x2 = x3 = 0.0
+        more = less = (0.0, 0.0, 0.0)
         for j in range(k + 1):
-            w1 = series[0, k - j]
-            w2 = series[1, k - j]
-            w3 = series[2, k - j]
-            a, b, c = series[6, j], series[7, j], series[8, j]
-            x1 += b * w3 - c * w2
-            x2 += c * w1 - a * w3
-            x3 += a * w2 - b * w1
+            more, less = _cross_terms(series, 6, j, k, more, less)
         scale = 1.0 / (k + 1)
-        series[6, k + 1], series[7, k + 1], series[8, k + 1] = x1 * scale, x2 * scale, x3 * scale
+        put(series, (6, k + 1), (more[0] - less[0]) * scale)
+        put(series, (7, k + 1), (more[1] - less[1]) * scale)
+        put(series, (8, k + 1), (more[2] - less[2]) * scale)
+
+
+@borrowing_inline_kernel
+def _last_terms(series, first):
+    """Largest coefficients of the last order and of the one before, of three rows."""
+    last = largest(absolute(at(series, (first, ORDER))), absolute(at(series, (first + 1, ORDER))))
+    last = largest(last, absolute(at(series, (first + 2, ORDER))))
+    before = largest(
+        absolute(at(series, (first, ORDER - 1))), absolute(at(series, (first + 1, ORDER - 1)))
+    )
+    return last, largest(before, absolute(at(series, (first + 2, ORDER - 1))))
 
 
 @borrowing_kernel
@@ -93,57 +128,77 @@ def series_span(series, tolerance):
     """Time over which the truncated series stays within the tolerance.
 
     The last two coefficients measure the remainder, the rates relative to the largest angular
-    velocity; the span makes the last term at most ``tolerance``.
+    velocity; the span makes the last term at most ``tolerance``. It is infinite at rest.
     """
-    rate = max(abs(series[0, 0]), abs(series[1, 0]), abs(series[2, 0]))
-    if rate == 0.0:
-        return math.inf
+    rate = largest(absolute(at(series, (0, 0))), absolute(at(series, (1, 0))))
+    rate = largest(rate, absolute(at(series, (2, 0))))
     # A term may vanish by symmetry where its neighbour does not; in units of 1 / rate the two
     # are alike.
-    size = 0.0
-    for i in range(3):
-        size = max(size, abs(series[i, ORDER]) / rate, abs(series[i, ORDER - 1]))
-    for i in range(3, 6):
-        size = max(size, abs(series[i, ORDER]), abs(series[i, ORDER - 1]) * rate)
+    last, before = _last_terms(series, 0)
+    size = largest(last / rate, before)
+    last, before = _last_terms(series, NORMAL)
+    size = largest(size, largest(last, before * rate))
     # Two radians keep the bound honest where both terms happen to be small.
-    span = 2.0 / rate
-    if size > 0.0:
-        span = min(span, (tolerance / size) ** (1.0 / ORDER))
-    return span
+    longest = 2.0 / rate
+    measured = (size > TINY) & (rate > 0.0)
+    share = tolerance / select(measured, size, 1.0)
+    span = exponential(logarithm(share) * (1.0 / ORDER))
+    return select(measured, least(longest, span), longest)
 
 
-@borrowing_kernel
+@borrowing_inline_kernel
 def _polynomial(series, row, t):
-    value = series[row, ORDER]
+    value = at(series, (row, ORDER))
     for k in range(ORDER - 1, -1, -1):
-        value = value * t + series[row, k]
+        value = fma(value, t, at(series, (row, k)))
     return value
 
 
-@borrowing_kernel
+@borrowing_inline_kernel
+def _three(motion, first):
+    """Three entries of a motion, from ``first`` on."""
+    return at(motion, first), at(motion, first + 1), at(motion, first + 2)
+
+
+@borrowing_inline_kernel
+def _put_three(motion, first, vector):
+    """Write three entries of a motion."""
+    for i in range(3):
+        put(motion, first + i, vector[i])
+
+
+@borrowing_inline_kernel
 def _horizontal_momentum(moments, motion):
     """Angular momentum along the wall axes x and z, and its square."""
-    a1, a2, a3 = moments[0] * motion[0], moments[1] * motion[1], moments[2] * motion[2]
-    n1, n2, n3 = motion[3], motion[4], motion[5]
-    x1, x2, x3 = motion[6], motion[7], motion[8]
-    l_x = a1 * x1 + a2 * x2 + a3 * x3
-    l_z = a1 * (x2 * n3 - x3 * n2) + a2 * (x3 * n1 - x1 * n3) + a3 * (x1 * n2 - x2 * n1)
+    w, n, x = _three(motion, 0), _three(motion, 3), _three(motion, 6)
+    a1, a2, a3 = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
+    l_x = a1 * x[0] + a2 * x[1] + a3 * x[2]
+    l_z = a1 * (x[1] * n[2] - x[2] * n[1]) + a2 * (x[2] * n[0] - x[0] * n[2])
+    l_z += a3 * (x[0] * n[1] - x[1] * n[0])
     return l_x, l_z, a1 * a1 + a2 * a2 + a3 * a3
 
 
-@borrowing_kernel
-def _axis_from_momentum(moments, l_x, l_z, motion):
-    """Write x so that the horizontal angular momentum is (l_x, l_z); n and W are up to date.
+@borrowing_inline_kernel
+def _axis_from_momentum(moments, l_x, l_z, w, n):
+    """Axis x, not yet of unit length, for the horizontal angular momentum (l_x, l_z).
 
     With p the part of J W normal to n, p = l_x x + l_z z and n x p = l_z x - l_x z.
     """
-    n1, n2, n3 = motion[3], motion[4], motion[5]
-    p1, p2, p3 = moments[0] * motion[0], moments[1] * motion[1], moments[2] * motion[2]
-    l_y = p1 * n1 + p2 * n2 + p3 * n3
-    p1, p2, p3 = p1 - l_y * n1, p2 - l_y * n2, p3 - l_y * n3
-    motion[6] = l_x * p1 + l_z * (n2 * p3 - n3 * p2)
-    motion[7] = l_x * p2 + l_z * (n3 * p1 - n1 * p3)
-    motion[8] = l_x * p3 + l_z * (n1 * p2 - n2 * p1)
+    p1, p2, p3 = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
+    l_y = p1 * n[0] + p2 * n[1] + p3 * n[2]
+    p1, p2, p3 = p1 - l_y * n[0], p2 - l_y * n[1], p3 - l_y * n[2]
+    return (
+        l_x * p1 + l_z * (n[1] * p3 - n[2] * p2),
+        l_x * p2 + l_z * (n[2] * p1 - n[0] * p3),
+        l_x * p3 + l_z * (n[0] * p2 - n[1] * p1),
+    )
+
+
+@borrowing_inline_kernel
+def _unit(a1, a2, a3):
+    """Vector of unit length along a vector."""
+    scale = 1.0 / root(a1 * a1 + a2 * a2 + a3 * a3)
+    return a1 * scale, a2 * scale, a3 * scale
 
 
 @borrowing_kernel
@@ -160,23 +215,19 @@ def evaluate(moments, series, t, motion):
     """
     l_x, l_z, square = _horizontal_momentum(moments, motion)
     has_direction = l_x * l_x + l_z * l_z > HORIZONTAL_SHARE * square
-    if not has_direction:
+    w = _polynomial(series, 0, t), _polynomial(series, 1, t), _polynomial(series, 2, t)
+    n = _polynomial(series, 3, t), _polynomial(series, 4, t), _polynomial(series, 5, t)
+    n = _unit(n[0], n[1], n[2])
+    x1, x2, x3 = _axis_from_momentum(moments, l_x, l_z, w, n)
+    if any_of(negated(has_direction)):
         expand_axis(motion, series)
-        for i in range(6, 9):
-            motion[i] = _polynomial(series, i, t)
-    for i in range(6):
-        motion[i] = _polynomial(series, i, t)
-    scale = 1.0 / math.sqrt(motion[3] ** 2 + motion[4] ** 2 + motion[5] ** 2)
-    for i in range(3, 6):
-        motion[i] *= scale
-    if has_direction:
-        _axis_from_momentum(moments, l_x, l_z, motion)
-    skew = motion[3] * motion[6] + motion[4] * motion[7] + motion[5] * motion[8]
-    for i in range(6, 9):
-        motion[i] -= skew * motion[i - 3]
-    scale = 1.0 / math.sqrt(motion[6] ** 2 + motion[7] ** 2 + motion[8] ** 2)
-    for i in range(6, 9):
-        motion[i] *= scale
+        x1 = select(has_direction, x1, _polynomial(series, 6, t))
+        x2 = select(has_direction, x2, _polynomial(series, 7, t))
+        x3 = select(has_direction, x3, _polynomial(series, 8, t))
+    skew = n[0] * x1 + n[1] * x2 + n[2] * x3
+    _put_three(motion, 0, w)
+    _put_three(motion, 3, n)
+    _put_three(motion, 6, _unit(x1 - skew * n[0], x2 - skew * n[1], x3 - skew * n[2]))
 
 
 @borrowing_kernel
@@ -192,26 +243,19 @@ def rate_bounds(moments, motion):
     tuple of two floats
     """
     j1, j2, j3 = moments
-    q1 = motion[0] * motion[0]
-    q2 = motion[1] * motion[1]
-    q3 = motion[2] * motion[2]
+    w1, w2, w3 = _three(motion, 0)
+    q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
     energy = j1 * q1 + j2 * q2 + j3 * q3
-    m1 = energy / j1
-    m2 = energy / j2
-    m3 = energy / j3
-    span = j3 - j1
-    if span > 0.0:
-        m1 = min(m1, q1 + q2 * j2 * (j3 - j2) / (j1 * span))
-        m3 = min(m3, q3 + q2 * j2 * (j2 - j1) / (j3 * span))
-        if j3 > j2:
-            m2 = min(m2, q2 + q1 * j1 * span / (j2 * (j3 - j2)))
-        if j2 > j1:
-            m2 = min(m2, q2 + q3 * j3 * span / (j2 * (j2 - j1)))
-    k1 = (j2 - j3) / j1
-    k2 = (j3 - j1) / j2
-    k3 = (j1 - j2) / j3
-    turn = math.sqrt(m1 + m2 + m3)
-    change = math.sqrt(k1 * k1 * m2 * m3 + k2 * k2 * m3 * m1 + k3 * k3 * m1 * m2)
+    span, above, below = j3 - j1, j3 - j2, j2 - j1
+    # where two moments are equal a quotient is infinite or no number; `least` then keeps the
+    # bound by the energy, its first argument
+    m1 = least(energy / j1, q1 + q2 * (j2 * above) / (j1 * span))
+    m3 = least(energy / j3, q3 + q2 * (j2 * below) / (j3 * span))
+    m2 = least(energy / j2, q2 + q1 * (j1 * span) / (j2 * above))
+    m2 = least(m2, q2 + q3 * (j3 * span) / (j2 * below))
+    k1, k2, k3 = above / j1, span / j2, below / j3
+    turn = root(m1 + m2 + m3)
+    change = root(k1 * k1 * m2 * m3 + k2 * k2 * m3 * m1 + k3 * k3 * m1 * m2)
     return turn, change
 
 

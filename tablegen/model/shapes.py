@@ -4,6 +4,9 @@ Half-sizes are a >= b >= c along the principal axes and a = 1 is the unit of len
 either an ellipsoid (the sphere included) or a convex polyhedron given by its vertices. A mesh
 (`tablegen.mesh`) is a polyhedron too; it brings its moments with it, and a look-up that spares
 most of its vertices.
+
+A body of lanes stands for several particles of one shape, whose numbers and vertices are lanes
+(see `tablegen.model.lanes`).
 """
 
 import math
@@ -13,6 +16,7 @@ import numpy as np
 
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel, kernel
 from tablegen.model.directions import NO_MAP, SupportMap, empty_map, support_range
+from tablegen.model.lanes import at, fma, lane, largest, put_lane, root, width
 
 ELLIPSOID, PRISM, TRUNCATED_PRISM, TETRAHEDRON, SPHERE = 0, 1, 2, 3, 4
 
@@ -26,14 +30,18 @@ MAX_VERTICES = 24
 class Body(NamedTuple):
     """What the mechanics knows of a particle.
 
-    ``moments`` are the principal moments of inertia per unit mass (j1 <= j2 <= j3), ``vertices``
-    the (m, 3) vertices of a polyhedron, none (m = 0) for an ellipsoid of semi-axes (1, b, c),
-    ``reach`` is the largest distance of a surface point from the centre, and ``near`` finds the
-    vertices near the lowest point of a mesh (resolution 0 for all other shapes).
+    ``moments`` are the principal moments of inertia per unit mass (j1 <= j2 <= j3), ``b`` and
+    ``c`` the half-sizes, ``reach`` the largest distance of a surface point from the centre.
+
+    ``held`` (m, 3) are the vertices that may be the lowest, the first ``counts[0]`` of them, and
+    then centres; none (m = 0) for an ellipsoid of semi-axes (1, b, c). Of most shapes they are
+    all vertices; of a mesh those that ``near`` finds (resolution 0 for all other shapes), and
+    `hold_lowest` renews them as it turns.
     """
 
     moments: tuple[float, float, float]
-    vertices: np.ndarray
+    held: np.ndarray
+    counts: np.ndarray
     b: float
     c: float
     reach: float
@@ -44,10 +52,10 @@ class MeshArguments(NamedTuple):
     """The k meshes of a population one after another, for kernels.
 
     ``moments`` (k, 3) per unit mass in units of a^2, ``sizes`` (k, 3): half-sizes b and c, and
-    the reach; mesh i has the rows ``firsts[i, 0] : firsts[i + 1, 0]`` of ``vertices`` (., 3), and
-    its `SupportMap` has ``resolutions[i]``, ``slack``, the entries ``firsts[i, 1] :
-    firsts[i + 1, 1]`` of ``starts`` and the rows ``firsts[i, 2] : firsts[i + 1, 2]`` of
-    ``points`` (., 3). ``firsts`` is (k + 1, 3) int64; all lengths are in units of a.
+    the reach; the `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries
+    ``firsts[i, 0] : firsts[i + 1, 0]`` of ``starts`` and the rows ``firsts[i, 1] :
+    firsts[i + 1, 1]`` of ``points`` (., 3); its longest list has at most ``longest`` vertices.
+    ``firsts`` is (k + 1, 2) int64; all lengths are in units of a.
     """
 
     moments: np.ndarray
@@ -55,7 +63,7 @@ class MeshArguments(NamedTuple):
     firsts: np.ndarray
     resolutions: np.ndarray
     slack: float
-    vertices: np.ndarray
+    longest: int
     starts: np.ndarray
     points: np.ndarray
 
@@ -115,7 +123,7 @@ def fill_vertices(shape, b, c, truncation, vertices):
 
 
 @borrowing_inline_kernel
-def _place_vertices(shape, b, c, truncation, vertices):
+def place_vertices(shape, b, c, truncation, vertices):
     """Write the vertices of a shape; return their number and the reach."""
     count = fill_vertices(shape, b, c, truncation, vertices)
     reach2 = 1.0 if count == 0 else 0.0
@@ -125,13 +133,14 @@ def _place_vertices(shape, b, c, truncation, vertices):
 
 
 @borrowing_inline_kernel
-def shaped_body(shape, b, c, truncation, vertices, no_map):
+def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
     """Body of a shape other than a mesh; as `make_body`, with an empty map to refer to.
 
     It counts no references: for borrowing kernels only, whose caller keeps the arrays.
     """
-    count, reach = _place_vertices(shape, b, c, truncation, vertices)
-    return Body(inertia(shape, b, c, truncation), vertices[:count], b, c, reach, no_map)
+    counts[0], reach = place_vertices(shape, b, c, truncation, vertices)
+    moments = inertia(shape, b, c, truncation)
+    return Body(moments, vertices[: counts[0]], counts, b, c, reach, no_map)
 
 
 @kernel
@@ -151,13 +160,15 @@ def make_body(shape, b, c, truncation, vertices):
     -------
     Body
     """
-    count, reach = _place_vertices(shape, b, c, truncation, vertices)
-    return Body(inertia(shape, b, c, truncation), vertices[:count], b, c, reach, empty_map())
+    count, reach = place_vertices(shape, b, c, truncation, vertices)
+    moments = inertia(shape, b, c, truncation)
+    counts = np.full(1, count)
+    return Body(moments, vertices[:count], counts, b, c, reach, empty_map())
 
 
 @borrowing_inline_kernel
-def mesh_body(meshes, i):
-    """Body of the mesh number ``i`` of a population.
+def mesh_map(meshes, i):
+    """Look-up of the mesh number ``i`` of a population.
 
     It counts no references: for borrowing kernels only, whose caller keeps the arrays.
 
@@ -168,57 +179,107 @@ def mesh_body(meshes, i):
 
     Returns
     -------
-    Body
+    SupportMap
     """
     first, end = meshes.firsts[i], meshes.firsts[i + 1]
-    near = SupportMap(
+    return SupportMap(
         meshes.resolutions[i],
         meshes.slack,
-        meshes.starts[first[1] : end[1]],
-        meshes.points[first[2] : end[2]],
+        meshes.starts[first[0] : end[0]],
+        meshes.points[first[1] : end[1]],
     )
-    moments = (meshes.moments[i, 0], meshes.moments[i, 1], meshes.moments[i, 2])
-    b, c, reach = meshes.sizes[i, 0], meshes.sizes[i, 1], meshes.sizes[i, 2]
-    return Body(moments, meshes.vertices[first[0] : end[0]], b, c, reach, near)
 
 
 @borrowing_inline_kernel
-def lowest_candidates(body, n1, n2, n3):
-    """Vertices of a polyhedron that may be the lowest: an array, its first and its end row.
+def mesh_body(meshes, i, held, counts, near):
+    """Body of the mesh number ``i`` of a population, which holds no vertices yet.
 
-    All of them, or those that the map of a mesh finds; these stay complete while the wall normal
-    turns by ``body.near.slack``. It counts no references: for borrowing kernels only.
+    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+
+    Parameters
+    ----------
+    meshes : MeshArguments
+    i : int
+    held : (meshes.longest, 3) float64
+    counts : (1,) int64
+    near : SupportMap
+        From `mesh_map`.
+
+    Returns
+    -------
+    Body
+    """
+    moments = (meshes.moments[i, 0], meshes.moments[i, 1], meshes.moments[i, 2])
+    b, c, reach = meshes.sizes[i, 0], meshes.sizes[i, 1], meshes.sizes[i, 2]
+    for k in range(held.shape[0]):
+        held[k, 0] = held[k, 1] = held[k, 2] = 0.0
+    counts[0] = 0
+    return Body(moments, held, counts, b, c, reach, near)
+
+
+@borrowing_inline_kernel
+def most_held(counts):
+    """Vertices to look at, in the lane that has the most."""
+    most = counts[0]
+    for i in range(1, counts.shape[0]):
+        most = max(most, counts[i])
+    return most
+
+
+@borrowing_kernel
+def hold_lowest(body, n1, n2, n3, where):
+    """Hold the vertices of a mesh that may be the lowest, and centres in the rows after them.
+
+    They stay complete while the wall normal turns by ``body.near.slack``. Other shapes hold all
+    their vertices always.
 
     Parameters
     ----------
     body : Body
     n1, n2, n3 : float
         Wall normal in body axes.
-
-    Returns
-    -------
-    tuple ((m, 3) float64, int, int)
+    where : bool
+        Lanes to do it for.
     """
-    if body.near.resolution > 0:
-        first, end = support_range(body.near, -n1, -n2, -n3)
-        return body.near.points, first, end
-    return body.vertices, 0, body.vertices.shape[0]
+    if body.near.resolution == 0:
+        return
+    points = body.near.points
+    for seat in range(width(n1)):
+        if not lane(where, seat):
+            continue
+        first, end = support_range(body.near, -lane(n1, seat), -lane(n2, seat), -lane(n3, seat))
+        for i in range(first, end):
+            for k in range(3):
+                put_lane(body.held, (i - first, k), seat, points[i, k])
+        for i in range(end - first, body.counts[seat]):
+            for k in range(3):
+                put_lane(body.held, (i, k), seat, 0.0)
+        body.counts[seat] = end - first
 
 
 @borrowing_kernel
-def lowest_depth(body, n):
+def support_depth(body, n1, n2, n3):
     """Support function h(-n): how far the particle reaches below its centre.
 
     Parameters
     ----------
     body : Body
-    n : (3,) float64
+    n1, n2, n3 : float
         Wall normal in body axes.
     """
-    if body.vertices.shape[0] == 0:
-        return math.sqrt(n[0] ** 2 + (body.b * n[1]) ** 2 + (body.c * n[2]) ** 2)
-    vertices, first, end = lowest_candidates(body, n[0], n[1], n[2])
+    if body.held.shape[0] == 0:
+        m2, m3 = body.b * n2, body.c * n3
+        return root(n1 * n1 + m2 * m2 + m3 * m3)
+    hold_lowest(body, n1, n2, n3, n1 == n1)
     depth = 0.0
-    for i in range(first, end):
-        depth = max(depth, -(vertices[i, 0] * n[0] + vertices[i, 1] * n[1] + vertices[i, 2] * n[2]))
+    for i in range(most_held(body.counts)):
+        p1, p2, p3 = at(body.held, (i, 0)), at(body.held, (i, 1)), at(body.held, (i, 2))
+        low = fma(p3, n3, fma(p2, n2, p1 * n1))
+        depth = largest(depth, -low)
     return depth
+
+
+@borrowing_kernel
+def lowest_depth(body, n):
+    """Support function h(-n) for the wall normal ``n`` (3,) in body axes."""
+    return support_depth(body, n[0], n[1], n[2])

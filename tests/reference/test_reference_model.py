@@ -9,20 +9,14 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pathwise
 import pytest
+from pathwise import CONFIG, LAW, TRUNCATION
 from reference_model import SHAPES, Law, Setup, make_particle, rebounds
 from reference_population import draw_particles
 from scipy.spatial import ConvexHull
 
-from tablegen.config import load_config
-from tablegen.model.population import draw_particle
-from tablegen.model.rebound import MOTION_SIZE
-from tablegen.simulate import make_condition, simulate
-
-CONFIG = load_config("corundum-steel")
-TRUNCATION = CONFIG.population.truncation
-RESTITUTION, RESISTANCE = CONFIG.pair.restitution, CONFIG.pair.resistance
-LAW = Law(RESTITUTION.coefficient, RESTITUTION.exponent, RESISTANCE.strength)
+from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate
 
 COUNT, SEED = 2000, 61
 NON_SPHERICAL = [name for name in SHAPES if name != "sphere"]
@@ -48,32 +42,11 @@ REFERENCE_POINTS = json.loads(
 # --- Particles of both models ---
 
 
-def orientations(population, count):
-    """Rotations, body to wall axes, of the particles that `simulate` draws; (n, 3, 3)."""
-    arguments = population.kernel_arguments()
-    motion = np.empty(MOTION_SIZE)
-    rotations = np.empty((count, 3, 3))
-    for i in range(count):
-        draw_particle(arguments, np.uint64(SEED), np.uint32(0), i, motion)
-        normal, axis = motion[3:6], motion[6:9]
-        rotations[i] = axis, normal, np.cross(axis, normal)
-    return rotations
-
-
 def follow(shape, alpha_deg, speed, spin, changes=None):
-    """The same particles through both models; ``changes`` make the reference differ.
-
-    Returns the fast model's simulation and the reference's states and collisions.
-    """
+    """The shipped population's particles of a shape through both models."""
     population = CONFIG.population.restricted_to(shape)
-    condition = make_condition(np.radians(alpha_deg), speed, spin)
-    fast = simulate(CONFIG.pair, population, condition, COUNT, seed=SEED)
-    settings = Setup(condition.alpha1, speed, spin, condition.resolution)._asdict()
-    settings |= LAW._asdict() | {"truncation": TRUNCATION} | (changes or {})
-    law = Law(*(settings.pop(name) for name in Law._fields))
-    truncation = settings.pop("truncation")
-    particles = fast.shape, fast.aspect, orientations(population, COUNT)
-    return fast, *rebounds(law, Setup(**settings), *particles, truncation)
+    condition = alpha_deg, speed, spin, CONTACT_RESOLUTION
+    return pathwise.follow(population, condition, COUNT, SEED, changes)
 
 
 def differing(fast, states, chosen=slice(None)):

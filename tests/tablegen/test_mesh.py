@@ -152,7 +152,7 @@ class TestFrame:
         np.testing.assert_allclose(made.moments, known.moments, rtol=1e-10)
         np.testing.assert_allclose(made.half_sizes, [1.0, b, c], rtol=1e-10)
         assert made.reach == pytest.approx(known.reach, rel=1e-10)
-        assert len(made.vertices) == len(known.vertices)
+        assert len(made.vertices) == len(known.held)
         np.testing.assert_allclose(
             np.abs(made.vertices), np.tile([1.0, b, c], (len(made.vertices), 1)), rtol=1e-10
         )

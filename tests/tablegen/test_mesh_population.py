@@ -58,7 +58,7 @@ class TestPopulation:
 
     def test_body_without_meshes(self):
         arguments = POPULATION.kernel_arguments().meshes
-        assert arguments.vertices.shape == arguments.points.shape == (0, 3)
+        assert arguments.points.shape == (0, 3)
         assert arguments.moments.shape == (0, 3)
 
 

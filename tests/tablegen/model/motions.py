@@ -51,7 +51,8 @@ def body_of(name, b=1.0, c=1.0, truncation=TRUNCATION):
 
 def with_vertices(body, vertices):
     """Body with the same moments and half-sizes and other vertices."""
-    return Body(body.moments, np.ascontiguousarray(vertices), body.b, body.c, body.reach)
+    held, counts = np.ascontiguousarray(vertices), np.array([len(vertices)])
+    return Body(body.moments, held, counts, body.b, body.c, body.reach)
 
 
 def random_rotations(rng, count):

@@ -25,11 +25,11 @@ class FreeFlight:
     def gap(self, times):
         """Height of the lowest point at (m,) times."""
         normal = self._rotation.rotation(times)[:, 1]
-        if len(self._body.vertices) == 0:
+        if len(self._body.held) == 0:
             sizes = np.array([1.0, self._body.b, self._body.c])
             depth = np.linalg.norm(normal * sizes, axis=1)
         else:
-            depth = -(normal @ self._body.vertices.T).min(axis=1)
+            depth = -(normal @ self._body.held.T).min(axis=1)
         return self._y + self._v * np.asarray(times) - depth
 
     def first_contact(self, times):
@@ -220,7 +220,7 @@ def test_prism_edge_on_lands_on_the_centre_of_its_edge(axis):
 
 def test_tetrahedron_lands_on_the_centre_of_its_face():
     body = body_of("tetrahedron", 0.8, 0.6)
-    face = body.vertices[:3]
+    face = body.held[:3]
     normal = np.cross(face[1] - face[0], face[2] - face[0])
     normal *= -np.sign(normal @ face[0])
     point, _ = lands(body, motion_of(turned(*normal), velocity=[0.0, -1.0, 0.0]))
@@ -278,14 +278,14 @@ def test_a_touching_vertex_that_only_just_turns_is_still_the_contact():
     motion = motion_of(random_rotations(np.random.default_rng(35), 1)[0])
     motion[0:3] = [0.0, 0.0, 2.0]
     normal = motion[3:6]
-    lowest = int(np.argmin(body.vertices @ normal))
-    rates = body.vertices @ np.cross(normal, motion[0:3])
+    lowest = int(np.argmin(body.held @ normal))
+    rates = body.held @ np.cross(normal, motion[0:3])
     velocity = np.nextafter(-rates[lowest], np.inf)
     while velocity + rates[lowest] <= 0.0:
         velocity = np.nextafter(velocity, np.inf)
     assert (velocity + rates < 0.0).any()
     point = np.empty(3)
-    height = -float(body.vertices[lowest] @ normal)
+    height = -float(body.held[lowest] @ normal)
     gap = contact_point(body, motion, height, velocity, point)
-    np.testing.assert_array_equal(point, body.vertices[lowest])
+    np.testing.assert_array_equal(point, body.held[lowest])
     assert abs(gap) < 1e-15

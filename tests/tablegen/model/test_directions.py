@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 from grains import box, cylinder, directions, grain, icosphere, posed, tetrahedron
-from motions import PAIR, run_rebound
+from motions import PAIR, run_rebound, with_vertices
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -15,7 +15,7 @@ from tablegen.mesh import mesh_particle
 from tablegen.model.directions import NO_MAP, direction_cell, empty_map, support_range
 from tablegen.model.rebound import MOTION_SIZE, next_contact
 from tablegen.model.rotation import ORDER
-from tablegen.model.shapes import Body, lowest_depth
+from tablegen.model.shapes import lowest_depth
 from tablegen.simulate import make_condition
 
 SOLIDS = {
@@ -67,7 +67,7 @@ def vicious(rng, points, count):
 @pytest.mark.parametrize("name", SOLIDS)
 def test_the_supporting_vertex_is_listed_for_every_direction_within_the_slack(name):
     rng = np.random.default_rng(61)
-    body = mesh_particle(SOLIDS[name]).body()
+    body = mesh_particle(SOLIDS[name])
     at = np.concatenate([directions(rng, 100_000), vicious(rng, body.vertices, 10_000)])
     for angle in (0.0, 0.5 * SLACK, SLACK):
         assert worst_miss(body.near, body.vertices, at, turned(rng, at, angle)) <= 1e-15
@@ -76,7 +76,7 @@ def test_the_supporting_vertex_is_listed_for_every_direction_within_the_slack(na
 @pytest.mark.parametrize("name", ["grain", "disc", "sphere"])
 def test_a_list_taken_for_less_slack_is_found_out(name):
     rng = np.random.default_rng(62)
-    body = mesh_particle(SOLIDS[name]).body()
+    body = mesh_particle(SOLIDS[name])
     lean = make_map(ConvexHull(body.vertices), 0.5 * SLACK)
     at = directions(rng, 30_000)
     assert worst_miss(lean, body.vertices, at, turned(rng, at, 0.5 * SLACK)) <= 1e-15
@@ -142,20 +142,21 @@ def test_no_map_is_the_empty_map():
 
 @pytest.mark.parametrize("name", SOLIDS)
 def test_depth_is_that_of_the_lowest_of_all_vertices(name):
-    body = mesh_particle(posed(SOLIDS[name])).body()
+    particle = mesh_particle(posed(SOLIDS[name]))
+    body = particle.body()
     for n in directions(np.random.default_rng(65), 500):
-        assert lowest_depth(body, n) == pytest.approx(-(body.vertices @ n).min(), abs=1e-15)
+        assert lowest_depth(body, n) == pytest.approx(-(particle.vertices @ n).min(), abs=1e-15)
 
 
-def without_map(body):
-    """Same body, looked at vertex by vertex."""
-    return Body(*body[: Body._fields.index("near")])
+def without_map(particle):
+    """Body of a mesh, looked at vertex by vertex."""
+    return with_vertices(particle.body(), particle.vertices)
 
 
 @pytest.mark.parametrize("name", ["grain", "needle", "disc", "box"])
 def test_contacts_are_those_of_a_search_over_all_vertices(name):
-    body = mesh_particle(SOLIDS[name]).body()
-    plain = without_map(body)
+    particle = mesh_particle(SOLIDS[name])
+    body, plain = particle.body(), without_map(particle)
     assert plain.near.resolution == 0
     rng = np.random.default_rng(66)
     series = np.empty((9, ORDER + 1))
@@ -176,12 +177,13 @@ def test_contacts_are_those_of_a_search_over_all_vertices(name):
 
 @pytest.mark.parametrize("alpha_deg", [20.0, 90.0])
 def test_rebounds_are_those_of_a_search_over_all_vertices(alpha_deg):
-    body = mesh_particle(SOLIDS["grain"]).body()
+    particle = mesh_particle(SOLIDS["grain"])
+    body, plain = particle.body(), without_map(particle)
     condition = make_condition(np.radians(alpha_deg), 200.0)
     apart = []
     for rotation in Rotation.random(300, rng=np.random.default_rng(67)).as_matrix():
         one = run_rebound(condition, body, rotation, PAIR.kernel_arguments())
-        two = run_rebound(condition, without_map(body), rotation, PAIR.kernel_arguments())
+        two = run_rebound(condition, plain, rotation, PAIR.kernel_arguments())
         apart.append(np.abs(one.state - two.state).max() + (one.collisions != two.collisions))
     # rounding grows along chains of collisions, but only in the longest to anything visible
     assert np.quantile(apart, 0.9) < 1e-8

@@ -258,8 +258,8 @@ def test_flat_on_prism_leaves_straight_up(name, face, speed):
 def single_collision(body, rotation, alpha, speed):
     """State after one collision by matrices, bisection and scipy's integrator."""
     normal = rotation[1]
-    if len(body.vertices):
-        point = body.vertices[np.argmin(body.vertices @ normal)]
+    if len(body.held):
+        point = body.held[np.argmin(body.held @ normal)]
     else:
         stretched = np.array([1.0, body.b, body.c]) * normal
         point = -np.array([1.0, body.b, body.c]) * stretched / np.linalg.norm(stretched)

@@ -168,12 +168,15 @@ def simulate_by_hand(point, count, seed, tumbles):
         shape, ba, cb = draw_particle(people, np.uint64(seed), np.uint32(0), i, motion)
         body = make_body(shape, ba, ba * cb, people.truncation, vertices)
         flying = body if tumbles else body._replace(moments=(1.0, 1.0, 1.0))
+        # without spin the particle starts at its contact
         approach(condition, body, motion)
-        while next_contact(flying, condition.tolerance, motion, series):
+        touches = True
+        while touches:
             gap = contact_point(body, motion, motion[HEIGHT], motion[V], contact)
             motion[HEIGHT] -= min(gap, 0.0)
             collide(LAW, condition.speed, condition.resolution, body.moments, contact, motion)
             collisions[i] += 1
+            touches = next_contact(flying, condition.tolerance, motion, series)
         state[i] = [*motion[U:HEIGHT], *wall_spin(motion)]
     return SimpleNamespace(state=state, collisions=collisions)
 

@@ -1,0 +1,77 @@
+"""Exponential, logarithm, power, sine and cosine, for floats and lanes alike.
+
+The library functions of C come one number at a time and differ between machines in the last bit;
+these are polynomials, with the same bits everywhere. Errors are a few units in the last place,
+far below those of the model.
+"""
+
+from sampler.jit import inline_kernel, kernel
+from tablegen.model.lanes import fma, largest, power_of_two, select, split_exponent
+
+_LOG2_E = 1.4426950408889634
+#: log 2 in two parts: the first has 32 bits, so its product with an exponent is exact.
+_LOG_2_HIGH = 0.6931471803691238
+_LOG_2_LOW = 1.9082149292705877e-10
+#: Adding and subtracting it rounds to a whole number.
+_ROUNDER = 6755399441055744.0
+#: Logarithm of the least normal number; what is below it has no digits of its own.
+_LEAST_LOGARITHM = -708.0
+_ROOT_HALF = 0.7071067811865476
+
+
+@inline_kernel
+def whole(x):
+    """Nearest whole number, for |x| < 2^51."""
+    return (x + _ROUNDER) - _ROUNDER
+
+
+@kernel
+def exponential(x):
+    """e^x for x <= 709; below -708, where floats lose their digits, e^-708."""
+    x = largest(x, _LEAST_LOGARITHM)
+    k = whole(x * _LOG2_E)
+    r = fma(k, -_LOG_2_LOW, fma(k, -_LOG_2_HIGH, x))
+    # Taylor's series: |r| <= log(2) / 2, the first term left out is 4e-18
+    p = fma(r, 1.0 / 6227020800.0, 1.0 / 479001600.0)
+    p = fma(p, r, 1.0 / 39916800.0)
+    p = fma(p, r, 1.0 / 3628800.0)
+    p = fma(p, r, 1.0 / 362880.0)
+    p = fma(p, r, 1.0 / 40320.0)
+    p = fma(p, r, 1.0 / 5040.0)
+    p = fma(p, r, 1.0 / 720.0)
+    p = fma(p, r, 1.0 / 120.0)
+    p = fma(p, r, 1.0 / 24.0)
+    p = fma(p, r, 1.0 / 6.0)
+    p = fma(p, r, 0.5)
+    p = fma(p * r, r, r)
+    return (1.0 + p) * power_of_two(k)
+
+
+@kernel
+def logarithm(x):
+    """Natural logarithm of a positive normal number."""
+    m, e = split_exponent(x)
+    low = m < _ROOT_HALF
+    m = select(low, m + m, m)
+    e = select(low, e - 1.0, e)
+    # log m = 2 artanh f, |f| <= 0.172
+    f = (m - 1.0) / (m + 1.0)
+    s = f * f
+    p = fma(s, 1.0 / 23.0, 1.0 / 21.0)
+    p = fma(p, s, 1.0 / 19.0)
+    p = fma(p, s, 1.0 / 17.0)
+    p = fma(p, s, 1.0 / 15.0)
+    p = fma(p, s, 1.0 / 13.0)
+    p = fma(p, s, 1.0 / 11.0)
+    p = fma(p, s, 1.0 / 9.0)
+    p = fma(p, s, 1.0 / 7.0)
+    p = fma(p, s, 0.2)
+    p = fma(p, s, 1.0 / 3.0)
+    tail = fma(f + f, p * s, e * _LOG_2_LOW)
+    return fma(e, _LOG_2_HIGH, (f + f) + tail)
+
+
+@inline_kernel
+def power(x, y):
+    """x^y for x positive and normal; its relative error is that of y log x."""
+    return exponential(y * logarithm(x))

@@ -1,0 +1,415 @@
+"""Several particles in one vector register, and the operations that one particle shares with them.
+
+`Lanes` is a numba value of WIDTH floats, `Mask` one of WIDTH truth values. They add, multiply and
+compare as floats do, so the kernels of the model are written once: for plain floats they follow
+one particle, for lanes WIDTH of them in lockstep. Where a float would branch, they use the
+functions below, which take floats and lanes alike.
+
+Every operation is the IEEE one, lane by lane, and a product and a sum are fused where `fma` says
+so and nowhere else. So a particle has the same bits alone, in any lane and on any processor.
+
+Arrays hold lanes in their last dimension, of length WIDTH: (13,) is the motion of one particle,
+(13, WIDTH) that of WIDTH. `at` and `put` read and write an entry of either.
+"""
+
+import operator
+from collections.abc import Callable
+from typing import Any, cast
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import lower_builtin, lower_cast
+from numba.core.typeconv import Conversion
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import intrinsic, models, register_model
+
+from sampler.jit import inline_kernel
+
+#: Particles followed together: a vector register of 64 bytes, or two of 32.
+WIDTH = 8
+
+_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
+_WORDS = ir.VectorType(ir.IntType(64), WIDTH)
+_INDEX = ir.IntType(32)
+
+
+class Lanes(types.Type):
+    """Numba type of WIDTH floats; a number converts to equal lanes."""
+
+    def __init__(self) -> None:
+        super().__init__(name=f"lanes{WIDTH}")
+
+    def can_convert_from(self, typingctx, other):
+        """Let numbers stand where lanes are asked for."""
+        return Conversion.safe if isinstance(other, types.Float | types.Integer) else None
+
+    def unify(self, typingctx, other):
+        """Let a variable start as a number and go on as lanes."""
+        return self if isinstance(other, types.Float | types.Integer) else None
+
+
+class Mask(types.Type):
+    """Numba type of WIDTH truth values."""
+
+    def __init__(self) -> None:
+        super().__init__(name=f"mask{WIDTH}")
+
+    def can_convert_from(self, typingctx, other):
+        """Let a truth value stand where a mask is asked for."""
+        return Conversion.safe if isinstance(other, types.Boolean) else None
+
+    def unify(self, typingctx, other):
+        """Let a variable start as a truth value and go on as a mask."""
+        return self if isinstance(other, types.Boolean) else None
+
+
+lanes, mask = Lanes(), Mask()
+
+
+def _operation(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a function of kernels from one that types a call and writes its code."""
+    return cast(Callable[..., Any], intrinsic(function))
+
+
+@register_model(Lanes)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, _VECTOR)
+
+
+@register_model(Mask)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, ir.VectorType(ir.IntType(1), WIDTH))
+
+
+def _splat(builder, value):
+    """Vector with ``value`` in every lane."""
+    vector = ir.Constant(ir.VectorType(value.type, WIDTH), ir.Undefined)
+    first = builder.insert_element(vector, value, _INDEX(0))
+    return builder.shuffle_vector(first, vector, ir.VectorType(_INDEX, WIDTH)([0] * WIDTH))
+
+
+@lower_cast(types.Float, Lanes)
+@lower_cast(types.Integer, Lanes)
+def _lanes_of_number(context, builder, fromty, toty, value):
+    return _splat(builder, context.cast(builder, value, fromty, types.float64))
+
+
+@lower_cast(types.Boolean, Mask)
+def _mask_of_truth(context, builder, fromty, toty, value):
+    return _splat(builder, value)
+
+
+def _operator(symbols, result, operand, count, emit):
+    """Give numba operators an implementation for lanes or masks."""
+    arguments = (operand,) * count
+    for symbol in symbols:
+        template = type(
+            f"_Lanes_{symbol.__name__}",
+            (ConcreteTemplate,),
+            {"key": symbol, "cases": [signature(result, *arguments)]},
+        )
+        infer_global(symbol)(template)
+
+        @lower_builtin(symbol, *arguments)
+        def implement(context, builder, sig, args):
+            return emit(builder, *args)
+
+
+def _ordered(predicate):
+    """Comparison that is false where an operand is not a number."""
+    return lambda builder, a, b: builder.fcmp_ordered(predicate, a, b)
+
+
+_operator((operator.add, operator.iadd), lanes, lanes, 2, ir.IRBuilder.fadd)
+_operator((operator.sub, operator.isub), lanes, lanes, 2, ir.IRBuilder.fsub)
+_operator((operator.mul, operator.imul), lanes, lanes, 2, ir.IRBuilder.fmul)
+_operator((operator.truediv, operator.itruediv), lanes, lanes, 2, ir.IRBuilder.fdiv)
+_operator((operator.neg,), lanes, lanes, 1, ir.IRBuilder.fneg)
+_operator((operator.lt,), mask, lanes, 2, _ordered("<"))
+_operator((operator.le,), mask, lanes, 2, _ordered("<="))
+_operator((operator.gt,), mask, lanes, 2, _ordered(">"))
+_operator((operator.ge,), mask, lanes, 2, _ordered(">="))
+_operator((operator.eq,), mask, lanes, 2, _ordered("=="))
+_operator((operator.and_, operator.iand), mask, mask, 2, ir.IRBuilder.and_)
+_operator((operator.or_, operator.ior), mask, mask, 2, ir.IRBuilder.or_)
+
+
+def _number_type(*arguments):
+    """Lanes if an argument has them, else float64."""
+    return lanes if any(isinstance(a, Lanes) for a in arguments) else types.float64
+
+
+def _call(builder, name, *arguments):
+    """Call an LLVM intrinsic over doubles or vectors of them."""
+    kind = arguments[0].type
+    suffix = f"v{WIDTH}f64" if isinstance(kind, ir.VectorType) else "f64"
+    declared = ir.FunctionType(kind, [kind] * len(arguments))
+    function = cgutils.get_or_insert_function(builder.module, declared, f"llvm.{name}.{suffix}")
+    return builder.call(function, arguments)
+
+
+def _elementwise(emit, *arguments):
+    """Signature and code of a function of numbers that are lanes if one of them is."""
+    kind = _number_type(*arguments)
+
+    def generate(context, builder, sig, args):
+        cast = [
+            context.cast(builder, value, given, kind)
+            for value, given in zip(args, arguments, strict=True)
+        ]
+        return emit(builder, *cast)
+
+    return kind(*arguments), generate
+
+
+@_operation
+def fma(typingctx, a, b, c):
+    """Give a b + c with one rounding."""
+    return _elementwise(lambda builder, *args: _call(builder, "fma", *args), a, b, c)
+
+
+@_operation
+def root(typingctx, x):
+    """Square root."""
+    return _elementwise(lambda builder, value: _call(builder, "sqrt", value), x)
+
+
+@_operation
+def absolute(typingctx, x):
+    """Absolute value."""
+    return _elementwise(lambda builder, value: _call(builder, "fabs", value), x)
+
+
+@_operation
+def least(typingctx, a, b):
+    """Second number where it is smaller, else the first."""
+    return _elementwise(
+        lambda builder, x, y: builder.select(builder.fcmp_ordered("<", y, x), y, x), a, b
+    )
+
+
+@_operation
+def largest(typingctx, a, b):
+    """Second number where it is larger, else the first."""
+    return _elementwise(
+        lambda builder, x, y: builder.select(builder.fcmp_ordered(">", y, x), y, x), a, b
+    )
+
+
+@_operation
+def select(typingctx, where, a, b):
+    """Take a where the mask holds, else b."""
+    kind = lanes if isinstance(where, Mask) else _number_type(a, b)
+
+    def generate(context, builder, sig, args):
+        yes = context.cast(builder, args[1], a, kind)
+        no = context.cast(builder, args[2], b, kind)
+        return builder.select(args[0], yes, no)
+
+    return kind(where, a, b), generate
+
+
+@_operation
+def negated(typingctx, where):
+    """Mask that holds where the given one does not."""
+
+    def generate(context, builder, sig, args):
+        return builder.not_(args[0])
+
+    return where(where), generate
+
+
+@_operation
+def any_of(typingctx, where):
+    """Whether the mask holds anywhere."""
+
+    def generate(context, builder, sig, args):
+        if isinstance(where, types.Boolean):
+            return args[0]
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.icmp_unsigned("!=", bits, bits.type(0))
+
+    return types.boolean(where), generate
+
+
+@_operation
+def lane(typingctx, value, index):
+    """Take the number, or truth value, in one lane; of a float or truth value, itself."""
+    kind = {Lanes: types.float64, Mask: types.boolean}.get(type(value), value)
+
+    def generate(context, builder, sig, args):
+        if kind is value:
+            return args[0]
+        if isinstance(value, Lanes):
+            return builder.extract_element(args[0], builder.trunc(args[1], _INDEX))
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.trunc(builder.lshr(bits, builder.trunc(args[1], bits.type)), ir.IntType(1))
+
+    return kind(value, types.intp), generate
+
+
+@_operation
+def mask_of_bits(typingctx, bits):
+    """Mask whose lane l is bit l of a whole number."""
+
+    def generate(context, builder, sig, args):
+        narrow = builder.trunc(args[0], ir.IntType(WIDTH))
+        return builder.bitcast(narrow, ir.VectorType(ir.IntType(1), WIDTH))
+
+    return mask(types.int64), generate
+
+
+@_operation
+def with_lane(typingctx, value, index, number):
+    """Lanes with another number in one lane; a float becomes the number."""
+    kind = types.float64
+
+    def generate(context, builder, sig, args):
+        if kind == value:
+            return args[2]
+        return builder.insert_element(args[0], args[2], builder.trunc(args[1], _INDEX))
+
+    return value(value, types.intp, kind), generate
+
+
+@_operation
+def width(typingctx, value):
+    """Count the particles that a value stands for: WIDTH, or one for a float or truth value."""
+    count = WIDTH if isinstance(value, Lanes | Mask) else 1
+
+    def generate(context, builder, sig, args):
+        return context.get_constant(types.intp, count)
+
+    return types.intp(value), generate
+
+
+def _entry(context, builder, array, value, index_type, index):
+    """Pointer to a float, or to lanes, in a C-contiguous array; and whether it is lanes."""
+    indices = [index] if isinstance(index_type, types.Integer) else []
+    if not indices:
+        indices = cgutils.unpack_tuple(builder, index)
+    view = context.make_array(array)(context, builder, value)
+    shape = cgutils.unpack_tuple(builder, view.shape)
+    offset = indices[0]
+    for axis in range(1, len(indices)):
+        offset = builder.add(builder.mul(offset, shape[axis]), indices[axis])
+    if array.ndim == len(indices):
+        return builder.gep(view.data, [offset]), False
+    pointer = builder.gep(view.data, [builder.mul(offset, offset.type(WIDTH))])
+    return builder.bitcast(pointer, _VECTOR.as_pointer()), True
+
+
+def _index_type(index):
+    """Type of indices as signed machine words."""
+    if isinstance(index, types.Integer):
+        return types.intp
+    return types.UniTuple(types.intp, len(index))
+
+
+def _entry_type(array, index):
+    """Float or lanes, by how many dimensions the index leaves over."""
+    given = 1 if isinstance(index, types.Integer) else len(index)
+    return types.float64 if array.ndim == given else lanes
+
+
+@_operation
+def at(typingctx, array, index):
+    """Entry of a C-contiguous array: a float, or the lanes of its last dimension."""
+    kind, where = _entry_type(array, index), _index_type(index)
+
+    def generate(context, builder, sig, args):
+        pointer, _ = _entry(context, builder, array, args[0], where, args[1])
+        return builder.load(pointer, align=8)
+
+    return kind(array, where), generate
+
+
+@_operation
+def put(typingctx, array, index, value):
+    """Write an entry of a C-contiguous array: a float, or the lanes of its last dimension."""
+    kind, where = _entry_type(array, index), _index_type(index)
+
+    def generate(context, builder, sig, args):
+        pointer, _ = _entry(context, builder, array, args[0], where, args[1])
+        builder.store(args[2], pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, where, kind), generate
+
+
+@_operation
+def put_lane(typingctx, array, index, number_of_lane, value):
+    """Write one lane of an entry; of a float, which has lane 0 only, the entry itself."""
+    where = _index_type(index)
+
+    def generate(context, builder, sig, args):
+        pointer, many = _entry(context, builder, array, args[0], where, args[1])
+        if many:
+            first = builder.bitcast(pointer, ir.DoubleType().as_pointer())
+            pointer = builder.gep(first, [args[2]])
+        builder.store(args[3], pointer)
+        return context.get_dummy_value()
+
+    return types.void(array, where, types.intp, types.float64), generate
+
+
+@_operation
+def split_exponent(typingctx, x):
+    """Return m in [1/2, 1) and e, both numbers, with x = m 2^e, for x positive and normal."""
+    kind = _number_type(x)
+
+    def generate(context, builder, sig, args):
+        number = context.cast(builder, args[0], x, kind)
+        word = _word_type(number)
+        bits = builder.bitcast(number, word)
+        # the exponent's bits under the implicit one of 2^52 are a float without conversion
+        exponent = builder.or_(builder.lshr(bits, _constant(word, 52)), _constant(word, _TWO_52))
+        exponent = builder.bitcast(exponent, number.type)
+        exponent = builder.fsub(exponent, _constant(number.type, 2.0**52 + 1022.0))
+        fraction = builder.and_(bits, _constant(word, (1 << 52) - 1))
+        fraction = builder.or_(fraction, _constant(word, 1022 << 52))
+        return context.make_tuple(
+            builder, sig.return_type, (builder.bitcast(fraction, number.type), exponent)
+        )
+
+    return types.UniTuple(kind, 2)(x), generate
+
+
+@_operation
+def power_of_two(typingctx, k):
+    """2^k for a whole number k from -1022 to 1023."""
+
+    def emit(builder, number):
+        word = _word_type(number)
+        shifted = builder.fadd(number, _constant(number.type, 2.0**52 + 1023.0))
+        bits = builder.shl(builder.bitcast(shifted, word), _constant(word, 52))
+        return builder.bitcast(bits, number.type)
+
+    return _elementwise(emit, k)
+
+
+#: Bits of the float 2^52.
+_TWO_52 = 0x4330_0000_0000_0000
+
+
+def _word_type(number):
+    """Integers of the size and number of the given floats."""
+    return _WORDS if isinstance(number.type, ir.VectorType) else ir.IntType(64)
+
+
+def _constant(kind, value):
+    """Constant of a type, in every lane."""
+    return kind([value] * WIDTH) if isinstance(kind, ir.VectorType) else kind(value)
+
+
+@inline_kernel
+def lane_array(rows):
+    """Array of ``rows`` lanes, (rows, WIDTH) float64, on the boundary of a vector register."""
+    line = 64
+    store = np.empty(rows * WIDTH + line // 8)
+    skip = (-store.ctypes.data % line) // 8
+    return store[skip : skip + rows * WIDTH].reshape(rows, WIDTH)

@@ -1,0 +1,96 @@
+"""The stability study as text for a terminal, and as JSON with every case."""
+
+import json
+from collections.abc import Sequence
+
+from tablegen.stability.outcome import Outcome
+from tablegen.stability.study import Study
+from tablegen.stability.summary import HEAD, LEGEND, extremes, group_rows
+
+#: Failed cases that are listed by name; the JSON has all.
+_LISTED = 20
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a table: the first column flush left, the others flush right."""
+    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
+    lines = []
+    for row in (head, *rows):
+        cells = [row[0].ljust(widths[0])]
+        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        lines.append("  ".join(cells))
+    return lines
+
+
+def counts_text(outcomes: Sequence[Outcome]) -> str:
+    """Count what must be zero."""
+    return (
+        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases: "
+        f"{sum(o.non_finite for o in outcomes)} non-finite, "
+        f"{sum(o.unfinished > 0 for o in outcomes)} cases unfinished, "
+        f"{sum(o.grows for o in outcomes)} with growing energy, "
+        f"{sum(not o.separated for o in outcomes)} not separated from the wall"
+    )
+
+
+def failure_lines(study: Study) -> list[str]:
+    """One line for each of the first failed cases, with the seed that repeats it."""
+    lines = [
+        f"failed: {outcome.case} (seed {outcome.seed}): {'; '.join(outcome.failures)}"
+        for outcome in study.failed[:_LISTED]
+    ]
+    if len(study.failed) > _LISTED:
+        lines.append(f"failed: {len(study.failed) - _LISTED:,} more cases")
+    return lines
+
+
+def study_text(study: Study) -> str:
+    """Summary of a study: counts, groups, worst cases, failures.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    str
+    """
+    lines = [
+        f"{study.pair}, contact resolution {study.contact_resolution:g}, flight tolerance "
+        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}",
+        counts_text(study.outcomes),
+        "",
+        *_table(HEAD, group_rows(study.outcomes)),
+        *LEGEND,
+    ]
+    worst = [
+        [e.quantity, f"{e.value:.4g}", f"{e.outcome.case} (seed {e.outcome.seed})"]
+        for e in extremes(study.outcomes)
+    ]
+    quantity, value = (max((len(row[k]) for row in worst), default=0) for k in (0, 1))
+    lines += ["", "Worst case of each quantity:"]
+    lines += [f"  {row[0]:<{quantity}}  {row[1]:>{value}}  {row[2]}" for row in worst]
+    lines += ["", *(failure_lines(study) or ["The model holds in every case."])]
+    return "\n".join(lines)
+
+
+def study_json(study: Study) -> str:
+    """Every case of a study as JSON, one to a line.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, which no outcome holds.
+    """
+    data = study.to_dict()
+    cases = [json.dumps(case, allow_nan=False) for case in data.pop("cases")]
+    head = json.dumps(data, indent=1, allow_nan=False).removesuffix("\n}")
+    return head + ',\n "cases": [\n  ' + ",\n  ".join(cases) + "\n ]\n}\n"

@@ -1,0 +1,73 @@
+"""Near-spheres tend to the sphere, and spheres follow their closed form where it is stiff."""
+
+import numpy as np
+import pytest
+from collision_reference import Impacts, solve
+from motions import LAW, PAIR, POPULATION
+
+from tablegen.simulate import make_condition, simulate
+
+
+def rebounds(aspect, alpha_deg, spin, resolution=1e-3):
+    """Rebounds of ellipsoids with given ratios b/a and c/b."""
+    people = POPULATION.restricted_to("ellipsoid").with_aspect(*aspect)
+    condition = make_condition(np.radians(alpha_deg), 200.0, spin, resolution)
+    return simulate(PAIR, people, condition, 400, seed=91, threads=1)
+
+
+def sphere_state(alpha_deg, spin):
+    """State of a sphere by matrices and bisection; it collides once."""
+    alpha = np.radians(alpha_deg)
+    velocity = np.array([np.cos(alpha), -np.sin(alpha), 0.0])
+    rows = [np.array([row]) for row in (np.eye(3), [0.4] * 3, [0.0, -1.0, 0.0], velocity, spin)]
+    change = solve(Impacts(*rows), LAW, 200.0)[0]
+    turned = np.array(spin) + np.cross([0.0, -1.0, 0.0], change) / 0.4
+    return np.concatenate([velocity + change, turned])
+
+
+@pytest.mark.parametrize("flattened", [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
+@pytest.mark.parametrize(
+    ("alpha_deg", "spin"),
+    [
+        (1.0, (0.0, 0.0, 0.0)),
+        (20.0, (0.0, 0.0, 0.0)),
+        (70.0, (0.0, 0.0, 0.0)),
+        (89.99, (0.0, 0.0, 0.0)),
+        (45.0, (1.0, -2.0, 3.0)),
+        (70.0, (0.0, 0.0, -50.0)),
+    ],
+)
+def test_the_difference_from_a_sphere_is_of_first_order(alpha_deg, spin, flattened):
+    # The lowest point of a spheroid flattened by d is at most 1.5 d beside the vertical through
+    # its centre, so that it adds a torque of order d (1 + |spin|) to the sphere's collision.
+    sphere = sphere_state(alpha_deg, spin)
+    misses = []
+    for flattening in (1e-3, 1e-4, 1e-5):
+        made = rebounds(1.0 - flattening * np.array(flattened), alpha_deg, spin)
+        np.testing.assert_array_equal(made.collisions, 1)
+        misses.append(np.abs(made.state - sphere).max())
+    assert misses[0] < 20.0 * 1e-3 * (1.0 + np.linalg.norm(spin))
+    assert misses[0] > 1e-4
+    np.testing.assert_allclose(np.divide(misses[:-1], misses[1:]), 10.0, rtol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("alpha_deg", "spin"),
+    [
+        # rolls: the contact point moves at the normal velocity only, so k = C_f / |V_c| is largest
+        (0.01, (0.0, 0.0, -1.0)),
+        (0.01, (0.0, 0.0, 0.0)),
+        (0.01, (0.0, 0.0, 50.0)),
+        (0.01, (0.0, 0.0, -50.0)),
+        (89.99, (0.0, 0.0, 50.0)),
+        (90.0, (0.0, 0.0, -50.0)),
+        (90.0, (0.0, 50.0, 0.0)),
+    ],
+)
+def test_stiff_impacts_of_spheres_follow_the_scalar_equation(alpha_deg, spin):
+    made = rebounds((1.0, 1.0), alpha_deg, spin, resolution=1e-9)
+    expected = np.tile(sphere_state(alpha_deg, spin), (len(made.state), 1))
+    np.testing.assert_array_equal(made.collisions, 1)
+    # the spin keeps its 16 digits; near the wall it turns some thousand times
+    scale = 1.0 + np.linalg.norm(spin)
+    np.testing.assert_allclose(made.state, expected, rtol=0.0, atol=1e-11 * scale)
