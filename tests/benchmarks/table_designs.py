@@ -5,6 +5,7 @@ Run ``python tests/benchmarks/table_designs.py NAME``, where NAME is one of
 interpolation   error between two nodes, without any fit: by class of rebounds or all together
 abscissa        the same in the angle, by the abscissa in which it is linear
 mixture         error at a node and time of the fit, by number of components
+mirror          error at a node with and without the built-in mirror
 knots           error at a node, by knots of the quantile functions and score maps
 draw            time of a draw at random conditions, by number of components
 """
@@ -140,12 +141,12 @@ def abscissa():
             print(f"{place:38} {name:10} KS {ks_distances(drawn, direct).max():.4f}")
 
 
-def one_node(alpha, speed, size):
+def one_node(alpha, speed, size, mirror=True):
     """Table of one node, and the seconds that its fit took beside the simulation."""
-    watch = nodes.Stopwatch()
-    node = fit_node(CONFIG, alpha, speed, size, watch)
-    axes = make_axes(CONFIG, Grid((alpha,), (speed,)))
-    return Table(assemble(CONFIG, axes, [node])), watch.seconds[1]
+    watch, config = nodes.Stopwatch(), CONFIG.with_changes({"table": {"mirror": mirror}})
+    node = fit_node(config, alpha, speed, size, watch)
+    axes = make_axes(config, Grid((alpha,), (speed,)))
+    return Table(assemble(config, axes, [node])), watch.seconds[1]
 
 
 def mixture():
@@ -161,6 +162,19 @@ def mixture():
             print(
                 f"{alpha:5g} deg {speed:4g} m/s  {components:4d} components {stored / 1e3:5.1f} kB "
                 f"{seconds:5.1f} s  {distances(drawn, simulated(alpha, speed, 2)[0])}",
+                flush=True,
+            )
+
+
+def mirror():
+    """Accuracy at the very condition, with a built-in mirror and with twice the components."""
+    for alpha, speed in ((9.0, 63.0), (35.7, 300.0), (88.0, 250.0)):
+        for mirrored, components in ((True, 256), (False, 512), (True, 512), (False, 1024)):
+            table, _ = one_node(alpha, speed, Resolution(COUNT, 129, components), mirrored)
+            drawn = table.sample(np.radians(alpha), speed, seed=2, index=np.arange(COUNT))
+            print(
+                f"{alpha:g} deg {speed:g} m/s {'mirror' if mirrored else 'plain'} {components} "
+                f"{distances(drawn, simulated(alpha, speed, 2)[0])}",
                 flush=True,
             )
 
@@ -197,7 +211,7 @@ def draw():
         print(f"{components:4d} components, {stored / 1e6:5.2f} MB: {best / count * 1e9:.0f} ns")
 
 
-EXPERIMENTS = (interpolation, abscissa, mixture, knots, draw)
+EXPERIMENTS = (interpolation, abscissa, mixture, mirror, knots, draw)
 
 if __name__ == "__main__":
     chosen = {experiment.__name__: experiment for experiment in EXPERIMENTS}

@@ -81,7 +81,7 @@ class TestProvenance:
             keys = {"seed": seed, "stream": stream, "threads": 1}
             result = simulate(CONFIG.pair, CONFIG.population, condition, count, **keys)
             channels = to_channels(result.state[class_of(result.collisions) == 1])
-            return quantile_knots(channels, knots, mirror_signs(True))[:, inner]
+            return quantile_knots(channels, knots, mirror_signs(CONFIG.table.mirror))[:, inner]
 
         stored = contents["marginals/quantiles"][i, j, 1][:, inner]
         stream = node_stream(alpha_deg, speed)

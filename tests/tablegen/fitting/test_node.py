@@ -15,7 +15,7 @@ from tablegen.simulate import make_condition, simulate
 
 ALPHA_DEG, SPEED = 35.0, 150.0
 N, N_NODE = 20_000, 12_000
-SMALL = {"samples_per_node": 1000, "components": 4, "quantile_knots": 33}
+SMALL = {"samples_per_node": 1000, "components": 4, "quantile_knots": 33, "mirror": True}
 
 
 def node_config(**table):
@@ -36,7 +36,7 @@ def simulated(config, count, stream):
 
 @pytest.fixture(scope="module")
 def config():
-    return node_config(samples_per_node=N_NODE, components=32, quantile_knots=129)
+    return node_config(samples_per_node=N_NODE, components=32, quantile_knots=129, mirror=True)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ class TestArrays:
         node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED)
         for rows in (node.quantiles[:, 3:], node.scores[:, 3:]):
             np.testing.assert_array_equal(rows, -rows[..., ::-1])
-        plain = fit_node(node_config(**SMALL, mirror=False), ALPHA_DEG, SPEED)
+        plain = fit_node(node_config(**SMALL | {"mirror": False}), ALPHA_DEG, SPEED)
         for rows in (plain.quantiles[:, 3:], plain.scores[:, 3:]):
             assert (rows != -rows[..., ::-1]).any()
 
