@@ -1,8 +1,8 @@
 """How the numbers of a mixture are stored: as 16-bit integers.
 
 Variates of a mixture have variance one, so means and factors lie within a few units. Steps of
-1/4096 on a range of +-8 move a draw by less than a thousandth of a standard deviation, and a
-component fits in one cache line.
+1/4096 on a range of +-8 move a draw by less than a thousandth of a standard deviation, in half of
+the bytes of floating point.
 """
 
 import numpy as np

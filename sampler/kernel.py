@@ -83,8 +83,9 @@ class TableArrays(NamedTuple):
         Knots of the score maps: last variate, knots per unit variate.
     mirror : bool
         Whether draws are reflected in the impact plane at random.
-    quantiles : float32 array, shape (n_alpha, n_speed, n_classes, 6, n_knots)
-    scores : float32 array, shape (n_alpha, n_speed, n_classes, 6, n_map)
+    quantiles : float32 array, shape (n_alpha * n_speed * n_classes * 6, n_knots)
+        One row for each channel of each class at each node, as they lie in the file.
+    scores : float32 array, shape (n_alpha * n_speed * n_classes * 6, n_map)
     first_of_class : uint16 array, shape (n_alpha, n_speed, n_classes)
     alias_probability : float32 array, shape (n_alpha, n_speed, n_components)
     alias_index : uint16 array, shape (n_alpha, n_speed, n_components)
@@ -198,39 +199,60 @@ def _mix(arrays, i, j, component, sign, state):
 
 
 @borrowing_inline_kernel
-def _score(arrays, i, j, kind, channel, variate):
+def _first_row(arrays, i, j, kind):
+    """Row of the first channel of a class at a node, among all rows of knots."""
+    n_speed, n_classes = arrays.first_of_class.shape[1:]
+    return ((i * n_speed + j) * n_classes + kind) * N_CHANNELS
+
+
+@borrowing_inline_kernel
+def _score(arrays, row, variate):
     """Map a variate to its normal score by one node's map; constant beyond the last knots."""
-    last = arrays.scores.shape[4] - 1
+    last = arrays.scores.shape[1] - 1
     position = (variate + arrays.variate_max) * arrays.variate_scale
     position = min(max(position, 0.0), np.float64(last))
     k = min(int(position), last - 1)
-    low = np.float64(arrays.scores[i, j, kind, channel, k])
-    high = np.float64(arrays.scores[i, j, kind, channel, k + 1])
+    low = np.float64(arrays.scores[row, k])
+    high = np.float64(arrays.scores[row, k + 1])
     return low + (position - k) * (high - low)
 
 
 @borrowing_inline_kernel
-def _knot_value(quantiles, i, j, kind, channel, k, f):
+def _knot_value(quantiles, row, k, f):
     """Quantile function of one node between knots k and k + 1."""
-    low = np.float64(quantiles[i, j, kind, channel, k])
-    return low + f * (np.float64(quantiles[i, j, kind, channel, k + 1]) - low)
+    low = np.float64(quantiles[row, k])
+    return low + f * (np.float64(quantiles[row, k + 1]) - low)
 
 
 @borrowing_inline_kernel
-def _quantile(arrays, cell_alpha, cell_speed, kind, channel, score):
+def _quantile(arrays, rows, t, r, channel, score):
     """Quantile at a normal score, averaged over the four nodes with the bilinear weights."""
     q = arrays.quantiles
-    i0, i1, t = cell_alpha
-    j0, j1, r = cell_speed
-    last = q.shape[4] - 1
+    last = q.shape[1] - 1
     position = min(max((score + arrays.score_max) * arrays.score_scale, 0.0), np.float64(last))
     k = min(int(position), last - 1)
     f = position - k
-    lower = (1.0 - r) * _knot_value(q, i0, j0, kind, channel, k, f)
-    lower += r * _knot_value(q, i0, j1, kind, channel, k, f)
-    upper = (1.0 - r) * _knot_value(q, i1, j0, kind, channel, k, f)
-    upper += r * _knot_value(q, i1, j1, kind, channel, k, f)
+    lower = (1.0 - r) * _knot_value(q, rows[0] + channel, k, f)
+    lower += r * _knot_value(q, rows[1] + channel, k, f)
+    upper = (1.0 - r) * _knot_value(q, rows[2] + channel, k, f)
+    upper += r * _knot_value(q, rows[3] + channel, k, f)
     return (1.0 - t) * lower + t * upper
+
+
+@borrowing_inline_kernel
+def _fill_channels(arrays, cell_alpha, cell_speed, own, kind, state):
+    """Replace variates of a class by channels, in place; `own` is the class' row of the maps."""
+    i0, i1, t = cell_alpha
+    j0, j1, r = cell_speed
+    rows = (
+        _first_row(arrays, i0, j0, kind),
+        _first_row(arrays, i0, j1, kind),
+        _first_row(arrays, i1, j0, kind),
+        _first_row(arrays, i1, j1, kind),
+    )
+    for channel in range(N_CHANNELS):
+        score = _score(arrays, own + channel, state[channel])
+        state[channel] = _quantile(arrays, rows, t, r, channel, score)
 
 
 @borrowing_kernel
@@ -258,20 +280,20 @@ def draw_from_words(arrays, alpha1, speed, w0, w1, w2, w3, w4, w5, w6, w7, state
         return status
     if is_outside(alpha1, arrays.alpha) or is_outside(speed, arrays.speed):
         status = CLAMPED
-    cell_alpha = _locate(alpha1, arrays.alpha, arrays.quantiles.shape[0])
-    cell_speed = _locate(speed, arrays.speed, arrays.quantiles.shape[1])
+    cell_alpha = _locate(alpha1, arrays.alpha, arrays.first_of_class.shape[0])
+    cell_speed = _locate(speed, arrays.speed, arrays.first_of_class.shape[1])
     upper_alpha, upper_speed = _choose_corner(w1, cell_alpha[2], cell_speed[2])
     i = cell_alpha[1] if upper_alpha else cell_alpha[0]
     j = cell_speed[1] if upper_speed else cell_speed[0]
     sign = -1.0 if arrays.mirror and (w1 & _ONE) == _ONE else 1.0
-    # The caller's array serves as scratch: normals, variates and channels in turn.
-    _fill_normals((w2, w3, w4, w5, w6, w7), state)
+    # Chosen before the normals are made, which takes as long as fetching it from memory.
     component = _choose_component(arrays, i, j, w0)
     kind = _class_of(arrays, i, j, component)
+    # The caller's array serves as scratch: normals, variates and channels in turn.
+    _fill_normals((w2, w3, w4, w5, w6, w7), state)
     _mix(arrays, i, j, component, sign, state)
-    for channel in range(N_CHANNELS):
-        score = _score(arrays, i, j, kind, channel, state[channel])
-        state[channel] = _quantile(arrays, cell_alpha, cell_speed, kind, channel, score)
+    own = _first_row(arrays, i, j, kind)
+    _fill_channels(arrays, cell_alpha, cell_speed, own, kind, state)
     channels_to_state(state)
     return status
 
