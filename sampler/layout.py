@@ -151,6 +151,7 @@ DATASETS = (
         "1",
         "alias method: probability to stay in the column",
         _SHARE,
+        compressed=True,
     ),
     Dataset(
         "dependence/alias_index",
@@ -159,6 +160,7 @@ DATASETS = (
         "1",
         "alias method: component that takes the rest of the column",
         (checks.below_length,),
+        compressed=True,
     ),
     Dataset(
         "dependence/mean",

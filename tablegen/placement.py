@@ -10,9 +10,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 #: An error counts in units of what is allowed. Edges must stay below the first limit, which leaves
-#: room for the other axis, and centres below the second: room for other random numbers.
+#: room for the other axis, and centres below the second. Noise counts as error in both.
 EDGE_LIMIT = 0.85
-CENTRE_LIMIT = 0.95
+CENTRE_LIMIT = 1.0
 
 #: Ends the refinement whatever is measured: the error may come from something else than the nodes.
 MOST_ROUNDS = 16

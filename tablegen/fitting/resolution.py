@@ -10,7 +10,7 @@ LADDER = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536)
 #: An empirical distribution function of n points is off by 1.4 / sqrt(n) in the worst of six
 #: channels, typically: a fifth of the allowed distance at this many over its square.
 _SAMPLES = 40.0
-_LEAST_SAMPLES = 40_000
+_LEAST_SAMPLES = 150_000
 
 #: Allowed Kolmogorov-Smirnov distances from which on this many knots are enough.
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
