@@ -111,6 +111,17 @@ def below_length(values: Array, _: Mapping[str, Array]) -> str | None:
     return _first(values, values >= values.shape[-1], f"below {values.shape[-1]}")
 
 
+def class_starts(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    """Refuse classes that do not begin at component 0, turn back or begin after the last."""
+    components = datasets["dependence/alias_index"].shape[-1]
+    first = values[..., 0]
+    problem = _first(first, first != 0, "0, where the first class begins")
+    # as signed numbers: differences of unsigned ones are never negative
+    signed = values.astype(np.int64)
+    problem = problem or non_decreasing(signed, datasets)
+    return problem or _first(values, signed > components, f"at most {components}")
+
+
 def positive_diagonal(values: Array, _: Mapping[str, Array]) -> str | None:
     """Diagonals of packed 6 x 6 lower-triangular factors (..., 21) positive."""
     diagonal = values[..., [0, 2, 5, 9, 14, 20]]

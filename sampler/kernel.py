@@ -5,7 +5,8 @@ The law stored at a node (alpha1, V) is a Gaussian-mixture copula with tabulated
 1. the condition becomes a fractional node index on each axis (linear look-up, equal steps);
 2. one of the four nodes around it is chosen with the bilinear weights; the dependence between
    the channels is taken from it alone;
-3. a mixture component j is chosen by the alias method, in one multiplication and one read;
+3. a mixture component j is chosen by the alias method, in one multiplication and one read; it
+   belongs to one class of rebounds, of which everything that follows is taken;
 4. z = mean_j + L_j n with six standard normals n;
 5. a monotone map sends each variate z to the normal score s of its channel (the mixture's own
    marginal is not normal, so the map starts from it);
@@ -22,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.channels import FIRST_MIRRORED, channels_to_state
+from sampler.encoding import MIXTURE_SCALE
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from sampler.normal import normal_quantile
 from sampler.philox import philox_block, uniform
@@ -42,6 +44,8 @@ N_CHANNELS = 6
 _HALF_PI = 0.5 * math.pi
 #: Rounding of a unit conversion: an excess below this, relative, is no excess.
 _SLACK = 1e-12
+#: Unit of the stored means and factors, a power of two: exact.
+_MIXTURE_UNIT = 1.0 / MIXTURE_SCALE
 _ONE = np.uint32(1)
 _LOW = np.uint64(0xFFFFFFFF)
 _HALF_WORD = np.uint64(32)
@@ -79,12 +83,15 @@ class TableArrays(NamedTuple):
         Knots of the score maps: last variate, knots per unit variate.
     mirror : bool
         Whether draws are reflected in the impact plane at random.
-    quantiles : float32 array, shape (n_alpha, n_speed, 6, n_knots)
-    scores : float32 array, shape (n_alpha, n_speed, 6, n_map)
+    quantiles : float32 array, shape (n_alpha * n_speed * n_classes * 6, n_knots)
+        One row for each channel of each class at each node, as they lie in the file.
+    scores : float32 array, shape (n_alpha * n_speed * n_classes * 6, n_map)
+    first_of_class : uint16 array, shape (n_alpha, n_speed, n_classes)
     alias_probability : float32 array, shape (n_alpha, n_speed, n_components)
     alias_index : uint16 array, shape (n_alpha, n_speed, n_components)
-    mean : float32 array, shape (n_alpha, n_speed, n_components, 6)
-    cholesky : float32 array, shape (n_alpha, n_speed, n_components, 21)
+    mean : int16 array, shape (n_alpha, n_speed, n_components, 6)
+        In units of 1/4096, as the factors.
+    cholesky : int16 array, shape (n_alpha, n_speed, n_components, 21)
         Lower-triangular factors, rows packed: L00, L10, L11, L20, ...
     """
 
@@ -97,10 +104,11 @@ class TableArrays(NamedTuple):
     mirror: bool
     quantiles: NDArray[np.float32]
     scores: NDArray[np.float32]
+    first_of_class: NDArray[np.uint16]
     alias_probability: NDArray[np.float32]
     alias_index: NDArray[np.uint16]
-    mean: NDArray[np.float32]
-    cholesky: NDArray[np.float32]
+    mean: NDArray[np.int16]
+    cholesky: NDArray[np.int16]
 
 
 @inline_kernel
@@ -161,6 +169,16 @@ def _choose_component(arrays, i, j, word):
 
 
 @borrowing_inline_kernel
+def _class_of(arrays, i, j, component):
+    """Class of rebounds that a component belongs to."""
+    kind = 0
+    for k in range(1, arrays.first_of_class.shape[2]):
+        if component >= arrays.first_of_class[i, j, k]:
+            kind = k
+    return kind
+
+
+@borrowing_inline_kernel
 def _fill_normals(words, state):
     """Write one standard normal for each word."""
     for k in range(N_CHANNELS):
@@ -175,44 +193,66 @@ def _mix(arrays, i, j, component, sign, state):
         z = np.float64(arrays.mean[i, j, component, row])
         first = row * (row + 1) // 2
         for column in range(row + 1):
-            z += arrays.cholesky[i, j, component, first + column] * state[column]
+            z += np.float64(arrays.cholesky[i, j, component, first + column]) * state[column]
+        z *= _MIXTURE_UNIT
         state[row] = sign * z if row >= FIRST_MIRRORED else z
 
 
 @borrowing_inline_kernel
-def _score(arrays, i, j, channel, variate):
+def _first_row(arrays, i, j, kind):
+    """Row of the first channel of a class at a node, among all rows of knots."""
+    n_speed, n_classes = arrays.first_of_class.shape[1:]
+    return ((i * n_speed + j) * n_classes + kind) * N_CHANNELS
+
+
+@borrowing_inline_kernel
+def _score(arrays, row, variate):
     """Map a variate to its normal score by one node's map; constant beyond the last knots."""
-    last = arrays.scores.shape[3] - 1
+    last = arrays.scores.shape[1] - 1
     position = (variate + arrays.variate_max) * arrays.variate_scale
     position = min(max(position, 0.0), np.float64(last))
     k = min(int(position), last - 1)
-    low = np.float64(arrays.scores[i, j, channel, k])
-    high = np.float64(arrays.scores[i, j, channel, k + 1])
+    low = np.float64(arrays.scores[row, k])
+    high = np.float64(arrays.scores[row, k + 1])
     return low + (position - k) * (high - low)
 
 
 @borrowing_inline_kernel
-def _knot_value(quantiles, i, j, channel, k, f):
+def _knot_value(quantiles, row, k, f):
     """Quantile function of one node between knots k and k + 1."""
-    low = np.float64(quantiles[i, j, channel, k])
-    return low + f * (np.float64(quantiles[i, j, channel, k + 1]) - low)
+    low = np.float64(quantiles[row, k])
+    return low + f * (np.float64(quantiles[row, k + 1]) - low)
 
 
 @borrowing_inline_kernel
-def _quantile(arrays, cell_alpha, cell_speed, channel, score):
+def _quantile(arrays, rows, t, r, channel, score):
     """Quantile at a normal score, averaged over the four nodes with the bilinear weights."""
     q = arrays.quantiles
-    i0, i1, t = cell_alpha
-    j0, j1, r = cell_speed
-    last = q.shape[3] - 1
+    last = q.shape[1] - 1
     position = min(max((score + arrays.score_max) * arrays.score_scale, 0.0), np.float64(last))
     k = min(int(position), last - 1)
     f = position - k
-    lower = (1.0 - r) * _knot_value(q, i0, j0, channel, k, f)
-    lower += r * _knot_value(q, i0, j1, channel, k, f)
-    upper = (1.0 - r) * _knot_value(q, i1, j0, channel, k, f)
-    upper += r * _knot_value(q, i1, j1, channel, k, f)
+    lower = (1.0 - r) * _knot_value(q, rows[0] + channel, k, f)
+    lower += r * _knot_value(q, rows[1] + channel, k, f)
+    upper = (1.0 - r) * _knot_value(q, rows[2] + channel, k, f)
+    upper += r * _knot_value(q, rows[3] + channel, k, f)
     return (1.0 - t) * lower + t * upper
+
+
+@borrowing_inline_kernel
+def _fill_channels(arrays, cell_alpha, cell_speed, own, kind, state):
+    """Replace variates of a class by channels, in place; `own` is the class' row of the maps."""
+    i0, i1, t = cell_alpha
+    j0, j1, r = cell_speed
+    rows = (
+        _first_row(arrays, i0, j0, kind),
+        _first_row(arrays, i0, j1, kind),
+        _first_row(arrays, i1, j0, kind),
+        _first_row(arrays, i1, j1, kind),
+    )
+    for channel in range(N_CHANNELS):
+        score = _score(arrays, own + channel, state[channel])
+        state[channel] = _quantile(arrays, rows, t, r, channel, score)
 
 
 @borrowing_kernel
@@ -240,18 +280,20 @@ def draw_from_words(arrays, alpha1, speed, w0, w1, w2, w3, w4, w5, w6, w7, state
         return status
     if is_outside(alpha1, arrays.alpha) or is_outside(speed, arrays.speed):
         status = CLAMPED
-    cell_alpha = _locate(alpha1, arrays.alpha, arrays.quantiles.shape[0])
-    cell_speed = _locate(speed, arrays.speed, arrays.quantiles.shape[1])
+    cell_alpha = _locate(alpha1, arrays.alpha, arrays.first_of_class.shape[0])
+    cell_speed = _locate(speed, arrays.speed, arrays.first_of_class.shape[1])
     upper_alpha, upper_speed = _choose_corner(w1, cell_alpha[2], cell_speed[2])
     i = cell_alpha[1] if upper_alpha else cell_alpha[0]
     j = cell_speed[1] if upper_speed else cell_speed[0]
     sign = -1.0 if arrays.mirror and (w1 & _ONE) == _ONE else 1.0
+    # Chosen before the normals are made, which takes as long as fetching it from memory.
+    component = _choose_component(arrays, i, j, w0)
+    kind = _class_of(arrays, i, j, component)
     # The caller's array serves as scratch: normals, variates and channels in turn.
     _fill_normals((w2, w3, w4, w5, w6, w7), state)
-    _mix(arrays, i, j, _choose_component(arrays, i, j, w0), sign, state)
-    for channel in range(N_CHANNELS):
-        score = _score(arrays, i, j, channel, state[channel])
-        state[channel] = _quantile(arrays, cell_alpha, cell_speed, channel, score)
+    _mix(arrays, i, j, component, sign, state)
+    own = _first_row(arrays, i, j, kind)
+    _fill_channels(arrays, cell_alpha, cell_speed, own, kind, state)
     channels_to_state(state)
     return status
 

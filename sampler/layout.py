@@ -11,6 +11,7 @@ import numpy as np
 
 from sampler import checks
 from sampler.checks import Check
+from sampler.encoding import MIXTURE_SCALE
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
@@ -58,6 +59,7 @@ MINIMUM_LENGTH = {
     "n_speed_grid": 2,
     "n_knots": 2,
     "n_map": 2,
+    "n_classes": 1,
     "n_components": 1,
 }
 
@@ -105,9 +107,9 @@ DATASETS = (
     Dataset(
         "marginals/quantiles",
         "<f4",
-        (*_NODES, 6, "n_knots"),
+        (*_NODES, "n_classes", 6, "n_knots"),
         "1",
-        "quantile functions of v, u_hat, omega_z, w_hat, omega_x, omega_y; "
+        "by class, quantile functions of v, u_hat, omega_z, w_hat, omega_x, omega_y; "
         "velocities over V, angular velocities times a/V",
         (
             checks.non_decreasing,
@@ -128,11 +130,19 @@ DATASETS = (
     Dataset(
         "dependence/scores",
         "<f4",
-        (*_NODES, 6, "n_map"),
+        (*_NODES, "n_classes", 6, "n_map"),
         "1",
-        "score maps: normal score s of a mixture variate z, by channel",
+        "score maps: normal score s of a mixture variate z, by class and channel",
         _MAP,
         compressed=True,
+    ),
+    Dataset(
+        "dependence/first_of_class",
+        "<u2",
+        (*_NODES, "n_classes"),
+        "1",
+        "first mixture component of each class of rebounds; a class ends where the next begins",
+        (checks.class_starts,),
     ),
     Dataset(
         "dependence/alias_probability",
@@ -141,6 +151,7 @@ DATASETS = (
         "1",
         "alias method: probability to stay in the column",
         _SHARE,
+        compressed=True,
     ),
     Dataset(
         "dependence/alias_index",
@@ -149,20 +160,21 @@ DATASETS = (
         "1",
         "alias method: component that takes the rest of the column",
         (checks.below_length,),
+        compressed=True,
     ),
     Dataset(
         "dependence/mean",
-        "<f4",
+        "<i2",
         (*_NODES, "n_components", 6),
-        "1",
+        f"1/{MIXTURE_SCALE}",
         "means of the mixture components, by channel",
         compressed=True,
     ),
     Dataset(
         "dependence/cholesky",
-        "<f4",
+        "<i2",
         (*_NODES, "n_components", 21),
-        "1",
+        f"1/{MIXTURE_SCALE}",
         "lower-triangular factors of the covariances, rows packed: L00, L10, L11, L20, ...",
         (checks.positive_diagonal,),
         compressed=True,

@@ -82,10 +82,12 @@ def _coerced(dataset: Dataset, values: Any) -> Array:
     """Values in the type of the file; refuses what would not survive the change."""
     target = np.dtype(dataset.dtype)
     array = np.asarray(values)
-    if array.dtype.kind not in ("iu" if target.kind == "u" else "f"):
+    if array.dtype.kind not in ("iu" if target.kind in "iu" else "f"):
         raise TableError(f"{dataset.path}: got {array.dtype.name}, allowed: {target.name}")
-    if target.kind == "u" and array.size and not 0 <= array.min() <= array.max() < 2**16:
-        raise TableError(f"{dataset.path}: got {array.min()} to {array.max()}, allowed: uint16")
+    if target.kind in "iu" and array.size:
+        low, high = array.min(), array.max()
+        if low < np.iinfo(target).min or high > np.iinfo(target).max:
+            raise TableError(f"{dataset.path}: got {low} to {high}, allowed: {target.name}")
     with np.errstate(over="ignore"):  # an overflow becomes infinite, which is refused later
         return np.ascontiguousarray(array, dtype=target)
 

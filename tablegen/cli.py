@@ -30,7 +30,7 @@ from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
 from tablegen.stability.command import stability
 from tablegen.statistics import simulate_statistics, statistics_of
-from tablegen.summary import accuracy_text, details_text, identity_text
+from tablegen.summary import accuracy_text, details_text, identity_text, time_text
 from tablegen.validate import CONDITIONS
 from tablegen.validate import validate as validate_table
 
@@ -166,7 +166,7 @@ def simulate(
 )
 @click.argument("config", metavar="CONFIG.toml")
 @click.option("--output", required=True, type=options.OUTPUT, metavar="T.h5")
-@click.option("--resume", is_flag=True, help="Use the finished nodes of an interrupted run.")
+@click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
 @click.option(
     "--conditions",
     type=options.Whole(1, 10_000),
@@ -178,8 +178,10 @@ def simulate(
 def generate(config: str, output: Path, resume: bool, conditions: int, quiet: bool) -> int:
     """Generate a table from a material pair or scene (a name, or the path of a .toml file).
 
-    Finished nodes are kept in T.h5.parts until the table is complete. The measured accuracy is
-    stored in the table; exit status 1 says that it misses the declared one.
+    Nodes are placed where the error between them, measured against direct simulation, is too
+    large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts
+    until the table is complete. The measured accuracy is stored in the table; exit status 1 says
+    that it misses the declared one.
     """
     settings = load_config(config)
     made = generate_table(
@@ -187,7 +189,7 @@ def generate(config: str, output: Path, resume: bool, conditions: int, quiet: bo
     )
     click.echo(identity_text(made.table))
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
-    click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB")
+    click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
     return _verdict(missed_targets(made.comparisons, settings.accuracy))
 
 
@@ -209,9 +211,7 @@ def generate(config: str, output: Path, resume: bool, conditions: int, quiet: bo
 @click.option(
     "--samples",
     type=options.Whole(1000, 10**9),
-    default=100_000,
-    show_default=True,
-    help="States a side.",
+    help="States a side; by default as many as the declared accuracy needs, at least 100000.",
 )
 @click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
 @click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
@@ -221,7 +221,7 @@ def validate(
     table: str,
     conditions: int,
     seed: int,
-    samples: int,
+    samples: int | None,
     json_file: Path | None,
     html_file: Path | None,
     details: bool,

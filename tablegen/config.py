@@ -7,7 +7,7 @@ become a `Config`, whose `text` stands on its own and is what a table stores.
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 import tomli_w
@@ -24,9 +24,9 @@ from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
 
 
-def _odd(value: int) -> int:
+def _odd(value: int | None) -> int | None:
     """Refuse an even number of knots: the median would fall between two."""
-    if value < 17 or value % 2 == 0:
+    if value is not None and (value < 17 or value % 2 == 0):
         raise refusal("an odd whole number, at least 17")
     return value
 
@@ -50,29 +50,49 @@ class ModelSettings(Record):
 
 
 class TableSettings(Record):
-    """How a table is made; nodes that are not given are chosen by the generator."""
+    """How a table is made; the generator chooses what is not given, to reach the accuracy."""
 
     seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = 1
-    samples_per_node: Annotated[int, Field(ge=100, le=10**9)] = 60_000
+    samples_per_node: Annotated[int | None, Field(ge=100, le=10**9)] = None
     alpha_nodes_deg: Nodes | None = None
     speed_nodes: Nodes | None = None
     #: Components of the mixture that carries the dependence.
-    components: Annotated[int, Field(ge=1, le=4096)] = 64
-    quantile_knots: Annotated[int, AfterValidator(_odd)] = 257
+    components: Annotated[int | None, Field(ge=1, le=4096)] = None
+    quantile_knots: Annotated[int | None, AfterValidator(_odd)] = None
     #: Build the symmetry about the impact plane into the draw.
     mirror: bool = True
 
 
-class AccuracyTargets(Record):
-    """Largest distances from direct simulation that a table declares."""
+#: Accuracies by name.
+PRESETS: dict[str, dict[str, float]] = {
+    "compact": {"ks": 0.04, "sliced_wasserstein": 0.025, "correlation_error": 0.06, "auc": 0.65},
+    "standard": {"ks": 0.01, "sliced_wasserstein": 0.008, "correlation_error": 0.02, "auc": 0.56},
+    "fine": {"ks": 0.005, "sliced_wasserstein": 0.006, "correlation_error": 0.015, "auc": 0.53},
+}
 
+
+class AccuracyTargets(Record):
+    """Largest distances from direct simulation that a table declares.
+
+    Those that are not given are the preset's.
+    """
+
+    preset: Literal["compact", "standard", "fine"] = "standard"
     #: Kolmogorov-Smirnov distance of any one component.
-    ks: Annotated[float, Field(gt=0.0, le=1.0)] = 0.03
-    sliced_wasserstein: Annotated[float, Field(gt=0.0)] = 0.02
+    ks: Annotated[float, Field(gt=0.0, le=1.0)]
+    sliced_wasserstein: Annotated[float, Field(gt=0.0)]
     #: Largest difference of a correlation coefficient.
-    correlation_error: Annotated[float, Field(gt=0.0, le=2.0)] = 0.05
+    correlation_error: Annotated[float, Field(gt=0.0, le=2.0)]
     #: Area under the ROC curve of a classifier that tells table from direct; 0.5 = cannot tell.
-    auc: Annotated[float, Field(ge=0.5, le=1.0)] = 0.70
+    auc: Annotated[float, Field(ge=0.5, le=1.0)]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_preset(cls, given: object) -> object:
+        if not isinstance(given, dict):
+            return given
+        # an unknown name is refused with the field, not here
+        return {**PRESETS.get(str(given.get("preset", "standard")), PRESETS["standard"]), **given}
 
 
 class Config(Record):
@@ -84,7 +104,7 @@ class Config(Record):
     domain: Domain
     model: ModelSettings = ModelSettings()
     table: TableSettings = TableSettings()
-    accuracy: AccuracyTargets = AccuracyTargets()
+    accuracy: AccuracyTargets = AccuracyTargets.model_validate({})
     _text: str = PrivateAttr()
 
     def model_post_init(self, _: object) -> None:

@@ -12,14 +12,33 @@ from tablegen.accuracy import Comparison, compare
 from tablegen.config import AccuracyTargets, Config
 from tablegen.simulate import simulate_configured
 
-#: States a side in a comparison.
-SAMPLES = 100_000
+#: Least number of states a side in a comparison, and this over the square of the declared
+#: Kolmogorov-Smirnov distance where that is more: noise is then a third of what is declared.
+_LEAST_SAMPLES = 100_000
+_SAMPLES = 40.0
 
 #: Streams from here on belong to measurements; nodes use those below.
 FIRST_STREAM = 2**31
 
 #: A condition keeps this distance, in units of a cell, from the nodes of an axis.
 _MARGIN = 0.2
+
+
+def sample_size(targets: AccuracyTargets) -> int:
+    """States a side with which a declared accuracy can be told from noise.
+
+    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six components with
+    probability q; at q = 1e-3 that is half of the declared distance.
+
+    Parameters
+    ----------
+    targets : AccuracyTargets
+
+    Returns
+    -------
+    int
+    """
+    return max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2))
 
 
 def pick_conditions(table: Table, count: int, seed: int) -> list[tuple[float, float]]:
@@ -67,7 +86,7 @@ def measure(
     conditions: Sequence[tuple[float, float]],
     *,
     seed: int,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     progress: bool = False,
 ) -> list[Comparison]:
     """Compare a table with direct simulation at some conditions.
@@ -80,8 +99,8 @@ def measure(
     conditions : sequence of (alpha_deg, speed)
     seed : int
         Of the simulation, of the draws and of the metrics.
-    samples : int
-        States a side.
+    samples : int, optional
+        States a side; by default as many as the declared accuracy needs.
     progress : bool
         Show a progress bar on standard error.
 
@@ -89,6 +108,7 @@ def measure(
     -------
     list of Comparison, in the order of the conditions
     """
+    samples = samples or sample_size(config.accuracy)
     bar = tqdm(total=len(conditions), desc="validating", unit="condition", disable=not progress)
     found = []
     with bar:

@@ -6,7 +6,7 @@ from typing import Any
 Tree = dict[str, Any]
 
 #: Fields that say which kind of thing a TOML table describes.
-_KIND_FIELDS = ("law", "distribution")
+_KIND_FIELDS = ("law", "distribution", "preset")
 
 #: Nodes of a table axis, and the range that they were chosen for.
 _NODES_OF_RANGE = {"alpha_deg": "alpha_nodes_deg", "speed": "speed_nodes"}
@@ -16,9 +16,9 @@ def merged(base: Tree, changes: Tree) -> Tree:
     """Content of a pair file with a scene's changes laid over it; neither is modified.
 
     Tables are merged field by field, everything else is replaced, with two exceptions. A table
-    that changes its kind (another ``law`` or ``distribution``) replaces the old one whole, because
-    the old one's coefficients mean nothing to it. And a changed range of the domain does not
-    inherit the nodes that were chosen for the old range.
+    that changes its kind (another ``law``, ``distribution`` or ``preset``) replaces the old one
+    whole, because the old one's numbers mean nothing to it. And a changed range of the domain does
+    not inherit the nodes that were chosen for the old range.
 
     Parameters
     ----------

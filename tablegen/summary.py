@@ -1,6 +1,6 @@
 """Results as text for a terminal."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -64,6 +64,13 @@ def details_text(comparison: Comparison) -> str:
             f"{c.direct.scattering_standard_deviation_deg[k]:.2f}"
         )
     return "\n".join(lines)
+
+
+def time_text(seconds: Mapping[str, float]) -> str:
+    """Say how the time of a generation splits between its stages, all workers together."""
+    total = sum(seconds.values())
+    parts = (f"{stage} {spent:.0f} s" for stage, spent in seconds.items())
+    return f"{total:.0f} worker seconds: " + ", ".join(parts)
 
 
 def identity_text(table: Table) -> str:

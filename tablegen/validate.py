@@ -9,7 +9,7 @@ from sampler.errors import InputError
 from sampler.table import Table
 from tablegen.accuracy import Comparison
 from tablegen.config import AccuracyTargets, parse_config
-from tablegen.measure import SAMPLES, measure, missed_targets, pick_conditions
+from tablegen.measure import measure, missed_targets, pick_conditions
 
 #: Conditions of a validation by default.
 CONDITIONS = 8
@@ -62,7 +62,7 @@ def validate(
     *,
     conditions: int = CONDITIONS,
     seed: int = 1,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     progress: bool = False,
 ) -> Validation:
     """Compare a table with fresh direct simulation at conditions that are not nodes.
@@ -75,8 +75,9 @@ def validate(
         Number of conditions, 1 or more.
     seed : int
         Chooses the conditions and all random numbers, 0 to 2**64 - 1.
-    samples : int
-        States a side at each condition, 1000 or more.
+    samples : int, optional
+        States a side at each condition, 1000 or more; by default as many as the declared accuracy
+        needs.
     progress : bool
         Show a progress bar on standard error.
 
@@ -92,7 +93,7 @@ def validate(
     """
     if conditions < 1:
         raise InputError(f"conditions: got {conditions}, allowed: 1 or more")
-    if samples < 1000:
+    if samples is not None and samples < 1000:
         raise InputError(f"samples: got {samples}, allowed: 1000 or more")
     if not 0 <= seed < 2**64:
         raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")

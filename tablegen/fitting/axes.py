@@ -2,10 +2,12 @@
 
 A quantile at a condition is interpolated linearly in the *fractional node index*. That index is
 tabulated at equal steps of the angle and of the speed, so the draw finds it without a search and
-without knowing which abscissa made it: the angle itself, and for the speed the restitution law
-at normal impact, exp(-coefficient V^exponent), through which alone the speed acts.
+without knowing which abscissa made it: the square root of the angle (measured: EXPERIMENTS.md),
+and for the speed the restitution law at normal impact, exp(-coefficient V^exponent), through
+which alone the speed acts.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,20 +15,25 @@ from numpy.typing import NDArray
 
 from sampler.errors import InputError
 from tablegen.config import Config
+from tablegen.placement import Grid, Middle, Place
 
 FloatArray = NDArray[np.float64]
+
+#: Monotone function of an angle or speed in which interpolation is linear.
+Abscissa = Callable[[FloatArray], FloatArray]
 
 #: Entries of a look-up table.
 LOOKUP_SIZE = 2049
 
-#: Widest spacing of angle nodes [degrees], and their spacing near grazing relative to the angle:
-#: the undeflected part of the law scales with the angle there.
-ANGLE_STEP_DEG = 4.0
-GRAZING_STEP = 0.4
-LEAST_ANGLE_STEP_DEG = 0.5
+#: Intervals of the first grid, before any error is measured: equal steps, at most this wide in the
+#: square root of the angle in degrees, and for the restitution abscissa so many that it changes by
+#: a factor of exp(_SPEED_STEP) at most on average.
+_ANGLE_STEP = 0.6
+_SPEED_STEP = 0.75
 
-#: Spacing of speed nodes in the logarithm of the restitution abscissa.
-SPEED_STEP = 0.36
+#: Intervals narrower than this share of an axis, in its abscissa, are not halved: the look-up
+#: would have too few entries in them.
+_FINEST = 1.0 / 256.0
 
 
 @dataclass(frozen=True)
@@ -49,34 +56,96 @@ class Axes:
     speed_coordinate: FloatArray
 
 
-def _angle_nodes(first: float, last: float) -> FloatArray:
-    """Angle nodes: steps that grow with the angle up to a constant, fitted to the range."""
-    nodes = [first]
-    while nodes[-1] < last:
-        step = np.clip(GRAZING_STEP * nodes[-1], LEAST_ANGLE_STEP_DEG, ANGLE_STEP_DEG)
-        nodes.append(nodes[-1] + float(step))
-    grid = np.array(nodes)
-    # squeeze the steps a little so that the last node falls on the end of the range
-    return first + (grid - first) * ((last - first) / max(grid[-1] - first, 1e-300))
+def _equal_steps(axis: Abscissa, first: float, last: float, most: float) -> FloatArray:
+    """Nodes at equal steps of an abscissa, up to ``most`` wide."""
+    if last == first:
+        return np.array([first])
+    ends = axis(np.array([first, last]))
+    count = int(np.ceil(abs(ends[1] - ends[0]) / most)) + 1
+    nodes = _inverse(axis, first, last, np.linspace(ends[0], ends[1], count))
+    nodes[1:-1] = [_rounded(x, (last - first) / count) for x in nodes[1:-1]]
+    nodes[0], nodes[-1] = first, last
+    return nodes
 
 
-def _speed_nodes(config: Config, first: float, last: float) -> FloatArray:
-    """Speed nodes equally spaced in the logarithm of the restitution abscissa."""
+def _inverse(axis: Abscissa, first: float, last: float, values: FloatArray) -> FloatArray:
+    """Points between two ends at which a monotone abscissa has given values."""
+    points = np.linspace(first, last, 20_001)
+    along = axis(points)
+    # np.interp wants a growing abscissa
+    sign = 1.0 if along[-1] > along[0] else -1.0
+    return np.interp(sign * values, sign * along, points)
+
+
+def _rounded(value: float, step: float) -> float:
+    """Give a number of few digits within a thousandth of a step."""
+    return round(value, 3 - int(np.floor(np.log10(step))))
+
+
+def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
+    """Abscissa of the speed, if it can tell the ends apart."""
     ends = config.speed_coordinate(np.array([first, last]))
-    if not np.all(ends > 0.0):
+    if not (np.all(ends > 0.0) and (first == last or ends[0] != ends[1])):
         raise InputError(
             f"domain.speed: got [{first:g}, {last:g}], where the restitution law has no digits "
             "left to tell speeds apart, allowed: a lower end, or table.speed_nodes of your own"
         )
-    low, high = np.log(ends)
-    count = int(np.ceil(abs(high - low) / SPEED_STEP)) + 1
-    speeds = np.linspace(first, last, 20_001)
-    # the abscissa falls with the speed
-    nodes = np.interp(
-        -np.linspace(low, high, count), -np.log(config.speed_coordinate(speeds)), speeds
+    return config.speed_coordinate
+
+
+def first_grid(config: Config) -> Grid:
+    """Nodes that a configuration names, or a coarse grid to begin with.
+
+    Parameters
+    ----------
+    config : Config
+
+    Returns
+    -------
+    Grid
+    """
+    domain, table = config.domain, config.table
+    alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
+    if alpha.size == 0:
+        alpha = _equal_steps(np.sqrt, *domain.alpha_deg, _ANGLE_STEP)
+    if speed.size == 0:
+        axis = _speed_axis(config, *domain.speed)
+        ends = axis(np.array(domain.speed))
+        count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)
+        speed = _equal_steps(axis, *domain.speed, abs(ends[1] - ends[0]) / (count - 1e-9))
+    return Grid(tuple(map(float, alpha)), tuple(map(float, speed)))
+
+
+def middles(config: Config) -> tuple[Middle, Middle]:
+    """How intervals of angle and of speed are halved: in the middle of the axis' abscissa.
+
+    Parameters
+    ----------
+    config : Config
+
+    Returns
+    -------
+    tuple of two callables
+        They give None on an axis whose nodes the configuration names, and in intervals that are
+        fine enough already.
+    """
+    domain, table = config.domain, config.table
+    return (
+        _middle(np.sqrt, domain.alpha_deg, table.alpha_nodes_deg is not None),
+        _middle(config.speed_coordinate, domain.speed, table.speed_nodes is not None),
     )
-    nodes[0], nodes[-1] = first, last
-    return nodes
+
+
+def _middle(axis: Abscissa, ends: tuple[float, float], fixed: bool) -> Middle:
+    whole = float(abs(np.diff(axis(np.array(ends)))[0]))
+
+    def middle(low: float, high: float) -> float | None:
+        a, b = axis(np.array([low, high]))
+        if fixed or abs(b - a) < 2.0 * _FINEST * whole:
+            return None
+        return _halfway(axis, low, high)
+
+    return middle
 
 
 def _lookup(nodes: FloatArray, abscissa: FloatArray, points: FloatArray) -> FloatArray:
@@ -88,31 +157,40 @@ def _lookup(nodes: FloatArray, abscissa: FloatArray, points: FloatArray) -> Floa
     return index
 
 
-def make_axes(config: Config) -> Axes:
-    """Place the nodes that a configuration asks for, or the default ones.
+def middle_of(config: Config, place: Place) -> tuple[float, float]:
+    """Condition in the middle of the nodes of a place, in the abscissas of the axes."""
+    alpha, speed = place
+    return (
+        alpha[0] if len(alpha) == 1 else _halfway(np.sqrt, *alpha),
+        speed[0] if len(speed) == 1 else _halfway(config.speed_coordinate, *speed),
+    )
+
+
+def _halfway(axis: Abscissa, low: float, high: float) -> float:
+    a, b = axis(np.array([low, high]))
+    return _rounded(float(_inverse(axis, low, high, np.array([0.5 * (a + b)]))[0]), high - low)
+
+
+def make_axes(config: Config, grid: Grid | None = None) -> Axes:
+    """Axes of a grid of nodes.
 
     Parameters
     ----------
     config : Config
+    grid : Grid, optional
+        By default the one of `first_grid`.
 
     Returns
     -------
     Axes
     """
-    domain, table = config.domain, config.table
-    alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
-    if alpha.size == 0:
-        first, last = domain.alpha_deg
-        alpha = _angle_nodes(first, last) if last > first else np.array([first])
-    if speed.size == 0:
-        first, last = domain.speed
-        speed = _speed_nodes(config, first, last) if last > first else np.array([first])
+    alpha, speed = (np.array(nodes) for nodes in grid or first_grid(config))
     alphas = np.linspace(alpha[0], alpha[-1], LOOKUP_SIZE)
     speeds = np.linspace(speed[0], speed[-1], LOOKUP_SIZE)
     return Axes(
         alpha_deg=alpha,
         speed=speed,
-        alpha_coordinate=_lookup(alpha, alpha, alphas),
+        alpha_coordinate=_lookup(alpha, np.sqrt(alpha), np.sqrt(alphas)),
         speed_coordinate=_lookup(
             speed, -config.speed_coordinate(speed), -config.speed_coordinate(speeds)
         ),

@@ -4,6 +4,10 @@ The logarithm of a Gaussian density is linear in the 28 monomials 1, z_i, z_i z_
 Both steps of EM are then one matrix product each: log-densities = features @ weights, and
 sufficient statistics = responsibilities^T @ features.
 
+A fit begins with stepwise EM (Cappe and Moulines, J. R. Stat. Soc. B 71 (2009) 593-613): the
+statistics are a running average over blocks of the sample, and every block moves the components.
+A few passes over a large sample then do what dozens of whole iterations do.
+
 A law with a mirror symmetry M = diag(+1, +1, +1, -1, -1, -1) is fitted as
 
     p(z) = sum_k pi_k (N(z; mu_k, S_k) + N(M z; mu_k, S_k)) / 2,
@@ -19,8 +23,24 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+#: Monomials of a sample, in double precision where every digit counts, else in single.
+Features = NDArray[np.float64] | NDArray[np.float32]
+
 #: Rows of one block: its responsibilities stay in the cache.
 _BLOCK = 1024
+
+#: Log-densities this far below the largest of a point count as this far: their share of e^-40 is
+#: lost in rounding, while exponentials near the smallest floating-point numbers are ten times
+#: slower to compute with.
+_DEPTH = -40.0
+
+#: Stepwise EM: points of a block for each component and at least, passes over the sample, and the
+#: weight (k + _DELAY)^-_DECAY of block k in the running average.
+_POINTS_PER_COMPONENT = 40
+_LEAST_BLOCK = 4000
+_PASSES = 3
+_DELAY = 2.0
+_DECAY = 0.6
 
 #: Added to every variance (normal scores have variance one). It keeps components that sit on a
 #: lower-dimensional part of the law, such as near-spheres, from collapsing.
@@ -66,15 +86,19 @@ def _log_density_weights(mixture: Mixture) -> FloatArray:
 
 
 def _expectation(
-    features: FloatArray, weights: FloatArray, signs: FloatArray | None
+    features: Features, weights: FloatArray, signs: FloatArray | None
 ) -> tuple[FloatArray, float]:
-    """Sufficient statistics (K, features) and mean log-likelihood."""
+    """Sufficient statistics (K, features) and mean log-likelihood.
+
+    Responsibilities are computed in the precision of the features.
+    """
     count = weights.shape[1]
     if signs is not None:
         weights = (
             np.hstack([weights, weights * signs[:, None]])
             - np.log(2.0) * (np.arange(len(weights)) == 0)[:, None]
         )
+    weights = np.ascontiguousarray(weights, dtype=features.dtype)
     statistics = np.zeros((weights.shape[1], features.shape[1]))
     total = 0.0
     for start in range(0, len(features), _BLOCK):
@@ -82,29 +106,35 @@ def _expectation(
         table = block @ weights
         peak = table.max(axis=1, keepdims=True)
         table -= peak
+        np.maximum(table, _DEPTH, out=table)
         np.exp(table, out=table)
         mass = table.sum(axis=1, keepdims=True)
-        table /= mass
         total += float(np.log(mass).sum() + peak.sum())
-        statistics += table.T @ block
+        statistics += table.T @ (block / mass)
     if signs is not None:
         statistics = statistics[:count] + statistics[count:] * signs
     return statistics, total / len(features)
 
 
-def _maximisation(statistics: FloatArray, mirror: FloatArray, dimension: int) -> Mixture:
-    """Mixture that maximises the expected likelihood; empty components are dropped."""
-    mass = statistics[:, 0]
+def _maximisation(
+    statistics: FloatArray, mirror: FloatArray, dimension: int, points: int
+) -> tuple[Mixture, FloatArray]:
+    """Mixture that maximises the expected likelihood, and the statistics it was made from.
+
+    The statistics may be averages; ``points`` is how many points they stand for. Components that
+    are left without points are dropped from both.
+    """
     # a component needs more points than it has directions to have a covariance of its own
-    alive = mass > dimension + 1.0
-    statistics, mass = statistics[alive], mass[alive]
+    alive = statistics[:, 0] * (points / statistics[:, 0].sum()) > dimension + 1.0
+    statistics = statistics[alive]
+    mass = statistics[:, 0]
     mean = statistics[:, 1 : dimension + 1] / mass[:, None]
     i, j = np.triu_indices(dimension)
     second = np.empty((len(mass), dimension, dimension))
     second[:, i, j] = statistics[:, dimension + 1 :] / mass[:, None]
     second[:, j, i] = second[:, i, j]
     covariance = second - mean[:, :, None] * mean[:, None, :] + RIDGE * np.eye(dimension)
-    return Mixture(mass / mass.sum(), mean, covariance, mirror)
+    return Mixture(mass / mass.sum(), mean, covariance, mirror), statistics
 
 
 def _start(z: FloatArray, components: int, mirror: FloatArray, rng: np.random.Generator) -> Mixture:
@@ -134,18 +164,47 @@ def improve(mixture: Mixture, z: FloatArray, iterations: int, gain: float) -> tu
     -------
     tuple (Mixture, mean log-likelihood before the last step)
     """
-    dimension = z.shape[1]
-    features = _monomials(z)
-    reflected = bool((mixture.mirror < 0.0).any())
-    signs = _monomials(mixture.mirror[None])[0] if reflected else None
+    features, signs = _monomials(z), _mirror_signs(mixture.mirror)
     last = -np.inf
     for _ in range(iterations):
-        statistics, likelihood = _expectation(features, _log_density_weights(mixture), signs)
-        mixture = _maximisation(statistics, mixture.mirror, dimension)
+        mixture, likelihood = _iterate(mixture, features, signs)
         if likelihood - last < gain:
             break
         last = likelihood
     return mixture, likelihood
+
+
+def _mirror_signs(mirror: FloatArray) -> FloatArray | None:
+    """Signs of the monomials under the reflection, or None if there is none."""
+    return _monomials(mirror[None])[0] if bool((mirror < 0.0).any()) else None
+
+
+def _iterate(
+    mixture: Mixture, features: Features, signs: FloatArray | None
+) -> tuple[Mixture, float]:
+    """One iteration of EM over the whole sample."""
+    statistics, likelihood = _expectation(features, _log_density_weights(mixture), signs)
+    dimension = mixture.mean.shape[1]
+    return _maximisation(statistics, mixture.mirror, dimension, len(features))[0], likelihood
+
+
+def _stepwise(mixture: Mixture, features: Features, passes: int) -> Mixture:
+    """Improve a mixture block by block."""
+    dimension, signs = mixture.mean.shape[1], _mirror_signs(mixture.mirror)
+    size = max(_POINTS_PER_COMPONENT * len(mixture.weight), _LEAST_BLOCK)
+    blocks = max(len(features) // size, 1)
+    average = None
+    for k in range(passes * blocks):
+        first = (k % blocks) * len(features) // blocks
+        last = (k % blocks + 1) * len(features) // blocks
+        block = features[first:last]
+        found, _ = _expectation(block, _log_density_weights(mixture), signs)
+        found /= len(block)
+        if average is not None:
+            step = (k + _DELAY) ** -_DECAY
+            found = (1.0 - step) * average + step * found
+        mixture, average = _maximisation(found, mixture.mirror, dimension, len(features))
+    return mixture
 
 
 def fit_mixture(
@@ -153,17 +212,14 @@ def fit_mixture(
     components: int,
     rng: np.random.Generator,
     mirror: FloatArray | None = None,
-    iterations: int = 60,
+    iterations: int = 1,
 ) -> Mixture:
     """Fit a Gaussian mixture with full covariances.
-
-    A part of the sample brings the components near their places cheaply; the whole sample then
-    settles them.
 
     Parameters
     ----------
     z : (n, d) float64
-        Normal scores.
+        Normal scores, in random order.
     components : int
         Fewer are fitted if there are fewer than d + 1 points for each; those that lose their
         points are dropped.
@@ -172,19 +228,20 @@ def fit_mixture(
     mirror : (d,) float64, optional
         Signs of a reflection to be symmetric under.
     iterations : int
-        Most EM iterations on the whole sample.
+        EM iterations on the whole sample after the stepwise ones, which settle the weights.
 
     Returns
     -------
     Mixture
     """
     signs = np.ones(z.shape[1]) if mirror is None else np.asarray(mirror, dtype=np.float64)
-    part = z[: max(100 * components, 2000)]
     # with more points than this on average, one component at least is always alive
-    most = max((len(part) - 1) // (z.shape[1] + 1), 1)
-    mixture = _start(part, min(components, most), signs, rng)
-    mixture, _ = improve(mixture, part, 60, 1e-4)
-    mixture, _ = improve(mixture, z, iterations, 2e-5)
+    most = max((len(z) - 1) // (z.shape[1] + 1), 1)
+    mixture = _start(z, min(components, most), signs, rng)
+    features = _monomials(z).astype(np.float32)
+    mixture = _stepwise(mixture, features, _PASSES)
+    for _ in range(iterations):
+        mixture, _ = _iterate(mixture, features, _mirror_signs(signs))
     return mixture
 
 

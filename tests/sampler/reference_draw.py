@@ -52,21 +52,22 @@ def reference_draw(contents, alpha1, speed, words):
         column = contents["dependence/alias_index"][i, j, column]
 
     factor = np.zeros((6, 6))
-    factor[np.tril_indices(6)] = contents["dependence/cholesky"][i, j, column]
+    factor[np.tril_indices(6)] = contents["dependence/cholesky"][i, j, column] / 4096.0
     normals = ndtri((np.array(w[2:8]) + 0.5) / 2**32)
-    z = contents["dependence/mean"][i, j, column].astype(float) + factor @ normals
+    z = contents["dependence/mean"][i, j, column] / 4096.0 + factor @ normals
     if contents.mirror and w[1] & 1:
         z[3:] *= -1.0
 
+    kind = int(np.sum(column >= contents["dependence/first_of_class"][i, j].astype(int))) - 1
     variate_knots = contents["dependence/variate_knots"]
     score_knots = contents["marginals/score_knots"]
     channels = np.zeros(6)
     for k in range(6):
-        s = np.interp(z[k], variate_knots, contents["dependence/scores"][i, j, k])
+        s = np.interp(z[k], variate_knots, contents["dependence/scores"][i, j, kind, k])
         for a, weight_a in ((i0, 1.0 - t), (i0 + 1, t)):
             for b, weight_b in ((j0, 1.0 - r), (j0 + 1, r)):
                 if weight_a * weight_b > 0.0:
-                    quantiles = contents["marginals/quantiles"][a, b, k]
+                    quantiles = contents["marginals/quantiles"][a, b, kind, k]
                     channels[k] += weight_a * weight_b * np.interp(s, score_knots, quantiles)
     v, u_hat, omega_z, w_hat, omega_x, omega_y = channels
     u = u_hat * math.sqrt(1.0 - v**2)

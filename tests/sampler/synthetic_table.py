@@ -8,6 +8,8 @@ from sampler.schema import TableContents
 ALPHA_DEG = np.array([20.0, 50.0, 90.0])
 SPEED = np.array([50.0, 120.0, 300.0])
 N_KNOTS, N_MAP, N_COMPONENTS = 33, 41, 5
+#: First component of each class at node (i, j) is FIRST_OF_CLASS[(i + j) % 2].
+FIRST_OF_CLASS = ((0, 2), (0, 3))
 SCORE_MAX, VARIATE_MAX = 4.0, 6.0
 
 
@@ -20,13 +22,13 @@ def _coordinate(nodes, power, n_grid=101):
     return x
 
 
-def channel_quantiles(probability, i, j):
-    """Smooth quantile functions (6, ...) of the six channels at node (i, j); the last three odd."""
-    p, a = probability, 0.1 * i + 0.03 * j
+def channel_quantiles(probability, i, j, kind=0):
+    """Smooth quantile functions (6, ...) of the channels of a class at node (i, j), three odd."""
+    p, a = probability, 0.1 * i + 0.03 * j + 0.12 * kind
     odd = 2.0 * p - 1.0
     return np.array(
         [
-            0.02 + (0.9 - a) * p**1.5,
+            0.02 + (0.9 - a) * p ** (1.5 - 0.5 * kind),
             -0.7 + a + 1.3 * p**2,
             -2.0 + a + 2.5 * p,
             (0.4 + a) * odd,
@@ -80,19 +82,27 @@ def _alias(weight):
     return probability, index
 
 
+def class_parts(first_of_class, n_components):
+    """Components of each class, as slices."""
+    ends = [*first_of_class[1:], n_components]
+    return [slice(a, b) for a, b in zip(first_of_class, ends, strict=True)]
+
+
 def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False):
     """Datasets by path.
 
-    With ``standard`` the mixture is one correlated normal law with standard marginals and the
-    score map is the identity, so that every marginal is exactly its quantile function.
+    With ``standard`` there is one class, its mixture is one correlated normal law with standard
+    marginals and the score map is the identity, so that every marginal is exactly its quantile
+    function. Else there are two classes, each with a score map of its own components.
     """
     rng = np.random.default_rng(seed)
     shape = (len(alpha_deg), len(speed))
     score_knots = np.linspace(-SCORE_MAX, SCORE_MAX, N_KNOTS)
     variate_knots = np.linspace(-VARIATE_MAX, VARIATE_MAX, N_MAP)
-    n = 1 if standard else N_COMPONENTS
-    quantiles = np.empty((*shape, 6, N_KNOTS))
-    scores = np.empty((*shape, 6, N_MAP))
+    n, n_classes = (1, 1) if standard else (N_COMPONENTS, 2)
+    quantiles = np.empty((*shape, n_classes, 6, N_KNOTS))
+    scores = np.empty((*shape, n_classes, 6, N_MAP))
+    first_of_class = np.zeros((*shape, n_classes), dtype=np.int64)
     probability, index = np.empty((*shape, n)), np.empty((*shape, n), dtype=np.int64)
     mean, cholesky = np.empty((*shape, n, 6)), np.empty((*shape, n, 21))
     for i, j in np.ndindex(*shape):
@@ -104,8 +114,12 @@ def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False):
             covariance[:, :3, 3:] = covariance[:, 3:, :3] = 0.0
             scores[i, j] = np.clip(variate_knots, -SCORE_MAX, SCORE_MAX)
         else:
-            scores[i, j] = _score_map(*_mirrored(weight, centre, covariance), variate_knots)
-        quantiles[i, j] = channel_quantiles(ndtr(score_knots), i, j)
+            first_of_class[i, j] = FIRST_OF_CLASS[(i + j) % 2]
+            for kind, part in enumerate(class_parts(first_of_class[i, j], n)):
+                own = weight[part] / weight[part].sum(), centre[part], covariance[part]
+                scores[i, j, kind] = _score_map(*_mirrored(*own), variate_knots)
+        for kind in range(n_classes):
+            quantiles[i, j, kind] = channel_quantiles(ndtr(score_knots), i, j, kind)
         probability[i, j], index[i, j] = _alias(weight)
         mean[i, j] = centre
         cholesky[i, j] = np.linalg.cholesky(covariance)[:, *np.tril_indices(6)]
@@ -118,10 +132,11 @@ def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False):
         "marginals/quantiles": quantiles,
         "dependence/variate_knots": variate_knots,
         "dependence/scores": scores,
+        "dependence/first_of_class": first_of_class,
         "dependence/alias_probability": probability,
         "dependence/alias_index": index,
-        "dependence/mean": mean,
-        "dependence/cholesky": cholesky,
+        "dependence/mean": np.rint(mean * 4096.0).astype(np.int16),
+        "dependence/cholesky": np.rint(cholesky * 4096.0).astype(np.int16),
         "accuracy/alpha_deg": np.array([33.0, 71.0]),
         "accuracy/speed": np.array([80.0, 200.0]),
         "accuracy/ks": np.full((2, 6), 0.01),

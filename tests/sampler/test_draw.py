@@ -111,6 +111,16 @@ def test_component_shares_are_the_weights(contents):
     np.testing.assert_allclose(share, weight, atol=1e-4)
 
 
+@pytest.mark.parametrize("first", [(0, 2), (0, 0), (0, 5)], ids=["both", "second", "first"])
+def test_class_of_a_component(first):
+    """A class may be empty; every component belongs to one that is not."""
+    datasets = make_datasets()
+    datasets["dependence/first_of_class"][1, 1] = first
+    arrays = table_arrays(make_contents(datasets))
+    kinds = [kernel._class_of(arrays, 1, 1, component) for component in range(5)]
+    assert kinds == [int(component >= first[1]) for component in range(5)]
+
+
 def test_lowest_bit_mirrors_exactly(contents):
     arrays = table_arrays(contents)
     rng = np.random.default_rng(11)
@@ -222,9 +232,9 @@ def test_extreme_quantiles_keep_the_physics():
     end, tiny = np.nextafter(np.float32(1), np.float32(0)), np.finfo(np.float32).tiny
     quantiles = datasets["marginals/quantiles"]
     n_knots = quantiles.shape[-1]
-    quantiles[:, :, 0] = np.where(np.arange(n_knots) < n_knots // 2, tiny, end)
+    quantiles[..., 0, :] = np.where(np.arange(n_knots) < n_knots // 2, tiny, end)
     for channel in (1, 3):
-        quantiles[:, :, channel] = np.where(np.arange(n_knots) < n_knots // 2, -end, end)
+        quantiles[..., channel, :] = np.where(np.arange(n_knots) < n_knots // 2, -end, end)
     arrays = table_arrays(make_contents(datasets))
     for words in itertools.product((0, 0x7FFFFFFF, 0xFFFFFFFF), repeat=5):
         w = [words[0], words[1], words[2], words[3], 5, words[4], 6, 7]

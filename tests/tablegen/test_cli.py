@@ -19,7 +19,7 @@ from command_line import (
     config_file,
     flags,
 )
-from tiny_tables import GENERATE, TINY
+from tiny_tables import GENERATE, PLAN, TINY
 from wrong_tables import declaring, independent_channels
 
 import sampler
@@ -180,7 +180,7 @@ class TestGenerate:
             ended = run(*words)
             assert (ended.status, ended.err.strip()) == (INTERRUPTED, "tablegen: interrupted")
         assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5.parts"]
-        monkeypatch.setattr(GENERATE, "fit_node", None)  # all four are there already
+        monkeypatch.setattr(PLAN, "fit_node", None)  # all four are there already
         assert run(*words, "--resume").status == DONE
         assert output.read_bytes() == whole
         assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5"]

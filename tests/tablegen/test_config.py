@@ -3,6 +3,7 @@
 import math
 import pickle
 import tomllib
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from pydantic import ValidationError
 
 from sampler.errors import InputError
 from sampler.locate import data_directory
-from tablegen.config import Config, load_config, parse_config
+from tablegen.config import PRESETS, AccuracyTargets, Config, load_config, parse_config
 from tablegen.merge import merged
 from tablegen.particles import FixedAspect, TruncatedNormalAspect
 
@@ -48,10 +49,10 @@ class TestShippedPair:
 
     def test_declares_the_accuracy_that_is_asked_of_it(self):
         accuracy = load_config("corundum-steel").accuracy
-        assert accuracy.ks <= 0.03
-        assert accuracy.sliced_wasserstein <= 0.02
-        assert accuracy.correlation_error <= 0.05
-        assert accuracy.auc <= 0.70
+        assert accuracy.ks <= 0.010
+        assert accuracy.sliced_wasserstein <= 0.008
+        assert accuracy.correlation_error <= 0.02
+        assert accuracy.auc <= 0.56
 
     def test_text_is_the_file(self):
         assert load_config("corundum-steel").text == PAIR_TEXT
@@ -361,3 +362,37 @@ class TestUnusableFiles:
         path = tmp_path / "marked.toml"
         path.write_bytes(b"\xef\xbb\xbf" + PAIR_TEXT.encode())
         assert load_config(path) == load_config("corundum-steel")
+
+
+class TestPresets:
+    @pytest.mark.parametrize("name", PRESETS)
+    def test_name_stands_for_its_numbers(self, name):
+        accuracy = AccuracyTargets.model_validate({"preset": name})
+        assert accuracy.model_dump() == {"preset": name, **PRESETS[name]}
+
+    def test_standard_is_what_is_meant_without_a_name(self):
+        assert AccuracyTargets.model_validate({}).model_dump() == {
+            "preset": "standard",
+            **PRESETS["standard"],
+        }
+
+    def test_numbers_replace_those_of_the_preset(self):
+        accuracy = AccuracyTargets.model_validate({"preset": "fine", "ks": 0.007})
+        assert accuracy.ks == 0.007
+        assert accuracy.auc == PRESETS["fine"]["auc"]
+
+    def test_finer_presets_allow_less(self):
+        for coarse, fine in pairwise(("compact", "standard", "fine")):
+            for metric, allowed in PRESETS[fine].items():
+                assert allowed < PRESETS[coarse][metric], metric
+
+    def test_another_preset_replaces_all_numbers_of_the_old_one(self):
+        changed = load_config("corundum-steel").with_changes({"accuracy": {"preset": "fine"}})
+        assert changed.accuracy == AccuracyTargets.model_validate({"preset": "fine"})
+        same = changed.with_changes({"accuracy": {"preset": "fine", "ks": 0.2}})
+        assert (same.accuracy.ks, same.accuracy.auc) == (0.2, PRESETS["fine"]["auc"])
+
+    def test_unknown_name_is_refused(self):
+        line = refused(changed({"accuracy": {"preset": "perfect"}}))
+        assert line.startswith("accuracy.preset: got 'perfect', allowed: ")
+        assert "standard" in line

@@ -9,17 +9,19 @@ from functools import partial
 import h5py
 import numpy as np
 import pytest
-from tiny_tables import GENERATE, MEASURED, ROUGH, TINY
+from tiny_tables import GENERATE, MEASURED, PLAN, ROUGH, TINY
 
 import sampler
 from sampler.errors import InputError
 from sampler.schema import read_table
 from tablegen.config import parse_config
-from tablegen.fitting.axes import make_axes
+from tablegen.fitting.axes import first_grid
 from tablegen.fitting.node import fit_node
-from tablegen.generate import fit_nodes, generate
+from tablegen.generate import generate
 from tablegen.measure import measure
+from tablegen.plan import fit_nodes
 from tablegen.validate import validate
+from tablegen.workshop import Workshop
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
 
@@ -39,6 +41,10 @@ def rough_bytes(tmp_path_factory):
         return made(path, pool)
 
 
+#: Condition of the last node.
+LAST = (45.0, 300.0)
+
+
 class InterruptedRunError(Exception):
     """What stops a run in a test."""
 
@@ -47,16 +53,16 @@ class InterruptedRunError(Exception):
 def failing_last_node(monkeypatch, tmp_path):
     """The last of the four nodes fails, once the other three are on disk."""
 
-    def failing(config, alpha_deg, speed, number):
-        if number != 3:
-            return fit_node(config, alpha_deg, speed, number)
+    def failing(config, alpha_deg, speed, *rest):
+        if (alpha_deg, speed) != LAST:
+            return fit_node(config, alpha_deg, speed, *rest)
         deadline = time.monotonic() + 60.0
         while len(list(tmp_path.glob("t.h5.parts/piece-*.npz"))) < 3:
             assert time.monotonic() < deadline, "three nodes were never saved"
             time.sleep(0.01)
         raise InterruptedRunError
 
-    monkeypatch.setattr(GENERATE, "fit_node", failing)
+    monkeypatch.setattr(PLAN, "fit_node", failing)
 
 
 class TestFile:
@@ -93,8 +99,8 @@ class TestFile:
 
     def test_nodes_lie_row_by_row(self, tiny):
         contents = tiny.generated.table.contents
-        for number, (i, j) in enumerate(np.ndindex(2, 2)):
-            node = fit_node(TINY, (35.0, 45.0)[i], (60.0, 300.0)[j], number)
+        for i, j in np.ndindex(2, 2):
+            node = fit_node(TINY, (35.0, 45.0)[i], (60.0, 300.0)[j])
             np.testing.assert_array_equal(contents["marginals/quantiles"][i, j], node.quantiles)
             np.testing.assert_array_equal(contents["dependence/scores"][i, j], node.scores)
             np.testing.assert_array_equal(contents["dependence/mean"][i, j], node.mean)
@@ -155,15 +161,15 @@ class TestSameBytes:
         path = tmp_path / "t.h5"
         with pytest.raises(InterruptedRunError):
             made(path)
-        numbers = []
+        conditions = []
 
-        def counting(config, alpha_deg, speed, number):
-            numbers.append(number)
-            return fit_node(config, alpha_deg, speed, number)
+        def counting(config, alpha_deg, speed, *rest):
+            conditions.append((alpha_deg, speed))
+            return fit_node(config, alpha_deg, speed, *rest)
 
-        monkeypatch.setattr(GENERATE, "fit_node", counting)
+        monkeypatch.setattr(PLAN, "fit_node", counting)
         assert made(path, resume=True) == rough_bytes
-        assert numbers == [3]
+        assert conditions == [LAST]
         assert [p.name for p in tmp_path.iterdir()] == ["t.h5"]
 
 
@@ -187,19 +193,19 @@ class TestInterruption:
     def test_cancels_what_has_not_begun(self, monkeypatch):
         begun, gone = [], threading.Event()
 
-        def failing(config, alpha_deg, speed, number):
-            begun.append(number)
-            if number > 0:
+        def failing(config, alpha_deg, speed, *rest):
+            begun.append((alpha_deg, speed))
+            if len(begun) > 1:
                 gone.wait(60.0)
             raise InterruptedRunError
 
-        monkeypatch.setattr(GENERATE, "fit_node", failing)
+        monkeypatch.setattr(PLAN, "fit_node", failing)
         with ThreadPoolExecutor(1) as pool:
             with pytest.raises(InterruptedRunError):
-                fit_nodes(ROUGH, make_axes(ROUGH), executor=pool)
+                fit_nodes(ROUGH, first_grid(ROUGH), Workshop(executor=pool))
             gone.set()
         # One worker: the second node may have been on its way when the first one failed.
-        assert begun in ([0], [0, 1])
+        assert begun in ([(35.0, 60.0)], [(35.0, 60.0), (35.0, 300.0)])
 
     def test_finished_run_leaves_the_file_only(self, tmp_path):
         made(tmp_path / "t.h5")
@@ -218,7 +224,7 @@ class TestInterruption:
 
 class TestRefusals:
     def test_folder_that_does_not_exist(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(GENERATE, "fit_node", None)
+        monkeypatch.setattr(PLAN, "fit_node", None)
         with pytest.raises(InputError, match="allowed: a file in a folder that exists"):
             made(tmp_path / "none" / "t.h5")
         assert list(tmp_path.iterdir()) == []

@@ -10,13 +10,15 @@ from tiny_tables import ROUGH, TINY
 import sampler
 from sampler.table import Table
 from tablegen.accuracy import compare
+from tablegen.assembly import assemble
 from tablegen.config import AccuracyTargets
 from tablegen.fitting import node
-from tablegen.fitting.axes import make_axes
-from tablegen.fitting.node import fit_node
-from tablegen.generate import assemble, fit_nodes
+from tablegen.fitting.axes import first_grid, make_axes
+from tablegen.fitting.node import fit_node, node_stream
 from tablegen.measure import FIRST_STREAM, measure, missed_targets, pick_conditions
+from tablegen.plan import fit_nodes
 from tablegen.simulate import make_condition, simulate, simulate_configured
+from tablegen.workshop import Workshop
 
 MEASURE = sys.modules[measure.__module__]
 SIMULATE = sys.modules[simulate.__module__]
@@ -37,7 +39,7 @@ def grid_table(alpha_nodes_deg, speed_nodes):
             },
         }
     )
-    nodes = [fit_node(config, 35.0, 60.0, 0)] * (len(alpha_nodes_deg) * len(speed_nodes))
+    nodes = [fit_node(config, 35.0, 60.0)] * (len(alpha_nodes_deg) * len(speed_nodes))
     return Table(assemble(config, make_axes(config), nodes))
 
 
@@ -46,7 +48,7 @@ def node_index(table, alpha_deg, speed):
     alpha_nodes, speed_nodes = table.contents["axes/alpha_deg"], table.contents["axes/speed"]
     abscissa = -ROUGH.speed_coordinate(speed_nodes)
     return (
-        np.interp(alpha_deg, alpha_nodes, np.arange(len(alpha_nodes))),
+        np.interp(np.sqrt(alpha_deg), np.sqrt(alpha_nodes), np.arange(len(alpha_nodes))),
         np.interp(-ROUGH.speed_coordinate(speed), abscissa, np.arange(len(speed_nodes))),
     )
 
@@ -108,18 +110,18 @@ class TestStreams:
         return seen
 
     def test_of_nodes_and_of_measurements_are_apart(self, streams):
-        axes = make_axes(ROUGH)
-        table = Table(assemble(ROUGH, axes, fit_nodes(ROUGH, axes)))
+        nodes = fit_nodes(ROUGH, first_grid(ROUGH), Workshop())
+        table = Table(assemble(ROUGH, make_axes(ROUGH), nodes))
         # the seed of the nodes: only the streams keep the two apart
         conditions = [(40.0, 100.0), (41.0, 120.0), (42.0, 140.0)]
         measure(table, ROUGH, conditions, seed=ROUGH.table.seed, samples=200)
         assert {seed for _, seed, _ in streams} == {ROUGH.table.seed}
-        of_nodes = sorted(stream for module, _, stream in streams if module == "node")
+        of_nodes = {stream for module, _, stream in streams if module == "node"}
         measured = [stream for module, _, stream in streams if module == "measure"]
-        assert of_nodes == [0, 1, 2, 3]
+        assert of_nodes == {node_stream(a, v) for a in (35.0, 45.0) for v in (60.0, 300.0)}
+        assert len(of_nodes) == 4
+        assert max(of_nodes) < FIRST_STREAM
         assert measured == [FIRST_STREAM, FIRST_STREAM + 1, FIRST_STREAM + 2]
-        # more nodes than a file can hold would be needed to reach them
-        assert FIRST_STREAM == 2**31
 
     def test_hold_other_particles(self):
         condition = make_condition(0.7, 100.0)

@@ -287,11 +287,12 @@ class TestSpeedAbscissa:
         assert (axes.speed_coordinate[0], axes.speed_coordinate[-1]) == (0.0, 1.0)
         assert (np.diff(axes.speed_coordinate) > 0.0).all()
 
-    def test_nodes_of_a_table_in_speed_are_close(self):
-        speed = make_axes(with_laws(LAWS["tabulated"])).speed
-        ratio = speed[1:] / speed[:-1]
-        assert ratio.max() < 1.44
+    def test_first_nodes_in_speed_follow_the_law(self):
+        config = with_laws(LAWS["tabulated"])
+        speed = make_axes(config).speed
         assert (speed[0], speed[-1]) == (50.0, 300.0)
+        change = np.log(config.speed_coordinate(speed[0]) / config.speed_coordinate(speed[-1]))
+        assert len(speed) - 1 == np.ceil(change / 0.75) > 1
 
 
 class TestShippedPairs:

@@ -4,13 +4,15 @@ import os
 
 import numpy as np
 import pytest
-from tiny_tables import GENERATE, ROUGH
+from tiny_tables import PLAN, ROUGH
 
 from sampler.errors import InputError
-from tablegen.fitting.axes import make_axes
+from tablegen.fitting.axes import first_grid
 from tablegen.fitting.node import fit_node
-from tablegen.generate import fit_nodes
+from tablegen.fitting.resolution import resolution
 from tablegen.pieces import PieceStore
+from tablegen.plan import fit_nodes, node_key
+from tablegen.workshop import Workshop, stable_number
 
 ARRAYS = {
     "quantiles": np.linspace(0.0, 1.0, 12, dtype=np.float32).reshape(3, 4),
@@ -30,15 +32,25 @@ def store(output):
 
 @pytest.fixture
 def fitted(monkeypatch):
-    """Numbers of the nodes that are really fitted."""
-    numbers = []
+    """Conditions of the nodes that are really fitted."""
+    conditions = []
 
-    def counting(config, alpha_deg, speed, number):
-        numbers.append(number)
-        return fit_node(config, alpha_deg, speed, number)
+    def counting(config, alpha_deg, speed, *rest):
+        conditions.append((alpha_deg, speed))
+        return fit_node(config, alpha_deg, speed, *rest)
 
-    monkeypatch.setattr(GENERATE, "fit_node", counting)
-    return numbers
+    monkeypatch.setattr(PLAN, "fit_node", counting)
+    return conditions
+
+
+def fit_all(store):
+    return fit_nodes(ROUGH, first_grid(ROUGH), Workshop(store))
+
+
+def piece_of(store, alpha_deg, speed):
+    """File of the piece that is a node."""
+    number = stable_number(node_key(alpha_deg, speed, resolution(ROUGH)), 48)
+    return store.folder / f"piece-{number:05d}.npz"
 
 
 class TestStore:
@@ -147,27 +159,25 @@ class TestDamage:
 
 class TestResumedNodes:
     def test_only_missing_nodes_are_fitted(self, store, fitted):
-        axes = make_axes(ROUGH)
-        fresh = fit_nodes(ROUGH, axes, store)
-        assert sorted(fitted) == [0, 1, 2, 3]
-        (store.folder / "piece-00002.npz").unlink()
+        fresh = fit_all(store)
+        assert sorted(fitted) == [(35.0, 60.0), (35.0, 300.0), (45.0, 60.0), (45.0, 300.0)]
+        piece_of(store, 45.0, 60.0).unlink()
         fitted.clear()
-        resumed = fit_nodes(ROUGH, axes, store)
-        assert fitted == [2]
+        resumed = fit_all(store)
+        assert fitted == [(45.0, 60.0)]
         for a, b in zip(fresh, resumed, strict=True):
             for x, y in zip(a, b, strict=True):
                 np.testing.assert_array_equal(x, y)
                 assert x.dtype == y.dtype
 
     def test_damaged_node_is_remade_and_kept_again(self, store, fitted):
-        axes = make_axes(ROUGH)
-        fit_nodes(ROUGH, axes, store)
-        piece = store.folder / "piece-00001.npz"
+        fit_all(store)
+        piece = piece_of(store, 35.0, 300.0)
         whole = piece.read_bytes()
         piece.write_bytes(whole[: len(whole) // 2])
         fitted.clear()
-        fit_nodes(ROUGH, axes, store)
-        assert fitted == [1]
-        np.testing.assert_array_equal(
-            store.load(1)["quantiles"], fit_node(ROUGH, 35.0, 300.0, 1).quantiles
-        )
+        fit_all(store)
+        assert fitted == [(35.0, 300.0)]
+        with np.load(piece) as again:
+            expected = fit_node(ROUGH, 35.0, 300.0).quantiles
+            np.testing.assert_array_equal(again["quantiles"], expected)

@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 from tablegen.config import load_config
 from tablegen.generate import Generated, generate
+from tablegen.plan import make_plan
 
-#: The module; in the package its name stands for the function.
+#: The modules; in the package the name of the first stands for the function.
 GENERATE = sys.modules[generate.__module__]
+PLAN = sys.modules[make_plan.__module__]
 
 #: States a side at the conditions where a tiny table is measured when it is made.
 MEASURED = 2000
@@ -23,6 +25,7 @@ TINY = load_config("corundum-steel").with_changes(
             "samples_per_node": 6000,
             "components": 16,
             "quantile_knots": 65,
+            "mirror": True,
             "alpha_nodes_deg": [35.0, 45.0],
             "speed_nodes": [60.0, 300.0],
         },

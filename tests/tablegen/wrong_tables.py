@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sampler.encoding import MIXTURE_SCALE
 from sampler.schema import TableContents
 from tablegen.config import parse_config
 
@@ -14,6 +15,7 @@ from tablegen.config import parse_config
 NODE_DATASETS = (
     "marginals/quantiles",
     "dependence/scores",
+    "dependence/first_of_class",
     "dependence/alias_probability",
     "dependence/alias_index",
     "dependence/mean",
@@ -34,9 +36,9 @@ def declaring(contents: TableContents, **accuracy: float) -> TableContents:
 
 
 def independent_channels(contents: TableContents) -> TableContents:
-    """The marginals at every node, and no dependence at all."""
+    """The marginals at every node and of every class, and no dependence within a class."""
     factor = np.zeros_like(contents["dependence/cholesky"])
-    factor[..., _DIAGONAL] = 1.0
+    factor[..., _DIAGONAL] = MIXTURE_SCALE
     last = contents["marginals/score_knots"][-1]
     identity = np.clip(contents["dependence/variate_knots"], -last, last)
     scores = contents["dependence/scores"]
@@ -60,7 +62,7 @@ def shifted_speeds(contents: TableContents) -> TableContents:
 def lopsided(contents: TableContents, shift: float = 0.05) -> TableContents:
     """All w a little to one side: the mirror symmetry is gone."""
     quantiles = contents["marginals/quantiles"].copy()
-    quantiles[:, :, _W_HAT] = np.clip(quantiles[:, :, _W_HAT] + shift, -0.9999, 0.9999)
+    quantiles[..., _W_HAT, :] = np.clip(quantiles[..., _W_HAT, :] + shift, -0.9999, 0.9999)
     return _with(contents, {"marginals/quantiles": quantiles})
 
 

@@ -5,14 +5,8 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.fitting.axes import (
-    ANGLE_STEP_DEG,
-    GRAZING_STEP,
-    LEAST_ANGLE_STEP_DEG,
-    LOOKUP_SIZE,
-    SPEED_STEP,
-    make_axes,
-)
+from tablegen.fitting.axes import LOOKUP_SIZE, first_grid, make_axes, middle_of, middles
+from tablegen.placement import Place
 
 SHIPPED = load_config("corundum-steel")
 
@@ -53,25 +47,44 @@ def test_the_last_angle_is_the_domains_to_the_last_bit():
         assert axes_of((first, 90.0)).alpha_deg[-1] == 90.0
 
 
-def test_default_angle_steps():
+def test_first_grid_has_equal_steps_of_the_abscissas():
+    """Nodes have few digits, so steps are equal to a hundredth."""
     axes = axes_of()
-    step, lower = np.diff(axes.alpha_deg), axes.alpha_deg[:-1]
-    # Squeezing the last step into the range makes steps smaller, by less than one step in all.
-    widest = np.clip(GRAZING_STEP * lower, LEAST_ANGLE_STEP_DEG, ANGLE_STEP_DEG)
-    assert (step <= widest * (1.0 + 1e-12)).all()
-    assert (step >= 0.8 * widest).all()
-    assert (np.diff(step) >= -1e-9).all()
-    # The rule is the coarsest that keeps to those steps: one node less would not reach.
-    assert axes.alpha_deg[0] + np.cumsum(widest)[-2] < axes.alpha_deg[-1]
+    for steps in (np.diff(np.sqrt(axes.alpha_deg)), np.diff(SHIPPED.speed_coordinate(axes.speed))):
+        assert len(steps) >= 2
+        np.testing.assert_allclose(steps, steps.mean(), rtol=0.01)
+    # Refused: steps of the angle and of the speed themselves.
+    for nodes in (axes.alpha_deg, axes.speed):
+        assert np.ptp(np.diff(nodes)) > 0.2 * np.diff(nodes).mean()
 
 
-def test_default_speed_steps():
-    axes = axes_of()
-    abscissa = np.log(SHIPPED.speed_coordinate(axes.speed))
-    step = -np.diff(abscissa)
-    np.testing.assert_allclose(step, step.mean(), rtol=1e-5)
-    assert step.max() <= SPEED_STEP
-    assert abscissa[0] - abscissa[-1] > SPEED_STEP * (len(step) - 1)
+class TestMiddles:
+    def test_halve_an_interval_in_its_abscissa(self):
+        alpha, speed = middles(SHIPPED.with_changes({"table": {"seed": 2}}))
+        found = alpha(30.0, 60.0)
+        half = 0.5 * (np.sqrt(30.0) + np.sqrt(60.0))
+        assert np.sqrt(found) == pytest.approx(half, abs=1e-3 * (np.sqrt(60.0) - np.sqrt(30.0)))
+        assert abs(found - 45.0) > 0.5
+        found = speed(100.0, 300.0)
+        x = np.exp(-0.1 * np.array([100.0, 300.0]) ** 0.61)
+        assert np.exp(-0.1 * found**0.61) == pytest.approx(x.mean(), abs=2e-3 * (x[0] - x[1]))
+
+    def test_are_where_a_place_is_tried(self):
+        alpha, speed = middles(SHIPPED)
+        place = Place((30.0, 60.0), (100.0, 300.0))
+        assert middle_of(SHIPPED, place) == (alpha(30.0, 60.0), speed(100.0, 300.0))
+        assert middle_of(SHIPPED, Place((30.0,), (100.0,))) == (30.0, 100.0)
+
+    def test_end_at_fine_intervals(self):
+        alpha, speed = middles(SHIPPED)
+        assert alpha(89.9, 90.0) is None
+        assert speed(50.0, 50.1) is None
+
+    def test_there_are_none_on_a_fixed_axis(self):
+        fixed = {"alpha_nodes_deg": [0.5, 45.0, 90.0]}
+        alpha, speed = middles(SHIPPED.with_changes({"table": fixed}))
+        assert alpha(0.5, 45.0) is None
+        assert speed(50.0, 300.0) is not None
 
 
 def test_given_nodes_are_taken():
@@ -116,14 +129,15 @@ def test_look_up_finds_the_nodes():
         assert (looked_up(coordinate, nodes, moved) - np.arange(1, len(nodes) - 1) > 0.0).all()
 
 
-def test_look_up_is_linear_in_the_angle():
-    axes = axes_of()
-    rng = np.random.default_rng(3)
-    alpha = rng.uniform(0.5, 90.0, 2000)
-    expected = np.interp(alpha, axes.alpha_deg, np.arange(len(axes.alpha_deg)))
+def test_look_up_is_linear_in_the_root_of_the_angle():
+    axes = axes_of(alpha_nodes_deg=[0.5, 30.0, 90.0])
+    alpha = np.random.default_rng(3).uniform(0.5, 90.0, 2000)
     found = looked_up(axes.alpha_coordinate, axes.alpha_deg, alpha)
-    entry = np.diff(axes.alpha_coordinate).max()
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=entry)
+    expected = np.interp(np.sqrt(alpha), np.sqrt(axes.alpha_deg), np.arange(3))
+    # entries are straight pieces of a root: most off in the first one
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-4)
+    # Refused: an index that is linear in the angle itself.
+    assert np.abs(np.interp(alpha, axes.alpha_deg, np.arange(3)) - expected).max() > 0.1
 
 
 def test_look_up_is_linear_in_the_restitution_abscissa_of_the_speed():
@@ -147,4 +161,4 @@ def test_speeds_that_the_law_cannot_tell_apart_are_refused():
         "domain": {"speed": [100.0, 1000.0], "extrapolate": True},
     }
     with pytest.raises(InputError, match=r"^domain\.speed: got \[100, 1000\]"):
-        make_axes(load_config("corundum-steel").with_changes(changes))
+        first_grid(SHIPPED.with_changes(changes))

@@ -6,16 +6,16 @@ from wrong_tables import independent_channels, independent_columns
 
 from sampler.table import Table
 from tablegen.accuracy import classifier_auc, correlation_error, ks_distances
+from tablegen.assembly import assemble
 from tablegen.config import load_config
 from tablegen.fitting.axes import make_axes
 from tablegen.fitting.marginals import SCORE_MAX
 from tablegen.fitting.node import MAP_KNOTS, VARIATE_MAX, fit_node, mirror_signs, variate_knots
-from tablegen.generate import assemble
 from tablegen.simulate import make_condition, simulate
 
 ALPHA_DEG, SPEED = 35.0, 150.0
 N, N_NODE = 20_000, 12_000
-SMALL = {"samples_per_node": 1000, "components": 4, "quantile_knots": 33}
+SMALL = {"samples_per_node": 1000, "components": 4, "quantile_knots": 33, "mirror": True}
 
 
 def node_config(**table):
@@ -25,7 +25,7 @@ def node_config(**table):
 
 
 def one_node_table(config):
-    return Table(assemble(config, make_axes(config), [fit_node(config, ALPHA_DEG, SPEED, 0)]))
+    return Table(assemble(config, make_axes(config), [fit_node(config, ALPHA_DEG, SPEED)]))
 
 
 def simulated(config, count, stream):
@@ -36,7 +36,7 @@ def simulated(config, count, stream):
 
 @pytest.fixture(scope="module")
 def config():
-    return node_config(samples_per_node=N_NODE, components=32, quantile_knots=129)
+    return node_config(samples_per_node=N_NODE, components=32, quantile_knots=129, mirror=True)
 
 
 @pytest.fixture(scope="module")
@@ -51,46 +51,46 @@ def direct(config):
 
 class TestArrays:
     def test_shapes_and_types(self):
-        node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED, 0)
+        node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED)
         found = {name: (array.shape, array.dtype.str) for name, array in node._asdict().items()}
         assert found == {
-            "quantiles": ((6, 33), "<f4"),
-            "scores": ((6, MAP_KNOTS), "<f4"),
+            "quantiles": ((2, 6, 33), "<f4"),
+            "scores": ((2, 6, MAP_KNOTS), "<f4"),
+            "first_of_class": ((2,), "<u2"),
             "alias_probability": ((4,), "<f4"),
             "alias_index": ((4,), "<u2"),
-            "mean": ((4, 6), "<f4"),
-            "cholesky": ((4, 21), "<f4"),
+            "mean": ((4, 6), "<i2"),
+            "cholesky": ((4, 21), "<i2"),
         }
         assert all(np.isfinite(array).all() for array in node)
 
-    def test_are_a_function_of_the_configuration_and_the_number(self):
+    def test_are_a_function_of_the_configuration_and_the_condition(self):
         config = node_config(**SMALL)
-        first = fit_node(config, ALPHA_DEG, SPEED, 3)
-        for a, b in zip(first, fit_node(config, ALPHA_DEG, SPEED, 3), strict=True):
+        first = fit_node(config, ALPHA_DEG, SPEED)
+        for a, b in zip(first, fit_node(config, ALPHA_DEG, SPEED), strict=True):
             np.testing.assert_array_equal(a, b)
         others = {
-            "number": fit_node(config, ALPHA_DEG, SPEED, 4),
-            "seed": fit_node(node_config(**SMALL, seed=2), ALPHA_DEG, SPEED, 3),
-            "angle": fit_node(config, ALPHA_DEG + 1.0, SPEED, 3),
-            "speed": fit_node(config, ALPHA_DEG, SPEED + 1.0, 3),
+            "seed": fit_node(node_config(**SMALL, seed=2), ALPHA_DEG, SPEED),
+            "angle": fit_node(config, ALPHA_DEG + 1.0, SPEED),
+            "speed": fit_node(config, ALPHA_DEG, SPEED + 1.0),
         }
         for what, other in others.items():
             assert not np.array_equal(first.quantiles, other.quantiles), what
             assert not np.array_equal(first.mean, other.mean), what
 
     def test_mirrored_channels_are_odd(self):
-        node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED, 0)
-        for rows in (node.quantiles[3:], node.scores[3:]):
-            np.testing.assert_array_equal(rows, -rows[:, ::-1])
-        plain = fit_node(node_config(**SMALL, mirror=False), ALPHA_DEG, SPEED, 0)
-        for rows in (plain.quantiles[3:], plain.scores[3:]):
-            assert (rows != -rows[:, ::-1]).any()
+        node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED)
+        for rows in (node.quantiles[:, 3:], node.scores[:, 3:]):
+            np.testing.assert_array_equal(rows, -rows[..., ::-1])
+        plain = fit_node(node_config(**SMALL | {"mirror": False}), ALPHA_DEG, SPEED)
+        for rows in (plain.quantiles[:, 3:], plain.scores[:, 3:]):
+            assert (rows != -rows[..., ::-1]).any()
 
     def test_spare_components_are_never_drawn(self):
         """A hundred particles cannot feed 64 components: the rest of the places stay empty."""
         config = node_config(samples_per_node=100, components=64, quantile_knots=33)
-        node = fit_node(config, ALPHA_DEG, SPEED, 0)
-        spare = (node.mean == 0.0).all(axis=1)
+        node = fit_node(config, ALPHA_DEG, SPEED)
+        spare = (node.mean == 0).all(axis=1)
         assert 50 <= spare.sum() < 64
         assert (node.alias_probability[spare] == 0.0).all()
         assert not spare[node.alias_index].any()

@@ -1,0 +1,79 @@
+"""Nodes put together to the contents of a table file."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sampler
+from sampler.schema import TableContents
+from tablegen.accuracy import Comparison
+from tablegen.config import Config
+from tablegen.fitting.axes import Axes
+from tablegen.fitting.marginals import score_knots
+from tablegen.fitting.node import NodeArrays, variate_knots
+
+
+def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
+    """Node arrays with the two node dimensions in front."""
+    grid = (len(axes.alpha_deg), len(axes.speed))
+
+    def stacked(pick: Callable[[NodeArrays], NDArray[Any]]) -> NDArray[Any]:
+        values = np.stack([pick(node) for node in nodes])
+        return values.reshape(grid + values.shape[1:])
+
+    return {
+        "marginals/quantiles": stacked(lambda node: node.quantiles),
+        "dependence/scores": stacked(lambda node: node.scores),
+        "dependence/first_of_class": stacked(lambda node: node.first_of_class),
+        "dependence/alias_probability": stacked(lambda node: node.alias_probability),
+        "dependence/alias_index": stacked(lambda node: node.alias_index),
+        "dependence/mean": stacked(lambda node: node.mean),
+        "dependence/cholesky": stacked(lambda node: node.cholesky),
+    }
+
+
+def accuracy_datasets(comparisons: list[Comparison]) -> dict[str, NDArray[np.float64]]:
+    """Datasets of the accuracy group."""
+    return {
+        "accuracy/alpha_deg": np.array([c.alpha_deg for c in comparisons], dtype=np.float64),
+        "accuracy/speed": np.array([c.speed for c in comparisons], dtype=np.float64),
+        "accuracy/ks": np.array([c.ks for c in comparisons], dtype=np.float64).reshape(-1, 6),
+        "accuracy/sliced_wasserstein": np.array([c.sliced_wasserstein for c in comparisons]),
+        "accuracy/correlation_error": np.array([c.correlation_error for c in comparisons]),
+        "accuracy/auc": np.array([c.auc for c in comparisons]),
+    }
+
+
+def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableContents:
+    """Contents of a table whose accuracy has not been measured yet.
+
+    Parameters
+    ----------
+    config : Config
+    axes : Axes
+    nodes : list of NodeArrays
+        Row by row: all speeds of the first angle, then of the second.
+
+    Returns
+    -------
+    TableContents
+    """
+    return TableContents(
+        datasets={
+            "axes/alpha_deg": axes.alpha_deg,
+            "axes/speed": axes.speed,
+            "axes/alpha_coordinate": axes.alpha_coordinate,
+            "axes/speed_coordinate": axes.speed_coordinate,
+            "marginals/score_knots": score_knots(nodes[0].quantiles.shape[-1]),
+            "dependence/variate_knots": variate_knots(),
+            **_stack(nodes, axes),
+            **accuracy_datasets([]),
+        },
+        pair=config.pair_name,
+        config=config.text,
+        seed=config.table.seed,
+        software_version=sampler.__version__,
+        mirror=config.table.mirror,
+    )

@@ -1,0 +1,165 @@
+"""From a configuration to a grid of fitted nodes that has the accuracy it asks for.
+
+First the size of the mixture is chosen at a few conditions, by fits that are tried at the very
+condition: there is no interpolation in them. Then nodes are placed by `tablegen.placement`, every
+place being tried against fresh direct simulation.
+"""
+
+from collections.abc import Iterable, Mapping
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from tablegen.config import Config
+from tablegen.fitting.axes import first_grid, middle_of, middles
+from tablegen.fitting.node import NodeArrays, fit_node
+from tablegen.fitting.resolution import LADDER, Resolution, resolution
+from tablegen.placement import Grid, Place, Placement, refine
+from tablegen.trial import auc_error, error_of, try_nodes
+from tablegen.workshop import SECONDS, Arrays, Piece, Stopwatch, Workshop
+
+#: Share of the allowed AUC (over 0.5) that the mixture may use up; the rest is for interpolation.
+_CAPACITY = 0.66
+
+#: The error of a mixture of K components falls as K to minus this power, measured.
+_DECAY = 0.75
+
+#: Conditions at which the mixture is chosen: these shares of the square root of the angle, at the
+#: slowest and the fastest speed.
+_PROBES = (0.1, 0.6, 0.98)
+
+
+class Plan(NamedTuple):
+    """Outcome: sizes, nodes row by row, and how the placement ended."""
+
+    size: Resolution
+    placement: Placement
+    nodes: list[NodeArrays]
+
+
+def _node_piece(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
+    """Arrays of a node with the seconds it took."""
+    watch = Stopwatch()
+    arrays = fit_node(config, alpha_deg, speed, size, watch)
+    return {**arrays._asdict(), SECONDS: watch.seconds}
+
+
+def node_key(alpha_deg: float, speed: float, size: Resolution) -> str:
+    """Key of the piece that is a node."""
+    return f"node {alpha_deg!r} {speed!r} {tuple(size)}"
+
+
+class _Bench:
+    """Nodes and trials of one configuration; none is made twice."""
+
+    def __init__(self, config: Config, shop: Workshop) -> None:
+        self.config, self.shop = config, shop
+        self._nodes: dict[tuple[Resolution, float, float], NodeArrays] = {}
+        self._trials: dict[tuple[Resolution, Place], Arrays] = {}
+
+    def fit(self, size: Resolution, conditions: Iterable[tuple[float, float]]) -> list[NodeArrays]:
+        """Nodes at conditions (alpha_deg, speed), in their order."""
+        wanted = list(conditions)
+        missing = [c for c in dict.fromkeys(wanted) if (size, *c) not in self._nodes]
+        pieces = {
+            node_key(a, v, size): Piece(_node_piece, (self.config, a, v, size)) for a, v in missing
+        }
+        made = self.shop.run("fitting nodes", pieces)
+        for (a, v), arrays in zip(missing, made.values(), strict=True):
+            node = {name: arrays[name] for name in NodeArrays._fields}
+            self._nodes[size, a, v] = NodeArrays(**node)
+        return [self._nodes[(size, *c)] for c in wanted]
+
+    def tried(self, size: Resolution, places: Iterable[Place]) -> dict[Place, Arrays]:
+        """Distances from direct simulation in the middles of places."""
+        wanted = list(places)
+        missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._trials]
+        self.fit(size, (c for place in missing for c in product(*place)))
+        pieces = {}
+        for place in missing:
+            arguments = (
+                self.config,
+                place,
+                middle_of(self.config, place),
+                self.fit(size, product(*place)),
+            )
+            pieces[f"trial {tuple(place)!r} {tuple(size)}"] = Piece(try_nodes, arguments)
+        made = self.shop.run("checking", pieces)
+        for place, arrays in zip(missing, made.values(), strict=True):
+            self._trials[size, place] = arrays
+        return {place: self._trials[size, place] for place in wanted}
+
+
+def fit_nodes(config: Config, grid: Grid, shop: Workshop) -> list[NodeArrays]:
+    """Fit all nodes of a grid, in the resolution that the configuration names.
+
+    Parameters
+    ----------
+    config : Config
+    grid : Grid
+    shop : Workshop
+        Where the nodes are made.
+
+    Returns
+    -------
+    list of NodeArrays
+        Row by row: all speeds of the first angle, then of the second.
+    """
+    return _Bench(config, shop).fit(resolution(config), product(*grid))
+
+
+def make_plan(config: Config, shop: Workshop) -> Plan:
+    """Choose the sizes, place the nodes and fit them.
+
+    Parameters
+    ----------
+    config : Config
+    shop : Workshop
+        Where the pieces are made.
+
+    Returns
+    -------
+    Plan
+        What the configuration names is taken as it is; if it names both lists of nodes, nothing
+        is tried.
+    """
+    bench = _Bench(config, shop)
+    size, grid = resolution(config), first_grid(config)
+    fixed = config.table.alpha_nodes_deg is not None and config.table.speed_nodes is not None
+    if config.table.components is None:
+        size = _choose_components(bench)
+    if fixed:
+        placement = Placement(grid, float("nan"), True)
+    else:
+
+        def measure(_: Grid, places: list[Place]) -> Mapping[Place, float]:
+            found = bench.tried(size, places)
+            errors = {p: error_of(arrays, config.accuracy, p) for p, arrays in found.items()}
+            if errors:
+                shop.note = f"worst error {max(errors.values()):.2f} of what is allowed"
+            return errors
+
+        placement = refine(grid, measure, *middles(config))
+    return Plan(size, placement, bench.fit(size, product(*placement.grid)))
+
+
+def _choose_components(bench: _Bench) -> Resolution:
+    """Smallest mixture of the ladder that leaves room for interpolation at every probe."""
+    config = bench.config
+    low, high = np.sqrt(config.domain.alpha_deg)
+    angles = dict.fromkeys(round(float((low + x * (high - low)) ** 2), 6) for x in _PROBES)
+    probes = [Place((a,), (v,)) for a in angles for v in dict.fromkeys(config.domain.speed)]
+    least = 0
+    for rung, components in enumerate(LADDER):
+        size = resolution(config, components)
+        if rung < least:
+            continue
+        found = bench.tried(size, probes).values()
+        error = max(auc_error(arrays, config.accuracy) for arrays in found)
+        if error <= _CAPACITY:
+            break
+        # go on where the measured decay leads, or a little below
+        wanted = components * (error / _CAPACITY) ** (1.0 / _DECAY)
+        least = sum(rung_size < 0.8 * wanted for rung_size in LADDER)
+    return size

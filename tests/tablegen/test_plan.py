@@ -1,0 +1,118 @@
+"""Plans: sizes and nodes that follow the accuracy, with the same result whoever computes them."""
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from tiny_tables import PLAN, ROUGH
+
+from tablegen.config import Config
+from tablegen.fitting.resolution import LADDER, resolution
+from tablegen.pieces import PieceStore
+from tablegen.placement import Grid
+from tablegen.plan import make_plan
+from tablegen.trial import try_nodes
+from tablegen.workshop import Workshop
+
+TRIAL = sys.modules[try_nodes.__module__]
+ACCURACY = {"ks": 0.3, "sliced_wasserstein": 1.0, "correlation_error": 1.0, "auc": 0.9}
+
+
+def open_config(accuracy=ACCURACY, **table):
+    """The rough scene with nodes left to the generator."""
+    tree = ROUGH.model_dump(mode="json", by_alias=True, exclude_none=True)
+    tree["table"] = {"seed": 5, "samples_per_node": 2000, "quantile_knots": 33, **table}
+    return Config.model_validate({**tree, "accuracy": accuracy})
+
+
+@pytest.fixture(autouse=True)
+def few_states(monkeypatch):
+    monkeypatch.setattr(TRIAL, "sample_size", lambda targets: 2000)
+
+
+def mixture_error(components):
+    return 0.4 * (components / 100.0) ** -0.75
+
+
+@pytest.fixture
+def errors(monkeypatch):
+    """Trials by a known law instead of by simulation: quadratic in the steps of the angle."""
+
+    def trial(config, place, condition, nodes):
+        step = np.ptp(place.alpha_deg)
+        error = 0.05 * step**2 * config.accuracy.ks
+        return {
+            "ks": np.array([error]),
+            "sliced_wasserstein": np.array(0.0),
+            "correlation_error": np.array(0.0),
+            "auc": np.array(0.5 + mixture_error(nodes[0].mean.shape[0])),
+            "seconds": np.zeros(3),
+        }
+
+    monkeypatch.setattr(PLAN, "try_nodes", trial)
+
+
+class TestResolution:
+    def test_follows_the_accuracy(self):
+        coarse = resolution(open_config({"preset": "compact"}, samples_per_node=None))
+        fine = resolution(open_config({"preset": "fine"}, samples_per_node=None))
+        assert coarse.samples < fine.samples
+        assert fine.samples == pytest.approx(40.0 / 0.005**2, rel=1e-12)
+
+    def test_named_sizes_are_taken(self):
+        assert resolution(open_config(components=7)) == (2000, 33, 7)
+        assert resolution(open_config(), 48) == (2000, 33, 48)
+
+
+@pytest.mark.usefixtures("errors")
+class TestLaw:
+    """The mixture may use up 0.66 of the 0.4 that the AUC is allowed above 0.5."""
+
+    def test_smallest_mixture_that_leaves_room_is_chosen(self):
+        plan = make_plan(open_config(), Workshop())
+        assert plan.size.components == next(k for k in LADDER if mixture_error(k) <= 0.66 * 0.4)
+        assert LADDER[0] < plan.size.components < LADDER[-1]
+
+    def test_nodes_are_placed_by_the_error(self):
+        plan = make_plan(open_config(components=200), Workshop())
+        steps = np.diff(plan.placement.grid.alpha_deg)
+        # ten degrees would be wrong by 5, five by 1.25, two and a half by 0.3
+        assert plan.placement.reached
+        assert 2.0 < steps.min() <= steps.max() < 4.2
+        assert len(plan.nodes) == len(plan.placement.grid.alpha_deg) * len(
+            plan.placement.grid.speed
+        )
+
+    def test_named_nodes_are_not_tried(self, monkeypatch):
+        monkeypatch.setattr(PLAN, "try_nodes", None)
+        nodes = {"alpha_nodes_deg": (35.0, 45.0), "speed_nodes": (60.0, 300.0)}
+        plan = make_plan(open_config(components=4, **nodes), Workshop())
+        assert plan.placement.grid == Grid((35.0, 45.0), (60.0, 300.0))
+
+    def test_one_named_axis_is_left_alone(self):
+        plan = make_plan(open_config(components=200, alpha_nodes_deg=(35.0, 45.0)), Workshop())
+        assert plan.placement.grid.alpha_deg == (35.0, 45.0)
+        assert not plan.placement.reached
+
+
+class TestSimulated:
+    def test_same_plan_on_any_number_of_workers_and_when_resumed(self, tmp_path):
+        config = open_config(components=8).with_changes({"domain": {"speed": [150.0, 150.0]}})
+        plans = []
+        for workers in (1, 3):
+            with ThreadPoolExecutor(workers) as pool:
+                plans.append(make_plan(config, Workshop(executor=pool)))
+        store = PieceStore(tmp_path / "t.h5", "recipe", resume=False)
+        make_plan(config, Workshop(store))
+        pieces = sorted(store.folder.glob("piece-*.npz"))
+        for piece in pieces[::2]:
+            piece.unlink()
+        plans.append(make_plan(config, Workshop(store)))
+        first = plans[0]
+        for plan in plans[1:]:
+            assert plan.placement == first.placement
+            assert plan.size == first.size
+            for a, b in zip(plan.nodes, first.nodes, strict=True):
+                for x, y in zip(a, b, strict=True):
+                    np.testing.assert_array_equal(x, y)

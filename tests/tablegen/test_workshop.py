@@ -1,0 +1,105 @@
+"""Keyed pieces of work: order, disk, interruption, time."""
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from tablegen.pieces import PieceStore
+from tablegen.workshop import SECONDS, STAGES, Piece, Stopwatch, Workshop, stable_number
+
+
+def square(number, seconds=(1.0, 2.0, 4.0)):
+    return {"square": np.array(number**2), SECONDS: np.array(seconds)}
+
+
+def squares(*numbers):
+    return {f"square {n}": Piece(square, (n,)) for n in numbers}
+
+
+def failing(number):
+    raise ZeroDivisionError(number)
+
+
+@pytest.fixture
+def store(tmp_path):
+    return PieceStore(tmp_path / "t.h5", "recipe", resume=False)
+
+
+class TestNumbers:
+    def test_are_those_of_the_key_alone(self):
+        # the first digits of: printf 'node 1.0 2.0' | sha256sum
+        assert f"{stable_number('node 1.0 2.0', 48):012x}" == "861291e38d17"
+
+    @pytest.mark.parametrize("bits", [1, 31, 48])
+    def test_stay_below_their_size(self, bits):
+        numbers = [stable_number(f"{k}", bits) for k in range(200)]
+        assert max(numbers) < 2**bits
+        assert max(numbers) >= 0.9 * 2**bits or bits == 1
+        assert len(set(numbers)) == (2 if bits == 1 else 200)
+
+
+class TestRun:
+    def test_results_come_in_the_order_of_the_pieces(self):
+        def slow(number):
+            time.sleep(0.02 * (3 - number))
+            return square(number)
+
+        pieces = {f"{n}": Piece(slow, (n,)) for n in range(3)}
+        with ThreadPoolExecutor(3) as pool:
+            found = Workshop(executor=pool).run("squares", pieces)
+        assert [int(arrays["square"]) for arrays in found.values()] == [0, 1, 4]
+        assert list(found) == ["0", "1", "2"]
+
+    def test_without_pieces(self):
+        assert Workshop().run("nothing", {}) == {}
+
+    def test_finished_pieces_are_found_again(self, store):
+        Workshop(store).run("squares", squares(2, 3))
+        changed = {key: Piece(failing, (0,)) for key in squares(2, 3)}
+        found = Workshop(store).run("squares", changed)
+        assert [int(arrays["square"]) for arrays in found.values()] == [4, 9]
+        with pytest.raises(ZeroDivisionError):
+            Workshop(store).run("squares", {"square 4": Piece(failing, (0,))})
+
+    def test_a_failure_keeps_what_was_finished(self, store):
+        pieces = squares(2, 3) | {"bad": Piece(failing, (0,))}
+        with ThreadPoolExecutor(1) as pool, pytest.raises(ZeroDivisionError):
+            Workshop(store, pool).run("squares", pieces)
+        found = Workshop(store).run("squares", {k: Piece(failing, (0,)) for k in squares(2, 3)})
+        assert len(found) == 2
+
+    def test_progress_shows_what_is_done_and_the_note(self, capsys):
+        shop = Workshop(progress=True)
+        shop.note = "worst error 1.25"
+        shop.run("squares", squares(2, 3))
+        shown = capsys.readouterr().err
+        assert "squares" in shown
+        assert "2/2" in shown
+        assert "worst error 1.25" in shown
+
+
+class TestTime:
+    def test_adds_up_by_stage(self, store):
+        shop = Workshop(store)
+        shop.run("squares", squares(2, 3))
+        shop.run("squares", squares(4))
+        assert shop.seconds == {"simulation": 3.0, "fit": 6.0, "check": 12.0}
+        # work that was found again was done as well, once
+        resumed = Workshop(store)
+        resumed.run("squares", squares(2))
+        assert sum(resumed.seconds.values()) == 7.0
+
+    def test_stopwatch_gives_each_stage_its_time(self):
+        watch = Stopwatch()
+        time.sleep(0.02)
+        watch.stage("fit")
+        time.sleep(0.05)
+        watch.stage("check")
+        watch.stage("fit")
+        seconds = dict(zip(STAGES, watch.seconds, strict=True))
+        assert seconds["simulation"] == 0.0
+        assert seconds["fit"] >= 0.02
+        assert seconds["check"] >= 0.05
+        assert seconds["check"] > seconds["fit"]
