@@ -31,7 +31,6 @@ from sampler.jit import inline_kernel
 WIDTH = 8
 
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
-_WORDS = ir.VectorType(ir.IntType(64), WIDTH)
 _INDEX = ir.IntType(32)
 
 
@@ -68,7 +67,7 @@ class Mask(types.Type):
 lanes, mask = Lanes(), Mask()
 
 
-def _operation(function: Callable[..., Any]) -> Callable[..., Any]:
+def operation(function: Callable[..., Any]) -> Callable[..., Any]:
     """Make a function of kernels from one that types a call and writes its code."""
     return cast(Callable[..., Any], intrinsic(function))
 
@@ -138,7 +137,7 @@ _operator((operator.and_, operator.iand), mask, mask, 2, ir.IRBuilder.and_)
 _operator((operator.or_, operator.ior), mask, mask, 2, ir.IRBuilder.or_)
 
 
-def _number_type(*arguments):
+def number_type(*arguments):
     """Lanes if an argument has them, else float64."""
     return lanes if any(isinstance(a, Lanes) for a in arguments) else types.float64
 
@@ -152,9 +151,9 @@ def _call(builder, name, *arguments):
     return builder.call(function, arguments)
 
 
-def _elementwise(emit, *arguments):
+def elementwise(emit, *arguments):
     """Signature and code of a function of numbers that are lanes if one of them is."""
-    kind = _number_type(*arguments)
+    kind = number_type(*arguments)
 
     def generate(context, builder, sig, args):
         cast = [
@@ -166,44 +165,44 @@ def _elementwise(emit, *arguments):
     return kind(*arguments), generate
 
 
-@_operation
+@operation
 def fma(typingctx, a, b, c):
     """Give a b + c with one rounding."""
-    return _elementwise(lambda builder, *args: _call(builder, "fma", *args), a, b, c)
+    return elementwise(lambda builder, *args: _call(builder, "fma", *args), a, b, c)
 
 
-@_operation
+@operation
 def root(typingctx, x):
     """Square root."""
-    return _elementwise(lambda builder, value: _call(builder, "sqrt", value), x)
+    return elementwise(lambda builder, value: _call(builder, "sqrt", value), x)
 
 
-@_operation
+@operation
 def absolute(typingctx, x):
     """Absolute value."""
-    return _elementwise(lambda builder, value: _call(builder, "fabs", value), x)
+    return elementwise(lambda builder, value: _call(builder, "fabs", value), x)
 
 
-@_operation
+@operation
 def least(typingctx, a, b):
     """Second number where it is smaller, else the first."""
-    return _elementwise(
+    return elementwise(
         lambda builder, x, y: builder.select(builder.fcmp_ordered("<", y, x), y, x), a, b
     )
 
 
-@_operation
+@operation
 def largest(typingctx, a, b):
     """Second number where it is larger, else the first."""
-    return _elementwise(
+    return elementwise(
         lambda builder, x, y: builder.select(builder.fcmp_ordered(">", y, x), y, x), a, b
     )
 
 
-@_operation
+@operation
 def select(typingctx, where, a, b):
     """Take a where the mask holds, else b."""
-    kind = lanes if isinstance(where, Mask) else _number_type(a, b)
+    kind = lanes if isinstance(where, Mask) else number_type(a, b)
 
     def generate(context, builder, sig, args):
         yes = context.cast(builder, args[1], a, kind)
@@ -213,7 +212,7 @@ def select(typingctx, where, a, b):
     return kind(where, a, b), generate
 
 
-@_operation
+@operation
 def negated(typingctx, where):
     """Mask that holds where the given one does not."""
 
@@ -223,7 +222,7 @@ def negated(typingctx, where):
     return where(where), generate
 
 
-@_operation
+@operation
 def any_of(typingctx, where):
     """Whether the mask holds anywhere."""
 
@@ -236,7 +235,7 @@ def any_of(typingctx, where):
     return types.boolean(where), generate
 
 
-@_operation
+@operation
 def lane(typingctx, value, index):
     """Take the number, or truth value, in one lane; of a float or truth value, itself."""
     kind = {Lanes: types.float64, Mask: types.boolean}.get(type(value), value)
@@ -252,7 +251,7 @@ def lane(typingctx, value, index):
     return kind(value, types.intp), generate
 
 
-@_operation
+@operation
 def mask_of_bits(typingctx, bits):
     """Mask whose lane l is bit l of a whole number."""
 
@@ -263,7 +262,7 @@ def mask_of_bits(typingctx, bits):
     return mask(types.int64), generate
 
 
-@_operation
+@operation
 def with_lane(typingctx, value, index, number):
     """Lanes with another number in one lane; a float becomes the number."""
     kind = types.float64
@@ -276,7 +275,7 @@ def with_lane(typingctx, value, index, number):
     return value(value, types.intp, kind), generate
 
 
-@_operation
+@operation
 def width(typingctx, value):
     """Count the particles that a value stands for: WIDTH, or one for a float or truth value."""
     count = WIDTH if isinstance(value, Lanes | Mask) else 1
@@ -316,7 +315,7 @@ def _entry_type(array, index):
     return types.float64 if array.ndim == given else lanes
 
 
-@_operation
+@operation
 def at(typingctx, array, index):
     """Entry of a C-contiguous array: a float, or the lanes of its last dimension."""
     kind, where = _entry_type(array, index), _index_type(index)
@@ -328,7 +327,7 @@ def at(typingctx, array, index):
     return kind(array, where), generate
 
 
-@_operation
+@operation
 def put(typingctx, array, index, value):
     """Write an entry of a C-contiguous array: a float, or the lanes of its last dimension."""
     kind, where = _entry_type(array, index), _index_type(index)
@@ -341,7 +340,7 @@ def put(typingctx, array, index, value):
     return types.void(array, where, kind), generate
 
 
-@_operation
+@operation
 def put_lane(typingctx, array, index, number_of_lane, value):
     """Write one lane of an entry; of a float, which has lane 0 only, the entry itself."""
     where = _index_type(index)
@@ -355,55 +354,6 @@ def put_lane(typingctx, array, index, number_of_lane, value):
         return context.get_dummy_value()
 
     return types.void(array, where, types.intp, types.float64), generate
-
-
-@_operation
-def split_exponent(typingctx, x):
-    """Return m in [1/2, 1) and e, both numbers, with x = m 2^e, for x positive and normal."""
-    kind = _number_type(x)
-
-    def generate(context, builder, sig, args):
-        number = context.cast(builder, args[0], x, kind)
-        word = _word_type(number)
-        bits = builder.bitcast(number, word)
-        # the exponent's bits under the implicit one of 2^52 are a float without conversion
-        exponent = builder.or_(builder.lshr(bits, _constant(word, 52)), _constant(word, _TWO_52))
-        exponent = builder.bitcast(exponent, number.type)
-        exponent = builder.fsub(exponent, _constant(number.type, 2.0**52 + 1022.0))
-        fraction = builder.and_(bits, _constant(word, (1 << 52) - 1))
-        fraction = builder.or_(fraction, _constant(word, 1022 << 52))
-        return context.make_tuple(
-            builder, sig.return_type, (builder.bitcast(fraction, number.type), exponent)
-        )
-
-    return types.UniTuple(kind, 2)(x), generate
-
-
-@_operation
-def power_of_two(typingctx, k):
-    """2^k for a whole number k from -1022 to 1023."""
-
-    def emit(builder, number):
-        word = _word_type(number)
-        shifted = builder.fadd(number, _constant(number.type, 2.0**52 + 1023.0))
-        bits = builder.shl(builder.bitcast(shifted, word), _constant(word, 52))
-        return builder.bitcast(bits, number.type)
-
-    return _elementwise(emit, k)
-
-
-#: Bits of the float 2^52.
-_TWO_52 = 0x4330_0000_0000_0000
-
-
-def _word_type(number):
-    """Integers of the size and number of the given floats."""
-    return _WORDS if isinstance(number.type, ir.VectorType) else ir.IntType(64)
-
-
-def _constant(kind, value):
-    """Constant of a type, in every lane."""
-    return kind([value] * WIDTH) if isinstance(kind, ir.VectorType) else kind(value)
 
 
 @inline_kernel

@@ -6,6 +6,7 @@ import numba
 import numpy as np
 import pytest
 
+from tablegen.model.float_bits import power_of_two, split_exponent
 from tablegen.model.lanes import (
     WIDTH,
     absolute,
@@ -18,12 +19,10 @@ from tablegen.model.lanes import (
     least,
     mask_of_bits,
     negated,
-    power_of_two,
     put,
     put_lane,
     root,
     select,
-    split_exponent,
     width,
     with_lane,
 )
