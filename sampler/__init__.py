@@ -14,8 +14,9 @@ same for velocities in the lab frame, ``sampler.draw`` for one particle inside c
 
 from importlib.metadata import PackageNotFoundError, version
 
+from sampler.arrays import TableArrays
 from sampler.errors import InputError, TableError
-from sampler.kernel import TableArrays, draw
+from sampler.kernel import draw
 from sampler.locate import data_directory
 from sampler.table import Table, load
 

@@ -1,4 +1,4 @@
-"""Channels: the six numbers in which a table describes one rebound.
+"""Channels: the numbers in which a table describes one rebound.
 
 A table does not hold u, v, w themselves but shares of the translational energy that is still
 to be given out ("stick-breaking"): v is taken as it is, then
@@ -11,11 +11,16 @@ For 0 < v < 1, |u_hat| < 1 and |w_hat| < 1 this gives
 
 so no draw can leave the wall with more translational energy than it brought, whatever a fit or
 an interpolation did to the channels. Angular velocities are taken as they are. The order of the
-channels puts those of a plane flow (v, u, omega_z) first, so that a scene which needs no others
-may stop there, and the three that change sign under reflection in the impact plane last.
+channels puts those of a plane flow (v, u, omega_z) first, then the three that change sign under
+reflection in the impact plane.
+
+Two more exist for scenes that ask for them: the rotational energy, as the share energy_hat of
+what translation left, so that both together stay below one; and the number of collisions N, as a
+number in [N, N + 1).
 """
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,36 +29,63 @@ from sampler.errors import InputError
 from sampler.jit import borrowing_inline_kernel
 
 #: Components of a state, in the order of every public array and file.
-COMPONENTS = ("u", "v", "w", "omega_x", "omega_y", "omega_z")
+COMPONENTS = ("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions")
 
-#: Channels, in the order of the table's arrays.
-CHANNELS = ("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y")
+#: Components that every table has unless its scene says otherwise: u to omega_z.
+STATE = COMPONENTS[:6]
 
-#: Channels from this one on change sign under reflection in the impact plane.
-FIRST_MIRRORED = 3
+#: Channels; a table holds some of them.
+CHANNELS = ("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y", "energy_hat", "collisions")
+
+#: Channels that change sign under reflection in the impact plane.
+MIRRORED = ("w_hat", "omega_x", "omega_y")
+FIRST_MIRRORED = CHANNELS.index("w_hat")
+END_MIRRORED = CHANNELS.index("omega_y") + 1
+
+#: Open intervals outside of which a channel would be unphysical.
+RANGES = {"v": (0.0, 1.0), "u_hat": (-1.0, 1.0), "w_hat": (-1.0, 1.0), "energy_hat": (0.0, 1.0)}
+
+_NEEDS = {
+    "u": ("v", "u_hat"),
+    "v": ("v",),
+    "w": ("v", "u_hat", "w_hat"),
+    "omega_x": ("omega_x",),
+    "omega_y": ("omega_y",),
+    "omega_z": ("omega_z",),
+    "rotational_energy": ("v", "u_hat", "w_hat", "energy_hat"),
+    "collisions": ("collisions",),
+}
+
+
+def channels_for(components: Iterable[str]) -> tuple[str, ...]:
+    """Channels from which components of a state are made, in the order `CHANNELS`."""
+    needed = {channel for component in components for channel in _NEEDS[component]}
+    return tuple(channel for channel in CHANNELS if channel in needed)
 
 
 @borrowing_inline_kernel
-def channels_to_state(state: NDArray[np.float64]) -> None:
-    """Turn channels into a state, in place.
+def channels_to_state(values: NDArray[np.float64]) -> None:
+    """Turn channels into components, in place; those left out are 0 before and after.
 
     Parameters
     ----------
-    state : float64 array, shape (6,)
-        On entry the channels in the order `CHANNELS`, on return the state in the order
+    values : float64 array, shape (8,)
+        On entry the channels in the order `CHANNELS`, on return the components in the order
         `COMPONENTS`.
     """
-    v, u_hat, omega_z = state[0], state[1], state[2]
-    w_hat, omega_x, omega_y = state[3], state[4], state[5]
+    v, u_hat, omega_z = values[0], values[1], values[2]
+    w_hat, omega_x, omega_y = values[3], values[4], values[5]
     # Products of (1 - x)(1 + x) cannot become negative by rounding; 1 - v^2 - u^2 could.
     rest = (1.0 - v) * (1.0 + v)
-    state[0] = u_hat * math.sqrt(rest)
-    state[1] = v
+    values[0] = u_hat * math.sqrt(rest)
+    values[1] = v
     rest *= (1.0 - u_hat) * (1.0 + u_hat)
-    state[2] = w_hat * math.sqrt(rest)
-    state[3] = omega_x
-    state[4] = omega_y
-    state[5] = omega_z
+    values[2] = w_hat * math.sqrt(rest)
+    values[3] = omega_x
+    values[4] = omega_y
+    values[5] = omega_z
+    values[6] *= rest * ((1.0 - w_hat) * (1.0 + w_hat))
+    values[7] = math.floor(values[7])
 
 
 def to_channels(state: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -67,7 +99,7 @@ def to_channels(state: NDArray[np.float64]) -> NDArray[np.float64]:
     Returns
     -------
     float64 array, shape (n, 6)
-        Channels in the order `CHANNELS`, dimensionless.
+        The first six `CHANNELS`, dimensionless.
 
     Raises
     ------
@@ -76,7 +108,7 @@ def to_channels(state: NDArray[np.float64]) -> NDArray[np.float64]:
         or more (u^2 + v^2 + w^2 >= 1), for which the channels are not defined.
     """
     state = np.asarray(state, dtype=np.float64)
-    if state.ndim != 2 or state.shape[1] != len(COMPONENTS):
+    if state.ndim != 2 or state.shape[1] != len(STATE):
         raise InputError(f"state: got shape {state.shape}, allowed: (n, 6)")
     u, v, w = state[:, 0], state[:, 1], state[:, 2]
     energy = u * u + v * v + w * w

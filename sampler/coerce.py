@@ -121,3 +121,22 @@ def common_length(**arrays: NDArray[Any]) -> int:
             )
         n, owner = len(array), name
     return n
+
+
+def as_output(out: NDArray[Any] | None, shape: tuple[int, int]) -> NDArray[Any]:
+    """Array to write states to: the one given, if it fits, or a new one.
+
+    Raises
+    ------
+    InputError
+        If it is not a writable C-contiguous float64 or float32 array of that shape.
+    """
+    if out is None:
+        return np.empty(shape)
+    fits = isinstance(out, np.ndarray) and out.dtype in (np.float64, np.float32)
+    if not (fits and out.shape == shape and out.flags.c_contiguous and out.flags.writeable):
+        given = f"{out.dtype} {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
+        raise InputError(
+            f"out: got {given}, allowed: a writable contiguous float64 or float32 array {shape}"
+        )
+    return out

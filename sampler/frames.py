@@ -10,6 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.arrays import TableArrays
+from sampler.batch import item
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from sampler.kernel import (
     CLAMPED,
@@ -18,9 +20,7 @@ from sampler.kernel import (
     NOT_FINITE,
     OK,
     SPEED_NOT_POSITIVE,
-    TableArrays,
     draw,
-    item,
 )
 from sampler.philox import philox_block, uniform
 

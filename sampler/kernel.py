@@ -1,4 +1,4 @@
-"""The draw: eight random words and a look-up, in constant time.
+"""The draw: a few random words and a look-up, in constant time.
 
 The law stored at a node (alpha1, V) is a Gaussian-mixture copula with tabulated marginals:
 
@@ -7,26 +7,27 @@ The law stored at a node (alpha1, V) is a Gaussian-mixture copula with tabulated
    the channels is taken from it alone;
 3. a mixture component j is chosen by the alias method, in one multiplication and one read; it
    belongs to one class of rebounds, of which everything that follows is taken;
-4. z = mean_j + L_j n with six standard normals n;
-5. a monotone map sends each variate z to the normal score s of its channel (the mixture's own
-   marginal is not normal, so the map starts from it);
-6. x = sum over the four nodes of weight times quantile function at s.
+4. z = mean_j + L_j n with standard normals n, reflected in the impact plane with probability p_j;
+5. x = sum over the four nodes of weight times the quantile that belongs there to the variate z of
+   the channel.
+
+These are the steps of one draw. `sampler.batch` takes many draws through them side by side.
 
 Sources: Walker, ACM Trans. Math. Softw. 3 (1977) for aliases; Tewari, Giering & Raghunathan,
 ICDM workshops (2011) for mixture copulas; Salmon et al., SC'11 for the random words.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numba import types
 
-from sampler.channels import FIRST_MIRRORED, channels_to_state
+from sampler.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED, channels_to_state
 from sampler.encoding import MIXTURE_SCALE
+from sampler.intrinsics import local_array, mean_of_corners
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
-from sampler.normal import normal_quantile
-from sampler.philox import philox_block, uniform
+from sampler.normal import normal_of_word
+from sampler.philox import philox_block
 
 #: Status codes: zero is fine, positive is a warning, negative an error with nothing written.
 OK = 0
@@ -37,78 +38,30 @@ SPEED_NOT_POSITIVE = -3
 NORMAL_NOT_USABLE = -4
 HALF_SIZE_NOT_POSITIVE = -5
 
-#: Random words that one draw consumes: blocks 0 and 1 of its keys.
-WORDS_PER_DRAW = 8
+#: Most random words that one draw consumes: all of blocks 0 and 1 of its keys, which make six
+#: normals, and two words of block 2 for scenes with further channels.
+MOST_WORDS = 10
 
-N_CHANNELS = 6
+N_VALUES = len(CHANNELS)
 _HALF_PI = 0.5 * math.pi
 #: Rounding of a unit conversion: an excess below this, relative, is no excess.
-_SLACK = 1e-12
+ROUNDING = 1e-12
 #: Unit of the stored means and factors, a power of two: exact.
-_MIXTURE_UNIT = 1.0 / MIXTURE_SCALE
-_ONE = np.uint32(1)
+_UNIT = 1.0 / MIXTURE_SCALE
+#: Bits of word 1 that decide on reflection; the others choose the node.
+_REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
+_CORNER_SHIFT = np.uint32(12)
+_CORNER_UNIT = 2.0**-20
 _LOW = np.uint64(0xFFFFFFFF)
 _HALF_WORD = np.uint64(32)
+_HALF = np.uint32(16)
+_LOW_HALF = np.uint32(0xFFFF)
 
+#: An array for the channels of one draw.
+local_values = local_array(types.float64, N_VALUES)
 
-class Axis(NamedTuple):
-    """One axis of the node grid, for look-up in constant time.
-
-    Attributes
-    ----------
-    first, last : float
-        Ends of the axis, rad or m/s.
-    scale : float
-        Steps of the coordinate table per rad or m/s; 0 on an axis of one node.
-    coordinate : float64 array, shape (n_grid,)
-        Fractional node index at equal steps from `first` to `last`.
-    """
-
-    first: float
-    last: float
-    scale: float
-    coordinate: NDArray[np.float64]
-
-
-class TableArrays(NamedTuple):
-    """What the kernels need of a table; may be passed to any ``@numba.njit`` function.
-
-    Attributes
-    ----------
-    alpha, speed : Axis
-        Axes of the node grid: impact angle in rad, impact speed in m/s.
-    score_max, score_scale : float
-        Knots of the quantile functions: last normal score, knots per unit score.
-    variate_max, variate_scale : float
-        Knots of the score maps: last variate, knots per unit variate.
-    mirror : bool
-        Whether draws are reflected in the impact plane at random.
-    quantiles : float32 array, shape (n_alpha * n_speed * n_classes * 6, n_knots)
-        One row for each channel of each class at each node, as they lie in the file.
-    scores : float32 array, shape (n_alpha * n_speed * n_classes * 6, n_map)
-    first_of_class : uint16 array, shape (n_alpha, n_speed, n_classes)
-    alias_probability : float32 array, shape (n_alpha, n_speed, n_components)
-    alias_index : uint16 array, shape (n_alpha, n_speed, n_components)
-    mean : int16 array, shape (n_alpha, n_speed, n_components, 6)
-        In units of 1/4096, as the factors.
-    cholesky : int16 array, shape (n_alpha, n_speed, n_components, 21)
-        Lower-triangular factors, rows packed: L00, L10, L11, L20, ...
-    """
-
-    alpha: Axis
-    speed: Axis
-    score_max: float
-    score_scale: float
-    variate_max: float
-    variate_scale: float
-    mirror: bool
-    quantiles: NDArray[np.float32]
-    scores: NDArray[np.float32]
-    first_of_class: NDArray[np.uint16]
-    alias_probability: NDArray[np.float32]
-    alias_index: NDArray[np.uint16]
-    mean: NDArray[np.int16]
-    cholesky: NDArray[np.int16]
+#: An array for the record of one component, at most 1 + 8 + 36 numbers.
+local_record = local_array(types.float64, 64)
 
 
 @inline_kernel
@@ -116,7 +69,7 @@ def condition_status(alpha1, speed):
     """Negative code if no rebound can have this angle (rad) and speed (m/s), else `OK`."""
     if not (math.isfinite(alpha1) and math.isfinite(speed)):
         return NOT_FINITE
-    if alpha1 <= 0.0 or alpha1 > _HALF_PI + _SLACK:
+    if alpha1 <= 0.0 or alpha1 > _HALF_PI + ROUNDING:
         return NOT_APPROACHING
     if speed <= 0.0:
         return SPEED_NOT_POSITIVE
@@ -126,11 +79,23 @@ def condition_status(alpha1, speed):
 @borrowing_inline_kernel
 def is_outside(value, axis):
     """Whether a value lies off the axis by more than the rounding of a unit conversion."""
-    return value < axis.first * (1.0 - _SLACK) or value > axis.last * (1.0 + _SLACK)
+    return value < axis.low or value > axis.high
 
 
 @borrowing_inline_kernel
-def _locate(value, axis, n_nodes):
+def status_of(arrays, alpha1, speed):
+    """`OK`, `CLAMPED` or the negative code of a condition."""
+    alpha, velocity = arrays.alpha, arrays.speed
+    # true for what is most common, false for NaN
+    inside = alpha.low <= alpha1 <= alpha.high and velocity.low <= speed <= velocity.high
+    if inside:
+        return OK
+    status = condition_status(alpha1, speed)
+    return CLAMPED if status == OK else status
+
+
+@borrowing_inline_kernel
+def locate(value, axis):
     """Lower node, upper node and weight of the upper one; outside values go to the end."""
     table = axis.coordinate
     position = (min(max(value, axis.first), axis.last) - axis.first) * axis.scale
@@ -138,126 +103,138 @@ def _locate(value, axis, n_nodes):
     k = min(int(position), table.size - 2)
     x = table[k] + (position - k) * (table[k + 1] - table[k])
     # On an axis of one node both neighbours are that node, with x = 0.
-    lower = max(min(int(x), n_nodes - 2), 0)
-    return lower, min(lower + 1, n_nodes - 1), min(x - lower, 1.0)
+    lower = max(min(int(x), axis.nodes - 2), 0)
+    return lower, min(lower + 1, axis.nodes - 1), min(x - lower, 1.0)
 
 
 @inline_kernel
-def _choose_corner(word, t_alpha, t_speed):
-    """Corner of the cell, each with its bilinear weight, from the upper 31 bits of a word.
+def corner_weights(t, r):
+    """Bilinear weights of the four nodes of a cell, in the order of `TableArrays.quantiles`."""
+    return (1.0 - t) * (1.0 - r), (1.0 - t) * r, t * (1.0 - r), t * r
 
-    One uniform number serves both axes: given the outcome of the first choice, its rescaled
-    remainder is uniform again.
-    """
-    c = (np.float64(word >> _ONE) + 0.5) * 2.0**-31
-    upper_alpha = c < t_alpha
-    c = c / t_alpha if upper_alpha else (c - t_alpha) / (1.0 - t_alpha)
-    return upper_alpha, c < t_speed
+
+@inline_kernel
+def choose_corner(word, weights):
+    """Corner of the cell, each with its bilinear weight, from the upper 20 bits of a word."""
+    c = (np.float64(word >> _CORNER_SHIFT) + 0.5) * _CORNER_UNIT
+    w0, w1, w2, _ = weights
+    upper_alpha = c >= w0 + w1
+    return upper_alpha, c >= (w0 + w1 + w2 if upper_alpha else w0)
 
 
 @borrowing_inline_kernel
-def _choose_component(arrays, i, j, word):
-    """Mixture component by the alias method.
+def choose_component(arrays, node, word):
+    """Mixture component of a node by the alias method.
 
     The high half of word * n picks the column, the low half is the fraction within it.
     """
-    product = np.uint64(word) * np.uint64(arrays.alias_index.shape[2])
+    product = np.uint64(word) * np.uint64(arrays.n_components)
     column = np.int64(product >> _HALF_WORD)
-    if uniform(np.uint32(product & _LOW)) >= arrays.alias_probability[i, j, column]:
-        column = np.int64(arrays.alias_index[i, j, column])
+    entry = arrays.alias[node * arrays.n_components + column]
+    if (np.uint32(product & _LOW) >> _HALF) >= (entry >> _HALF):
+        column = np.int64(entry & _LOW_HALF)
     return column
 
 
 @borrowing_inline_kernel
-def _class_of(arrays, i, j, component):
+def class_of(arrays, node, component):
     """Class of rebounds that a component belongs to."""
     kind = 0
-    for k in range(1, arrays.first_of_class.shape[2]):
-        if component >= arrays.first_of_class[i, j, k]:
+    for k in range(1, arrays.n_classes):
+        if component >= arrays.first_of_class[node * arrays.n_classes + k]:
             kind = k
     return kind
 
 
 @borrowing_inline_kernel
-def _fill_normals(words, state):
-    """Write one standard normal for each word."""
-    for k in range(N_CHANNELS):
-        state[k] = normal_quantile(uniform(words[k]))
+def choose(arrays, cell_alpha, cell_speed, weights, w0, w1):
+    """Steps 2 and 3.
+
+    Returns
+    -------
+    tuple of two int
+        First number of the component's record; first function of its class among the quantile
+        functions of the cell.
+    """
+    i0, i1, _ = cell_alpha
+    j0, j1, _ = cell_speed
+    upper_alpha, upper_speed = choose_corner(w1, weights)
+    node = (i1 if upper_alpha else i0) * arrays.speed.nodes + (j1 if upper_speed else j0)
+    component = choose_component(arrays, node, w0)
+    kind = class_of(arrays, node, component)
+    record = (node * arrays.n_components + component) * arrays.stride
+    cell = i0 * max(arrays.speed.nodes - 1, 1) + j0
+    return record, (cell * arrays.n_classes + kind) * arrays.n_marginals
 
 
 @borrowing_inline_kernel
-def _mix(arrays, i, j, component, sign, state):
-    """Replace standard normals n by variates mean + L n, in place; the mirrored ones signed."""
-    for row in range(N_CHANNELS - 1, -1, -1):
+def mix(arrays, record, w1, normals, at, factors):
+    """Step 4: replace standard normals n by fractional knots of the variates mean + L n.
+
+    Parameters
+    ----------
+    normals : float64 array, changed in place
+        From number `at` on.
+    factors : float64 array, shape (64,)
+        Scratch: the record in floating point, which the compiler converts many at a time.
+    """
+    n = len(arrays.channels)
+    for k in range(1 + n + n * (n + 1) // 2):
+        factors[k] = np.float64(arrays.components[record + k])
+    sign = -1.0 if np.float64(w1 & _REFLECTION_BITS) < factors[0] else 1.0
+    last = np.float64(arrays.n_knots - 1)
+    for row in range(n - 1, -1, -1):
         # From the last row upwards, so that each row still finds the normals it needs.
-        z = np.float64(arrays.mean[i, j, component, row])
-        first = row * (row + 1) // 2
+        z = factors[1 + row]
+        first = 1 + n + row * (row + 1) // 2
         for column in range(row + 1):
-            z += np.float64(arrays.cholesky[i, j, component, first + column]) * state[column]
-        z *= _MIXTURE_UNIT
-        state[row] = sign * z if row >= FIRST_MIRRORED else z
+            z += factors[first + column] * normals[at + column]
+        channel = arrays.channels[row]
+        z *= _UNIT * (sign if FIRST_MIRRORED <= channel < END_MIRRORED else 1.0)
+        position = (z + arrays.variate_max) * arrays.variate_scale
+        # constant beyond the last knots
+        normals[at + row] = min(max(position, 0.0), last)
 
 
 @borrowing_inline_kernel
-def _first_row(arrays, i, j, kind):
-    """Row of the first channel of a class at a node, among all rows of knots."""
-    n_speed, n_classes = arrays.first_of_class.shape[1:]
-    return ((i * n_speed + j) * n_classes + kind) * N_CHANNELS
+def quantile_entry(arrays, functions, marginal, position):
+    """First of the eight numbers that step 5 reads for a channel, and fraction between knots."""
+    k = min(int(position), arrays.n_knots - 2)
+    return ((functions + marginal) * arrays.n_knots + k) * 4, position - k
 
 
 @borrowing_inline_kernel
-def _score(arrays, row, variate):
-    """Map a variate to its normal score by one node's map; constant beyond the last knots."""
-    last = arrays.scores.shape[1] - 1
-    position = (variate + arrays.variate_max) * arrays.variate_scale
-    position = min(max(position, 0.0), np.float64(last))
-    k = min(int(position), last - 1)
-    low = np.float64(arrays.scores[row, k])
-    high = np.float64(arrays.scores[row, k + 1])
-    return low + (position - k) * (high - low)
+def quantile(arrays, functions, marginal, position, weights):
+    """Step 5: quantile at a fractional knot, averaged over the four nodes."""
+    entry, fraction = quantile_entry(arrays, functions, marginal, position)
+    x = mean_of_corners(arrays.quantiles, entry, fraction, weights)
+    span = (functions + marginal) * 2
+    return arrays.spans[span] + arrays.spans[span + 1] * x
 
 
 @borrowing_inline_kernel
-def _knot_value(quantiles, row, k, f):
-    """Quantile function of one node between knots k and k + 1."""
-    low = np.float64(quantiles[row, k])
-    return low + f * (np.float64(quantiles[row, k + 1]) - low)
+def state_of(arrays, functions, weights, positions, at, state):
+    """Step 5 for every channel, then the components of the state.
 
-
-@borrowing_inline_kernel
-def _quantile(arrays, rows, t, r, channel, score):
-    """Quantile at a normal score, averaged over the four nodes with the bilinear weights."""
-    q = arrays.quantiles
-    last = q.shape[1] - 1
-    position = min(max((score + arrays.score_max) * arrays.score_scale, 0.0), np.float64(last))
-    k = min(int(position), last - 1)
-    f = position - k
-    lower = (1.0 - r) * _knot_value(q, rows[0] + channel, k, f)
-    lower += r * _knot_value(q, rows[1] + channel, k, f)
-    upper = (1.0 - r) * _knot_value(q, rows[2] + channel, k, f)
-    upper += r * _knot_value(q, rows[3] + channel, k, f)
-    return (1.0 - t) * lower + t * upper
-
-
-@borrowing_inline_kernel
-def _fill_channels(arrays, cell_alpha, cell_speed, own, kind, state):
-    """Replace variates of a class by channels, in place; `own` is the class' row of the maps."""
-    i0, i1, t = cell_alpha
-    j0, j1, r = cell_speed
-    rows = (
-        _first_row(arrays, i0, j0, kind),
-        _first_row(arrays, i0, j1, kind),
-        _first_row(arrays, i1, j0, kind),
-        _first_row(arrays, i1, j1, kind),
-    )
-    for channel in range(N_CHANNELS):
-        score = _score(arrays, own + channel, state[channel])
-        state[channel] = _quantile(arrays, rows, t, r, channel, score)
+    Parameters
+    ----------
+    positions : float64 array
+        Fractional knots, from number `at` on.
+    state : float64 array, shape (8,), written
+    """
+    for k in range(N_VALUES):
+        state[k] = 0.0
+    for row in range(len(arrays.channels)):
+        marginal = arrays.marginals[row]
+        if marginal >= 0:
+            x = quantile(arrays, functions, marginal, positions[at + row], weights)
+            state[arrays.channels[row]] = x
+    channels_to_state(state)
 
 
 @borrowing_kernel
-def draw_from_words(arrays, alpha1, speed, w0, w1, w2, w3, w4, w5, w6, w7, state):
-    """One rebound from eight given random words; `draw` says what the rest means.
+def draw_from_words(arrays, alpha1, speed, w0, w1, words, state):
+    """One rebound from given random words; `draw` says what the rest means.
 
     Kept apart from the generator so that every branch can be tested with scripted words.
 
@@ -266,35 +243,30 @@ def draw_from_words(arrays, alpha1, speed, w0, w1, w2, w3, w4, w5, w6, w7, state
     arrays : TableArrays
     alpha1, speed : float
         Impact angle from the wall in rad, impact speed in m/s.
-    w0, ..., w7 : uint32
-        w0: component; w1: reflection (lowest bit) and corner; w2 to w7: normals.
-    state : float64 array, shape (6,), written
+    w0, w1 : uint32
+        w0: component; w1: reflection (lower 12 bits) and corner.
+    words : tuple of eight uint32
+        Normals; as many are used as the table has channels.
+    state : float64 array, shape (6,) or more, written
 
     Returns
     -------
     int
         `OK`, `CLAMPED` or a negative code.
     """
-    status = condition_status(alpha1, speed)
-    if status != OK:
+    status = status_of(arrays, alpha1, speed)
+    if status < OK:
         return status
-    if is_outside(alpha1, arrays.alpha) or is_outside(speed, arrays.speed):
-        status = CLAMPED
-    cell_alpha = _locate(alpha1, arrays.alpha, arrays.first_of_class.shape[0])
-    cell_speed = _locate(speed, arrays.speed, arrays.first_of_class.shape[1])
-    upper_alpha, upper_speed = _choose_corner(w1, cell_alpha[2], cell_speed[2])
-    i = cell_alpha[1] if upper_alpha else cell_alpha[0]
-    j = cell_speed[1] if upper_speed else cell_speed[0]
-    sign = -1.0 if arrays.mirror and (w1 & _ONE) == _ONE else 1.0
-    # Chosen before the normals are made, which takes as long as fetching it from memory.
-    component = _choose_component(arrays, i, j, w0)
-    kind = _class_of(arrays, i, j, component)
-    # The caller's array serves as scratch: normals, variates and channels in turn.
-    _fill_normals((w2, w3, w4, w5, w6, w7), state)
-    _mix(arrays, i, j, component, sign, state)
-    own = _first_row(arrays, i, j, kind)
-    _fill_channels(arrays, cell_alpha, cell_speed, own, kind, state)
-    channels_to_state(state)
+    cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
+    weights = corner_weights(cell_alpha[2], cell_speed[2])
+    record, functions = choose(arrays, cell_alpha, cell_speed, weights, w0, w1)
+    positions, values = local_values(), local_values()
+    for row in range(len(arrays.channels)):
+        positions[row] = normal_of_word(arrays.normals, words[row])
+    mix(arrays, record, w1, positions, 0, local_record())
+    state_of(arrays, functions, weights, positions, 0, values)
+    for k in range(min(state.size, N_VALUES)):
+        state[k] = values[k]
     return status
 
 
@@ -319,7 +291,9 @@ def draw(arrays, alpha1, speed, seed, index, hit, state):
         How many walls the particle has met before, read as uint32.
     state : float64 array, shape (6,), written
         u, v, w over V and omega_x, omega_y, omega_z times a/V in the wall frame: x along the
-        tangential velocity before impact, y into the gas.
+        tangential velocity before impact, y into the gas. Components that the table leaves out
+        are 0. An array of shape (8,) also gets the rotational energy over the initial kinetic
+        energy and the number of collisions.
 
     Returns
     -------
@@ -328,46 +302,10 @@ def draw(arrays, alpha1, speed, seed, index, hit, state):
         its edge was used; else, with nothing written, `NOT_FINITE` (-1), `NOT_APPROACHING`
         (-2: alpha1 outside (0, pi/2]) or `SPEED_NOT_POSITIVE` (-3).
     """
+    n = len(arrays.channels)
+    zero = np.uint32(0)
     w0, w1, w2, w3 = philox_block(seed, index, hit, 0)
-    w4, w5, w6, w7 = philox_block(seed, index, hit, 1)
-    return draw_from_words(arrays, alpha1, speed, w0, w1, w2, w3, w4, w5, w6, w7, state)
-
-
-@borrowing_inline_kernel
-def item(values, k):
-    """Element k of an array, or the only element of an array of one."""
-    return values[k] if values.size > 1 else values[0]
-
-
-@borrowing_kernel
-def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
-    """Draw the states of the rows from start to stop; ends at the first error.
-
-    Parameters
-    ----------
-    arrays : TableArrays
-    alpha1, speed : float64 arrays, shape (n,) or (1,)
-    seed : uint64
-    index : uint64 array, shape (n,) or (1,)
-    hit : uint32 array, shape (n,) or (1,)
-    states : float64 array, shape (n, 6), rows start to stop written
-    start, stop : int
-
-    Returns
-    -------
-    tuple of four int
-        First row with an error (-1: none) and its code; first clamped row (-1: none) and the
-        number of clamped rows.
-    """
-    first_clamped = -1
-    clamped = 0
-    for k in range(start, stop):
-        keys = (seed, item(index, k), item(hit, k))
-        status = draw(arrays, item(alpha1, k), item(speed, k), *keys, states[k])
-        if status < OK:
-            return k, status, first_clamped, clamped
-        if status == CLAMPED:
-            clamped += 1
-            if first_clamped < 0:
-                first_clamped = k
-    return -1, OK, first_clamped, clamped
+    w4, w5, w6, w7 = philox_block(seed, index, hit, 1) if n > 2 else (zero, zero, zero, zero)
+    _, w8, w9, _ = philox_block(seed, index, hit, 2) if n > 6 else (zero, zero, zero, zero)
+    words = (w2, w3, w4, w5, w6, w7, w8, w9)
+    return draw_from_words(arrays, alpha1, speed, w0, w1, words, state)

@@ -48,7 +48,6 @@ class Dataset:
 
 
 _NODES = ("n_alpha", "n_speed")
-_MAP = (checks.non_decreasing, checks.bounded_by_last("marginals/score_knots"))
 _SHARE = (checks.within(0.0, 1.0),)
 
 #: Shortest length of a dimension; those not named here may be 0.
@@ -58,9 +57,10 @@ MINIMUM_LENGTH = {
     "n_alpha_grid": 2,
     "n_speed_grid": 2,
     "n_knots": 2,
-    "n_map": 2,
     "n_classes": 1,
     "n_components": 1,
+    "n_channels": 1,
+    "n_marginals": 1,
 }
 
 DATASETS = (
@@ -97,43 +97,21 @@ DATASETS = (
         (checks.node_index("axes/speed"),),
     ),
     Dataset(
-        "marginals/score_knots",
+        "marginals/variate_knots",
         "<f8",
         ("n_knots",),
         "1",
-        "normal scores s of the quantile knots: knot k is the quantile of probability Phi(s_k)",
+        "mixture variates z of the quantile knots",
         (checks.symmetric_knots,),
     ),
     Dataset(
         "marginals/quantiles",
         "<f4",
-        (*_NODES, "n_classes", 6, "n_knots"),
+        (*_NODES, "n_classes", "n_marginals", "n_knots"),
         "1",
-        "by class, quantile functions of v, u_hat, omega_z, w_hat, omega_x, omega_y; "
+        "by class and channel, the quantile that belongs to a mixture variate; "
         "velocities over V, angular velocities times a/V",
-        (
-            checks.non_decreasing,
-            checks.channel_between(0, "v", 0.0, 1.0),
-            checks.channel_between(1, "u_hat", -1.0, 1.0),
-            checks.channel_between(3, "w_hat", -1.0, 1.0),
-        ),
-        compressed=True,
-    ),
-    Dataset(
-        "dependence/variate_knots",
-        "<f8",
-        ("n_map",),
-        "1",
-        "mixture variates z of the score-map knots",
-        (checks.symmetric_knots,),
-    ),
-    Dataset(
-        "dependence/scores",
-        "<f4",
-        (*_NODES, "n_classes", 6, "n_map"),
-        "1",
-        "score maps: normal score s of a mixture variate z, by class and channel",
-        _MAP,
+        (checks.non_decreasing,),
         compressed=True,
     ),
     Dataset(
@@ -146,11 +124,10 @@ DATASETS = (
     ),
     Dataset(
         "dependence/alias_probability",
-        "<f4",
+        "<u2",
         (*_NODES, "n_components"),
-        "1",
+        "1/65536",
         "alias method: probability to stay in the column",
-        _SHARE,
         compressed=True,
     ),
     Dataset(
@@ -163,9 +140,18 @@ DATASETS = (
         compressed=True,
     ),
     Dataset(
+        "dependence/reflection",
+        "<i2",
+        (*_NODES, "n_components"),
+        f"1/{MIXTURE_SCALE}",
+        "probability of each mixture component to be reflected in the impact plane",
+        (checks.within(0, MIXTURE_SCALE),),
+        compressed=True,
+    ),
+    Dataset(
         "dependence/mean",
         "<i2",
-        (*_NODES, "n_components", 6),
+        (*_NODES, "n_components", "n_channels"),
         f"1/{MIXTURE_SCALE}",
         "means of the mixture components, by channel",
         compressed=True,
@@ -173,7 +159,7 @@ DATASETS = (
     Dataset(
         "dependence/cholesky",
         "<i2",
-        (*_NODES, "n_components", 21),
+        (*_NODES, "n_components", "n_factors"),
         f"1/{MIXTURE_SCALE}",
         "lower-triangular factors of the covariances, rows packed: L00, L10, L11, L20, ...",
         (checks.positive_diagonal,),
@@ -198,9 +184,9 @@ DATASETS = (
     Dataset(
         "accuracy/ks",
         "<f8",
-        ("n_conditions", 6),
+        ("n_conditions", "n_columns"),
         "1",
-        "Kolmogorov-Smirnov distance to direct simulation of u, v, w, omega_x, omega_y, omega_z",
+        "Kolmogorov-Smirnov distance to direct simulation of each component",
         _SHARE,
     ),
     Dataset(
@@ -238,5 +224,6 @@ ATTRIBUTES: Mapping[str, tuple[type, str]] = {
     "config": (str, "TOML text from which the table was generated"),
     "seed": (int, "seed of the simulation behind the table, from 0 to 2**64 - 1"),
     "software_version": (str, "version of rebound-tables that made the file"),
-    "mirror": (bool, "whether draws are reflected in the impact plane at random"),
+    "components": (str, "components of the state that a draw gives, separated by spaces"),
+    "channels": (str, "channels of the mixture, in the order of its factors, separated by spaces"),
 }

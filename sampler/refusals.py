@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.arrays import TableArrays
 from sampler.kernel import (
     HALF_SIZE_NOT_POSITIVE,
     NORMAL_NOT_USABLE,
     NOT_APPROACHING,
     NOT_FINITE,
     SPEED_NOT_POSITIVE,
-    TableArrays,
     is_outside,
 )
 

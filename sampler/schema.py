@@ -23,6 +23,7 @@ import numpy as np
 
 from sampler import checks
 from sampler.atomic import atomic_output
+from sampler.channels import CHANNELS, COMPONENTS, RANGES, STATE, channels_for
 from sampler.checks import Array, Check
 from sampler.errors import TableError
 from sampler.layout import (
@@ -103,6 +104,44 @@ def _check_values(arrays: Mapping[str, Array]) -> None:
             raise TableError(f"{path}: {problem}")
 
 
+def _check_names(components: tuple[str, ...], channels: tuple[str, ...]) -> None:
+    """Components and channels known, in order, and enough of them."""
+    for name, given, known in (
+        ("components", components, COMPONENTS),
+        ("channels", channels, CHANNELS),
+    ):
+        if not given or not set(given) <= set(known) or len(set(given)) < len(given):
+            raise TableError(f"{name}: got {' '.join(given)!r}, allowed: some of {' '.join(known)}")
+    missing = [name for name in channels_for(components) if name not in channels]
+    if missing:
+        raise TableError(f"channels: {' '.join(missing)} missing, allowed: all the components need")
+
+
+def _check_lengths(lengths: Mapping[str, int], contents: "TableContents") -> None:
+    """Dimensions as long as the names of components and channels say."""
+    for dim, names in (
+        ("n_columns", contents.components),
+        ("n_channels", contents.channels),
+        ("n_marginals", contents.marginals),
+    ):
+        if lengths[dim] != len(names):
+            raise TableError(f"{dim}: got {lengths[dim]}, allowed: {len(names)}, one for each name")
+
+
+def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
+    """Quantiles within what is physical."""
+    for k, name in enumerate(marginals):
+        low, high = RANGES.get(name, (-np.inf, np.inf))
+        part = quantiles[..., k, :]
+        refused = (part <= low) | (part >= high)
+        if refused.any():
+            where = tuple(int(n) for n in np.argwhere(refused)[0])
+            raise TableError(
+                f"marginals/quantiles: of {name}: got {part[where]:.9g} at {list(where)}, "
+                f"allowed: in ({low:g}, {high:g})"
+            )
+
+
 @dataclass(frozen=True, eq=False)
 class TableContents:
     """Everything in a table file, checked when it is made.
@@ -113,7 +152,7 @@ class TableContents:
         All of `DATASETS`, and no other; floating-point arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
-    mirror : bool
+    components, channels : tuple of str
         See `ATTRIBUTES`.
 
     Raises
@@ -127,10 +166,11 @@ class TableContents:
     config: str
     seed: int
     software_version: str
-    mirror: bool = True
+    components: tuple[str, ...] = STATE
+    channels: tuple[str, ...] = CHANNELS[:6]
 
     def __post_init__(self) -> None:
-        for name in ("pair", "config", "software_version", "mirror", "seed"):
+        for name in ("pair", "config", "software_version", "seed"):
             kind, meaning = ATTRIBUTES[name]
             # Not isinstance: True is an int, and would be written as another type.
             if type(getattr(self, name)) is not kind:
@@ -141,13 +181,22 @@ class TableContents:
         for path in self.datasets:
             if path not in known:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
-        check_shapes({path: np.shape(values) for path, values in self.datasets.items()})
+        _check_names(self.components, self.channels)
+        shapes = {path: np.shape(values) for path, values in self.datasets.items()}
+        _check_lengths(check_shapes(shapes), self)
         arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in DATASETS}
         _check_values(arrays)
+        _check_ranges(arrays["marginals/quantiles"], self.marginals)
         object.__setattr__(self, "datasets", arrays)
 
     def __getitem__(self, path: str) -> Array:
         return self.datasets[path]
+
+    @property
+    def marginals(self) -> tuple[str, ...]:
+        """Channels with quantile functions: those that the components are made of."""
+        needed = channels_for(self.components)
+        return tuple(name for name in self.channels if name in needed)
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -159,7 +208,8 @@ class TableContents:
             "config": self.config,
             "seed": self.seed,
             "software_version": self.software_version,
-            "mirror": self.mirror,
+            "components": " ".join(self.components),
+            "channels": " ".join(self.channels),
         }
 
     @property
@@ -251,7 +301,8 @@ def read_table(path: str | Path) -> TableContents:
             config=attributes["config"],
             seed=attributes["seed"],
             software_version=attributes["software_version"],
-            mirror=attributes["mirror"],
+            components=tuple(attributes["components"].split()),
+            channels=tuple(attributes["channels"].split()),
         )
     except TableError as error:
         raise TableError(f"{source}: {error}") from error.__cause__

@@ -5,14 +5,18 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sampler.arrange import table_arrays
+from sampler.batch import draw_batch
 from sampler.coerce import (
     as_integer,
     as_keys,
+    as_output,
     as_reals,
     as_seed,
     as_vectors,
@@ -20,7 +24,7 @@ from sampler.coerce import (
 )
 from sampler.errors import InputError
 from sampler.frames import rebound_batch
-from sampler.kernel import OK, Axis, TableArrays, draw_batch
+from sampler.kernel import OK
 from sampler.locate import find_table
 from sampler.refusals import draw_refusal, impact_condition, outside_refusal, rebound_refusal
 from sampler.schema import TableContents, read_table
@@ -36,43 +40,6 @@ class _Report(NamedTuple):
     code: int
     clamped_row: int
     clamped: int
-
-
-def _axis(nodes: NDArray[np.float64], coordinate: NDArray[np.float64]) -> Axis:
-    first, last = float(nodes[0]), float(nodes[-1])
-    scale = (coordinate.size - 1) / (last - first) if last > first else 0.0
-    return Axis(first, last, scale, coordinate)
-
-
-def table_arrays(contents: TableContents) -> TableArrays:
-    """Arrange the contents of a table for the kernels; large arrays are shared, not copied.
-
-    Parameters
-    ----------
-    contents : TableContents
-
-    Returns
-    -------
-    TableArrays
-    """
-    score, variate = contents["marginals/score_knots"], contents["dependence/variate_knots"]
-    alpha = np.deg2rad(contents["axes/alpha_deg"])
-    return TableArrays(
-        alpha=_axis(alpha, contents["axes/alpha_coordinate"]),
-        speed=_axis(contents["axes/speed"], contents["axes/speed_coordinate"]),
-        score_max=float(score[-1]),
-        score_scale=(score.size - 1) / (2.0 * float(score[-1])),
-        variate_max=float(variate[-1]),
-        variate_scale=(variate.size - 1) / (2.0 * float(variate[-1])),
-        mirror=contents.mirror,
-        quantiles=contents["marginals/quantiles"].reshape(-1, score.size),
-        scores=contents["dependence/scores"].reshape(-1, variate.size),
-        first_of_class=contents["dependence/first_of_class"],
-        alias_probability=contents["dependence/alias_probability"],
-        alias_index=contents["dependence/alias_index"],
-        mean=contents["dependence/mean"],
-        cholesky=contents["dependence/cholesky"],
-    )
 
 
 class Table:
@@ -92,8 +59,11 @@ class Table:
     ----------
     arrays : TableArrays
         For `sampler.draw` in the user's own compiled code.
-    contents : TableContents
-        What the file holds.
+    components : tuple of str
+        What the columns of a sample are: u, v, w, omega_x, omega_y, omega_z, or those of them (and
+        rotational_energy, collisions) that the table was made for.
+    pair, config : str
+        Name of the material pair; TOML text from which the table was generated.
     outside : str
     """
 
@@ -102,30 +72,45 @@ class Table:
     ) -> None:
         if outside not in ("clamp", "raise"):
             raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
-        self.contents = contents
         self.outside = outside
         self.arrays = table_arrays(contents)
+        self.components = contents.components
+        self.pair, self.config = contents.pair, contents.config
+        small = (path for path in contents.datasets if path.startswith(("axes/", "accuracy/")))
+        self._small = {path: contents[path] for path in small}
+        self._source: TableContents | Path = contents
         self._clamped = 0
         self._lock = threading.Lock()
 
     def __repr__(self) -> str:
-        alpha, speed = self.contents["axes/alpha_deg"], self.contents["axes/speed"]
-        n_alpha, n_speed, n_components = self.arrays.alias_index.shape
+        alpha, speed = self.alpha_nodes_deg, self.speed_nodes
         return (
             f"<sampler.Table {self.pair}: {alpha[0]:g} to {alpha[-1]:g} deg x "
-            f"{speed[0]:g} to {speed[-1]:g} m/s, {n_alpha} x {n_speed} nodes, "
-            f"{n_components} components>"
+            f"{speed[0]:g} to {speed[-1]:g} m/s, {len(alpha)} x {len(speed)} nodes, "
+            f"{self.arrays.n_components} components>"
         )
 
     @property
-    def pair(self) -> str:
-        """Name of the material pair."""
-        return self.contents.pair
+    def contents(self) -> TableContents:
+        """What the file holds; a table that was loaded reads its file again."""
+        if isinstance(self._source, TableContents):
+            return self._source
+        return read_table(self._source)
 
     @property
-    def config(self) -> str:
-        """TOML text from which the table was generated."""
-        return self.contents.config
+    def alpha_nodes_deg(self) -> NDArray[np.float64]:
+        """Impact angles of the nodes, degrees."""
+        return self._small["axes/alpha_deg"].copy()
+
+    @property
+    def speed_nodes(self) -> NDArray[np.float64]:
+        """Impact speeds of the nodes, m/s."""
+        return self._small["axes/speed"].copy()
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that the table takes."""
+        return _bytes_of(self.arrays) + sum(values.nbytes for values in self._small.values())
 
     @property
     def alpha_range(self) -> tuple[float, float]:
@@ -141,11 +126,11 @@ class Table:
     def accuracy(self) -> dict[str, NDArray[np.float64]]:
         """What was measured against direct simulation, at conditions that are no nodes.
 
-        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, 6), ``sliced_wasserstein``,
+        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_components), ``sliced_wasserstein``,
         ``correlation_error``, ``auc``, all (n,) but ks; n = 0 if nothing was measured.
         """
-        paths = (path for path in self.contents.datasets if path.startswith("accuracy/"))
-        return {path.removeprefix("accuracy/"): self.contents[path].copy() for path in paths}
+        paths = (path for path in self._small if path.startswith("accuracy/"))
+        return {path.removeprefix("accuracy/"): self._small[path].copy() for path in paths}
 
     @property
     def clamped(self) -> int:
@@ -161,7 +146,8 @@ class Table:
         index: ArrayLike | None = None,
         hit: ArrayLike = 0,
         threads: int | None = None,
-    ) -> NDArray[np.float64]:
+        out: NDArray[Any] | None = None,
+    ) -> NDArray[Any]:
         """Draw rebound states.
 
         Parameters
@@ -179,12 +165,15 @@ class Table:
         threads : int, optional
             Threads to use; by default as many as the number of draws is worth. The states do
             not depend on it.
+        out : float64 or float32 array, shape (n, n_components), optional
+            Where to write the states.
 
         Returns
         -------
-        float64 array, shape (n, 6)
-            u, v, w over V and omega_x, omega_y, omega_z times a/V in the wall frame: x along
-            the tangential velocity before impact, y into the gas.
+        float64 array, shape (n, n_components), or `out`
+            The table's `components`, u, v, w over V and omega_x, omega_y, omega_z times a/V unless
+            it was made for fewer or others, in the wall frame: x along the tangential velocity
+            before impact, y into the gas.
 
         Raises
         ------
@@ -194,7 +183,7 @@ class Table:
         """
         rows = {"alpha1": as_reals("alpha1", alpha1), "speed": as_reals("speed", speed)}
         n, keys = _keys(rows, seed, index, hit)
-        states = np.empty((n, 6))
+        states = as_output(out, (n, len(self.components)))
         report = self._run(draw_batch, (*rows.values(), *keys, states), n, threads)
         if report.bad_row >= 0:
             raise InputError(draw_refusal(rows, report.bad_row, report.code))
@@ -303,6 +292,13 @@ def _keys(
     return common_length(**rows, hit=hits, index=indices), (as_seed(seed), indices, hits)
 
 
+def _bytes_of(value: Any) -> int:
+    """Bytes of all arrays in nested tuples."""
+    if isinstance(value, tuple):
+        return sum(_bytes_of(part) for part in value)
+    return value.nbytes if isinstance(value, np.ndarray) else 0
+
+
 def _usable_cpus() -> int:
     """Processors that this process may run on."""
     if hasattr(os, "sched_getaffinity"):
@@ -335,4 +331,7 @@ def load(
     """
     if outside not in ("clamp", "raise"):
         raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
-    return Table(read_table(find_table(name_or_path)), outside=outside)
+    path = find_table(name_or_path)
+    table = Table(read_table(path), outside=outside)
+    table._source = path.resolve()  # its contents would take as much memory again
+    return table

@@ -1,0 +1,132 @@
+"""From the contents of a table file to the arrays of the kernels."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.arrays import Axis, TableArrays
+from sampler.channels import CHANNELS, COMPONENTS
+from sampler.encoding import MIXTURE_SCALE
+from sampler.kernel import ROUNDING
+from sampler.normal import normal_table
+from sampler.schema import TableContents
+
+#: Numbers of a cache line of 64 bytes, in 16 bits each.
+_LINE = 32
+
+#: Steps of the quantiles of a cell.
+_STEPS = 65535
+
+#: Relative rounding that must not take a quantile to the end of its open range.
+_MARGIN = 1e-12
+
+
+def aligned(shape: tuple[int, ...], dtype: type) -> NDArray:
+    """Zeros that begin on a cache line."""
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    buffer = np.zeros(size + 63, dtype=np.uint8)
+    start = -buffer.ctypes.data % 64
+    return buffer[start : start + size].view(dtype).reshape(shape)
+
+
+def _axis(nodes: NDArray[np.float64], coordinate: NDArray[np.float64]) -> Axis:
+    first, last = float(nodes[0]), float(nodes[-1])
+    scale = (coordinate.size - 1) / (last - first) if last > first else 0.0
+    low, high = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
+    return Axis(first, last, low, high, scale, len(nodes), coordinate)
+
+
+def record_stride(channels: int) -> int:
+    """Numbers of a component's record: a power of two, so that none straddles a cache line."""
+    needed = 1 + channels + channels * (channels + 1) // 2
+    return 1 << (needed - 1).bit_length()
+
+
+def _records(contents: TableContents) -> NDArray[np.int16]:
+    """Reflection probability, means and factors of each component side by side."""
+    mean, factor = contents["dependence/mean"], contents["dependence/cholesky"]
+    channels = mean.shape[-1]
+    records = aligned((*mean.shape[:-1], record_stride(channels)), np.int16)
+    records[..., 0] = contents["dependence/reflection"]
+    records[..., 1 : 1 + channels] = mean
+    records[..., 1 + channels : 1 + channels + factor.shape[-1]] = factor
+    return records.reshape(-1)
+
+
+def _cells(quantiles: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Quantiles at the four nodes of each cell: (cells, classes, marginals, knots, 4)."""
+    lower_i, upper_i = _ends(quantiles.shape[0])
+    lower_j, upper_j = _ends(quantiles.shape[1])
+    corners = [quantiles[np.ix_(i, j)] for i in (lower_i, upper_i) for j in (lower_j, upper_j)]
+    cells = np.stack(corners, axis=-1)
+    return cells.reshape(-1, *cells.shape[2:]).astype(np.float64)
+
+
+def _ends(nodes: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Lower and upper node of each interval; an axis of one node has one, with equal ends."""
+    lower = np.arange(max(nodes - 1, 1))
+    return lower, np.minimum(lower + 1, nodes - 1)
+
+
+def pack_quantiles(
+    quantiles: NDArray[np.float32],
+) -> tuple[NDArray[np.float64], NDArray[np.uint16]]:
+    """Quantiles of the nodes as 16-bit steps between least and largest of each cell.
+
+    Parameters
+    ----------
+    quantiles : float32 array, shape (n_alpha, n_speed, n_classes, n_marginals, n_knots)
+
+    Returns
+    -------
+    spans : float64 array, shape (n_cells, n_classes, n_marginals, 2)
+        Least quantile, and the size of a step.
+    steps : uint16 array, shape (n_cells, n_classes, n_marginals, n_knots, 4)
+    """
+    cells = _cells(quantiles)
+    least, largest = cells.min(axis=(-2, -1)), cells.max(axis=(-2, -1))
+    # a little short, so that rounding in a draw cannot lead beyond the largest quantile
+    step = (largest - least) * (1.0 - _MARGIN) / _STEPS
+    safe = np.where(step > 0.0, step, 1.0)[..., None, None]
+    steps = aligned(cells.shape, np.uint16)
+    steps[...] = np.minimum(np.rint((cells - least[..., None, None]) / safe), _STEPS)
+    return np.stack([least, step], axis=-1), steps
+
+
+def table_arrays(contents: TableContents) -> TableArrays:
+    """Arrange the contents of a table for the kernels.
+
+    Parameters
+    ----------
+    contents : TableContents
+
+    Returns
+    -------
+    TableArrays
+    """
+    variate = contents["marginals/variate_knots"]
+    spans, steps = pack_quantiles(contents["marginals/quantiles"])
+    probability = contents["dependence/alias_probability"].astype(np.uint32)
+    channels, held = contents.channels, contents.marginals
+    return TableArrays(
+        alpha=_axis(np.deg2rad(contents["axes/alpha_deg"]), contents["axes/alpha_coordinate"]),
+        speed=_axis(contents["axes/speed"], contents["axes/speed_coordinate"]),
+        variate_max=float(variate[-1]),
+        variate_scale=(variate.size - 1) / (2.0 * float(variate[-1])),
+        n_knots=variate.size,
+        n_components=probability.shape[-1],
+        n_classes=steps.shape[1],
+        n_marginals=len(held),
+        stride=record_stride(len(channels)),
+        channels=tuple(CHANNELS.index(name) for name in channels),
+        marginals=tuple(held.index(name) if name in held else -1 for name in channels),
+        columns=tuple(COMPONENTS.index(name) for name in contents.components),
+        normals=normal_table(),
+        alias=((probability << 16) | contents["dependence/alias_index"]).reshape(-1),
+        first_of_class=contents["dependence/first_of_class"].reshape(-1),
+        components=_records(contents),
+        spans=spans.reshape(-1),
+        quantiles=steps.reshape(-1),
+    )
+
+
+assert MIXTURE_SCALE == 4096  # the records of a table are read in these units by every language

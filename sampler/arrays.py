@@ -1,0 +1,90 @@
+"""What the kernels need of a table: plain numbers and arrays, arranged for few cache misses."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Axis(NamedTuple):
+    """One axis of the node grid, for look-up in constant time.
+
+    Attributes
+    ----------
+    first, last : float
+        Ends of the axis, rad or m/s.
+    low, high : float
+        The same with the rounding of a unit conversion, which is not outside yet.
+    scale : float
+        Steps of the coordinate table per rad or m/s; 0 on an axis of one node.
+    nodes : int
+    coordinate : float64 array, shape (n_grid,)
+        Fractional node index at equal steps from `first` to `last`.
+    """
+
+    first: float
+    last: float
+    low: float
+    high: float
+    scale: float
+    nodes: int
+    coordinate: NDArray[np.float64]
+
+
+class TableArrays(NamedTuple):
+    """What the kernels need of a table; may be passed to any ``@numba.njit`` function.
+
+    All arrays but `normals` are flat. Below, a table has I x J nodes, max(I - 1, 1) x max(J - 1, 1)
+    cells between them, Q classes of rebounds, K components a node, and N channels, of which M have
+    marginals. The tuples have a length that the compiler knows.
+
+    Attributes
+    ----------
+    alpha, speed : Axis
+        Axes of the node grid: impact angle in rad, impact speed in m/s.
+    variate_max, variate_scale : float
+        Knots of the quantile functions: last mixture variate, knots per unit variate.
+    n_knots : int
+    n_components, n_classes, n_marginals, stride : int
+        K, Q, M, and the numbers of one component's record.
+    channels : tuple of N int
+        Channel (see `sampler.channels`) that each row of a component's factor stands for.
+    marginals : tuple of N int
+        Row among the M marginals of each channel; -1 for one that only carries dependence.
+    columns : tuple of int
+        Component of the state in each column that `Table.sample` returns.
+    normals : float64 array, shape (256, 4)
+        See `sampler.normal.normal_table`.
+    alias : uint32 array, I J K
+        Upper half: probability to stay in the column, in units of 2**-16; lower half: component
+        that takes the rest.
+    first_of_class : uint16 array, I J Q
+    components : int16 array, I J K stride
+        Records: probability of reflection, N means, N (N + 1) / 2 factors (rows packed: L00, L10,
+        L11, ...), all in units of 1/4096, then padding. A record of a full table is a cache line.
+    spans : float64 array, cells Q M 2
+        Smallest quantile of a channel at the four nodes of a cell, and size of its steps.
+    quantiles : uint16 array, cells Q M n_knots 4
+        In these steps: the four nodes' values at one knot lie side by side, in the order (lower,
+        lower), (lower, upper), (upper, lower), (upper, upper) of angle and speed, so that one
+        interpolation reads 16 neighbouring bytes.
+    """
+
+    alpha: Axis
+    speed: Axis
+    variate_max: float
+    variate_scale: float
+    n_knots: int
+    n_components: int
+    n_classes: int
+    n_marginals: int
+    stride: int
+    channels: tuple[int, ...]
+    marginals: tuple[int, ...]
+    columns: tuple[int, ...]
+    normals: NDArray[np.float64]
+    alias: NDArray[np.uint32]
+    first_of_class: NDArray[np.uint16]
+    components: NDArray[np.int16]
+    spans: NDArray[np.float64]
+    quantiles: NDArray[np.uint16]

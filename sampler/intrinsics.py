@@ -1,0 +1,123 @@
+"""Operations that numba does not offer: arrays on the stack, prefetching, leading zeros.
+
+They are as small as can be; everything else is written in plain Python.
+"""
+
+from collections.abc import Callable
+from typing import Any, cast
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+_BYTE = ir.IntType(8)
+_WORD = ir.IntType(32)
+
+#: Alignment of arrays on the stack: a cache line, and the widest vector register.
+_LINE = 64
+
+
+def local_array(dtype: types.Number, length: int) -> Callable[[], Any]:
+    """Make a kernel function that returns an uninitialised array on the caller's stack.
+
+    Such an array costs nothing to make and ends with the function that made it: it must not be
+    returned. Functions that make one must be inlined into, or be, the function that uses it.
+
+    Parameters
+    ----------
+    dtype : numba type
+    length : int
+
+    Returns
+    -------
+    callable
+        Without arguments; gives an array of shape (length,).
+    """
+    array_type = types.Array(dtype, 1, "C")
+
+    @intrinsic
+    def make(typingctx):
+        def emit(context, builder, sig, args):
+            element = context.get_data_type(dtype)
+            place = cgutils.alloca_once(builder, ir.ArrayType(element, length))
+            place.align = _LINE
+            size = context.get_constant(types.intp, context.get_abi_sizeof(element))
+            array = arrayobj.make_array(array_type)(context, builder)
+            arrayobj.populate_array(
+                array,
+                data=builder.bitcast(place, element.as_pointer()),
+                shape=cgutils.pack_array(builder, [context.get_constant(types.intp, length)]),
+                strides=cgutils.pack_array(builder, [size]),
+                itemsize=size,
+                meminfo=None,
+            )
+            return array._getvalue()
+
+        return array_type(), emit
+
+    return cast(Callable[[], Any], make)
+
+
+@intrinsic
+def prefetch(typingctx, array, index):
+    """Ask for the cache line of element ``index`` of a one-dimensional contiguous array."""
+
+    def emit(context, builder, sig, args):
+        source = arrayobj.make_array(sig.args[0])(context, builder, args[0])
+        place = builder.bitcast(builder.gep(source.data, [args[1]]), _BYTE.as_pointer())
+        kind = ir.FunctionType(ir.VoidType(), [_BYTE.as_pointer(), _WORD, _WORD, _WORD])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+        # for reading, to stay in all levels of the cache, data
+        builder.call(function, [place, _WORD(0), _WORD(3), _WORD(1)])
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp), emit
+
+
+@intrinsic
+def leading_zeros(typingctx, word):
+    """Leading zero bits of a uint32 that is not zero."""
+
+    def emit(context, builder, sig, args):
+        return builder.ctlz(args[0], ir.IntType(1)(1))
+
+    return types.uint32(types.uint32), emit
+
+
+@intrinsic
+def mean_of_corners(typingctx, steps, entry, fraction, weights):
+    """Weighted mean over four corners of values between two knots.
+
+    ``steps`` (uint16) holds the four corners' values at one knot from ``entry`` on, then those at
+    the next knot: (sum over c of w_c (low_c + f (high_c - low_c))), summed as (0 + 1) + (2 + 3).
+    Written with vectors of four, one for each corner: a draw does this for every channel.
+    """
+    corners = ir.VectorType(ir.DoubleType(), 4)
+
+    def emit(context, builder, sig, args):
+        source = arrayobj.make_array(sig.args[0])(context, builder, args[0])
+
+        def load(offset):
+            first = builder.gep(source.data, [builder.add(args[1], args[1].type(offset))])
+            place = builder.bitcast(first, ir.VectorType(ir.IntType(16), 4).as_pointer())
+            whole = builder.zext(builder.load(place, align=2), ir.VectorType(ir.IntType(32), 4))
+            return builder.sitofp(whole, corners)
+
+        def vector(numbers):
+            value = ir.Constant(corners, ir.Undefined)
+            for k, number in enumerate(numbers):
+                value = builder.insert_element(value, number, _WORD(k))
+            return value
+
+        low, high = load(0), load(4)
+        rise = builder.fmul(vector([args[2]] * 4), builder.fsub(high, low))
+        weighted = builder.fmul(
+            vector([builder.extract_value(args[3], k) for k in range(4)]), builder.fadd(low, rise)
+        )
+        w = [builder.extract_element(weighted, _WORD(k)) for k in range(4)]
+        return builder.fadd(builder.fadd(w[0], w[1]), builder.fadd(w[2], w[3]))
+
+    number = types.float64
+    return number(steps, types.intp, number, types.UniTuple(number, 4)), emit
