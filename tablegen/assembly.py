@@ -1,6 +1,5 @@
 """Nodes put together to the contents of a table file."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,17 +18,13 @@ def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
     """Node arrays with the two node dimensions in front."""
     grid = (len(axes.alpha_deg), len(axes.speed))
 
-    def stacked(pick: Callable[[NodeArrays], NDArray[Any]]) -> NDArray[Any]:
-        values = np.stack([pick(node) for node in nodes])
+    def stacked(name: str) -> NDArray[Any]:
+        values = np.stack([getattr(node, name) for node in nodes])
         return values.reshape(grid + values.shape[1:])
 
     return {
-        "marginals/quantiles": stacked(lambda node: node.quantiles),
-        **{
-            f"dependence/{name}": stacked(lambda node, name=name: getattr(node, name))
-            for name in NodeArrays._fields
-            if name != "quantiles"
-        },
+        f"{'marginals' if name == 'quantiles' else 'dependence'}/{name}": stacked(name)
+        for name in NodeArrays._fields
     }
 
 
