@@ -98,13 +98,15 @@ def status_of(arrays, alpha1, speed):
 def locate(value, axis):
     """Lower node, upper node and weight of the upper one; outside values go to the end."""
     table = axis.coordinate
-    position = (min(max(value, axis.first), axis.last) - axis.first) * axis.scale
-    position = min(position, table.size - 1.0)
+    position = (min(max(value, axis.first), axis.last) - axis.origin) * axis.scale
+    position = min(max(position, 0.0), table.size - 1.0)
     k = min(int(position), table.size - 2)
     x = table[k] + (position - k) * (table[k + 1] - table[k])
-    # On an axis of one node both neighbours are that node, with x = 0.
-    lower = max(min(int(x), axis.nodes - 2), 0)
-    return lower, min(lower + 1, axis.nodes - 1), min(x - lower, 1.0)
+    # On an axis of one node both neighbours are that node, with weight 0 for the upper one.
+    lower = max(min(int(x) - axis.offset, axis.nodes - 2), 0)
+    upper = min(lower + 1, axis.nodes - 1)
+    # the ends of an axis are nodes, but their coordinate is rounded
+    return lower, upper, min(max(x - (lower + axis.offset), 0.0), 1.0 * (upper - lower))
 
 
 @inline_kernel
