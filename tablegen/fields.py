@@ -72,9 +72,10 @@ def _strictly_increasing(values: tuple[float, ...]) -> tuple[float, ...]:
 def _known_components(given: object) -> object:
     """Refuse anything but a list of names of components, each once."""
     names = _as_tuple(given)
-    known = isinstance(names, tuple) and all(name in COMPONENTS for name in names)
-    if not known or not names or len(set(names)) < len(names):  # type: ignore[arg-type]
-        raise refusal(f"a list of some of {', '.join(COMPONENTS)}, each once", given=given)
+    if not isinstance(names, tuple) or not names or any(name not in COMPONENTS for name in names):
+        raise refusal(f"a list of some of {', '.join(COMPONENTS)}", given=given)
+    if len(set(names)) < len(names):
+        raise refusal("each component once", given=given)
     return names
 
 
