@@ -17,11 +17,11 @@ from sampler.kernel import (
     OK,
     choose,
     corner_weights,
+    find_entries,
     local_record,
     local_values,
     locate,
     mix,
-    quantile_entry,
     state_of,
     status_of,
 )
@@ -39,9 +39,11 @@ _local_counters = local_array(types.uint32, 3 * BLOCK)
 local_places = local_array(types.int64, 2 * BLOCK)
 local_weights = local_array(types.float64, 4 * BLOCK)
 local_positions = local_array(types.float64, N_VALUES * BLOCK)
+local_block_entries = local_array(types.int64, N_VALUES * BLOCK)
 
 _LOW = np.uint64(0xFFFFFFFF)
 _HALF_WORD = np.uint64(32)
+_ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
 
 @borrowing_inline_kernel
@@ -88,32 +90,32 @@ def choose_one(arrays, alpha1, speed, words, r, places, weights):
     """Take steps 1 to 3 for draw r of a block; ask for the record of its component."""
     cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
     corners = corner_weights(cell_alpha[2], cell_speed[2])
-    w0, w1 = words[r], words[BLOCK + r]
+    w0, w1 = words[np.uint64(r)], words[np.uint64(BLOCK + r)]
     record, functions = choose(arrays, cell_alpha, cell_speed, corners, w0, w1)
     prefetch(arrays.components, record)
-    places[r], places[BLOCK + r] = record, functions
+    places[np.uint64(r)], places[np.uint64(BLOCK + r)] = record, functions
     for corner in range(4):
-        weights[4 * r + corner] = corners[corner]
+        weights[np.uint64(4 * r + corner)] = corners[corner]
 
 
 @borrowing_inline_kernel
-def mix_one(arrays, words, r, places, values, factors):
+def mix_one(arrays, words, r, places, values, factors, entries):
     """Take step 4 for draw r of a block; ask for the quantiles that it will read."""
     at = r * N_VALUES
-    mix(arrays, places[r], words[BLOCK + r], values, at, factors)
+    mix(arrays, places[np.uint64(r)], words[np.uint64(BLOCK + r)], values, at, factors)
+    find_entries(arrays, places[np.uint64(BLOCK + r)], values, at, entries)
     for row in range(len(arrays.channels)):
-        marginal = arrays.marginals[row]
-        if marginal >= 0:
-            entry, _ = quantile_entry(arrays, places[BLOCK + r], marginal, values[at + row])
-            prefetch(arrays.quantiles, entry)
+        if arrays.marginals[row] >= 0:
+            prefetch(arrays.quantiles, entries[np.uint64(at + row)])
 
 
 @borrowing_inline_kernel
-def finish_one(arrays, r, places, weights, values, result):
+def finish_one(arrays, r, places, weights, entries, values, result):
     """Take step 5 for draw r of a block; `result`, shape (8,), gets its components."""
-    k = 4 * r
-    corners = (weights[k], weights[k + 1], weights[k + 2], weights[k + 3])
-    state_of(arrays, places[BLOCK + r], corners, values, r * N_VALUES, result)
+    k = np.uint64(4 * r)
+    corners = (weights[k], weights[k + _ONE], weights[k + _TWO], weights[k + _THREE])
+    functions = places[np.uint64(BLOCK + r)]
+    state_of(arrays, functions, corners, entries, values, r * N_VALUES, result)
 
 
 @borrowing_kernel
@@ -138,6 +140,7 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     """
     words, values, places = local_words(), local_positions(), local_places()
     weights, factors, result = local_weights(), local_record(), local_values()
+    entries = local_block_entries()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
@@ -154,9 +157,9 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
             choose_one(arrays, angle, velocity, words, r, places, weights)
         fill_normals(arrays, words, values)
         for r in range(count):
-            mix_one(arrays, words, r, places, values, factors)
+            mix_one(arrays, words, r, places, values, factors, entries)
         for r in range(count):
-            finish_one(arrays, r, places, weights, values, result)
+            finish_one(arrays, r, places, weights, entries, values, result)
             for column in range(len(arrays.columns)):
                 states[first + r, column] = result[arrays.columns[column]]
     return -1, OK, first_clamped, clamped

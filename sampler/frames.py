@@ -19,6 +19,7 @@ from sampler.batch import (
     fill_words,
     finish_one,
     item,
+    local_block_entries,
     local_places,
     local_positions,
     local_weights,
@@ -262,7 +263,7 @@ def rebound_batch(
     """
     words, values, places = local_words(), local_positions(), local_places()
     weights, factors, result = local_weights(), local_record(), local_values()
-    straight = _local_flags()
+    entries, straight = local_block_entries(), _local_flags()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
@@ -282,10 +283,10 @@ def rebound_batch(
             choose_one(arrays, alpha1, speed, words, r, places, weights)
         fill_normals(arrays, words, values)
         for r in range(count):
-            mix_one(arrays, words, r, places, values, factors)
+            mix_one(arrays, words, r, places, values, factors, entries)
         for r in range(count):
             k = first + r
-            finish_one(arrays, r, places, weights, values, result)
+            finish_one(arrays, r, places, weights, entries, values, result)
             azimuth = _azimuth(seed, item(index, k), item(hit, k)) if straight[r] else 0.0
             given = (_vector(velocity, k), _vector(normal, k), item(half_size, k))
             _to_lab(*given, _vector(wall_velocity, k), straight[r], azimuth, result)
