@@ -49,7 +49,7 @@ _ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 @borrowing_inline_kernel
 def item(values, k):
     """Element k of an array, or the only element of an array of one."""
-    return values[k] if values.size > 1 else values[0]
+    return values[np.uint64(k)] if values.size > 1 else values[0]
 
 
 @borrowing_inline_kernel
@@ -161,5 +161,6 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
         for r in range(count):
             finish_one(arrays, r, places, weights, entries, values, result)
             for column in range(len(arrays.columns)):
-                states[first + r, column] = result[arrays.columns[column]]
+                component = np.uint64(arrays.columns[column])
+                states[np.uint64(first + r), np.uint64(column)] = result[component]
     return -1, OK, first_clamped, clamped
