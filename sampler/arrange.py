@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from sampler.arrays import Axis, TableArrays
 from sampler.channels import CHANNELS, COMPONENTS
-from sampler.encoding import MIXTURE_SCALE
 from sampler.kernel import ROUNDING
 from sampler.normal import normal_table
 from sampler.schema import TableContents
@@ -106,6 +105,7 @@ def table_arrays(contents: TableContents) -> TableArrays:
     variate = contents["marginals/variate_knots"]
     spans, steps = pack_quantiles(contents["marginals/quantiles"])
     probability = contents["dependence/alias_probability"].astype(np.uint32)
+    alias = (probability << np.uint32(16)) | contents["dependence/alias_index"]
     channels, held = contents.channels, contents.marginals
     return TableArrays(
         alpha=_axis(np.deg2rad(contents["axes/alpha_deg"]), contents["axes/alpha_coordinate"]),
@@ -121,12 +121,9 @@ def table_arrays(contents: TableContents) -> TableArrays:
         marginals=tuple(held.index(name) if name in held else -1 for name in channels),
         columns=tuple(COMPONENTS.index(name) for name in contents.components),
         normals=normal_table(),
-        alias=((probability << 16) | contents["dependence/alias_index"]).reshape(-1),
+        alias=alias.astype(np.uint32).reshape(-1),
         first_of_class=contents["dependence/first_of_class"].reshape(-1),
         components=_records(contents),
         spans=spans.reshape(-1),
         quantiles=steps.reshape(-1),
     )
-
-
-assert MIXTURE_SCALE == 4096  # the records of a table are read in these units by every language

@@ -85,7 +85,7 @@ def _fill_normals(arrays, words, values):
 
 @borrowing_inline_kernel
 def _choose_one(arrays, alpha1, speed, words, r, places, weights):
-    """Steps 1 to 3 for draw r of a block; ask for the record of its component."""
+    """Take steps 1 to 3 for draw r of a block; ask for the record of its component."""
     cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
     corners = corner_weights(cell_alpha[2], cell_speed[2])
     w0, w1 = words[r], words[BLOCK + r]
@@ -98,7 +98,7 @@ def _choose_one(arrays, alpha1, speed, words, r, places, weights):
 
 @borrowing_inline_kernel
 def _mix_one(arrays, words, r, places, values, factors):
-    """Step 4 for draw r of a block; ask for the quantiles that it will read."""
+    """Take step 4 for draw r of a block; ask for the quantiles that it will read."""
     at = r * N_VALUES
     mix(arrays, places[r], words[BLOCK + r], values, at, factors)
     for row in range(len(arrays.channels)):
@@ -110,7 +110,7 @@ def _mix_one(arrays, words, r, places, values, factors):
 
 @borrowing_inline_kernel
 def _finish_one(arrays, r, places, weights, values, result, state, row):
-    """Step 5 for draw r of a block; write the columns of its row."""
+    """Take step 5 for draw r of a block; write the columns of its row."""
     k = 4 * r
     corners = (weights[k], weights[k + 1], weights[k + 2], weights[k + 3])
     state_of(arrays, places[BLOCK + r], corners, values, r * N_VALUES, result)

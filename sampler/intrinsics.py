@@ -12,6 +12,12 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+
+def _operation(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a function of kernels from one that types a call and writes its code."""
+    return cast(Callable[..., Any], intrinsic(function))
+
+
 _BYTE = ir.IntType(8)
 _WORD = ir.IntType(32)
 
@@ -37,7 +43,7 @@ def local_array(dtype: types.Number, length: int) -> Callable[[], Any]:
     """
     array_type = types.Array(dtype, 1, "C")
 
-    @intrinsic
+    @_operation
     def make(typingctx):
         def emit(context, builder, sig, args):
             element = context.get_data_type(dtype)
@@ -57,10 +63,10 @@ def local_array(dtype: types.Number, length: int) -> Callable[[], Any]:
 
         return array_type(), emit
 
-    return cast(Callable[[], Any], make)
+    return make
 
 
-@intrinsic
+@_operation
 def prefetch(typingctx, array, index):
     """Ask for the cache line of element ``index`` of a one-dimensional contiguous array."""
 
@@ -76,7 +82,7 @@ def prefetch(typingctx, array, index):
     return types.void(array, types.intp), emit
 
 
-@intrinsic
+@_operation
 def leading_zeros(typingctx, word):
     """Leading zero bits of a uint32 that is not zero."""
 
@@ -86,7 +92,7 @@ def leading_zeros(typingctx, word):
     return types.uint32(types.uint32), emit
 
 
-@intrinsic
+@_operation
 def mean_of_corners(typingctx, steps, entry, fraction, weights):
     """Weighted mean over four corners of values between two knots.
 

@@ -148,7 +148,7 @@ def class_of(arrays, node, component):
 
 @borrowing_inline_kernel
 def choose(arrays, cell_alpha, cell_speed, weights, w0, w1):
-    """Steps 2 and 3.
+    """Take steps 2 and 3.
 
     Returns
     -------

@@ -133,7 +133,7 @@ def normal_table() -> NDArray[np.float64]:
 
 @borrowing_inline_kernel
 def normal_of_word(table, word):
-    """Standard normal number of a random word, the quantile of (word + 1/2) 2**-32.
+    """Give the standard normal number of a random word, the quantile of (word + 1/2) 2**-32.
 
     Parameters
     ----------

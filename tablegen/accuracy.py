@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from tablegen.description import modes, scattering_angles, translational_energy
 from tablegen.distances import (
     classifier_auc,
@@ -18,7 +18,7 @@ from tablegen.distances import (
     ks_distances,
     sliced_wasserstein,
 )
-from tablegen.samples import FloatArray, as_state
+from tablegen.samples import FloatArray, as_sample
 
 #: States a side that are projected, and that train and test the classifier; the other distances
 #: take them all. AUC are compared at this size: a classifier learns more from more.
@@ -43,7 +43,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Profile:
-    """What one sample of states says by itself; tuples are in the order of `COMPONENTS`."""
+    """What one sample of states says by itself; tuples are in the order of its components."""
 
     count: int
     mean: tuple[float, ...]
@@ -63,25 +63,28 @@ class Comparison:
 
     alpha_deg: float
     speed: float
-    #: In the order of `COMPONENTS`.
+    #: In the order of the components.
     ks: tuple[float, ...]
     sliced_wasserstein: float
     correlation_error: float
     auc: float
     table: Profile
     direct: Profile
+    components: tuple[str, ...] = STATE
 
     def to_dict(self) -> dict[str, Any]:
-        """Write everything as JSON-ready numbers, tuples as lists, components in `components`."""
-        return {"components": list(COMPONENTS), **_with_lists(asdict(self))}
+        """Write everything as JSON-ready numbers, tuples as lists."""
+        return _with_lists(asdict(self))
 
 
-def profile(state: ArrayLike) -> Profile:
+def profile(state: ArrayLike, components: tuple[str, ...] = STATE) -> Profile:
     """Describe one sample by itself: moments, modes, energy, scattering angles.
 
     Parameters
     ----------
-    state : array_like of float, shape (n, 6)
+    state : array_like of float, shape (n, d)
+    components : tuple of d str
+        What the columns are. Energy and angles are those of u, v, w, with 0 for what is missing.
 
     Returns
     -------
@@ -92,25 +95,32 @@ def profile(state: ArrayLike) -> Profile:
     InputError
         As for `modes` and `scattering_angles`.
     """
-    states = as_state(state)
-    angles = np.degrees(scattering_angles(states))
+    states = as_sample("state", state)
+    full = np.zeros((len(states), len(STATE)))
+    for k, name in enumerate(components):
+        if name in STATE:
+            full[:, STATE.index(name)] = states[:, k]
+    angles = np.degrees(scattering_angles(full))
     return Profile(
         count=len(states),
         mean=_numbers(states.mean(axis=0)),
         standard_deviation=_numbers(states.std(axis=0)),
         mode=_numbers(modes(states)),
-        translational_energy=float(translational_energy(states).mean()),
+        translational_energy=float(translational_energy(full).mean()),
         scattering_mean_deg=(float(angles[0].mean()), float(angles[1].mean())),
         scattering_standard_deviation_deg=(float(angles[0].std()), float(angles[1].std())),
     )
 
 
-def summary(table_state: ArrayLike, direct_state: ArrayLike) -> tuple[Profile, Profile]:
+def summary(
+    table_state: ArrayLike, direct_state: ArrayLike, components: tuple[str, ...] = STATE
+) -> tuple[Profile, Profile]:
     """Describe two samples, each by itself; see `profile`.
 
     Parameters
     ----------
-    table_state, direct_state : array_like of float, shapes (n, 6) and (m, 6)
+    table_state, direct_state : array_like of float, shapes (n, d) and (m, d)
+    components : tuple of d str
 
     Returns
     -------
@@ -121,23 +131,30 @@ def summary(table_state: ArrayLike, direct_state: ArrayLike) -> tuple[Profile, P
     InputError
         As for `profile`.
     """
-    return profile(table_state), profile(direct_state)
+    return profile(table_state, components), profile(direct_state, components)
 
 
 def compare(
-    table_state: ArrayLike, direct_state: ArrayLike, alpha_deg: float, speed: float, seed: int = 0
+    table_state: ArrayLike,
+    direct_state: ArrayLike,
+    alpha_deg: float,
+    speed: float,
+    seed: int = 0,
+    components: tuple[str, ...] = STATE,
 ) -> Comparison:
     """Compare draws from a table with direct simulation at one condition.
 
     Parameters
     ----------
-    table_state, direct_state : array_like of float, shapes (n, 6) and (m, 6)
+    table_state, direct_state : array_like of float, shapes (n, d) and (m, d)
     alpha_deg : float
         Impact angle from the wall, degrees.
     speed : float
         Impact speed, m/s.
     seed : int
         Selects the projection directions and the classifier's halves.
+    components : tuple of d str
+        What the columns are.
 
     Returns
     -------
@@ -148,8 +165,8 @@ def compare(
     InputError
         As for `ks_distances`, `classifier_auc` and `scattering_angles`.
     """
-    table, direct = as_state(table_state), as_state(direct_state)
-    table_profile, direct_profile = summary(table, direct)
+    table, direct = as_sample("table", table_state), as_sample("direct", direct_state)
+    table_profile, direct_profile = summary(table, direct, components)
     return Comparison(
         alpha_deg=float(alpha_deg),
         speed=float(speed),
@@ -159,6 +176,7 @@ def compare(
         auc=classifier_auc(table[:CLASSIFIED], direct[:CLASSIFIED], seed=seed),
         table=table_profile,
         direct=direct_profile,
+        components=components,
     )
 
 

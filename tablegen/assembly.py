@@ -1,6 +1,5 @@
 """Nodes put together to the contents of a table file."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,35 +10,32 @@ from sampler.schema import TableContents
 from tablegen.accuracy import Comparison
 from tablegen.config import Config
 from tablegen.fitting.axes import Axes
-from tablegen.fitting.marginals import score_knots
-from tablegen.fitting.node import NodeArrays, variate_knots
+from tablegen.fitting.marginals import variate_knots
+from tablegen.fitting.node import NodeArrays, law_of
 
 
 def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
     """Node arrays with the two node dimensions in front."""
     grid = (len(axes.alpha_deg), len(axes.speed))
 
-    def stacked(pick: Callable[[NodeArrays], NDArray[Any]]) -> NDArray[Any]:
-        values = np.stack([pick(node) for node in nodes])
+    def stacked(name: str) -> NDArray[Any]:
+        values = np.stack([getattr(node, name) for node in nodes])
         return values.reshape(grid + values.shape[1:])
 
     return {
-        "marginals/quantiles": stacked(lambda node: node.quantiles),
-        "dependence/scores": stacked(lambda node: node.scores),
-        "dependence/first_of_class": stacked(lambda node: node.first_of_class),
-        "dependence/alias_probability": stacked(lambda node: node.alias_probability),
-        "dependence/alias_index": stacked(lambda node: node.alias_index),
-        "dependence/mean": stacked(lambda node: node.mean),
-        "dependence/cholesky": stacked(lambda node: node.cholesky),
+        f"{'marginals' if name == 'quantiles' else 'dependence'}/{name}": stacked(name)
+        for name in NodeArrays._fields
     }
 
 
-def accuracy_datasets(comparisons: list[Comparison]) -> dict[str, NDArray[np.float64]]:
-    """Datasets of the accuracy group."""
+def accuracy_datasets(
+    comparisons: list[Comparison], columns: int
+) -> dict[str, NDArray[np.float64]]:
+    """Datasets of the accuracy group, for states of some number of columns."""
     return {
         "accuracy/alpha_deg": np.array([c.alpha_deg for c in comparisons], dtype=np.float64),
         "accuracy/speed": np.array([c.speed for c in comparisons], dtype=np.float64),
-        "accuracy/ks": np.array([c.ks for c in comparisons], dtype=np.float64).reshape(-1, 6),
+        "accuracy/ks": np.array([c.ks for c in comparisons], dtype=np.float64).reshape(-1, columns),
         "accuracy/sliced_wasserstein": np.array([c.sliced_wasserstein for c in comparisons]),
         "accuracy/correlation_error": np.array([c.correlation_error for c in comparisons]),
         "accuracy/auc": np.array([c.auc for c in comparisons]),
@@ -66,14 +62,14 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
             "axes/speed": axes.speed,
             "axes/alpha_coordinate": axes.alpha_coordinate,
             "axes/speed_coordinate": axes.speed_coordinate,
-            "marginals/score_knots": score_knots(nodes[0].quantiles.shape[-1]),
-            "dependence/variate_knots": variate_knots(),
+            "marginals/variate_knots": variate_knots(nodes[0].quantiles.shape[-1]),
             **_stack(nodes, axes),
-            **accuracy_datasets([]),
+            **accuracy_datasets([], len(config.domain.columns)),
         },
         pair=config.pair_name,
         config=config.text,
         seed=config.table.seed,
         software_version=sampler.__version__,
-        mirror=config.table.mirror,
+        components=config.domain.columns,
+        channels=law_of(config).channels,
     )

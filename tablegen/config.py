@@ -14,6 +14,7 @@ import tomli_w
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
+from sampler.channels import COMPONENTS, STATE
 from sampler.errors import InputError
 from sampler.locate import find_config, find_file
 from tablegen.complaint import complaint
@@ -31,6 +32,18 @@ def _odd(value: int | None) -> int | None:
     return value
 
 
+#: Components of a plane flow, and those that it has no use for.
+PLANE = ("u", "v", "omega_z")
+_OUT_OF_PLANE = ("w", "omega_x", "omega_y")
+
+
+def _components(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse unknown names, repeated ones, and none."""
+    if not names or len(set(names)) < len(names) or not set(names) <= set(COMPONENTS):
+        raise refusal(f"some of {', '.join(COMPONENTS)}, each once")
+    return names
+
+
 class Domain(Record):
     """Impact angles (degrees from the wall) and speeds (m/s) that a table covers."""
 
@@ -38,6 +51,28 @@ class Domain(Record):
     speed: SpeedRange
     #: Allow speeds outside the range in which the restitution law was measured.
     extrapolate: bool = False
+    #: 2: a plane flow, which has no use for w, omega_x and omega_y.
+    dimension: Literal[2, 3] = 3
+    #: What a draw gives; by default u, v, w, omega_x, omega_y, omega_z, or those of a plane flow.
+    components: Annotated[tuple[str, ...], AfterValidator(_components)] | None = None
+
+    @model_validator(mode="after")
+    def _plane(self) -> Self:
+        extra = [name for name in self.columns if self.dimension == 2 and name in _OUT_OF_PLANE]
+        if extra:
+            raise refusal(
+                f"without {', '.join(extra)} in a plane flow (dimension = 2)",
+                given=self.components,
+                field="components",
+            )
+        return self
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Components of a draw, in the order of `sampler.channels.COMPONENTS`."""
+        if self.components is not None:
+            return tuple(name for name in COMPONENTS if name in self.components)
+        return PLANE if self.dimension == 2 else STATE
 
 
 class ModelSettings(Record):
@@ -59,8 +94,8 @@ class TableSettings(Record):
     #: Components of the mixture that carries the dependence.
     components: Annotated[int | None, Field(ge=1, le=4096)] = None
     quantile_knots: Annotated[int | None, AfterValidator(_odd)] = None
-    #: Build the symmetry about the impact plane into the draw.
-    mirror: bool = True
+    #: Make the law exactly symmetric about the impact plane.
+    mirror: bool = False
 
 
 #: Accuracies by name.

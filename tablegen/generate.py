@@ -93,7 +93,8 @@ def generate(
         seed=_MEASURE_SEED,
         progress=progress,
     )
-    contents = replace(contents, datasets={**contents.datasets, **accuracy_datasets(comparisons)})
+    measured = accuracy_datasets(comparisons, len(contents.components))
+    contents = replace(contents, datasets={**contents.datasets, **measured})
     write_table(path, contents)
     store.discard()
     return Generated(Table(contents), comparisons, shop.seconds)

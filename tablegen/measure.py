@@ -9,6 +9,7 @@ from tqdm import tqdm
 
 from sampler.table import Table
 from tablegen.accuracy import Comparison, compare
+from tablegen.components import simulated_components
 from tablegen.config import AccuracyTargets, Config
 from tablegen.simulate import simulate_configured
 
@@ -60,11 +61,8 @@ def pick_conditions(table: Table, count: int, seed: int) -> list[tuple[float, fl
     rng = np.random.Generator(np.random.Philox(key=[seed, FIRST_STREAM]))
     strata = np.column_stack([np.arange(count), rng.permutation(count)])
     points = (strata + rng.random((count, 2))) / count
-    contents = table.contents
-    alpha = _between_nodes(
-        points[:, 0], contents["axes/alpha_deg"], contents["axes/alpha_coordinate"]
-    )
-    speed = _between_nodes(points[:, 1], contents["axes/speed"], contents["axes/speed_coordinate"])
+    alpha = _between_nodes(points[:, 0], table.alpha_nodes_deg, table.arrays.alpha.coordinate)
+    speed = _between_nodes(points[:, 1], table.speed_nodes, table.arrays.speed.coordinate)
     return [(float(a), float(v)) for a, v in zip(alpha, speed, strict=True)]
 
 
@@ -132,8 +130,10 @@ def _comparisons(
         direct = simulate_configured(
             config, alpha_deg, speed, samples, seed=seed, stream=FIRST_STREAM + k, threads=1
         )
-        alpha1 = np.radians(alpha_deg)
-        return table.sample(alpha1, speed, seed=seed, hit=k, index=range(samples)), direct.state
+        drawn = table.sample(
+            np.radians(alpha_deg), speed, seed=seed, hit=k, index=np.arange(samples)
+        )
+        return drawn, simulated_components(direct, table.components)
 
     with ThreadPoolExecutor(1) as pool:
         following = pool.submit(states, 0)
@@ -141,7 +141,9 @@ def _comparisons(
             drawn, direct = following.result()
             if k + 1 < len(conditions):
                 following = pool.submit(states, k + 1)
-            yield compare(drawn, direct, alpha_deg, speed, seed=seed % 2**32)
+            yield compare(
+                drawn, direct, alpha_deg, speed, seed=seed % 2**32, components=table.components
+            )
 
 
 def missed_targets(comparisons: Sequence[Comparison], targets: AccuracyTargets) -> list[str]:

@@ -1,6 +1,5 @@
 """A validation as one HTML page that needs no network."""
 
-from sampler.channels import COMPONENTS
 from tablegen.accuracy import Comparison
 from tablegen.markup import html_page, html_table, verdict
 from tablegen.validate import Validation
@@ -35,7 +34,7 @@ def _details(c: Comparison) -> str:
             f"{c.direct.mode[k]:.4f}",
             f"{c.ks[k]:.4f}",
         ]
-        for k, name in enumerate(COMPONENTS)
+        for k, name in enumerate(c.components)
     ]
     energies = (c.table.translational_energy, c.direct.translational_energy)
     rows.append(["translational energy", *(f"{x:.4f}" for x in energies), "", "", ""])

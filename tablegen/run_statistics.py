@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from sampler.jit import kernel
 
 Floats = NDArray[np.float64]
@@ -24,7 +24,7 @@ COLLISION_LABELS = ("1", "2", "3", "4", "5", ">5")
 
 @dataclass(frozen=True)
 class RunStatistics:
-    """Statistics of a run of n rebounds; components in the order of `COMPONENTS`.
+    """Statistics of a run of n rebounds; components in the order of `STATE`.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class RunStatistics:
         """
 
         def named(values: Floats) -> dict[str, Any]:
-            return dict(zip(COMPONENTS, values.tolist(), strict=True))
+            return dict(zip(STATE, values.tolist(), strict=True))
 
         percent = 100.0 * self.collision_counts / self.count
         return {
@@ -89,7 +89,7 @@ class RunStatistics:
             "std": named(self.standard_deviation),
             "min": named(self.minimum),
             "max": named(self.maximum),
-            "columns": list(COMPONENTS),
+            "columns": list(STATE),
             "covariance": self.covariance.tolist(),
             "collisions_percent": dict(zip(COLLISION_LABELS, percent.tolist(), strict=True)),
             "collisions_mean": self.collisions / self.count,
@@ -104,7 +104,7 @@ class RunStatistics:
                     "above": int(self.outside[i, 1]),
                     "counts": self.histogram[i].tolist(),
                 }
-                for i, name in enumerate(COMPONENTS)
+                for i, name in enumerate(STATE)
             },
         }
 

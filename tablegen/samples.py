@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from sampler.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -50,7 +50,7 @@ def as_state(values: ArrayLike) -> FloatArray:
     Parameters
     ----------
     values : array_like of float, shape (n, 6)
-        Components in the order of `sampler.channels.COMPONENTS`.
+        Components in the order of `sampler.channels.STATE`.
 
     Returns
     -------
@@ -62,8 +62,8 @@ def as_state(values: ArrayLike) -> FloatArray:
         If the shape does not fit or a number is not finite.
     """
     array = as_sample("state", values, rows=1)
-    if array.shape[1] != len(COMPONENTS):
-        raise InputError(f"state: got shape {array.shape}, allowed: (n, {len(COMPONENTS)})")
+    if array.shape[1] != len(STATE):
+        raise InputError(f"state: got shape {array.shape}, allowed: (n, {len(STATE)})")
     return array
 
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from sampler.channels import COMPONENTS
 from sampler.table import Table
 from tablegen.accuracy import Comparison
 from tablegen.config import AccuracyTargets
@@ -47,7 +46,7 @@ def details_text(comparison: Comparison) -> str:
         f"at {c.alpha_deg:.2f} degrees, {c.speed:.1f} m/s      mean                most probable",
         "                   table    direct      table    direct        KS",
     ]
-    for k, name in enumerate(COMPONENTS):
+    for k, name in enumerate(c.components):
         lines.append(
             f"  {name:<12} {c.table.mean[k]:9.4f} {c.direct.mean[k]:9.4f}  "
             f"{c.table.mode[k]:9.4f} {c.direct.mode[k]:9.4f} {c.ks[k]:9.4f}"
@@ -77,18 +76,17 @@ def identity_text(table: Table) -> str:
     """Say what a table is: provenance, range, nodes, size in memory, measured accuracy."""
     contents = table.contents
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]
-    stored = sum(values.nbytes for values in contents.datasets.values())
     lines = [
         f"pair              {table.pair}",
         f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
         f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes",
-        f"mixture           {table.arrays.alias_index.shape[2]} components a node"
-        + (", mirrored" if contents.mirror else ""),
-        f"quantile knots    {contents['marginals/score_knots'].size}",
+        f"a draw gives      {', '.join(table.components)}",
+        f"mixture           {table.arrays.n_components} components a node",
+        f"quantile knots    {table.arrays.n_knots}",
         f"seed              {contents.seed}",
         f"software          rebound-tables {contents.software_version}",
         f"content SHA-256   {contents.content_sha256}",
-        f"in memory         {stored / 1e6:.2f} MB",
+        f"in memory         {table.nbytes / 1e6:.2f} MB",
     ]
     accuracy = table.accuracy
     count = accuracy["auc"].size

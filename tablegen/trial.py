@@ -7,6 +7,7 @@ from threadpoolctl import threadpool_limits
 from sampler.table import Table
 from tablegen.accuracy import CLASSIFIED, PROJECTED
 from tablegen.assembly import assemble
+from tablegen.components import simulated_components
 from tablegen.config import AccuracyTargets, Config
 from tablegen.distances import (
     classifier_auc,
@@ -77,9 +78,10 @@ def try_nodes(
     watch, (alpha_deg, speed) = Stopwatch(), condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
     samples, seed = sample_size(config.accuracy), config.table.seed
-    direct = simulate_configured(
+    simulation = simulate_configured(
         config, alpha_deg, speed, samples, seed=seed, stream=stream, threads=1
-    ).state
+    )
+    direct = simulated_components(simulation, config.domain.columns)
     watch.stage("simulation")
     # a report counts its conditions from 0 there
     hit = 2**32 - 1

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def alias_table(weight: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+def alias_table(weight: NDArray[np.float64]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
     """Build the alias table of a discrete law.
 
     A draw takes a column k uniformly and keeps it with ``probability[k]``, else takes
@@ -20,7 +20,8 @@ def alias_table(weight: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArr
 
     Returns
     -------
-    tuple (probability (K,) float32, alias (K,) uint16)
+    tuple (probability (K,) uint16, alias (K,) uint16)
+        Probabilities in units of 2**-16; a column kept for certain has itself as its alias.
     """
     count = len(weight)
     scaled = np.asarray(weight, dtype=np.float64) * (count / np.sum(weight))
@@ -35,4 +36,5 @@ def alias_table(weight: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArr
         scaled[high] -= 1.0 - scaled[low]
         (small if scaled[high] < 1.0 else large).append(high)
     # What is left differs from one by rounding only and keeps its column.
-    return probability.astype(np.float32), alias.astype(np.uint16)
+    steps = np.minimum(np.rint(probability * 65536.0), 65535.0)
+    return steps.astype(np.uint16), alias.astype(np.uint16)

@@ -8,12 +8,15 @@ A fit begins with stepwise EM (Cappe and Moulines, J. R. Stat. Soc. B 71 (2009) 
 statistics are a running average over blocks of the sample, and every block moves the components.
 A few passes over a large sample then do what dozens of whole iterations do.
 
-A law with a mirror symmetry M = diag(+1, +1, +1, -1, -1, -1) is fitted as
+Most particles have mirror images among the others, so most of a law is symmetric under reflection
+in the impact plane, M = diag(+1, +1, +1, -1, -1, -1). Every component may therefore be reflected,
+with a probability q_k of its own,
 
-    p(z) = sum_k pi_k (N(z; mu_k, S_k) + N(M z; mu_k, S_k)) / 2,
+    p(z) = sum_k pi_k ((1 - q_k) N(z; mu_k, S_k) + q_k N(M z; mu_k, S_k)),
 
-which has the symmetry exactly and makes each stored component count twice. M only changes the
-sign of some monomials, so the reflected half needs no features of its own.
+so that a stored component counts twice where the law is symmetric, and once where it is not. With
+all q_k = 1/2 the symmetry is exact. M only changes the sign of some monomials, so the reflected
+part needs no features of its own.
 """
 
 from dataclasses import dataclass
@@ -42,6 +45,9 @@ _PASSES = 3
 _DELAY = 2.0
 _DECAY = 0.6
 
+#: A component keeps this much of a chance to be reflected, or not to be, while it is fitted.
+_LEAST_PART = 1e-3
+
 #: Added to every variance (normal scores have variance one). It keeps components that sit on a
 #: lower-dimensional part of the law, such as near-spheres, from collapsing.
 RIDGE = 1e-4
@@ -56,14 +62,17 @@ class Mixture:
     weight : (K,) float64
     mean : (K, d) float64
     covariance : (K, d, d) float64
-    mirror : (d,) float64
-        Signs of the reflection that the law is symmetric under; all ones if there is none.
+    reflection : (K,) float64
+        Probability that a component is reflected.
+    signs : (d,) float64
+        Signs of the channels under reflection; all ones if there is none.
     """
 
     weight: FloatArray
     mean: FloatArray
     covariance: FloatArray
-    mirror: FloatArray
+    reflection: FloatArray
+    signs: FloatArray
 
 
 def _monomials(z: FloatArray) -> FloatArray:
@@ -85,19 +94,19 @@ def _log_density_weights(mixture: Mixture) -> FloatArray:
     return np.vstack([constant, linear.T, quadratic.T])
 
 
-def _expectation(
-    features: Features, weights: FloatArray, signs: FloatArray | None
-) -> tuple[FloatArray, float]:
-    """Sufficient statistics (K, features) and mean log-likelihood.
+def _expectation(features: Features, mixture: Mixture) -> tuple[FloatArray, float]:
+    """Sufficient statistics (K, features + 1) and mean log-likelihood.
 
-    Responsibilities are computed in the precision of the features.
+    The last column is the reflected part of the first, of the mass. Responsibilities are computed
+    in the precision of the features.
     """
+    weights, signs = _log_density_weights(mixture), _mirror_signs(mixture.signs)
     count = weights.shape[1]
     if signs is not None:
-        weights = (
-            np.hstack([weights, weights * signs[:, None]])
-            - np.log(2.0) * (np.arange(len(weights)) == 0)[:, None]
-        )
+        reflected = weights * signs[:, None]
+        reflected[0] += np.log(mixture.reflection)
+        weights[0] += np.log1p(-mixture.reflection)
+        weights = np.hstack([weights, reflected])
     weights = np.ascontiguousarray(weights, dtype=features.dtype)
     statistics = np.zeros((weights.shape[1], features.shape[1]))
     total = 0.0
@@ -111,19 +120,21 @@ def _expectation(
         mass = table.sum(axis=1, keepdims=True)
         total += float(np.log(mass).sum() + peak.sum())
         statistics += table.T @ (block / mass)
+    part = np.zeros(count) if signs is None else statistics[count:, 0].copy()
     if signs is not None:
         statistics = statistics[:count] + statistics[count:] * signs
-    return statistics, total / len(features)
+    return np.column_stack([statistics, part]), total / len(features)
 
 
 def _maximisation(
-    statistics: FloatArray, mirror: FloatArray, dimension: int, points: int
+    statistics: FloatArray, mixture: Mixture, points: int, free: bool
 ) -> tuple[Mixture, FloatArray]:
     """Mixture that maximises the expected likelihood, and the statistics it was made from.
 
     The statistics may be averages; ``points`` is how many points they stand for. Components that
     are left without points are dropped from both.
     """
+    dimension = mixture.mean.shape[1]
     # a component needs more points than it has directions to have a covariance of its own
     alive = statistics[:, 0] * (points / statistics[:, 0].sum()) > dimension + 1.0
     statistics = statistics[alive]
@@ -131,21 +142,27 @@ def _maximisation(
     mean = statistics[:, 1 : dimension + 1] / mass[:, None]
     i, j = np.triu_indices(dimension)
     second = np.empty((len(mass), dimension, dimension))
-    second[:, i, j] = statistics[:, dimension + 1 :] / mass[:, None]
+    second[:, i, j] = statistics[:, dimension + 1 : -1] / mass[:, None]
     second[:, j, i] = second[:, i, j]
     covariance = second - mean[:, :, None] * mean[:, None, :] + RIDGE * np.eye(dimension)
-    return Mixture(mass / mass.sum(), mean, covariance, mirror), statistics
+    reflection = mixture.reflection[alive]
+    if free:
+        reflection = np.clip(statistics[:, -1] / mass, _LEAST_PART, 1.0 - _LEAST_PART)
+    found = Mixture(mass / mass.sum(), mean, covariance, reflection, mixture.signs)
+    return found, statistics
 
 
-def _start(z: FloatArray, components: int, mirror: FloatArray, rng: np.random.Generator) -> Mixture:
+def _start(z: FloatArray, components: int, signs: FloatArray, rng: np.random.Generator) -> Mixture:
     """Components at random points, all with a shrunken covariance of the sample."""
     mean = z[rng.choice(len(z), components, replace=False)]
-    covariance = 0.1 * np.cov(z.T) + RIDGE * np.eye(z.shape[1])
+    covariance = 0.1 * np.cov(z.T).reshape(z.shape[1], -1) + RIDGE * np.eye(z.shape[1])
+    reflected = 0.5 if bool((signs < 0.0).any()) else 0.0
     return Mixture(
         np.full(components, 1.0 / components),
         mean,
         np.repeat(covariance[None], components, axis=0),
-        mirror,
+        np.full(components, reflected),
+        signs,
     )
 
 
@@ -164,33 +181,29 @@ def improve(mixture: Mixture, z: FloatArray, iterations: int, gain: float) -> tu
     -------
     tuple (Mixture, mean log-likelihood before the last step)
     """
-    features, signs = _monomials(z), _mirror_signs(mixture.mirror)
+    features, free = _monomials(z), bool((mixture.reflection != 0.5).any())
     last = -np.inf
     for _ in range(iterations):
-        mixture, likelihood = _iterate(mixture, features, signs)
+        mixture, likelihood = _iterate(mixture, features, free)
         if likelihood - last < gain:
             break
         last = likelihood
     return mixture, likelihood
 
 
-def _mirror_signs(mirror: FloatArray) -> FloatArray | None:
+def _mirror_signs(signs: FloatArray) -> FloatArray | None:
     """Signs of the monomials under the reflection, or None if there is none."""
-    return _monomials(mirror[None])[0] if bool((mirror < 0.0).any()) else None
+    return _monomials(signs[None])[0] if bool((signs < 0.0).any()) else None
 
 
-def _iterate(
-    mixture: Mixture, features: Features, signs: FloatArray | None
-) -> tuple[Mixture, float]:
+def _iterate(mixture: Mixture, features: Features, free: bool) -> tuple[Mixture, float]:
     """One iteration of EM over the whole sample."""
-    statistics, likelihood = _expectation(features, _log_density_weights(mixture), signs)
-    dimension = mixture.mean.shape[1]
-    return _maximisation(statistics, mixture.mirror, dimension, len(features))[0], likelihood
+    statistics, likelihood = _expectation(features, mixture)
+    return _maximisation(statistics, mixture, len(features), free)[0], likelihood
 
 
-def _stepwise(mixture: Mixture, features: Features, passes: int) -> Mixture:
+def _stepwise(mixture: Mixture, features: Features, passes: int, free: bool) -> Mixture:
     """Improve a mixture block by block."""
-    dimension, signs = mixture.mean.shape[1], _mirror_signs(mixture.mirror)
     size = max(_POINTS_PER_COMPONENT * len(mixture.weight), _LEAST_BLOCK)
     blocks = max(len(features) // size, 1)
     average = None
@@ -198,12 +211,12 @@ def _stepwise(mixture: Mixture, features: Features, passes: int) -> Mixture:
         first = (k % blocks) * len(features) // blocks
         last = (k % blocks + 1) * len(features) // blocks
         block = features[first:last]
-        found, _ = _expectation(block, _log_density_weights(mixture), signs)
+        found, _ = _expectation(block, mixture)
         found /= len(block)
         if average is not None:
             step = (k + _DELAY) ** -_DECAY
             found = (1.0 - step) * average + step * found
-        mixture, average = _maximisation(found, mixture.mirror, dimension, len(features))
+        mixture, average = _maximisation(found, mixture, len(features), free)
     return mixture
 
 
@@ -211,7 +224,8 @@ def fit_mixture(
     z: FloatArray,
     components: int,
     rng: np.random.Generator,
-    mirror: FloatArray | None = None,
+    signs: FloatArray | None = None,
+    symmetric: bool = False,
     iterations: int = 1,
 ) -> Mixture:
     """Fit a Gaussian mixture with full covariances.
@@ -225,8 +239,11 @@ def fit_mixture(
         points are dropped.
     rng : numpy Generator
         Chooses the starting points.
-    mirror : (d,) float64, optional
-        Signs of a reflection to be symmetric under.
+    signs : (d,) float64, optional
+        Signs of the channels under the reflection that components may undergo.
+    symmetric : bool
+        Whether every component is reflected with probability 1/2, which makes the law symmetric;
+        else the probabilities are fitted.
     iterations : int
         EM iterations on the whole sample after the stepwise ones, which settle the weights.
 
@@ -234,14 +251,15 @@ def fit_mixture(
     -------
     Mixture
     """
-    signs = np.ones(z.shape[1]) if mirror is None else np.asarray(mirror, dtype=np.float64)
+    signs = np.ones(z.shape[1]) if signs is None else np.asarray(signs, dtype=np.float64)
+    free = not symmetric and bool((signs < 0.0).any())
     # with more points than this on average, one component at least is always alive
     most = max((len(z) - 1) // (z.shape[1] + 1), 1)
     mixture = _start(z, min(components, most), signs, rng)
     features = _monomials(z).astype(np.float32)
-    mixture = _stepwise(mixture, features, _PASSES)
+    mixture = _stepwise(mixture, features, _PASSES, free)
     for _ in range(iterations):
-        mixture, _ = _iterate(mixture, features, _mirror_signs(signs))
+        mixture, _ = _iterate(mixture, features, free)
     return mixture
 
 
@@ -251,5 +269,5 @@ def sample_mixture(mixture: Mixture, count: int, rng: np.random.Generator) -> Fl
     factor = np.linalg.cholesky(mixture.covariance)
     z = mixture.mean[component]
     z = z + np.einsum("nij,nj->ni", factor[component], rng.standard_normal(z.shape))
-    flip = rng.integers(0, 2, size=(count, 1)) == 1
-    return np.where(flip, z * mixture.mirror, z)
+    flip = rng.random((count, 1)) < mixture.reflection[component][:, None]
+    return np.where(flip, z * mixture.signs, z)

@@ -1,8 +1,8 @@
-"""Normal scores: a sample's own, and those that belong to a mixture's variates.
+"""Normal scores of a sample, and the probabilities that belong to a mixture's variates.
 
 The copula lives in normal-score space. A fitted mixture has marginals that are close to normal
-but not exactly so; the score map of a channel, Phi^-1(F_mixture(z)), removes the difference, so
-that the marginals of a draw are those of the quantile tables.
+but not exactly so. The quantile that is stored for a variate z is therefore that of probability
+F_mixture(z), so that the marginals of a draw are those of the sample.
 """
 
 import numpy as np
@@ -48,31 +48,24 @@ def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
     return scores
 
 
-def score_maps(mixture: Mixture, variates: FloatArray, score_max: float) -> FloatArray:
-    """Score maps of all channels at the given variates.
+def mixture_probabilities(mixture: Mixture, variates: FloatArray) -> FloatArray:
+    """Distribution functions of the mixture's own marginals.
 
     Parameters
     ----------
     mixture : Mixture
     variates : (m,) float64
-        Increasing and symmetric about zero.
-    score_max : float
-        Scores are limited to [-score_max, score_max], the span of the quantile knots.
 
     Returns
     -------
     (d, m) float64, non-decreasing along each row
     """
     deviation = np.sqrt(np.einsum("kii->ki", mixture.covariance))
-    maps = np.empty((mixture.mean.shape[1], len(variates)))
-    for j in range(len(maps)):
-        standard = (variates[:, None] - mixture.mean[:, j]) / deviation[:, j]
-        below = ndtr(standard) @ mixture.weight
-        above = ndtr(-standard) @ mixture.weight
-        if mixture.mirror[j] < 0.0:
-            below, above = 0.5 * (below + above[::-1]), 0.5 * (above + below[::-1])
-        # each tail from its own side, where its probability is not rounded against one
-        maps[j] = np.where(below < above, ndtri(below), -ndtri(above))
-        if mixture.mirror[j] < 0.0:
-            maps[j] = 0.5 * (maps[j] - maps[j, ::-1])  # odd to the last bit
-    return np.maximum.accumulate(np.clip(maps, -score_max, score_max), axis=1)
+    probabilities = np.empty((mixture.mean.shape[1], len(variates)))
+    for j, sign in enumerate(mixture.signs):
+        mean, scale = mixture.mean[:, j], deviation[:, j]
+        plain = ndtr((variates[:, None] - mean) / scale)
+        reflected = ndtr((variates[:, None] - sign * mean) / scale)
+        mixed = (1.0 - mixture.reflection) * plain + mixture.reflection * reflected
+        probabilities[j] = mixed @ mixture.weight
+    return np.maximum.accumulate(np.clip(probabilities, 0.0, 1.0), axis=1)

@@ -5,6 +5,8 @@ import math
 import numpy as np
 from scipy.special import ndtri
 
+from sampler.channels import CHANNELS
+
 MASK = 0xFFFFFFFF
 
 
@@ -18,7 +20,7 @@ def philox(key, counter):
     return c
 
 
-def key_words(seed, index, hit, n_blocks=2):
+def key_words(seed, index, hit, n_blocks=3):
     """Words of the first blocks of the keys of a rebound."""
     words = []
     for block in range(n_blocks):
@@ -35,40 +37,52 @@ def _axis(value, nodes, coordinate):
     return lower, x - lower
 
 
-def reference_draw(contents, alpha1, speed, words):
-    """State (6,) from eight words."""
+def _corner(word, t, r):
+    """Which of the four nodes a word chooses: (upper angle, upper speed)."""
+    c = ((word >> 12) + 0.5) / 2**20
+    shares = [(1.0 - t) * (1.0 - r), (1.0 - t) * r, t * (1.0 - r)]
+    return divmod(int(np.searchsorted(np.cumsum(shares), c, side="right")), 2)
+
+
+def reference_channels(contents, alpha1, speed, words):
+    """Channels by name, from the words of blocks 0, 1 and 2."""
     w = [int(word) for word in words]
     i0, t = _axis(alpha1, np.deg2rad(contents["axes/alpha_deg"]), contents["axes/alpha_coordinate"])
     j0, r = _axis(speed, contents["axes/speed"], contents["axes/speed_coordinate"])
-
-    c = ((w[1] >> 1) + 0.5) / 2**31
-    up_alpha = c < t
-    c = c / t if up_alpha else (c - t) / (1.0 - t)
-    i, j = i0 + up_alpha, j0 + (c < r)
+    up_alpha, up_speed = _corner(w[1], t, r)
+    i, j = i0 + up_alpha, j0 + up_speed
 
     probability = contents["dependence/alias_probability"][i, j]
     column, low = divmod(w[0] * len(probability), 2**32)
-    if (low + 0.5) / 2**32 >= probability[column]:
+    if low >> 16 >= probability[column]:
         column = contents["dependence/alias_index"][i, j, column]
 
-    factor = np.zeros((6, 6))
-    factor[np.tril_indices(6)] = contents["dependence/cholesky"][i, j, column] / 4096.0
-    normals = ndtri((np.array(w[2:8]) + 0.5) / 2**32)
+    n = len(contents.channels)
+    factor = np.zeros((n, n))
+    factor[np.tril_indices(n)] = contents["dependence/cholesky"][i, j, column] / 4096.0
+    normals = ndtri((np.array(w[2:8] + w[9:11])[:n] + 0.5) / 2**32)
     z = contents["dependence/mean"][i, j, column] / 4096.0 + factor @ normals
-    if contents.mirror and w[1] & 1:
-        z[3:] *= -1.0
+    if w[1] % 4096 < contents["dependence/reflection"][i, j, column]:
+        z *= [-1.0 if name in ("w_hat", "omega_x", "omega_y") else 1.0 for name in contents.channels]
 
     kind = int(np.sum(column >= contents["dependence/first_of_class"][i, j].astype(int))) - 1
-    variate_knots = contents["dependence/variate_knots"]
-    score_knots = contents["marginals/score_knots"]
-    channels = np.zeros(6)
-    for k in range(6):
-        s = np.interp(z[k], variate_knots, contents["dependence/scores"][i, j, kind, k])
+    knots = contents["marginals/variate_knots"]
+    channels = dict.fromkeys(CHANNELS, 0.0)
+    for k, name in enumerate(contents.marginals):
+        variate = z[contents.channels.index(name)]
         for a, weight_a in ((i0, 1.0 - t), (i0 + 1, t)):
             for b, weight_b in ((j0, 1.0 - r), (j0 + 1, r)):
                 if weight_a * weight_b > 0.0:
                     quantiles = contents["marginals/quantiles"][a, b, kind, k]
-                    channels[k] += weight_a * weight_b * np.interp(s, score_knots, quantiles)
-    v, u_hat, omega_z, w_hat, omega_x, omega_y = channels
-    u = u_hat * math.sqrt(1.0 - v**2)
-    return np.array([u, v, w_hat * math.sqrt(1.0 - v**2 - u**2), omega_x, omega_y, omega_z])
+                    channels[name] += weight_a * weight_b * np.interp(variate, knots, quantiles)
+    return channels
+
+
+def reference_draw(contents, alpha1, speed, words):
+    """State in the order of the table's components, from the words of blocks 0, 1 and 2."""
+    c = reference_channels(contents, alpha1, speed, words)
+    u = c["u_hat"] * math.sqrt(1.0 - c["v"] ** 2)
+    w = c["w_hat"] * math.sqrt(1.0 - c["v"] ** 2 - u**2)
+    values = {**c, "u": u, "w": w, "collisions": math.floor(c["collisions"])}
+    values["rotational_energy"] = c["energy_hat"] * (1.0 - c["v"] ** 2 - u**2 - w**2)
+    return np.array([values[name] for name in contents.components])

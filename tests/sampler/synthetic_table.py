@@ -1,16 +1,17 @@
 """A small table with made-up numbers: valid in every respect, and quick to make."""
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr
 
 from sampler.schema import TableContents
 
 ALPHA_DEG = np.array([20.0, 50.0, 90.0])
 SPEED = np.array([50.0, 120.0, 300.0])
-N_KNOTS, N_MAP, N_COMPONENTS = 33, 41, 5
+N_KNOTS, N_COMPONENTS = 65, 5
 #: First component of each class at node (i, j) is FIRST_OF_CLASS[(i + j) % 2].
 FIRST_OF_CLASS = ((0, 2), (0, 3))
-SCORE_MAX, VARIATE_MAX = 4.0, 6.0
+VARIATE_MAX = 4.0
+HALF = 2048  # a probability of reflection of 1/2, as it is stored
 
 
 def _coordinate(nodes, power, n_grid=101):
@@ -23,17 +24,21 @@ def _coordinate(nodes, power, n_grid=101):
 
 
 def channel_quantiles(probability, i, j, kind=0):
-    """Smooth quantile functions (6, ...) of the channels of a class at node (i, j), three odd."""
-    p, a = probability, 0.1 * i + 0.03 * j + 0.12 * kind
+    """Smooth quantile functions (6, ...) of the channels of a class at node (i, j), three odd.
+
+    Probabilities are those of all channels, or (6, ...), those of each.
+    """
+    p = np.broadcast_to(probability, (6, *np.shape(probability)[-1:]))
+    a = 0.1 * i + 0.03 * j + 0.12 * kind
     odd = 2.0 * p - 1.0
     return np.array(
         [
-            0.02 + (0.9 - a) * p ** (1.5 - 0.5 * kind),
-            -0.7 + a + 1.3 * p**2,
-            -2.0 + a + 2.5 * p,
-            (0.4 + a) * odd,
-            (1.0 + a) * odd**3,
-            (1.5 + a) * odd,
+            0.02 + (0.9 - a) * p[0] ** (1.5 - 0.5 * kind),
+            -0.7 + a + 1.3 * p[1] ** 2,
+            -2.0 + a + 2.5 * p[2],
+            (0.4 + a) * odd[3],
+            (0.5 + 0.5 * a) * (odd[4] + odd[4] ** 3),
+            (1.5 + a) * odd[5],
         ]
     )
 
@@ -47,24 +52,21 @@ def _mixture(rng, n_components):
     return weight, mean, 0.5 * root @ root.transpose(0, 2, 1) + 0.1 * np.eye(6)
 
 
-def _mirrored(weight, mean, covariance):
-    """The mixture and its reflection, as one mixture of twice the components."""
+def _mirrored(weight, mean, covariance, share):
+    """The mixture with a share of each component reflected, as one mixture of twice as many."""
     flip = np.diag([1.0, 1, 1, -1, -1, -1])
     return (
-        np.concatenate((weight, weight)) / 2.0,
+        np.concatenate(((1.0 - share) * weight, share * weight)),
         np.concatenate((mean, mean @ flip)),
         np.concatenate((covariance, flip @ covariance @ flip)),
     )
 
 
-def _score_map(weight, mean, covariance, knots):
-    """Normal score of each variate under the mixture's own marginals, shape (6, n_map)."""
+def _probabilities(weight, mean, covariance, knots):
+    """Distribution functions of the mixture's own marginals, shape (6, n_knots)."""
     sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     z = (knots[:, None, None] - mean) / sd
-    probability = np.einsum("k,mkc->cm", weight, ndtr(z))
-    upper = np.einsum("k,mkc->cm", weight, ndtr(-z))
-    score = np.where(probability < 0.5, ndtri(probability), -ndtri(upper))
-    return np.clip(score, -SCORE_MAX, SCORE_MAX)
+    return np.einsum("k,mkc->cm", weight, ndtr(z))
 
 
 def _alias(weight):
@@ -88,20 +90,18 @@ def class_parts(first_of_class, n_components):
     return [slice(a, b) for a, b in zip(first_of_class, ends, strict=True)]
 
 
-def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False):
+def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False, reflection=HALF):
     """Datasets by path.
 
-    With ``standard`` there is one class, its mixture is one correlated normal law with standard
-    marginals and the score map is the identity, so that every marginal is exactly its quantile
-    function. Else there are two classes, each with a score map of its own components.
+    With ``standard`` there is one class, and its mixture is one correlated normal law with standard
+    marginals. Else there are two classes of several components. Either way the marginals at the
+    nodes are `channel_quantiles`.
     """
     rng = np.random.default_rng(seed)
     shape = (len(alpha_deg), len(speed))
-    score_knots = np.linspace(-SCORE_MAX, SCORE_MAX, N_KNOTS)
-    variate_knots = np.linspace(-VARIATE_MAX, VARIATE_MAX, N_MAP)
+    knots = np.linspace(-VARIATE_MAX, VARIATE_MAX, N_KNOTS)
     n, n_classes = (1, 1) if standard else (N_COMPONENTS, 2)
     quantiles = np.empty((*shape, n_classes, 6, N_KNOTS))
-    scores = np.empty((*shape, n_classes, 6, N_MAP))
     first_of_class = np.zeros((*shape, n_classes), dtype=np.int64)
     probability, index = np.empty((*shape, n)), np.empty((*shape, n), dtype=np.int64)
     mean, cholesky = np.empty((*shape, n, 6)), np.empty((*shape, n, 21))
@@ -112,14 +112,12 @@ def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False):
             centre, covariance = 0.0 * centre, covariance / (sd[:, :, None] * sd[:, None, :])
             # Reflection at random removes correlations between the two halves: leave none.
             covariance[:, :3, 3:] = covariance[:, 3:, :3] = 0.0
-            scores[i, j] = np.clip(variate_knots, -SCORE_MAX, SCORE_MAX)
         else:
             first_of_class[i, j] = FIRST_OF_CLASS[(i + j) % 2]
-            for kind, part in enumerate(class_parts(first_of_class[i, j], n)):
-                own = weight[part] / weight[part].sum(), centre[part], covariance[part]
-                scores[i, j, kind] = _score_map(*_mirrored(*own), variate_knots)
-        for kind in range(n_classes):
-            quantiles[i, j, kind] = channel_quantiles(ndtr(score_knots), i, j, kind)
+        for kind, part in enumerate(class_parts(first_of_class[i, j], n)):
+            own = weight[part] / weight[part].sum(), centre[part], covariance[part]
+            p = _probabilities(*_mirrored(*own, reflection / 4096.0), knots)
+            quantiles[i, j, kind] = channel_quantiles(p, i, j, kind)
         probability[i, j], index[i, j] = _alias(weight)
         mean[i, j] = centre
         cholesky[i, j] = np.linalg.cholesky(covariance)[:, *np.tril_indices(6)]
@@ -128,13 +126,12 @@ def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False):
         "axes/speed": np.asarray(speed, dtype=float),
         "axes/alpha_coordinate": _coordinate(np.asarray(alpha_deg, dtype=float), 0.5),
         "axes/speed_coordinate": _coordinate(np.asarray(speed, dtype=float), -0.5),
-        "marginals/score_knots": score_knots,
+        "marginals/variate_knots": knots,
         "marginals/quantiles": quantiles,
-        "dependence/variate_knots": variate_knots,
-        "dependence/scores": scores,
         "dependence/first_of_class": first_of_class,
-        "dependence/alias_probability": probability,
+        "dependence/alias_probability": np.minimum(np.rint(probability * 65536), 65535).astype(int),
         "dependence/alias_index": index,
+        "dependence/reflection": np.full((*shape, n), reflection),
         "dependence/mean": np.rint(mean * 4096.0).astype(np.int16),
         "dependence/cholesky": np.rint(cholesky * 4096.0).astype(np.int16),
         "accuracy/alpha_deg": np.array([33.0, 71.0]),
@@ -153,6 +150,5 @@ def make_contents(datasets=None, **changes):
         "config": 'name = "made-up"\n',
         "seed": 2**64 - 1,
         "software_version": "0.0-test",
-        "mirror": True,
     }
     return TableContents(datasets=datasets or make_datasets(), **(attributes | changes))

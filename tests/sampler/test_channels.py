@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from sampler import InputError
-from sampler.channels import CHANNELS, COMPONENTS, channels_to_state, to_channels
+from sampler.channels import CHANNELS, STATE, channels_for, channels_to_state, to_channels
 
 
 def _states(channels):
-    states = np.array(channels, dtype=float)
+    """States (n, 8) of channels (n, 6) or (n, 8)."""
+    channels = np.asarray(channels, dtype=float)
+    states = np.zeros((len(channels), 8))
+    states[:, : channels.shape[1]] = channels
     for row in states:
         channels_to_state(row)
     return states
@@ -24,12 +27,12 @@ def _random_channels(n):
 
 def test_round_trip():
     channels = _random_channels(2000)
-    np.testing.assert_allclose(to_channels(_states(channels)), channels, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(to_channels(_states(channels)[:, :6]), channels, rtol=1e-9, atol=1e-9)
 
 
 def test_order_of_components():
     channels = np.array([[0.6, 0.0, 30.0, 0.0, 10.0, 20.0]])
-    state = dict(zip(COMPONENTS, _states(channels)[0], strict=True))
+    state = dict(zip(STATE, _states(channels)[0], strict=False))
     assert state == {"u": 0, "v": 0.6, "w": 0, "omega_x": 10, "omega_y": 20, "omega_z": 30}
     assert CHANNELS[0] == "v"
     assert CHANNELS[2] == "omega_z"
@@ -51,6 +54,25 @@ def test_energy_at_the_ends_of_float32():
     assert np.isfinite(states).all()
     assert (states[:, 1] > 0.0).all()
     assert ((states[:, :3] ** 2).sum(axis=1) <= 1.0).all()
+
+
+def test_further_channels():
+    """The rotational energy is a share of what translation left; collisions are whole."""
+    channels = np.column_stack([_random_channels(500), np.linspace(0.001, 0.999, 500)])
+    channels = np.column_stack([channels, np.linspace(1.001, 40.999, 500)])
+    states = _states(channels)
+    moving = (states[:, :3] ** 2).sum(axis=1)
+    np.testing.assert_allclose(states[:, 6], channels[:, 6] * (1.0 - moving), atol=1e-14)
+    assert (moving + states[:, 6] < 1.0).all()
+    np.testing.assert_array_equal(states[:, 7], np.floor(channels[:, 7]))
+
+
+def test_channels_that_components_need():
+    assert channels_for(STATE) == CHANNELS[:6]
+    assert channels_for(("u", "v", "omega_z")) == ("v", "u_hat", "omega_z")
+    assert channels_for(("w",)) == ("v", "u_hat", "w_hat")
+    assert channels_for(("collisions",)) == ("collisions",)
+    assert channels_for(("rotational_energy", "v")) == ("v", "u_hat", "w_hat", "energy_hat")
 
 
 @pytest.mark.parametrize(

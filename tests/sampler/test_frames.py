@@ -159,7 +159,7 @@ def test_azimuth_is_uniform_at_normal_impact(table, normal):
 
 def test_azimuth_takes_the_ninth_word(table):
     """The first word after the eight of the draw, so that it is independent of the state."""
-    words = [key_words(4, k, 0, n_blocks=3)[kernel.WORDS_PER_DRAW] for k in range(100)]
+    words = [key_words(4, k, 0, n_blocks=3)[4 * frames.AZIMUTH_BLOCK] for k in range(100)]
     expected = (np.array(words) + 0.5) / 2.0**32
     difference = _azimuths(table, [1.0, 2.0, -0.5], 100) - expected
     assert np.abs(difference - np.round(difference)).max() < 1e-10

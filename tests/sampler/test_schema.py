@@ -134,7 +134,26 @@ REFUSED = {
     "odd version": (_attribute("format_version", "1.0"), "format_version: got '1.0'"),
     "no pair": (lambda f: f.attrs.__delitem__("pair"), "pair: is missing"),
     "pair of numbers": (_attribute("pair", 3), "pair: got 3, allowed: name of the material"),
-    "mirror not bool": (_attribute("mirror", 1), "mirror: got 1, allowed: whether"),
+    "components of numbers": (_attribute("components", 6), "components: got 6, allowed: comp"),
+    "unknown component": (
+        _attribute("components", "u v w omega_x omega_y heat"),
+        "components: got 'u v w omega_x omega_y heat', allowed: some of u v w",
+    ),
+    "component twice": (_attribute("components", "u v v omega_x omega_y omega_z"), "components: "),
+    "no component": (_attribute("components", ""), "components: got ''"),
+    "unknown channel": (_attribute("channels", "v u_hat x"), "channels: got 'v u_hat x'"),
+    "channels too few": (
+        _attribute("channels", "v u_hat omega_z w_hat omega_x"),
+        "channels: omega_y missing",
+    ),
+    "channels too many": (
+        _attribute("channels", "v u_hat omega_z w_hat omega_x omega_y energy_hat"),
+        "n_channels: got 6, allowed: 7",
+    ),
+    "components fewer than columns": (
+        _attribute("components", "u v w omega_x omega_y"),
+        "n_columns: got 6, allowed: 5",
+    ),
     "negative seed": (_attribute("seed", -1), r"seed: got -1, allowed: seed .* from 0"),
     "missing dataset": (
         lambda f: f.__delitem__("marginals/quantiles"),
@@ -146,20 +165,20 @@ REFUSED = {
     ),
     "too few nodes": (
         _replace("marginals/quantiles", lambda q: q[:2]),
-        r"marginals/quantiles: got shape \(2, 3, 2, 6, 33\), allowed: "
-        r"\(n_alpha=3, n_speed=3, n_classes, 6, n_knots=33\)",
+        r"marginals/quantiles: got shape \(2, 3, 2, 6, 65\), allowed: "
+        r"\(n_alpha=3, n_speed=3, n_classes, n_marginals, n_knots=65\)",
     ),
     "five channels": (
         _replace("dependence/mean", lambda x: x[..., :5]),
-        r"dependence/mean: got shape .* 5\), allowed: .*n_components=5, 6\)",
+        "n_channels: got 5, allowed: 6, one for each name",
     ),
     "missing dimension": (
-        _replace("dependence/scores", lambda x: x[0]),
-        r"dependence/scores: got shape \(3, 2, 6, 41\)",
+        _replace("dependence/reflection", lambda x: x[0]),
+        r"dependence/reflection: got shape \(3, 5\)",
     ),
     "one knot": (
-        _replace("marginals/score_knots", lambda x: x[:1]),
-        "marginals/score_knots: got n_knots = 1, allowed: 2 or more",
+        _replace("marginals/variate_knots", lambda x: x[:1]),
+        "marginals/variate_knots: got n_knots = 1, allowed: 2 or more",
     ),
     "double precision": (
         _replace("marginals/quantiles", lambda q: q.astype(float)),
@@ -176,21 +195,13 @@ REFUSED = {
         r"marginals/quantiles: got nan at \[1, 2, 1, 3, 4\], allowed: finite",
     ),
     "infinite": (
-        _value("dependence/alias_probability", (0, 0, 0), np.inf),
-        "dependence/alias_probability: got inf",
+        _value("marginals/quantiles", (0, 0, 0, 2, 64), np.inf),
+        "marginals/quantiles: got inf",
     ),
     "NaN accuracy": (_value("accuracy/auc", 0, np.nan), "accuracy/auc: got nan"),
     "decreasing quantiles": (
         _replace("marginals/quantiles", lambda q: np.concatenate((q[..., 1::-1], q[..., 2:]), -1)),
-        r"marginals/quantiles: got .* at \[0, 0, 0, 0, 0\], allowed: .*non-decreasing",
-    ),
-    "decreasing scores": (
-        _value("dependence/scores", (1, 1, 1, 5, 20), -3.5),
-        r"dependence/scores: got -3.5 at \[1, 1, 1, 5, 19\], allowed: .*non-decreasing",
-    ),
-    "scores off the knots": (
-        _value("dependence/scores", (2, 2, 0, 0, 40), 4.1),
-        r"dependence/scores: got 4.0999999 at \[2, 2, 0, 0, 40\], allowed: in \[-4, 4\]",
+        r"marginals/quantiles: got .* at \[0, 0, 0, ., 0\], allowed: .*non-decreasing",
     ),
     "angles in disorder": (_swap_ends("axes/alpha_deg"), "axes/alpha_deg: .*larger than"),
     "equal speeds": (
@@ -209,20 +220,20 @@ REFUSED = {
         "axes/speed_coordinate: .*larger",
     ),
     "uneven knots": (
-        _value("marginals/score_knots", 3, -3.0),
-        r"marginals/score_knots: got -3 at \[3\], allowed: equal steps",
+        _value("marginals/variate_knots", 3, -3.0),
+        r"marginals/variate_knots: got -3 at \[3\], allowed: equal steps",
     ),
     "one-sided knots": (
-        _replace("dependence/variate_knots", lambda x: x - 6.0),
-        "dependence/variate_knots: got 0 at the end, allowed: a positive",
+        _replace("marginals/variate_knots", lambda x: x - 4.0),
+        "marginals/variate_knots: got 0 at the end, allowed: a positive",
     ),
     "v of 0": (
         _value("marginals/quantiles", (0, 0, 0, 0, 0), 0.0),
         r"marginals/quantiles: of v: got 0 at \[0, 0, 0, 0\], allowed: in \(0, 1\)",
     ),
-    "v of 1": (_value("marginals/quantiles", (0, 0, 0, 0, 32), 1.0), "of v: got 1 at"),
+    "v of 1": (_value("marginals/quantiles", (0, 0, 0, 0, 64), 1.0), "of v: got 1 at"),
     "u_hat of -1": (_value("marginals/quantiles", (0, 0, 0, 1, 0), -1.0), "of u_hat: got -1 at"),
-    "w_hat of 1": (_value("marginals/quantiles", (2, 2, 1, 3, 32), 1.0), "of w_hat: got 1 at"),
+    "w_hat of 1": (_value("marginals/quantiles", (2, 2, 1, 3, 64), 1.0), "of w_hat: got 1 at"),
     "class that begins late": (
         _value("dependence/first_of_class", (0, 1, 0), 1),
         r"dependence/first_of_class: got 1 at \[0, 1\], allowed: 0, where",
@@ -235,9 +246,13 @@ REFUSED = {
         _value("dependence/alias_index", (1, 1, 2), 5),
         r"dependence/alias_index: got 5 at \[1, 1, 2\], allowed: below 5",
     ),
-    "alias probability": (
-        _value("dependence/alias_probability", (0, 0, 0), 1.5),
-        "dependence/alias_probability: got 1.5",
+    "reflection above one": (
+        _value("dependence/reflection", (0, 0, 0), 4097),
+        r"dependence/reflection: got 4097 at \[0, 0, 0\], allowed: in \[0, 4096\]",
+    ),
+    "factor too short": (
+        _replace("dependence/cholesky", lambda x: x[..., :20]),
+        "dependence/cholesky: got 20 factors, allowed: 21 for 6 channels",
     ),
     "flat factor": (
         _value("dependence/cholesky", (0, 1, 2, 9), 0),
@@ -339,7 +354,8 @@ def test_failed_write_leaves_nothing(file, tmp_path, contents, monkeypatch):
         ({"dependence/alias_index": np.full((3, 3, 5), 65541)}, "alias_index: got 65541"),
         ({"dependence/mean": np.full((3, 3, 5, 6), -32769)}, "mean: got -32769 to -32769"),
         ({"dependence/mean": np.full((3, 3, 5, 6), 0.5)}, "mean: got float64, allowed: int16"),
-        ({"dependence/alias_probability": np.full((3, 3, 5), 1e300)}, "probability: got inf"),
+        ({"accuracy/auc": np.full(2, np.inf)}, "auc: got inf"),
+        ({"axes/speed": np.array([True, False, True])}, "axes/speed: got bool, allowed: float64"),
         # Below 1 in double precision, 1 in single.
         ({"v": 1.0 - 1e-12}, "of v: got 1 at"),
     ],
@@ -359,7 +375,7 @@ def test_contents_are_checked_before_they_are_written(change, reason):
 
 @pytest.mark.parametrize(
     ("attribute", "value"),
-    [("seed", -1), ("seed", 2**64), ("seed", 1.0), ("seed", True), ("pair", 3), ("mirror", 1)],
+    [("seed", -1), ("seed", 2**64), ("seed", 1.0), ("seed", True), ("pair", 3)],
 )
 def test_attributes_are_checked_before_they_are_written(attribute, value):
     with pytest.raises(TableError, match=f"^{attribute}: got {value}"):

@@ -1,0 +1,69 @@
+"""What a scene asks for, taken from a direct simulation: components of the state, and channels."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.channels import CHANNELS, STATE, to_channels
+from tablegen.simulate import Simulation
+
+FloatArray = NDArray[np.float64]
+
+#: Shares of an energy are kept this far inside (0, 1), where single precision can tell them from
+#: the ends: a sphere that meets the wall head-on does not turn at all.
+_INSIDE = 1e-6
+
+
+def simulated_components(simulation: Simulation, components: Sequence[str]) -> FloatArray:
+    """Components of simulated states.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    components : sequence of str
+        Some of `sampler.channels.COMPONENTS`.
+
+    Returns
+    -------
+    (n, len(components)) float64
+        Rotational energy over the kinetic energy before the impact; collisions as numbers.
+    """
+    return np.column_stack([_component(simulation, name) for name in components])
+
+
+def simulated_channels(
+    simulation: Simulation, channels: Sequence[str], rng: np.random.Generator
+) -> FloatArray:
+    """Channels of simulated states.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    channels : sequence of str
+        Some of `sampler.channels.CHANNELS`.
+    rng : numpy Generator
+        Spreads the numbers of collisions over [N, N + 1).
+
+    Returns
+    -------
+    (n, len(channels)) float64
+    """
+    first = to_channels(simulation.state)
+    columns = dict(zip(CHANNELS, first.T, strict=False))
+    if "energy_hat" in channels:
+        moving = np.square(simulation.state[:, :3]).sum(axis=1)
+        share = simulation.energy[:, 1] / (1.0 - moving)
+        columns["energy_hat"] = np.clip(share, _INSIDE, 1.0 - _INSIDE)
+    if "collisions" in channels:
+        # kept off both ends, which single precision would round to
+        columns["collisions"] = simulation.collisions + rng.uniform(0.01, 0.99, len(first))
+    return np.column_stack([columns[name] for name in channels])
+
+
+def _component(simulation: Simulation, name: str) -> FloatArray:
+    if name == "rotational_energy":
+        return simulation.energy[:, 1]
+    if name == "collisions":
+        return simulation.collisions.astype(np.float64)
+    return simulation.state[:, STATE.index(name)]
