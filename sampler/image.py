@@ -15,7 +15,7 @@ from sampler.arrange import aligned, table_arrays
 from sampler.arrays import Axis, TableArrays
 from sampler.atomic import atomic_output
 from sampler.errors import InputError, TableError
-from sampler.image_checks import Refused, check_header, check_start, check_values, lengths_of
+from sampler.image_checks import RefusedError, check_header, check_start, check_values, lengths_of
 from sampler.image_layout import (
     ALIGNMENT,
     ARRAYS,
@@ -25,11 +25,13 @@ from sampler.image_layout import (
     MOST_BYTES,
     MOST_NAMES,
     REASONS,
+    field_offset,
 )
 from sampler.kernel import ROUNDING
 from sampler.schema import TableContents
 
-_CHECKSUM = slice(*(HEADER_DTYPE.fields["sha256"][1] + k for k in (0, 32)))  # type: ignore[index]
+_CHECKSUM_AT = field_offset("sha256")
+_CHECKSUM = slice(_CHECKSUM_AT, _CHECKSUM_AT + 32)
 
 
 class Image(NamedTuple):
@@ -51,8 +53,8 @@ class Image(NamedTuple):
 
 def checksum(data: NDArray[np.uint8]) -> bytes:
     """SHA-256 of everything in an image but its own field."""
-    digest = hashlib.sha256(data[: _CHECKSUM.start])
-    digest.update(data[_CHECKSUM.stop :])
+    digest = hashlib.sha256(data[: _CHECKSUM.start].data)
+    digest.update(data[_CHECKSUM.stop :].data)
     return digest.digest()
 
 
@@ -61,7 +63,10 @@ def _padded(numbers: tuple[int, ...]) -> list[int]:
 
 
 def _arrays_by_name(arrays: TableArrays) -> dict[str, NDArray[Any]]:
-    named = {"alpha_coordinate": arrays.alpha.coordinate, "speed_coordinate": arrays.speed.coordinate}
+    named = {
+        "alpha_coordinate": arrays.alpha.coordinate,
+        "speed_coordinate": arrays.speed.coordinate,
+    }
     return {a.name: named[a.name] if a.name in named else getattr(arrays, a.name) for a in ARRAYS}
 
 
@@ -152,7 +157,7 @@ def read_image(path: str | Path) -> Image:
     source = Path(path)
     try:
         return _image_of(_bytes_of(source))
-    except Refused as refused:
+    except RefusedError as refused:
         raise TableError(f"{source}: {REASONS[refused.code]}") from None
 
 
@@ -162,18 +167,18 @@ def _bytes_of(path: Path) -> NDArray[np.uint8]:
         size = os.stat(path).st_size
         data = aligned((size,), np.uint8)
         with open(path, "rb") as file:
-            read = file.readinto(data)
+            read = file.readinto(data.data)
     except IsADirectoryError:
-        raise Refused(-11) from None
+        raise RefusedError(-11) from None
     except OSError:
-        raise Refused(-10) from None
+        raise RefusedError(-10) from None
     return data[:read]
 
 
 def _image_of(data: NDArray[np.uint8]) -> Image:
     check_start(data)
     if checksum(data) != data[_CHECKSUM].tobytes():
-        raise Refused(-17)
+        raise RefusedError(-17)
     header = data[: HEADER_DTYPE.itemsize].view(HEADER_DTYPE)[0]
     check_header(header)
     lengths = lengths_of(header)

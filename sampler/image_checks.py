@@ -30,7 +30,7 @@ _CUBIC = 16.0
 _LAST_STEP = 65535.0 * (1.0 + 1e-13)
 
 
-class Refused(Exception):
+class RefusedError(Exception):
     """An image is refused, for the reason of a code."""
 
     def __init__(self, code: int) -> None:
@@ -40,7 +40,7 @@ class Refused(Exception):
 
 def _need(holds: Any, code: int) -> None:
     if not holds:
-        raise Refused(code)
+        raise RefusedError(code)
 
 
 def check_start(data: NDArray[np.uint8]) -> None:

@@ -150,6 +150,14 @@ HEADER = (
 #: The header as numpy reads it: packed, and every field naturally aligned.
 HEADER_DTYPE = np.dtype([(f.name, f.dtype, (f.count,) if f.count > 1 else ()) for f in HEADER])
 
+
+def field_offset(name: str) -> int:
+    """Offset of a field of the header."""
+    fields = HEADER_DTYPE.fields
+    assert fields is not None
+    return fields[name][1]
+
+
 #: Why an image is refused, by error code; `rbt_strerror` of the C header has the same texts.
 REASONS: Mapping[int, str] = {
     -10: "file: cannot be opened, allowed: a file that exists",
@@ -178,9 +186,8 @@ def layout_text() -> str:
     """Field lists of the image as Markdown, for the page on the format."""
     lines = ["| offset | field | type | meaning |", "|---|---|---|---|"]
     for field in HEADER:
-        offset = HEADER_DTYPE.fields[field.name][1]  # type: ignore[index]
         kind = field.dtype.strip("<") + (f" x {field.count}" if field.count > 1 else "")
-        lines.append(f"| {offset} | `{field.name}` | {kind} | {field.meaning} |")
+        lines.append(f"| {field_offset(field.name)} | `{field.name}` | {kind} | {field.meaning} |")
     lines += ["", "| array | type | shape | meaning |", "|---|---|---|---|"]
     for array in ARRAYS:
         shape = ", ".join(str(dim) for dim in array.dims)
