@@ -288,34 +288,28 @@ RBTI_INLINE RBT_DEVICE void rbti_block_of(uint64_t seed, uint64_t index, uint32_
 
 /* -- normal numbers: sampler/normal.py ---------------------------------------------------------- */
 
-RBTI_INLINE RBT_DEVICE uint32_t rbti_leading_zeros(uint32_t word)
+/* Row of the table of cubics, place t in its piece and sign. The octave is counted by the exponent
+   of a floating-point number, which unlike a count of leading zeros can be vectorised. */
+RBTI_INLINE RBT_DEVICE int32_t rbti_piece(uint32_t word, double *t, double *sign)
 {
-#if defined(__CUDA_ARCH__)
-    return (uint32_t)__clz((int)word);
-#elif defined(__GNUC__)
-    return (uint32_t)__builtin_clz(word);
-#else
-    uint32_t zeros = 0;
-    for (uint32_t half = 16; half > 0; half /= 2) {
-        if (word >> (32 - half) == 0) {
-            zeros += half;
-            word <<= half;
-        }
-    }
-    return zeros;
-#endif
+    const uint32_t mask = (uint32_t)-(int32_t)(word >> 31);
+    /* half the distance from the nearer end, in units of 2^-32 and exact: from 1/2 to below 2^31 */
+    double half = (double)(int32_t)((word ^ mask) & 0x7fffffffu) + 0.5;
+    uint64_t bits;
+    memcpy(&bits, &half, sizeof bits);
+    const int32_t octave = 1053 - (int32_t)(bits >> 52), piece = (int32_t)(bits >> 49 & 7u);
+    bits = (bits << 3 & 0xfffffffffffffu) | 0x3ff0000000000000u;
+    memcpy(&half, &bits, sizeof half);
+    *t = half - 1.0;
+    *sign = 1.0 - 2.0 * (int32_t)(word >> 31);
+    return 8 * octave + piece;
 }
 
 RBTI_INLINE RBT_DEVICE double rbti_normal(const double *table, uint32_t word)
 {
-    const int upper = word >= 0x80000000u;
-    uint32_t odd = ((upper ? ~word : word) << 1) + 1u;
-    const uint32_t octave = rbti_leading_zeros(odd);
-    odd <<= octave;
-    const double *row = table + 4 * (octave * 8 + (odd >> 28 & 7));
-    const double t = (double)(odd & 0xfffffffu) * (1.0 / 268435456.0);
-    const double value = row[0] + t * (row[1] + t * (row[2] + t * row[3]));
-    return upper ? -value : value;
+    double t, sign;
+    const double *row = table + 4 * rbti_piece(word, &t, &sign);
+    return sign * (row[0] + t * (row[1] + t * (row[2] + t * row[3])));
 }
 
 /* -- the steps of a draw: sampler/kernel.py ----------------------------------------------------- */
@@ -350,6 +344,15 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_locate(const rbt_axis *axis, double value, d
     return lower;
 }
 
+/* Column of the alias table, and place in it in units of 2^-16: whole and fractional part of w0 times
+   the number of columns over 2^32, in 32 bits. */
+RBTI_INLINE RBT_DEVICE int32_t rbti_column(uint32_t w0, uint32_t columns, uint32_t *fraction)
+{
+    const uint32_t product = (w0 >> 16) * columns + ((w0 & 0xffffu) * columns >> 16);
+    *fraction = product & 0xffffu;
+    return (int32_t)(product >> 16);
+}
+
 /* Where a draw reads: first number of its component's record, first function of its class among
    the quantile functions of its cell, weights of the four nodes. */
 typedef struct rbti_place {
@@ -377,11 +380,10 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(const rbt_table *table, double alpha1, d
     const int32_t node_j = upper_speed && j + 1 < table->speed.nodes ? j + 1 : j;
     const int32_t node = node_i * table->speed.nodes + node_j;
     /* one of its components, by the alias method */
-    const uint64_t product = (uint64_t)w0 * (uint32_t)table->n_components;
-    int32_t column = (int32_t)(product >> 32);
+    uint32_t fraction;
+    int32_t column = rbti_column(w0, (uint32_t)table->n_components, &fraction);
     const uint32_t entry = table->alias[node * table->n_components + column];
-    if ((uint32_t)product >> 16 >= entry >> 16)
-        column = (int32_t)(entry & 0xffffu);
+    column = fraction >= entry >> 16 ? (int32_t)(entry & 0xffffu) : column;
     /* its class */
     int32_t kind = 0;
     const uint16_t *first = table->first_of_class + node * table->n_classes;
@@ -391,6 +393,12 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(const rbt_table *table, double alpha1, d
     place->record = (node * table->n_components + column) * table->stride;
     place->functions =
         ((i * cells_of_row + j) * table->n_classes + kind) * table->n_marginals;
+}
+
+/* Signed number in the lower half of a word. */
+RBTI_INLINE int32_t rbti_signed(uint32_t word)
+{
+    return (int32_t)(word << 16) >> 16;
 }
 
 /* Replace normals by fractional knots of the variates mean + L n. */
@@ -518,68 +526,355 @@ RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, doubl
     return status;
 }
 
-/* -- many draws side by side: sampler/batch.py -------------------------------------------------- */
+/* -- many draws side by side: sampler/batch.py --------------------------------------------------
+
+   A step at a time for all draws of a block. Each step is a loop over arrays of fixed length without
+   branches, which compilers turn into vector instructions; what it reads in memory was asked for by
+   the step before. The arithmetic of a draw is that of rbti_draw. */
 
 #define RBTI_BLOCK ((size_t)32)
+/* pairs of 16-bit numbers in the longest record, of 8 channels */
+#define RBTI_PAIRS 23
 
 typedef struct rbti_draws {
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];
     uint32_t words[12][RBTI_BLOCK];
-    double positions[RBTI_BLOCK][RBT_VALUES];
-    rbti_place places[RBTI_BLOCK];
+    double alpha_weight[RBTI_BLOCK], speed_weight[RBTI_BLOCK], weights[4][RBTI_BLOCK];
+    int32_t alpha_node[RBTI_BLOCK], speed_node[RBTI_BLOCK];
+    int32_t record[RBTI_BLOCK], functions[RBTI_BLOCK];
+    double values[RBT_VALUES][RBTI_BLOCK]; /* normals, then fractional knots, by row of the factor */
+    int32_t entries[RBT_VALUES][RBTI_BLOCK];
+    double channels[RBT_VALUES][RBTI_BLOCK];
 } rbti_draws;
 
-/* Random words of `count` draws; a block that is not full repeats its last draw. */
-RBTI_INLINE void rbti_fill_words(int32_t n_channels, uint64_t seed, const uint64_t *index,
+#define RBTI_EACH_DRAW(r) for (size_t r = 0; r < RBTI_BLOCK; r++)
+
+/* Random words of a block; one that is not full repeats its last draw. Words lie in the lower halves
+   of 64 bits, so that products need no rearrangement. */
+RBTI_INLINE void rbti_fill_words(uint32_t blocks, uint64_t seed, const uint64_t *index,
                                  const uint32_t *hit, size_t count, rbti_draws *draws)
 {
-    uint32_t counters[3][RBTI_BLOCK];
-    for (size_t r = 0; r < RBTI_BLOCK; r++) {
-        const size_t k = r < count ? r : count - 1;
-        counters[0][r] = (uint32_t)index[k];
-        counters[1][r] = (uint32_t)(index[k] >> 32);
-        counters[2][r] = hit[k];
-    }
-    const uint32_t blocks = n_channels <= 2 ? 1 : n_channels <= 6 ? 2 : 3;
+    const uint64_t low = 0xffffffffu;
     for (uint32_t block = 0; block < blocks; block++) {
-        for (size_t r = 0; r < RBTI_BLOCK; r++) {
-            uint32_t words[4];
-            rbti_philox((uint32_t)seed, (uint32_t)(seed >> 32), counters[0][r], counters[1][r],
-                        counters[2][r], block, words);
-            for (int k = 0; k < 4; k++)
-                draws->words[4 * block + (uint32_t)k][r] = words[k];
+        uint64_t c0[RBTI_BLOCK] RBTI_ALIGNED, c1[RBTI_BLOCK] RBTI_ALIGNED;
+        uint64_t c2[RBTI_BLOCK] RBTI_ALIGNED, c3[RBTI_BLOCK] RBTI_ALIGNED;
+        uint64_t key0 = seed & low, key1 = seed >> 32;
+        RBTI_EACH_DRAW(r)
+        {
+            const size_t k = r < count ? r : count - 1;
+            c0[r] = index[k];
+            c1[r] = index[k] >> 32;
+            c2[r] = hit[k];
+            c3[r] = block;
+        }
+        for (int round = 0; round < 10; round++) {
+            RBTI_EACH_DRAW(r)
+            {
+                const uint64_t p0 = (c0[r] & low) * 0xD2511F53u, p1 = (c2[r] & low) * 0xCD9E8D57u;
+                c0[r] = (p1 >> 32) ^ c1[r] ^ key0;
+                c1[r] = p1;
+                c2[r] = (p0 >> 32) ^ c3[r] ^ key1;
+                c3[r] = p0;
+            }
+            key0 = (key0 + 0x9E3779B9u) & low;
+            key1 = (key1 + 0xBB67AE85u) & low;
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            draws->words[4 * block][r] = (uint32_t)c0[r];
+            draws->words[4 * block + 1][r] = (uint32_t)c1[r];
+            draws->words[4 * block + 2][r] = (uint32_t)c2[r];
+            draws->words[4 * block + 3][r] = (uint32_t)c3[r];
         }
     }
 }
 
-/* Steps of a block of draws that have passed the checks of their conditions. */
-RBTI_INLINE void rbti_draw_block(const rbt_table *table, const double *alpha1, const double *speed,
-                                 size_t count, rbti_draws *draws, double *states)
+RBTI_INLINE void rbti_locate_block(const rbt_axis *axis, const double *values, int32_t *nodes,
+                                   double *weights)
 {
-    const int32_t n = table->n_channels;
-    for (size_t r = 0; r < count; r++) {
-        rbti_choose(table, alpha1[r], speed[r], draws->words[0][r], draws->words[1][r],
-                    &draws->places[r]);
-        RBTI_PREFETCH(table->components + draws->places[r].record);
+    const rbt_axis a = *axis;
+    RBTI_EACH_DRAW(r)
+    {
+        nodes[r] = rbti_locate(&a, values[r], &weights[r]);
     }
-    for (int32_t row = 0; row < n; row++)
-        for (size_t r = 0; r < RBTI_BLOCK; r++)
-            draws->positions[r][row] =
-                rbti_normal(table->normals, draws->words[row < 6 ? 2 + row : 3 + row][r]);
-    for (size_t r = 0; r < count; r++) {
-        rbti_mix(table, draws->places[r].record, draws->words[1][r], draws->positions[r]);
-        for (int32_t row = 0; row < n; row++) {
-            double fraction;
-            if (table->marginals[row] >= 0)
-                RBTI_PREFETCH(rbti_entry(table, draws->places[r].functions + table->marginals[row],
-                                         draws->positions[r][row], &fraction));
+}
+
+/* Node, column of its alias table, then component and class; asks for the record. */
+RBTI_INLINE void rbti_choose_block(const rbt_table *table, rbti_draws *d)
+{
+    const int32_t speeds = table->speed.nodes, last_alpha = table->alpha.nodes - 1;
+    const int32_t components = table->n_components, classes = table->n_classes;
+    const int32_t cells_of_row = speeds > 1 ? speeds - 1 : 1;
+    int32_t node[RBTI_BLOCK] RBTI_ALIGNED, column[RBTI_BLOCK] RBTI_ALIGNED;
+    int32_t kind[RBTI_BLOCK] RBTI_ALIGNED;
+    uint32_t fraction[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        const double t = d->alpha_weight[r], s = d->speed_weight[r];
+        const double w0 = (1.0 - t) * (1.0 - s), w1 = (1.0 - t) * s, w2 = t * (1.0 - s);
+        d->weights[0][r] = w0;
+        d->weights[1][r] = w1;
+        d->weights[2][r] = w2;
+        d->weights[3][r] = t * s;
+        const double c = ((double)(int32_t)(d->words[1][r] >> 12) + 0.5) * (1.0 / 1048576.0);
+        const double half = w0 + w1;
+        const int32_t upper_alpha = c >= half;
+        const double limit = upper_alpha ? half + w2 : w0;
+        const int32_t upper_speed = c >= limit;
+        const int32_t i = d->alpha_node[r] + upper_alpha, j = d->speed_node[r] + upper_speed;
+        node[r] = (i < last_alpha ? i : last_alpha) * speeds + (j < speeds - 1 ? j : speeds - 1);
+        column[r] = rbti_column(d->words[0][r], (uint32_t)components, &fraction[r]);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        RBTI_PREFETCH(table->alias + node[r] * components + column[r]);
+    }
+    uint32_t entry[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        entry[r] = table->alias[node[r] * components + column[r]];
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const int32_t other = (int32_t)(entry[r] & 0xffffu);
+        column[r] = fraction[r] >= entry[r] >> 16 ? other : column[r];
+        kind[r] = 0;
+    }
+    for (int32_t k = 1; k < classes; k++) {
+        int32_t first[RBTI_BLOCK] RBTI_ALIGNED;
+        RBTI_EACH_DRAW(r)
+        {
+            first[r] = table->first_of_class[node[r] * classes + k];
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            kind[r] = column[r] >= first[r] ? k : kind[r];
         }
     }
-    for (size_t r = 0; r < count; r++) {
-        double values[RBT_VALUES];
-        rbti_state(table, &draws->places[r], draws->positions[r], values);
-        for (size_t k = 0; k < 6; k++)
-            states[6 * r + k] = values[k];
+    RBTI_EACH_DRAW(r)
+    {
+        const int32_t cell = d->alpha_node[r] * cells_of_row + d->speed_node[r];
+        d->record[r] = (node[r] * components + column[r]) * table->stride;
+        d->functions[r] = (cell * classes + kind[r]) * table->n_marginals;
     }
+    RBTI_EACH_DRAW(r)
+    {
+        RBTI_PREFETCH(table->components + d->record[r]);
+    }
+}
+
+RBTI_INLINE void rbti_fill_normals(const double *table, const uint32_t *words, double *normals)
+{
+    int32_t rows[RBTI_BLOCK] RBTI_ALIGNED;
+    double t[RBTI_BLOCK] RBTI_ALIGNED, sign[RBTI_BLOCK] RBTI_ALIGNED;
+    double cubic[4][RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        rows[r] = rbti_piece(words[r], &t[r], &sign[r]);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const double *row = table + 4 * rows[r];
+        cubic[0][r] = row[0];
+        cubic[1][r] = row[1];
+        cubic[2][r] = row[2];
+        cubic[3][r] = row[3];
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        normals[r] = sign[r] * (cubic[0][r] +
+                                t[r] * (cubic[1][r] + t[r] * (cubic[2][r] + t[r] * cubic[3][r])));
+    }
+}
+
+/* Records of a block, number by number: factors[k][r] is number k of the record of draw r. */
+RBTI_INLINE void rbti_fill_factors(const rbt_table *table, int32_t n, const int32_t *records,
+                                   double (*factors)[RBTI_BLOCK])
+{
+    const int32_t pairs = (2 + n + n * (n + 1) / 2) / 2;
+    uint32_t raw[RBTI_PAIRS][RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        const int16_t *record = table->components + records[r];
+        for (int32_t k = 0; k < pairs; k++)
+            memcpy(&raw[k][r], record + 2 * k, sizeof raw[k][r]);
+    }
+    for (int32_t k = 0; k < pairs; k++) {
+        RBTI_EACH_DRAW(r)
+        {
+            factors[2 * k][r] = rbti_signed(raw[k][r]);
+            factors[2 * k + 1][r] = rbti_signed(raw[k][r] >> 16);
+        }
+    }
+}
+
+/* Normals to fractional knots; asks for the quantiles there. */
+RBTI_INLINE void rbti_mix_block(const rbt_table *table, int32_t n, rbti_draws *d)
+{
+    const double variate_max = table->variate_max, scale = table->variate_scale;
+    const double last = table->n_knots - 1.0;
+    const int32_t last_but_one = table->n_knots - 2, knots = table->n_knots;
+    double factors[2 * RBTI_PAIRS][RBTI_BLOCK] RBTI_ALIGNED;
+    double unit[2][RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_factors(table, n, d->record, factors);
+    RBTI_EACH_DRAW(r)
+    {
+        const double limit = (double)(int32_t)(d->words[1][r] & 4095u);
+        unit[0][r] = RBTI_UNIT;
+        unit[1][r] = limit < factors[0][r] ? -RBTI_UNIT : RBTI_UNIT;
+    }
+    for (int32_t row = n - 1; row >= 0; row--) {
+        /* from the last row upwards, so that each row still finds the normals it needs */
+        double(*factor)[RBTI_BLOCK] = factors + 1 + n + row * (row + 1) / 2;
+        const int channel = table->channels[row];
+        const double *units = unit[channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED];
+        double z[RBTI_BLOCK] RBTI_ALIGNED;
+        RBTI_EACH_DRAW(r)
+        {
+            z[r] = factors[1 + row][r];
+        }
+        for (int32_t column = 0; column <= row; column++) {
+            RBTI_EACH_DRAW(r)
+            {
+                z[r] += factor[column][r] * d->values[column][r];
+            }
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            double position = (z[r] * units[r] + variate_max) * scale;
+            position = position > 0.0 ? position : 0.0;
+            position = position < last ? position : last;
+            int32_t k = (int32_t)position;
+            k = k < last_but_one ? k : last_but_one;
+            d->values[row][r] = position - k;
+            d->entries[row][r] = ((d->functions[r] + table->marginals[row]) * knots + k) * 4;
+        }
+        if (table->marginals[row] >= 0) {
+            RBTI_EACH_DRAW(r)
+            {
+                RBTI_PREFETCH(table->quantiles + d->entries[row][r]);
+            }
+        }
+    }
+}
+
+/* Quantiles of one channel between knots, averaged over the four nodes. */
+RBTI_INLINE void rbti_quantile_block(const rbt_table *table, int32_t row, const rbti_draws *d,
+                                     double *result)
+{
+    uint32_t raw[4][RBTI_BLOCK] RBTI_ALIGNED;
+    double least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        uint32_t eight[4];
+        memcpy(eight, table->quantiles + d->entries[row][r], sizeof eight);
+        raw[0][r] = eight[0];
+        raw[1][r] = eight[1];
+        raw[2][r] = eight[2];
+        raw[3][r] = eight[3];
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const double *span = table->spans + 2 * (d->functions[r] + table->marginals[row]);
+        least[r] = span[0];
+        step[r] = span[1];
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const double f = d->values[row][r];
+        double mean[2];
+        for (int half = 0; half < 2; half++) {
+            const double low0 = (double)(int32_t)(raw[half][r] & 0xffffu);
+            const double low1 = (double)(int32_t)(raw[half][r] >> 16);
+            const double high0 = (double)(int32_t)(raw[2 + half][r] & 0xffffu);
+            const double high1 = (double)(int32_t)(raw[2 + half][r] >> 16);
+            mean[half] = d->weights[2 * half][r] * (low0 + f * (high0 - low0)) +
+                         d->weights[2 * half + 1][r] * (low1 + f * (high1 - low1));
+        }
+        result[r] = least[r] + step[r] * (mean[0] + mean[1]);
+    }
+}
+
+/* Channels to states, of which `count` are written. */
+RBTI_INLINE void rbti_finish_block(rbti_draws *d, size_t count, double *states)
+{
+    double(*c)[RBTI_BLOCK] = d->channels;
+    double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        const double rest = (1.0 - c[0][r]) * (1.0 + c[0][r]);
+        const double last = rest * ((1.0 - c[1][r]) * (1.0 + c[1][r]));
+        u[r] = c[1][r] * sqrt(rest);
+        w[r] = c[3][r] * sqrt(last);
+    }
+    for (size_t r = 0; r < count; r++) {
+        double *state = states + 6 * r;
+        state[0] = u[r];
+        state[1] = c[0][r];
+        state[2] = w[r];
+        state[3] = c[4][r];
+        state[4] = c[5][r];
+        state[5] = c[2][r];
+    }
+}
+
+/* Draws of a block with conditions that may be drawn at; n is the number of channels, which the
+   compiler knows for the commonest tables. */
+RBTI_INLINE void rbti_draw_block(const rbt_table *table, int32_t n, uint64_t seed,
+                                 const uint64_t *index, const uint32_t *hit, size_t count,
+                                 rbti_draws *d, double *states)
+{
+    rbti_fill_words(n <= 2 ? 1 : n <= 6 ? 2 : 3, seed, index, hit, count, d);
+    rbti_locate_block(&table->alpha, d->alpha1, d->alpha_node, d->alpha_weight);
+    rbti_locate_block(&table->speed, d->speed, d->speed_node, d->speed_weight);
+    rbti_choose_block(table, d);
+    for (int32_t row = 0; row < n; row++)
+        rbti_fill_normals(table->normals, d->words[row < 6 ? 2 + row : 3 + row], d->values[row]);
+    rbti_mix_block(table, n, d);
+    for (int channel = 0; channel < 6; channel++)
+        RBTI_EACH_DRAW(r)
+        {
+            d->channels[channel][r] = 0.0;
+        }
+    for (int32_t row = 0; row < n; row++)
+        if (table->marginals[row] >= 0)
+            rbti_quantile_block(table, row, d, d->channels[table->channels[row]]);
+    rbti_finish_block(d, count, states);
+}
+
+/* Copy the conditions of a block; how many rows come before the first error, whose code is given.
+   Where no row is left a condition of the table stands, so that all of the block can be drawn. */
+RBTI_INLINE size_t rbti_conditions(const rbt_table *table, const double *alpha1,
+                                   const double *speed, size_t first, size_t most, rbti_draws *d,
+                                   int *code, rbt_report *report)
+{
+    const rbt_axis alpha = table->alpha, velocity = table->speed;
+    int outside = 0;
+    RBTI_EACH_DRAW(r)
+    {
+        const size_t k = first + (r < most ? r : most - 1);
+        const double a = alpha1[k], v = speed[k];
+        const int off_alpha = (a < alpha.low) + (a > alpha.high);
+        const int off_speed = (v < velocity.low) + (v > velocity.high);
+        outside |= off_alpha | off_speed | (1 - rbti_finite(a) * rbti_finite(v));
+        d->alpha1[r] = a;
+        d->speed[r] = v;
+    }
+    for (size_t r = 0; r < most && outside; r++) {
+        const int status = rbti_status(table, d->alpha1[r], d->speed[r]);
+        if (status < RBT_OK) {
+            report->row = first + r;
+            *code = status;
+            for (size_t k = r; k < RBTI_BLOCK; k++) {
+                d->alpha1[k] = alpha.first;
+                d->speed[k] = velocity.first;
+            }
+            return r;
+        }
+        if (status == RBT_CLAMPED && report->clamped++ == 0)
+            report->clamped_row = first + r;
+    }
+    return most;
 }
 
 RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha1,
@@ -588,30 +883,23 @@ RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha
 {
     rbti_draws draws RBTI_ALIGNED;
     rbt_report found = {n, n, 0};
-    int status = RBT_OK;
-    for (size_t first = 0; first < n && status >= RBT_OK; first += RBTI_BLOCK) {
+    int code = RBT_OK;
+    for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
         const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
-        size_t count = 0;
-        for (; count < most; count++) {
-            const int code = rbti_status(table, alpha1[first + count], speed[first + count]);
-            if (code == RBT_OK)
-                continue;
-            status = code;
-            if (code < RBT_OK) {
-                found.row = first + count;
-                break;
-            }
-            if (found.clamped++ == 0)
-                found.clamped_row = first + count;
-        }
+        const size_t count =
+            rbti_conditions(table, alpha1, speed, first, most, &draws, &code, &found);
         if (count == 0)
             break;
-        rbti_fill_words(table->n_channels, seed, index + first, hit + first, count, &draws);
-        rbti_draw_block(table, alpha1 + first, speed + first, count, &draws, states + 6 * first);
+        if (table->n_channels == 6)
+            rbti_draw_block(table, 6, seed, index + first, hit + first, count, &draws,
+                            states + 6 * first);
+        else
+            rbti_draw_block(table, table->n_channels, seed, index + first, hit + first, count,
+                            &draws, states + 6 * first);
     }
     if (report)
         *report = found;
-    return status >= RBT_OK && found.clamped > 0 ? RBT_CLAMPED : status;
+    return code == RBT_OK && found.clamped > 0 ? RBT_CLAMPED : code;
 }
 
 /* -- between the lab frame and the frame of the impact: sampler/frames.py ----------------------- */

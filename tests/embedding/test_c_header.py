@@ -3,10 +3,13 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import toolchain
 
+from sampler.image import read_image
 from sampler.image_layout import HEADER_DTYPE, REASONS, field_offset
+from sampler.kernel import draw
 
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"
@@ -112,3 +115,63 @@ def test_header_of_the_file_is_that_of_python(tmp_path):
     program = toolchain.build("gcc", [source], tmp_path / "offsets")
     expected = [field_offset(name) for name in names] + [HEADER_DTYPE.itemsize]
     assert [int(line) for line in toolchain.run(program).split()] == expected
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("library")
+    (folder / "library.c").write_text(IMPLEMENTATION)
+    return toolchain.load_library(folder / "library.c", ["-O3", "-march=native"])
+
+
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("n", [1, 31, 32, 33, 1000])
+def test_batches_have_the_bits_of_python(library, name, n):
+    image = VECTORS / f"{name}.rbt"
+    alpha1, speed, index, hit = toolchain.random_conditions(n)
+    expected = np.zeros((n, 8))
+    arrays = read_image(image).arrays
+    codes = [
+        draw(arrays, a, v, np.uint64(5), i, h, row)
+        for a, v, i, h, row in zip(alpha1, speed, index, hit, expected, strict=True)
+    ]
+    states, report = np.zeros((n, 6)), toolchain.Report()
+    with toolchain.opened(library, image) as table:
+        code = library.rbt_draw_batch(table, n, alpha1, speed, 5, index, hit, states, report)
+    clamped = np.flatnonzero(codes)
+    assert code == (clamped.size > 0)
+    assert (report.row, report.clamped) == (n, clamped.size)
+    assert report.clamped_row == (clamped[0] if clamped.size else n)
+    np.testing.assert_array_equal(states, expected[:, :6])
+
+
+@pytest.mark.parametrize("bad", [0, 1, 31, 32, 50])
+@pytest.mark.parametrize(
+    ("alpha1", "speed", "code"), [(np.nan, 100.0, -1), (-1.0, 100.0, -2), (0.5, 0.0, -3)]
+)
+def test_a_batch_stops_before_the_first_error(library, bad, alpha1, speed, code):
+    n = 70
+    alphas, speeds, index, hit = toolchain.random_conditions(n)
+    states, whole, report = np.full((n, 6), 7.0), np.zeros((n, 6)), toolchain.Report()
+    with toolchain.opened(library, VECTORS / "full.rbt") as table:
+        library.rbt_draw_batch(table, n, alphas, speeds, 5, index, hit, whole, report)
+        for row in (bad, 60):  # only the first is told
+            alphas[row], speeds[row] = alpha1, speed
+        got = library.rbt_draw_batch(table, n, alphas, speeds, 5, index, hit, states, report)
+    assert (got, report.row) == (code, bad)
+    np.testing.assert_array_equal(states[:bad], whole[:bad])
+    assert (states[bad:] == 7.0).all()
+
+
+def test_queries(library):
+    with toolchain.opened(library, VECTORS / "plane.rbt") as table:
+        columns = np.zeros(8, np.int32)
+        assert library.rbt_components(table, columns) == 3
+        assert columns.tolist() == [0, 1, 5, -1, -1, -1, -1, -1]
+        assert library.rbt_components(table, None) == 3
+        assert library.rbt_pair(table) == b"made-up"
+        ends = np.zeros(2)
+        library.rbt_alpha_range(table, ends)
+        np.testing.assert_array_equal(ends, np.deg2rad([20.0, 70.0]))
+        library.rbt_speed_range(table, ends)
+        np.testing.assert_array_equal(ends, [50.0, 120.0])

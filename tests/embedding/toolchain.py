@@ -1,10 +1,13 @@
 """Compilers of this machine, and programs built with the header and the module of `sampler`."""
 
+import ctypes
 import os
 import shutil
 import subprocess
+from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sampler.locate import include_directory
@@ -69,3 +72,68 @@ def run(program, *arguments, status=0, **environment):
     )
     assert done.returncode == status, done.stdout + done.stderr
     return done.stdout
+
+
+class Report(ctypes.Structure):
+    """What a batch reports."""
+
+    _fields_ = [(name, ctypes.c_size_t) for name in ("row", "clamped_row", "clamped")]
+
+
+def load_library(source, flags=(), compiler="gcc"):
+    """Build a shared library with the functions of the header, and declare them to Python."""
+    path = Path(source).with_suffix(".so")
+    compile_with(compiler, [*flags, "-fPIC", "-shared", source, "-o", path, "-lm"])
+    library = ctypes.CDLL(str(path))
+    reals, integers = _array(np.float64), _array(np.int32)
+    table, size, seed = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64
+    keys = seed, _array(np.uint64), _array(np.uint32)
+    report = ctypes.POINTER(Report)
+    for name, arguments in {
+        "rbt_open": (ctypes.c_char_p, ctypes.POINTER(table)),
+        "rbt_open_memory": (ctypes.c_void_p, size, ctypes.POINTER(table)),
+        "rbt_close": (table,),
+        "rbt_draw_batch": (table, size, reals, reals, *keys, reals, report),
+        "rbt_components": (table, integers),
+        "rbt_pair": (table,),
+        "rbt_alpha_range": (table, reals),
+        "rbt_speed_range": (table, reals),
+    }.items():
+        getattr(library, name).argtypes = arguments
+    library.rbt_pair.restype = ctypes.c_char_p
+    return library
+
+
+def _array(dtype):
+    """Argument type of a contiguous numpy array, or None for NULL."""
+    kind = np.ctypeslib.ndpointer(dtype, flags="C_CONTIGUOUS")
+
+    def from_param(cls, value):
+        return None if value is None else kind.from_param(value)
+
+    return type("array", (kind,), {"from_param": classmethod(from_param)})
+
+
+def open_code(library, path):
+    """Code of opening a file, and the table."""
+    table = ctypes.c_void_p()
+    return library.rbt_open(str(path).encode(), ctypes.byref(table)), table
+
+
+@contextmanager
+def opened(library, path):
+    """Table of the C library, closed at the end."""
+    code, table = open_code(library, path)
+    assert code == 0
+    try:
+        yield table
+    finally:
+        library.rbt_close(table)
+
+
+def random_conditions(n, seed=1):
+    """Angles, speeds (one in five outside of the small tables), indices and hits."""
+    rng = np.random.default_rng(seed)
+    alpha1, speed = rng.uniform(0.3, 0.5 * np.pi, n), rng.uniform(45.0, 125.0, n)
+    index = rng.integers(0, 2**64, n, dtype=np.uint64)
+    return alpha1, speed, index, rng.integers(0, 2**32, n, dtype=np.uint32)
