@@ -27,11 +27,16 @@ def aligned(shape: tuple[int, ...], dtype: type) -> NDArray:
     return buffer[start : start + size].view(dtype).reshape(shape)
 
 
-def _axis(nodes: NDArray[np.float64], coordinate: NDArray[np.float64]) -> Axis:
+def _axis(
+    nodes: NDArray[np.float64], span: NDArray[np.float64], coordinate: NDArray[np.float64]
+) -> Axis:
     first, last = float(nodes[0]), float(nodes[-1])
-    scale = (coordinate.size - 1) / (last - first) if last > first else 0.0
     low, high = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
-    return Axis(first, last, low, high, scale, len(nodes), coordinate)
+    origin, end = ends = float(span[0]), float(span[1])
+    scale = (coordinate.size - 1) / (end - origin) if end > origin else 0.0
+    # the numbers of a pruned table's nodes go on from those that were left out
+    offset = round(float(np.interp(first, np.linspace(*ends, coordinate.size), coordinate)))
+    return Axis(first, last, low, high, origin, scale, offset, len(nodes), coordinate)
 
 
 def record_stride(channels: int) -> int:
@@ -108,8 +113,14 @@ def table_arrays(contents: TableContents) -> TableArrays:
     alias = (probability << np.uint32(16)) | contents["dependence/alias_index"]
     channels, held = contents.channels, contents.marginals
     return TableArrays(
-        alpha=_axis(np.deg2rad(contents["axes/alpha_deg"]), contents["axes/alpha_coordinate"]),
-        speed=_axis(contents["axes/speed"], contents["axes/speed_coordinate"]),
+        alpha=_axis(
+            np.deg2rad(contents["axes/alpha_deg"]),
+            np.deg2rad(contents["axes/alpha_span_deg"]),
+            contents["axes/alpha_coordinate"],
+        ),
+        speed=_axis(
+            contents["axes/speed"], contents["axes/speed_span"], contents["axes/speed_coordinate"]
+        ),
         variate_max=float(variate[-1]),
         variate_scale=(variate.size - 1) / (2.0 * float(variate[-1])),
         n_knots=variate.size,

@@ -15,18 +15,22 @@ class Axis(NamedTuple):
         Ends of the axis, rad or m/s.
     low, high : float
         The same with the rounding of a unit conversion, which is not outside yet.
-    scale : float
-        Steps of the coordinate table per rad or m/s; 0 on an axis of one node.
-    nodes : int
+    origin, scale : float
+        First value of the coordinate table, and its steps per rad or m/s; 0 on an axis of one
+        value.
+    offset, nodes : int
+        Number of the first node and how many there are.
     coordinate : float64 array, shape (n_grid,)
-        Fractional node index at equal steps from `first` to `last`.
+        Fractional number of the node at equal steps; in a pruned table it goes beyond the nodes.
     """
 
     first: float
     last: float
     low: float
     high: float
+    origin: float
     scale: float
+    offset: int
     nodes: int
     coordinate: NDArray[np.float64]
 

@@ -17,11 +17,11 @@ from sampler.kernel import (
     OK,
     choose,
     corner_weights,
+    find_entries,
     local_record,
     local_values,
     locate,
     mix,
-    quantile_entry,
     state_of,
     status_of,
 )
@@ -34,24 +34,26 @@ BLOCK = 32
 #: Random words are stored by kind: word k of draw r of the block at ``k * BLOCK + r``.
 _WORDS = 12
 
-_local_words = local_array(types.uint32, _WORDS * BLOCK)
+local_words = local_array(types.uint32, _WORDS * BLOCK)
 _local_counters = local_array(types.uint32, 3 * BLOCK)
-_local_places = local_array(types.int64, 2 * BLOCK)
-_local_weights = local_array(types.float64, 4 * BLOCK)
-_local_positions = local_array(types.float64, N_VALUES * BLOCK)
+local_places = local_array(types.int64, 2 * BLOCK)
+local_weights = local_array(types.float64, 4 * BLOCK)
+local_positions = local_array(types.float64, N_VALUES * BLOCK)
+local_block_entries = local_array(types.int64, N_VALUES * BLOCK)
 
 _LOW = np.uint64(0xFFFFFFFF)
 _HALF_WORD = np.uint64(32)
+_ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
 
 @borrowing_inline_kernel
 def item(values, k):
     """Element k of an array, or the only element of an array of one."""
-    return values[k] if values.size > 1 else values[0]
+    return values[np.uint64(k)] if values.size > 1 else values[0]
 
 
 @borrowing_inline_kernel
-def _fill_words(n_channels, seed, index, hit, first, count, words):
+def fill_words(n_channels, seed, index, hit, first, count, words):
     """Write the random words of a block; see `sampler.philox.philox_block`."""
     counters = _local_counters()
     for r in range(BLOCK):
@@ -74,7 +76,7 @@ def _fill_words(n_channels, seed, index, hit, first, count, words):
 
 
 @borrowing_inline_kernel
-def _fill_normals(arrays, words, values):
+def fill_normals(arrays, words, values):
     """Turn the words of a block into normals, `N_VALUES` places for each draw."""
     for row in range(len(arrays.channels)):
         # words 8 and 11 belong to no channel: the azimuth of a normal impact is made of word 8
@@ -84,38 +86,36 @@ def _fill_normals(arrays, words, values):
 
 
 @borrowing_inline_kernel
-def _choose_one(arrays, alpha1, speed, words, r, places, weights):
+def choose_one(arrays, alpha1, speed, words, r, places, weights):
     """Take steps 1 to 3 for draw r of a block; ask for the record of its component."""
     cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
     corners = corner_weights(cell_alpha[2], cell_speed[2])
-    w0, w1 = words[r], words[BLOCK + r]
+    w0, w1 = words[np.uint64(r)], words[np.uint64(BLOCK + r)]
     record, functions = choose(arrays, cell_alpha, cell_speed, corners, w0, w1)
     prefetch(arrays.components, record)
-    places[r], places[BLOCK + r] = record, functions
+    places[np.uint64(r)], places[np.uint64(BLOCK + r)] = record, functions
     for corner in range(4):
-        weights[4 * r + corner] = corners[corner]
+        weights[np.uint64(4 * r + corner)] = corners[corner]
 
 
 @borrowing_inline_kernel
-def _mix_one(arrays, words, r, places, values, factors):
+def mix_one(arrays, words, r, places, values, factors, entries):
     """Take step 4 for draw r of a block; ask for the quantiles that it will read."""
     at = r * N_VALUES
-    mix(arrays, places[r], words[BLOCK + r], values, at, factors)
+    mix(arrays, places[np.uint64(r)], words[np.uint64(BLOCK + r)], values, at, factors)
+    find_entries(arrays, places[np.uint64(BLOCK + r)], values, at, entries)
     for row in range(len(arrays.channels)):
-        marginal = arrays.marginals[row]
-        if marginal >= 0:
-            entry, _ = quantile_entry(arrays, places[BLOCK + r], marginal, values[at + row])
-            prefetch(arrays.quantiles, entry)
+        if arrays.marginals[row] >= 0:
+            prefetch(arrays.quantiles, entries[np.uint64(at + row)])
 
 
 @borrowing_inline_kernel
-def _finish_one(arrays, r, places, weights, values, result, state, row):
-    """Take step 5 for draw r of a block; write the columns of its row."""
-    k = 4 * r
-    corners = (weights[k], weights[k + 1], weights[k + 2], weights[k + 3])
-    state_of(arrays, places[BLOCK + r], corners, values, r * N_VALUES, result)
-    for column in range(len(arrays.columns)):
-        state[row, column] = result[arrays.columns[column]]
+def finish_one(arrays, r, places, weights, entries, values, result):
+    """Take step 5 for draw r of a block; `result`, shape (8,), gets its components."""
+    k = np.uint64(4 * r)
+    corners = (weights[k], weights[k + _ONE], weights[k + _TWO], weights[k + _THREE])
+    functions = places[np.uint64(BLOCK + r)]
+    state_of(arrays, functions, corners, entries, values, r * N_VALUES, result)
 
 
 @borrowing_kernel
@@ -138,13 +138,14 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
         First row with an error (-1: none) and its code; first clamped row (-1: none) and the
         number of clamped rows before the error.
     """
-    words, values, places = _local_words(), _local_positions(), _local_places()
-    weights, factors, result = _local_weights(), local_record(), local_values()
+    words, values, places = local_words(), local_positions(), local_places()
+    weights, factors, result = local_weights(), local_record(), local_values()
+    entries = local_block_entries()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        _fill_words(len(arrays.channels), seed, index, hit, first, count, words)
+        fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         for r in range(count):
             angle, velocity = item(alpha1, first + r), item(speed, first + r)
             status = status_of(arrays, angle, velocity)
@@ -153,10 +154,13 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
             if status == CLAMPED:
                 clamped += 1
                 first_clamped = first + r if first_clamped < 0 else first_clamped
-            _choose_one(arrays, angle, velocity, words, r, places, weights)
-        _fill_normals(arrays, words, values)
+            choose_one(arrays, angle, velocity, words, r, places, weights)
+        fill_normals(arrays, words, values)
         for r in range(count):
-            _mix_one(arrays, words, r, places, values, factors)
+            mix_one(arrays, words, r, places, values, factors, entries)
         for r in range(count):
-            _finish_one(arrays, r, places, weights, values, result, states, first + r)
+            finish_one(arrays, r, places, weights, entries, values, result)
+            for column in range(len(arrays.columns)):
+                component = np.uint64(arrays.columns[column])
+                states[np.uint64(first + r), np.uint64(column)] = result[component]
     return -1, OK, first_clamped, clamped

@@ -67,19 +67,39 @@ def above(low: float, high: float = np.inf) -> Check:
     return check
 
 
-def node_index(path: str) -> Check:
-    """Check for a fractional node index along the axis of another dataset.
+#: How far the coordinate of a node may be from its index: it is interpolated between steps.
+_INDEX_ROUNDING = 0.02
 
-    It must grow strictly from 0 to the last node; on an axis of one node it is 0 everywhere.
+
+def encloses(path: str) -> Check:
+    """Check for two values, in order, with all values of another dataset between them."""
+
+    def check(values: Array, datasets: Mapping[str, Array]) -> str | None:
+        first, last = datasets[path][0], datasets[path][-1]
+        if not values[0] <= first <= last <= values[1]:
+            allowed = f"at most {first:.9g} and at least {last:.9g}, the ends of {path}"
+            return f"got {values[0]:.9g} and {values[1]:.9g}, allowed: {allowed}"
+        return None
+
+    return check
+
+
+def node_index(path: str, span: str) -> Check:
+    """Check for the fractional node index along an axis, at equal steps over a span.
+
+    It must grow strictly and be whole at every node, one more from node to node (a pruned table
+    keeps the numbers of the full one); 0 everywhere where the span is a point.
     """
 
     def check(values: Array, datasets: Mapping[str, Array]) -> str | None:
-        last = len(datasets[path]) - 1
-        if values[0] != 0.0 or values[-1] != last:
-            return f"got {values[0]:g} to {values[-1]:g}, allowed: 0 to {last}, the last node"
-        if last == 0:
-            return _first(values, values != 0.0, "0 on an axis of one node")
-        return increasing(values, datasets)
+        nodes, ends = datasets[path], datasets[span]
+        if ends[0] == ends[1]:
+            return _first(values, values != 0.0, "0 on an axis of one value")
+        steps = np.linspace(ends[0], ends[1], values.size)
+        found = np.interp(nodes, steps, values)
+        expected = np.rint(found[0]) + np.arange(nodes.size)
+        refused = np.abs(found - expected) > _INDEX_ROUNDING
+        return increasing(values, datasets) or _first(found, refused, "the number of the node")
 
     return check
 

@@ -8,10 +8,25 @@ tangential part and the law is symmetric about y, so the direction of x is drawn
 import math
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from sampler.arrays import TableArrays
-from sampler.batch import item
+from sampler.batch import (
+    BLOCK,
+    choose_one,
+    fill_normals,
+    fill_words,
+    finish_one,
+    item,
+    local_block_entries,
+    local_places,
+    local_positions,
+    local_weights,
+    local_words,
+    mix_one,
+)
+from sampler.intrinsics import local_array
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from sampler.kernel import (
     CLAMPED,
@@ -21,6 +36,9 @@ from sampler.kernel import (
     OK,
     SPEED_NOT_POSITIVE,
     draw,
+    local_record,
+    local_values,
+    status_of,
 )
 from sampler.philox import philox_block, uniform
 
@@ -32,6 +50,8 @@ NORMAL_IMPACT = 1e-12
 
 #: Block of the keys' random words that gives the azimuth at normal impact.
 AZIMUTH_BLOCK = 2
+
+_local_flags = local_array(types.boolean, BLOCK)
 
 
 @inline_kernel
@@ -119,21 +139,49 @@ def impact_angle(relative: Vector, e_y: Vector) -> tuple[float, float]:
     return math.atan2(approach, tangential), tangential
 
 
-@borrowing_inline_kernel
-def _turn_to_lab(
-    e_x: Vector, e_y: Vector, speed: float, spin: float, out: NDArray[np.float64]
-) -> None:
-    """Replace a state by velocity and angular velocity in the lab frame, in place.
+@inline_kernel
+def impact(
+    velocity: Vector, normal: Vector, half_size: float, wall_velocity: Vector
+) -> tuple[int, float, float, float]:
+    """Condition of an impact: status, angle (rad), speed and tangential speed (m/s)."""
+    status = impact_status(velocity, normal, half_size, wall_velocity)
+    relative = _combine(1.0, velocity, -1.0, wall_velocity)
+    speed = math.sqrt(_dot(relative, relative))
+    if status == OK and speed == 0.0:
+        status = SPEED_NOT_POSITIVE
+    if status != OK:
+        return status, 0.0, 0.0, 0.0
+    alpha1, tangential = impact_angle(relative, _unit(normal))
+    return status, alpha1, speed, tangential
 
-    Its first three components are multiples of `speed` (m/s), the others of `spin` (rad/s).
+
+@borrowing_inline_kernel
+def _to_lab(
+    velocity: Vector,
+    normal: Vector,
+    half_size: float,
+    wall_velocity: Vector,
+    straight: bool,
+    azimuth: float,
+    out: NDArray[np.float64],
+) -> None:
+    """Replace a state by velocity (m/s) and angular velocity (rad/s) in the lab frame, in place.
+
+    x points along the tangential velocity; at an impact straight on, to the azimuth (rad).
     """
+    relative = _combine(1.0, velocity, -1.0, wall_velocity)
+    speed = math.sqrt(_dot(relative, relative))
+    e_y = _unit(normal)
+    e_x = perpendicular(e_y, azimuth) if straight else along_wall(relative, e_y)
     e_z = _cross(e_x, e_y)
     for part in range(2):
-        scale = speed if part == 0 else spin
+        scale = speed if part == 0 else speed / half_size
         plane = _combine(out[3 * part], e_x, out[3 * part + 1], e_y)
         turned = _combine(scale, plane, scale * out[3 * part + 2], e_z)
         for axis in range(3):
             out[3 * part + axis] = turned[axis]
+    for axis in range(3):
+        out[axis] += wall_velocity[axis]
 
 
 @borrowing_kernel
@@ -169,27 +217,22 @@ def rebound(
     int
         As `sampler.draw`; also `NORMAL_NOT_USABLE` (-4) and `HALF_SIZE_NOT_POSITIVE` (-5).
     """
-    status = impact_status(velocity, normal, half_size, wall_velocity)
-    if status != OK:
+    status, alpha1, speed, tangential = impact(velocity, normal, half_size, wall_velocity)
+    if status < OK:
         return status
-    relative = _combine(1.0, velocity, -1.0, wall_velocity)
-    speed = math.sqrt(_dot(relative, relative))
-    if speed == 0.0:
-        return SPEED_NOT_POSITIVE
-    e_y = _unit(normal)
-    alpha1, tangential = impact_angle(relative, e_y)
     status = draw(arrays, alpha1, speed, seed, index, hit, out)
     if status < OK:
         return status
-    if tangential <= NORMAL_IMPACT * speed:
-        word = philox_block(seed, index, hit, AZIMUTH_BLOCK)[0]
-        e_x = perpendicular(e_y, 2.0 * math.pi * uniform(word))
-    else:
-        e_x = along_wall(relative, e_y)
-    _turn_to_lab(e_x, e_y, speed, speed / half_size, out)
-    for axis in range(3):
-        out[axis] += wall_velocity[axis]
+    straight = tangential <= NORMAL_IMPACT * speed
+    azimuth = _azimuth(seed, index, hit) if straight else 0.0
+    _to_lab(velocity, normal, half_size, wall_velocity, straight, azimuth, out)
     return status
+
+
+@inline_kernel
+def _azimuth(seed: int, index: int, hit: int) -> float:
+    """Azimuth of x at normal impact, uniform in [0, 2 pi), rad."""
+    return 2.0 * math.pi * uniform(philox_block(seed, index, hit, AZIMUTH_BLOCK)[0])
 
 
 @borrowing_inline_kernel
@@ -213,29 +256,40 @@ def rebound_batch(
     start: int,
     stop: int,
 ) -> tuple[int, int, int, int]:
-    """Rebounds of the rows from start to stop; ends at the first error.
+    """Rebounds of the rows from start to stop; ends with the block of the first error.
 
     Arrays have n rows or one; `results` has shape (n, 6): velocity and angular velocity.
-    Returns the same four numbers as `sampler.kernel.draw_batch`.
+    Returns the same four numbers as `sampler.batch.draw_batch`.
     """
+    words, values, places = local_words(), local_positions(), local_places()
+    weights, factors, result = local_weights(), local_record(), local_values()
+    entries, straight = local_block_entries(), _local_flags()
     first_clamped = -1
     clamped = 0
-    for k in range(start, stop):
-        status = rebound(
-            arrays,
-            _vector(velocity, k),
-            _vector(normal, k),
-            item(half_size, k),
-            _vector(wall_velocity, k),
-            seed,
-            item(index, k),
-            item(hit, k),
-            results[k],
-        )
-        if status < OK:
-            return k, status, first_clamped, clamped
-        if status == CLAMPED:
-            clamped += 1
-            if first_clamped < 0:
-                first_clamped = k
+    for first in range(start, stop, BLOCK):
+        count = min(BLOCK, stop - first)
+        fill_words(len(arrays.channels), seed, index, hit, first, count, words)
+        for r in range(count):
+            k = first + r
+            given = (_vector(velocity, k), _vector(normal, k), item(half_size, k))
+            status, alpha1, speed, tangential = impact(*given, _vector(wall_velocity, k))
+            status = status_of(arrays, alpha1, speed) if status == OK else status
+            if status < OK:
+                return k, status, first_clamped, clamped
+            if status == CLAMPED:
+                clamped += 1
+                first_clamped = k if first_clamped < 0 else first_clamped
+            straight[r] = tangential <= NORMAL_IMPACT * speed
+            choose_one(arrays, alpha1, speed, words, r, places, weights)
+        fill_normals(arrays, words, values)
+        for r in range(count):
+            mix_one(arrays, words, r, places, values, factors, entries)
+        for r in range(count):
+            k = first + r
+            finish_one(arrays, r, places, weights, entries, values, result)
+            azimuth = _azimuth(seed, item(index, k), item(hit, k)) if straight[r] else 0.0
+            given = (_vector(velocity, k), _vector(normal, k), item(half_size, k))
+            _to_lab(*given, _vector(wall_velocity, k), straight[r], azimuth, result)
+            for column in range(6):
+                results[k, column] = result[column]
     return -1, OK, first_clamped, clamped

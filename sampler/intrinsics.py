@@ -25,7 +25,7 @@ _WORD = ir.IntType(32)
 _LINE = 64
 
 
-def local_array(dtype: types.Number, length: int) -> Callable[[], Any]:
+def local_array(dtype: types.Type, length: int) -> Callable[[], Any]:
     """Make a kernel function that returns an uninitialised array on the caller's stack.
 
     Such an array costs nothing to make and ends with the function that made it: it must not be

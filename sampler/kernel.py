@@ -59,6 +59,7 @@ _LOW_HALF = np.uint32(0xFFFF)
 
 #: An array for the channels of one draw.
 local_values = local_array(types.float64, N_VALUES)
+local_entries = local_array(types.int64, N_VALUES)
 
 #: An array for the record of one component, at most 1 + 8 + 36 numbers.
 local_record = local_array(types.float64, 64)
@@ -98,13 +99,16 @@ def status_of(arrays, alpha1, speed):
 def locate(value, axis):
     """Lower node, upper node and weight of the upper one; outside values go to the end."""
     table = axis.coordinate
-    position = (min(max(value, axis.first), axis.last) - axis.first) * axis.scale
-    position = min(position, table.size - 1.0)
+    position = (min(max(value, axis.first), axis.last) - axis.origin) * axis.scale
+    position = min(max(position, 0.0), table.size - 1.0)
     k = min(int(position), table.size - 2)
-    x = table[k] + (position - k) * (table[k + 1] - table[k])
-    # On an axis of one node both neighbours are that node, with x = 0.
-    lower = max(min(int(x), axis.nodes - 2), 0)
-    return lower, min(lower + 1, axis.nodes - 1), min(x - lower, 1.0)
+    below = table[np.uint64(k)]
+    x = below + (position - k) * (table[np.uint64(k + 1)] - below)
+    # On an axis of one node both neighbours are that node, with weight 0 for the upper one.
+    lower = max(min(int(x) - axis.offset, axis.nodes - 2), 0)
+    upper = min(lower + 1, axis.nodes - 1)
+    # the ends of an axis are nodes, but their coordinate is rounded
+    return lower, upper, min(max(x - (lower + axis.offset), 0.0), 1.0 * (upper - lower))
 
 
 @inline_kernel
@@ -130,7 +134,7 @@ def choose_component(arrays, node, word):
     """
     product = np.uint64(word) * np.uint64(arrays.n_components)
     column = np.int64(product >> _HALF_WORD)
-    entry = arrays.alias[node * arrays.n_components + column]
+    entry = arrays.alias[np.uint64(node * arrays.n_components + column)]
     if (np.uint32(product & _LOW) >> _HALF) >= (entry >> _HALF):
         column = np.int64(entry & _LOW_HALF)
     return column
@@ -141,7 +145,7 @@ def class_of(arrays, node, component):
     """Class of rebounds that a component belongs to."""
     kind = 0
     for k in range(1, arrays.n_classes):
-        if component >= arrays.first_of_class[node * arrays.n_classes + k]:
+        if component >= arrays.first_of_class[np.uint64(node * arrays.n_classes + k)]:
             kind = k
     return kind
 
@@ -180,55 +184,63 @@ def mix(arrays, record, w1, normals, at, factors):
     """
     n = len(arrays.channels)
     for k in range(1 + n + n * (n + 1) // 2):
-        factors[k] = np.float64(arrays.components[record + k])
+        factors[np.uint64(k)] = np.float64(arrays.components[np.uint64(record + k)])
     sign = -1.0 if np.float64(w1 & _REFLECTION_BITS) < factors[0] else 1.0
     last = np.float64(arrays.n_knots - 1)
     for row in range(n - 1, -1, -1):
         # From the last row upwards, so that each row still finds the normals it needs.
-        z = factors[1 + row]
+        z = factors[np.uint64(1 + row)]
         first = 1 + n + row * (row + 1) // 2
         for column in range(row + 1):
-            z += factors[first + column] * normals[at + column]
+            z += factors[np.uint64(first + column)] * normals[np.uint64(at + column)]
         channel = arrays.channels[row]
         z *= _UNIT * (sign if FIRST_MIRRORED <= channel < END_MIRRORED else 1.0)
         position = (z + arrays.variate_max) * arrays.variate_scale
         # constant beyond the last knots
-        normals[at + row] = min(max(position, 0.0), last)
+        normals[np.uint64(at + row)] = min(max(position, 0.0), last)
 
 
 @borrowing_inline_kernel
-def quantile_entry(arrays, functions, marginal, position):
-    """First of the eight numbers that step 5 reads for a channel, and fraction between knots."""
-    k = min(int(position), arrays.n_knots - 2)
-    return ((functions + marginal) * arrays.n_knots + k) * 4, position - k
-
-
-@borrowing_inline_kernel
-def quantile(arrays, functions, marginal, position, weights):
-    """Step 5: quantile at a fractional knot, averaged over the four nodes."""
-    entry, fraction = quantile_entry(arrays, functions, marginal, position)
-    x = mean_of_corners(arrays.quantiles, entry, fraction, weights)
-    span = (functions + marginal) * 2
-    return arrays.spans[span] + arrays.spans[span + 1] * x
-
-
-@borrowing_inline_kernel
-def state_of(arrays, functions, weights, positions, at, state):
-    """Step 5 for every channel, then the components of the state.
+def find_entries(arrays, functions, positions, at, entries):
+    """Replace fractional knots by their fractions, in place, and write where to read.
 
     Parameters
     ----------
-    positions : float64 array
-        Fractional knots, from number `at` on.
-    state : float64 array, shape (8,), written
+    functions : int
+        First function of the class among the quantile functions of the cell.
+    positions : float64 array, changed in place
+        From number `at` on.
+    entries : int64 array, written
+        First of the eight numbers that step 5 reads for each channel, at the same numbers.
     """
-    for k in range(N_VALUES):
-        state[k] = 0.0
     for row in range(len(arrays.channels)):
         marginal = arrays.marginals[row]
         if marginal >= 0:
-            x = quantile(arrays, functions, marginal, positions[at + row], weights)
-            state[arrays.channels[row]] = x
+            position = positions[np.uint64(at + row)]
+            k = min(int(position), arrays.n_knots - 2)
+            entries[np.uint64(at + row)] = ((functions + marginal) * arrays.n_knots + k) * 4
+            positions[np.uint64(at + row)] = position - k
+
+
+@borrowing_inline_kernel
+def state_of(arrays, functions, weights, entries, fractions, at, state):
+    """Take step 5 for every channel, then make the components of the state.
+
+    Parameters
+    ----------
+    entries, fractions : int64 and float64 arrays
+        From `find_entries`, from number `at` on.
+    state : float64 array, shape (8,), written
+    """
+    for k in range(N_VALUES):
+        state[np.uint64(k)] = 0.0
+    for row in range(len(arrays.channels)):
+        marginal = arrays.marginals[row]
+        if marginal >= 0:
+            k, span = np.uint64(at + row), 2 * (functions + marginal)
+            x = mean_of_corners(arrays.quantiles, entries[k], fractions[k], weights)
+            x = arrays.spans[np.uint64(span)] + arrays.spans[np.uint64(span + 1)] * x
+            state[np.uint64(arrays.channels[row])] = x
     channels_to_state(state)
 
 
@@ -260,11 +272,12 @@ def draw_from_words(arrays, alpha1, speed, w0, w1, words, state):
     cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
     weights = corner_weights(cell_alpha[2], cell_speed[2])
     record, functions = choose(arrays, cell_alpha, cell_speed, weights, w0, w1)
-    positions, values = local_values(), local_values()
+    positions, values, entries = local_values(), local_values(), local_entries()
     for row in range(len(arrays.channels)):
         positions[row] = normal_of_word(arrays.normals, words[row])
     mix(arrays, record, w1, positions, 0, local_record())
-    state_of(arrays, functions, weights, positions, 0, values)
+    find_entries(arrays, functions, positions, 0, entries)
+    state_of(arrays, functions, weights, entries, positions, 0, values)
     for k in range(min(state.size, N_VALUES)):
         state[k] = values[k]
     return status

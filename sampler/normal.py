@@ -9,6 +9,7 @@ the rounding of the stored factors, need no logarithm and give the same bits in 
 """
 
 import math
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,12 +123,14 @@ def normal_table() -> NDArray[np.float64]:
     """
     points = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4)
     inverse = np.linalg.inv(np.vander(points, increasing=True))
+    # the same algorithm in plain Python: a first kernel would cost more than the whole loading
+    quantile = NormalDist().inv_cdf
     table = np.empty((_OCTAVES * _PIECES, 4))
     for row in range(len(table)):
         octave, piece = divmod(row, _PIECES)
         # twice the distance from the end plus one, in units of 2^-33; at most 2^32 there
         odd = 2.0 ** (31 - octave) * (1.0 + (piece + points) / _PIECES)
-        table[row] = inverse @ [normal_quantile(n * 2.0**-33) for n in odd]
+        table[row] = inverse @ [quantile(n * 2.0**-33) for n in odd]
     return table
 
 

@@ -59,7 +59,9 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
     return TableContents(
         datasets={
             "axes/alpha_deg": axes.alpha_deg,
+            "axes/alpha_span_deg": axes.alpha_deg[[0, -1]],
             "axes/speed": axes.speed,
+            "axes/speed_span": axes.speed[[0, -1]],
             "axes/alpha_coordinate": axes.alpha_coordinate,
             "axes/speed_coordinate": axes.speed_coordinate,
             "marginals/variate_knots": variate_knots(nodes[0].quantiles.shape[-1]),

@@ -27,6 +27,7 @@ from tablegen.mesh import read_mesh
 from tablegen.options import examples as _examples
 from tablegen.page import validation_page
 from tablegen.particles import MIXTURE, SHAPE_NAMES, Population
+from tablegen.prune_command import prune
 from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
 from tablegen.stability.command import stability
@@ -259,6 +260,7 @@ def inspect(table: str, config: bool) -> int:
 
 
 cli.add_command(export)
+cli.add_command(prune)
 cli.add_command(stability)
 
 

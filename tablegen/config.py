@@ -18,7 +18,7 @@ from sampler.channels import COMPONENTS, STATE
 from sampler.errors import InputError
 from sampler.locate import find_config, find_file
 from tablegen.complaint import complaint
-from tablegen.fields import AngleRange, Name, Nodes, Record, SpeedRange, refusal
+from tablegen.fields import AngleRange, ComponentNames, Name, Nodes, Record, SpeedRange, refusal
 from tablegen.merge import Tree, merged
 from tablegen.mesh import read_mesh
 from tablegen.pairs import MaterialPair
@@ -37,13 +37,6 @@ PLANE = ("u", "v", "omega_z")
 _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 
 
-def _components(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Refuse unknown names, repeated ones, and none."""
-    if not names or len(set(names)) < len(names) or not set(names) <= set(COMPONENTS):
-        raise refusal(f"some of {', '.join(COMPONENTS)}, each once")
-    return names
-
-
 class Domain(Record):
     """Impact angles (degrees from the wall) and speeds (m/s) that a table covers."""
 
@@ -54,7 +47,7 @@ class Domain(Record):
     #: 2: a plane flow, which has no use for w, omega_x and omega_y.
     dimension: Literal[2, 3] = 3
     #: What a draw gives; by default u, v, w, omega_x, omega_y, omega_z, or those of a plane flow.
-    components: Annotated[tuple[str, ...], AfterValidator(_components)] | None = None
+    components: ComponentNames | None = None
 
     @model_validator(mode="after")
     def _plane(self) -> Self:

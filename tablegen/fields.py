@@ -11,6 +11,8 @@ from typing import Annotated
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
+from sampler.channels import COMPONENTS
+
 #: Error type of `refusal`; tells `tablegen.complaint` that the context holds the whole message.
 REFUSED = "refused"
 
@@ -65,6 +67,16 @@ def _strictly_increasing(values: tuple[float, ...]) -> tuple[float, ...]:
     if not values or any(b <= a for a, b in pairwise(values)):
         raise refusal("at least one number, each larger than the one before", given=values)
     return values
+
+
+def _known_components(given: object) -> object:
+    """Refuse anything but a list of names of components, each once."""
+    names = _as_tuple(given)
+    if not isinstance(names, tuple) or not names or any(name not in COMPONENTS for name in names):
+        raise refusal(f"a list of some of {', '.join(COMPONENTS)}", given=given)
+    if len(set(names)) < len(names):
+        raise refusal("each component once", given=given)
+    return names
 
 
 def _plain_name(value: str) -> str:
@@ -127,3 +139,6 @@ SpeedRange = Annotated[
 Nodes = Annotated[
     tuple[float, ...], BeforeValidator(_as_tuple), AfterValidator(_strictly_increasing)
 ]
+
+#: Components of the state that a scene asks for.
+ComponentNames = Annotated[tuple[str, ...], BeforeValidator(_known_components)]

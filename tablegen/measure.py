@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from sampler.arrays import Axis
 from sampler.table import Table
 from tablegen.accuracy import Comparison, compare
 from tablegen.components import simulated_components
@@ -58,24 +59,25 @@ def pick_conditions(table: Table, count: int, seed: int) -> list[tuple[float, fl
     -------
     list of (alpha_deg, speed)
     """
+    if count == 0:
+        return []
     rng = np.random.Generator(np.random.Philox(key=[seed, FIRST_STREAM]))
     strata = np.column_stack([np.arange(count), rng.permutation(count)])
     points = (strata + rng.random((count, 2))) / count
-    alpha = _between_nodes(points[:, 0], table.alpha_nodes_deg, table.arrays.alpha.coordinate)
-    speed = _between_nodes(points[:, 1], table.speed_nodes, table.arrays.speed.coordinate)
+    alpha = np.rad2deg(_between_nodes(points[:, 0], table.arrays.alpha))
+    speed = _between_nodes(points[:, 1], table.arrays.speed)
     return [(float(a), float(v)) for a, v in zip(alpha, speed, strict=True)]
 
 
-def _between_nodes(
-    u: NDArray[np.float64], nodes: NDArray[np.float64], coordinate: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _between_nodes(u: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
     """Map uniform numbers to values between nodes; an axis of one node has only that value."""
-    cells = len(nodes) - 1
+    cells = axis.nodes - 1
     if cells == 0:
-        return np.full(len(u), nodes[0])
+        return np.full(len(u), axis.first)
     cell, fraction = np.divmod(u * cells, 1.0)
     index = np.minimum(cell, cells - 1) + _MARGIN + (1.0 - 2.0 * _MARGIN) * fraction
-    return np.interp(index, coordinate, np.linspace(nodes[0], nodes[-1], len(coordinate)))
+    steps = axis.origin + np.arange(len(axis.coordinate)) / axis.scale
+    return np.interp(index, axis.coordinate, steps)
 
 
 def measure(
@@ -135,6 +137,8 @@ def _comparisons(
         )
         return drawn, simulated_components(direct, table.components)
 
+    if not conditions:
+        return
     with ThreadPoolExecutor(1) as pool:
         following = pool.submit(states, 0)
         for k, (alpha_deg, speed) in enumerate(conditions):

@@ -29,12 +29,14 @@ def key_words(seed, index, hit, n_blocks=3):
     return words
 
 
-def _axis(value, nodes, coordinate):
+def _axis(value, nodes, span, coordinate):
     """Lower node and weight of the next."""
-    grid = np.linspace(nodes[0], nodes[-1], len(coordinate))
-    x = np.interp(value, grid, coordinate) if len(nodes) > 1 else 0.0
+    if len(nodes) == 1:
+        return 0, 0.0
+    x = np.interp(value, np.linspace(*span, len(coordinate)), coordinate)
+    x -= round(np.interp(nodes[0], np.linspace(*span, len(coordinate)), coordinate))
     lower = max(min(math.floor(x), len(nodes) - 2), 0)
-    return lower, x - lower
+    return lower, min(max(x - lower, 0.0), 1.0)
 
 
 def _corner(word, t, r):
@@ -47,8 +49,10 @@ def _corner(word, t, r):
 def reference_channels(contents, alpha1, speed, words):
     """Channels by name, from the words of blocks 0, 1 and 2."""
     w = [int(word) for word in words]
-    i0, t = _axis(alpha1, np.deg2rad(contents["axes/alpha_deg"]), contents["axes/alpha_coordinate"])
-    j0, r = _axis(speed, contents["axes/speed"], contents["axes/speed_coordinate"])
+    angles, ends = (np.deg2rad(contents[f"axes/alpha_{name}"]) for name in ("deg", "span_deg"))
+    i0, t = _axis(alpha1, angles, ends, contents["axes/alpha_coordinate"])
+    speeds, ends = contents["axes/speed"], contents["axes/speed_span"]
+    j0, r = _axis(speed, speeds, ends, contents["axes/speed_coordinate"])
     up_alpha, up_speed = _corner(w[1], t, r)
     i, j = i0 + up_alpha, j0 + up_speed
 
@@ -63,7 +67,9 @@ def reference_channels(contents, alpha1, speed, words):
     normals = ndtri((np.array(w[2:8] + w[9:11])[:n] + 0.5) / 2**32)
     z = contents["dependence/mean"][i, j, column] / 4096.0 + factor @ normals
     if w[1] % 4096 < contents["dependence/reflection"][i, j, column]:
-        z *= [-1.0 if name in ("w_hat", "omega_x", "omega_y") else 1.0 for name in contents.channels]
+        z *= [
+            -1.0 if name in ("w_hat", "omega_x", "omega_y") else 1.0 for name in contents.channels
+        ]
 
     kind = int(np.sum(column >= contents["dependence/first_of_class"][i, j].astype(int))) - 1
     knots = contents["marginals/variate_knots"]

@@ -123,7 +123,9 @@ def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False, refl
         cholesky[i, j] = np.linalg.cholesky(covariance)[:, *np.tril_indices(6)]
     return {
         "axes/alpha_deg": np.asarray(alpha_deg, dtype=float),
+        "axes/alpha_span_deg": np.asarray(alpha_deg, dtype=float)[[0, -1]],
         "axes/speed": np.asarray(speed, dtype=float),
+        "axes/speed_span": np.asarray(speed, dtype=float)[[0, -1]],
         "axes/alpha_coordinate": _coordinate(np.asarray(alpha_deg, dtype=float), 0.5),
         "axes/speed_coordinate": _coordinate(np.asarray(speed, dtype=float), -0.5),
         "marginals/variate_knots": knots,

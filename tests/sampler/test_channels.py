@@ -27,7 +27,9 @@ def _random_channels(n):
 
 def test_round_trip():
     channels = _random_channels(2000)
-    np.testing.assert_allclose(to_channels(_states(channels)[:, :6]), channels, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        to_channels(_states(channels)[:, :6]), channels, rtol=1e-9, atol=1e-9
+    )
 
 
 def test_order_of_components():

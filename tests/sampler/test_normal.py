@@ -1,10 +1,11 @@
 """The normal quantile against scipy's, an independent implementation (Cephes)."""
 
+import numba
 import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from sampler.normal import normal_cdf, normal_quantile
+from sampler.normal import normal_cdf, normal_of_word, normal_quantile, normal_table
 
 _STEP = 2.0**-32
 ENDS = (0.5 * _STEP, 1.5 * _STEP, 1.0 - 1.5 * _STEP, 1.0 - 0.5 * _STEP)
@@ -36,3 +37,38 @@ def test_cdf_over_the_whole_range():
     x = np.linspace(-37.0, 8.0, 1001)
     ours = np.array([normal_cdf(value) for value in x])
     np.testing.assert_allclose(ours, ndtr(x), rtol=1e-12)
+
+
+@numba.njit
+def _normals(table, words):
+    normals = np.empty(words.size)
+    for k in range(words.size):
+        normals[k] = normal_of_word(table, words[k])
+    return normals
+
+
+def _words():
+    """A grid of words, and neighbours of every end of a cubic."""
+    ends = [(1 << octave) + (piece << octave >> 3) for octave in range(31) for piece in range(8)]
+    near = [(end + step) % 2**32 for end in (0, *ends, 2**31) for step in (-2, -1, 0, 1, 2)]
+    words = np.concatenate([np.arange(0, 2**32, 2**14 + 1), near])
+    return np.concatenate([words, 2**32 - 1 - words]).astype(np.uint32)
+
+
+def test_normals_of_words():
+    words = _words()
+    ours = _normals(normal_table(), words)
+    np.testing.assert_allclose(ours, ndtri((words + 0.5) * _STEP), rtol=0, atol=2e-7)
+
+
+def test_normals_of_words_are_odd_and_grow():
+    words = np.unique(_words())
+    table = normal_table()
+    ours = _normals(table, words)
+    np.testing.assert_array_equal(_normals(table, ~words), -ours)
+    # neighbouring cubics may miss each other by twice their error
+    assert np.diff(ours).min() > -4e-7
+    # a table with a wrong cubic is seen
+    wrong = table.copy()
+    wrong[100, 1] += 1e-6
+    assert np.abs(_normals(wrong, words) - ours).max() > 4e-7

@@ -213,7 +213,15 @@ REFUSED = {
     "negative speed": (_value("axes/speed", 0, -5.0), "axes/speed: got -5 .* above 0"),
     "coordinate ends early": (
         _value("axes/alpha_coordinate", -1, 1.9),
-        "axes/alpha_coordinate: got 0 to 1.9, allowed: 0 to 2",
+        "axes/alpha_coordinate: got 1.9 at .*, allowed: larger",
+    ),
+    "coordinate begins late": (
+        _value("axes/alpha_coordinate", 0, 0.021),
+        r"axes/alpha_coordinate: got .* at \[0\], allowed: the number of the node",
+    ),
+    "span too short": (
+        _value("axes/speed_span", 1, 299.0),
+        "axes/speed_span: got 50 and 299, allowed: at most 50 and at least 300",
     ),
     "coordinate turns": (
         _value("axes/speed_coordinate", 50, 0.1),

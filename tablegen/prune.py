@@ -1,0 +1,152 @@
+"""Cut a table to what a scene needs; what stays gives the same draws as before.
+
+Components that a scene leaves out take their quantile functions with them. A row of the mixture's
+factors stays as long as a later one belongs to a channel that is needed: every channel keeps its
+random word. Nodes stay that surround a condition of the scene, and the look-up of the axes stays
+whole, so a condition finds the same cell with the same weights.
+"""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.arrange import table_arrays
+from sampler.arrays import Axis
+from sampler.atomic import check_output
+from sampler.channels import channels_for
+from sampler.errors import InputError
+from sampler.kernel import locate
+from sampler.schema import TableContents, write_table
+from sampler.table import load
+from tablegen.config import Config, parse_config
+
+_METRICS = ("ks", "sliced_wasserstein", "correlation_error", "auc")
+
+
+def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
+    """Contents of the table cut to a scene.
+
+    Parameters
+    ----------
+    contents : TableContents
+        Of a table that covers the scene.
+    scene : Config
+        Its domain says which components, angles and speeds stay.
+    origin : str
+        Where the scene comes from, to open an error message.
+
+    Returns
+    -------
+    TableContents
+        Nothing is declared to have been measured: the measurements were of the whole state.
+
+    Raises
+    ------
+    InputError
+        If the scene asks for what the table does not have.
+    """
+    own = parse_config(contents.config, "config of the table")
+    _check_scene(contents, own, scene, origin)
+    arrays = table_arrays(contents)
+    rows = _cut(arrays.alpha, *map(math.radians, scene.domain.alpha_deg))
+    columns = _cut(arrays.speed, *scene.domain.speed)
+    components = scene.domain.columns
+    needed = channels_for(components)
+    last = max(contents.channels.index(name) for name in needed)
+    channels = contents.channels[: last + 1]
+    held = [k for k, name in enumerate(contents.marginals) if name in needed]
+    datasets = dict(contents.datasets)
+    for path, values in contents.datasets.items():
+        if path.startswith(("marginals/quantiles", "dependence/")):
+            datasets[path] = values[rows, columns]
+    datasets["marginals/quantiles"] = datasets["marginals/quantiles"][:, :, :, held]
+    datasets["dependence/mean"] = datasets["dependence/mean"][..., : len(channels)]
+    factors = len(channels) * (len(channels) + 1) // 2
+    datasets["dependence/cholesky"] = datasets["dependence/cholesky"][..., :factors]
+    for axis, kept in (("alpha", rows), ("speed", columns)):
+        nodes = "axes/alpha_deg" if axis == "alpha" else "axes/speed"
+        datasets[nodes] = contents[nodes][kept]
+    datasets |= {path: values[:0] for path, values in datasets.items() if "accuracy/" in path}
+    datasets["accuracy/ks"] = np.empty((0, len(components)))
+    text = _config_text(own, components, datasets)
+    return replace(
+        contents, datasets=datasets, components=components, channels=channels, config=text
+    )
+
+
+def prune(name_or_path: str | Path, scene: Config, output: str | Path) -> TableContents:
+    """Cut a table to a scene and write it.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name of a table that comes with the package, or path of a .h5 file.
+    scene : Config
+    output : str or Path
+        The .h5 file to write.
+
+    Returns
+    -------
+    TableContents
+        What was written.
+
+    Raises
+    ------
+    InputError
+        As for `pruned`; also if a file cannot be read or written.
+    """
+    path = check_output(output)
+    contents = pruned(load(name_or_path).contents, scene, scene.name)
+    write_table(path, contents)
+    return contents
+
+
+def _check_scene(contents: TableContents, own: Config, scene: Config, origin: str) -> None:
+    """Refuse a scene that asks for more than the table has."""
+    if scene.pair_name != contents.pair:
+        raise InputError(f"{origin}: pair: got '{scene.pair_name}', allowed: '{contents.pair}'")
+    for part in ("pair", "population", "model"):
+        if getattr(scene, part).model_dump(exclude={"name"}) != getattr(own, part).model_dump(
+            exclude={"name"}
+        ):
+            raise InputError(f"{origin}: {part}: differs from the table's, allowed: the same")
+    for name in scene.domain.columns:
+        if name not in contents.components:
+            allowed = f"some of {', '.join(contents.components)}, which the table has"
+            raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
+    for field, nodes in (("alpha_deg", "axes/alpha_deg"), ("speed", "axes/speed")):
+        low, high = getattr(scene.domain, field)
+        first, last = contents[nodes][0], contents[nodes][-1]
+        if not first <= low <= high <= last:
+            raise InputError(
+                f"{origin}: domain.{field}: got [{low:g}, {high:g}], "
+                f"allowed: inside [{first:g}, {last:g}], which the table covers"
+            )
+    for metric in _METRICS:
+        wanted, declared = getattr(scene.accuracy, metric), getattr(own.accuracy, metric)
+        if wanted < declared:
+            raise InputError(
+                f"{origin}: accuracy.{metric}: got {wanted:g}, "
+                f"allowed: {declared:g} or more, which the table declares"
+            )
+
+
+def _cut(axis: Axis, low: float, high: float) -> slice:
+    """Nodes of the cells in which all values from low to high lie."""
+    return slice(locate(low, axis)[0], locate(high, axis)[1] + 1)
+
+
+def _config_text(
+    own: Config, components: tuple[str, ...], datasets: dict[str, NDArray[np.float64]]
+) -> str:
+    """Write the configuration of the table that is left: its own range and components."""
+    alpha, speed = datasets["axes/alpha_deg"], datasets["axes/speed"]
+    domain = {
+        "alpha_deg": [float(alpha[0]), float(alpha[-1])],
+        "speed": [float(speed[0]), float(speed[-1])],
+        "components": list(components),
+    }
+    return own.with_changes({"domain": domain}).text
