@@ -87,7 +87,8 @@ def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
     header["n_channels"], header["n_columns"] = len(arrays.channels), len(arrays.columns)
     for name, axis in (("alpha", arrays.alpha), ("speed", arrays.speed)):
         header[f"n_{name}"], header[f"n_{name}_grid"] = axis.nodes, axis.coordinate.size
-        header[f"{name}_first"], header[f"{name}_last"] = axis.first, axis.last
+        for part in ("first", "last", "origin", "scale", "offset"):
+            header[f"{name}_{part}"] = getattr(axis, part)
     return header
 
 
@@ -196,9 +197,17 @@ def _image_of(data: NDArray[np.uint8]) -> Image:
 
 def _axis(header: np.void, name: str, coordinate: NDArray[np.float64]) -> Axis:
     first, last = float(header[f"{name}_first"]), float(header[f"{name}_last"])
-    scale = (coordinate.size - 1) / (last - first) if last > first else 0.0
-    low, high = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
-    return Axis(first, last, low, high, scale, int(header[f"n_{name}"]), coordinate)
+    return Axis(
+        first=first,
+        last=last,
+        low=first * (1.0 - ROUNDING),
+        high=last * (1.0 + ROUNDING),
+        origin=float(header[f"{name}_origin"]),
+        scale=float(header[f"{name}_scale"]),
+        offset=int(header[f"{name}_offset"]),
+        nodes=int(header[f"n_{name}"]),
+        coordinate=coordinate,
+    )
 
 
 def _table_arrays(header: np.void, found: dict[str, NDArray[Any]]) -> TableArrays:

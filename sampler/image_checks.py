@@ -26,6 +26,10 @@ from sampler.kernel import ROUNDING
 
 #: Bound on the numbers of a cubic, all together: no word gives a normal number above 6.4.
 _CUBIC = 16.0
+#: Bound on the numbers of nodes, in which 32 bits suffice.
+_LARGEST_NUMBER = 1e6
+#: How far the coordinate of a node may be from its number: it is interpolated between steps.
+INDEX_ROUNDING = 0.02
 #: Largest step of a quantile, and a rounding that may be added to it.
 _LAST_STEP = 65535.0 * (1.0 + 1e-13)
 
@@ -115,12 +119,15 @@ def _check_offsets(header: np.void) -> None:
 
 def _check_axes(header: np.void) -> None:
     for name, largest in (("alpha", 0.5 * math.pi * (1.0 + ROUNDING)), ("speed", math.inf)):
-        first, last = float(header[f"{name}_first"]), float(header[f"{name}_last"])
-        _need(math.isfinite(first) and math.isfinite(last), -21)
-        _need(0.0 < first <= last <= largest, -21)
+        first, last, origin, scale = (
+            float(header[f"{name}_{part}"]) for part in ("first", "last", "origin", "scale")
+        )
+        _need(all(math.isfinite(x) for x in (first, last, origin, scale)), -21)
+        _need(0.0 < first <= last <= largest and origin <= first and scale >= 0.0, -21)
         _need((header[f"n_{name}"] == 1) == (first == last), -21)
-        steps = float(header[f"n_{name}_grid"]) - 1.0
-        _need(first == last or steps <= (last - first) * 1e300, -21)
+        _need(scale > 0.0 or (first == last == origin and header[f"{name}_offset"] == 0), -21)
+        end = (last - origin) * scale
+        _need(end <= (float(header[f"n_{name}_grid"]) - 1.0) * (1.0 + 1e-9), -21)
     variate_max = float(header["variate_max"])
     _need(math.isfinite(variate_max) and variate_max >= 1e-3, -21)
 
@@ -128,7 +135,7 @@ def _check_axes(header: np.void) -> None:
 def check_values(header: np.void, arrays: Mapping[str, NDArray[Any]]) -> None:
     """Refuse numbers that would lead a draw astray."""
     for name in ("alpha", "speed"):
-        _check_coordinate(arrays[f"{name}_coordinate"], int(header[f"n_{name}"]) - 1)
+        _check_coordinate(header, name, arrays[f"{name}_coordinate"])
     # negated comparisons refuse NaN as well
     _need((np.abs(arrays["normals"]).sum(axis=1) <= _CUBIC).all(), -23)
     _need(((arrays["alias"] & 0xFFFF) < header["n_components"]).all(), -24)
@@ -141,12 +148,19 @@ def check_values(header: np.void, arrays: Mapping[str, NDArray[Any]]) -> None:
     _need((steps[..., 1:, :] >= steps[..., :-1, :]).all(), -28)
 
 
-def _check_coordinate(values: NDArray[np.float64], last: int) -> None:
-    _need(values[0] == 0.0 and values[-1] == last, -22)
-    if last > 0:
-        _need((values[1:] > values[:-1]).all(), -22)
-    else:
+def _check_coordinate(header: np.void, name: str, values: NDArray[np.float64]) -> None:
+    _need((np.abs(values) <= _LARGEST_NUMBER).all(), -22)
+    if header[f"{name}_scale"] == 0.0:
         _need((values == 0.0).all(), -22)
+        return
+    _need((values[1:] > values[:-1]).all(), -22)
+    offset, nodes = int(header[f"{name}_offset"]), int(header[f"n_{name}"])
+    for end, number in (("first", offset), ("last", offset + nodes - 1)):
+        distance = float(header[f"{name}_{end}"]) - float(header[f"{name}_origin"])
+        position = min(distance * float(header[f"{name}_scale"]), values.size - 1.0)
+        k = min(int(position), values.size - 2)
+        found = values[k] + (position - k) * (values[k + 1] - values[k])
+        _need(abs(found - number) <= INDEX_ROUNDING, -22)
 
 
 def _check_components(channels: int, records: NDArray[np.int16]) -> None:

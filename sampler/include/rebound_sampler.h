@@ -168,8 +168,8 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
 
 /* An axis of the table: see sampler/arrays.py. */
 typedef struct rbt_axis {
-    double first, last, low, high, scale;
-    int32_t nodes, grid;
+    double first, last, low, high, origin, scale;
+    int32_t offset, nodes, grid;
     const double *coordinate;
 } rbt_axis;
 
@@ -331,16 +331,21 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_locate(const rbt_axis *axis, double value, d
 {
     value = value > axis->first ? value : axis->first;
     value = value < axis->last ? value : axis->last;
-    double position = (value - axis->first) * axis->scale;
+    double position = (value - axis->origin) * axis->scale;
+    position = position > 0.0 ? position : 0.0;
     position = position < axis->grid - 1.0 ? position : axis->grid - 1.0;
     int32_t k = (int32_t)position;
     k = k < axis->grid - 2 ? k : axis->grid - 2;
     const double below = axis->coordinate[k];
     const double x = below + (position - k) * (axis->coordinate[k + 1] - below);
-    int32_t lower = (int32_t)x < axis->nodes - 2 ? (int32_t)x : axis->nodes - 2;
+    /* on an axis of one node both neighbours are that node, with weight 0 for the upper one */
+    int32_t lower = (int32_t)x - axis->offset;
+    lower = lower < axis->nodes - 2 ? lower : axis->nodes - 2;
     lower = lower > 0 ? lower : 0;
-    const double rest = x - lower;
-    *weight = rest < 1.0 ? rest : 1.0;
+    const double most = axis->nodes > 1 ? 1.0 : 0.0;
+    double rest = x - (lower + axis->offset);
+    rest = rest > 0.0 ? rest : 0.0;
+    *weight = rest < most ? rest : most;
     return lower;
 }
 
@@ -1124,7 +1129,9 @@ typedef struct rbti_header {
     uint32_t n_alpha, n_speed, n_alpha_grid, n_speed_grid, n_knots, n_components;
     uint32_t n_classes, n_channels, n_marginals, n_columns, stride, reserved;
     int8_t channels[8], marginals[8], columns[8];
-    double alpha_first, alpha_last, speed_first, speed_last, variate_max;
+    int32_t alpha_offset, speed_offset;
+    double alpha_first, alpha_last, alpha_origin, alpha_scale;
+    double speed_first, speed_last, speed_origin, speed_scale, variate_max;
     uint64_t at_alpha_coordinate, at_speed_coordinate, at_normals, at_alias;
     uint64_t at_first_of_class, at_components, at_spans, at_quantiles;
 } rbti_header;
@@ -1264,34 +1271,50 @@ static int rbti_check_offsets(const rbti_header *h)
     return RBT_OK;
 }
 
-static int rbti_axis_holds(double first, double last, uint32_t nodes, uint32_t grid, double largest)
+static int rbti_axis_holds(const rbt_axis *a, double largest)
 {
-    return rbti_finite(first) && rbti_finite(last) && 0.0 < first && first <= last &&
-           last <= largest && (nodes == 1) == (first == last) &&
-           (first == last || (double)grid - 1.0 <= (last - first) * 1e300);
+    const int one = a->first == a->last;
+    return rbti_finite(a->first) && rbti_finite(a->last) && rbti_finite(a->origin) &&
+           rbti_finite(a->scale) && 0.0 < a->first && a->first <= a->last && a->last <= largest &&
+           a->origin <= a->first && a->scale >= 0.0 && (a->nodes == 1) == one &&
+           (a->scale > 0.0 || (one && a->origin == a->first && a->offset == 0)) &&
+           (a->last - a->origin) * a->scale <= (a->grid - 1.0) * (1.0 + 1e-9);
 }
 
-static int rbti_check_axes(const rbti_header *h)
+static int rbti_check_axes(const rbt_table *table)
 {
-    RBTI_NEED(rbti_axis_holds(h->alpha_first, h->alpha_last, h->n_alpha, h->n_alpha_grid,
-                              RBTI_HALF_PI * (1.0 + RBTI_ROUNDING)),
-              RBT_AXES);
-    RBTI_NEED(
-        rbti_axis_holds(h->speed_first, h->speed_last, h->n_speed, h->n_speed_grid, DBL_MAX),
-        RBT_AXES);
-    RBTI_NEED(rbti_finite(h->variate_max) && h->variate_max >= 1e-3, RBT_AXES);
+    RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_HALF_PI * (1.0 + RBTI_ROUNDING)), RBT_AXES);
+    RBTI_NEED(rbti_axis_holds(&table->speed, DBL_MAX), RBT_AXES);
+    RBTI_NEED(rbti_finite(table->variate_max) && table->variate_max >= 1e-3, RBT_AXES);
     return RBT_OK;
+}
+
+/* Whether the coordinate at a value of the axis is a certain whole number, but for rounding. */
+static int rbti_number_holds(const rbt_axis *axis, double value, double number)
+{
+    const double last = axis->grid - 1.0;
+    double position = (value - axis->origin) * axis->scale;
+    position = position < last ? position : last;
+    const int32_t k = (int32_t)position < axis->grid - 2 ? (int32_t)position : axis->grid - 2;
+    const double below = axis->coordinate[k];
+    const double found = below + (position - k) * (axis->coordinate[k + 1] - below);
+    return fabs(found - number) <= 0.02;
 }
 
 static int rbti_coordinate_holds(const rbt_axis *axis)
 {
     const double *values = axis->coordinate;
-    const int32_t last = axis->grid - 1;
-    int holds = values[0] == 0.0 && values[last] == axis->nodes - 1.0;
-    for (int32_t k = 1; k <= last && holds; k++)
-        holds = rbti_finite(values[k]) &&
-                (axis->nodes > 1 ? values[k] > values[k - 1] : values[k] == 0.0);
-    return holds;
+    int holds = 1;
+    for (int32_t k = 0; k < axis->grid && holds; k++) {
+        holds = rbti_finite(values[k]) && fabs(values[k]) <= 1e6;
+        if (axis->scale > 0.0)
+            holds = holds && (k == 0 || values[k] > values[k - 1]);
+        else
+            holds = holds && values[k] == 0.0;
+    }
+    const double first = axis->offset, last = first + axis->nodes - 1.0;
+    return holds && (axis->scale == 0.0 || (rbti_number_holds(axis, axis->first, first) &&
+                                            rbti_number_holds(axis, axis->last, last)));
 }
 
 static int rbti_check_normals(const double *normals)
@@ -1383,21 +1406,26 @@ static int rbti_check_values(const rbt_table *table, const rbti_header *header)
     return code == RBT_OK ? rbti_check_quantiles(table, groups * header->n_marginals) : code;
 }
 
-static void rbti_fill_axis(rbt_axis *axis, double first, double last, uint32_t nodes, uint32_t grid)
+static void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4], int32_t offset,
+                           uint32_t nodes, uint32_t grid)
 {
-    axis->first = first;
-    axis->last = last;
-    axis->low = first * (1.0 - RBTI_ROUNDING);
-    axis->high = last * (1.0 + RBTI_ROUNDING);
-    axis->scale = last > first ? ((double)grid - 1.0) / (last - first) : 0.0;
+    axis->first = ends_origin_scale[0];
+    axis->last = ends_origin_scale[1];
+    axis->low = axis->first * (1.0 - RBTI_ROUNDING);
+    axis->high = axis->last * (1.0 + RBTI_ROUNDING);
+    axis->origin = ends_origin_scale[2];
+    axis->scale = ends_origin_scale[3];
+    axis->offset = offset;
     axis->nodes = (int32_t)nodes;
     axis->grid = (int32_t)grid;
 }
 
 static void rbti_fill_table(rbt_table *table, const rbti_header *h)
 {
-    rbti_fill_axis(&table->alpha, h->alpha_first, h->alpha_last, h->n_alpha, h->n_alpha_grid);
-    rbti_fill_axis(&table->speed, h->speed_first, h->speed_last, h->n_speed, h->n_speed_grid);
+    const double alpha[4] = {h->alpha_first, h->alpha_last, h->alpha_origin, h->alpha_scale};
+    const double speed[4] = {h->speed_first, h->speed_last, h->speed_origin, h->speed_scale};
+    rbti_fill_axis(&table->alpha, alpha, h->alpha_offset, h->n_alpha, h->n_alpha_grid);
+    rbti_fill_axis(&table->speed, speed, h->speed_offset, h->n_speed, h->n_speed_grid);
     table->variate_max = h->variate_max;
     table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
     table->n_knots = (int32_t)h->n_knots;
@@ -1442,12 +1470,13 @@ static int rbti_read(const char *image, size_t size, rbt_table *table)
         code = rbti_check_names(&header);
     if (code == RBT_OK)
         code = rbti_check_offsets(&header);
-    if (code == RBT_OK)
-        code = rbti_check_axes(&header);
     if (code != RBT_OK)
         return code;
     table->image_size = size;
     rbti_fill_table(table, &header);
+    code = rbti_check_axes(table);
+    if (code != RBT_OK)
+        return code;
     rbti_point(table, &header, image);
     return rbti_check_values(table, &header);
 }
@@ -1595,7 +1624,7 @@ RBT_API const char *rbt_strerror(int code)
     case RBT_AXES:
         return "axes: allowed: finite, growing, angles above 0 to pi/2, speeds above 0";
     case RBT_COORDINATES:
-        return "coordinates: allowed: growing from 0 to the last node";
+        return "coordinates: allowed: growing, whole at the first and the last node";
     case RBT_NORMALS:
         return "normals: allowed: finite cubics below 16";
     case RBT_ALIAS:

@@ -37,7 +37,9 @@ def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, chann
     }
     datasets = make_datasets() | {
         "axes/alpha_deg": np.array(alpha_deg),
+        "axes/alpha_span_deg": np.array(alpha_deg)[[0, -1]],
         "axes/speed": np.array(speed),
+        "axes/speed_span": np.array(speed)[[0, -1]],
         "axes/alpha_coordinate": coordinate["alpha"],
         "axes/speed_coordinate": coordinate["speed"],
         "marginals/variate_knots": np.linspace(-3.0, 3.0, N_KNOTS),
@@ -69,9 +71,34 @@ def normal_velocity():
     return scene(("v",), alpha_deg=(90.0,), speed=(100.0,))
 
 
+def pruned():
+    """The upper nodes of the full table and two of its components, as `tablegen prune` leaves them.
+
+    The look-up of the axes goes on beyond the nodes, and their numbers begin at 1.
+    """
+    whole = full()
+    channels = whole.channels[: whole.channels.index("omega_z") + 1]
+    n = len(channels)
+    datasets = dict(whole.datasets)
+    for path, values in whole.datasets.items():
+        if path.startswith(("marginals/quantiles", "dependence/")):
+            datasets[path] = values[1:, 1:]
+    quantiles = datasets["marginals/quantiles"]
+    datasets |= {
+        "axes/alpha_deg": whole["axes/alpha_deg"][1:],
+        "axes/speed": whole["axes/speed"][1:],
+        "marginals/quantiles": quantiles[:, :, :, [channels.index(c) for c in ("v", "omega_z")]],
+        "dependence/mean": datasets["dependence/mean"][..., :n],
+        "dependence/cholesky": datasets["dependence/cholesky"][..., : n * (n + 1) // 2],
+        "accuracy/ks": whole["accuracy/ks"][:, :2],
+    }
+    return make_contents(datasets, components=("v", "omega_z"), channels=channels)
+
+
 SMALL_TABLES = {
     "full": full,
     "all-eight": all_eight,
     "plane": plane,
+    "pruned": pruned,
     "normal-velocity": normal_velocity,
 }
