@@ -1,4 +1,4 @@
-"""Command line of the runtime: ``sampler draw``.
+"""Command line of the runtime: ``sampler draw``, and where the C header is.
 
 Bad input gives one line on standard error and exit status 2; an output file appears whole or not
 at all.
@@ -17,6 +17,7 @@ import sampler
 from sampler.atomic import atomic_output, check_output
 from sampler.errors import InputError
 from sampler.kernel import is_outside
+from sampler.locate import include_directory
 from sampler.table import Table, load
 
 #: Exit status for bad input.
@@ -37,6 +38,14 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         raise InputError(message)
+
+
+class _PrintIncludeDirectory(argparse.Action):
+    """Flag that prints a path, unbroken however narrow the terminal is, and exits."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        sys.stdout.write(f"{include_directory()}\n")
+        parser.exit()
 
 
 def _number(low: float, high: float, allowed: str) -> Callable[[str], float]:
@@ -85,6 +94,12 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=sampler.__version__)
+    parser.add_argument(
+        "--include-dir",
+        action=_PrintIncludeDirectory,
+        nargs=0,
+        help="print the folder of rebound_sampler.h and rebound_sampler.f90, and exit",
+    )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     draw = commands.add_parser(
         "draw",

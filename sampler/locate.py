@@ -29,6 +29,11 @@ def data_directory() -> Path:
     raise InputError(f"data folder: none in {_PACKAGE}, allowed: an installation with its tables")
 
 
+def include_directory() -> Path:
+    """Folder of the C header and the Fortran module, which come inside this package."""
+    return _PACKAGE / "include"
+
+
 def available(suffix: str) -> list[str]:
     """Names of the files that come with the package, sorted.
 

@@ -19,6 +19,7 @@ from sampler.locate import find_file
 from tablegen import options
 from tablegen.config import load_config
 from tablegen.demo import run_demo
+from tablegen.export import export
 from tablegen.generate import CONDITIONS as GENERATE_CONDITIONS
 from tablegen.generate import generate as generate_table
 from tablegen.measure import missed_targets
@@ -258,6 +259,7 @@ def inspect(table: str, config: bool) -> int:
     return DONE
 
 
+cli.add_command(export)
 cli.add_command(prune)
 cli.add_command(stability)
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -151,3 +152,12 @@ def test_exit_status_of_the_process(table_path, tmp_path):
     bad = subprocess.run([*command, "91"], capture_output=True, text=True, check=False)
     assert bad.returncode == 2
     assert bad.stderr.count("\n") == 1
+
+
+def test_folder_of_the_header(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "20")
+    with pytest.raises(SystemExit) as ended:
+        main(["--include-dir"])
+    assert ended.value.code == 0
+    folder = Path(capsys.readouterr().out.removesuffix("\n"))
+    assert (folder / "rebound_sampler.h").is_file()

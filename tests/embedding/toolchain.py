@@ -1,0 +1,139 @@
+"""Compilers of this machine, and programs built with the header and the module of `sampler`."""
+
+import ctypes
+import os
+import shutil
+import subprocess
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sampler.locate import include_directory
+
+INCLUDE = include_directory()
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow"]
+
+_VARIABLES = {"gcc": "CC", "g++": "CXX", "gfortran": "FC"}
+_FLAGS = {
+    "gcc": ["-std=c99", "-Wstrict-prototypes"],
+    "clang": ["-std=c99"],
+    "g++": ["-std=c++17"],
+    "clang++": ["-std=c++17"],
+    "nvcc": [],
+    "gfortran": ["-std=f2008"],
+}
+
+
+def find(compiler):
+    """Path of a compiler, or None; CC, CXX and FC take the place of gcc, g++ and gfortran."""
+    return shutil.which(os.environ.get(_VARIABLES.get(compiler, ""), compiler))
+
+
+def require(compiler):
+    """Path of a compiler; skips the test, saying so, where there is none."""
+    path = find(compiler)
+    if path is None:
+        pytest.skip(f"no {compiler} on this machine")
+    return path
+
+
+def compile_with(compiler, arguments):
+    """Run a compiler; its messages are the failure."""
+    warnings = [] if compiler == "nvcc" else WARNINGS
+    command = [
+        require(compiler),
+        *_FLAGS[compiler],
+        *warnings,
+        f"-I{INCLUDE}",
+        *map(str, arguments),
+    ]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert run.returncode == 0, f"{' '.join(command)}\n{run.stderr}"
+
+
+def build(compiler, sources, program, flags=()):
+    """Build a program and return its path."""
+    language = ["-x", "c++"] if compiler in ("g++", "clang++") else []
+    compile_with(compiler, [*language, *flags, *sources, "-o", program, "-lm"])
+    return Path(program)
+
+
+def run(program, *arguments, status=0, **environment):
+    """Run a program and return what it prints."""
+    done = subprocess.run(
+        [str(program), *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+        env=os.environ | environment,
+    )
+    assert done.returncode == status, done.stdout + done.stderr
+    return done.stdout
+
+
+class Report(ctypes.Structure):
+    """What a batch reports."""
+
+    _fields_ = [(name, ctypes.c_size_t) for name in ("row", "clamped_row", "clamped")]
+
+
+def load_library(source, flags=(), compiler="gcc"):
+    """Build a shared library with the functions of the header, and declare them to Python."""
+    path = Path(source).with_suffix(".so")
+    compile_with(compiler, [*flags, "-fPIC", "-shared", source, "-o", path, "-lm"])
+    library = ctypes.CDLL(str(path))
+    reals, integers = _array(np.float64), _array(np.int32)
+    table, size, seed = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64
+    keys = seed, _array(np.uint64), _array(np.uint32)
+    report = ctypes.POINTER(Report)
+    for name, arguments in {
+        "rbt_open": (ctypes.c_char_p, ctypes.POINTER(table)),
+        "rbt_open_memory": (ctypes.c_void_p, size, ctypes.POINTER(table)),
+        "rbt_close": (table,),
+        "rbt_draw_batch": (table, size, reals, reals, *keys, reals, report),
+        "rbt_components": (table, integers),
+        "rbt_pair": (table,),
+        "rbt_alpha_range": (table, reals),
+        "rbt_speed_range": (table, reals),
+    }.items():
+        getattr(library, name).argtypes = arguments
+    library.rbt_pair.restype = ctypes.c_char_p
+    return library
+
+
+def _array(dtype):
+    """Argument type of a contiguous numpy array, or None for NULL."""
+    kind = np.ctypeslib.ndpointer(dtype, flags="C_CONTIGUOUS")
+
+    def from_param(cls, value):
+        return None if value is None else kind.from_param(value)
+
+    return type("array", (kind,), {"from_param": classmethod(from_param)})
+
+
+def open_code(library, path):
+    """Code of opening a file, and the table."""
+    table = ctypes.c_void_p()
+    return library.rbt_open(str(path).encode(), ctypes.byref(table)), table
+
+
+@contextmanager
+def opened(library, path):
+    """Table of the C library, closed at the end."""
+    code, table = open_code(library, path)
+    assert code == 0
+    try:
+        yield table
+    finally:
+        library.rbt_close(table)
+
+
+def random_conditions(n, seed=1):
+    """Angles, speeds (one in five outside of the small tables), indices and hits."""
+    rng = np.random.default_rng(seed)
+    alpha1, speed = rng.uniform(0.3, 0.5 * np.pi, n), rng.uniform(45.0, 125.0, n)
+    index = rng.integers(0, 2**64, n, dtype=np.uint64)
+    return alpha1, speed, index, rng.integers(0, 2**32, n, dtype=np.uint32)

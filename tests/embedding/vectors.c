@@ -1,0 +1,125 @@
+/* Known-answer vectors through the C header: vectors TABLE.rbt VECTORS.txt TOLERANCE
+
+   Compiled as C and as C++. A tolerance of 0 asks for the same bits from every draw; rebounds, which
+   call atan2, cos and sin of the C library, may differ in the last digits. Prints the number of
+   cases, or the first case that fails. */
+
+#define REBOUND_SAMPLER_IMPLEMENTATION
+#include "rebound_sampler.h"
+
+#include <stdio.h>
+
+#define UNTOUCHED 12345.0
+#define LIBRARY_ROUNDING 1e-13
+
+static int next_numbers(char **text, int n, double *numbers)
+{
+    for (int k = 0; k < n; k++) {
+        char *end;
+        numbers[k] = strtod(*text, &end);
+        if (end == *text)
+            return 0;
+        *text = end;
+    }
+    return 1;
+}
+
+static uint64_t next_integer(char **text)
+{
+    return strtoull(*text, text, 10);
+}
+
+/* Whether results are as expected, or untouched where the code is an error. */
+static int agree(int code, int n, const double *got, const double *expected, double tolerance)
+{
+    double size = 1.0;
+    for (int k = 0; k < n; k++)
+        size = fmax(size, fabs(expected[k]));
+    for (int k = 0; k < n; k++) {
+        const double wanted = code < 0 ? UNTOUCHED : expected[k];
+        if (!(fabs(got[k] - wanted) <= tolerance * size))
+            return 0;
+    }
+    return 1;
+}
+
+static void set_untouched(int n, double *values)
+{
+    for (int k = 0; k < n; k++)
+        values[k] = UNTOUCHED;
+}
+
+static int check_draw(const rbt_table *table, char *text, double tolerance)
+{
+    double condition[2], expected[8], values[8], state[6], row[6];
+    if (!next_numbers(&text, 2, condition))
+        return 0;
+    const uint64_t seed = next_integer(&text), index = next_integer(&text);
+    const uint32_t hit = (uint32_t)next_integer(&text);
+    const int code = (int)strtol(text, &text, 10);
+    if (!next_numbers(&text, 8, expected))
+        return 0;
+    set_untouched(8, values);
+    set_untouched(6, state);
+    set_untouched(6, row);
+    rbt_report report;
+    const int codes[3] = {
+        rbt_draw_all(table, condition[0], condition[1], seed, index, hit, values),
+        rbt_draw(table, condition[0], condition[1], seed, index, hit, state),
+        rbt_draw_batch(table, 1, condition, condition + 1, seed, &index, &hit, row, &report),
+    };
+    return codes[0] == code && codes[1] == code && codes[2] == code &&
+           report.row == (code < 0 ? 0u : 1u) && report.clamped == (code > 0 ? 1u : 0u) &&
+           report.clamped_row == (code > 0 ? 0u : 1u) &&
+           agree(code, 8, values, expected, tolerance) &&
+           agree(code, 6, state, expected, tolerance) && agree(code, 6, row, expected, tolerance);
+}
+
+static int check_rebound(const rbt_table *table, char *text, double tolerance)
+{
+    double given[10], expected[6], result[6];
+    if (!next_numbers(&text, 10, given))
+        return 0;
+    const uint64_t seed = next_integer(&text), index = next_integer(&text);
+    const uint32_t hit = (uint32_t)next_integer(&text);
+    const int code = (int)strtol(text, &text, 10);
+    if (!next_numbers(&text, 6, expected))
+        return 0;
+    set_untouched(6, result);
+    const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, seed, index, hit,
+                                result, result + 3);
+    tolerance = fmax(tolerance, LIBRARY_ROUNDING);
+    return got == code && agree(code, 3, result, expected, tolerance) &&
+           agree(code, 3, result + 3, expected + 3, tolerance);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 4)
+        return 2;
+    rbt_table *table;
+    const int code = rbt_open(argv[1], &table);
+    FILE *file = fopen(argv[2], "r");
+    if (code < 0 || !file) {
+        fprintf(stderr, "%s: %s\n", argv[1], code < 0 ? rbt_strerror(code) : "no vectors");
+        return 1;
+    }
+    const double tolerance = strtod(argv[3], NULL);
+    char line[1024];
+    int cases = 0, failed = 0;
+    while (!failed && fgets(line, sizeof line, file)) {
+        const int holds = strncmp(line, "draw ", 5) == 0
+                              ? check_draw(table, line + 5, tolerance)
+                              : strncmp(line, "rebound ", 8) == 0 &&
+                                    check_rebound(table, line + 8, tolerance);
+        failed = !holds;
+        cases++;
+        if (failed)
+            printf("case %d fails: %s", cases, line);
+    }
+    fclose(file);
+    rbt_close(table);
+    if (!failed)
+        printf("%d cases\n", cases);
+    return failed;
+}
