@@ -278,7 +278,7 @@ contains
     end if
   end function rbt_draw_batch
 
-  ! Rebound one particle, in the lab frame.
+  ! Rebound one particle, in the lab frame; results must be other variables than arguments.
   function rbt_rebound(table, velocity, normal, half_size, wall_velocity, seed, index, hit, &
       new_velocity, omega) result(code)
     type(rbt_table), intent(in) :: table
