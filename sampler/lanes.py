@@ -103,7 +103,7 @@ def locate_block(axis, values, nodes, weights):
 
 @borrowing_inline_kernel
 def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records, functions):
-    """Take steps 2 and 3: weights of the corners, record of the component, functions of its class."""
+    """Take steps 2 and 3: corner weights, record of the component, functions of its class."""
     node, column = _local_integers(), _local_integers()
     fraction, entry, kind = _local_integers(), _local_integers(), _local_integers()
     speeds, n_components = np.int32(arrays.speed.nodes), np.int32(arrays.n_components)
