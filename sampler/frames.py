@@ -12,20 +12,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from sampler.arrays import TableArrays
-from sampler.batch import (
-    BLOCK,
-    choose_one,
-    fill_normals,
-    fill_words,
-    finish_one,
-    item,
-    local_block_entries,
-    local_places,
-    local_positions,
-    local_weights,
-    local_words,
-    mix_one,
-)
+from sampler.batch import item
 from sampler.intrinsics import local_array
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from sampler.kernel import (
@@ -36,9 +23,16 @@ from sampler.kernel import (
     OK,
     SPEED_NOT_POSITIVE,
     draw,
-    local_record,
-    local_values,
     status_of,
+)
+from sampler.kernel import local_values as local_state
+from sampler.lanes import (
+    BLOCK,
+    draw_block,
+    fill_words,
+    local_conditions,
+    local_values,
+    local_words,
 )
 from sampler.philox import philox_block, uniform
 
@@ -261,32 +255,31 @@ def rebound_batch(
     Arrays have n rows or one; `results` has shape (n, 6): velocity and angular velocity.
     Returns the same four numbers as `sampler.batch.draw_batch`.
     """
-    words, values, places = local_words(), local_positions(), local_places()
-    weights, factors, result = local_weights(), local_record(), local_values()
-    entries, straight = local_block_entries(), _local_flags()
+    words, angles, velocities = local_words(), local_conditions(), local_conditions()
+    drawn, result, straight = local_values(), local_state(), _local_flags()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        fill_words(len(arrays.channels), seed, index, hit, first, count, words)
-        for r in range(count):
-            k = first + r
+        for r in range(BLOCK):
+            # a block that is not full repeats its last draw
+            k = first + min(r, count - 1)
             given = (_vector(velocity, k), _vector(normal, k), item(half_size, k))
             status, alpha1, speed, tangential = impact(*given, _vector(wall_velocity, k))
             status = status_of(arrays, alpha1, speed) if status == OK else status
             if status < OK:
                 return k, status, first_clamped, clamped
-            if status == CLAMPED:
+            if status == CLAMPED and r < count:
                 clamped += 1
                 first_clamped = k if first_clamped < 0 else first_clamped
             straight[r] = tangential <= NORMAL_IMPACT * speed
-            choose_one(arrays, alpha1, speed, words, r, places, weights)
-        fill_normals(arrays, words, values)
-        for r in range(count):
-            mix_one(arrays, words, r, places, values, factors, entries)
+            angles[np.uint64(r)], velocities[np.uint64(r)] = alpha1, speed
+        fill_words(len(arrays.channels), seed, index, hit, first, count, words)
+        draw_block(arrays, words, angles, velocities, drawn)
         for r in range(count):
             k = first + r
-            finish_one(arrays, r, places, weights, entries, values, result)
+            for component in range(6):
+                result[component] = drawn[np.uint64(component * BLOCK + r)]
             azimuth = _azimuth(seed, item(index, k), item(hit, k)) if straight[r] else 0.0
             given = (_vector(velocity, k), _vector(normal, k), item(half_size, k))
             _to_lab(*given, _vector(wall_velocity, k), straight[r], azimuth, result)

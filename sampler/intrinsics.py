@@ -127,3 +127,35 @@ def mean_of_corners(typingctx, steps, entry, fraction, weights):
 
     number = types.float64
     return number(steps, types.intp, number, types.UniTuple(number, 4)), emit
+
+
+@_operation
+def bits_of(typingctx, value):
+    """Get the bits of a float64, as uint64."""
+
+    def emit(context, builder, sig, args):
+        return builder.bitcast(args[0], ir.IntType(64))
+
+    return types.uint64(types.float64), emit
+
+
+@_operation
+def real_of_bits(typingctx, bits):
+    """Make the float64 of these bits, a uint64."""
+
+    def emit(context, builder, sig, args):
+        return builder.bitcast(args[0], ir.DoubleType())
+
+    return types.float64(types.uint64), emit
+
+
+@_operation
+def read_pair(typingctx, array, index):
+    """Read two neighbours of 16 bits as one int32; element ``index`` is its lower half."""
+
+    def emit(context, builder, sig, args):
+        source = arrayobj.make_array(sig.args[0])(context, builder, args[0])
+        place = builder.gep(source.data, [args[1]])
+        return builder.load(builder.bitcast(place, _WORD.as_pointer()), align=2)
+
+    return types.int32(array, types.intp), emit

@@ -15,9 +15,9 @@
        rbt_close(table);
 
    The file is what `tablegen export T.h5 --output T.rbt` writes. Equal arguments give the states
-   that the Python package gives. Compiled with contraction to fused multiply-add switched off
-   (-ffp-contract=off; the default of gcc -std=c99 and of all compilers without -march flags) states
-   have the same bits; otherwise they differ by rounding.
+   that the Python package gives, with the same bits whatever the compiler flags; but with
+   -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
+   rounding.
 
    Angles are in radians, everything else in SI units. A state is u, v, w over V and omega_x,
    omega_y, omega_z times a/V (V: impact speed, a: largest half-size of the particle) in the frame
@@ -222,6 +222,14 @@ RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy);
 #include <stdio.h>
 #endif
 
+/* No multiplication is fused with an addition, so that states have the bits of Python's. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && !defined(__CUDACC__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -232,6 +240,18 @@ extern "C" {
 #else
 #define RBTI_INLINE static inline
 #define RBTI_ALIGNED
+#endif
+
+/* Versions of a function for processors with wide vectors, of which the loader takes the one for the
+   processor at hand: batches take half the time, whatever flags the program is compiled with. */
+#if !defined(RBT_NO_CLONES) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 &&        \
+    defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(__CUDACC__) &&     \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define RBTI_CLONES                                                                                \
+    __attribute__((optimize("O3", "fp-contract=off"),                                              \
+                   target_clones("arch=x86-64-v4", "avx2", "default")))
+#else
+#define RBTI_CLONES
 #endif
 
 #if defined(__GNUC__) && !defined(__CUDA_ARCH__)
@@ -358,6 +378,9 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_column(uint32_t w0, uint32_t columns, uint32
     return (int32_t)(product >> 16);
 }
 
+/* Pairs of 16-bit numbers in the longest record, of 8 channels. */
+#define RBTI_PAIRS 23
+
 /* Where a draw reads: first number of its component's record, first function of its class among
    the quantile functions of its cell, weights of the four nodes. */
 typedef struct rbti_place {
@@ -406,23 +429,25 @@ RBTI_INLINE int32_t rbti_signed(uint32_t word)
     return (int32_t)(word << 16) >> 16;
 }
 
-/* Replace normals by fractional knots of the variates mean + L n. */
-RBTI_INLINE RBT_DEVICE void rbti_mix(const rbt_table *table, int32_t record, uint32_t w1,
+/* Replace normals of n channels by fractional knots of the variates mean + L n. */
+RBTI_INLINE RBT_DEVICE void rbti_mix(const rbt_table *table, int32_t n, int32_t record, uint32_t w1,
                                      double *values)
 {
     const int16_t *numbers = table->components + record;
-    const int32_t n = table->n_channels;
-    const double sign = (double)(w1 & 4095u) < (double)numbers[0] ? -1.0 : 1.0;
     const double last = table->n_knots - 1.0;
+    double factors[2 * RBTI_PAIRS];
+    for (int32_t k = 0; k < 1 + n + n * (n + 1) / 2; k++)
+        factors[k] = numbers[k];
+    const double limit = (double)(int32_t)(w1 & 4095u);
+    const double unit[2] = {RBTI_UNIT, limit < factors[0] ? -RBTI_UNIT : RBTI_UNIT};
     for (int32_t row = n - 1; row >= 0; row--) {
         /* from the last row upwards, so that each row still finds the normals it needs */
-        const int16_t *factors = numbers + 1 + n + row * (row + 1) / 2;
-        double z = numbers[1 + row];
+        const double *factor = factors + 1 + n + row * (row + 1) / 2;
+        double z = factors[1 + row];
         for (int32_t column = 0; column <= row; column++)
-            z += factors[column] * values[column];
+            z += factor[column] * values[column];
         const int channel = table->channels[row];
-        const int mirrored = channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED;
-        z *= RBTI_UNIT * (mirrored ? sign : 1.0);
+        z *= unit[channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED];
         double position = (z + table->variate_max) * table->variate_scale;
         position = position > 0.0 ? position : 0.0;
         values[row] = position < last ? position : last;
@@ -468,30 +493,14 @@ RBTI_INLINE RBT_DEVICE void rbti_to_state(double values[RBT_VALUES])
     values[7] = floor(values[7]);
 }
 
-RBTI_INLINE RBT_DEVICE void rbti_state(const rbt_table *table, const rbti_place *place,
-                                       const double *positions, double values[RBT_VALUES])
+/* A draw at a condition that may be drawn at; n is the number of channels, which the compiler knows
+   for the commonest tables. */
+RBTI_INLINE RBT_DEVICE void rbti_draw_one(const rbt_table *table, int32_t n, double alpha1,
+                                          double speed, uint64_t seed, uint64_t index, uint32_t hit,
+                                          double values[RBT_VALUES])
 {
-    for (int k = 0; k < RBT_VALUES; k++)
-        values[k] = 0.0;
-    for (int32_t row = 0; row < table->n_channels; row++) {
-        if (table->marginals[row] >= 0)
-            values[table->channels[row]] =
-                rbti_quantile(table, place->functions + table->marginals[row], positions[row],
-                              place->weights);
-    }
-    rbti_to_state(values);
-}
-
-RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, double speed,
-                                     uint64_t seed, uint64_t index, uint32_t hit,
-                                     double values[RBT_VALUES])
-{
-    const int status = rbti_status(table, alpha1, speed);
-    if (status < RBT_OK)
-        return status;
     /* words 8 and 11 belong to no channel: the azimuth of a normal impact is made of word 8 */
     uint32_t words[12];
-    const int32_t n = table->n_channels;
     rbti_block_of(seed, index, hit, 0, words);
     if (n > 2)
         rbti_block_of(seed, index, hit, 1, words + 4);
@@ -503,8 +512,29 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
     double positions[RBT_VALUES];
     for (int32_t row = 0; row < n; row++)
         positions[row] = rbti_normal(table->normals, words[row < 6 ? 2 + row : 3 + row]);
-    rbti_mix(table, place.record, words[1], positions);
-    rbti_state(table, &place, positions, values);
+    rbti_mix(table, n, place.record, words[1], positions);
+    for (int k = 0; k < RBT_VALUES; k++)
+        values[k] = 0.0;
+    for (int32_t row = 0; row < n; row++) {
+        if (table->marginals[row] >= 0)
+            values[table->channels[row]] =
+                rbti_quantile(table, place.functions + table->marginals[row], positions[row],
+                              place.weights);
+    }
+    rbti_to_state(values);
+}
+
+RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, double speed,
+                                     uint64_t seed, uint64_t index, uint32_t hit,
+                                     double values[RBT_VALUES])
+{
+    const int status = rbti_status(table, alpha1, speed);
+    if (status < RBT_OK)
+        return status;
+    if (table->n_channels == 6)
+        rbti_draw_one(table, 6, alpha1, speed, seed, index, hit, values);
+    else
+        rbti_draw_one(table, table->n_channels, alpha1, speed, seed, index, hit, values);
     return status;
 }
 
@@ -538,8 +568,6 @@ RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, doubl
    the step before. The arithmetic of a draw is that of rbti_draw. */
 
 #define RBTI_BLOCK ((size_t)32)
-/* pairs of 16-bit numbers in the longest record, of 8 channels */
-#define RBTI_PAIRS 23
 
 typedef struct rbti_draws {
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];
@@ -882,6 +910,7 @@ RBTI_INLINE size_t rbti_conditions(const rbt_table *table, const double *alpha1,
     return most;
 }
 
+RBTI_CLONES
 RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha1,
                            const double *speed, uint64_t seed, const uint64_t *index,
                            const uint32_t *hit, double *states, rbt_report *report)
@@ -1686,6 +1715,10 @@ RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy)
 
 #ifdef __cplusplus
 }
+#endif
+
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__CUDACC__)
+#pragma GCC pop_options
 #endif
 
 #endif /* REBOUND_SAMPLER_IMPLEMENTATION */

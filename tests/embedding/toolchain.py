@@ -14,6 +14,7 @@ from sampler.locate import include_directory
 
 INCLUDE = include_directory()
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow"]
+FORTRAN_WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wimplicit-interface"]
 
 _VARIABLES = {"gcc": "CC", "g++": "CXX", "gfortran": "FC"}
 _FLAGS = {
@@ -41,7 +42,7 @@ def require(compiler):
 
 def compile_with(compiler, arguments):
     """Run a compiler; its messages are the failure."""
-    warnings = [] if compiler == "nvcc" else WARNINGS
+    warnings = {"nvcc": [], "gfortran": FORTRAN_WARNINGS}.get(compiler, WARNINGS)
     command = [
         require(compiler),
         *_FLAGS[compiler],

@@ -9,7 +9,15 @@ from synthetic_table import make_contents
 import sampler
 from sampler.errors import InputError, TableError
 from sampler.image import image_bytes, read_image, write_image
-from sampler.image_layout import ALIGNMENT, ARRAYS, HEADER_DTYPE, REASONS, field_offset
+from sampler.image_layout import (
+    ALIGNMENT,
+    ARRAYS,
+    HEADER_DTYPE,
+    REASONS,
+    field_offset,
+    layout_text,
+)
+from sampler.locate import include_directory
 
 
 @pytest.fixture(scope="module")
@@ -112,3 +120,8 @@ def test_draws_from_an_image_are_those_of_the_table(contents, table, tmp_path):
         key = np.uint64(3), np.uint64(index), np.uint32(0)
         assert sampler.draw(arrays, 0.7, 99.0, *key, state) == 0
         np.testing.assert_array_equal(state, table.sample(0.7, 99.0, seed=3, index=index)[0])
+
+
+def test_the_page_lists_the_fields_of_the_description():
+    page = include_directory() / "README.md"
+    assert page.read_text(encoding="utf-8").endswith(layout_text())

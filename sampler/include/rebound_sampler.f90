@@ -1,0 +1,311 @@
+! Rebounds of non-spherical particles, drawn from a table, in Fortran 2008.
+!
+! A module over rebound_sampler.h; compile that beside it from a C file of two lines:
+!
+!     #define REBOUND_SAMPLER_IMPLEMENTATION
+!     #include "rebound_sampler.h"
+!
+! and link both with the C mathematics library (-lm). What functions do, and what they return, is
+! said in the header; names, order of arguments and codes are the same. Angles are in radians,
+! everything else is in SI units. Unsigned integers of C are the integers of equal size here, with the
+! same bits: index -1 is the largest there.
+!
+! Any number of threads may draw from one table at once; rbt_open and rbt_close of one table must not
+! run beside other calls with it.
+module rebound_sampler
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, &
+      c_int32_t, c_int64_t, c_null_char, c_null_ptr, c_ptr, c_size_t
+  implicit none
+  private
+
+  public :: rbt_table, rbt_report
+  public :: rbt_open, rbt_close, rbt_strerror, rbt_is_open
+  public :: rbt_alpha_range, rbt_speed_range, rbt_components, rbt_pair
+  public :: rbt_draw, rbt_draw_all, rbt_draw_batch, rbt_rebound
+
+  ! Codes of draws.
+  integer(c_int), parameter, public :: &
+      RBT_OK = 0, RBT_CLAMPED = 1, RBT_NOT_FINITE = -1, RBT_NOT_APPROACHING = -2, &
+      RBT_SPEED_NOT_POSITIVE = -3, RBT_NORMAL_NOT_USABLE = -4, RBT_HALF_SIZE_NOT_POSITIVE = -5
+
+  ! Codes of files.
+  integer(c_int), parameter, public :: &
+      RBT_NOT_OPENED = -10, RBT_NOT_READ = -11, RBT_NO_MEMORY = -12, RBT_BIG_ENDIAN = -13, &
+      RBT_FORMAT = -14, RBT_VERSION = -15, RBT_SIZE = -16, RBT_CHECKSUM = -17, &
+      RBT_DIMENSIONS = -18, RBT_NAMES = -19, RBT_OFFSETS = -20, RBT_AXES = -21, &
+      RBT_COORDINATES = -22, RBT_NORMALS = -23, RBT_ALIAS = -24, RBT_CLASSES = -25, &
+      RBT_COMPONENTS_WRONG = -26, RBT_SPANS = -27, RBT_QUANTILES = -28
+
+  ! Most components that a state can have.
+  integer, parameter, public :: RBT_VALUES = 8
+
+  ! A table in memory: opened by rbt_open, ended by rbt_close. Copies are the same table.
+  type :: rbt_table
+    private
+    type(c_ptr) :: handle = c_null_ptr
+  end type rbt_table
+
+  ! What a batch reports. Rows count from 1; 0 stands for none.
+  type :: rbt_report
+    integer(c_size_t) :: row = 0          ! first row with an error
+    integer(c_size_t) :: clamped_row = 0  ! first clamped row
+    integer(c_size_t) :: clamped = 0      ! number of clamped rows
+  end type rbt_report
+
+  type, bind(c) :: c_report
+    integer(c_size_t) :: row, clamped_row, clamped
+  end type c_report
+
+  interface
+    function c_open(path, table) result(code) bind(c, name="rbt_open")
+      import :: c_char, c_int, c_ptr
+      character(kind=c_char), intent(in) :: path(*)
+      type(c_ptr), intent(out) :: table
+      integer(c_int) :: code
+    end function c_open
+
+    subroutine c_close(table) bind(c, name="rbt_close")
+      import :: c_ptr
+      type(c_ptr), value :: table
+    end subroutine c_close
+
+    function c_strerror(code) result(text) bind(c, name="rbt_strerror")
+      import :: c_int, c_ptr
+      integer(c_int), value :: code
+      type(c_ptr) :: text
+    end function c_strerror
+
+    function c_pair(table) result(text) bind(c, name="rbt_pair")
+      import :: c_ptr
+      type(c_ptr), value :: table
+      type(c_ptr) :: text
+    end function c_pair
+
+    function c_strlen(text) result(length) bind(c, name="strlen")
+      import :: c_ptr, c_size_t
+      type(c_ptr), value :: text
+      integer(c_size_t) :: length
+    end function c_strlen
+
+    subroutine c_alpha_range(table, range) bind(c, name="rbt_alpha_range")
+      import :: c_double, c_ptr
+      type(c_ptr), value :: table
+      real(c_double), intent(out) :: range(2)
+    end subroutine c_alpha_range
+
+    subroutine c_speed_range(table, range) bind(c, name="rbt_speed_range")
+      import :: c_double, c_ptr
+      type(c_ptr), value :: table
+      real(c_double), intent(out) :: range(2)
+    end subroutine c_speed_range
+
+    function c_components(table, columns) result(n) bind(c, name="rbt_components")
+      import :: c_int, c_ptr
+      type(c_ptr), value :: table
+      integer(c_int), intent(out) :: columns(8)
+      integer(c_int) :: n
+    end function c_components
+
+    function c_draw(table, alpha1, speed, seed, index, hit, state) result(code) &
+        bind(c, name="rbt_draw")
+      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: table
+      real(c_double), value :: alpha1, speed
+      integer(c_int64_t), value :: seed, index
+      integer(c_int32_t), value :: hit
+      real(c_double), intent(inout) :: state(6)
+      integer(c_int) :: code
+    end function c_draw
+
+    function c_draw_all(table, alpha1, speed, seed, index, hit, values) result(code) &
+        bind(c, name="rbt_draw_all")
+      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: table
+      real(c_double), value :: alpha1, speed
+      integer(c_int64_t), value :: seed, index
+      integer(c_int32_t), value :: hit
+      real(c_double), intent(inout) :: values(8)
+      integer(c_int) :: code
+    end function c_draw_all
+
+    function c_draw_batch(table, n, alpha1, speed, seed, index, hit, states, report) &
+        result(code) bind(c, name="rbt_draw_batch")
+      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr, c_report, c_size_t
+      type(c_ptr), value :: table
+      integer(c_size_t), value :: n
+      real(c_double), intent(in) :: alpha1(*), speed(*)
+      integer(c_int64_t), value :: seed
+      integer(c_int64_t), intent(in) :: index(*)
+      integer(c_int32_t), intent(in) :: hit(*)
+      real(c_double), intent(inout) :: states(6, *)
+      type(c_report), intent(out) :: report
+      integer(c_int) :: code
+    end function c_draw_batch
+
+    function c_rebound(table, velocity, normal, half_size, wall_velocity, seed, index, hit, &
+        new_velocity, omega) result(code) bind(c, name="rbt_rebound")
+      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: table
+      real(c_double), intent(in) :: velocity(3), normal(3), wall_velocity(3)
+      real(c_double), value :: half_size
+      integer(c_int64_t), value :: seed, index
+      integer(c_int32_t), value :: hit
+      real(c_double), intent(inout) :: new_velocity(3), omega(3)
+      integer(c_int) :: code
+    end function c_rebound
+  end interface
+
+contains
+
+  ! Open a table image (.rbt) and check everything in it.
+  function rbt_open(path, table) result(code)
+    character(len=*), intent(in) :: path  ! trailing blanks do not count
+    type(rbt_table), intent(out) :: table
+    integer(c_int) :: code
+    character(kind=c_char) :: text(len_trim(path) + 1)
+    integer :: k
+
+    do k = 1, len_trim(path)
+      text(k) = path(k:k)
+    end do
+    text(len_trim(path) + 1) = c_null_char
+    code = c_open(text, table%handle)
+  end function rbt_open
+
+  ! Whether a table is open.
+  function rbt_is_open(table) result(answer)
+    type(rbt_table), intent(in) :: table
+    logical :: answer
+
+    answer = c_associated(table%handle)
+  end function rbt_is_open
+
+  ! End a table, which is closed afterwards; one that is closed may be given.
+  subroutine rbt_close(table)
+    type(rbt_table), intent(inout) :: table
+
+    call c_close(table%handle)
+    table%handle = c_null_ptr
+  end subroutine rbt_close
+
+  ! One line on a return code.
+  function rbt_strerror(code) result(text)
+    integer(c_int), intent(in) :: code
+    character(len=:), allocatable :: text
+
+    text = fortran_text(c_strerror(code))
+  end function rbt_strerror
+
+  ! Name of the material pair.
+  function rbt_pair(table) result(text)
+    type(rbt_table), intent(in) :: table
+    character(len=:), allocatable :: text
+
+    text = fortran_text(c_pair(table%handle))
+  end function rbt_pair
+
+  ! Smallest and largest impact angle, rad.
+  function rbt_alpha_range(table) result(range)
+    type(rbt_table), intent(in) :: table
+    real(c_double) :: range(2)
+
+    call c_alpha_range(table%handle, range)
+  end function rbt_alpha_range
+
+  ! Smallest and largest impact speed, m/s.
+  function rbt_speed_range(table) result(range)
+    type(rbt_table), intent(in) :: table
+    real(c_double) :: range(2)
+
+    call c_speed_range(table%handle, range)
+  end function rbt_speed_range
+
+  ! Components that the table gives, as places in a state from 1 (u) to 8 (number of collisions).
+  function rbt_components(table) result(places)
+    type(rbt_table), intent(in) :: table
+    integer, allocatable :: places(:)
+    integer(c_int) :: columns(RBT_VALUES), n
+
+    n = c_components(table%handle, columns)
+    places = columns(:n) + 1
+  end function rbt_components
+
+  ! Draw one state: u, v, w over V and omega_x, omega_y, omega_z times a/V.
+  function rbt_draw(table, alpha1, speed, seed, index, hit, state) result(code)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in) :: alpha1, speed   ! rad from the wall; m/s
+    integer(c_int64_t), intent(in) :: seed, index
+    integer(c_int32_t), intent(in) :: hit
+    real(c_double), intent(inout) :: state(6)     ! as it was after an error
+    integer(c_int) :: code
+
+    code = c_draw(table%handle, alpha1, speed, seed, index, hit, state)
+  end function rbt_draw
+
+  ! The same with all components that a table can have.
+  function rbt_draw_all(table, alpha1, speed, seed, index, hit, values) result(code)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in) :: alpha1, speed
+    integer(c_int64_t), intent(in) :: seed, index
+    integer(c_int32_t), intent(in) :: hit
+    real(c_double), intent(inout) :: values(8)
+    integer(c_int) :: code
+
+    code = c_draw_all(table%handle, alpha1, speed, seed, index, hit, values)
+  end function rbt_draw_all
+
+  ! Draw a state for each column of states(6, n); faster than one by one.
+  function rbt_draw_batch(table, alpha1, speed, seed, index, hit, states, report) result(code)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in), contiguous :: alpha1(:), speed(:)
+    integer(c_int64_t), intent(in) :: seed
+    integer(c_int64_t), intent(in), contiguous :: index(:)
+    integer(c_int32_t), intent(in), contiguous :: hit(:)
+    real(c_double), intent(inout), contiguous :: states(:, :)
+    type(rbt_report), intent(out), optional :: report
+    integer(c_int) :: code
+    integer(c_size_t) :: n
+    type(c_report) :: found
+
+    n = size(alpha1, kind=c_size_t)
+    if (size(states, 1) /= 6 .or. any([size(speed), size(index), size(hit), size(states, 2)] &
+        /= size(alpha1))) error stop "rbt_draw_batch: arrays of unequal length"
+    code = c_draw_batch(table%handle, n, alpha1, speed, seed, index, hit, states, found)
+    if (present(report)) then
+      report%clamped = found%clamped
+      if (found%row < n) report%row = found%row + 1
+      if (found%clamped_row < n) report%clamped_row = found%clamped_row + 1
+    end if
+  end function rbt_draw_batch
+
+  ! Rebound one particle, in the lab frame; results must be other variables than arguments.
+  function rbt_rebound(table, velocity, normal, half_size, wall_velocity, seed, index, hit, &
+      new_velocity, omega) result(code)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; from the wall into the gas
+    real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
+    real(c_double), intent(in) :: wall_velocity(3)        ! m/s
+    integer(c_int64_t), intent(in) :: seed, index
+    integer(c_int32_t), intent(in) :: hit
+    real(c_double), intent(inout) :: new_velocity(3), omega(3)  ! m/s, rad/s
+    integer(c_int) :: code
+
+    code = c_rebound(table%handle, velocity, normal, half_size, wall_velocity, seed, index, hit, &
+        new_velocity, omega)
+  end function rbt_rebound
+
+  ! Copy of a text of C, which ends with a null character.
+  function fortran_text(pointer_to_c) result(text)
+    type(c_ptr), intent(in) :: pointer_to_c
+    character(len=:), allocatable :: text
+    character(kind=c_char), pointer :: characters(:)
+    integer :: k
+
+    call c_f_pointer(pointer_to_c, characters, [c_strlen(pointer_to_c)])
+    allocate (character(len=size(characters)) :: text)
+    do k = 1, size(characters)
+      text(k:k) = characters(k)
+    end do
+  end function fortran_text
+
+end module rebound_sampler

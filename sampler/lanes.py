@@ -1,0 +1,317 @@
+"""The steps of a draw, each for a block of draws side by side.
+
+Every step is a loop over arrays of `BLOCK` numbers without branches, which the compiler turns into
+vector instructions; what a step reads at scattered places was asked for by the step before. The
+arithmetic of a draw is that of `sampler.kernel`, number by number. An array of several numbers a
+draw has number k of draw r at ``k * BLOCK + r``.
+"""
+
+import math
+
+import numpy as np
+from numba import types
+
+from sampler.channels import END_MIRRORED, FIRST_MIRRORED
+from sampler.encoding import MIXTURE_SCALE
+from sampler.intrinsics import bits_of, local_array, prefetch, read_pair, real_of_bits
+from sampler.jit import borrowing_inline_kernel
+from sampler.kernel import N_VALUES
+
+#: Draws of a block.
+BLOCK = 32
+
+_LOW = np.uint64(0xFFFFFFFF)
+_HALF = np.uint64(32)
+_M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+_W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
+_UNIT = 1.0 / MIXTURE_SCALE
+_CORNER_UNIT = 2.0**-20
+_MANTISSA = np.uint64(0xFFFFFFFFFFFFF)
+_ONE_BITS = np.uint64(0x3FF0000000000000)
+#: Pairs of 16-bit numbers in the longest record, of 8 channels.
+_PAIRS = 23
+
+_local_longs = local_array(types.uint64, BLOCK)
+_local_integers = local_array(types.int32, BLOCK)
+_local_reals = local_array(types.float64, BLOCK)
+_local_cubics = local_array(types.float64, 4 * BLOCK)
+_local_pairs = local_array(types.int32, _PAIRS * BLOCK)
+_local_factors = local_array(types.float64, 2 * _PAIRS * BLOCK)
+_local_corners = local_array(types.int32, 4 * BLOCK)
+local_words = local_array(types.uint32, 12 * BLOCK)
+local_conditions = local_array(types.float64, BLOCK)
+local_nodes = local_array(types.int32, BLOCK)
+local_weights = local_array(types.float64, 4 * BLOCK)
+local_values = local_array(types.float64, N_VALUES * BLOCK)
+local_entries = local_array(types.int32, N_VALUES * BLOCK)
+
+
+@borrowing_inline_kernel
+def fill_words(n_channels, seed, index, hit, first, count, words):
+    """Write the random words of a block, as `sampler.philox`; one not full repeats its last draw.
+
+    Words lie in the lower halves of 64 bits, so that products need no rearrangement.
+    """
+    c0, c1, c2, c3 = _local_longs(), _local_longs(), _local_longs(), _local_longs()
+    blocks = 1 if n_channels <= 2 else (2 if n_channels <= 6 else 3)
+    for block in range(blocks):
+        for r in range(BLOCK):
+            k = np.uint64(first + min(r, count - 1))
+            i = index[k] if index.size > 1 else index[0]
+            at = np.uint64(r)
+            c0[at], c1[at] = i, i >> _HALF
+            c2[at] = hit[k] if hit.size > 1 else hit[0]
+            c3[at] = np.uint64(block)
+        key0, key1 = seed & _LOW, seed >> _HALF
+        for _ in range(10):
+            for n in range(BLOCK):
+                at = np.uint64(n)
+                p0, p1 = (c0[at] & _LOW) * _M0, (c2[at] & _LOW) * _M1
+                c0[at] = (p1 >> _HALF) ^ c1[at] ^ key0
+                c1[at] = p1
+                c2[at] = (p0 >> _HALF) ^ c3[at] ^ key1
+                c3[at] = p0
+            key0, key1 = (key0 + _W0) & _LOW, (key1 + _W1) & _LOW
+        base = 4 * block * BLOCK
+        for n in range(BLOCK):
+            at = np.uint64(n)
+            words[np.uint64(base + n)] = np.uint32(c0[at])
+            words[np.uint64(base + BLOCK + n)] = np.uint32(c1[at])
+            words[np.uint64(base + 2 * BLOCK + n)] = np.uint32(c2[at])
+            words[np.uint64(base + 3 * BLOCK + n)] = np.uint32(c3[at])
+
+
+@borrowing_inline_kernel
+def locate_block(axis, values, nodes, weights):
+    """Take step 1: lower node, and weight of the upper one."""
+    table = axis.coordinate
+    end = table.size - 1.0
+    last = np.int32(table.size - 2)
+    offset, top = np.int32(axis.offset), np.int32(axis.nodes - 2)
+    most = 1.0 if axis.nodes > 1 else 0.0
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        position = (min(max(values[r], axis.first), axis.last) - axis.origin) * axis.scale
+        position = min(max(position, 0.0), end)
+        k = min(np.int32(position), last)
+        below = table[np.uint64(k)]
+        x = below + (position - k) * (table[np.uint64(k) + np.uint64(1)] - below)
+        lower = max(min(np.int32(np.int32(x) - offset), top), np.int32(0))
+        nodes[r] = lower
+        weights[r] = min(max(x - (lower + offset), 0.0), most)
+
+
+@borrowing_inline_kernel
+def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records, functions):
+    """Take steps 2 and 3: corner weights, record of the component, functions of its class."""
+    node, column = _local_integers(), _local_integers()
+    fraction, entry, kind = _local_integers(), _local_integers(), _local_integers()
+    speeds, n_components = np.int32(arrays.speed.nodes), np.int32(arrays.n_components)
+    last_alpha, last_speed = np.int32(arrays.alpha.nodes - 1), np.int32(speeds - 1)
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        w0, w1 = (1.0 - t[r]) * (1.0 - s[r]), (1.0 - t[r]) * s[r]
+        w2 = t[r] * (1.0 - s[r])
+        weights[r], weights[np.uint64(BLOCK + n)] = w0, w1
+        weights[np.uint64(2 * BLOCK + n)] = w2
+        weights[np.uint64(3 * BLOCK + n)] = t[r] * s[r]
+        w = words[np.uint64(BLOCK + n)]
+        place = (np.float64(np.int32(w >> np.uint32(12))) + 0.5) * _CORNER_UNIT
+        upper_alpha = place >= w0 + w1
+        upper_speed = place >= (w0 + w1 + w2 if upper_alpha else w0)
+        i = min(np.int32(alpha_nodes[r] + np.int32(upper_alpha)), last_alpha)
+        j = min(np.int32(speed_nodes[r] + np.int32(upper_speed)), last_speed)
+        node[r] = i * speeds + j
+        # the whole part of w n / 2^32, and 16 bits of the rest, in 32 bits
+        w = words[r]
+        k = np.uint32(n_components)
+        high = np.uint32(np.uint32(w >> np.uint32(16)) * k)
+        product = np.uint32(
+            high + np.uint32(np.uint32(np.uint32(w & np.uint32(0xFFFF)) * k) >> np.uint32(16))
+        )
+        column[r] = np.int32(product >> np.uint32(16))
+        fraction[r] = np.int32(product & np.uint32(0xFFFF))
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        prefetch(arrays.alias, np.int64(node[r] * n_components + column[r]))
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        entry[r] = np.int32(arrays.alias[np.uint64(node[r] * n_components + column[r])])
+        kind[r] = 0
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        e = np.uint32(entry[r])
+        stays = fraction[r] < np.int32(e >> np.uint32(16))
+        column[r] = column[r] if stays else np.int32(e & np.uint32(0xFFFF))
+    for c in range(1, arrays.n_classes):
+        for n in range(BLOCK):
+            r = np.uint64(n)
+            first = np.int32(arrays.first_of_class[np.uint64(node[r] * arrays.n_classes + c)])
+            kind[r] = np.int32(c) if column[r] >= first else kind[r]
+    cells = np.int32(max(arrays.speed.nodes - 1, 1))
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        records[r] = (node[r] * n_components + column[r]) * np.int32(arrays.stride)
+        cell = alpha_nodes[r] * cells + speed_nodes[r]
+        functions[r] = (cell * np.int32(arrays.n_classes) + kind[r]) * np.int32(arrays.n_marginals)
+    for n in range(BLOCK):
+        prefetch(arrays.components, np.int64(records[np.uint64(n)]))
+
+
+@borrowing_inline_kernel
+def fill_normals(table, words, first_word, normals, first):
+    """Turn words into the normals of a row; see `sampler.normal.normal_of_word`.
+
+    The octave is the exponent of the word as a floating-point number, half odd.
+    """
+    rows, t, sign, cubic = _local_integers(), _local_reals(), _local_reals(), _local_cubics()
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        word = words[np.uint64(first_word + n)]
+        upper = np.int32(word >> np.uint32(31))
+        mask = np.uint32(-upper)
+        half = np.float64(np.int32((word ^ mask) & np.uint32(0x7FFFFFFF))) + 0.5
+        bits = bits_of(half)
+        octave = np.int32(1053) - np.int32(bits >> np.uint64(52))
+        rows[r] = octave * np.int32(8) + np.int32((bits >> np.uint64(49)) & np.uint64(7))
+        t[r] = real_of_bits(((bits << np.uint64(3)) & _MANTISSA) | _ONE_BITS) - 1.0
+        sign[r] = 1.0 - 2.0 * upper
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        row = np.uint64(rows[r])
+        cubic[r] = table[row, 0]
+        cubic[np.uint64(BLOCK + n)] = table[row, 1]
+        cubic[np.uint64(2 * BLOCK + n)] = table[row, 2]
+        cubic[np.uint64(3 * BLOCK + n)] = table[row, 3]
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        x = cubic[np.uint64(2 * BLOCK + n)] + t[r] * cubic[np.uint64(3 * BLOCK + n)]
+        x = cubic[r] + t[r] * (cubic[np.uint64(BLOCK + n)] + t[r] * x)
+        normals[np.uint64(first + n)] = sign[r] * x
+
+
+@borrowing_inline_kernel
+def _fill_factors(arrays, records, factors):
+    """Sort records of a block number by number, in floating point."""
+    n_channels = len(arrays.channels)
+    pairs = (2 + n_channels + n_channels * (n_channels + 1) // 2) // 2
+    raw = _local_pairs()
+    for n in range(BLOCK):
+        record = np.int64(records[np.uint64(n)])
+        for k in range(pairs):
+            raw[np.uint64(k * BLOCK + n)] = read_pair(arrays.components, record + 2 * k)
+    for k in range(pairs):
+        for n in range(BLOCK):
+            pair = raw[np.uint64(k * BLOCK + n)]
+            low = np.int32(np.int32(pair << np.int32(16)) >> np.int32(16))
+            factors[np.uint64(2 * k * BLOCK + n)] = np.float64(low)
+            factors[np.uint64((2 * k + 1) * BLOCK + n)] = np.float64(np.int32(pair >> np.int32(16)))
+
+
+@borrowing_inline_kernel
+def mix_block(arrays, records, functions, words, values, entries):
+    """Take step 4: normals to fractions between knots; asks for the quantiles there."""
+    n_channels = len(arrays.channels)
+    factors, z, units = _local_factors(), _local_reals(), _local_reals()
+    _fill_factors(arrays, records, factors)
+    for n in range(BLOCK):
+        limit = np.float64(np.int32(words[np.uint64(BLOCK + n)] & np.uint32(4095)))
+        units[np.uint64(n)] = -_UNIT if limit < factors[np.uint64(n)] else _UNIT
+    last, last_but_one = np.float64(arrays.n_knots - 1), np.int32(arrays.n_knots - 2)
+    for row in range(n_channels - 1, -1, -1):
+        first = 1 + n_channels + row * (row + 1) // 2
+        for n in range(BLOCK):
+            z[np.uint64(n)] = factors[np.uint64((1 + row) * BLOCK + n)]
+        for column in range(row + 1):
+            for n in range(BLOCK):
+                factor = factors[np.uint64((first + column) * BLOCK + n)]
+                z[np.uint64(n)] += factor * values[np.uint64(column * BLOCK + n)]
+        channel, marginal = arrays.channels[row], arrays.marginals[row]
+        mirrored = FIRST_MIRRORED <= channel < END_MIRRORED
+        for n in range(BLOCK):
+            r = np.uint64(n)
+            x = z[r] * (units[r] if mirrored else _UNIT)
+            position = (x + arrays.variate_max) * arrays.variate_scale
+            position = min(max(position, 0.0), last)
+            k = min(np.int32(position), last_but_one)
+            values[np.uint64(row * BLOCK + n)] = position - k
+            function = functions[r] + np.int32(max(marginal, 0))
+            entries[np.uint64(row * BLOCK + n)] = (function * np.int32(arrays.n_knots) + k) * 4
+        if marginal >= 0:
+            for n in range(BLOCK):
+                prefetch(arrays.quantiles, np.int64(entries[np.uint64(row * BLOCK + n)]))
+
+
+@borrowing_inline_kernel
+def quantile_block(arrays, row, functions, weights, entries, fractions, result, first):
+    """Take step 5 for one channel; `result` gets it from number `first` on."""
+    raw, least, step = _local_corners(), _local_reals(), _local_reals()
+    marginal = np.int32(arrays.marginals[row])
+    for n in range(BLOCK):
+        entry = np.int64(entries[np.uint64(row * BLOCK + n)])
+        for k in range(4):
+            raw[np.uint64(k * BLOCK + n)] = read_pair(arrays.quantiles, entry + 2 * k)
+    for n in range(BLOCK):
+        span = np.uint64(np.int32(2) * (functions[np.uint64(n)] + marginal))
+        least[np.uint64(n)] = arrays.spans[span]
+        step[np.uint64(n)] = arrays.spans[span + np.uint64(1)]
+    for n in range(BLOCK):
+        r = np.uint64(n)
+        f = fractions[np.uint64(row * BLOCK + n)]
+        total = 0.0
+        for half in range(2):
+            low = np.uint32(raw[np.uint64(half * BLOCK + n)])
+            high = np.uint32(raw[np.uint64((2 + half) * BLOCK + n)])
+            low0 = np.float64(np.int32(low & np.uint32(0xFFFF)))
+            low1 = np.float64(np.int32(low >> np.uint32(16)))
+            high0 = np.float64(np.int32(high & np.uint32(0xFFFF)))
+            high1 = np.float64(np.int32(high >> np.uint32(16)))
+            mean = weights[np.uint64(2 * half * BLOCK + n)] * (low0 + f * (high0 - low0))
+            mean += weights[np.uint64((2 * half + 1) * BLOCK + n)] * (low1 + f * (high1 - low1))
+            total += mean
+        result[np.uint64(first + n)] = least[r] + step[r] * total
+
+
+@borrowing_inline_kernel
+def states_of_block(channels):
+    """Turn channels into components, in place; see `sampler.channels.channels_to_state`."""
+    for n in range(BLOCK):
+        v, u_hat = channels[np.uint64(n)], channels[np.uint64(BLOCK + n)]
+        omega_z, w_hat = channels[np.uint64(2 * BLOCK + n)], channels[np.uint64(3 * BLOCK + n)]
+        omega_x = channels[np.uint64(4 * BLOCK + n)]
+        omega_y = channels[np.uint64(5 * BLOCK + n)]
+        rest = (1.0 - v) * (1.0 + v)
+        channels[np.uint64(n)] = u_hat * math.sqrt(rest)
+        channels[np.uint64(BLOCK + n)] = v
+        rest *= (1.0 - u_hat) * (1.0 + u_hat)
+        channels[np.uint64(2 * BLOCK + n)] = w_hat * math.sqrt(rest)
+        channels[np.uint64(3 * BLOCK + n)] = omega_x
+        channels[np.uint64(4 * BLOCK + n)] = omega_y
+        channels[np.uint64(5 * BLOCK + n)] = omega_z
+        channels[np.uint64(6 * BLOCK + n)] *= rest * ((1.0 - w_hat) * (1.0 + w_hat))
+        channels[np.uint64(7 * BLOCK + n)] = math.floor(channels[np.uint64(7 * BLOCK + n)])
+
+
+@borrowing_inline_kernel
+def draw_block(arrays, words, alpha1, speed, states):
+    """Take all steps for the conditions of a block; `states` gets component k of draw r."""
+    n_channels = len(arrays.channels)
+    alpha_nodes, speed_nodes = local_nodes(), local_nodes()
+    t, s, weights = _local_reals(), _local_reals(), local_weights()
+    records, functions = local_nodes(), local_nodes()
+    values, entries = local_values(), local_entries()
+    locate_block(arrays.alpha, alpha1, alpha_nodes, t)
+    locate_block(arrays.speed, speed, speed_nodes, s)
+    choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records, functions)
+    for row in range(n_channels):
+        # words 8 and 11 belong to no channel: the azimuth of a normal impact is made of word 8
+        word = (2 + row if row < 6 else 3 + row) * BLOCK
+        fill_normals(arrays.normals, words, word, values, row * BLOCK)
+    mix_block(arrays, records, functions, words, values, entries)
+    for k in range(N_VALUES * BLOCK):
+        states[np.uint64(k)] = 0.0
+    for row in range(n_channels):
+        if arrays.marginals[row] >= 0:
+            first = arrays.channels[row] * BLOCK
+            quantile_block(arrays, row, functions, weights, entries, values, states, first)
+    states_of_block(states)

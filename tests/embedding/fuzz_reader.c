@@ -1,0 +1,139 @@
+/* Fuzzing of the image reader: whatever the bytes, no access outside them, and every draw from an
+   image that is accepted is finite and physical.
+
+       clang -g -O2 -fsanitize=fuzzer,address,undefined -I... fuzz_reader.c -o fuzz -lm
+       RBT_FUZZ_IMAGES="plane.rbt all-eight.rbt" ./fuzz -max_total_time=20 CORPUS
+
+   An input that begins like an image is one. Any other is a list of edits to one of the good images:
+   a byte that selects it, then for each edit an offset (2 bytes), a width (1) and a value (8). After
+   edits, format, size and checksum are made right, so that the checks behind these are reached. */
+
+#define REBOUND_SAMPLER_IMPLEMENTATION
+#include "rebound_sampler.h"
+
+#include <stdio.h>
+
+#define DRAWS 25
+#define EDIT 11
+#define MOST_IMAGES 8
+
+static char *images[MOST_IMAGES];
+static size_t sizes[MOST_IMAGES];
+static size_t n_images;
+
+static void need(int holds)
+{
+    if (!holds)
+        abort();
+}
+
+static void check_draws(const rbt_table *table)
+{
+    double alphas[2], speeds[2], alpha1[DRAWS], speed[DRAWS], states[6 * DRAWS], values[RBT_VALUES];
+    uint64_t index[DRAWS];
+    uint32_t hit[DRAWS];
+    rbt_alpha_range(table, alphas);
+    rbt_speed_range(table, speeds);
+    for (int k = 0; k < DRAWS; k++) {
+        const double f = (k % 5) / 4.0, g = (k / 5 % 5) / 4.0;
+        alpha1[k] = alphas[0] + f * (alphas[1] - alphas[0]);
+        speed[k] = speeds[0] + g * (speeds[1] - speeds[0]);
+        index[k] = (uint64_t)k * 0x9E3779B97F4A7C15u;
+        hit[k] = (uint32_t)k;
+    }
+    need(rbt_draw_batch(table, DRAWS, alpha1, speed, 1, index, hit, states, NULL) >= RBT_OK);
+    for (int k = 0; k < DRAWS; k++) {
+        need(rbt_draw_all(table, alpha1[k], speed[k], 1, index[k], hit[k], values) >= RBT_OK);
+        for (int m = 0; m < RBT_VALUES; m++)
+            need(rbti_finite(values[m]));
+        need(memcmp(values, states + 6 * k, 6 * sizeof *values) == 0);
+        const double energy =
+            values[0] * values[0] + values[1] * values[1] + values[2] * values[2];
+        need(values[1] >= 0.0 && values[1] < 1.0 && energy <= 1.0 + 1e-12);
+        need(values[6] >= 0.0 && energy + values[6] <= 1.0 + 1e-12);
+    }
+    need(rbt_draw(table, 0.5 * alphas[0], 2.0 * speeds[1], 1, 2, 3, values) != RBT_OK);
+    need(rbt_pair(table)[127] == 0);
+}
+
+static void try_image(const void *image, size_t size)
+{
+    rbt_table *table;
+    const int code = rbt_open_memory(image, size, &table);
+    need(code == RBT_OK ? table != NULL : code < RBT_OK && table == NULL);
+    if (code == RBT_OK)
+        check_draws(table);
+    rbt_close(table);
+}
+
+static void repair(char *image, size_t size)
+{
+    rbti_header header;
+    rbti_sha sha;
+    const size_t at = offsetof(rbti_header, sha256);
+    memcpy(&header, image, sizeof header);
+    memcpy(header.magic, "\x89RBT\r\n\x1a\n", 8);
+    header.major = 1;
+    header.file_bytes = size;
+    memcpy(image, &header, sizeof header);
+    rbti_sha_start(&sha);
+    rbti_sha_add(&sha, (const uint8_t *)image, at);
+    rbti_sha_add(&sha, (const uint8_t *)image + at + 32, size - at - 32);
+    rbti_sha_end(&sha, (uint8_t *)image + at);
+}
+
+/* Copy of bytes at an address and of a size that let the sanitizer see every access outside. */
+static char *copied(const void *bytes, size_t size)
+{
+    void *copy;
+    need(posix_memalign(&copy, 64, size + (size == 0)) == 0);
+    if (size > 0)
+        memcpy(copy, bytes, size);
+    return (char *)copy;
+}
+
+static char *edited(const uint8_t *data, size_t size, size_t *image_size)
+{
+    const size_t which = data[0] % n_images;
+    char *image = copied(images[which], sizes[which]);
+    *image_size = sizes[which];
+    for (const uint8_t *edit = data + 1; edit + EDIT <= data + size; edit += EDIT) {
+        const size_t at = (size_t)(edit[0] | edit[1] << 8) % *image_size;
+        const size_t width = (size_t)1 << edit[2] % 4;
+        memcpy(image + at, edit + 3, width < *image_size - at ? width : *image_size - at);
+    }
+    repair(image, *image_size);
+    return image;
+}
+
+int LLVMFuzzerInitialize(int *argc, char ***argv);
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+int LLVMFuzzerInitialize(int *argc, char ***argv)
+{
+    (void)argc;
+    (void)argv;
+    const char *names = getenv("RBT_FUZZ_IMAGES");
+    char *list = strdup(names ? names : "");
+    for (char *name = strtok(list, " "); name && n_images < MOST_IMAGES; name = strtok(NULL, " ")) {
+        rbt_table *table;
+        need(rbt_open(name, &table) == RBT_OK);
+        const void *image = rbt_image(table, &sizes[n_images]);
+        images[n_images] = copied(image, sizes[n_images]);
+        n_images++;
+        rbt_close(table);
+    }
+    free(list);
+    need(n_images > 0);
+    return 0;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    size_t image_size = size;
+    const int whole = size == 0 || data[0] == 0x89;
+    char *image = whole ? copied(data, size) : edited(data, size, &image_size);
+    try_image(image, image_size);
+    free(image);
+    return 0;
+}

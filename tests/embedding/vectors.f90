@@ -1,0 +1,162 @@
+! Known-answer vectors through the Fortran module: vectors TABLE.rbt VECTORS.txt
+program vectors
+  use, intrinsic :: iso_c_binding
+  use, intrinsic :: iso_fortran_env, only: iostat_end
+  use rebound_sampler
+  implicit none
+
+  real(c_double), parameter :: untouched = 12345.0_c_double
+  ! of atan2, cos and sin of the C library, which rebounds call
+  real(c_double), parameter :: library_rounding = 1.0e-13_c_double
+  type(rbt_table) :: table
+  character(len=512) :: image, file
+  character(len=1024) :: line
+  integer :: unit, status, cases, at
+  integer(c_int) :: code
+  logical :: holds
+
+  interface
+    function strtod(text, end) result(number) bind(c)
+      import :: c_double, c_ptr
+      type(c_ptr), value :: text
+      type(c_ptr), intent(out) :: end
+      real(c_double) :: number
+    end function strtod
+    function strtoull(text, end, base) result(number) bind(c)
+      import :: c_int, c_int64_t, c_ptr
+      type(c_ptr), value :: text
+      type(c_ptr), intent(out) :: end
+      integer(c_int), value :: base
+      integer(c_int64_t) :: number
+    end function strtoull
+  end interface
+
+  call get_command_argument(1, image)
+  call get_command_argument(2, file)
+  code = rbt_open(image, table)
+  if (code < 0) then
+    print "(a)", rbt_strerror(code)
+    stop 1
+  end if
+  open (newunit=unit, file=file, status="old", action="read")
+  cases = 0
+  do
+    read (unit, "(a)", iostat=status) line
+    if (status == iostat_end) exit
+    cases = cases + 1
+    if (line(:5) == "draw ") then
+      at = 6
+      holds = draw_holds()
+    else
+      at = 9
+      holds = rebound_holds()
+    end if
+    if (.not. holds) then
+      print "(a, i0, 2a)", "case ", cases, " fails: ", trim(line)
+      stop 1
+    end if
+  end do
+  close (unit)
+  call rbt_close(table)
+  if (rbt_is_open(table)) stop 1
+  print "(i0, a)", cases, " cases"
+
+contains
+
+  function draw_holds() result(holds)
+    logical :: holds
+    real(c_double) :: given(2), expected(8), values(8), state(6), states(6, 1)
+    integer(c_int64_t) :: seed, index
+    integer(c_int32_t) :: hit
+    integer(c_int) :: code, codes(3)
+    type(rbt_report) :: report
+
+    call read_reals(given)
+    call read_keys(seed, index, hit, code)
+    call read_reals(expected)
+    values = untouched
+    state = untouched
+    states = untouched
+    codes(1) = rbt_draw_all(table, given(1), given(2), seed, index, hit, values)
+    codes(2) = rbt_draw(table, given(1), given(2), seed, index, hit, state)
+    codes(3) = rbt_draw_batch(table, given(1:1), given(2:2), seed, [index], [hit], states, report)
+    if (code < 0) expected = untouched
+    holds = all(codes == code) .and. agree(values, expected, 0.0_c_double) &
+        .and. agree(state, expected(:6), 0.0_c_double) &
+        .and. agree(states(:, 1), expected(:6), 0.0_c_double) &
+        .and. report%row == merge(1, 0, code < 0) .and. report%clamped == merge(1, 0, code > 0) &
+        .and. report%clamped_row == report%clamped
+  end function draw_holds
+
+  function rebound_holds() result(holds)
+    logical :: holds
+    real(c_double) :: given(10), expected(6), velocity(3), omega(3)
+    integer(c_int64_t) :: seed, index
+    integer(c_int32_t) :: hit
+    integer(c_int) :: code, got
+
+    call read_reals(given)
+    call read_keys(seed, index, hit, code)
+    call read_reals(expected)
+    velocity = untouched
+    omega = untouched
+    got = rbt_rebound(table, given(:3), given(4:6), given(7), given(8:), seed, index, hit, &
+        velocity, omega)
+    if (code < 0) expected = untouched
+    holds = got == code .and. agree(velocity, expected(:3), library_rounding) &
+        .and. agree(omega, expected(4:), library_rounding)
+  end function rebound_holds
+
+  function agree(got, expected, tolerance) result(answer)
+    real(c_double), intent(in) :: got(:), expected(:), tolerance
+    logical :: answer
+
+    answer = all(abs(got - expected) <= tolerance * max(1.0_c_double, maxval(abs(expected))))
+  end function agree
+
+  ! The C library reads hexadecimal floating point, and integers of 64 bits without a sign.
+  subroutine read_reals(numbers)
+    real(c_double), intent(out) :: numbers(:)
+    character(kind=c_char), target :: word(64)
+    type(c_ptr) :: end
+    integer :: k
+
+    do k = 1, size(numbers)
+      call read_word(word)
+      numbers(k) = strtod(c_loc(word), end)
+    end do
+  end subroutine read_reals
+
+  function read_integer() result(number)
+    integer(c_int64_t) :: number
+    character(kind=c_char), target :: word(64)
+    type(c_ptr) :: end
+
+    call read_word(word)
+    number = strtoull(c_loc(word), end, 10_c_int)
+  end function read_integer
+
+  subroutine read_keys(seed, index, hit, code)
+    integer(c_int64_t), intent(out) :: seed, index
+    integer(c_int32_t), intent(out) :: hit
+    integer(c_int), intent(out) :: code
+
+    seed = read_integer()
+    index = read_integer()
+    hit = transfer(read_integer(), hit)  ! its lower half
+    code = int(read_integer(), c_int)
+  end subroutine read_keys
+
+  subroutine read_word(word)
+    character(kind=c_char), intent(out) :: word(:)
+    integer :: length, k
+
+    length = index(line(at:), " ") - 1
+    word = c_null_char
+    do k = 1, length
+      word(k) = line(at + k - 1:at + k - 1)
+    end do
+    at = at + length + 1
+  end subroutine read_word
+
+end program vectors
