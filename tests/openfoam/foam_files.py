@@ -128,3 +128,15 @@ def read_cloud(case, time, names):
     }
     order = np.lexsort((fields["origId"], fields["origProcId"]))
     return {name: values[order] for name, values in fields.items()}
+
+
+def read_positions(case, time):
+    """Positions [m] of the parcels, shape (n, 3), of a case that writes them, not in parallel."""
+    text = (Path(case) / time / "lagrangian" / CLOUD / "positions").read_text(encoding="ascii")
+    rows = [line for line in text.splitlines() if line.startswith("(") and len(line) > 1]
+    return np.array([line.replace("(", "").replace(")", "").split()[:3] for line in rows], float)
+
+
+def read_velocities(case, time):
+    """Velocities [m/s] in the order of `read_positions`, shape (n, 3)."""
+    return _read_field(Path(case) / time / "lagrangian" / CLOUD / "U")
