@@ -16,6 +16,7 @@ from pathlib import Path
 import foam_files
 import foam_run
 import numpy as np
+from bend_picture import BEHIND, draw_picture
 
 from sampler.atomic import atomic_output
 
@@ -24,8 +25,6 @@ SOLVER = "icoUncoupledKinematicParcelFoam"
 GAS_FIELDS = ("U", "k", "epsilon", "nut")
 #: Times [s] at which the duct is full; parcels of all of them are counted together.
 TIMES = tuple(f"{0.001 * k:g}" for k in range(12, 21))
-#: Where parcels leave the bend [m]: y above this.
-OUTLET = 0.5
 
 
 def solve_gas(work):
@@ -71,7 +70,7 @@ def snapshot(case):
 
 def summary(position, velocity):
     """Numbers in which the models differ, of the parcels behind the bend."""
-    behind = position[:, 1] > OUTLET
+    behind = position[:, 1] > BEHIND
     u, v, w = velocity[behind].T
     return {
         "parcels": len(position),
@@ -86,8 +85,6 @@ def summary(position, velocity):
 
 def main(work, rounds=3):
     """Run both models, compare them and draw the picture."""
-    from bend_picture import draw_picture
-
     gas = solve_gas(work)
     seconds = {model: [] for model in MODELS}
     results, snapshots = {}, {}

@@ -18,8 +18,8 @@ COLOURS = {"standardWallInteraction": "tab:gray", "tabulatedRebound": "tab:red"}
 #: Parcels with y [m] above this are behind the bend.
 BEHIND = 0.5
 VELOCITIES = (
-    (1, np.arange(-60.0, 141.0, 4.0), "velocity along the duct [m/s]"),
-    (2, np.arange(-60.0, 61.0, 2.5), "velocity along z, across the bend's plane [m/s]"),
+    (1, np.arange(0.0, 121.0, 4.0), "velocity along the duct [m/s]"),
+    (2, np.arange(-40.0, 41.0, 2.0), "velocity out of the bend's plane [m/s]"),
 )
 OUTLINE = np.linspace(-np.pi / 2, 0.0, 40)
 
@@ -36,7 +36,11 @@ def _draw_density(axes, position, bins):
     counts, x, y = np.histogram2d(position[:, 0], position[:, 1], bins=bins)
     inlet = counts[(x[:-1] < -0.15)][:, (y[:-1] >= 0.0) & (y[1:] <= 0.1001)].mean()
     image = axes.pcolormesh(
-        x, y, np.where(counts > 0, counts / inlet, np.nan).T, norm=LogNorm(0.1, 10.0), cmap="viridis"
+        x,
+        y,
+        np.where(counts > 0, counts / inlet, np.nan).T,
+        norm=LogNorm(0.1, 10.0),
+        cmap="viridis",
     )
     _draw_walls(axes)
     axes.set(aspect="equal", xlabel="x [m]")
@@ -56,7 +60,7 @@ def draw_picture(snapshots, path):
     grid = figure.add_gridspec(2, 3, width_ratios=(1, 1, 1.1))
     maps = [figure.add_subplot(grid[:, column]) for column in range(2)]
     panels = [figure.add_subplot(grid[row, 2]) for row in range(2)]
-    bins = (np.arange(-0.3, 0.2051, 0.005), np.arange(0.0, 0.7051, 0.005))
+    bins = (np.arange(-0.3, 0.2001, 0.01), np.arange(0.0, 0.7001, 0.01))
     for axes, (model, (position, velocity)) in zip(maps, snapshots.items(), strict=True):
         image = _draw_density(axes, position, bins)
         axes.set_title(TITLES[model], fontsize=10)
@@ -67,7 +71,7 @@ def draw_picture(snapshots, path):
             panel.set(xlabel=label, ylabel="density [s/m]", yscale="log", ylim=(1e-5, None))
     maps[0].set_ylabel("y [m]")
     panels[0].set_title("parcels behind the bend", fontsize=10)
-    panels[0].legend(fontsize=8, loc="upper left")
+    panels[0].legend(fontsize=8, loc="lower center")
     figure.colorbar(image, ax=maps, label="parcels per area, inlet = 1", location="left")
     with atomic_output(path) as temporary:
         figure.savefig(temporary, dpi=100, format="png")

@@ -11,6 +11,7 @@ CONDITIONS = tuple(
     (np.radians(alpha_deg), speed)
     for alpha_deg, speed in ((5, 280), (15, 75), (30, 150), (45, 250), (60, 100), (90, 200))
 )
+IS_NORMAL = np.array([alpha == np.pi / 2 for alpha, _ in CONDITIONS])
 #: Seed of tabulatedReboundCoeffs.
 SEED = 7
 DIAMETER, DENSITY = 50e-6, 3950.0
@@ -49,11 +50,8 @@ class Shots:
         normal = NORMAL[self.wall]
         relative = self.velocity - WALL_VELOCITY[self.wall]
         along = relative - (relative * normal).sum(axis=1, keepdims=True) * normal
-        along[CONDITIONS_NORMAL[self.condition]] = (1.0, 0.0, 0.0)
+        along[IS_NORMAL[self.condition]] = (1.0, 0.0, 0.0)
         return along / np.linalg.norm(along, axis=1, keepdims=True)
-
-
-CONDITIONS_NORMAL = np.array([alpha == np.pi / 2 for alpha, _ in CONDITIONS])
 
 
 def make_shots(count, plane=False, seed=1):
@@ -77,14 +75,13 @@ def make_shots(count, plane=False, seed=1):
     if plane:
         azimuth = np.pi * rng.integers(0, 2, n)
     # exactly none at normal impact, else the direction along the wall would be rounding noise
-    along = np.where(CONDITIONS_NORMAL[condition], 0.0, speed * np.cos(alpha))
+    along = np.where(IS_NORMAL[condition], 0.0, speed * np.cos(alpha))
     velocity = WALL_VELOCITY[wall] * ([1, 1, 0] if plane else [1, 1, 1])
     velocity = velocity - (speed * np.sin(alpha))[:, None] * NORMAL[wall]
     velocity[:, 0] += along * np.cos(azimuth)
     velocity[:, 2] += 0.0 if plane else along * np.sin(azimuth)
-    target = np.column_stack(
-        [rng.uniform(-0.1, 0.1, n), HEIGHT[wall], np.zeros(n) if plane else rng.uniform(-0.1, 0.1, n)]
-    )
+    depth = np.zeros(n) if plane else rng.uniform(-0.1, 0.1, n)
+    target = np.column_stack([rng.uniform(-0.1, 0.1, n), HEIGHT[wall], depth])
     flight = rng.uniform(0.2, 0.8, n) * END_TIME
     return Shots(condition, wall, target - flight[:, None] * velocity, velocity)
 
