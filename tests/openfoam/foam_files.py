@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 
 CLOUD = "kinematicCloud"
+#: Says whether a cloud lies in the file `positions` or in the file `coordinates`.
+GEOMETRY = f"0/uniform/lagrangian/{CLOUD}/cloudProperties"
 _HEADER = """FoamFile
 {{
     version     2.0;
@@ -49,27 +51,22 @@ def _write_field(path, values):
     _write(path, kind, f"{len(values)}\n(\n{_rows(values)}\n)")
 
 
-def write_cloud(folder, position, velocity, diameter, density, identity):
-    """Write a cloud at time 0: parcels that have not met a wall.
+def write_cloud(case, position, velocity, diameter, density):
+    """Write a cloud at time 0: parcels that have not met a wall, origId 0 to n - 1 of origProc 0.
 
     Parameters
     ----------
-    folder : Path
-        Of the case, or of one of its processors.
+    case : Path
     position, velocity : arrays, shape (n, 3)
         m, m/s.
     diameter, density : float
         m, kg/m3.
-    identity : int array, shape (n,)
-        Becomes origId, with origProc 0.
     """
-    cloud = Path(folder) / "0" / "lagrangian" / CLOUD
+    cloud = Path(case) / "0" / "lagrangian" / CLOUD
     cloud.mkdir(parents=True, exist_ok=True)
     n = len(position)
-    # says that `positions` is what to read
-    uniform = Path(folder) / "0" / "uniform" / "lagrangian" / CLOUD
-    uniform.mkdir(parents=True, exist_ok=True)
-    _write(uniform / "cloudProperties", "dictionary", "geometry positions;")
+    (Path(case) / GEOMETRY).parent.mkdir(parents=True, exist_ok=True)
+    _write(Path(case) / GEOMETRY, "dictionary", "geometry positions;")
     # cell -1: OpenFOAM looks for it
     rows = "\n".join(f"({' '.join(map(repr, row))}) -1" for row in position.tolist())
     _write(cloud / "positions", "Cloud<passiveParticle>", f"{n}\n(\n{rows}\n)")
@@ -80,7 +77,7 @@ def write_cloud(folder, position, velocity, diameter, density, identity):
     _write_field(cloud / "active", np.ones(n, dtype=int))
     _write_field(cloud / "typeId", np.full(n, -1))
     _write_field(cloud / "origProcId", np.zeros(n, dtype=int))
-    _write_field(cloud / "origId", np.asarray(identity, dtype=int))
+    _write_field(cloud / "origId", np.arange(n))
     for name in _SCALARS:
         _write_field(cloud / name, np.zeros(n))
     for name in _VECTORS:

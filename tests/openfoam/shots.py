@@ -112,16 +112,11 @@ def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), en
     for change in edits:
         foam_run.edit(case, *change)
     foam_run.run(work, case, "blockMesh")
-    identity = np.arange(len(shots.position))
-    parts = [(case, np.full(identity.size, True))]
+    foam_files.write_cloud(case, shots.position, shots.velocity, DIAMETER, DENSITY)
     if processors > 1:
         foam_run.run(work, case, "decomposePar")
-        left = shots.position[:, 0] < 0.0
-        parts = [(case / "processor0", left), (case / "processor1", ~left)]
-    for part, mine in parts:
-        foam_files.write_cloud(
-            part, shots.position[mine], shots.velocity[mine], DIAMETER, DENSITY, identity[mine]
-        )
+        # what it makes are coordinates, and it links the note that says positions
+        foam_run.edit(case, foam_files.GEOMETRY, "positions", "coordinates")
     log = foam_run.run(work, case, SOLVERS[cloud], processors=processors)
     names = ["U", "dTarget"] + (["angularMomentum"] if cloud == "colliding" else [])
     return foam_files.read_cloud(case, end, names), log
