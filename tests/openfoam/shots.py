@@ -22,9 +22,12 @@ WALL_VELOCITY = np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 10.0]])
 NORMAL = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
 HEIGHT = np.array([0.0, 0.4])
 END_TIME = 1e-3
+#: Velocity [m/s] of the whole box in "colliding-moving", as in its dynamicMeshDict.
+BOX_VELOCITY = np.array([0.0, 20.0, 0.0])
 SOLVERS = {
     "kinematic": "uncoupledKinematicParcelFoam",
     "colliding": "icoUncoupledKinematicParcelFoam",
+    "colliding-moving": "icoUncoupledKinematicParcelDyMFoam",
 }
 
 
@@ -94,7 +97,7 @@ def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), en
     work, folder : Path
         Working folder of install.sh; new folder of the case.
     shots : Shots
-    cloud : {"kinematic", "colliding"}
+    cloud : {"kinematic", "colliding", "colliding-moving"}
     processors : {1, 2}
     edits : sequence of (file, old text, new text)
         Changes to the case.
@@ -118,7 +121,7 @@ def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), en
         # what it makes are coordinates, and it links the note that says positions
         foam_run.edit(case, foam_files.GEOMETRY, "positions", "coordinates")
     log = foam_run.run(work, case, SOLVERS[cloud], processors=processors)
-    names = ["U", "dTarget"] + (["angularMomentum"] if cloud == "colliding" else [])
+    names = ["U", "dTarget"] + (["angularMomentum"] if cloud != "kinematic" else [])
     return foam_files.read_cloud(case, end, names), log
 
 

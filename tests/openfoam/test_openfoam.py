@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import bounces
@@ -154,6 +155,23 @@ def test_a_restart_changes_nothing(work, started, tmp_path):
     assert np.mean(np.abs(restarted["U"] - through["U"]).max(axis=1) > 1e-6) <= FEW
     counts = [[x for x in text.splitlines() if "Tabulated" in x][-1] for text in (log, whole)]
     assert counts[0] == counts[1]
+
+
+@pytest.mark.study
+def test_walls_of_a_moving_mesh_rebound_as_those_at_rest(work, table, started, tmp_path):
+    """The same shots in a box that moves as a whole."""
+    moving = replace(started, velocity=started.velocity + shots.BOX_VELOCITY)
+    fields, _ = shots.run_shots(work, tmp_path / "case", moving, "colliding-moving")
+    expected, _ = drawn(table, started)
+    np.testing.assert_array_equal(fields["dTarget"], 1.0)
+    off = np.abs(fields["U"] - shots.BOX_VELOCITY - expected).max(axis=1)
+    assert np.mean(off > 1e-5) <= FEW
+    # shots at walls taken to be at rest would give something else
+    still, _ = shots.run_shots(
+        work, tmp_path / "still", moving, edits=[("0/U", "30 0 10", "0 0 0")]
+    )
+    met = still["dTarget"] > 0
+    assert np.mean(np.abs(fields["U"] - still["U"])[met].max(axis=1) > 1.0) > 0.9
 
 
 @pytest.mark.study
