@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Builds libtabulatedRebound.so into FOLDER/lib; install.sh has been run.
+#
+#     build.sh [FOLDER]          FOLDER: working folder, ~/.cache/rebound-tables/openfoam by default
+#
+# wmake leaves its objects beside the sources, so it works on a copy in FOLDER.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/folder.sh"
+source "$HERE/environment.sh"
+export REBOUND_SAMPLER_INCLUDE="$HERE/../include"
+
+[ -f "$FOLDER/.wmake-complete" ] || fail "FOLDER: got $FOLDER, allowed: where install.sh was run"
+
+mkdir -p "$FOLDER/plugin"
+cp -r --preserve=timestamps "$HERE/plugin/." "$FOLDER/plugin"
+(cd "$FOLDER/plugin" && wmake libso) >"$FOLDER/build.log" 2>&1 ||
+    fail "plugin: got an error of the compiler, allowed: none (see $FOLDER/build.log)"
+echo "plugin: $FOAM_USER_LIBBIN/libtabulatedRebound.so"

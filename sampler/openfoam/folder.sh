@@ -1,0 +1,16 @@
+# Sourced by the scripts beside it: sets FOLDER, the working folder, from their first argument.
+
+HERE="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
+FOLDER="$(realpath -m "${1:-${XDG_CACHE_HOME:-$HOME/.cache}/rebound-tables/openfoam}")"
+
+fail() {
+    echo "$(basename "$0"): error: $1" >&2
+    exit 2
+}
+
+case "$FOLDER/" in
+    "$(cd "$HERE/../.." && pwd)"/*)
+        fail "FOLDER: got $FOLDER, allowed: a folder outside the repository"
+        ;;
+esac
+mkdir -p "$FOLDER"

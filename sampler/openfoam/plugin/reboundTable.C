@@ -1,0 +1,86 @@
+#define REBOUND_SAMPLER_IMPLEMENTATION
+#include "rebound_sampler.h"
+
+#include "reboundTable.H"
+#include "error.H"
+#include "mathematicalConstants.H"
+#include "stringOps.H"
+
+static_assert(Foam::reboundTable::clamped == RBT_CLAMPED, "codes of rebound_sampler.h");
+static_assert(sizeof(Foam::scalar) == sizeof(double), "draws are in double precision");
+
+
+Foam::reboundTable::reboundTable(const fileName& path)
+:
+    table_(nullptr)
+{
+    const int code = rbt_open(path.c_str(), &table_);
+
+    if (code < 0)
+    {
+        FatalErrorInFunction
+            << "tableFile: got " << path << ", allowed: a file that `tablegen export` wrote ("
+            << rbt_strerror(code) << ")" << exit(FatalError);
+    }
+}
+
+
+Foam::reboundTable::~reboundTable()
+{
+    rbt_close(table_);
+}
+
+
+bool Foam::reboundTable::gives(const int k) const
+{
+    int columns[RBT_VALUES];
+    const int n = rbt_components(table_, columns);
+
+    for (int i = 0; i < n; ++i)
+    {
+        if (columns[i] == k) return true;
+    }
+
+    return false;
+}
+
+
+Foam::string Foam::reboundTable::range() const
+{
+    double alpha[2], speed[2];
+    rbt_alpha_range(table_, alpha);
+    rbt_speed_range(table_, speed);
+
+    const scalar degrees = 180/constant::mathematical::pi;
+
+    return string
+    (
+        name(alpha[0]*degrees) + " to " + name(alpha[1]*degrees) + " deg, "
+      + name(speed[0]) + " to " + name(speed[1]) + " m/s"
+    );
+}
+
+
+int Foam::reboundTable::rebound
+(
+    vector& U,
+    vector& omega,
+    const vector& n,
+    const vector& Uwall,
+    const scalar a,
+    const uint64_t seed,
+    const uint64_t particle,
+    const uint32_t hit
+) const
+{
+    return rbt_rebound
+    (
+        table_, U.cdata(), n.cdata(), a, Uwall.cdata(), seed, particle, hit, U.data(), omega.data()
+    );
+}
+
+
+const char* Foam::reboundTable::message(const int code)
+{
+    return rbt_strerror(code);
+}

@@ -1,0 +1,76 @@
+"""Running OpenFOAM's programs on a copy of a case."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+PLUGIN = Path(__file__).resolve().parents[2] / "sampler" / "openfoam"
+TABLE = "corundum-steel.rbt"
+
+
+class FoamError(RuntimeError):
+    """A program of OpenFOAM that failed; the message is the end of what it said."""
+
+
+def copy_case(name, folder, work):
+    """Make a fresh copy of a case, with the table, and return its path."""
+    case = Path(folder)
+    shutil.rmtree(case, ignore_errors=True)
+    shutil.copytree(PLUGIN / "cases" / name, case)
+    shutil.copyfile(Path(work) / TABLE, case / TABLE)
+    return case
+
+
+def edit(case, file, old, new):
+    """Replace text in a file of a case; it must be there."""
+    path = Path(case) / file
+    text = path.read_text(encoding="ascii")
+    if old not in text:
+        raise ValueError(f"{file}: got no {old!r}")
+    path.write_text(text.replace(old, new), encoding="ascii")
+
+
+def _environment(work):
+    """Variables that environment.sh sets, for a working folder."""
+    command = 'FOLDER="$1"; source "$2"; env -0'
+    out = subprocess.run(
+        ["bash", "-c", command, "bash", str(work), str(PLUGIN / "environment.sh")],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+    return dict(item.split("=", 1) for item in out.split("\0") if "=" in item)
+
+
+def run(work, case, *command, processors=1, may_fail=False):
+    """Run a program in a case, and return what it printed, also kept as log.PROGRAM there.
+
+    Parameters
+    ----------
+    work : Path
+        Working folder of install.sh.
+    case : Path
+    *command : str
+    processors : int
+        More than one: with mpirun and -parallel.
+    may_fail : bool
+        Return what a failing program printed too.
+    """
+    log = Path(case) / f"log.{command[0]}"
+    if processors > 1:
+        command = ("mpirun", "-np", str(processors), *command, "-parallel")
+    environment = {**os.environ, **_environment(work), "PWD": str(case)}
+    done = subprocess.run(
+        command,
+        cwd=case,
+        env=environment,
+        text=True,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    log.write_text(done.stdout, encoding="utf-8")
+    if done.returncode != 0 and not may_fail:
+        raise FoamError(f"{' '.join(command)} in {case}:\n{done.stdout[-3000:]}")
+    return done.stdout

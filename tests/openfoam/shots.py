@@ -1,0 +1,143 @@
+"""The wall case: parcels shot at the floor and at the moving lid of a box, and what comes back."""
+
+from dataclasses import dataclass
+
+import foam_files
+import foam_run
+import numpy as np
+
+#: Impact angles [rad] and speeds [m/s] relative to the wall.
+CONDITIONS = tuple(
+    (np.radians(alpha_deg), speed)
+    for alpha_deg, speed in ((5, 280), (15, 75), (30, 150), (45, 250), (60, 100), (90, 200))
+)
+IS_NORMAL = np.array([alpha == np.pi / 2 for alpha, _ in CONDITIONS])
+#: Seed of tabulatedReboundCoeffs.
+SEED = 7
+DIAMETER, DENSITY = 50e-6, 3950.0
+#: Angular momentum over angular velocity of a parcel: OpenFOAM's sphere.
+INERTIA = 0.1 * DENSITY * np.pi / 6 * DIAMETER**5
+#: Velocities [m/s] of floor and lid, their normals into the gas, and their heights [m].
+WALL_VELOCITY = np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 10.0]])
+NORMAL = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+HEIGHT = np.array([0.0, 0.4])
+END_TIME = 1e-3
+#: Velocity [m/s] of the whole box in "colliding-moving", as in its dynamicMeshDict.
+BOX_VELOCITY = np.array([0.0, 20.0, 0.0])
+SOLVERS = {
+    "kinematic": "uncoupledKinematicParcelFoam",
+    "colliding": "icoUncoupledKinematicParcelFoam",
+    "colliding-moving": "icoUncoupledKinematicParcelDyMFoam",
+}
+
+
+@dataclass(frozen=True)
+class Shots:
+    """Parcels before their impact.
+
+    Attributes
+    ----------
+    condition, wall : int arrays, shape (n,)
+        Index into `CONDITIONS`; 0 floor, 1 lid.
+    position, velocity : arrays, shape (n, 3)
+        m and m/s, at time 0, lab frame.
+    """
+
+    condition: np.ndarray
+    wall: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+
+    def tangent(self):
+        """Unit vectors along the wall in the plane of each impact; x at normal impact."""
+        normal = NORMAL[self.wall]
+        relative = self.velocity - WALL_VELOCITY[self.wall]
+        along = relative - (relative * normal).sum(axis=1, keepdims=True) * normal
+        along[IS_NORMAL[self.condition]] = (1.0, 0.0, 0.0)
+        return along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+def make_shots(count, plane=False, seed=1):
+    """Parcels that meet a wall once, between 0.2 and 0.8 of `END_TIME`.
+
+    Parameters
+    ----------
+    count : int
+        Parcels of each condition at each wall.
+    plane : bool
+        Move in the x-y plane only, at its z = 0.
+    seed : int
+        Of places, times and directions along the wall.
+    """
+    rng = np.random.default_rng(seed)
+    condition = np.repeat(np.arange(len(CONDITIONS)), 2 * count)
+    wall = np.tile(np.repeat([0, 1], count), len(CONDITIONS))
+    n = condition.size
+    alpha, speed = np.array(CONDITIONS)[condition].T
+    azimuth = rng.uniform(0.0, 2.0 * np.pi, n)
+    if plane:
+        azimuth = np.pi * rng.integers(0, 2, n)
+    # exactly none at normal impact, else the direction along the wall would be rounding noise
+    along = np.where(IS_NORMAL[condition], 0.0, speed * np.cos(alpha))
+    velocity = WALL_VELOCITY[wall] * ([1, 1, 0] if plane else [1, 1, 1])
+    velocity = velocity - (speed * np.sin(alpha))[:, None] * NORMAL[wall]
+    velocity[:, 0] += along * np.cos(azimuth)
+    velocity[:, 2] += 0.0 if plane else along * np.sin(azimuth)
+    depth = np.zeros(n) if plane else rng.uniform(-0.1, 0.1, n)
+    target = np.column_stack([rng.uniform(-0.1, 0.1, n), HEIGHT[wall], depth])
+    flight = rng.uniform(0.2, 0.8, n) * END_TIME
+    return Shots(condition, wall, target - flight[:, None] * velocity, velocity)
+
+
+def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), end="0.001"):
+    """Run the wall case and return the parcels' fields at its end.
+
+    Parameters
+    ----------
+    work, folder : Path
+        Working folder of install.sh; new folder of the case.
+    shots : Shots
+    cloud : {"kinematic", "colliding", "colliding-moving"}
+    processors : {1, 2}
+    edits : sequence of (file, old text, new text)
+        Changes to the case.
+    end : str
+        End time [s], as OpenFOAM names its folder.
+
+    Returns
+    -------
+    fields : dict of arrays
+        U, dTarget (number of hits), for the colliding cloud angularMomentum; as `read_cloud`.
+    log : str
+        What the solver printed.
+    """
+    case = foam_run.copy_case("wall", folder, work)
+    for change in edits:
+        foam_run.edit(case, *change)
+    foam_run.run(work, case, "blockMesh")
+    foam_files.write_cloud(case, shots.position, shots.velocity, DIAMETER, DENSITY)
+    if processors > 1:
+        foam_run.run(work, case, "decomposePar")
+        # what it makes are coordinates, and it links the note that says positions
+        foam_run.edit(case, foam_files.GEOMETRY, "positions", "coordinates")
+    log = foam_run.run(work, case, SOLVERS[cloud], processors=processors)
+    names = ["U", "dTarget"] + (["angularMomentum"] if cloud != "kinematic" else [])
+    return foam_files.read_cloud(case, end, names), log
+
+
+def states(shots, fields):
+    """States in the frame of each impact, from what OpenFOAM wrote.
+
+    Returns
+    -------
+    array, shape (n, 6), or (n, 3) for a cloud without spin
+        u, v, w over V, and the angular velocities times a/V.
+    """
+    e_y = NORMAL[shots.wall]
+    e_x = shots.tangent()
+    frame = np.stack([e_x, e_y, np.cross(e_x, e_y)], axis=1)
+    speed = np.array([speed for _, speed in CONDITIONS])[shots.condition, None]
+    parts = [(fields["U"] - WALL_VELOCITY[shots.wall]) / speed]
+    if "angularMomentum" in fields:
+        parts.append(fields["angularMomentum"] / INERTIA * (0.5 * DIAMETER) / speed)
+    return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])

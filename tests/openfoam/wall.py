@@ -1,0 +1,105 @@
+"""Shoot parcels at a wall in OpenFOAM, and compare what comes back with direct simulation.
+
+    python tests/openfoam/wall.py FOLDER [COUNT]
+
+FOLDER is where install.sh and build.sh of sampler/openfoam worked, with corundum-steel.rbt; COUNT
+the number of parcels of each condition at each of two walls. Prints a table, leaves wall.json in
+FOLDER, and ends with 1 if a distance is larger than is allowed.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import foam_run
+import numpy as np
+import shots
+
+import sampler
+from sampler.atomic import atomic_output
+from tablegen import load_config, make_condition, simulate
+from tablegen.distances import correlation_error, ks_distances
+
+#: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
+KS, CORRELATION = 0.02, 0.03
+#: Parcels of each condition at each wall, and directly simulated ones of each condition. With
+#: 40,000 against 200,000 a distance above 0.0122 is noise less than once in 10,000 components.
+COUNT, DIRECT = 20_000, 200_000
+
+
+def direct_states(count, seed=11):
+    """States of each of `shots.CONDITIONS` from direct simulation, (count, 6) each."""
+    config = load_config("corundum-steel")
+    return [
+        simulate(
+            config.pair, config.population, make_condition(*condition), count, seed=seed, stream=k
+        ).state
+        for k, condition in enumerate(shots.CONDITIONS)
+    ]
+
+
+def compare(started, states, direct):
+    """Distances of OpenFOAM's states from direct simulation, a dictionary a condition."""
+    rows = []
+    for k, (alpha, speed) in enumerate(shots.CONDITIONS):
+        sample = states[started.condition == k]
+        reference = direct[k][:, : sample.shape[1]]
+        rows.append(
+            {
+                "alpha_deg": float(np.degrees(alpha)),
+                "speed": float(speed),
+                "hits": len(sample),
+                "ks": ks_distances(sample, reference).tolist(),
+                "correlation_error": correlation_error(sample, reference),
+            }
+        )
+    return rows
+
+
+def passes(rows):
+    """Whether every condition is within what is allowed."""
+    return all(max(row["ks"]) <= KS and row["correlation_error"] <= CORRELATION for row in rows)
+
+
+def _print_table(rows):
+    print("  angle  speed    hits      KS  error of a correlation")
+    for row in rows:
+        print(
+            f"  {row['alpha_deg']:4.0f}°  {row['speed']:5.0f}  {row['hits']:6d}  "
+            f"{max(row['ks']):.4f}  {row['correlation_error']:.4f}"
+        )
+
+
+def main(work, count=COUNT):
+    """Run the kinematic and the colliding cloud on one and on two processors."""
+    started = shots.make_shots(count)
+    direct = direct_states(DIRECT)
+    table = sampler.load("corundum-steel")
+    drawn, _ = table.rebound(
+        started.velocity,
+        shots.NORMAL[started.wall],
+        0.5 * shots.DIAMETER,
+        seed=shots.SEED,
+        wall_velocity=shots.WALL_VELOCITY[started.wall],
+    )
+    results = {}
+    for cloud in ("kinematic", "colliding"):
+        for processors in (1, 2):
+            name = f"{cloud}-{processors}"
+            fields, _ = shots.run_shots(work, work / "wall" / name, started, cloud, processors)
+            rows = compare(started, shots.states(started, fields), direct)
+            difference = float(np.abs(fields["U"] - drawn).max())
+            results[name] = {"conditions": rows, "difference_from_python": difference}
+            print(f"{cloud} cloud on {processors} processor{'s' * (processors > 1)}:")
+            _print_table(rows)
+            print(f"  largest difference from Python's draws: {difference:.1e} m/s")
+    with atomic_output(work / "wall.json") as temporary:
+        Path(temporary).write_text(json.dumps(results, indent=1), encoding="utf-8")
+    return 0 if all(passes(result["conditions"]) for result in results.values()) else 1
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(Path(sys.argv[1]).resolve(), *map(int, sys.argv[2:])))
+    except foam_run.FoamError as error:
+        sys.exit(str(error))
