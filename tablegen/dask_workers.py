@@ -12,6 +12,24 @@ from sampler.errors import InputError
 _PATIENCE = 10
 
 
+#: What the scheduler and every worker must be able to do.
+_PROBE = "import tablegen.workshop"
+
+
+@contextmanager
+def _silent_logs() -> Iterator[None]:
+    """Keep Dask's logs, tracebacks among them, off the terminal: what is wrong is in our line."""
+    loggers = [logging.getLogger(n) for n in logging.root.manager.loggerDict if "distributed" in n]
+    levels = [logger.level for logger in loggers]
+    try:
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL + 1)
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
 @contextmanager
 def dask_workers(
     scheduler: str | None, workers: int, say: Callable[[str], None]
@@ -45,9 +63,8 @@ def dask_workers(
             "--executor: got dask, which is not installed, "
             "allowed after: pip install 'rebound-tables[dask]'"
         ) from error
-    # what it has to report there is in our one line
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
+        stack.enter_context(_silent_logs())
         if scheduler is None:
             options: dict[str, Any] = {"dashboard_address": None, "silence_logs": logging.CRITICAL}
             cluster = LocalCluster(n_workers=workers, threads_per_worker=1, **options)
@@ -55,6 +72,14 @@ def dask_workers(
         else:
             try:
                 client = stack.enter_context(Client(scheduler, timeout=_PATIENCE))
+                # a worker that cannot unpack its work closes without a word, and the run hangs
+                client.run_on_scheduler(exec, _PROBE, {})
+                client.run(exec, _PROBE, {})
+            except ImportError as error:
+                raise InputError(
+                    f"--scheduler: got {scheduler}, where Python says {error}, "
+                    "allowed: a cluster with the same environment as here"
+                ) from error
             except (OSError, ValueError) as error:
                 raise InputError(
                     f"--scheduler: got {scheduler}, where none answered within {_PATIENCE} s, "
