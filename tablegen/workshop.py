@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from sampler.errors import InputError
-from tablegen.blas import one_blas_thread
 from tablegen.executors import thread_pool
 from tablegen.pieces import PieceStore
 from tablegen.software import software
@@ -62,8 +62,7 @@ def perform(piece: Piece, wanted_software: str) -> Arrays:
     """
     if (ours := software()) != wanted_software:
         raise InputError(f"workers: got one with {ours}, allowed: {wanted_software}")
-    with one_blas_thread():
-        return piece.function(*piece.arguments)
+    return piece.function(*piece.arguments)
 
 
 class Workshop:
@@ -153,7 +152,12 @@ class Workshop:
         missing = {key: piece for key, piece in pieces.items() if key not in done}
         if not missing:
             return
-        with nullcontext(self._executor) if self._executor else thread_pool() as pool:
+        # A piece limits linear algebra to one thread itself. But that holds for the whole process,
+        # and of two pieces that overlap, the first to end would lift it for the other.
+        with (
+            threadpool_limits(limits=1, user_api="blas"),
+            nullcontext(self._executor) if self._executor else thread_pool() as pool,
+        ):
             waiting = {pool.submit(perform, p, software()): key for key, p in missing.items()}
             try:
                 for future in as_completed(waiting):

@@ -30,9 +30,10 @@ def command(*words):
 def mpiexec(ranks):
     """Words that start some ranks, on however few processors and as any user."""
     words = ["mpiexec", "-n", str(ranks)]
-    if "Open MPI" in command("mpiexec", "--version").out or "OpenRTE" in command(
-        "mpiexec", "--version"
-    ).out:
+    if (
+        "Open MPI" in command("mpiexec", "--version").out
+        or "OpenRTE" in command("mpiexec", "--version").out
+    ):
         words += ["--allow-run-as-root", "--oversubscribe"]
     return words
 

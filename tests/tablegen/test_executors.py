@@ -1,16 +1,20 @@
 """Engines: the same bytes from all of them, and one line when one cannot be used."""
 
 import sys
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+import tomli_w
 from command_line import BAD_INPUT, DONE, config_file
 from deadly_work import die, die_once
 from processes import TABLEGEN, command, mpiexec, needs_dask, needs_mpi, our_lines
+from tiny_tables import ROUGH
 
 from sampler.errors import InputError
 from tablegen import executors
+from tablegen.config import parse_config
 from tablegen.executors import open_executor, processors
 from tablegen.ranks import asks_for_ranks, on_first_rank
 from tablegen.workshop import SECONDS, Piece, Workshop
@@ -32,15 +36,17 @@ def whole(tmp_path_factory):
     return (folder / "t.h5").read_bytes()
 
 
+def chosen_nodes():
+    """Configuration whose speeds are chosen, so that there are trials as well as nodes."""
+    tree = tomllib.loads(ROUGH.text)
+    del tree["table"]["speed_nodes"]
+    return parse_config(tomli_w.dumps(tree), "test")
+
+
 def generating(folder, *words):
-    return (
-        *TABLEGEN,
-        "generate",
-        config_file(folder),
-        *("--output", folder / "t.h5"),
-        *MEASURED,
-        *words,
-    )
+    config = config_file(folder, chosen_nodes())
+    output = folder / "t.h5"
+    return (*TABLEGEN, "generate", config, "--output", output, *MEASURED, *words)
 
 
 class TestSameBytes:
