@@ -122,19 +122,21 @@ class TestRun:
 def test_linear_algebra_keeps_to_one_thread_while_pieces_overlap():
     """The first piece to end must not give the other its threads back, which may change sums."""
     blas = ThreadpoolController().select(user_api="blas")
-    limited, ended = threading.Barrier(2, timeout=60.0), threading.Event()
+    one_in, two_in, one_out = (threading.Event() for _ in range(3))
     seen = []
 
     def first():
         with threadpool_limits(limits=1, user_api="blas"):
-            limited.wait()
-        ended.set()
+            one_in.set()
+            assert two_in.wait(60.0)
+        one_out.set()
         return square(1)
 
     def second():
+        assert one_in.wait(60.0)
         with threadpool_limits(limits=1, user_api="blas"):
-            limited.wait()
-            ended.wait(60.0)
+            two_in.set()
+            assert one_out.wait(60.0)
             seen.extend(library["num_threads"] for library in blas.info())
         return square(2)
 
