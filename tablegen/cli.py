@@ -1,12 +1,14 @@
 """Command line of the generator.
 
-Exit status: 0 done, 1 a declared accuracy was missed, 2 bad input. Bad input gives one line on
-standard error and leaves no output.
+Exit status: 0 done, 1 a declared accuracy was missed, 2 bad input, 130 interrupted. Bad input
+gives one line on standard error and leaves no output.
 """
 
 import json
 import math
+import sys
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 import click
@@ -20,23 +22,23 @@ from tablegen import options
 from tablegen.config import load_config
 from tablegen.demo import run_demo
 from tablegen.export import export
-from tablegen.generate import CONDITIONS as GENERATE_CONDITIONS
-from tablegen.generate import generate as generate_table
-from tablegen.measure import missed_targets
+from tablegen.generate_command import generate
 from tablegen.mesh import read_mesh
 from tablegen.options import examples as _examples
 from tablegen.page import validation_page
 from tablegen.particles import MIXTURE, SHAPE_NAMES, Population
 from tablegen.prune_command import prune
+from tablegen.ranks import asks_for_ranks, on_first_rank
 from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
 from tablegen.stability.command import stability
 from tablegen.statistics import simulate_statistics, statistics_of
-from tablegen.summary import accuracy_text, details_text, identity_text, time_text
+from tablegen.summary import accuracy_text, details_text, identity_text
 from tablegen.validate import CONDITIONS
 from tablegen.validate import validate as validate_table
+from tablegen.verdict import DONE, MISSED, verdict
 
-DONE, MISSED, BAD_INPUT = 0, 1, 2
+BAD_INPUT, INTERRUPTED = 2, 130
 
 
 @click.group(
@@ -54,10 +56,10 @@ def cli() -> None:
 
 @cli.command(epilog=_examples("tablegen demo", "tablegen demo --output /tmp/small.h5"))
 @click.option("--output", type=options.OUTPUT, default="demo.h5", show_default=True)
-@click.option("--quiet", is_flag=True, help="No progress bars.")
-def demo(output: Path, quiet: bool) -> int:
+@options.progress
+def demo(output: Path, progress: bool) -> int:
     """Generate a small table, draw from it, validate it: the main job in one go."""
-    return DONE if run_demo(output, click.echo, not quiet).holds else MISSED
+    return DONE if run_demo(output, click.echo, progress).holds else MISSED
 
 
 @cli.command(
@@ -108,7 +110,7 @@ def demo(output: Path, quiet: bool) -> int:
     help="Angular velocity before the impact, times a/V.",
 )
 @click.option("--threads", type=options.Whole(1, 4096), help="Default: one a processor.")
-@click.option("--quiet", is_flag=True, help="No progress bar.")
+@options.progress
 def simulate(
     pair: str,
     shape: str | None,
@@ -122,7 +124,7 @@ def simulate(
     aspect: tuple[float, float] | None,
     spin: tuple[float, float, float],
     threads: int | None,
-    quiet: bool,
+    progress: bool,
 ) -> int:
     """Simulate rebounds directly.
 
@@ -141,9 +143,9 @@ def simulate(
         click.echo(f"tablegen: note: {note}", err=True)
     run = config.pair, population, condition, count
     if output is None:
-        statistics = simulate_statistics(*run, seed=seed, threads=threads, progress=not quiet)
+        statistics = simulate_statistics(*run, seed=seed, threads=threads, progress=progress)
     else:
-        result = simulate_rebounds(*run, seed=seed, threads=threads, progress=not quiet)
+        result = simulate_rebounds(*run, seed=seed, threads=threads, progress=progress)
         statistics = statistics_of(result)
         _write_rebounds(output, result)
     if statistics_file is not None:
@@ -158,41 +160,6 @@ def simulate(
         }
         _write_text(statistics_file, json.dumps(about | statistics.to_dict(), indent=1) + "\n")
     return DONE
-
-
-@cli.command(
-    epilog=_examples(
-        "tablegen generate corundum-steel --output corundum-steel.h5",
-        "tablegen generate my-pair.toml --output my-pair.h5 --resume",
-    )
-)
-@click.argument("config", metavar="CONFIG.toml")
-@click.option("--output", required=True, type=options.OUTPUT, metavar="T.h5")
-@click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
-@click.option(
-    "--conditions",
-    type=options.Whole(1, 10_000),
-    default=GENERATE_CONDITIONS,
-    show_default=True,
-    help="Conditions between nodes at which the accuracy is measured and stored.",
-)
-@click.option("--quiet", is_flag=True, help="No progress bars.")
-def generate(config: str, output: Path, resume: bool, conditions: int, quiet: bool) -> int:
-    """Generate a table from a material pair or scene (a name, or the path of a .toml file).
-
-    Nodes are placed where the error between them, measured against direct simulation, is too
-    large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts
-    until the table is complete. The measured accuracy is stored in the table; exit status 1 says
-    that it misses the declared one.
-    """
-    settings = load_config(config)
-    made = generate_table(
-        settings, output, resume=resume, conditions=conditions, progress=not quiet
-    )
-    click.echo(identity_text(made.table))
-    click.echo(accuracy_text(made.comparisons, settings.accuracy))
-    click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
-    return _verdict(missed_targets(made.comparisons, settings.accuracy))
 
 
 @cli.command(
@@ -218,7 +185,7 @@ def generate(config: str, output: Path, resume: bool, conditions: int, quiet: bo
 @click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
 @click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
 @click.option("--details", is_flag=True, help="Means and modes at every condition.")
-@click.option("--quiet", is_flag=True, help="No progress bar.")
+@options.progress
 def validate(
     table: str,
     conditions: int,
@@ -227,7 +194,7 @@ def validate(
     json_file: Path | None,
     html_file: Path | None,
     details: bool,
-    quiet: bool,
+    progress: bool,
 ) -> int:
     """Compare a table with fresh direct simulation at conditions that are not nodes.
 
@@ -236,7 +203,7 @@ def validate(
     tells table from direct; 0.5 = it cannot. Exit status 1 if a declared accuracy is missed.
     """
     result = validate_table(
-        table, conditions=conditions, seed=seed, samples=samples, progress=not quiet
+        table, conditions=conditions, seed=seed, samples=samples, progress=progress
     )
     click.echo(accuracy_text(result.comparisons, result.declared))
     worst = max(result.comparisons, key=lambda c: c.auc)
@@ -246,7 +213,7 @@ def validate(
         _write_text(json_file, json.dumps(result.to_dict(), indent=1) + "\n")
     if html_file:
         _write_text(html_file, validation_page(result))
-    return _verdict(result.missed)
+    return verdict(result.missed)
 
 
 @cli.command(epilog=_examples("tablegen inspect corundum-steel"))
@@ -261,6 +228,7 @@ def inspect(table: str, config: bool) -> int:
 
 cli.add_command(export)
 cli.add_command(prune)
+cli.add_command(generate)
 cli.add_command(stability)
 
 
@@ -310,15 +278,6 @@ def _write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def _verdict(missed: list[str]) -> int:
-    """Report what was missed; exit status."""
-    for line in missed:
-        click.echo(f"missed: {line}")
-    if not missed:
-        click.echo("The declared accuracy holds at every condition.")
-    return MISSED if missed else DONE
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status.
 
@@ -327,9 +286,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv : sequence of str, optional
         Arguments; those of the process if left out.
     """
+    words = list(sys.argv[1:] if argv is None else argv)
     try:
-        status = cli.main(args=argv, prog_name="tablegen", standalone_mode=False)
-        return status if isinstance(status, int) else DONE
+        if asks_for_ranks(words):
+            return on_first_rank(lambda ranks: _run(words, ranks))
+        return _run(words, None)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         return BAD_INPUT
@@ -339,8 +300,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         message = str(error)
     except MemoryError:
         message = "not enough memory, allowed: a smaller count, or fewer samples"
-    except click.Abort:
-        click.echo("tablegen: interrupted", err=True)
-        return 130
+    except click.Abort as error:
+        click.echo(": ".join(["tablegen: interrupted", *error.args]), err=True)
+        return INTERRUPTED
     click.echo(f"tablegen: error: {' '.join(message.split())}", err=True)
     return BAD_INPUT
+
+
+def _run(words: list[str], ranks: Executor | None) -> int:
+    status = cli.main(args=words, obj=ranks, prog_name="tablegen", standalone_mode=False)
+    return status if isinstance(status, int) else DONE

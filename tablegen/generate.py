@@ -1,10 +1,10 @@
 """Make a table: choose sizes and nodes, fit them, measure the accuracy, write the file."""
 
+import time
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import sampler
 from sampler.atomic import check_output
 from sampler.schema import write_table
 from sampler.table import Table
@@ -15,6 +15,7 @@ from tablegen.fitting.axes import make_axes
 from tablegen.measure import measure, pick_conditions
 from tablegen.pieces import PieceStore
 from tablegen.plan import make_plan
+from tablegen.software import software
 from tablegen.workshop import Workshop
 
 #: Conditions at which a new table is measured.
@@ -34,7 +35,8 @@ class Generated:
     comparisons : list of Comparison
         At conditions between nodes that played no part in placing them.
     seconds : dict
-        Worker seconds spent on simulation, fit and check of nodes.
+        Spent on simulation, fit and check of nodes by all workers together, and on the
+        measurement of the whole table.
     """
 
     table: Table
@@ -81,11 +83,12 @@ def generate(
         If the output cannot be written, or parts of another configuration shall be resumed.
     """
     path = check_output(output)
-    store = PieceStore(path, f"{sampler.__version__}\n{config.text}", resume)
+    store = PieceStore(path, f"{software()}\n{config.text}", resume)
     shop = Workshop(store, executor, progress)
     plan = make_plan(config, shop)
     contents = assemble(config, make_axes(config, plan.placement.grid), plan.nodes)
     table = Table(contents)
+    begin = time.perf_counter()
     comparisons = measure(
         table,
         config,
@@ -97,4 +100,5 @@ def generate(
     contents = replace(contents, datasets={**contents.datasets, **measured})
     write_table(path, contents)
     store.discard()
-    return Generated(Table(contents), comparisons, shop.seconds)
+    seconds = {**shop.seconds, "measurement": time.perf_counter() - begin}
+    return Generated(Table(contents), comparisons, seconds)

@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from sampler.arrays import Axis
@@ -111,7 +112,8 @@ def measure(
     samples = samples or sample_size(config.accuracy)
     bar = tqdm(total=len(conditions), desc="validating", unit="condition", disable=not progress)
     found = []
-    with bar:
+    # one thread: sums in another order would change the last bit of what a table says of itself
+    with bar, threadpool_limits(limits=1, user_api="blas"):
         for comparison in _comparisons(table, config, conditions, seed, samples):
             found.append(comparison)
             bar.update()

@@ -1,6 +1,7 @@
 """Types of command-line values that refuse what cannot be used, in one line."""
 
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,19 @@ POSITIVE = Number(0.0, open_low=True)
 RATIO = Number(0.0, 1.0, open_low=True)
 ANY = Number()
 OUTPUT = OutputFile()
+
+
+def _shown(_: click.Context, __: click.Parameter, asked: bool | None) -> bool:
+    return sys.stderr.isatty() if asked is None else asked
+
+
+#: Adds the argument ``progress`` to a command: whether bars are shown.
+progress = click.option(
+    "--progress/--quiet",
+    default=None,
+    callback=_shown,
+    help="Progress bars; by default if standard error is a terminal.",
+)
 
 
 def examples(*lines: str) -> str:

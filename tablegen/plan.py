@@ -5,7 +5,7 @@ condition: there is no interpolation in them. Then nodes are placed by `tablegen
 place being tried against fresh direct simulation.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import product
 from typing import NamedTuple
 
@@ -71,12 +71,14 @@ class _Bench:
             self._nodes[size, a, v] = NodeArrays(**node)
         return [self._nodes[(size, *c)] for c in wanted]
 
-    def tried(self, size: Resolution, places: Iterable[Place]) -> dict[Place, Arrays]:
-        """Distances from direct simulation in the middles of places."""
+    def tried(
+        self, size: Resolution, places: Iterable[Place], error: Callable[[Place, Arrays], float]
+    ) -> dict[Place, float]:
+        """Errors of places, from distances from direct simulation in their middles."""
         wanted = list(places)
         missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._trials]
         self.fit(size, (c for place in missing for c in product(*place)))
-        pieces = {}
+        pieces, owner = {}, {}
         for place in missing:
             arguments = (
                 self.config,
@@ -84,11 +86,17 @@ class _Bench:
                 middle_of(self.config, place),
                 self.fit(size, product(*place)),
             )
-            pieces[f"trial {tuple(place)!r} {tuple(size)}"] = Piece(try_nodes, arguments)
-        made = self.shop.run("checking", pieces)
-        for place, arrays in zip(missing, made.values(), strict=True):
-            self._trials[size, place] = arrays
-        return {place: self._trials[size, place] for place in wanted}
+            key = f"trial {tuple(place)!r} {tuple(size)}"
+            pieces[key], owner[key] = Piece(try_nodes, arguments), place
+        known = {p: error(p, self._trials[size, p]) for p in wanted if p not in missing}
+
+        def see(key: str, arrays: Arrays) -> None:
+            self._trials[size, owner[key]] = arrays
+            known[owner[key]] = error(owner[key], arrays)
+            self.shop.note = f"worst error {max(known.values()):.2f} of what is allowed"
+
+        self.shop.run("checking", pieces, see)
+        return {place: known[place] for place in wanted}
 
 
 def fit_nodes(config: Config, grid: Grid, shop: Workshop) -> list[NodeArrays]:
@@ -134,11 +142,7 @@ def make_plan(config: Config, shop: Workshop) -> Plan:
     else:
 
         def measure(_: Grid, places: list[Place]) -> Mapping[Place, float]:
-            found = bench.tried(size, places)
-            errors = {p: error_of(arrays, config.accuracy, p) for p, arrays in found.items()}
-            if errors:
-                shop.note = f"worst error {max(errors.values()):.2f} of what is allowed"
-            return errors
+            return bench.tried(size, places, lambda p, found: error_of(found, config.accuracy, p))
 
         placement = refine(grid, measure, *middles(config))
     return Plan(size, placement, bench.fit(size, product(*placement.grid)))
@@ -155,8 +159,9 @@ def _choose_components(bench: _Bench) -> Resolution:
         size = resolution(config, components)
         if rung < least:
             continue
-        found = bench.tried(size, probes).values()
-        error = max(auc_error(arrays, config.accuracy) for arrays in found)
+        error = max(
+            bench.tried(size, probes, lambda _, found: auc_error(found, config.accuracy)).values()
+        )
         if error <= _CAPACITY:
             break
         # go on where the measured decay leads, or a little below

@@ -5,17 +5,21 @@ pieces, or when. What a piece costs is counted, and shown while the work goes on
 """
 
 import hashlib
-import os
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import Executor, as_completed
+from contextlib import closing, nullcontext
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
+from sampler.errors import InputError
+from tablegen.executors import thread_pool
 from tablegen.pieces import PieceStore
+from tablegen.software import software
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -38,6 +42,29 @@ def stable_number(key: str, bits: int) -> int:
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") >> (64 - bits)
 
 
+def perform(piece: Piece, wanted_software: str) -> Arrays:
+    """Do a piece of work, on whatever machine this runs.
+
+    Parameters
+    ----------
+    piece : Piece
+    wanted_software : str
+        What `software` says where the pieces are put together.
+
+    Returns
+    -------
+    Arrays
+
+    Raises
+    ------
+    InputError
+        If the software here is different, so that the result could be.
+    """
+    if (ours := software()) != wanted_software:
+        raise InputError(f"workers: got one with {ours}, allowed: {wanted_software}")
+    return piece.function(*piece.arguments)
+
+
 class Workshop:
     """Where the pieces of a table are made.
 
@@ -46,7 +73,7 @@ class Workshop:
     store : PieceStore, optional
         Where finished pieces are kept, and found again.
     executor : concurrent.futures.Executor, optional
-        By default one thread a processor.
+        By default one thread a processor. It stays open.
     progress : bool
         Show progress bars on standard error.
 
@@ -68,7 +95,12 @@ class Workshop:
         self.seconds = dict.fromkeys(STAGES, 0.0)
         self.note = ""
 
-    def run(self, what: str, pieces: Mapping[str, Piece]) -> dict[str, Arrays]:
+    def run(
+        self,
+        what: str,
+        pieces: Mapping[str, Piece],
+        see: Callable[[str, Arrays], None] | None = None,
+    ) -> dict[str, Arrays]:
         """Do all pieces that are not done yet.
 
         Parameters
@@ -77,6 +109,8 @@ class Workshop:
             For the progress bar.
         pieces : mapping from key to Piece
             The key says everything that decides the result, but for the configuration.
+        see : callable, optional
+            Gets the key and the result of every piece as soon as it is there, to update the note.
 
         Returns
         -------
@@ -84,9 +118,11 @@ class Workshop:
         """
         done: dict[str, Arrays] = {}
         for key in pieces:
-            found = self._store.load(stable_number(key, 48)) if self._store else None
-            if found is not None and SECONDS in found:
+            found = self._store.load(key) if self._store else None
+            if found is not None:
                 done[key] = found
+                if see:
+                    see(key, found)
         bar = tqdm(
             total=len(pieces),
             initial=len(done),
@@ -94,32 +130,41 @@ class Workshop:
             postfix=self.note,
             disable=not self._progress or len(done) == len(pieces),
         )
-        with bar:
-            self._finish(pieces, done, bar)
+        # closed at once where a piece cannot be kept: the traceback would hold it open
+        with bar, closing(self._finished(pieces, done)) as finished:
+            for key, arrays in finished:
+                if self._store:
+                    self._store.save(key, arrays)
+                done[key] = arrays
+                if see:
+                    see(key, arrays)
+                bar.set_postfix_str(self.note, refresh=False)
+                bar.update()
         for arrays in done.values():
             for stage, spent in zip(STAGES, arrays[SECONDS], strict=True):
                 self.seconds[stage] += float(spent)
         return {key: done[key] for key in pieces}
 
-    def _finish(self, pieces: Mapping[str, Piece], done: dict[str, Arrays], bar: tqdm) -> None:
-        pool = self._executor or ThreadPoolExecutor(os.cpu_count())
-        waiting = {
-            pool.submit(piece.function, *piece.arguments): key
-            for key, piece in pieces.items()
-            if key not in done
-        }
-        try:
-            for future in as_completed(waiting):
-                key = waiting[future]
-                done[key] = future.result()
-                if self._store:
-                    self._store.save(stable_number(key, 48), done[key])
-                bar.update()
-        finally:
-            for future in waiting:
-                future.cancel()
-            if self._executor is None:
-                pool.shutdown()
+    def _finished(
+        self, pieces: Mapping[str, Piece], done: Mapping[str, Arrays]
+    ) -> Generator[tuple[str, Arrays], None, None]:
+        """Do what is not done yet; keys and results in the order of completion."""
+        missing = {key: piece for key, piece in pieces.items() if key not in done}
+        if not missing:
+            return
+        # A piece limits linear algebra to one thread itself. But that holds for the whole process,
+        # and of two pieces that overlap, the first to end would lift it for the other.
+        with (
+            threadpool_limits(limits=1, user_api="blas"),
+            nullcontext(self._executor) if self._executor else thread_pool() as pool,
+        ):
+            waiting = {pool.submit(perform, p, software()): key for key, p in missing.items()}
+            try:
+                for future in as_completed(waiting):
+                    yield waiting.pop(future), future.result()
+            finally:
+                for future in waiting:
+                    future.cancel()
 
 
 class Stopwatch:

@@ -60,7 +60,7 @@ def _write(path: Path, text: str) -> None:
 @click.option("--threads", type=options.Whole(1, 4096), help="Default: one a processor.")
 @click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every case.")
 @click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
-@click.option("--quiet", is_flag=True, help="No progress bars.")
+@options.progress
 def stability(
     pair: str,
     quick: bool,
@@ -74,7 +74,7 @@ def stability(
     threads: int | None,
     json_file: Path | None,
     html_file: Path | None,
-    quiet: bool,
+    progress: bool,
 ) -> int:
     """Simulate extreme particles and impacts, and check the model in each.
 
@@ -95,7 +95,7 @@ def stability(
         count=count,
         seed=seed,
         threads=threads,
-        progress=not quiet,
+        progress=progress,
     )
     click.echo(study_text(study))
     if json_file:

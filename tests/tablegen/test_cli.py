@@ -178,7 +178,9 @@ class TestGenerate:
         with monkeypatch.context() as patch:
             patch.setattr(GENERATE, "measure", interrupted)
             ended = run(*words)
-            assert (ended.status, ended.err.strip()) == (INTERRUPTED, "tablegen: interrupted")
+            assert ended.status == INTERRUPTED
+            assert ended.err.startswith("\ntablegen: interrupted: the same command with --resume ")
+            assert ended.err.endswith(f" {output}.parts\n")
         assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5.parts"]
         monkeypatch.setattr(PLAN, "fit_node", None)  # all four are there already
         assert run(*words, "--resume").status == DONE

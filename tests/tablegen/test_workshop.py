@@ -1,11 +1,14 @@
 """Keyed pieces of work: order, disk, interruption, time."""
 
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from threadpoolctl import ThreadpoolController, threadpool_limits
 
+from sampler.errors import InputError
 from tablegen.pieces import PieceStore
 from tablegen.workshop import SECONDS, STAGES, Piece, Stopwatch, Workshop, stable_number
 
@@ -78,6 +81,69 @@ class TestRun:
         assert "squares" in shown
         assert "2/2" in shown
         assert "worst error 1.25" in shown
+
+    def test_pieces_are_seen_as_they_come_and_move_the_note(self, store, capsys):
+        shop = Workshop(store, progress=True)
+        seen = []
+
+        def see(key, arrays):
+            seen.append((key, int(arrays["square"])))
+            shop.note = f"largest {arrays['square']}"
+
+        shop.run("squares", squares(2), see)
+        # found again, then made
+        shop.run("squares", squares(2, 3), see)
+        assert seen == [("square 2", 4), ("square 2", 4), ("square 3", 9)]
+        assert "largest 9" in capsys.readouterr().err
+
+    def test_piece_that_cannot_be_kept_ends_the_run_and_cancels_the_others(
+        self, store, monkeypatch
+    ):
+        def full(key, arrays):
+            raise InputError("output: cannot write")
+
+        monkeypatch.setattr(store, "save", full)
+        begun, go_on = [], threading.Event()
+
+        def waiting(number):
+            begun.append(number)
+            if len(begun) > 1:
+                go_on.wait(60.0)
+            return square(number)
+
+        pieces = {f"{n}": Piece(waiting, (n,)) for n in range(5)}
+        with ThreadPoolExecutor(1) as pool:
+            with pytest.raises(InputError):
+                Workshop(store, pool).run("squares", pieces)
+            go_on.set()
+        assert begun in ([0], [0, 1])
+
+
+def test_linear_algebra_keeps_to_one_thread_while_pieces_overlap():
+    """The first piece to end must not give the other its threads back, which may change sums."""
+    blas = ThreadpoolController().select(user_api="blas")
+    one_in, two_in, one_out = (threading.Event() for _ in range(3))
+    seen = []
+
+    def first():
+        with threadpool_limits(limits=1, user_api="blas"):
+            one_in.set()
+            assert two_in.wait(60.0)
+        one_out.set()
+        return square(1)
+
+    def second():
+        assert one_in.wait(60.0)
+        with threadpool_limits(limits=1, user_api="blas"):
+            two_in.set()
+            assert one_out.wait(60.0)
+            seen.extend(library["num_threads"] for library in blas.info())
+        return square(2)
+
+    with ThreadPoolExecutor(2) as pool:
+        pieces = {"1": Piece(first, ()), "2": Piece(second, ())}
+        Workshop(executor=pool).run("squares", pieces)
+    assert set(seen) == {1}
 
 
 class TestTime:

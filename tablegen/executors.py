@@ -1,0 +1,88 @@
+"""Who does the pieces of a table: threads here, a Dask cluster, or the ranks of an MPI job.
+
+All are executors of `concurrent.futures`.
+"""
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+
+from sampler.errors import InputError
+from tablegen.dask_workers import dask_workers
+
+THREADS, DASK, MPI = ENGINES = ("threads", "dask", "mpi")
+
+
+def processors() -> int:
+    """Count the processors that this process may use; a batch system may grant a part of them."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def open_executor(
+    engine: str = THREADS,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    ranks: Executor | None = None,
+    say: Callable[[str], None] = lambda _: None,
+) -> Iterator[Executor]:
+    """Open an executor by name, and close it at the end of the block.
+
+    Parameters
+    ----------
+    engine : {"threads", "dask", "mpi"}
+    workers : int, optional
+        Threads, or processes of a Dask cluster on this machine; by default one a processor.
+    scheduler : str, optional
+        Address of a running Dask scheduler, whose workers are used.
+    ranks : Executor, optional
+        The other ranks of an MPI job, from `tablegen.ranks.on_first_rank`.
+    say : callable
+        Gets what a user should know, for example that no worker has come yet.
+
+    Yields
+    ------
+    Executor
+
+    Raises
+    ------
+    InputError
+        If the arguments do not go together, a package is missing, a scheduler is out of reach, or
+        the workers are lost.
+    """
+    if scheduler is not None and engine != DASK:
+        raise InputError(f"--scheduler: got {scheduler} with {engine}, allowed: with dask only")
+    if workers is not None and engine == MPI:
+        raise InputError(f"--workers: got {workers} with mpi, allowed: none, mpiexec has its own")
+    if workers is not None and scheduler is not None:
+        raise InputError(f"--workers: got {workers} with --scheduler, allowed: one of the two")
+    if engine == MPI and ranks is None:
+        raise InputError("--executor: got mpi outside MPI, allowed: under mpiexec -n N")
+    opened: AbstractContextManager[Executor]
+    if engine == DASK:
+        opened = dask_workers(scheduler, workers or processors(), say)
+    elif engine == MPI and ranks is not None:
+        opened = nullcontext(ranks)
+    elif engine == THREADS:
+        opened = thread_pool(workers)
+    else:
+        raise InputError(f"--executor: got {engine}, allowed: {', '.join(ENGINES)}")
+    with opened as executor:
+        yield executor
+
+
+@contextmanager
+def thread_pool(workers: int | None = None) -> Iterator[Executor]:
+    """Threads of this process, by default one a processor."""
+    pool = ThreadPoolExecutor(workers or processors())
+    try:
+        yield pool
+    except BaseException:
+        # what is at work cannot be stopped, but what went wrong can be told before it ends
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()

@@ -1,0 +1,43 @@
+"""The command line in processes of its own, under MPI or not."""
+
+import shutil
+import subprocess
+import sys
+from functools import cache
+from importlib import util
+from types import SimpleNamespace
+
+import pytest
+
+TABLEGEN = (sys.executable, "-m", "tablegen")
+
+needs_dask = pytest.mark.skipif(
+    util.find_spec("distributed") is None, reason="needs Dask: pip install 'rebound-tables[dask]'"
+)
+needs_mpi = pytest.mark.skipif(
+    util.find_spec("mpi4py") is None or shutil.which("mpiexec") is None,
+    reason="needs mpi4py and mpiexec: pip install 'rebound-tables[mpi]' and Open MPI or MPICH",
+)
+
+
+def command(*words):
+    """Run a command line to its end: status, standard output, standard error."""
+    ended = subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=150)
+    return SimpleNamespace(status=ended.returncode, out=ended.stdout, err=ended.stderr)
+
+
+@cache
+def mpiexec(ranks):
+    """Words that start some ranks, on however few processors and as any user."""
+    words = ["mpiexec", "-n", str(ranks)]
+    if (
+        "Open MPI" in command("mpiexec", "--version").out
+        or "OpenRTE" in command("mpiexec", "--version").out
+    ):
+        words += ["--allow-run-as-root", "--oversubscribe"]
+    return words
+
+
+def our_lines(text):
+    """Lines of the command itself; mpiexec adds its own when a rank ends with an error."""
+    return [line for line in text.splitlines() if line.startswith("tablegen: ")]

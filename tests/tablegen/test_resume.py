@@ -1,0 +1,234 @@
+"""Nothing lost: runs that are killed, interrupted, or find the disk full, and are resumed.
+
+The commands run in processes of their own. What a resumed run has to do is counted in this one.
+"""
+
+import resource
+import shutil
+import signal
+import subprocess
+import time
+from functools import partial
+from typing import NamedTuple
+
+import pytest
+from command_line import BAD_INPUT, DONE, INTERRUPTED, config_file
+from processes import TABLEGEN, command
+from tiny_tables import GENERATE, MEASURED, PLAN, ROUGH
+
+from sampler.schema import write_table
+from tablegen.fitting.node import fit_node
+from tablegen.generate import generate
+from tablegen.measure import measure
+
+#: Twelve nodes that take some tenths of a second each.
+CONFIG = ROUGH.with_changes(
+    {
+        "table": {
+            "samples_per_node": 100_000,
+            "alpha_nodes_deg": [35.0, 38.0, 41.0, 45.0],
+            "speed_nodes": [60.0, 120.0, 300.0],
+        }
+    }
+)
+NODES = 12
+
+
+def generating(folder, *words):
+    output = ("--output", folder / "t.h5")
+    config = config_file(folder, CONFIG)
+    return [*TABLEGEN, "generate", config, *output, "--conditions", 1, "--workers", 1, *words]
+
+
+def pieces(folder):
+    return sorted(folder.glob("t.h5.parts/piece-*.npz"))
+
+
+def made_here(path, patch, **options):
+    """Generate in this process; conditions of the nodes that were really fitted."""
+    fitted = []
+
+    def counting(config, alpha_deg, speed, *rest):
+        fitted.append((alpha_deg, speed))
+        return fit_node(config, alpha_deg, speed, *rest)
+
+    patch.setattr(PLAN, "fit_node", counting)
+    patch.setattr(GENERATE, "measure", partial(measure, samples=MEASURED))
+    generate(CONFIG, path, conditions=1, **options)
+    return fitted
+
+
+class Undisturbed(NamedTuple):
+    """A run that nothing disturbed: the table, and bytes on disk of all pieces and of it."""
+
+    whole: bytes
+    pieces: int
+    table: int
+
+
+@pytest.fixture(scope="module")
+def sizes(tmp_path_factory):
+    path = tmp_path_factory.mktemp("whole") / "t.h5"
+    on_disk = []
+
+    def weighing(target, contents):
+        on_disk.extend(-(-file.stat().st_size // 4096) * 4096 for file in pieces(path.parent))
+        write_table(target, contents)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(GENERATE, "write_table", weighing)
+        assert len(made_here(path, patch)) == NODES
+    return Undisturbed(path.read_bytes(), sum(on_disk), path.stat().st_size)
+
+
+@pytest.fixture(scope="module")
+def whole(sizes):
+    return sizes.whole
+
+
+@pytest.fixture
+def ended_by(tmp_path):
+    """Run that gets a signal when three nodes are there: status and standard error."""
+
+    def runner(number):
+        words = [str(word) for word in generating(tmp_path)]
+        with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as run:
+            deadline = time.monotonic() + 120.0
+            while len(pieces(tmp_path)) < 3:
+                assert run.poll() is None, "it ended before three nodes were there"
+                assert time.monotonic() < deadline, "three nodes were never there"
+                time.sleep(0.005)
+            run.send_signal(number)
+            _, said = run.communicate(timeout=60)
+        assert 3 <= len(pieces(tmp_path)) < NODES
+        assert not (tmp_path / "t.h5").exists()
+        return run.returncode, said
+
+    return runner
+
+
+def test_killed_run_is_resumed_without_doing_anything_twice(ended_by, whole, tmp_path, monkeypatch):
+    assert ended_by(signal.SIGKILL)[0] == -signal.SIGKILL
+    kept = len(pieces(tmp_path))
+    fitted = made_here(tmp_path / "t.h5", monkeypatch, resume=True)
+    assert len(fitted) == len(set(fitted)) == NODES - kept
+    assert (tmp_path / "t.h5").read_bytes() == whole
+    assert not (tmp_path / "t.h5.parts").exists()
+
+
+def test_interrupted_run_says_how_to_go_on(ended_by, whole, tmp_path, monkeypatch):
+    status, said = ended_by(signal.SIGINT)
+    assert status == INTERRUPTED
+    assert said.strip() == (
+        "tablegen: interrupted: the same command with --resume continues from "
+        f"{tmp_path / 't.h5.parts'}"
+    )
+    kept = len(pieces(tmp_path))
+    assert len(made_here(tmp_path / "t.h5", monkeypatch, resume=True)) == NODES - kept
+    assert (tmp_path / "t.h5").read_bytes() == whole
+
+
+def spoiled(piece, foreign):
+    data = piece.read_bytes()
+    return {
+        "truncated": data[:-40],
+        "flipped": data[:500] + bytes([data[500] ^ 16]) + data[501:],
+        "foreign": foreign.read_bytes(),
+        "empty": b"",
+    }
+
+
+@pytest.mark.parametrize("how", ["truncated", "flipped", "foreign", "empty"])
+def test_bad_piece_of_a_killed_run_is_made_again(ended_by, whole, tmp_path, monkeypatch, how):
+    ended_by(signal.SIGKILL)
+    kept = pieces(tmp_path)
+    kept[0].write_bytes(spoiled(kept[0], kept[1])[how])
+    fitted = made_here(tmp_path / "t.h5", monkeypatch, resume=True)
+    assert len(fitted) == NODES - len(kept) + 1
+    assert (tmp_path / "t.h5").read_bytes() == whole
+
+
+def test_file_that_cannot_grow_is_one_line_and_keeps_the_pieces(
+    ended_by, whole, tmp_path, monkeypatch
+):
+    """A limit on the size of files stands for a full disk, wherever this test runs."""
+    ended_by(signal.SIGKILL)
+    kept = {path: path.read_bytes() for path in pieces(tmp_path)}
+    limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (1000, 1000))
+    words = [str(word) for word in generating(tmp_path, "--resume")]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=120, preexec_fn=limit)
+    assert (ended.returncode, ended.stdout) == (BAD_INPUT, "")
+    assert ended.stderr.count("\n") == 1
+    assert "File too large; earlier pieces are kept for --resume" in ended.stderr
+    assert {path: path.read_bytes() for path in pieces(tmp_path)} == kept
+    assert len(made_here(tmp_path / "t.h5", monkeypatch, resume=True)) == NODES - len(kept)
+    assert (tmp_path / "t.h5").read_bytes() == whole
+
+
+#: Make a small file system that only this shell sees, and vanishes with it.
+_MOUNT = 'mount -t tmpfs -o size={size} tablegen-test "$1" && cd "$1" && cp "$2" my.toml'
+_UNSHARE = ("unshare", "--mount", "--map-root-user", "sh", "-c")
+
+
+@pytest.fixture
+def file_system(tmp_path):
+    """Run a script on a small file system of its own: what it printed, words on each line."""
+    own = tmp_path / "own"
+    own.mkdir()
+    config = config_file(tmp_path, CONFIG)
+
+    def runner(size, *steps):
+        script = "\n".join([_MOUNT.format(size=size), *steps])
+        return command(*_UNSHARE, script, "sh", own, config)
+
+    if shutil.which("unshare") is None or runner("64k", "true").status != 0:
+        pytest.skip("needs unshare and leave to mount a file system")
+    return runner
+
+
+_GENERATE = f"{TABLEGEN[0]} -m tablegen generate my.toml --output t.h5 --conditions 1 --workers 1"
+
+
+@pytest.mark.parametrize(
+    "full",
+    [
+        "at once",
+        "after some pieces",
+        pytest.param(
+            "at the table",
+            marks=pytest.mark.xfail(reason="HDF5 crashes where it cannot flush", strict=True),
+        ),
+    ],
+)
+def test_full_disk_is_one_line_and_keeps_the_pieces(file_system, sizes, full):
+    size, least, most = {
+        "at once": (4096, 0, 0),
+        "after some pieces": (sizes.pieces // 2, 1, NODES - 1),
+        "at the table": (sizes.pieces + sizes.table // 2, NODES, NODES),
+    }[full]
+    ended = file_system(
+        size,
+        f"{_GENERATE}; echo status $?; ls t.h5.parts | grep -c piece; ls -A | grep -c h5$",
+        "mount -o remount,size=10M tablegen-test .",
+        f"{_GENERATE} --resume > out; echo status $?; ls -A",
+    )
+    assert ended.err.count("\n") == 1
+    assert ended.err.startswith("tablegen: error: output: cannot ")
+    assert "No space left on device" in ended.err
+    first, kept, tables, second, *files = ended.out.split("\n")
+    assert (first, second) == (f"status {BAD_INPUT}", f"status {DONE}")
+    assert least <= int(kept) <= most
+    assert int(tables) == 0
+    assert [name for name in files if name] == ["my.toml", "out", "t.h5"]
+
+
+def test_folder_that_turned_read_only_is_one_line(file_system):
+    ended = file_system(
+        "10M",
+        f"mkdir t.h5.parts; mount -o remount,ro tablegen-test .; {_GENERATE}; echo status $?",
+        "mount -o remount,rw tablegen-test .",
+        f"{_GENERATE} --resume > out; echo status $?",
+    )
+    assert ended.err.count("\n") == 1
+    assert "allowed: a file in a folder that can be written" in ended.err
+    assert ended.out == f"status {BAD_INPUT}\nstatus {DONE}\n"
