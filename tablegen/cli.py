@@ -26,6 +26,7 @@ from tablegen.mesh import read_mesh
 from tablegen.options import examples as _examples
 from tablegen.page import validation_page
 from tablegen.particles import MIXTURE, SHAPE_NAMES, Population
+from tablegen.report.command import report
 from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
 from tablegen.stability.command import stability
@@ -258,6 +259,7 @@ def inspect(table: str, config: bool) -> int:
 
 
 cli.add_command(stability)
+cli.add_command(report)
 
 
 def _write_rebounds(path: Path, result: Simulation) -> None:
