@@ -134,7 +134,8 @@ def rival_ways() -> tuple[list[Way], list[str]]:
     for family, (package, prepare) in _OPTIONAL.items():
         if importlib.util.find_spec(package) is None:
             left_out.append(
-                f"{family}: left out, {package} is not installed (pip install 'rebound-tables[report]')"
+                f"{family}: left out, {package} is not installed "
+                "(pip install 'rebound-tables[report]')"
             )
         else:
             ways.append(Way(family, "local likelihood (TLL)", CONDITION, prepare))

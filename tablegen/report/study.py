@@ -14,6 +14,7 @@ from tablegen.config import Config, parse_config
 from tablegen.report.direct import direct_ways
 from tablegen.report.effort import FULL, QUICK, Effort
 from tablegen.report.growth import Sample, sample_sizes
+from tablegen.report.identity import identity
 from tablegen.report.machine import machine
 from tablegen.report.race import Race, make_scene, run_race, steps
 from tablegen.report.rivals import rival_ways
@@ -98,7 +99,7 @@ class _Run:
         self.places = conditions(self.table, effort)
 
     def total(self) -> int:
-        """Steps of the progress bar."""
+        """Count the steps of the progress bar."""
         ways = len(direct_ways()) + 1 + len(self.rivals)
         designs = len(design_ways(1))
         return (
@@ -182,7 +183,7 @@ def gather_evidence(
         designs = run.designs()
     return Evidence(
         table=name_or_path,
-        content_sha256=run.table.contents.content_sha256,
+        content_sha256=identity(path)["content_sha256"],
         table_bytes=path.stat().st_size,
         random_nanoseconds=1e9 * seconds_at_random(run.table, effort.timed, seed),
         quick=quick,

@@ -68,7 +68,7 @@ def draw_from(table: Table, alpha_deg: float, speed: float) -> Any:
 
     def draw(count: int, seed: int) -> FloatArray:
         return table.sample(
-            math.radians(alpha_deg), speed, seed=seed, index=range(count), threads=1
+            math.radians(alpha_deg), speed, seed=seed, index=np.arange(count), threads=1
         )
 
     return draw
@@ -116,7 +116,7 @@ def _nodes(limits: tuple[float, float], count: int) -> list[float]:
 
 
 def design_config(config: Config, design: Design, samples: int, seed: int) -> Config:
-    """Configuration of a design on the small domain."""
+    """Make the configuration of a design on the small domain."""
     alpha = part_of(config.domain.alpha_deg, PART[0])
     speed = part_of(config.domain.speed, PART[1])
     return config.with_changes(

@@ -58,7 +58,7 @@ def statistics_of(state: FloatArray) -> dict[str, FloatArray]:
     return {
         "mean": state.mean(axis=0),
         "deviation": state.std(axis=0),
-        "correlation": np.corrcoef(state.T)[upper],
+        "correlation": np.asarray(np.corrcoef(state.T))[upper],
         **{f"quantile {q:g}": row for q, row in zip(QUANTILES, quantiles, strict=True)},
     }
 
@@ -71,7 +71,7 @@ def largest_change(one: dict[str, FloatArray], other: dict[str, FloatArray]) -> 
 
 
 def settings() -> Iterator[tuple[str, float, float]]:
-    """What is varied, resolution and tolerance of every point."""
+    """Yield what is varied, resolution and tolerance of every point."""
     for resolution in RESOLUTIONS:
         yield RESOLUTION, resolution, TOLERANCE
     for tolerance in TOLERANCES:
