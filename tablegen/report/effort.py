@@ -59,7 +59,7 @@ class Effort:
 
 #: Below 2 minutes on two cores.
 QUICK = Effort(
-    reference=200_000,
+    reference=100_000,
     batch=20_000,
     batches=4,
     classified=10_000,
