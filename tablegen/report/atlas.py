@@ -26,7 +26,7 @@ from tablegen.samples import FloatArray
 _DIRECT, _OTHER, _TABLE = range(200, 203)
 
 #: Directions of the sliced Wasserstein distance: a map has many points.
-_DIRECTIONS = 16
+_DIRECTIONS = 8
 
 
 @dataclass(frozen=True)

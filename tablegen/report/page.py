@@ -15,7 +15,7 @@ from tablegen.report.dossier import Dossier
 from tablegen.report.markup import packed, section, table
 from tablegen.report.sections import (
     LABELS,
-    METRIC_WORDS,
+    SHORT,
     accuracy_section,
     declared,
     footer_text,
@@ -72,7 +72,7 @@ def plot_data(dossier: Dossier) -> dict[str, Any]:
         "components": list(COMPONENTS),
         "labels": LABELS,
         "plain": {name: name.replace("_", " ") for name in COMPONENTS},
-        "metrics": list(METRIC_WORDS),
+        "short": SHORT,
         "declared": declared(dossier),
         "stored": stored,
         "atlas": dossier.atlas.to_dict(),

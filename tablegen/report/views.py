@@ -55,7 +55,7 @@ class View:
 
 
 def _histograms(state: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, list[int]]:
-    """Counts of each component and of each pair of components."""
+    """Count in bins of each component and of each pair of components."""
     found = {}
     for k, name in enumerate(COMPONENTS):
         counts, _ = np.histogram(state[:, k], BINS, (low[k], high[k]))
@@ -97,7 +97,7 @@ def make_view(drawn: FloatArray, direct: FloatArray, alpha_deg: float, speed: fl
 
 
 def make_views(table: Table, config: Config, effort: Effort, seed: int, tick: Tick) -> list[View]:
-    """Views on a coarse grid over the range of a table.
+    """Make views on a coarse grid over the range of a table.
 
     Parameters
     ----------

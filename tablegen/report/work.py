@@ -21,9 +21,9 @@ def ways_section(dossier: Dossier) -> str:
     evidence, effort = dossier.evidence, dossier.evidence.effort
     lead = (
         f"Each way gives {effort.batches} batches of {effort.batch:,} states, compared with "
-        f"{effort.reference:,} direct ones; the classifier sees {effort.classified:,} a side. Bars: "
-        "95 % confidence intervals of the mean, from a bootstrap over the batches. Band: the noise "
-        "floor, direct batches against the same reference; nothing can be seen to be better. Time: "
+        f"{effort.reference:,} direct ones; the classifier sees {effort.classified:,} a side. "
+        "Bars: 95 % confidence intervals of the mean, from a bootstrap over the batches. Band: the "
+        "noise floor, direct batches against the same reference; nothing can be seen to be better. Time: "
         "processor time of one thread."
     )
     fairness = (
@@ -53,7 +53,7 @@ def ways_section(dossier: Dossier) -> str:
                 Choice("race-cost", "Against", _COSTS),
             ],
         )
-        + plot("race", "Error against cost, every way to get a rebound state", "plot tall")
+        + plot("plot-race", "Error against cost, every way to get a rebound state", "plot tall")
         + tables,
     )
 
@@ -78,7 +78,7 @@ def designs_section(dossier: Dossier) -> str:
                 Choice("design-cost", "Against", _COSTS, "bytes"),
             ],
         )
-        + plot("designs", "Error against cost, tables of other sizes")
+        + plot("plot-designs", "Error against cost, tables of other sizes")
         + folded("Numbers of every table", table("Tables of other sizes", HEAD, race_rows(race))),
     )
 
@@ -107,7 +107,7 @@ def sizes_section(dossier: Dossier) -> str:
         "Error of a sample against its run time",
         f"<p>{escape(lead)} At {_at(dossier.evidence.races[-1])}.</p>"
         + controls("Sample sizes", [Choice("size-metric", "Error", words)])
-        + plot("sizes", "Error of samples of growing size")
+        + plot("plot-sizes", "Error of samples of growing size")
         + folded(
             "Numbers of every size",
             table("Sample sizes", ["sample", "ms", "KS", "sliced W.", "corr."], rows),
@@ -127,7 +127,7 @@ def numerics_section(dossier: Dossier) -> str:
         "numerics",
         "Numerics of direct simulation",
         f"<p>{escape(lead)}</p>"
-        + plot("numerics", "Error that contact resolution and flight tolerance leave")
+        + plot("plot-numerics", "Error that contact resolution and flight tolerance leave")
         + folded(
             "Numbers of every setting",
             table("Contact resolution and tolerance", SETTING_HEAD, setting_rows(dossier.evidence)),

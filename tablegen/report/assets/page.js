@@ -54,8 +54,26 @@
       more,
     );
   }
-  const logAxis = (title, more) =>
-    axis(title, Object.assign({ type: "log" }, more));
+  // Ticks at 1, 2 and 5 times the powers of ten, or at these alone over many decades, in words.
+  function plainNumber(value) {
+    for (const [unit, scale] of [["M", 1e6], ["k", 1e3]]) {
+      if (value >= scale) return `${Number((value / scale).toPrecision(2))}${unit}`;
+    }
+    return value >= 1e-4 ? String(Number(value.toPrecision(2))) : value.toExponential(0);
+  }
+  function logAxis(title, values) {
+    const low = Math.min(...values), high = Math.max(...values);
+    const steps = high / low > 300 ? [1] : [1, 2, 5];
+    const ticks = [];
+    for (let k = Math.floor(Math.log10(low)) - 1; k <= Math.ceil(Math.log10(high)); k += 1) {
+      for (const step of steps) ticks.push(step * 10 ** k);
+    }
+    const room = Math.max(0.08, 0.06 * Math.log10(high / low));
+    return axis(title, {
+      type: "log", tickvals: ticks, ticktext: ticks.map(plainNumber),
+      range: [Math.log10(low) - room, Math.log10(high) + room],
+    });
+  }
 
   function layout(x, y, more) {
     return Object.assign(
@@ -93,7 +111,7 @@
     const heat = Object.assign(
       {
         type: "heatmap", x: roots, y: map.speed, z, customdata: z.map(() => map.alpha_deg), xgap: 1,
-        ygap: 1, colorbar: { title: { text: words("map-metric"), side: "right" }, thickness: 12 },
+        ygap: 1, colorbar: { title: { text: data.short[metric], side: "right" }, thickness: 12 },
         hovertemplate: "%{customdata}°, %{y} m/s: %{z:.4f}<extra></extra>",
       },
       narrow.matches ? {} : { text, texttemplate: "%{text}", textfont: { size: 11 } },
@@ -109,10 +127,10 @@
       },
     };
     const ticks = [0.5, 2, 5, 10, 20, 30, 45, 60, 75, 90];
-    const x = axis("impact angle α₁ [°], spaced by its square root", {
+    const x = axis(narrow.matches ? "impact angle α₁ [°]" : "impact angle α₁ [°], spaced by its square root", {
       tickvals: ticks.map(Math.sqrt), ticktext: ticks.map(String), showgrid: false,
     });
-    show("map", [heat, dots], layout(x, axis("speed V [m/s]", { showgrid: false })),
+    show("plot-map", [heat, dots], layout(x, axis("speed V [m/s]", { showgrid: false })),
       `Map of ${words("map-metric")} over angle and speed; declared at most ${limit}; the table below has every number.`);
   }
 
@@ -162,11 +180,11 @@
     const where = `${view.alpha_deg}° and ${view.speed} m/s`;
     const pair = `${data.plain[first]} and ${data.plain[second]}`;
     const box = () => layout(axis(data.labels[first], { showgrid: false }), axis(data.labels[second], { showgrid: false }));
-    const heat = (z, more) => Object.assign({ type: "heatmap", x, y, z, showscale: !narrow.matches }, more);
-    const shade = { colorscale: "Viridis", zmin: 0, zmax: 1, colorbar: { thickness: 10, title: { text: "√ of share of peak", side: "right" } }, hovertemplate: "%{x:.3f}, %{y:.3f}<extra></extra>" };
+    const heat = (z, more) => Object.assign({ type: "heatmap", x, y, z, showscale: false }, more);
+    const shade = { colorscale: "Viridis", zmin: 0, zmax: 1, hovertemplate: "%{x:.3f}, %{y:.3f}<extra></extra>" };
     show("joint-direct", [heat(root(direct), shade)], box(), `Joint density of ${pair}, direct simulation, at ${where}`);
     show("joint-table", [heat(root(table), shade)], box(), `Joint density of ${pair}, table, at ${where}`);
-    const gap = { colorscale: "RdBu", zmid: 0, zmin: -5, zmax: 5, colorbar: { thickness: 10, title: { text: "standard errors", side: "right" } }, hovertemplate: "%{x:.3f}, %{y:.3f}: %{z:.1f} standard errors<extra></extra>" };
+    const gap = { colorscale: [[0, "#2166ac"], [0.5, isDark() ? "#22282e" : "#f4f4f4"], [1, "#b2182b"]], zmin: -5, zmax: 5, showscale: true, colorbar: { thickness: 10, title: { text: "standard errors", side: "right" } }, hovertemplate: "%{x:.3f}, %{y:.3f}: %{z:.1f} standard errors<extra></extra>" };
     show("joint-gap", [heat(sigma, gap)], box(), `Table minus direct in standard errors, ${pair}, at ${where}`);
     const flat = sigma.flat().filter((_, c) => direct.flat()[c] + table.flat()[c] >= 20);
     const beyond = flat.filter((s) => Math.abs(s) > 3).length;
@@ -208,8 +226,12 @@
       ],
     };
   }
-  const errorAxis = (metric, title) =>
-    metric === "auc" ? axis(title, { rangemode: "normal" }) : logAxis(title);
+  const ends = (points, metric) =>
+    points.flatMap((p) => [p.errors[metric].low, p.errors[metric].high]).filter((e) => e > 0);
+  const errorAxis = (metric, title, points, floor) =>
+    metric === "auc"
+      ? axis(title)
+      : logAxis(title, ends(points, metric).concat(floor ? [floor[metric].low, floor[metric].high] : []));
   const usable = (runners, cost) => runners.filter((r) => r[cost] > 0);
   const hover = (r, metric) =>
     `<b>${r.family}</b><br>${r.name}<br>${r.nanoseconds.toFixed(0)} ns, ${r.bytes.toLocaleString("en")} bytes, ` +
@@ -229,7 +251,7 @@
       };
     }).filter((t) => t.x.length);
     const title = words("race-metric");
-    show("race", traces, layout(logAxis(COSTS[cost]), errorAxis(metric, title), floorShapes(race.floor, metric)),
+    show("plot-race", traces, layout(logAxis(COSTS[cost], usable(race.runners, cost).map((r) => r[cost])), errorAxis(metric, title, race.runners, race.floor), floorShapes(race.floor, metric)),
       `${title} against ${COSTS[cost]} of every way at ${race.alpha_deg}° and ${race.speed} m/s, with the noise floor`);
   }
 
@@ -250,7 +272,7 @@
       };
     });
     const title = words("design-metric");
-    show("designs", traces, layout(logAxis(COSTS[cost]), errorAxis(metric, title), floorShapes(race.floor, metric)),
+    show("plot-designs", traces, layout(logAxis(COSTS[cost], usable(race.runners, cost).map((r) => r[cost])), errorAxis(metric, title, race.runners, race.floor), floorShapes(race.floor, metric)),
       `${title} against ${COSTS[cost]} of tables of other sizes, with the noise floor`);
   }
 
@@ -265,7 +287,7 @@
         text: points.map((p) => `${family}, ${p.count.toLocaleString("en")} states`), hovertemplate: "%{text}: %{y:.4f}<extra></extra>",
       };
     });
-    show("sizes", traces, layout(logAxis("run time of the sample, one thread [ms]"), logAxis(words("size-metric"))),
+    show("plot-sizes", traces, layout(logAxis("run time of the sample, one thread [ms]", data.sizes.map((s) => 1e3 * s.seconds)), logAxis(words("size-metric"), ends(data.sizes, metric))),
       `${words("size-metric")} of samples of growing size against their run time, direct simulation and table`);
   }
 
@@ -284,7 +306,7 @@
         });
       });
     }
-    show("numerics", traces, layout(logAxis("run time of a rebound, one thread [ns]"), logAxis("largest change of a statistic", { dtick: 1 })),
+    show("plot-numerics", traces, layout(logAxis("run time of a rebound, one thread [ns]", data.settings.map((s) => s.nanoseconds)), logAxis("largest change of a statistic", data.settings.map((s) => s.error).filter((e) => e > 0))),
       "Largest change of a statistic against run time, by contact resolution and by flight tolerance; stars mark the defaults");
   }
 
