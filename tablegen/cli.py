@@ -19,6 +19,7 @@ from sampler.locate import find_file
 from tablegen import options
 from tablegen.config import load_config
 from tablegen.demo import run_demo
+from tablegen.figures.command import figures
 from tablegen.generate import CONDITIONS as GENERATE_CONDITIONS
 from tablegen.generate import generate as generate_table
 from tablegen.measure import missed_targets
@@ -260,6 +261,7 @@ def inspect(table: str, config: bool) -> int:
 
 cli.add_command(stability)
 cli.add_command(report)
+cli.add_command(figures)
 
 
 def _write_rebounds(path: Path, result: Simulation) -> None:

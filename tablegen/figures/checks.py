@@ -116,7 +116,10 @@ def prisms_have_two_maxima(laws: Laws, source: str) -> Verdict | None:
         return None
     position, ratio = _peak_of_u(law)
     skew = law.asymmetry["u"]
-    text = f"maxima at ±{position:.2f}, density at zero {_percent(ratio)} of them, asymmetry {skew:.1f}"
+    text = (
+        f"maxima at ±{position:.2f}, density at zero {_percent(ratio)} of them, "
+        f"asymmetry {skew:.1f}"
+    )
     return Verdict(position > 0.0 and ratio < 0.97 and skew <= _SYMMETRIC, text)
 
 

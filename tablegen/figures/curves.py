@@ -93,9 +93,9 @@ def curve_figures(laws: Laws) -> list[Picture]:
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
         alternative = (
             f"Two plots against the impact angle from 5 to 90 degrees at 200 m/s: "
-            f"{title[0].lower()}{title[1:]} of ellipsoids, prisms, truncated prisms, tetrahedra and "
-            "their mixture from direct simulation, and of the mixture from the table, as circles. "
-            "The numbers are in laws.json."
+            f"{title[0].lower()}{title[1:]} of ellipsoids, prisms, truncated prisms, tetrahedra "
+            "and their mixture from direct simulation, and of the mixture from the table, as "
+            "circles. The numbers are in laws.json."
         )
         pictures.append(
             written(figure, f"figure-{number:02d}.svg", f"Figure {number}. {title}", alternative)

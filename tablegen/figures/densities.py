@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from tablegen.figures.laws import DENSITY, DIRECT, TABLE, Law, Laws
 from tablegen.figures.style import MIXTURE, SYMBOLS, Picture, new_figure, written
@@ -19,16 +20,20 @@ _ANGLES = {
 
 _FIGURES = (
     (5, "u", "Densities of the tangential velocity", (-0.6, 0.95)),
-    (6, "v", "Densities of the normal velocity", (0.0, 0.9)),
+    (6, "v", "Densities of the normal velocity", (0.0, 0.65)),
     (8, "omega_z", "Densities of the angular velocity", (-1.6, 1.2)),
 )
+
+
+_TITLES = ("(a) ellipsoids, direct", "(b) prisms, direct", "mixture: direct areas, table lines")
 
 
 def _density(law: Law, name: str) -> tuple[FloatArray, FloatArray]:
     """Centres of the bins and density in them."""
     low, high, bins = DENSITY[name]
     edges = np.linspace(low, high, bins + 1)
-    return 0.5 * (edges[1:] + edges[:-1]), law.density[name] / (law.count * (edges[1] - edges[0]))
+    smoothed = np.asarray(gaussian_filter1d(law.density[name].astype(np.float64), 1.0))
+    return 0.5 * (edges[1:] + edges[:-1]), smoothed / (law.count * (edges[1] - edges[0]))
 
 
 def _draw_shape(axes: Any, laws: Laws, shape: str, name: str) -> None:
@@ -66,12 +71,7 @@ def density_figures(laws: Laws) -> list[Picture]:
         _draw_shape(columns[0], laws, "ellipsoid", name)
         _draw_shape(columns[1], laws, "prism", name)
         _draw_mixture(columns[2], laws, name)
-        titles = (
-            "(a) ellipsoids, direct",
-            "(b) prisms, direct",
-            "mixture: direct areas, table lines",
-        )
-        for axes, words in zip(columns, titles, strict=True):
+        for axes, words in zip(columns, _TITLES, strict=True):
             axes.set(xlabel=SYMBOLS[name], xlim=limits)
             axes.set_ylim(bottom=0.0)
             axes.set_title(words, loc="left")

@@ -85,9 +85,8 @@ class Law:
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers but for the histograms, JSON-ready."""
-        names = ("source", "shape", "alpha_deg", "count", "mean", "error", "mode", "collisions")
-        names += ("positive_spin", "asymmetry", "scattering_deg")
-        return {name: getattr(self, name) for name in names}
+        histograms = ("scattering", "density", "spatial")
+        return {name: value for name, value in vars(self).items() if name not in histograms}
 
 
 def asymmetry(values: FloatArray) -> float:

@@ -1,8 +1,9 @@
-"""Figures 11 to 13: angles of the rebound, and scattering indicatrices in space and in the plane."""
+"""Figures 11 to 13: angles of the rebound, scattering indicatrices in space and in the plane."""
 
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from tablegen.figures.laws import DIRECT, SCATTERING_BINS, SPATIAL_BINS, TABLE, Law, Laws
 from tablegen.figures.style import MIXTURE, TABLE_COLOUR, Picture, new_figure, written
@@ -21,13 +22,13 @@ def _direction(alpha2: Any, beta2: Any) -> tuple[Any, Any, Any]:
 
 def _angles_figure() -> Picture:
     """Sketch of the angles alpha2 and beta2."""
-    figure = new_figure(6.0, 4.6)
+    figure = new_figure(5.6, 3.6)
     axes = figure.add_subplot(projection="3d")
     alpha2, beta2 = np.radians(60.0), np.radians(35.0)
     x, y, z = _direction(alpha2, beta2)
     # the plot's vertical axis is y; its depth is -z, so that the frame is right-handed
     wall = np.array([[-1.0, -1.0], [1.0, 1.0]]), np.array([[-1.0, 1.0], [-1.0, 1.0]])
-    axes.plot_surface(*wall, np.zeros((2, 2)), color="#cccccc", alpha=0.5, shade=False)
+    axes.plot_surface(*wall, np.zeros((2, 2)), color="#cccccc", alpha=0.3, shade=False)
     for name, end in (("x", (1.25, 0, 0)), ("y", (0, 0, 1.15)), ("z", (0, -1.25, 0))):
         axes.plot(*zip((0, 0, 0), end, strict=True), color="#666666", linewidth=1)
         axes.text(*(1.06 * np.array(end)), name)
@@ -40,11 +41,11 @@ def _angles_figure() -> Picture:
     tilt = np.linspace(0.0, beta2, 30)
     tx, ty, tz = _direction(alpha2, tilt)
     axes.plot(0.75 * tx, -0.75 * tz, 0.75 * ty, color="#007d5a")
-    axes.text(0.36, -0.3, 0.74, r"$\beta_2$", color="#007d5a")
+    axes.text(0.52, -0.2, 0.78, r"$\beta_2$", color="#007d5a")
     axes.text(-1.0, 0, 0.95, "before")
-    axes.text(x, -z, y + 0.08, "after")
+    axes.text(x - 0.32, -z, y + 0.06, "after")
     axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(0, 1.1))
-    axes.set_box_aspect((2, 2, 1.1))
+    axes.set_box_aspect((2, 2, 1.1), zoom=1.35)
     axes.set_axis_off()
     axes.view_init(elev=18, azim=-68)
     alternative = (
@@ -57,8 +58,6 @@ def _angles_figure() -> Picture:
 
 def _surface(law: Law) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Points of the spatial indicatrix, and its values."""
-    from scipy.ndimage import gaussian_filter
-
     counts = gaussian_filter(law.spatial.astype(np.float64), 1.5, mode="nearest")
     cell = (np.pi / SPATIAL_BINS[0]) * (np.pi / SPATIAL_BINS[1])
     values = counts / (law.count * cell)
@@ -75,9 +74,9 @@ def _draw_surface(axes: Any, law: Law, top: float) -> None:
     colours = colormaps["viridis"](values / top)
     axes.plot_surface(x, -z, y, facecolors=colours, rstride=1, cstride=1, linewidth=0, shade=False)
     axes.set(xlim=(-top, top), ylim=(-top, top), zlim=(0, top))
-    axes.set_box_aspect((2, 2, 1))
+    axes.set_box_aspect((2, 2, 1), zoom=1.15)
     axes.set_xlabel("x")
-    axes.set_ylabel("z (towards the reader)")
+    axes.set_ylabel("−z")
     axes.set_zlabel("y")
     axes.tick_params(labelsize=8)
     axes.view_init(elev=22, azim=-60)
@@ -93,7 +92,7 @@ def _spatial_figure(laws: Laws) -> Picture | None:
     ]
     drawn = [(title, law) for title, law in panels if law is not None]
     top = max(float(_surface(law)[3].max()) for _, law in drawn)
-    figure = new_figure(11.0, 8.2)
+    figure = new_figure(11.0, 7.4)
     for k, (title, law) in enumerate(drawn):
         axes = figure.add_subplot(2, 2, k + 1, projection="3d")
         _draw_surface(axes, law, top)
@@ -107,6 +106,13 @@ def _spatial_figure(laws: Laws) -> Picture | None:
     return written(figure, "figure-12.png", title, alternative)
 
 
+def _round_ticks(top: float) -> list[float]:
+    """Two to four round numbers up to the top."""
+    step = 10.0 ** np.floor(np.log10(top))
+    step *= next(x for x in (0.2, 0.5, 1.0, 2.0, 5.0) if top / (x * step) < 4.5)
+    return [float(k * step) for k in range(1, int(top / step) + 1)]
+
+
 def _draw_plane(axes: Any, laws: Laws, alpha_deg: float) -> None:
     """One plane indicatrix with the incident and the spherical direction."""
     edges = np.linspace(0.0, np.pi, SCATTERING_BINS + 1)
@@ -115,7 +121,8 @@ def _draw_plane(axes: Any, laws: Laws, alpha_deg: float) -> None:
         law = laws.at(source, MIXTURE, alpha_deg)
         if law is None:
             continue
-        density = law.scattering / (law.count * (edges[1] - edges[0]))
+        counts = gaussian_filter1d(law.scattering.astype(np.float64), 1.0)
+        density = counts / (law.count * (edges[1] - edges[0]))
         top = max(top, float(density.max()))
         if source == DIRECT:
             axes.fill(centres, density, color="#9fb6c9", label="mixture, direct")
@@ -134,7 +141,7 @@ def _draw_plane(axes: Any, laws: Laws, alpha_deg: float) -> None:
     axes.set_xticks(np.radians(range(0, 181, 30)))
     axes.tick_params(labelsize=8)
     axes.set_rlabel_position(0)
-    axes.locator_params(axis="y", nbins=4)
+    axes.set_yticks(_round_ticks(1.1 * top))
     axes.set_title(rf"$\alpha_1$ = {alpha_deg:g}°", y=0.98)
 
 

@@ -30,7 +30,7 @@ SYMBOLS = {
 
 ANGLE_LABEL = r"impact angle $\alpha_1$ [°]"
 
-_SETTINGS = {
+_SETTINGS: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 11,
     "axes.titlesize": 11,

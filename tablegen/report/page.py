@@ -11,8 +11,12 @@ from typing import Any
 
 from sampler.channels import COMPONENTS
 from sampler.errors import InputError
+from tablegen.figures.gallery import COLLISION_HEAD, collision_rows
+from tablegen.figures.laws import SPEED
+from tablegen.figures.text import STATEMENT_HEAD, statement_rows
+from tablegen.figures.text import counts_text as counts_text_of
 from tablegen.report.dossier import Dossier
-from tablegen.report.markup import packed, section, table
+from tablegen.report.markup import folded, packed, section, table
 from tablegen.report.sections import (
     LABELS,
     SHORT,
@@ -116,7 +120,40 @@ def stability_section(dossier: Dossier) -> str:
 
 def paper_section(dossier: Dossier) -> str:
     """Show the figures and the statements of the paper."""
-    return section("paper", "Figures of the paper", "<p>TODO</p>")
+    gallery = dossier.gallery
+    if gallery is None:
+        note = "Left out: matplotlib is not installed (pip install 'rebound-tables[plot]')."
+        return section("paper", "The paper", f"<p>{escape(note)}</p>")
+    lead = (
+        f"Figures and statements of Panfilov & Tsirkunov (2022) at {SPEED:g} m/s, from "
+        f"{gallery.count:,} particles of each shape at each angle, and from the table, which holds "
+        "the mixture. Paper and model are not tuned to each other; what does not hold is listed "
+        "as well."
+    )
+    pictures = "".join(
+        picture(p.data, p.media_type, p.alternative, p.title) for p in gallery.pictures
+    )
+    return section(
+        "paper",
+        "The paper: statements and figures",
+        f"<p>{escape(lead)}</p><p><strong>{escape(counts_text_of(gallery.statements))}</strong></p>"
+        + folded(
+            "Every statement",
+            table(
+                "Statements of the paper, what was asked for, and what was measured",
+                STATEMENT_HEAD,
+                statement_rows(gallery.statements),
+                "words statements",
+            ),
+        )
+        + table(
+            "Collisions in a rebound at normal impact, in per cent of the particles",
+            COLLISION_HEAD,
+            collision_rows(gallery.laws),
+        )
+        + "<h3>Figures</h3>"
+        + pictures,
+    )
 
 
 def report_page(dossier: Dossier) -> str:

@@ -22,9 +22,9 @@ METRIC_WORDS = {
 
 #: Short words for the same.
 SHORT = {
-    "ks": "KS",
-    "sliced_wasserstein": "sliced W.",
-    "correlation_error": "corr.",
+    "ks": "KS distance",
+    "sliced_wasserstein": "sliced Wasserstein",
+    "correlation_error": "correlation error",
     "auc": "AUC",
 }
 
@@ -191,9 +191,9 @@ def accuracy_section(dossier: Dossier) -> str:
     ]
     lead = (
         f"Cells: this run, {atlas.samples:,} states a side, against fresh direct simulation. "
-        "Ringed dots: what the table itself stores, measured when it was made at conditions between "
-        "its nodes. Every number holds the noise of two finite samples, which the last rows of "
-        "the tables below show; only what stands out above it is the table's error."
+        "Ringed dots: what the table itself stores, measured when it was made at conditions "
+        "between its nodes. Every number holds the noise of two finite samples, which the last "
+        "rows of the tables below show; only what stands out above it is the table's error."
     )
     return section(
         "accuracy",

@@ -23,8 +23,8 @@ def ways_section(dossier: Dossier) -> str:
         f"Each way gives {effort.batches} batches of {effort.batch:,} states, compared with "
         f"{effort.reference:,} direct ones; the classifier sees {effort.classified:,} a side. "
         "Bars: 95 % confidence intervals of the mean, from a bootstrap over the batches. Band: the "
-        "noise floor, direct batches against the same reference; nothing can be seen to be better. Time: "
-        "processor time of one thread."
+        "noise floor, direct batches against the same reference; nothing can be seen to be better. "
+        "Time: processor time of one thread."
     )
     fairness = (
         "The rivals of the table have the easier task: each is fitted at the very condition at "

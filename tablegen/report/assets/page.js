@@ -63,7 +63,8 @@
   }
   function logAxis(title, values) {
     const low = Math.min(...values), high = Math.max(...values);
-    const steps = high / low > 300 ? [1] : [1, 2, 5];
+    const ratio = high / low;
+    const steps = ratio > 300 ? [1] : ratio > 8 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 7];
     const ticks = [];
     for (let k = Math.floor(Math.log10(low)) - 1; k <= Math.ceil(Math.log10(high)); k += 1) {
       for (const step of steps) ticks.push(step * 10 ** k);
@@ -184,7 +185,7 @@
     const shade = { colorscale: "Viridis", zmin: 0, zmax: 1, hovertemplate: "%{x:.3f}, %{y:.3f}<extra></extra>" };
     show("joint-direct", [heat(root(direct), shade)], box(), `Joint density of ${pair}, direct simulation, at ${where}`);
     show("joint-table", [heat(root(table), shade)], box(), `Joint density of ${pair}, table, at ${where}`);
-    const gap = { colorscale: [[0, "#2166ac"], [0.5, isDark() ? "#22282e" : "#f4f4f4"], [1, "#b2182b"]], zmin: -5, zmax: 5, showscale: true, colorbar: { thickness: 10, title: { text: "standard errors", side: "right" } }, hovertemplate: "%{x:.3f}, %{y:.3f}: %{z:.1f} standard errors<extra></extra>" };
+    const gap = { colorscale: [[0, isDark() ? "#6fb7ff" : "#2166ac"], [0.5, isDark() ? "#20262c" : "#f4f4f4"], [1, isDark() ? "#ff7f6b" : "#b2182b"]], zmin: -5, zmax: 5, showscale: true, colorbar: { thickness: 10, title: { text: "standard errors", side: "right" } }, hovertemplate: "%{x:.3f}, %{y:.3f}: %{z:.1f} standard errors<extra></extra>" };
     show("joint-gap", [heat(sigma, gap)], box(), `Table minus direct in standard errors, ${pair}, at ${where}`);
     const flat = sigma.flat().filter((_, c) => direct.flat()[c] + table.flat()[c] >= 20);
     const beyond = flat.filter((s) => Math.abs(s) > 3).length;
@@ -251,7 +252,7 @@
       };
     }).filter((t) => t.x.length);
     const title = words("race-metric");
-    show("plot-race", traces, layout(logAxis(COSTS[cost], usable(race.runners, cost).map((r) => r[cost])), errorAxis(metric, title, race.runners, race.floor), floorShapes(race.floor, metric)),
+    show("plot-race", traces, layout(logAxis(COSTS[cost], usable(race.runners, cost).map((r) => r[cost])), errorAxis(metric, data.short[metric], race.runners, race.floor), floorShapes(race.floor, metric)),
       `${title} against ${COSTS[cost]} of every way at ${race.alpha_deg}° and ${race.speed} m/s, with the noise floor`);
   }
 
@@ -272,7 +273,7 @@
       };
     });
     const title = words("design-metric");
-    show("plot-designs", traces, layout(logAxis(COSTS[cost], usable(race.runners, cost).map((r) => r[cost])), errorAxis(metric, title, race.runners, race.floor), floorShapes(race.floor, metric)),
+    show("plot-designs", traces, layout(logAxis(COSTS[cost], usable(race.runners, cost).map((r) => r[cost])), errorAxis(metric, data.short[metric], race.runners, race.floor), floorShapes(race.floor, metric)),
       `${title} against ${COSTS[cost]} of tables of other sizes, with the noise floor`);
   }
 
@@ -287,7 +288,7 @@
         text: points.map((p) => `${family}, ${p.count.toLocaleString("en")} states`), hovertemplate: "%{text}: %{y:.4f}<extra></extra>",
       };
     });
-    show("plot-sizes", traces, layout(logAxis("run time of the sample, one thread [ms]", data.sizes.map((s) => 1e3 * s.seconds)), logAxis(words("size-metric"), ends(data.sizes, metric))),
+    show("plot-sizes", traces, layout(logAxis("run time of the sample, one thread [ms]", data.sizes.map((s) => 1e3 * s.seconds)), logAxis(data.short[metric], ends(data.sizes, metric))),
       `${words("size-metric")} of samples of growing size against their run time, direct simulation and table`);
   }
 
