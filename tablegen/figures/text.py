@@ -21,8 +21,10 @@ def statement_rows(statements: Sequence[Statement]) -> list[list[str]]:
     rows = []
     for k, s in enumerate(statements, 1):
         cells = [f"{k}. {s.text} ({s.place})", s.criterion]
-        for verdict in (s.direct, s.table):
-            cells.append(verdict_word(verdict) + (f": {verdict.measured}" if verdict else ""))
+        cells += [
+            verdict_word(verdict) + (f": {verdict.measured}" if verdict else "")
+            for verdict in (s.direct, s.table)
+        ]
         rows.append(cells)
     return rows
 

@@ -16,10 +16,8 @@ from tablegen.figures.laws import SPEED
 from tablegen.figures.text import STATEMENT_HEAD, statement_rows
 from tablegen.figures.text import counts_text as counts_text_of
 from tablegen.report.dossier import Dossier
-from tablegen.report.markup import folded, packed, section, table
+from tablegen.report.markup import folded, packed, picture, section, table
 from tablegen.report.sections import (
-    LABELS,
-    SHORT,
     accuracy_section,
     declared,
     footer_text,
@@ -27,6 +25,7 @@ from tablegen.report.sections import (
     summary_section,
     views_section,
 )
+from tablegen.report.words import LABELS, SHORT
 from tablegen.report.work import designs_section, numerics_section, sizes_section, ways_section
 from tablegen.stability.report import counts_text, failure_lines
 from tablegen.stability.summary import HEAD, LEGEND, extremes, group_rows

@@ -5,9 +5,9 @@ from html import escape
 from tablegen.report.dossier import Dossier
 from tablegen.report.markup import Choice, controls, folded, plot, section, table
 from tablegen.report.race import Race
-from tablegen.report.sections import METRIC_WORDS
 from tablegen.report.text import HEAD, SETTING_HEAD, race_rows, setting_rows
 from tablegen.report.tolerances import FINEST
+from tablegen.report.words import METRIC_WORDS
 
 _COSTS = {"nanoseconds": "run time of a draw", "bytes": "bytes", "setup_seconds": "set-up time"}
 
