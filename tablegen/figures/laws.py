@@ -24,6 +24,9 @@ ANGLES = tuple(float(x) for x in range(5, 91, 5))
 #: Shapes of the paper, in its order, and the mixture.
 SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", MIXTURE)
 
+#: At normal impact, of which the paper says most, this many times as many particles.
+NORMAL_FACTOR = 5
+
 #: Sources of a law.
 DIRECT, TABLE = "direct", "table"
 
@@ -249,7 +252,7 @@ def make_laws(
     config : Config
         Pair, population and numerics of the direct simulation.
     count : int
-        Particles of each shape at each angle.
+        Particles of each shape at each angle; `NORMAL_FACTOR` times as many at normal impact.
     seed : int
     tick : callable
         Called with 1 for each law.
@@ -260,12 +263,13 @@ def make_laws(
     """
     laws: dict[tuple[str, str, float], Law] = {}
     for i, alpha_deg in enumerate(ANGLES):
+        size = count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
         for k, shape in enumerate(SHAPES):
             keys = (seed, i * len(SHAPES) + k)
-            laws[DIRECT, shape, alpha_deg] = _direct_law(config, shape, alpha_deg, count, keys)
+            laws[DIRECT, shape, alpha_deg] = _direct_law(config, shape, alpha_deg, size, keys)
             tick(1)
         if table_covers(table, alpha_deg):
-            index = np.arange(count)
+            index = np.arange(size)
             state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
             laws[TABLE, MIXTURE, alpha_deg] = law_of(TABLE, MIXTURE, alpha_deg, state)
     spheres = {alpha_deg: _sphere(config, alpha_deg, seed) for alpha_deg in ANGLES}

@@ -24,7 +24,7 @@ def _angles_figure() -> Picture:
     """Sketch of the angles alpha2 and beta2."""
     figure = new_figure(5.6, 3.6)
     axes = figure.add_subplot(projection="3d")
-    alpha2, beta2 = np.radians(60.0), np.radians(35.0)
+    alpha2, beta2 = np.radians(42.0), np.radians(35.0)
     x, y, z = _direction(alpha2, beta2)
     # the plot's vertical axis is y; its depth is -z, so that the frame is right-handed
     wall = np.array([[-1.0, -1.0], [1.0, 1.0]]), np.array([[-1.0, 1.0], [-1.0, 1.0]])
@@ -37,15 +37,15 @@ def _angles_figure() -> Picture:
     axes.plot([0, np.cos(alpha2)], [0, 0], [0, np.sin(alpha2)], color="#0072b2", linestyle=":")
     turn = np.linspace(0.0, alpha2, 30)
     axes.plot(0.5 * np.cos(turn), 0 * turn, 0.5 * np.sin(turn), color="#d55e00")
-    axes.text(0.5, 0, 0.28, r"$\alpha_2$", color="#a34700")
+    axes.text(0.54, 0, 0.16, r"$\alpha_2$", color="#a34700")
     tilt = np.linspace(0.0, beta2, 30)
     tx, ty, tz = _direction(alpha2, tilt)
     axes.plot(0.75 * tx, -0.75 * tz, 0.75 * ty, color="#007d5a")
-    axes.text(0.52, -0.2, 0.78, r"$\beta_2$", color="#007d5a")
+    axes.text(0.68, -0.2, 0.62, r"$\beta_2$", color="#007d5a")
     axes.text(-1.0, 0, 0.95, "before")
-    axes.text(x - 0.32, -z, y + 0.06, "after")
+    axes.text(x - 0.1, -z, y + 0.1, "after", horizontalalignment="right")
     axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(0, 1.1))
-    axes.set_box_aspect((2, 2, 1.1), zoom=1.35)
+    axes.set_box_aspect((2, 2, 1.1), zoom=1.1)
     axes.set_axis_off()
     axes.view_init(elev=18, azim=-68)
     alternative = (

@@ -72,7 +72,7 @@ def picture(data: bytes, media_type: str, alternative: str, caption: str) -> str
     """Picture with the page around it."""
     text = base64.b64encode(data).decode("ascii")
     return (
-        f'<figure><img class="picture" loading="lazy" src="data:{media_type};base64,{text}" '
+        f'<figure><img class="picture" src="data:{media_type};base64,{text}" '
         f'alt="{escape(alternative)}"><figcaption>{escape(caption)}</figcaption></figure>'
     )
 

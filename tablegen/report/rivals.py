@@ -92,10 +92,12 @@ def vine_copula(scene: Scene) -> Prepared:
     levels, values = _quantiles(scene.training)
     controls = pv.FitControlsVinecop(family_set=[pv.BicopFamily.tll])
     vine = pv.Vinecop.from_data(pv.to_pseudo_obs(scene.training), controls=controls)
+    # older versions of the library know the second name only
+    sample = getattr(vine, "sample", None) or vine.simulate
 
     def draw(n: int, seed: int) -> FloatArray:
         low, high = seed & 0x7FFFFFFF, (seed >> 32) & 0x7FFFFFFF
-        uniform = vine.simulate(n, num_threads=1, seeds=[low, high])
+        uniform = sample(n, num_threads=1, seeds=[low, high])
         return _through_marginals(np.asarray(uniform), levels, values)
 
     size = len(vine.to_json()) + values.size * _FLOAT32

@@ -82,7 +82,9 @@
         xaxis: x, yaxis: y, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
         font: { color: ink(), size: 13, family: "system-ui, DejaVu Sans, sans-serif" },
         margin: { l: 60, r: 12, t: 12, b: 48 }, dragmode: false, hovermode: "closest",
-        legend: { orientation: "h", y: -0.22, x: 0, font: { size: 12 } },
+        legend: {
+          orientation: "h", y: narrow.matches ? -0.28 : -0.22, yanchor: "top", x: 0, font: { size: 12 },
+        },
       },
       more,
     );
