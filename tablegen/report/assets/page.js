@@ -328,7 +328,13 @@
   drawAll();
   darkScheme.addEventListener("change", drawAll);
   narrow.addEventListener("change", drawAll);
-  window.addEventListener("beforeprint", () => { printing = true; drawAll(); });
-  window.addEventListener("afterprint", () => { printing = false; drawAll(); });
+  function forPaper(yes) {
+    printing = yes;
+    document.documentElement.classList.toggle("printing", yes);
+    drawAll();
+    for (const plot of document.querySelectorAll(".js-plotly-plot")) Plotly.Plots.resize(plot);
+  }
+  window.addEventListener("beforeprint", () => forPaper(true));
+  window.addEventListener("afterprint", () => forPaper(false));
   document.documentElement.dataset.ready = "yes";
 })();
