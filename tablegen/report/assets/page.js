@@ -94,6 +94,8 @@
   function show(id, traces, shape, label) {
     const place = byId(id);
     if (label) place.setAttribute("aria-label", label);
+    // a page that is about to be printed does not wait for a plot to adapt
+    Object.assign(shape, printing ? { width: place.clientWidth, autosize: false } : { autosize: true });
     return Plotly.react(place, traces, shape, OPTIONS);
   }
   const chosen = (id) => byId(id).value;
@@ -332,6 +334,7 @@
     printing = yes;
     document.documentElement.classList.toggle("printing", yes);
     drawAll();
+    if (yes) return;
     for (const plot of document.querySelectorAll(".js-plotly-plot")) Plotly.Plots.resize(plot);
   }
   window.addEventListener("beforeprint", () => forPaper(true));
