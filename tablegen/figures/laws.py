@@ -141,11 +141,6 @@ def law_of(
     values = np.column_stack(columns)
     names = QUANTITIES[: values.shape[1]]
     alpha2, beta2 = scattering_angles(state)
-    shares = None
-    if collisions is not None:
-        shares = tuple(
-            (np.bincount(np.minimum(collisions, 6), minlength=7)[1:] / len(state)).tolist()
-        )
     spatial = None
     if alpha_deg == 90.0:
         limits = ((0.0, np.pi), (-np.pi / 2, np.pi / 2))
@@ -158,7 +153,7 @@ def law_of(
         mean=_named(names, values.mean(axis=0)),
         error=_named(names, values.std(axis=0) / np.sqrt(len(state))),
         mode=_named(names, modes(values)),
-        collisions=shares,
+        collisions=_collision_shares(collisions),
         positive_spin=float(np.mean(state[:, 5] > 0.0)),
         asymmetry={name: asymmetry(state[:, k]) for k, name in enumerate(COMPONENTS)},
         scattering_deg=float(np.degrees(alpha2.std())),
@@ -169,6 +164,14 @@ def law_of(
         },
         spatial=spatial,
     )
+
+
+def _collision_shares(collisions: np.ndarray | None) -> tuple[float, ...] | None:
+    """Shares of particles with 1, 2, 3, 4, 5 and more collisions."""
+    if collisions is None:
+        return None
+    counts = np.bincount(np.minimum(collisions, 6), minlength=7)[1:]
+    return tuple((counts / len(collisions)).tolist())
 
 
 def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:

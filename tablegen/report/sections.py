@@ -134,63 +134,73 @@ def _floor_row(points: Sequence[Point]) -> list[str]:
     ]
 
 
-def accuracy_section(dossier: Dossier) -> str:
-    """Map the accuracy over angle and speed, and list the worst cells."""
-    atlas, limits = dossier.atlas, declared(dossier)
-    head = ["condition", "KS", "of", "sliced W.", "corr.", "AUC"]
-    ranked = sorted(atlas.points, key=lambda p: share_of_allowed(p, limits)[0], reverse=True)
-    worst = [
+#: Columns of the tables of accuracy.
+_HEAD = ("condition", "KS", "of", "sliced W.", "corr.", "AUC")
+
+
+def _declared_row(limits: dict[str, float]) -> list[str]:
+    ks, *others = (f"{limit:g}" for limit in limits.values())
+    return ["declared", ks, "", *others]
+
+
+def _stored_rows(dossier: Dossier) -> list[list[str]]:
+    """Cells of the accuracy that the table carries."""
+    columns = ("alpha_deg", "speed", "ks", *list(METRIC_WORDS)[1:])
+    return [
         [
-            *_point_row(p),
-            f"{share_of_allowed(p, limits)[0]:.2f}",
-            SHORT[share_of_allowed(p, limits)[1]],
-        ]
-        for p in ranked[:_WORST]
-    ]
-    allowed = ["declared", f"{limits['ks']:g}", "", f"{limits['sliced_wasserstein']:g}"]
-    allowed += [f"{limits['correlation_error']:g}", f"{limits['auc']:g}"]
-    floor = _floor_row(atlas.floor)
-    stored = dossier.stored
-    rows = [
-        [
-            f"{a:.2f}°, {v:.1f} m/s",
+            f"{alpha_deg:.2f}°, {speed:.1f} m/s",
             f"{ks.max():.4f}",
             COMPONENTS[int(ks.argmax())],
-            f"{sw:.4f}",
-            f"{corr:.4f}",
+            f"{wasserstein:.4f}",
+            f"{correlation:.4f}",
             f"{auc:.3f}",
         ]
-        for a, v, ks, sw, corr, auc in zip(
-            *(stored[k] for k in ("alpha_deg", "speed", "ks", *list(METRIC_WORDS)[1:])), strict=True
+        for alpha_deg, speed, ks, wasserstein, correlation, auc in zip(
+            *(dossier.stored[name] for name in columns), strict=True
         )
     ]
+
+
+def _worst_cells(dossier: Dossier) -> str:
+    """Table of the conditions that come nearest to what is declared."""
+    limits = declared(dossier)
+    ranked = sorted(
+        ((*share_of_allowed(point, limits), point) for point in dossier.atlas.points),
+        key=lambda cell: cell[0],
+        reverse=True,
+    )
+    worst = [
+        [*_point_row(point), f"{share:.2f}", SHORT[name]] for share, name, point in ranked[:_WORST]
+    ]
+    floor = [*_floor_row(dossier.atlas.floor), "", ""]
+    return table(
+        f"The {len(worst)} conditions of this run that come nearest to what is declared, or "
+        "exceed it",
+        [*_HEAD, "share of declared", "by"],
+        [*worst, floor, [*_declared_row(limits), "1.00", ""]],
+    )
+
+
+def accuracy_section(dossier: Dossier) -> str:
+    """Map the accuracy over angle and speed, and list the worst cells."""
+    atlas, allowed = dossier.atlas, _declared_row(declared(dossier))
     lead = (
         f"Cells: this run, {atlas.samples:,} states a side, against fresh direct simulation. "
         "Ringed dots: what the table itself stores, measured when it was made at conditions "
         "between its nodes. Every number holds the noise of two finite samples, which the last "
         "rows of the tables below show; only what stands out above it is the table's error."
     )
+    every = [*map(_point_row, atlas.points), _floor_row(atlas.floor), allowed]
+    stored = [*_stored_rows(dossier), allowed]
     return section(
         "accuracy",
         "Accuracy over angle and speed",
         f"<p>{escape(lead)}</p>"
         + controls("Accuracy map", [Choice("map-metric", "Distance", METRIC_WORDS)])
         + plot("plot-map", "Distance of the table from direct simulation", "plot tall")
-        + "<h3>Worst cells</h3>"
-        + table(
-            f"The {min(_WORST, len(ranked))} conditions of this run that come nearest to what is "
-            "declared, or exceed it",
-            [*head, "share of declared", "by"],
-            [*worst, [*floor, "", ""], [*allowed, "1.00", ""]],
-        )
-        + folded(
-            "Every cell of the map",
-            table("This run", head, [*map(_point_row, atlas.points), floor, allowed]),
-        )
-        + folded(
-            "Accuracy stored in the table",
-            table("Measured when the table was made", head, [*rows, allowed]),
-        ),
+        + f"<h3>Worst cells</h3>{_worst_cells(dossier)}"
+        + folded("Every cell of the map", table("This run", _HEAD, every))
+        + folded("Accuracy stored in the table", table("Measured when it was made", _HEAD, stored)),
     )
 
 

@@ -171,6 +171,20 @@ def test_nothing_is_wider_than_the_screen(page, width):
         resize(page, 1280)
 
 
+WIDEST = """Math.max(...[...document.querySelectorAll(".js-plotly-plot svg.main-svg")].map(
+  (svg) => svg.getBoundingClientRect().width))"""
+
+
+def test_plots_fit_the_paper_as_soon_as_the_page_is_printed(page):
+    assert page.execute_script(f"return {WIDEST}") > 700
+    # the browser prints what is there when this returns
+    printed = page.execute_script(f"dispatchEvent(new Event('beforeprint')); return {WIDEST}")
+    assert printed <= 700
+    page.execute_script("dispatchEvent(new Event('afterprint'))")
+    wait(page, f"return {WIDEST} > 700")
+    assert complaints(page) == []
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_texts_stand_out(page, scheme):
     prefer(page, scheme)

@@ -10,6 +10,7 @@ from tablegen.report.markup import picture, table
 from tablegen.report.page import report_page
 
 pytest.importorskip("plotly")
+pytest.importorskip("matplotlib")
 
 VOID = {"meta", "br", "img", "input", "link"}
 
