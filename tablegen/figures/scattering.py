@@ -24,12 +24,12 @@ def _angles_figure() -> Picture:
     """Sketch of the angles alpha2 and beta2."""
     figure = new_figure(5.6, 3.6)
     axes = figure.add_subplot(projection="3d")
-    alpha2, beta2 = np.radians(42.0), np.radians(35.0)
+    alpha2, beta2 = np.radians(50.0), np.radians(38.0)
     x, y, z = _direction(alpha2, beta2)
     # the plot's vertical axis is y; its depth is -z, so that the frame is right-handed
-    wall = np.array([[-1.0, -1.0], [1.0, 1.0]]), np.array([[-1.0, 1.0], [-1.0, 1.0]])
+    wall = np.meshgrid((-0.9, 0.9), (-0.7, 0.7))
     axes.plot_surface(*wall, np.zeros((2, 2)), color="#cccccc", alpha=0.3, shade=False)
-    for name, end in (("x", (1.25, 0, 0)), ("y", (0, 0, 1.15)), ("z", (0, -1.25, 0))):
+    for name, end in (("x", (1.25, 0, 0)), ("y", (0, 0, 1.15)), ("z", (0, -0.95, 0))):
         axes.plot(*zip((0, 0, 0), end, strict=True), color="#666666", linewidth=1)
         axes.text(*(1.06 * np.array(end)), name)
     axes.quiver(-0.9, 0, 0.9, 0.85, 0, -0.85, color="black", arrow_length_ratio=0.1)
@@ -37,17 +37,17 @@ def _angles_figure() -> Picture:
     axes.plot([0, np.cos(alpha2)], [0, 0], [0, np.sin(alpha2)], color="#0072b2", linestyle=":")
     turn = np.linspace(0.0, alpha2, 30)
     axes.plot(0.5 * np.cos(turn), 0 * turn, 0.5 * np.sin(turn), color="#d55e00")
-    axes.text(0.54, 0, 0.16, r"$\alpha_2$", color="#a34700")
+    axes.text(0.6, 0, 0.12, r"$\alpha_2$", color="#a34700")
     tilt = np.linspace(0.0, beta2, 30)
     tx, ty, tz = _direction(alpha2, tilt)
     axes.plot(0.75 * tx, -0.75 * tz, 0.75 * ty, color="#007d5a")
-    axes.text(0.68, -0.2, 0.62, r"$\beta_2$", color="#007d5a")
+    axes.text(0.36, -0.25, 0.68, r"$\beta_2$", color="#007d5a")
     axes.text(-1.0, 0, 0.95, "before")
-    axes.text(x - 0.1, -z, y + 0.1, "after", horizontalalignment="right")
+    axes.text(x + 0.1, -z, y + 0.02, "after", color="#0072b2")
     axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(0, 1.1))
-    axes.set_box_aspect((2, 2, 1.1), zoom=1.1)
+    axes.set_box_aspect((2, 2, 1.1), zoom=1.4)
     axes.set_axis_off()
-    axes.view_init(elev=18, azim=-68)
+    axes.view_init(elev=20, azim=-78)
     alternative = (
         "Sketch: a particle comes down in the plane of x along the wall and y into the gas, and "
         "leaves in a direction whose projection on that plane makes the angle alpha 2 with x; beta "
