@@ -69,6 +69,15 @@ def summary_section(dossier: Dossier) -> str:
             )
             for name, limit in limits.items()
         ]
+    share, name = max(share_of_allowed(point, limits) for point in dossier.atlas.points)
+    items.append(
+        (
+            "worst cell of this run",
+            f"{share:.0%}",
+            f"of what is declared, noise included, by {SHORT[name]}; "
+            f"{len(dossier.atlas.points)} conditions",
+        )
+    )
     missed = [name for name, limit in limits.items() if measured and np.max(stored[name]) > limit]
     verdict = (
         f'<p class="bad">Stored accuracy misses what is declared: {escape(", ".join(missed))}.</p>'
