@@ -237,8 +237,8 @@ def state_of(arrays, functions, weights, entries, fractions, at, state):
     for row in range(len(arrays.channels)):
         marginal = arrays.marginals[row]
         if marginal >= 0:
-            k, span = np.uint64(at + row), 2 * (functions + marginal)
-            x = mean_of_corners(arrays.quantiles, entries[k], fractions[k], weights)
+            here, span = np.uint64(at + row), 2 * (functions + marginal)
+            x = mean_of_corners(arrays.quantiles, entries[here], fractions[here], weights)
             x = arrays.spans[np.uint64(span)] + arrays.spans[np.uint64(span + 1)] * x
             state[np.uint64(arrays.channels[row])] = x
     channels_to_state(state)

@@ -22,6 +22,7 @@ from tablegen import options
 from tablegen.config import load_config
 from tablegen.demo import run_demo
 from tablegen.export import export
+from tablegen.figures.command import figures
 from tablegen.generate_command import generate
 from tablegen.mesh import read_mesh
 from tablegen.options import examples as _examples
@@ -29,6 +30,7 @@ from tablegen.page import validation_page
 from tablegen.particles import MIXTURE, SHAPE_NAMES, Population
 from tablegen.prune_command import prune
 from tablegen.ranks import asks_for_ranks, on_first_rank
+from tablegen.report.command import report
 from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
 from tablegen.stability.command import stability
@@ -230,6 +232,8 @@ cli.add_command(export)
 cli.add_command(prune)
 cli.add_command(generate)
 cli.add_command(stability)
+cli.add_command(report)
+cli.add_command(figures)
 
 
 def _write_rebounds(path: Path, result: Simulation) -> None:

@@ -102,7 +102,7 @@ def correlation_error(sample: ArrayLike, reference: ArrayLike) -> float:
         As for `ks_distances`.
     """
     a, b = _checked(sample, reference)
-    return float(np.abs(_correlations(a) - _correlations(b)).max())
+    return float(np.abs(correlations(a) - correlations(b)).max())
 
 
 def classifier_auc(sample: ArrayLike, reference: ArrayLike, seed: int = 0) -> float:
@@ -181,8 +181,17 @@ def _unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
     return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def _correlations(values: FloatArray) -> FloatArray:
-    """Correlation matrix with rows and columns of zeros for constant components."""
+def correlations(values: FloatArray) -> FloatArray:
+    """Correlation matrix, with zeros in the rows and columns of constant components.
+
+    Parameters
+    ----------
+    values : float64 array, shape (n, d)
+
+    Returns
+    -------
+    float64 array, shape (d, d)
+    """
     moving = varies(values)
     centred = np.where(moving, values - values.mean(axis=0), 0.0)
     scaled = centred / np.where(moving, centred.std(axis=0), 1.0)

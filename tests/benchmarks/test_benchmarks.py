@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tablegen.config import load_config
+from tablegen.report.tolerances import RESOLUTIONS, TOLERANCES
 from tablegen.simulate import make_condition, simulate
 
 POINTS = json.loads(
@@ -176,7 +177,7 @@ def test_error_benchmark_sees_a_coarse_setting(tmp_path, capsys):
     arguments = ["--shapes", "ellipsoid", "--angles", "90", "--count", "3000"]
     assert bench_error.main([*arguments, "--json", str(file)]) == 0
     points = json.loads(file.read_text(encoding="utf-8"))["points"]
-    assert len(points) == len(bench_error.RESOLUTIONS) + len(bench_error.TOLERANCES)
+    assert len(points) == len(RESOLUTIONS) + len(TOLERANCES)
     by_resolution = {p["resolution"]: p["error"] for p in points if p["varied"] == "resolution"}
     assert by_resolution[0.1] > 20.0 * by_resolution[1e-4] > 0.0
     assert "default" in capsys.readouterr().out
@@ -193,7 +194,7 @@ def test_error_benchmark_refuses_a_wrong_angle(capsys):
 def test_default_settings_leave_less_than_a_ten_thousandth():
     # the mixture; the same particles in every setting, so nothing here is left to chance
     points = errors_of("--shapes", "mixture", "--count", "400000")
-    default = [p for p in points if bench_error.is_default(p)]
+    default = [p for p in points if p.is_default]
     assert max(p.error for p in default) < 1e-4
     # and a resolution three times as coarse would not do
     assert max(p.error for p in points if p.resolution == 3e-3) > 1e-4

@@ -1,0 +1,103 @@
+"""All figures of the paper with its table and its statements."""
+
+import importlib.util
+from dataclasses import dataclass
+from typing import Any
+
+from tqdm import tqdm
+
+from sampler.table import Table
+from tablegen.config import Config
+from tablegen.figures.curves import curve_figures
+from tablegen.figures.densities import density_figures
+from tablegen.figures.laws import ANGLES, DIRECT, SHAPES, Laws, make_laws
+from tablegen.figures.scattering import scattering_figures
+from tablegen.figures.statements import Statement, check_statements
+from tablegen.figures.style import Picture, settings
+
+#: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
+PAPER_TABLE = {
+    "ellipsoid": (42.2, 31.2, 8.9, 4.3, 2.6, 10.8),
+    "prism": (13.3, 40.1, 19.5, 14.6, 5.4, 7.1),
+    "truncated-prism": (25.9, 37.7, 17.8, 9.7, 4.8, 4.1),
+    "tetrahedron": (5.2, 12.8, 9.3, 7.9, 8.3, 56.5),
+}
+
+#: Head of `collision_rows`.
+COLLISION_HEAD = ("shape", "source", "1", "2", "3", "4", "5", "> 5")
+
+
+@dataclass(frozen=True)
+class Gallery:
+    """Figures, laws and statements.
+
+    Attributes
+    ----------
+    count : int
+        Particles of each shape at each angle.
+    laws : Laws
+    pictures : tuple of Picture
+        By the number of the figure.
+    statements : tuple of Statement
+    """
+
+    count: int
+    laws: Laws
+    pictures: tuple[Picture, ...]
+    statements: tuple[Statement, ...]
+
+
+def make_gallery(
+    table: Table, config: Config, count: int, seed: int, progress: bool = False
+) -> Gallery | None:
+    """Simulate, draw and check everything.
+
+    Parameters
+    ----------
+    table : Table
+    config : Config
+        Pair, population and numerics of the direct simulation.
+    count : int
+        Particles of each shape at each angle.
+    seed : int
+    progress : bool
+        Show a progress bar on standard error.
+
+    Returns
+    -------
+    Gallery or None
+        None where matplotlib is not installed.
+    """
+    if importlib.util.find_spec("matplotlib") is None:
+        return None
+    steps = len(ANGLES) * len(SHAPES)
+    with tqdm(total=steps, desc="laws of the figures", disable=not progress) as bar:
+        laws = make_laws(table, config, count, seed, bar.update)
+    with settings():
+        pictures = [*curve_figures(laws), *density_figures(laws), *scattering_figures(laws)]
+    ordered = sorted(pictures, key=lambda picture: picture.name)
+    return Gallery(count, laws, tuple(ordered), tuple(check_statements(laws)))
+
+
+def collision_rows(laws: Laws) -> list[list[str]]:
+    """Cells of the paper's table, ours beside the paper's, in per cent."""
+    rows = []
+    for shape, paper in PAPER_TABLE.items():
+        law = laws.at(DIRECT, shape, 90.0)
+        if law is not None and law.collisions is not None:
+            rows.append([shape, "direct", *(f"{100.0 * share:.1f}" for share in law.collisions)])
+        rows.append([shape, "paper", *(f"{share:.1f}" for share in paper)])
+    return rows
+
+
+def to_dict(gallery: Gallery) -> dict[str, Any]:
+    """Numbers of all laws, JSON-ready."""
+    return {
+        "count": gallery.count,
+        "seed": gallery.laws.seed,
+        "laws": [law.to_dict() for law in gallery.laws.laws.values()],
+        "sphere_alpha2_deg": [
+            {"alpha_deg": alpha_deg, "alpha2_deg": low}
+            for alpha_deg, (low, _) in gallery.laws.sphere_deg.items()
+        ],
+    }

@@ -1,0 +1,279 @@
+"""Statistics of rebounds over the impact angle, by shape, from direct simulation and a table.
+
+One simulation is reduced to a `Law` and forgotten, so that millions of particles need no memory.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sampler.channels import COMPONENTS
+from sampler.table import Table
+from tablegen.config import Config
+from tablegen.description import modes, scattering_angles, translational_energy
+from tablegen.particles import MIXTURE
+from tablegen.samples import FloatArray
+from tablegen.simulate import make_condition, simulate
+
+#: Impact speed of the paper [m/s], and the impact angles of our curves [degrees].
+SPEED = 200.0
+ANGLES = tuple(float(x) for x in range(5, 91, 5))
+
+#: Shapes of the paper, in its order, and the mixture.
+SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", MIXTURE)
+
+#: At normal impact, of which the paper says most, this many times as many particles.
+NORMAL_FACTOR = 5
+
+#: Sources of a law.
+DIRECT, TABLE = "direct", "table"
+
+#: Bins of densities: range and number.
+DENSITY = {"u": (-0.8, 1.0, 180), "v": (0.0, 1.0, 150), "omega_z": (-2.0, 2.0, 200)}
+SCATTERING_BINS = 180
+
+#: Bins of the spatial indicatrix in alpha2 and beta2.
+SPATIAL_BINS = (60, 60)
+
+#: Quantities with a mean and a most probable value.
+QUANTITIES = (*COMPONENTS, "translational", "rotational")
+
+
+@dataclass(frozen=True)
+class Law:
+    """What one sample says.
+
+    Attributes
+    ----------
+    source : str
+        `DIRECT` or `TABLE`.
+    shape : str
+    alpha_deg : float
+    count : int
+    mean, error, mode : dict from quantity to float
+        Mean, its standard error, most probable value, of the `QUANTITIES` that the source has.
+    collisions : tuple of float or None
+        Share of particles with 1, 2, 3, 4, 5 and more collisions; a table does not tell.
+    positive_spin : float
+        Share with Omega_z > 0.
+    asymmetry : dict from component to float
+        Largest difference between the distribution functions of x and -x, times the root of the
+        count. For a symmetric law it exceeds t with probability 4 (1 - Phi(t)).
+    scattering_deg : float
+        Standard deviation of alpha2.
+    scattering : int array, shape (SCATTERING_BINS,)
+        Counts of alpha2 over 0 to pi.
+    density : dict from component to int array
+        Counts in the bins of `DENSITY`.
+    spatial : int array, shape SPATIAL_BINS, or None
+        Counts over alpha2 and beta2; at normal impact only.
+    """
+
+    source: str
+    shape: str
+    alpha_deg: float
+    count: int
+    mean: dict[str, float]
+    error: dict[str, float]
+    mode: dict[str, float]
+    collisions: tuple[float, ...] | None
+    positive_spin: float
+    asymmetry: dict[str, float]
+    scattering_deg: float
+    scattering: Any
+    density: dict[str, Any]
+    spatial: Any
+
+    def to_dict(self) -> dict[str, Any]:
+        """Numbers but for the histograms, JSON-ready."""
+        histograms = ("scattering", "density", "spatial")
+        return {name: value for name, value in vars(self).items() if name not in histograms}
+
+
+def asymmetry(values: FloatArray) -> float:
+    """Largest difference between the distribution functions of x and -x, times sqrt(n).
+
+    For a symmetric law the difference, as |x| falls, is a random walk of n steps of +-1/n: the
+    statistic tends to the largest |B| of a Brownian motion on (0, 1), which exceeds t with a
+    probability below 4 (1 - Phi(t)).
+    Source: Butler, "A test for symmetry using the sample distribution function", Ann. Math.
+    Statist. 40 (1969).
+
+    Parameters
+    ----------
+    values : float64 array, shape (n,)
+
+    Returns
+    -------
+    float
+    """
+    walk = np.cumsum(np.sign(values[np.argsort(-np.abs(values))]))
+    return float(np.abs(walk).max() / np.sqrt(values.size))
+
+
+def law_of(
+    source: str,
+    shape: str,
+    alpha_deg: float,
+    state: FloatArray,
+    collisions: np.ndarray | None = None,
+    rotational: FloatArray | None = None,
+) -> Law:
+    """Reduce a sample to a law.
+
+    Parameters
+    ----------
+    source, shape : str
+    alpha_deg : float
+    state : float64 array, shape (n, 6)
+    collisions : int array, shape (n,), optional
+    rotational : float64 array, shape (n,), optional
+        Rotational energy over the energy before.
+
+    Returns
+    -------
+    Law
+    """
+    columns = [*state.T, translational_energy(state)]
+    columns += [] if rotational is None else [rotational]
+    values = np.column_stack(columns)
+    names = QUANTITIES[: values.shape[1]]
+    alpha2, beta2 = scattering_angles(state)
+    spatial = None
+    if alpha_deg == 90.0:
+        limits = ((0.0, np.pi), (-np.pi / 2, np.pi / 2))
+        spatial = np.histogram2d(alpha2, beta2, SPATIAL_BINS, limits)[0].astype(np.int64)
+    return Law(
+        source=source,
+        shape=shape,
+        alpha_deg=alpha_deg,
+        count=len(state),
+        mean=_named(names, values.mean(axis=0)),
+        error=_named(names, values.std(axis=0) / np.sqrt(len(state))),
+        mode=_named(names, modes(values)),
+        collisions=_collision_shares(collisions),
+        positive_spin=float(np.mean(state[:, 5] > 0.0)),
+        asymmetry={name: asymmetry(state[:, k]) for k, name in enumerate(COMPONENTS)},
+        scattering_deg=float(np.degrees(alpha2.std())),
+        scattering=np.histogram(alpha2, SCATTERING_BINS, (0.0, np.pi))[0],
+        density={
+            name: np.histogram(state[:, COMPONENTS.index(name)], bins, (low, high))[0]
+            for name, (low, high, bins) in DENSITY.items()
+        },
+        spatial=spatial,
+    )
+
+
+def _collision_shares(collisions: np.ndarray | None) -> tuple[float, ...] | None:
+    """Shares of particles with 1, 2, 3, 4, 5 and more collisions."""
+    if collisions is None:
+        return None
+    counts = np.bincount(np.minimum(collisions, 6), minlength=7)[1:]
+    return tuple((counts / len(collisions)).tolist())
+
+
+def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
+    return dict(zip(names, values.tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class Laws:
+    """Laws of all shapes at all angles, and the direction of rebound of spheres.
+
+    Attributes
+    ----------
+    config : Config
+    seed : int
+    laws : dict from (source, shape, angle) to Law
+    sphere_deg : dict from angle to (float, float)
+        Smallest and largest alpha2 of spheres [degrees].
+    """
+
+    config: Config
+    seed: int
+    laws: dict[tuple[str, str, float], Law]
+    sphere_deg: dict[float, tuple[float, float]]
+
+    def curve(self, source: str, shape: str) -> list[Law]:
+        """Laws of one shape, by rising angle; none if the source does not have it."""
+        found = [law for (s, kind, _), law in self.laws.items() if (s, kind) == (source, shape)]
+        return sorted(found, key=lambda law: law.alpha_deg)
+
+    def at(self, source: str, shape: str, alpha_deg: float) -> Law | None:
+        """Law at one angle; None if there is none."""
+        return self.laws.get((source, shape, alpha_deg))
+
+    def shapes(self, source: str) -> list[str]:
+        """Shapes that a source has."""
+        return [shape for shape in SHAPES if self.curve(source, shape)]
+
+
+def _direct_law(
+    config: Config, shape: str, alpha_deg: float, count: int, keys: tuple[int, int]
+) -> Law:
+    model = config.model
+    condition = make_condition(
+        np.radians(alpha_deg), SPEED, resolution=model.contact_resolution, tolerance=model.tolerance
+    )
+    made = simulate(
+        config.pair,
+        config.population.restricted_to(shape),
+        condition,
+        count,
+        seed=keys[0],
+        stream=keys[1],
+    )
+    return law_of(DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1])
+
+
+def _sphere(config: Config, alpha_deg: float, seed: int) -> tuple[float, float]:
+    """Smallest and largest alpha2 [degrees] of a few spheres."""
+    condition = make_condition(np.radians(alpha_deg), SPEED)
+    population = config.population.restricted_to("sphere")
+    state = simulate(config.pair, population, condition, 100, seed=seed).state
+    angles = np.degrees(scattering_angles(state)[0])
+    return float(angles.min()), float(angles.max())
+
+
+def table_covers(table: Table, alpha_deg: float) -> bool:
+    """Whether a table can be drawn from at an angle and the paper's speed."""
+    (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
+    slack = 1e-9
+    return bool(first - slack <= alpha_deg <= last + slack and slow <= SPEED <= fast)
+
+
+def make_laws(
+    table: Table, config: Config, count: int, seed: int, tick: Callable[[int], Any]
+) -> Laws:
+    """Simulate all shapes at all angles, and draw the mixture from the table.
+
+    Parameters
+    ----------
+    table : Table
+    config : Config
+        Pair, population and numerics of the direct simulation.
+    count : int
+        Particles of each shape at each angle; `NORMAL_FACTOR` times as many at normal impact.
+    seed : int
+    tick : callable
+        Called with 1 for each law.
+
+    Returns
+    -------
+    Laws
+    """
+    laws: dict[tuple[str, str, float], Law] = {}
+    for i, alpha_deg in enumerate(ANGLES):
+        size = count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
+        for k, shape in enumerate(SHAPES):
+            keys = (seed, i * len(SHAPES) + k)
+            laws[DIRECT, shape, alpha_deg] = _direct_law(config, shape, alpha_deg, size, keys)
+            tick(1)
+        if table_covers(table, alpha_deg):
+            index = np.arange(size)
+            state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
+            laws[TABLE, MIXTURE, alpha_deg] = law_of(TABLE, MIXTURE, alpha_deg, state)
+    spheres = {alpha_deg: _sphere(config, alpha_deg, seed) for alpha_deg in ANGLES}
+    return Laws(config, seed, laws, spheres)

@@ -1,0 +1,158 @@
+"""Accuracy of a table over its whole range of angles and speeds, against direct simulation."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from sampler.table import Table
+from tablegen.config import Config
+from tablegen.distances import (
+    classifier_auc,
+    correlation_error,
+    ks_distances,
+    sliced_wasserstein,
+)
+from tablegen.report.direct import direct_states
+from tablegen.report.effort import Effort
+from tablegen.report.errors import batch_seed
+from tablegen.report.race import Tick
+from tablegen.samples import FloatArray
+
+#: Purposes of random numbers, beside those of the races.
+_DIRECT, _OTHER, _TABLE = range(200, 203)
+
+#: Directions of the sliced Wasserstein distance: a map has many points.
+_DIRECTIONS = 8
+
+
+@dataclass(frozen=True)
+class Point:
+    """A condition of the map and what was measured there."""
+
+    alpha_deg: float
+    speed: float
+    #: Of each component, in the order of `COMPONENTS`.
+    ks_components: tuple[float, ...]
+    ks: float
+    sliced_wasserstein: float
+    correlation_error: float
+    auc: float
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """Accuracy map.
+
+    Attributes
+    ----------
+    alpha_deg, speed : tuple of float
+        The grid.
+    points : tuple of Point
+        All speeds of the first angle, then of the second.
+    floor : tuple of Point
+        Direct against direct on the diagonal of the grid, with as many states.
+    samples : int
+        States a side.
+    """
+
+    alpha_deg: tuple[float, ...]
+    speed: tuple[float, ...]
+    points: tuple[Point, ...]
+    floor: tuple[Point, ...]
+    samples: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON."""
+        return asdict(self)
+
+
+def grid(table: Table, shape: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Choose angles [degrees] and speeds in the middle of equal parts.
+
+    Parts are equal in the square root of the angle, because the law changes faster near grazing,
+    and in the speed.
+    """
+    low, high = np.sqrt(np.degrees(table.alpha_range))
+    roots = low + (high - low) * (np.arange(shape[0]) + 0.5) / shape[0]
+    first, last = table.speed_range
+    speeds = first + (last - first) * (np.arange(shape[1]) + 0.5) / shape[1]
+    alpha = (np.round(roots**2, 2), np.round(speeds, 1))
+    return tuple(np.unique(alpha[0]).tolist()), tuple(np.unique(alpha[1]).tolist())
+
+
+def _point(
+    alpha_deg: float, speed: float, sample: FloatArray, direct: FloatArray, size: int
+) -> Point:
+    ks = ks_distances(sample, direct)
+    return Point(
+        alpha_deg=alpha_deg,
+        speed=speed,
+        ks_components=tuple(ks.tolist()),
+        ks=float(ks.max()),
+        sliced_wasserstein=sliced_wasserstein(sample, direct, _DIRECTIONS),
+        correlation_error=correlation_error(sample, direct),
+        auc=classifier_auc(sample[:size], direct[:size]),
+    )
+
+
+def make_atlas(table: Table, config: Config, effort: Effort, seed: int, tick: Tick) -> Atlas:
+    """Compare a table with direct simulation on a grid of conditions.
+
+    Parameters
+    ----------
+    table : Table
+    config : Config
+        What the table claims to represent.
+    effort : Effort
+    seed : int
+    tick : callable
+        Called with 1 for each condition.
+
+    Returns
+    -------
+    Atlas
+    """
+    alpha, speed = grid(table, effort.grid)
+    conditions = [(a, v) for a in alpha for v in speed]
+    count = effort.mapped
+
+    def states(k: int, purpose: int) -> FloatArray:
+        return direct_states(config, *conditions[k], count, batch_seed(seed, purpose, k), threads=1)
+
+    def against_table(k: int) -> Point:
+        drawn = table.sample(
+            np.radians(conditions[k][0]),
+            conditions[k][1],
+            seed=batch_seed(seed, _TABLE, k),
+            index=np.arange(count),
+            threads=1,
+        )
+        found = _point(*conditions[k], drawn, states(k, _DIRECT), effort.classified)
+        tick(1)
+        return found
+
+    def against_direct(k: int) -> Point:
+        found = _point(*conditions[k], states(k, _OTHER), states(k, _DIRECT), effort.classified)
+        tick(1)
+        return found
+
+    diagonal = _diagonal(len(alpha), len(speed))
+    with threadpool_limits(limits=1), ThreadPoolExecutor(os.cpu_count()) as pool:
+        points = tuple(pool.map(against_table, range(len(conditions))))
+        floor = tuple(pool.map(against_direct, diagonal))
+    return Atlas(alpha, speed, points, floor, count)
+
+
+def _diagonal(rows: int, columns: int) -> list[int]:
+    """Numbers of the points of a grid nearest to its diagonal, one a row."""
+    return [i * columns + min(columns - 1, i * columns // rows) for i in range(rows)]
+
+
+def steps(table: Table, effort: Effort) -> int:
+    """How often `make_atlas` ticks."""
+    alpha, speed = grid(table, effort.grid)
+    return len(alpha) * (len(speed) + 1)

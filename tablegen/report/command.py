@@ -1,0 +1,77 @@
+"""``tablegen report``: the evidence from the command line."""
+
+import json
+import sys
+from pathlib import Path
+
+import click
+
+from sampler.atomic import atomic_output
+from tablegen import options
+from tablegen.report.dossier import compile_dossier, map_accuracy, record
+from tablegen.report.endurance import read_study
+from tablegen.report.page import plotting_library, report_page
+from tablegen.report.study import gather_evidence
+from tablegen.report.text import evidence_text
+
+
+def _write(path: Path, text: str) -> None:
+    with atomic_output(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+@click.command(
+    epilog=options.examples(
+        "tablegen report --quick",
+        "tablegen report my-pair.h5 --json report.json --html report.html",
+    )
+)
+@click.argument("table", metavar="[T.h5]", default="corundum-steel")
+@click.option("--quick", is_flag=True, help="Measure less: under two minutes on two cores.")
+@click.option("--seed", type=options.SEED, default=1, show_default=True, metavar="S")
+@click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
+@click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
+@click.option(
+    "--stability",
+    "stability_file",
+    type=click.Path(path_type=Path),
+    metavar="F",
+    help="Show this result of 'tablegen stability --json' on the page; else a brief study is run.",
+)
+@click.option("--quiet", is_flag=True, help="No progress bars.")
+def report(
+    table: str,
+    quick: bool,
+    seed: int,
+    json_file: Path | None,
+    html_file: Path | None,
+    stability_file: Path | None,
+    quiet: bool,
+) -> int:
+    """Measure error against run time for every way to get a rebound state.
+
+    Direct simulation by contact resolution, flight tolerance and sample size; draws from the
+    table, and from tables of other numbers of nodes, components and knots; stored states,
+    independent marginals, a vine copula, a Gaussian mixture and kernel resampling. All are
+    compared with the same large direct sample, beside the noise of direct against direct.
+    Times are processor time of one thread: leave the machine to it.
+    """
+    progress = not quiet and sys.stderr.isatty()
+    if html_file:
+        # what is missing shows before the work, not after
+        plotting_library()
+    if stability_file:
+        read_study(stability_file)
+    evidence = gather_evidence(table, quick=quick, seed=seed, progress=progress)
+    click.echo(evidence_text(evidence))
+    if json_file is None and html_file is None:
+        return 0
+    atlas = map_accuracy(table, quick, seed, progress)
+    if json_file:
+        text = json.dumps(record(evidence, atlas), indent=1, allow_nan=False)
+        _write(json_file, text + "\n")
+    if html_file:
+        page = report_page(compile_dossier(evidence, atlas, stability_file, progress))
+        _write(html_file, page)
+        click.echo(f"{html_file}: {len(page.encode()) / 1e6:.1f} MB")
+    return 0

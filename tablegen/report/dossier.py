@@ -1,0 +1,120 @@
+"""All that a report shows: the evidence, and what only its page needs."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+import sampler
+from sampler.locate import find_table
+from tablegen.config import Config, parse_config
+from tablegen.figures.gallery import Gallery, make_gallery
+from tablegen.report import atlas as atlases
+from tablegen.report.atlas import Atlas, make_atlas
+from tablegen.report.effort import FULL, QUICK
+from tablegen.report.endurance import brief_study, read_study
+from tablegen.report.identity import identity
+from tablegen.report.study import Evidence
+from tablegen.report.views import View, make_views
+from tablegen.samples import FloatArray
+from tablegen.stability.study import Study
+
+
+@dataclass(frozen=True)
+class Dossier:
+    """What the page of a report shows.
+
+    Attributes
+    ----------
+    evidence : Evidence
+    config : Config
+        Of the table.
+    identity : dict
+        Attributes of the table's file.
+    stored : dict from name to array
+        Accuracy that the table carries.
+    atlas : Atlas
+    views : tuple of View
+    stability : Study
+    gallery : Gallery or None
+        Figures of the paper; None where matplotlib is not installed.
+    """
+
+    evidence: Evidence
+    config: Config
+    identity: dict[str, str]
+    stored: dict[str, FloatArray]
+    atlas: Atlas
+    views: tuple[View, ...]
+    stability: Study
+    gallery: Gallery | None
+
+
+def map_accuracy(name_or_path: str, quick: bool, seed: int, progress: bool) -> Atlas:
+    """Accuracy map of a table.
+
+    Parameters
+    ----------
+    name_or_path : str
+    quick : bool
+    seed : int
+    progress : bool
+        Show a progress bar on standard error.
+    """
+    effort = QUICK if quick else FULL
+    table = sampler.load(name_or_path)
+    config = parse_config(table.config, f"{name_or_path}: config")
+    with tqdm(total=atlases.steps(table, effort), desc="accuracy map", disable=not progress) as bar:
+        return make_atlas(table, config, effort, seed, bar.update)
+
+
+def compile_dossier(
+    evidence: Evidence, atlas: Atlas, stability_file: Path | None, progress: bool = False
+) -> Dossier:
+    """Add to the evidence what the page shows besides.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    atlas : Atlas
+    stability_file : Path, optional
+        What ``tablegen stability --json`` wrote; a brief study is run if None.
+    progress : bool
+        Show progress bars on standard error.
+
+    Returns
+    -------
+    Dossier
+
+    Raises
+    ------
+    InputError
+        If the stability file cannot be used.
+    """
+    effort, seed = evidence.effort, evidence.seed
+    if stability_file is not None:
+        study = read_study(stability_file)
+    table = sampler.load(evidence.table)
+    config = parse_config(table.config, f"{evidence.table}: config")
+    with tqdm(
+        total=effort.views[0] * effort.views[1], desc="joint views", disable=not progress
+    ) as bar:
+        views = make_views(table, config, effort, seed, bar.update)
+    if stability_file is None:
+        study = brief_study(config, evidence.quick, seed % 2**32, progress)
+    return Dossier(
+        evidence=evidence,
+        config=config,
+        identity=identity(find_table(evidence.table)),
+        stored=table.accuracy,
+        atlas=atlas,
+        views=tuple(views),
+        stability=study,
+        gallery=make_gallery(table, config, effort.figures, seed, progress),
+    )
+
+
+def record(evidence: Evidence, atlas: Atlas) -> dict[str, Any]:
+    """Every number of a report, JSON-ready."""
+    return {**evidence.to_dict(), "atlas": atlas.to_dict()}

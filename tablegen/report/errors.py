@@ -1,0 +1,107 @@
+"""The error of a way to get rebound states, with what chance leaves of it.
+
+A way gives several independent batches. Each is compared with the same large direct reference; the
+error is the mean over the batches, and its confidence interval comes from a bootstrap over them.
+Direct batches, compared with the reference in the same manner, are the noise floor: no way can be
+seen to be better than that.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tablegen.report.reference import METRICS, Reference
+from tablegen.samples import FloatArray
+
+#: Draws a batch: number of states and seed to (n, 6) states.
+Draw = Callable[[int, int], FloatArray]
+
+_RESAMPLES = 2000
+_LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Mean over batches and its 95 % confidence interval."""
+
+    mean: float
+    low: float
+    high: float
+    values: tuple[float, ...]
+
+
+def estimate(values: Sequence[float]) -> Estimate:
+    """Mean of some batches with a percentile interval of bootstrapped means.
+
+    Parameters
+    ----------
+    values : sequence of float
+        One number a batch.
+
+    Returns
+    -------
+    Estimate
+        The interval has no width where there is one batch.
+    """
+    array = np.asarray(values, dtype=np.float64)
+    picks = np.random.default_rng(len(array)).integers(len(array), size=(_RESAMPLES, len(array)))
+    means = array[picks].mean(axis=1)
+    tail = 0.5 * (1.0 - _LEVEL)
+    low, high = np.quantile(means, (tail, 1.0 - tail))
+    return Estimate(float(array.mean()), float(low), float(high), tuple(array.tolist()))
+
+
+def batch_seed(seed: int, *purpose: int) -> int:
+    """Give the seed of one purpose, independent of all others."""
+    return int(np.random.SeedSequence([seed, *purpose]).generate_state(1, np.uint64)[0])
+
+
+def forbidden_share(state: FloatArray) -> float:
+    """Share of states that no rebound can have: v <= 0, or translational energy above 1."""
+    energy = np.square(state[:, :3]).sum(axis=1)
+    return float(np.mean((state[:, 1] <= 0.0) | (energy > 1.0)))
+
+
+def batch_errors(
+    draw: Draw, reference: Reference, size: int, classified: int, batch: int, seed: int
+) -> dict[str, float]:
+    """Errors of one batch.
+
+    Parameters
+    ----------
+    draw : callable
+    reference : Reference
+    size : int
+        States in the batch; divides the size of the reference.
+    classified : int
+        States a side of the classifier; none if 0.
+    batch : int
+        Number of the batch.
+    seed : int
+        Of the draw.
+
+    Returns
+    -------
+    dict
+        The `METRICS`, without AUC where nothing is classified, and ``forbidden``.
+    """
+    state = draw(size, seed)
+    found = {
+        "ks": reference.ks(state),
+        "sliced_wasserstein": reference.sliced_wasserstein(state),
+        "correlation_error": reference.correlation_error(state),
+        "forbidden": forbidden_share(state),
+    }
+    if classified:
+        found["auc"] = reference.auc(state, batch, classified)
+    return found
+
+
+def gathered(batches: Sequence[dict[str, float]]) -> dict[str, Estimate]:
+    """Estimates of every metric from the errors of the batches."""
+    return {
+        name: estimate([batch[name] for batch in batches])
+        for name in (*METRICS, "forbidden")
+        if name in batches[0]
+    }

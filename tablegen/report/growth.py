@@ -1,0 +1,76 @@
+"""The error of a sample against the time it takes to draw: direct simulation and table.
+
+A small sample is uncertain whatever it is drawn from. With more states the error of direct
+simulation falls on; that of a table falls as fast, sooner, until its own error is left.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from tablegen.report.effort import Effort
+from tablegen.report.errors import Draw, Estimate, batch_errors, batch_seed, gathered
+from tablegen.report.race import Tick
+from tablegen.report.reference import Reference
+
+#: Purpose of the random numbers, beside those of `tablegen.report.race`.
+_SIZES = 100
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Error of samples of one size.
+
+    Attributes
+    ----------
+    family : str
+    count : int
+        States in a sample.
+    seconds : float
+        Processor time of such a sample on one thread.
+    errors : dict from metric to Estimate
+        Without AUC, which small samples cannot train.
+    """
+
+    family: str
+    count: int
+    seconds: float
+    errors: dict[str, Estimate]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and names, for JSON."""
+        return asdict(self)
+
+
+def sample_sizes(
+    draws: Sequence[tuple[str, Draw, float]],
+    reference: Reference,
+    effort: Effort,
+    seed: int,
+    tick: Callable[[int], Any] | Tick,
+) -> list[Sample]:
+    """Error against sample size.
+
+    Parameters
+    ----------
+    draws : sequence of (family, Draw, nanoseconds of a draw)
+    reference : Reference
+    effort : Effort
+    seed : int
+    tick : callable
+        Called with 1 for each size of each draw.
+
+    Returns
+    -------
+    list of Sample
+    """
+    found = []
+    for k, (family, draw, cost) in enumerate(draws):
+        for count in effort.sizes:
+            batches = [
+                batch_errors(draw, reference, count, 0, r, batch_seed(seed, _SIZES, k, count, r))
+                for r in range(effort.batches)
+            ]
+            found.append(Sample(family, count, 1e-9 * cost * count, gathered(batches)))
+            tick(1)
+    return found

@@ -1,0 +1,256 @@
+"""Sections of a report's page on the table itself: summary, identity, accuracy, joint law."""
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from sampler.channels import COMPONENTS
+from tablegen.report.atlas import Point
+from tablegen.report.dossier import Dossier
+from tablegen.report.markup import Choice, controls, folded, plot, section, table, tiles
+from tablegen.report.race import Race, Runner
+from tablegen.report.text import machine_text, size_text
+from tablegen.report.words import LABELS, METRIC_WORDS, SHORT
+
+#: Worst cells that are listed.
+_WORST = 8
+
+
+def declared(dossier: Dossier) -> dict[str, float]:
+    """Largest distances that the table declares."""
+    targets = dossier.config.accuracy
+    return {name: getattr(targets, name) for name in METRIC_WORDS}
+
+
+def share_of_allowed(point: Point, limits: dict[str, float]) -> tuple[float, str]:
+    """Largest distance at a point in units of what is declared, and which one it is."""
+    shares = {
+        name: (getattr(point, name) - 0.5) / max(limit - 0.5, 1e-9)
+        if name == "auc"
+        else getattr(point, name) / limit
+        for name, limit in limits.items()
+    }
+    name = max(shares, key=shares.__getitem__)
+    return shares[name], name
+
+
+def _fastest(race: Race, family: str) -> Runner:
+    """First way of a family: as configured, or the table of the report."""
+    return next(runner for runner in race.runners if runner.family == family)
+
+
+def summary_section(dossier: Dossier) -> str:
+    """Tell what matters most, in a few figures."""
+    evidence, stored, limits = dossier.evidence, dossier.stored, declared(dossier)
+    race = evidence.races[-1]
+    direct, drawn = _fastest(race, "direct simulation"), _fastest(race, "table")
+    measured = len(stored["auc"])
+    items = [
+        ("size of the table", size_text(evidence.table_bytes), "whole range of angles and speeds"),
+        (
+            "one draw, one thread",
+            f"{evidence.random_nanoseconds:.0f} ns",
+            "at random conditions",
+        ),
+        (
+            "direct simulation takes",
+            f"{direct.nanoseconds / drawn.nanoseconds:.1f} ×",
+            f"as long: {direct.nanoseconds:.0f} ns against {drawn.nanoseconds:.0f} ns at "
+            f"{race.alpha_deg:g}°, {race.speed:g} m/s",
+        ),
+    ]
+    if measured:
+        items += [
+            (
+                f"worst {SHORT[name]}",
+                f"{float(np.max(stored[name])):.{3 if name == 'auc' else 4}f}",
+                f"declared at most {limit:g}; {measured} conditions",
+            )
+            for name, limit in limits.items()
+        ]
+    share, name = max(share_of_allowed(point, limits) for point in dossier.atlas.points)
+    items.append(
+        (
+            "worst cell of this run",
+            f"{share:.0%}",
+            f"of what is declared, noise included, by {SHORT[name]}; "
+            f"{len(dossier.atlas.points)} conditions",
+        )
+    )
+    missed = [name for name, limit in limits.items() if measured and np.max(stored[name]) > limit]
+    verdict = (
+        f'<p class="bad">Stored accuracy misses what is declared: {escape(", ".join(missed))}.</p>'
+        if missed
+        else '<p class="good">The accuracy stored in the table holds what it declares.</p>'
+        if measured
+        else "<p>The table stores no measured accuracy.</p>"
+    )
+    return section("summary", "Summary", verdict + tiles(items))
+
+
+def identity_section(dossier: Dossier) -> str:
+    """Tell what the table is and where it comes from."""
+    config, file = dossier.config, dossier.identity
+    alpha, speed = config.domain.alpha_deg, config.domain.speed
+    rows = [
+        ["Particle on wall", f"{config.pair.particle} on {config.pair.wall} ({file['pair']})"],
+        ["Impact angle", f"{alpha[0]:g}° to {alpha[1]:g}°"],
+        ["Speed", f"{speed[0]:g} to {speed[1]:g} m/s"],
+        ["Restitution law", config.pair.restitution.source],
+        ["Resistance law", config.pair.resistance.source],
+        ["Content SHA-256", file["content_sha256"]],
+        ["Seed", file["seed"]],
+        [
+            "Made with",
+            f"rebound-tables {file['software_version']}, format {file['format_version']}",
+        ],
+        ["Size of the file", f"{dossier.evidence.table_bytes:,} bytes"],
+    ]
+    text = f'<pre tabindex="0"><code>{escape(config.text)}</code></pre>'
+    return section(
+        "identity",
+        "Identity and provenance",
+        table("What the file says of itself", ["field", "value"], rows, "words")
+        + folded("Configuration that the table was generated from", text),
+    )
+
+
+def _point_row(point: Point) -> list[str]:
+    worst = COMPONENTS[int(np.argmax(point.ks_components))]
+    return [
+        f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s",
+        f"{point.ks:.4f}",
+        worst,
+        f"{point.sliced_wasserstein:.4f}",
+        f"{point.correlation_error:.4f}",
+        f"{point.auc:.3f}",
+    ]
+
+
+def _floor_row(points: Sequence[Point]) -> list[str]:
+    means = [
+        float(np.mean([getattr(p, name) for p in points]))
+        for name in ("ks", "sliced_wasserstein", "correlation_error", "auc")
+    ]
+    return [
+        "noise floor (mean)",
+        f"{means[0]:.4f}",
+        "",
+        f"{means[1]:.4f}",
+        f"{means[2]:.4f}",
+        f"{means[3]:.3f}",
+    ]
+
+
+#: Columns of the tables of accuracy.
+_HEAD = ("condition", "KS", "of", "sliced W.", "corr.", "AUC")
+
+
+def _declared_row(limits: dict[str, float]) -> list[str]:
+    ks, *others = (f"{limit:g}" for limit in limits.values())
+    return ["declared", ks, "", *others]
+
+
+def _stored_rows(dossier: Dossier) -> list[list[str]]:
+    """Cells of the accuracy that the table carries."""
+    columns = ("alpha_deg", "speed", "ks", *list(METRIC_WORDS)[1:])
+    return [
+        [
+            f"{alpha_deg:.2f}°, {speed:.1f} m/s",
+            f"{ks.max():.4f}",
+            COMPONENTS[int(ks.argmax())],
+            f"{wasserstein:.4f}",
+            f"{correlation:.4f}",
+            f"{auc:.3f}",
+        ]
+        for alpha_deg, speed, ks, wasserstein, correlation, auc in zip(
+            *(dossier.stored[name] for name in columns), strict=True
+        )
+    ]
+
+
+def _worst_cells(dossier: Dossier) -> str:
+    """Table of the conditions that come nearest to what is declared."""
+    limits = declared(dossier)
+    ranked = sorted(
+        ((*share_of_allowed(point, limits), point) for point in dossier.atlas.points),
+        key=lambda cell: cell[0],
+        reverse=True,
+    )
+    worst = [
+        [*_point_row(point), f"{share:.2f}", SHORT[name]] for share, name, point in ranked[:_WORST]
+    ]
+    floor = [*_floor_row(dossier.atlas.floor), "", ""]
+    return table(
+        f"The {len(worst)} conditions of this run that come nearest to what is declared, or "
+        "exceed it",
+        [*_HEAD, "share of declared", "by"],
+        [*worst, floor, [*_declared_row(limits), "1.00", ""]],
+    )
+
+
+def accuracy_section(dossier: Dossier) -> str:
+    """Map the accuracy over angle and speed, and list the worst cells."""
+    atlas, allowed = dossier.atlas, _declared_row(declared(dossier))
+    lead = (
+        f"Cells: this run, {atlas.samples:,} states a side, against fresh direct simulation. "
+        "Ringed dots: what the table itself stores, measured when it was made at conditions "
+        "between its nodes. Every number holds the noise of two finite samples, which the last "
+        "rows of the tables below show; only what stands out above it is the table's error."
+    )
+    every = [*map(_point_row, atlas.points), _floor_row(atlas.floor), allowed]
+    stored = [*_stored_rows(dossier), allowed]
+    return section(
+        "accuracy",
+        "Accuracy over angle and speed",
+        f"<p>{escape(lead)}</p>"
+        + controls("Accuracy map", [Choice("map-metric", "Distance", METRIC_WORDS)])
+        + plot("plot-map", "Distance of the table from direct simulation", "plot tall")
+        + f"<h3>Worst cells</h3>{_worst_cells(dossier)}"
+        + folded("Every cell of the map", table("This run", _HEAD, every))
+        + folded("Accuracy stored in the table", table("Measured when it was made", _HEAD, stored)),
+    )
+
+
+def views_section(dossier: Dossier) -> str:
+    """Show marginals and joint densities at a chosen condition."""
+    conditions = {
+        str(k): f"{view.alpha_deg:g}°, {view.speed:g} m/s" for k, view in enumerate(dossier.views)
+    }
+    choices = [
+        Choice("view-condition", "Condition", conditions, str(len(conditions) // 2)),
+        Choice("view-first", "First component", LABELS, "u"),
+        Choice("view-second", "Second component", LABELS, "omega_z"),
+    ]
+    lead = (
+        f"{dossier.views[0].count:,} states a side. The axes span the middle 99.8 % of the direct "
+        "states. Colours of the densities are square roots, so that sparse regions show."
+    )
+    return section(
+        "joint",
+        "Marginals and joint law",
+        f"<p>{escape(lead)}</p>"
+        + controls("Marginals and joint law", choices)
+        + '<div class="pair">'
+        + plot("marginal-first", "Density of the first component")
+        + plot("marginal-second", "Density of the second component")
+        + '</div><div class="triple">'
+        + plot("joint-direct", "Joint density, direct simulation")
+        + plot("joint-table", "Joint density, table")
+        + plot("joint-gap", "Table minus direct, in standard errors")
+        + '</div><p id="joint-note" aria-live="polite"></p>',
+    )
+
+
+def footer_text(dossier: Dossier) -> str:
+    """Say how the page was made."""
+    evidence = dossier.evidence
+    versions = ", ".join(
+        f"{name} {number}" for name, number in evidence.machine["packages"].items() if number
+    )
+    command = f"tablegen report {evidence.table}" + (" --quick" if evidence.quick else "")
+    return (
+        f"Made by {command} --seed {evidence.seed} in {evidence.seconds:.0f} s (error against run "
+        f"time) on {machine_text(evidence)}; {versions}."
+    )

@@ -1,0 +1,121 @@
+"""Error against run time as text for a terminal."""
+
+from collections.abc import Sequence
+
+from tablegen.report.errors import Estimate
+from tablegen.report.race import Race, Runner
+from tablegen.report.reference import METRICS
+from tablegen.report.study import Evidence
+
+#: Heads of the columns of `race_rows`.
+HEAD = ("way", "ns/draw", "bytes", "set-up s", "KS", "sliced W", "corr.", "AUC", "forbidden")
+
+
+def size_text(count: int) -> str:
+    """Bytes in the unit that suits them."""
+    if count == 0:
+        return "-"
+    for unit, scale in (("MB", 1e6), ("kB", 1e3)):
+        if count >= scale:
+            return f"{count / scale:.3g} {unit}"
+    return f"{count} B"
+
+
+def error_texts(errors: dict[str, Estimate]) -> list[str]:
+    """Mean of each metric, and the share of forbidden states."""
+    cells = [f"{errors[name].mean:.{3 if name == 'auc' else 4}f}" for name in METRICS]
+    share = errors["forbidden"].mean
+    return [*cells, f"{share:.1%}" if share >= 5e-4 else f"{share:.0e}" if share else "0"]
+
+
+def runner_row(runner: Runner) -> list[str]:
+    """Cells of one way, for the columns of `HEAD`."""
+    return [
+        f"{runner.family}: {runner.name}",
+        f"{runner.nanoseconds:,.0f}",
+        size_text(runner.bytes),
+        f"{runner.setup_seconds:.2f}",
+        *error_texts(runner.errors),
+    ]
+
+
+def race_rows(race: Race) -> list[list[str]]:
+    """Cells of all ways at one condition, the noise floor first."""
+    floor = ["noise floor: direct against direct", "", "", "", *error_texts(race.floor)]
+    return [floor, *(runner_row(runner) for runner in race.runners)]
+
+
+def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a table: the first column flush left, the others flush right."""
+    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
+    lines = []
+    for row in (head, *rows):
+        cells = [row[0].ljust(widths[0])]
+        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        lines.append("  ".join(cells))
+    return lines
+
+
+#: Heads of the columns of `setting_rows`.
+SETTING_HEAD = ("angle", "resolution", "tolerance", "ns", "error", "noise", "of")
+
+
+def setting_rows(evidence: Evidence) -> list[list[str]]:
+    """Cells of every setting of the direct model's numerics."""
+    return [
+        [
+            f"{s.alpha_deg:g}",
+            f"{s.resolution:g}",
+            f"{s.tolerance:g}",
+            f"{s.nanoseconds:.0f}",
+            f"{s.error:.1e}",
+            f"{s.noise:.1e}",
+            s.statistic + (", default" if s.is_default else ""),
+        ]
+        for s in evidence.settings
+    ]
+
+
+def machine_text(evidence: Evidence) -> str:
+    """Say what the timings were measured on."""
+    about = evidence.machine
+    return (
+        f"{about['processor']}, {about['cores']} cores, {about['system']}, Python {about['python']}"
+    )
+
+
+def evidence_text(evidence: Evidence) -> str:
+    """Report of a run for a terminal.
+
+    Parameters
+    ----------
+    evidence : Evidence
+
+    Returns
+    -------
+    str
+    """
+    effort = evidence.effort
+    lines = [
+        f"{evidence.table}: {size_text(evidence.table_bytes)}, "
+        f"{evidence.random_nanoseconds:.0f} ns a draw at random conditions",
+        machine_text(evidence),
+        f"{effort.batches} batches of {effort.batch:,} states against {effort.reference:,} direct "
+        f"ones, seed {evidence.seed}",
+    ]
+    for race in evidence.races:
+        lines += ["", f"At {race.alpha_deg:g} degrees, {race.speed:g} m/s"]
+        lines += table_lines(HEAD, race_rows(race))
+    designs = evidence.designs
+    lines += [
+        "",
+        f"Tables of other sizes at {designs.alpha_deg:g} degrees, {designs.speed:g} m/s",
+        *table_lines(HEAD, race_rows(designs)),
+        "",
+        "Numerics of direct simulation, on the same particles",
+        *table_lines(SETTING_HEAD, setting_rows(evidence)),
+        "",
+        *evidence.left_out,
+        f"Measured in {evidence.seconds:.0f} s.",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,124 @@
+"""Densities of components and of pairs of them, table beside direct, at some conditions."""
+
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from sampler.channels import COMPONENTS
+from sampler.table import Table
+from tablegen.config import Config
+from tablegen.report.atlas import grid
+from tablegen.report.direct import direct_states
+from tablegen.report.effort import Effort
+from tablegen.report.errors import batch_seed
+from tablegen.report.race import Tick
+from tablegen.samples import FloatArray
+
+_DIRECT, _TABLE = range(300, 302)
+
+#: Bins of a density of one component, and of each of a pair.
+BINS, PAIR_BINS = 80, 32
+
+#: Part of the direct states that the axes show; the rest is in the tails.
+_SHOWN = (0.001, 0.999)
+
+
+@dataclass(frozen=True)
+class View:
+    """Histograms of both samples at one condition.
+
+    Attributes
+    ----------
+    alpha_deg, speed : float
+    low, high : list of float
+        What the bins of each component cover.
+    table, direct : dict
+        ``"u"``: counts in `BINS` bins; ``"u v"``: counts in `PAIR_BINS` squared bins, all bins of
+        the second component for the first bin of the first, and so on.
+    count : int
+        States a side; those outside the bins are counted in none.
+    """
+
+    alpha_deg: float
+    speed: float
+    low: list[float]
+    high: list[float]
+    table: dict[str, list[int]]
+    direct: dict[str, list[int]]
+    count: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON."""
+        return asdict(self)
+
+
+def _histograms(state: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, list[int]]:
+    """Count in bins of each component and of each pair of components."""
+    found = {}
+    for k, name in enumerate(COMPONENTS):
+        counts, _ = np.histogram(state[:, k], BINS, (low[k], high[k]))
+        found[name] = counts.tolist()
+    cell = np.floor((state - low) / (high - low) * PAIR_BINS).astype(np.int64)
+    inside = (cell >= 0) & (cell < PAIR_BINS)
+    for (i, one), (j, other) in combinations(enumerate(COMPONENTS), 2):
+        kept = inside[:, i] & inside[:, j]
+        flat = cell[kept, i] * PAIR_BINS + cell[kept, j]
+        found[f"{one} {other}"] = np.bincount(flat, minlength=PAIR_BINS**2).tolist()
+    return found
+
+
+def make_view(drawn: FloatArray, direct: FloatArray, alpha_deg: float, speed: float) -> View:
+    """Count both samples in the same bins.
+
+    Parameters
+    ----------
+    drawn, direct : float64 arrays, shape (n, 6)
+        As many states each.
+    alpha_deg, speed : float
+
+    Returns
+    -------
+    View
+    """
+    low, high = np.quantile(direct, _SHOWN, axis=0)
+    # a component that does not vary still needs a bin
+    high = np.maximum(high, low + 1e-6)
+    return View(
+        alpha_deg=alpha_deg,
+        speed=speed,
+        low=low.round(6).tolist(),
+        high=high.round(6).tolist(),
+        table=_histograms(drawn, low, high),
+        direct=_histograms(direct, low, high),
+        count=len(direct),
+    )
+
+
+def make_views(table: Table, config: Config, effort: Effort, seed: int, tick: Tick) -> list[View]:
+    """Make views on a coarse grid over the range of a table.
+
+    Parameters
+    ----------
+    table : Table
+    config : Config
+    effort : Effort
+    seed : int
+    tick : callable
+        Called with 1 for each condition.
+
+    Returns
+    -------
+    list of View
+    """
+    alpha, speed = grid(table, effort.views)
+    found = []
+    for k, (a, v) in enumerate((a, v) for a in alpha for v in speed):
+        drawn = table.sample(
+            np.radians(a), v, seed=batch_seed(seed, _TABLE, k), index=np.arange(effort.viewed)
+        )
+        direct = direct_states(config, a, v, effort.viewed, batch_seed(seed, _DIRECT, k))
+        found.append(make_view(drawn, direct, a, v))
+        tick(1)
+    return found

@@ -1,0 +1,167 @@
+"""Checks of the paper's statements: right on laws that are known, and able to say no."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tablegen.config import load_config
+from tablegen.figures import checks
+from tablegen.figures.laws import (
+    ANGLES,
+    DIRECT,
+    SCATTERING_BINS,
+    SHAPES,
+    TABLE,
+    Laws,
+    asymmetry,
+    law_of,
+)
+from tablegen.figures.statements import check_statements
+from tablegen.particles import MIXTURE
+
+CONFIG = load_config("corundum-steel")
+COUNT = 5_000
+
+
+def sample(alpha_deg, seed=1, skew=0.0):
+    """States, collisions and rotational energies that keep most statements."""
+    rng = np.random.default_rng([seed, round(alpha_deg)])
+    steep = alpha_deg / 90.0
+    away = 1.0 - steep
+    state = rng.normal(0.0, 0.05, (COUNT, 6))
+    state[:, 0] += 0.8 * away - 0.1 * away * rng.exponential(1.0, COUNT)
+    state[:, 1] = 0.1 + 0.3 * rng.beta(2.0, 5.0, COUNT)
+    state[:, 5] += -0.8 * away
+    state[:, 3] += skew
+    collisions = rng.choice([1, 2, 3, 7], COUNT, p=[0.4, 0.4, 0.1, 0.1])
+    rotational = (
+        0.2 * np.exp(-(((alpha_deg - 18.0) / 15.0) ** 2)) * rng.beta(2.0, 5.0, COUNT) / 0.286
+    )
+    return state, collisions, rotational
+
+
+def laws(**changes):
+    """Laws of all shapes, which are alike, and of the mixture from both sources."""
+    found = {}
+    for alpha_deg in ANGLES:
+        state, collisions, rotational = sample(alpha_deg, **changes)
+        law = law_of(DIRECT, MIXTURE, alpha_deg, state, collisions, rotational)
+        for shape in SHAPES:
+            found[DIRECT, shape, alpha_deg] = replace(law, shape=shape)
+        found[TABLE, MIXTURE, alpha_deg] = law_of(TABLE, MIXTURE, alpha_deg, state)
+    return Laws(CONFIG, 1, found, dict.fromkeys(ANGLES, (30.0, 30.0)))
+
+
+@pytest.fixture(scope="module")
+def good():
+    return laws()
+
+
+def changed(of, alpha_deg, **changes):
+    """The same laws with one changed."""
+    key = DIRECT, MIXTURE, alpha_deg
+    return replace(of, laws={**of.laws, key: replace(of.laws[key], **changes)})
+
+
+def test_symmetric_samples_have_the_asymmetry_that_is_stated():
+    rng = np.random.default_rng(2)
+    found = np.array([asymmetry(rng.standard_normal(500)) for _ in range(1000)])
+    # P(sup |B| > 2) = 4 (1 - Phi(2)) - ... = 0.0910; 5 standard errors: 6e-7 by chance
+    assert abs(np.mean(found > 2.0) - 0.0910) < 5.0 * np.sqrt(0.091 * 0.909 / 1000) + 0.005
+    assert asymmetry(rng.standard_normal(20_000) + 0.05) > 5.0
+
+
+def test_maxima_of_an_indicatrix():
+    angles = (np.arange(SCATTERING_BINS) + 0.5) * 180.0 / SCATTERING_BINS
+
+    def bumps(*centres):
+        counts = sum(1000.0 * np.exp(-(((angles - c) / 12.0) ** 2)) for c in centres)
+        law = laws_at_45()
+        return checks.indicatrix_maxima(replace(law, scattering=counts))
+
+    assert bumps(40.0) == [pytest.approx(40.0, abs=1.0)]
+    assert bumps(40.0, 140.0) == [pytest.approx(40.0, abs=1.0), pytest.approx(140.0, abs=1.0)]
+    # one at the very edge counts
+    assert len(bumps(0.0)) == 1
+
+
+def laws_at_45():
+    return law_of(DIRECT, MIXTURE, 45.0, *sample(45.0))
+
+
+@pytest.mark.parametrize(
+    "check",
+    [
+        checks.spin_not_positive,
+        checks.positive_spin_grows,
+        checks.normal_spin_is_symmetric,
+        checks.transverse_spin_is_symmetric,
+        checks.energy_is_lost,
+        checks.translational_falls,
+        checks.rotational_peak,
+        checks.scattered_everywhere,
+        checks.spheres_are_regular,
+        checks.singles_below_half,
+    ],
+)
+def test_statements_hold_for_laws_that_keep_them(good, check):
+    verdict = check(good, DIRECT)
+    assert verdict.holds, verdict.measured
+    assert verdict.measured
+
+
+@pytest.mark.parametrize(
+    ("check", "alpha_deg", "change"),
+    [
+        (checks.spin_not_positive, 30.0, lambda law: {"mean": {**law.mean, "omega_z": 0.1}}),
+        (checks.spin_not_positive, 30.0, lambda law: {"mode": {**law.mode, "omega_z": 0.1}}),
+        (checks.positive_spin_grows, 90.0, lambda law: {"positive_spin": 0.1}),
+        (
+            checks.translational_falls,
+            45.0,
+            lambda law: {"mean": {**law.mean, "translational": 0.9}},
+        ),
+        (checks.energy_is_lost, 45.0, lambda law: {"mean": {**law.mean, "translational": 0.97}}),
+        (checks.rotational_peak, 45.0, lambda law: {"mean": {**law.mean, "rotational": 0.9}}),
+        (checks.scattered_everywhere, 45.0, lambda law: {"scattering_deg": 1.0}),
+        (checks.scattering_strongest_at_normal, 45.0, lambda law: {"scattering_deg": 80.0}),
+        (checks.singles_below_half, 90.0, lambda law: {"collisions": (0.6, 0.4, 0, 0, 0, 0)}),
+        (
+            checks.normal_spin_is_symmetric,
+            90.0,
+            lambda law: {"asymmetry": {**law.asymmetry, "omega_z": 6.0}},
+        ),
+        (
+            checks.transverse_spin_is_symmetric,
+            45.0,
+            lambda law: {"asymmetry": {**law.asymmetry, "omega_x": 6.0}},
+        ),
+    ],
+)
+def test_statements_fail_for_a_law_that_breaks_them(good, check, alpha_deg, change):
+    spoiled = changed(good, alpha_deg, **change(good.laws[DIRECT, MIXTURE, alpha_deg]))
+    assert not check(spoiled, DIRECT).holds
+
+
+def test_skewed_samples_are_seen():
+    assert not checks.transverse_spin_is_symmetric(laws(skew=0.01), DIRECT).holds
+
+
+def test_spheres_that_scatter_are_seen(good):
+    spoiled = replace(good, sphere_deg={**good.sphere_deg, 45.0: (30.0, 30.1)})
+    assert not checks.spheres_are_regular(spoiled, DIRECT).holds
+
+
+def test_table_cannot_tell_collisions_and_rotational_energies(good):
+    statements = check_statements(good)
+    assert len(statements) >= 20
+    silent = [s.text for s in statements if s.table is None]
+    assert any("collide only once" in text for text in silent)
+    assert any("rotational energy" in text for text in silent)
+    assert any(s.table is not None for s in statements)
+
+
+def test_no_table_gives_no_verdict(good):
+    bare = {key: law for key, law in good.laws.items() if key[0] == DIRECT}
+    assert all(s.table is None for s in check_statements(replace(good, laws=bare)))

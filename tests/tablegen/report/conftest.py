@@ -1,0 +1,16 @@
+import pytest
+from tiny_effort import TINY
+
+from tablegen.report import dossier as dossiers
+from tablegen.report import study
+
+
+@pytest.fixture(scope="session")
+def dossier(tiny):
+    """Everything that a report of the tiny table shows."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (study, dossiers):
+            patch.setattr(module, "QUICK", TINY)
+        evidence = study.gather_evidence(str(tiny.path), quick=True, seed=3)
+        atlas = dossiers.map_accuracy(str(tiny.path), True, 3, False)
+        return dossiers.compile_dossier(evidence, atlas, None)

@@ -1,0 +1,61 @@
+"""The sweep over table sizes: enough settings, valid ones, judged between their nodes."""
+
+from itertools import pairwise
+
+import pytest
+
+import sampler
+from tablegen.config import load_config
+from tablegen.report.direct import direct_states
+from tablegen.report.tables import (
+    design_condition,
+    design_config,
+    design_ways,
+    designs,
+    part_of,
+    seconds_at_random,
+)
+from tablegen.report.ways import Scene
+
+CONFIG = load_config("corundum-steel")
+
+
+def test_at_least_twelve_settings():
+    every = designs()
+    assert len({design.name for design in every}) == len(every) >= 12
+    assert {design.varied for design in every} == {"base", "nodes", "components", "knots"}
+
+
+@pytest.mark.parametrize("design", designs(), ids=lambda design: design.name)
+def test_designs_are_judged_between_their_nodes(design):
+    config = design_config(CONFIG, design, 1000, 1)
+    assert config.domain.alpha_deg == (60.0, 75.0)
+    assert config.domain.speed == (150.0, 203.0)
+    for value, nodes in zip(
+        design_condition(CONFIG),
+        (config.table.alpha_nodes_deg, config.table.speed_nodes),
+        strict=True,
+    ):
+        low, high = next((a, b) for a, b in pairwise(nodes) if a <= value <= b)
+        assert 0.2 < (value - low) / (high - low) < 0.8
+
+
+def test_a_design_is_generated_and_says_what_it_took():
+    alpha_deg, speed = design_condition(CONFIG)
+    training = direct_states(CONFIG, alpha_deg, speed, 10, 1)
+    way = next(way for way in design_ways(1500) if way.settings["components"] == 4)
+    ready = way.prepare(Scene(CONFIG, alpha_deg, speed, training, 2))
+    assert ready.draw(50, 1).shape == (50, 6)
+    assert ready.size > 10_000
+    assert ready.setup > 0.0
+
+
+def test_parts_of_ranges():
+    assert part_of((0.5, 90.0), (0.665, 0.8325)) == (60.0, 75.0)
+    assert part_of((40.0, 40.0), (0.2, 0.4)) == (40.0, 40.0)
+    low, high = part_of((40.0, 41.0), (0.2, 0.4))
+    assert 40.0 <= low < high <= 41.0
+
+
+def test_draws_at_random_conditions_take_time():
+    assert 0.0 < seconds_at_random(sampler.load("corundum-steel"), 1000, 1) < 1.0

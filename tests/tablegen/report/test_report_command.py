@@ -1,0 +1,94 @@
+"""``tablegen report``: what it prints and writes, and what it refuses."""
+
+import json
+import sys
+
+import pytest
+from command_line import DONE
+from tiny_effort import TINY
+
+from tablegen.report import command, page, study
+from tablegen.report import dossier as dossiers
+from tablegen.report.reference import METRICS
+from tablegen.report.tables import designs
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Make ``--quick`` quicker."""
+    for module in (study, dossiers):
+        monkeypatch.setattr(module, "QUICK", TINY)
+
+
+def test_json_has_every_number_and_the_same_each_time(run, dossier, tiny, quick, tmp_path):
+    file = tmp_path / "report.json"
+    ended = run("report", tiny.path, "--quick", "--seed", 3, "--json", file, "--quiet")
+    assert (ended.status, ended.err) == (DONE, "")
+    data = json.loads(file.read_text())
+    assert data["seed"] == 3
+    assert data["machine"]["processor"]
+    assert data["machine"]["cores"] >= 1
+    assert data["machine"]["packages"]["numpy"]
+    assert data["table_bytes"] == tiny.path.stat().st_size
+    assert len(data["content_sha256"]) == 64
+    families = {runner["family"] for race in data["races"] for runner in race["runners"]}
+    wanted = {"direct simulation", "table", "stored states", "independent marginals"}
+    assert families >= wanted | {"Gaussian mixture", "kernel resampling"}
+    assert len(data["designs"]["runners"]) == len(designs()) >= 12
+    for race in (*data["races"], data["designs"]):
+        assert set(METRICS) <= set(race["floor"])
+        for runner in race["runners"]:
+            assert runner["nanoseconds"] > 0.0
+            assert runner["setup_seconds"] >= 0.0
+            assert runner["bytes"] > 0 or runner["family"] == "direct simulation"
+            for name in METRICS:
+                error = runner["errors"][name]
+                assert error["low"] <= error["mean"] <= error["high"]
+                assert len(error["values"]) == TINY.batches
+    assert {s["family"] for s in data["sizes"]} == {"direct simulation", "table"}
+    assert len(data["atlas"]["points"]) == 4
+    assert {s["varied"] for s in data["settings"]} == {"resolution", "tolerance"}
+    assert "noise floor" in ended.out
+    # times differ from run to run, errors do not
+    for race, before in zip(data["races"], dossier.evidence.races, strict=True):
+        for runner, same in zip(race["runners"], before.runners, strict=True):
+            for name in METRICS:
+                assert runner["errors"][name]["mean"] == same.errors[name].mean
+
+
+def test_page_is_written(run, dossier, quick, monkeypatch, tmp_path):
+    pytest.importorskip("plotly")
+    monkeypatch.setattr(command, "gather_evidence", lambda *_, **__: dossier.evidence)
+    monkeypatch.setattr(command, "map_accuracy", lambda *_: dossier.atlas)
+    monkeypatch.setattr(command, "compile_dossier", lambda *_: dossier)
+    file = tmp_path / "report.html"
+    ended = run("report", dossier.evidence.table, "--quick", "--html", file, "--quiet")
+    assert (ended.status, ended.err) == (DONE, "")
+    assert file.read_text() == page.report_page(dossier)
+    assert f"{file}: " in ended.out
+
+
+def test_without_plotly_nothing_is_measured(refused, tiny, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "plotly.offline", None)
+    monkeypatch.setattr(command, "gather_evidence", None)
+    line = refused("report", tiny.path, "--html", tmp_path / "report.html")
+    assert line.startswith("--html: needs plotly, which is not installed")
+    with pytest.raises(Exception, match="needs plotly"):
+        page.plotting_library()
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (("no-such-table",), ("no-such-table",)),
+        (("--seed", -1), ("--seed", "got '-1'")),
+        (("--json", "none/there.json"), ("--json", "a folder that exists")),
+        (("--html", "none/there.html"), ("--html", "a folder that exists")),
+        (("--stability", "none.json"), ("--stability", "cannot be read")),
+    ],
+)
+def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
+    if words[0].startswith("--"):
+        monkeypatch.setattr(command, "gather_evidence", None)
+    line = refused("report", *words)
+    assert all(part in line for part in parts)
