@@ -54,7 +54,7 @@ from sampler.normal import normal_cdf, normal_quantile
 from sampler.philox import philox_block, uniform
 
 #: Status codes beside those of `sampler.kernel`: no tilt was accepted, the particle was sent back
-#: into the wall again and again. Their probabilities are below 1e-55 and 1e-20 a hit.
+#: into the wall again and again. Their probabilities are below 1e-50 and 1e-30 a hit.
 TILT_NOT_FOUND = -6
 CASCADE_NOT_ENDED = -7
 

@@ -169,8 +169,17 @@ def test_command_writes_report_numbers_and_pictures(tmp_path, capsys):
     # 100 particles, rounded up to a multiple of the batches
     assert all(sum(run["particles_by_hits"]) == run["particles"] == 128 for run in numbers["runs"])
     assert {d["model"] for d in numbers["differences"]} == {"table", "spheres"}
+    pytest.importorskip("matplotlib")
     for file in (figure, tmp_path / "new" / "dusty_gas.png", tmp_path / "new" / "hits.png"):
         assert file.read_bytes().startswith(b"\x89PNG")
+
+
+def test_command_does_without_matplotlib(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(command, "find_spec", lambda _: None)
+    arguments = ["--count", "64", "--stokes", "100", "--bodies", "sphere"]
+    assert command.main([*arguments, "--output", str(tmp_path)]) == command.DONE
+    assert "no pictures without matplotlib" in capsys.readouterr().err
+    assert {file.name for file in tmp_path.iterdir()} == {"dusty_gas.md", "dusty_gas.json"}
 
 
 @pytest.mark.parametrize(
@@ -188,6 +197,14 @@ def test_command_refuses_bad_input(arguments, allowed, capsys):
     assert allowed in capsys.readouterr().err.splitlines()[-1]
 
 
-def test_command_refuses_a_table_that_is_none(capsys):
-    assert command.main(["--table", "no-such-table"]) == command.BAD_INPUT
+def test_command_refuses_a_folder_that_cannot_be(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert command.main(["--output", str(tmp_path / "file" / "new")]) == command.BAD_INPUT
+    assert capsys.readouterr().err.startswith("dusty_gas: error: output: got ")
+
+
+def test_command_refuses_a_table_that_is_none(tmp_path, capsys):
+    assert (
+        command.main(["--table", "no-such-table", "--output", str(tmp_path)]) == command.BAD_INPUT
+    )
     assert "no-such-table" in capsys.readouterr().err

@@ -5,6 +5,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 import sampler
@@ -102,16 +103,19 @@ def _run_all(options: argparse.Namespace) -> list[Run]:
     return runs
 
 
-def _write(options: argparse.Namespace, runs: Sequence[Run]) -> int:
-    """Write report, numbers and pictures; exit status."""
-    words = sys.argv[1:]
-    command = " ".join(["python tests/examples/dusty_gas", *words])
-    text, numbers, holds = make_report(runs, {"command": f"`{command}`"})
-    options.output.mkdir(parents=True, exist_ok=True)
-    with atomic_output(options.output / "dusty_gas.md") as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    with atomic_output(options.output / "dusty_gas.json") as temporary:
-        temporary.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+def _make_folder(path: Path) -> None:
+    """Make the output folder before any time is spent on what goes into it."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"output: got {path}, allowed: a folder that can be made ({error.strerror})"
+        ) from None
+    check_output(path / "dusty_gas.md")
+
+
+def _draw(options: argparse.Namespace, runs: Sequence[Run]) -> list[str]:
+    """Draw the pictures; their names in the output folder."""
     drawn = _DRAWN if _DRAWN in options.stokes else options.stokes[0]
     chosen = [run for run in runs if run.case.stokes == drawn]
     for file in (options.output / "dusty_gas.png", options.figure):
@@ -120,16 +124,37 @@ def _write(options: argparse.Namespace, runs: Sequence[Run]) -> int:
                 draw_fields(chosen, temporary)
     with atomic_output(options.output / "hits.png") as temporary:
         draw_hits(runs, temporary)
+    return ["dusty_gas.png", "hits.png"]
+
+
+def _write(options: argparse.Namespace, words: Sequence[str], runs: Sequence[Run]) -> int:
+    """Write report, numbers and pictures; exit status."""
+    command = " ".join(["python tests/examples/dusty_gas", *words])
+    text, numbers, holds = make_report(runs, {"command": f"`{command}`"})
+    with atomic_output(options.output / "dusty_gas.md") as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    with atomic_output(options.output / "dusty_gas.json") as temporary:
+        temporary.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+    files = ["dusty_gas.md", "dusty_gas.json"]
+    if find_spec("matplotlib") is None:
+        print(
+            "dusty_gas: note: no pictures without matplotlib, pip install '.[plot]'",
+            file=sys.stderr,
+        )
+    else:
+        files += _draw(options, runs)
     print(text)
-    print(f"written to {options.output}: dusty_gas.md, dusty_gas.json, dusty_gas.png, hits.png")
+    print(f"written to {options.output}: {', '.join(files)}")
     return DONE if holds else DIFFERS
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the example; exit status: 0 done, 1 a table differs from direct simulation."""
+    words = sys.argv[1:] if argv is None else argv
     try:
-        options = parse(argv)
-        return _write(options, _run_all(options))
+        options = parse(words)
+        _make_folder(options.output)
+        return _write(options, words, _run_all(options))
     except InputError as error:
         print(f"dusty_gas: error: {error}", file=sys.stderr)
         return BAD_INPUT
