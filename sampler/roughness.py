@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 from sampler.frames import (
     AZIMUTH_BLOCK,
     NORMAL_IMPACT,
+    TableArrays,
     Vector,
     _combine,
     _dot,
@@ -49,7 +50,7 @@ from sampler.frames import (
     rebound,
 )
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel, kernel
-from sampler.kernel import CLAMPED, NOT_APPROACHING, OK, SPEED_NOT_POSITIVE, TableArrays
+from sampler.kernel import CLAMPED, NOT_APPROACHING, OK, SPEED_NOT_POSITIVE
 from sampler.normal import normal_cdf, normal_quantile
 from sampler.philox import philox_block, uniform
 
