@@ -250,13 +250,13 @@ def test_every_particle_leaves_and_none_gains_speed(shipped, roughness):
 
 
 def test_cascades_end_soon(shipped):
-    """Grazing the roughest wall; each bounce leaves with a probability that stays away from 0."""
+    """On the roughest wall, at normal impact, one in five is sent back into it; fewer at others."""
     counts = np.bincount(
-        [_rough(shipped, (100.0, -0.1, 0.0), UP, 0.5, (9, k, 0))[1] for k in range(3000)]
+        [_rough(shipped, (1.0, -100.0, 0.0), UP, 0.5, (9, k, 0))[1] for k in range(3000)]
     )
     assert counts[1] > 0.5 * counts.sum()
     assert len(counts) < 20
-    assert counts[2:].sum() > 50
+    assert 0.15 * counts.sum() < counts[2:].sum() < 0.3 * counts.sum()
 
 
 def test_galilean_invariance(shipped):
