@@ -126,7 +126,7 @@ def _row(run: Run, d: Difference, level: float) -> list[str]:
         f"{100.0 * d.field:.2f} ({100.0 * d.noise:.2f})",
         *(f"{p[name]:.2g}" for name in ("field", "hits", "angle", "speed", "place")),
         f"{d.rebound[0]:.4f}, {d.rebound[1]:.4f} ({d.rebound_noise:.4f})",
-        "by chance" if d.same(level) else "they differ",
+        "not told apart" if d.same(level) else "they differ",
     ]
 
 
@@ -172,7 +172,8 @@ def make_report(runs: Sequence[Run], about: dict[str, Any]) -> tuple[str, dict[s
         "## Differences from direct simulation\n\n"
         f"{_table(head, rows)}\n"
         "p: probability of such a difference by chance. A table that equals direct simulation is "
-        f"called different with probability {level:g} in a case.\n\n"
+        f"called different with probability {level:g} in a case. Cases share their random numbers, "
+        "so their p are not independent; with other seeds they are.\n\n"
         "## Hits\n\n"
         f"{_hits(cases)}\n"
         "## Processor time\n\nA particle, and a rebound of it, on one thread.\n\n"
