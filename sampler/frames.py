@@ -35,8 +35,7 @@ from sampler.lanes import (
     local_words,
 )
 from sampler.philox import philox_block, uniform
-
-Vector = tuple[float, float, float]
+from sampler.vectors import Vector, combine, cross, dot, is_finite, unit, vector
 
 #: Tangential over total speed below which an impact counts as normal: the direction of what is
 #: left is rounding noise.
@@ -46,41 +45,6 @@ NORMAL_IMPACT = 1e-12
 AZIMUTH_BLOCK = 2
 
 _local_flags = local_array(types.boolean, BLOCK)
-
-
-@inline_kernel
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inline_kernel
-def _cross(a: Vector, b: Vector) -> Vector:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-@inline_kernel
-def _combine(p: float, a: Vector, q: float, b: Vector) -> Vector:
-    """Return p a + q b."""
-    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
-
-
-@inline_kernel
-def _scaled(p: float, a: Vector) -> Vector:
-    return (p * a[0], p * a[1], p * a[2])
-
-
-@inline_kernel
-def _unit(a: Vector) -> Vector:
-    """Return the unit vector along a nonzero finite vector of any magnitude."""
-    largest = max(abs(a[0]), abs(a[1]), abs(a[2]))
-    # Divided, not multiplied by 1/largest, which overflows for the smallest vectors.
-    a = (a[0] / largest, a[1] / largest, a[2] / largest)
-    return _scaled(1.0 / math.sqrt(_dot(a, a)), a)
-
-
-@inline_kernel
-def _is_finite(a: Vector) -> bool:
-    return math.isfinite(a[0]) and math.isfinite(a[1]) and math.isfinite(a[2])
 
 
 @inline_kernel
@@ -96,8 +60,8 @@ def perpendicular(e_y: Vector, azimuth: float) -> Vector:
         axis = (0.0, 1.0, 0.0)
     else:
         axis = (0.0, 0.0, 1.0)
-    zero = _unit(_combine(1.0, axis, -_dot(axis, e_y), e_y))
-    return _combine(math.cos(azimuth), zero, math.sin(azimuth), _cross(e_y, zero))
+    zero = unit(combine(1.0, axis, -dot(axis, e_y), e_y))
+    return combine(math.cos(azimuth), zero, math.sin(azimuth), cross(e_y, zero))
 
 
 @inline_kernel
@@ -107,15 +71,15 @@ def along_wall(relative: Vector, e_y: Vector) -> Vector:
     The projection is done twice: near normal impact the first one loses digits, and e_x must be
     perpendicular to e_y to rounding.
     """
-    e_x = _unit(_combine(1.0, relative, -_dot(relative, e_y), e_y))
-    return _unit(_combine(1.0, e_x, -_dot(e_x, e_y), e_y))
+    e_x = unit(combine(1.0, relative, -dot(relative, e_y), e_y))
+    return unit(combine(1.0, e_x, -dot(e_x, e_y), e_y))
 
 
 @inline_kernel
 def impact_status(velocity: Vector, normal: Vector, half_size: float, wall_velocity: Vector) -> int:
     """Negative code for numbers from which no impact can be made, else `OK`."""
-    finite = _is_finite(velocity) and _is_finite(wall_velocity)
-    if not (finite and _is_finite(normal) and math.isfinite(half_size)):
+    finite = is_finite(velocity) and is_finite(wall_velocity)
+    if not (finite and is_finite(normal) and math.isfinite(half_size)):
         return NOT_FINITE
     if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
         return NORMAL_NOT_USABLE
@@ -127,9 +91,9 @@ def impact_status(velocity: Vector, normal: Vector, half_size: float, wall_veloc
 @inline_kernel
 def impact_angle(relative: Vector, e_y: Vector) -> tuple[float, float]:
     """Impact angle from the wall (rad; not positive if receding) and its tangential speed."""
-    approach = -_dot(relative, e_y)
-    along = _combine(1.0, relative, approach, e_y)
-    tangential = math.sqrt(_dot(along, along))
+    approach = -dot(relative, e_y)
+    along = combine(1.0, relative, approach, e_y)
+    tangential = math.sqrt(dot(along, along))
     return math.atan2(approach, tangential), tangential
 
 
@@ -139,13 +103,13 @@ def impact(
 ) -> tuple[int, float, float, float]:
     """Condition of an impact: status, angle (rad), speed and tangential speed (m/s)."""
     status = impact_status(velocity, normal, half_size, wall_velocity)
-    relative = _combine(1.0, velocity, -1.0, wall_velocity)
-    speed = math.sqrt(_dot(relative, relative))
+    relative = combine(1.0, velocity, -1.0, wall_velocity)
+    speed = math.sqrt(dot(relative, relative))
     if status == OK and speed == 0.0:
         status = SPEED_NOT_POSITIVE
     if status != OK:
         return status, 0.0, 0.0, 0.0
-    alpha1, tangential = impact_angle(relative, _unit(normal))
+    alpha1, tangential = impact_angle(relative, unit(normal))
     return status, alpha1, speed, tangential
 
 
@@ -163,15 +127,15 @@ def _to_lab(
 
     x points along the tangential velocity; at an impact straight on, to the azimuth (rad).
     """
-    relative = _combine(1.0, velocity, -1.0, wall_velocity)
-    speed = math.sqrt(_dot(relative, relative))
-    e_y = _unit(normal)
+    relative = combine(1.0, velocity, -1.0, wall_velocity)
+    speed = math.sqrt(dot(relative, relative))
+    e_y = unit(normal)
     e_x = perpendicular(e_y, azimuth) if straight else along_wall(relative, e_y)
-    e_z = _cross(e_x, e_y)
+    e_z = cross(e_x, e_y)
     for part in range(2):
         scale = speed if part == 0 else speed / half_size
-        plane = _combine(out[3 * part], e_x, out[3 * part + 1], e_y)
-        turned = _combine(scale, plane, scale * out[3 * part + 2], e_z)
+        plane = combine(out[3 * part], e_x, out[3 * part + 1], e_y)
+        turned = combine(scale, plane, scale * out[3 * part + 2], e_z)
         for axis in range(3):
             out[3 * part + axis] = turned[axis]
     for axis in range(3):
@@ -229,13 +193,6 @@ def _azimuth(seed: int, index: int, hit: int) -> float:
     return 2.0 * math.pi * uniform(philox_block(seed, index, hit, AZIMUTH_BLOCK)[0])
 
 
-@borrowing_inline_kernel
-def _vector(values: NDArray[np.float64], k: int) -> Vector:
-    """Row k of an (n, 3) array, or the only row of an array of one."""
-    k = k if values.shape[0] > 1 else 0
-    return (values[k, 0], values[k, 1], values[k, 2])
-
-
 @borrowing_kernel
 def rebound_batch(
     arrays: TableArrays,
@@ -264,8 +221,8 @@ def rebound_batch(
         for r in range(BLOCK):
             # a block that is not full repeats its last draw
             k = first + min(r, count - 1)
-            given = (_vector(velocity, k), _vector(normal, k), item(half_size, k))
-            status, alpha1, speed, tangential = impact(*given, _vector(wall_velocity, k))
+            given = (vector(velocity, k), vector(normal, k), item(half_size, k))
+            status, alpha1, speed, tangential = impact(*given, vector(wall_velocity, k))
             status = status_of(arrays, alpha1, speed) if status == OK else status
             if status < OK:
                 return k, status, first_clamped, clamped
@@ -281,8 +238,8 @@ def rebound_batch(
             for component in range(6):
                 result[component] = drawn[np.uint64(component * BLOCK + r)]
             azimuth = _azimuth(seed, item(index, k), item(hit, k)) if straight[r] else 0.0
-            given = (_vector(velocity, k), _vector(normal, k), item(half_size, k))
-            _to_lab(*given, _vector(wall_velocity, k), straight[r], azimuth, result)
+            given = (vector(velocity, k), vector(normal, k), item(half_size, k))
+            _to_lab(*given, vector(wall_velocity, k), straight[r], azimuth, result)
             for column in range(6):
                 results[k, column] = result[column]
     return -1, OK, first_clamped, clamped

@@ -20,6 +20,7 @@ from sampler.kernel import (
     SPEED_NOT_POSITIVE,
     is_outside,
 )
+from sampler.roughness import CASCADE_NOT_ENDED, TILT_NOT_FOUND
 
 Inputs = Mapping[str, NDArray[Any]]
 
@@ -79,6 +80,8 @@ def rebound_refusal(inputs: Inputs, row: int, code: int) -> str:
         return _refusal(inputs, "half_size", row, "above 0 m")
     if code == SPEED_NOT_POSITIVE:
         return _refusal(inputs, "velocity", row, "other than the velocity of the wall")
+    if code in (TILT_NOT_FOUND, CASCADE_NOT_ENDED):
+        return _refusal(inputs, "roughness", row, "one that lets the particle leave the wall")
     allowed = "towards the wall, (velocity - wall_velocity) . normal < 0"
     return _refusal(inputs, "velocity", row, allowed)
 
@@ -107,6 +110,11 @@ def outside_refusal(arrays: TableArrays, condition: Mapping[str, float], row: in
     name, axis, unit = "speed", arrays.speed, "m/s"
     if is_outside(condition["alpha1"], arrays.alpha):
         name, axis, unit = "alpha1", arrays.alpha, "rad"
+    elif not is_outside(condition["speed"], arrays.speed):
+        return (
+            f"roughness: got a facet or a further bounce outside of the table at index {row}, "
+            "allowed: none with outside='raise'"
+        )
     return (
         f"{name}: got {condition[name]:.9g} at index {row}, allowed: "
         f"from {axis.first:.9g} to {axis.last:.9g} {unit}, the range of the table"

@@ -27,6 +27,7 @@ from sampler.frames import rebound_batch
 from sampler.kernel import OK
 from sampler.locate import find_table
 from sampler.refusals import draw_refusal, impact_condition, outside_refusal, rebound_refusal
+from sampler.roughness import MAX_ROUGHNESS, rough_rebound_batch
 from sampler.schema import TableContents, read_table
 
 #: Draws below which a further thread costs more than it saves.
@@ -200,6 +201,7 @@ class Table:
         index: ArrayLike | None = None,
         hit: ArrayLike = 0,
         wall_velocity: ArrayLike | None = None,
+        roughness: ArrayLike | None = None,
         threads: int | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Rebound particles from a wall, in the lab frame.
@@ -216,6 +218,9 @@ class Table:
             As for `sample`.
         wall_velocity : array, shape (3,) or (n, 3), optional
             Velocity of the wall at the point of contact, m/s; at rest if left out.
+        roughness : float or array, shape (n,), optional
+            Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
+            a smooth wall if left out. See `sampler.roughness`.
 
         Returns
         -------
@@ -235,9 +240,12 @@ class Table:
             "half_size": as_reals("half_size", half_size),
             "wall_velocity": as_vectors("wall_velocity", wall_velocity),
         }
+        batch: Callable[..., Any] = rebound_batch
+        if roughness is not None:
+            batch, rows["roughness"] = rough_rebound_batch, _roughness(roughness)
         n, keys = _keys(rows, seed, index, hit)
         results = np.empty((n, 6))
-        report = self._run(rebound_batch, (*rows.values(), *keys, results), n, threads)
+        report = self._run(batch, (*rows.values(), *keys, results), n, threads)
         if report.bad_row >= 0:
             raise InputError(rebound_refusal(rows, report.bad_row, report.code))
         self._account(report, lambda k: impact_condition(rows, k))
@@ -278,6 +286,18 @@ class Table:
             raise InputError(outside_refusal(self.arrays, condition(row), row))
         with self._lock:
             self._clamped += report.clamped
+
+
+def _roughness(values: ArrayLike) -> NDArray[np.float64]:
+    """Roughness of walls, within what is allowed."""
+    rows = as_reals("roughness", values)
+    refused = ~((rows >= 0.0) & (rows <= MAX_ROUGHNESS))
+    if refused.any():
+        k = int(refused.argmax())
+        raise InputError(
+            f"roughness: got {rows[k]:.9g} at index {k}, allowed: 0 to {MAX_ROUGHNESS:g} rad"
+        )
+    return rows
 
 
 def _keys(

@@ -1,0 +1,17 @@
+"""A dusty gas flows past a cylinder or a sphere, with three models of the wall.
+
+    python tests/examples/dusty_gas
+
+follows corundum particles in a uniform stream past a blunt body, as flow codes do, and lets them
+rebound as spheres, as non-spherical particles simulated at every hit, and by draws from a table.
+It lives beside the tests because it compares `sampler` with `tablegen`, and the first never
+imports the second. `walls.table_rebound` is all that a flow code needs.
+
+What it assumes: steady potential flow of an incompressible gas round the body, no boundary layer
+and no wake; few particles, so that neither the gas nor other particles feel them; spherical drag
+(Stokes, with the correction of Schiller and Naumann) for every wall model; no gravity, no Magnus
+force (the spin of a particle is recorded and has no effect); particles hit with their centre.
+
+Units of the tracker: body radius R, stream speed U, time R/U. The stream moves along +x, the
+centre of the body is the origin, the axis of the cylinder is z.
+"""

@@ -1,0 +1,160 @@
+"""Command line: follow the particles, compare the models, write what came out."""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import sampler
+from dusty_gas.case import Case
+from dusty_gas.gas import BODIES
+from dusty_gas.picture import draw_fields, draw_hits
+from dusty_gas.report import make_report
+from dusty_gas.run import BATCHES, Run, follow_all
+from dusty_gas.walls import MODELS, make_wall
+from sampler.atomic import atomic_output, check_output
+from sampler.errors import InputError
+from tablegen.config import load_config
+
+DONE, DIFFERS, BAD_INPUT = 0, 1, 2
+
+#: Particles of each case, unless others are asked for.
+COUNT, MILLION = 64_000, 1_000_000
+
+#: Stokes number whose fields are drawn, if it is among those that were run.
+_DRAWN = 100.0
+
+
+def _number(low: float, high: float, kind: type = float):
+    """Parser of a number from low to high."""
+
+    def parse(text: str):
+        try:
+            value = kind(text)
+        except ValueError:
+            value = None
+        if value is None or not low <= value <= high:
+            allowed = "a whole number" if kind is int else "a number"
+            raise argparse.ArgumentTypeError(
+                f"got {text!r}, allowed: {allowed} from {low:g} to {high:g}"
+            )
+        return value
+
+    return parse
+
+
+def _file(text: str) -> Path:
+    """File that can be written."""
+    try:
+        return check_output(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error).removeprefix("output: ")) from None
+
+
+def parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="dusty_gas", description=sys.modules["dusty_gas"].__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    add = parser.add_argument
+    add("--table", default="corundum-steel", help="name of a table, or path of a .h5 file")
+    add("--bodies", nargs="+", choices=BODIES, default=list(BODIES))
+    add(
+        "--stokes",
+        nargs="+",
+        type=_number(0.1, 1000.0),
+        default=[1.0, 3.0, 10.0, 30.0, 100.0],
+        metavar="ST",
+        help="Stokes numbers, from the radius of the body",
+    )
+    add("--speed", type=_number(1.0, 1000.0), default=200.0, metavar="M_S", help="of the stream")
+    add(
+        "--count",
+        type=_number(BATCHES, 1e9, int),
+        default=COUNT,
+        metavar="N",
+        help=f"particles of each case, rounded up to a multiple of {BATCHES}",
+    )
+    add("--million", action="store_true", help="1,000,000 particles in each case")
+    add("--seed", type=_number(0, 2**64 - 1, int), default=1, metavar="S")
+    add("--threads", type=_number(1, 4096, int), default=os.cpu_count() or 1, metavar="N")
+    add("--output", type=Path, default=Path("build/dusty_gas"), metavar="FOLDER")
+    add("--figure", type=_file, metavar="F.png", help="the density fields once more, here")
+    return parser.parse_args(argv)
+
+
+def _run_all(options: argparse.Namespace) -> list[Run]:
+    """Follow the particles of every case with every model."""
+    table = sampler.load(options.table)
+    config = load_config(table.pair)
+    count = MILLION if options.million else options.count
+    count = -(-count // BATCHES) * BATCHES
+    runs = []
+    for body in options.bodies:
+        for stokes in options.stokes:
+            case = Case(body, stokes, options.speed)
+            for model in MODELS:
+                wall = make_wall(model, config, table)
+                runs.append(
+                    follow_all(case, model, wall, count, seed=options.seed, threads=options.threads)
+                )
+    return runs
+
+
+def _make_folder(path: Path) -> None:
+    """Make the output folder before any time is spent on what goes into it."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"output: got {path}, allowed: a folder that can be made ({error.strerror})"
+        ) from None
+    check_output(path / "dusty_gas.md")
+
+
+def _draw(options: argparse.Namespace, runs: Sequence[Run]) -> list[str]:
+    """Draw the pictures; their names in the output folder."""
+    drawn = _DRAWN if _DRAWN in options.stokes else options.stokes[0]
+    chosen = [run for run in runs if run.case.stokes == drawn]
+    for file in (options.output / "dusty_gas.png", options.figure):
+        if file is not None:
+            with atomic_output(file) as temporary:
+                draw_fields(chosen, temporary)
+    with atomic_output(options.output / "hits.png") as temporary:
+        draw_hits(runs, temporary)
+    return ["dusty_gas.png", "hits.png"]
+
+
+def _write(options: argparse.Namespace, words: Sequence[str], runs: Sequence[Run]) -> int:
+    """Write report, numbers and pictures; exit status."""
+    command = " ".join(["python tests/examples/dusty_gas", *words])
+    text, numbers, holds = make_report(runs, {"command": f"`{command}`"})
+    with atomic_output(options.output / "dusty_gas.md") as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    with atomic_output(options.output / "dusty_gas.json") as temporary:
+        temporary.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+    files = ["dusty_gas.md", "dusty_gas.json"]
+    if find_spec("matplotlib") is None:
+        print(
+            "dusty_gas: note: no pictures without matplotlib, pip install '.[plot]'",
+            file=sys.stderr,
+        )
+    else:
+        files += _draw(options, runs)
+    print(text)
+    print(f"written to {options.output}: {', '.join(files)}")
+    return DONE if holds else DIFFERS
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the example; exit status: 0 done, 1 a table differs from direct simulation."""
+    words = sys.argv[1:] if argv is None else argv
+    try:
+        options = parse(words)
+        _make_folder(options.output)
+        return _write(options, words, _run_all(options))
+    except InputError as error:
+        print(f"dusty_gas: error: {error}", file=sys.stderr)
+        return BAD_INPUT
