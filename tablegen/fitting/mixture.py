@@ -169,6 +169,8 @@ def _start(z: FloatArray, components: int, signs: FloatArray, rng: np.random.Gen
 def improve(mixture: Mixture, z: FloatArray, iterations: int, gain: float) -> tuple[Mixture, float]:
     """Run EM from a mixture until an iteration gains less than ``gain`` in mean log-likelihood.
 
+    Probabilities of reflection that are all 1/2 stay so, and the law symmetric.
+
     Parameters
     ----------
     mixture : Mixture
@@ -181,7 +183,8 @@ def improve(mixture: Mixture, z: FloatArray, iterations: int, gain: float) -> tu
     -------
     tuple (Mixture, mean log-likelihood before the last step)
     """
-    features, free = _monomials(z), bool((mixture.reflection != 0.5).any())
+    free = bool((mixture.signs < 0.0).any() and (mixture.reflection != 0.5).any())
+    features = _monomials(z)
     last = -np.inf
     for _ in range(iterations):
         mixture, likelihood = _iterate(mixture, features, free)

@@ -246,7 +246,6 @@ class TestInspect:
             "35 to 45 degrees, 2 nodes",
             "60 to 300 m/s, 2 nodes",
             "16 components",
-            "mirrored",
             table.contents.content_sha256,
             "at 2 conditions between nodes",
             f"AUC {table.accuracy['auc'].max():.3f}",

@@ -75,7 +75,8 @@ class TestFile:
         assert attributes["config"] == TINY.text
         assert attributes["seed"] == TINY.table.seed
         assert attributes["software_version"] == sampler.__version__
-        assert attributes["mirror"]
+        assert attributes["components"] == "u v w omega_x omega_y omega_z"
+        assert attributes["channels"] == "v u_hat omega_z w_hat omega_x omega_y"
         checksum = attributes["content_sha256"]
         assert len(checksum) == 64
         assert checksum == read_table(tiny.path).content_sha256
@@ -102,9 +103,9 @@ class TestFile:
         for i, j in np.ndindex(2, 2):
             node = fit_node(TINY, (35.0, 45.0)[i], (60.0, 300.0)[j])
             np.testing.assert_array_equal(contents["marginals/quantiles"][i, j], node.quantiles)
-            np.testing.assert_array_equal(contents["dependence/scores"][i, j], node.scores)
-            np.testing.assert_array_equal(contents["dependence/mean"][i, j], node.mean)
-            np.testing.assert_array_equal(contents["dependence/cholesky"][i, j], node.cholesky)
+            for name in ("reflection", "mean", "cholesky", "alias_index", "first_of_class"):
+                stored = contents[f"dependence/{name}"][i, j]
+                np.testing.assert_array_equal(stored, getattr(node, name))
 
     def test_written_table_is_the_returned_one(self, tiny):
         written, returned = sampler.load(tiny.path), tiny.generated.table
@@ -249,9 +250,13 @@ class TestRefusals:
             made(path, resume=True)
 
 
-def test_mirror_may_be_left_out(tmp_path):
-    config = ROUGH.with_changes({"table": {"mirror": False}})
+@pytest.mark.parametrize("mirror", [True, False])
+def test_symmetry_is_exact_where_it_is_asked_for(tmp_path, mirror):
+    config = ROUGH.with_changes({"table": {"mirror": mirror}})
     generate(config, tmp_path / "t.h5", conditions=1)
     contents = read_table(tmp_path / "t.h5")
-    assert not contents.mirror
-    assert tomllib.loads(contents.config)["table"]["mirror"] is False
+    assert tomllib.loads(contents.config)["table"]["mirror"] is mirror
+    halves = contents["dependence/reflection"][contents["dependence/reflection"] > 0] == 2048
+    quantiles = contents["marginals/quantiles"][..., 3:, :]
+    assert halves.all() == mirror
+    assert np.array_equal(quantiles, -quantiles[..., ::-1]) == mirror

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from tablegen.page import validation_page
 from tablegen.validate import validate
 
@@ -82,7 +82,7 @@ def test_holds_the_numbers(validation):
         assert f"{comparison.auc:.3f}" in texts
         assert f"{comparison.direct.mean[0]:.4f}" in texts
         assert f"{comparison.table.scattering_mean_deg[1]:.2f}" in texts
-    assert [text for text in texts if text in COMPONENTS] == 2 * list(COMPONENTS)
+    assert [text for text in texts if text in STATE] == 2 * list(STATE)
 
 
 def test_says_what_was_missed(validation):

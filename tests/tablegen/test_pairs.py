@@ -9,7 +9,7 @@ from command_line import SIMULATE, flags
 from tiny_tables import ROUGH
 
 import sampler
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from sampler.errors import InputError
 from sampler.locate import data_directory
 from tablegen.cli import main
@@ -351,6 +351,6 @@ def test_a_table_can_be_made_of_every_law(law, tmp_path):
     table = sampler.load(path)
     assert tomllib.loads(table.config)["pair"]["restitution"]["law"] == law["law"]
     state = table.sample(np.radians(40.0), 150.0, seed=1, index=np.arange(1000))
-    assert state.shape == (1000, len(COMPONENTS))
+    assert state.shape == (1000, len(STATE))
     assert np.isfinite(state).all()
     assert state[:, 1].min() > 0.0

@@ -8,7 +8,7 @@ import pytest
 from wrong_tables import independent_columns, shifted_speeds
 
 import sampler
-from sampler.channels import to_channels
+from sampler.channels import STATE, to_channels
 from sampler.locate import data_directory
 from sampler.table import Table
 from tablegen.accuracy import compare
@@ -16,8 +16,10 @@ from tablegen.config import load_config
 from tablegen.fitting.axes import make_axes
 from tablegen.fitting.classes import class_of
 from tablegen.fitting.marginals import quantile_knots
-from tablegen.fitting.node import mirror_signs, node_stream
+from tablegen.fitting.mixture import Mixture
+from tablegen.fitting.node import node_stream
 from tablegen.fitting.resolution import LADDER, resolution
+from tablegen.fitting.scores import mixture_probabilities
 from tablegen.measure import measure, missed_targets, pick_conditions
 from tablegen.simulate import make_condition, simulate
 from tablegen.validate import validate
@@ -41,6 +43,23 @@ def mean_draws(table, alpha_deg, count=100_000):
     return energy.mean(), state[:, 5].mean(), (state[:, 5] > 0.0).mean()
 
 
+def stored_mixture(contents, i, j, kind):
+    """The mixture of one class at a node, from what the file says."""
+    stay = contents["dependence/alias_probability"][i, j] / 65536.0
+    weight = stay + np.bincount(contents["dependence/alias_index"][i, j], 1.0 - stay, len(stay))
+    starts = [*contents["dependence/first_of_class"][i, j].tolist(), len(stay)]
+    part = slice(starts[kind], starts[kind + 1])
+    factor = np.zeros((len(stay), 6, 6))
+    factor[:, *np.tril_indices(6)] = contents["dependence/cholesky"][i, j] / 4096.0
+    return Mixture(
+        weight[part] / weight[part].sum(),
+        contents["dependence/mean"][i, j][part] / 4096.0,
+        (factor @ factor.transpose(0, 2, 1))[part],
+        contents["dependence/reflection"][i, j][part] / 4096.0,
+        np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0]),
+    )
+
+
 class TestProvenance:
     def test_configuration_is_the_file_beside_it(self, table):
         text = (data_directory() / "corundum-steel.toml").read_text(encoding="utf-8")
@@ -49,20 +68,19 @@ class TestProvenance:
     def test_attributes(self, table):
         assert table.pair == "corundum-steel"
         assert table.contents.seed == CONFIG.table.seed
-        assert table.contents.mirror is CONFIG.table.mirror
+        assert table.components == CONFIG.domain.columns == STATE
 
     def test_range(self, table):
         np.testing.assert_allclose(np.rad2deg(table.alpha_range), (0.5, 90.0), rtol=1e-15)
         assert table.speed_range == (50.0, 300.0)
 
     def test_sizes_are_the_generators(self, table):
-        components = table.arrays.alias_index.shape[2]
-        assert components in LADDER
-        assert table.arrays.quantiles.shape[-1] == resolution(CONFIG).knots
+        assert table.arrays.n_components in LADDER
+        assert table.arrays.n_knots == resolution(CONFIG).knots
         # it began with the first grid and halved intervals
         axes = make_axes(CONFIG)
-        assert np.isin(axes.alpha_deg, table.contents["axes/alpha_deg"]).all()
-        assert np.isin(axes.speed, table.contents["axes/speed"]).all()
+        assert np.isin(axes.alpha_deg, table.alpha_nodes_deg).all()
+        assert np.isin(axes.speed, table.speed_nodes).all()
         assert (data_directory() / "corundum-steel.h5").stat().st_size <= BYTES
 
     @pytest.mark.parametrize("node", [(0, 0), (-3, 2)])
@@ -72,8 +90,9 @@ class TestProvenance:
         contents = table.contents
         alpha_deg, speed = float(contents["axes/alpha_deg"][i]), float(contents["axes/speed"][j])
         condition = make_condition(np.radians(alpha_deg), speed)
-        knots = contents["marginals/score_knots"]
-        inner = np.abs(knots) < 3.0
+        knots = contents["marginals/variate_knots"]
+        inner = np.abs(knots) < 2.5
+        probabilities = mixture_probabilities(stored_mixture(contents, i, j, kind=1), knots)
 
         def quantiles(stream):
             """Of the rebounds with more than one collision."""
@@ -81,11 +100,12 @@ class TestProvenance:
             keys = {"seed": seed, "stream": stream, "threads": 1}
             result = simulate(CONFIG.pair, CONFIG.population, condition, count, **keys)
             channels = to_channels(result.state[class_of(result.collisions) == 1])
-            return quantile_knots(channels, knots, mirror_signs(CONFIG.table.mirror))[:, inner]
+            return quantile_knots(channels, probabilities, np.ones(6))[:, inner]
 
         stored = contents["marginals/quantiles"][i, j, 1][:, inner]
         stream = node_stream(alpha_deg, speed)
-        np.testing.assert_allclose(stored, quantiles(stream), rtol=0.0, atol=1e-4)
+        # the weights were rounded to 16 bits
+        np.testing.assert_allclose(stored, quantiles(stream), rtol=0.0, atol=2e-4)
         assert np.abs(stored - quantiles(stream + 1)).max() > 1e-3
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command_line import SIMULATE, flags
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.run_statistics import BINS, COLLISION_LABELS, HIGH, LOW, merge, summarise
@@ -267,7 +267,7 @@ class TestCommand:
         }
         assert {name: written[name] for name in condition} == condition
         assert {name: written[name] for name in streamed.to_dict()} == streamed.to_dict()
-        assert written["mean"] == dict(zip(COMPONENTS, streamed.mean.tolist(), strict=True))
+        assert written["mean"] == dict(zip(STATE, streamed.mean.tolist(), strict=True))
         assert list(written["collisions_percent"]) == list(COLLISION_LABELS)
         single = 100.0 * np.mean(whole.collisions == 1)
         assert written["collisions_percent"]["1"] == pytest.approx(single)

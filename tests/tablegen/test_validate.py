@@ -9,7 +9,7 @@ from tiny_tables import TINY
 from wrong_tables import declaring, independent_channels, lopsided, shifted_speeds
 
 import sampler
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from sampler.errors import InputError, TableError
 from sampler.schema import write_table
 from tablegen.validate import validate
@@ -66,7 +66,7 @@ class TestVerdict:
         assert "ks" in missed_metrics(validation)
         # It is w that is wrong.
         worst = max(validation.comparisons, key=lambda c: max(c.ks))
-        assert COMPONENTS[int(np.argmax(worst.ks))] == "w"
+        assert STATE[int(np.argmax(worst.ks))] == "w"
 
     def test_another_pairs_table_is_refused(self, validated):
         """The configuration is what counts: the simulation follows it, not the table."""
@@ -111,7 +111,7 @@ class TestResult:
         assert record["declared"] == TINY.accuracy.model_dump()
         assert record["software_version"] == sampler.__version__
         for condition, comparison in zip(record["conditions"], validation.comparisons, strict=True):
-            assert condition["components"] == list(COMPONENTS)
+            assert condition["components"] == list(STATE)
             assert condition["ks"] == list(comparison.ks)
             for name in ("alpha_deg", "speed", "sliced_wasserstein", "correlation_error", "auc"):
                 assert condition[name] == getattr(comparison, name)

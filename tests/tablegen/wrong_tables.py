@@ -14,10 +14,10 @@ from tablegen.config import parse_config
 #: Datasets that have the two node dimensions in front.
 NODE_DATASETS = (
     "marginals/quantiles",
-    "dependence/scores",
     "dependence/first_of_class",
     "dependence/alias_probability",
     "dependence/alias_index",
+    "dependence/reflection",
     "dependence/mean",
     "dependence/cholesky",
 )
@@ -36,18 +36,14 @@ def declaring(contents: TableContents, **accuracy: float) -> TableContents:
 
 
 def independent_channels(contents: TableContents) -> TableContents:
-    """The marginals at every node and of every class, and no dependence within a class."""
+    """The marginals of every class, nearly, and no dependence within a class."""
     factor = np.zeros_like(contents["dependence/cholesky"])
     factor[..., _DIAGONAL] = MIXTURE_SCALE
-    last = contents["marginals/score_knots"][-1]
-    identity = np.clip(contents["dependence/variate_knots"], -last, last)
-    scores = contents["dependence/scores"]
     return _with(
         contents,
         {
             "dependence/mean": np.zeros_like(contents["dependence/mean"]),
             "dependence/cholesky": factor,
-            "dependence/scores": np.broadcast_to(identity, scores.shape).astype(np.float32),
         },
     )
 

@@ -4,30 +4,39 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from tablegen.fitting.marginals import SCORE_MAX, quantile_knots, score_knots
+from tablegen.fitting.marginals import VARIATE_MAX, quantile_knots, variate_knots
 
 N = 200_001
 #: Levels of the order statistics of N numbers.
 LEVELS = (np.arange(N) + 0.5) / N
 #: A perfectly regular standard normal sample: no statistics enter.
 NORMAL = ndtri(LEVELS)
-KNOTS = score_knots(65)
+KNOTS = variate_knots(65)
+PROBABILITY = ndtr(KNOTS)
+
+
+def knots_of(channels, mirror):
+    """Quantiles of each channel at the knots of a standard normal law."""
+    probabilities = np.broadcast_to(PROBABILITY, (channels.shape[1], len(KNOTS)))
+    return quantile_knots(channels, probabilities, mirror)
+
+
 #: Knots that lie within the sample.
 INNER = np.abs(KNOTS) < NORMAL[-1]
 
 
 @pytest.mark.parametrize("count", [17, 65, 257, 1025])
 def test_knots_are_equally_spaced_and_exactly_symmetric(count):
-    knots = score_knots(count)
+    knots = variate_knots(count)
     assert knots.shape == (count,)
-    assert (knots[0], knots[count // 2], knots[-1]) == (-SCORE_MAX, 0.0, SCORE_MAX)
+    assert (knots[0], knots[count // 2], knots[-1]) == (-VARIATE_MAX, 0.0, VARIATE_MAX)
     np.testing.assert_array_equal(knots, -knots[::-1])
-    np.testing.assert_allclose(np.diff(knots), 2.0 * SCORE_MAX / (count - 1), rtol=1e-12)
+    np.testing.assert_allclose(np.diff(knots), 2.0 * VARIATE_MAX / (count - 1), rtol=1e-12)
 
 
 def test_normal_law_is_a_straight_line():
     channels = np.column_stack([NORMAL, 0.3 + 0.02 * NORMAL, -5.0 + 3.0 * NORMAL])
-    quantiles = quantile_knots(channels, KNOTS, np.ones(3))
+    quantiles = knots_of(channels, np.ones(3))
     assert quantiles.shape == (3, 65)
     # Between order statistics the sample's quantile function is a chord of the true one; its
     # error grows towards the ends to about the last gap.
@@ -39,7 +48,7 @@ def test_normal_law_is_a_straight_line():
 
 
 def test_uniform_law():
-    quantiles = quantile_knots(LEVELS[:, None], KNOTS, np.ones(1))[0]
+    quantiles = knots_of(LEVELS[:, None], np.ones(1))[0]
     # Linear interpolation between the order statistics is exact; outside them they end.
     expected = np.clip(ndtr(KNOTS), LEVELS[0], LEVELS[-1])
     np.testing.assert_allclose(quantiles, expected, rtol=0.0, atol=1e-12)
@@ -47,7 +56,7 @@ def test_uniform_law():
 
 def test_ends_are_the_extremes_of_a_small_sample():
     sample = np.random.default_rng(1).exponential(size=(500, 1))
-    quantiles = quantile_knots(sample, KNOTS, np.ones(1))[0]
+    quantiles = knots_of(sample, np.ones(1))[0]
     assert (quantiles[0], quantiles[-1]) == (sample.min(), sample.max())
 
 
@@ -55,7 +64,7 @@ def test_rows_do_not_decrease():
     rng = np.random.default_rng(2)
     tied = rng.integers(0, 4, size=3000) / 7.0
     channels = np.column_stack([rng.standard_cauchy(3000), tied, tied, np.full(3000, 0.25)])
-    quantiles = quantile_knots(channels, KNOTS, np.array([1.0, 1.0, -1.0, 1.0]))
+    quantiles = knots_of(channels, np.array([1.0, 1.0, -1.0, 1.0]))
     assert (np.diff(quantiles, axis=1) >= 0.0).all()
     assert (np.diff(quantiles.astype(np.float32), axis=1) >= 0.0).all()
     np.testing.assert_array_equal(quantiles[3], 0.25)
@@ -63,14 +72,14 @@ def test_rows_do_not_decrease():
 
 def test_mirrored_channels_are_exactly_odd_and_see_the_size_only():
     skewed = np.random.default_rng(3).gamma(2.0, size=(4000, 1)) - 1.0
-    mirrored = quantile_knots(skewed, KNOTS, np.array([-1.0]))
+    mirrored = knots_of(skewed, np.array([-1.0]))
     np.testing.assert_array_equal(mirrored, -mirrored[:, ::-1])
     flips = np.random.default_rng(4).choice([-1.0, 1.0], size=skewed.shape)
-    again = quantile_knots(flips * skewed, KNOTS, np.array([-1.0]))
+    again = knots_of(flips * skewed, np.array([-1.0]))
     np.testing.assert_allclose(again, mirrored, rtol=0.0, atol=1e-12)
     # It is the law of the sample together with its reflection ...
-    doubled = quantile_knots(np.concatenate([skewed, -skewed]), KNOTS, np.ones(1))
+    doubled = knots_of(np.concatenate([skewed, -skewed]), np.ones(1))
     np.testing.assert_allclose(mirrored, doubled, rtol=0.0, atol=1e-12)
     # ... and not that of the sample, which is skewed.
-    plain = quantile_knots(skewed, KNOTS, np.ones(1))
+    plain = knots_of(skewed, np.ones(1))
     assert np.abs(plain - mirrored).max() > 0.5

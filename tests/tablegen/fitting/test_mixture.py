@@ -1,5 +1,7 @@
 """Gaussian mixtures: the density, the ascent of EM, the mirror, and laws that are found again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import logsumexp
@@ -11,23 +13,37 @@ MIRROR = np.array([1.0, 1.0, -1.0])
 PLAIN = np.ones(3)
 
 
-def random_mixture(seed, components, dimension=3, mirror=None):
+def random_mixture(seed, components, dimension=3, mirror=None, reflection=0.5):
     """Mixture with weights, means and covariances of every kind, none of them degenerate."""
     rng = np.random.default_rng(seed)
     root = rng.standard_normal((components, dimension, dimension))
     covariance = root @ root.transpose(0, 2, 1) / dimension + 0.1 * np.eye(dimension)
     weight = rng.dirichlet(np.full(components, 5.0))
     mean = 1.5 * rng.standard_normal((components, dimension))
-    return Mixture(weight, mean, covariance, np.ones(dimension) if mirror is None else mirror)
+    signs = np.ones(dimension) if mirror is None else mirror
+    share = np.broadcast_to(reflection if (signs < 0.0).any() else 0.0, components)
+    return Mixture(weight, mean, covariance, share.astype(float), signs)
+
+
+def plainly(mixture, signs=None):
+    """The same components, never reflected, or each with probability 1/2 by some signs."""
+    none = signs is None or (signs > 0.0).all()
+    return replace(
+        mixture,
+        signs=PLAIN if signs is None else signs,
+        reflection=np.full(len(mixture.weight), 0.0 if none else 0.5),
+    )
 
 
 def expanded(mixture):
     """The mixture written out without a mirror: every component beside its reflection."""
-    flip = np.diag(mixture.mirror)
+    flip = np.diag(mixture.signs)
+    share = mixture.reflection
     return Mixture(
-        np.concatenate([mixture.weight, mixture.weight]) / 2.0,
+        np.concatenate([mixture.weight * (1.0 - share), mixture.weight * share]),
         np.concatenate([mixture.mean, mixture.mean @ flip]),
         np.concatenate([mixture.covariance, flip @ mixture.covariance @ flip]),
+        np.zeros(2 * len(share)),
         np.ones(len(flip)),
     )
 
@@ -38,6 +54,7 @@ def log_density(mixture, z):
     terms = [
         np.log(weight) + multivariate_normal(mean, covariance).logpdf(z)
         for weight, mean, covariance in zip(plain.weight, plain.mean, plain.covariance, strict=True)
+        if weight > 0.0
     ]
     return logsumexp(terms, axis=0)
 
@@ -129,10 +146,11 @@ class TestExpectationMaximisation:
             np.full(5, 0.2),
             np.concatenate([mixture.mean, [[500.0, 0.0, 0.0]]]),
             np.concatenate([mixture.covariance, [np.eye(3)]]),
+            np.zeros(5),
             PLAIN,
         )
         found, _ = improve(lost, sample, 1, 0.0)
-        kept = Mixture(np.full(4, 0.25), mixture.mean, mixture.covariance, PLAIN)
+        kept = Mixture(np.full(4, 0.25), mixture.mean, mixture.covariance, np.zeros(4), PLAIN)
         assert found.weight.shape == (4,)
         assert_same(found, improve(kept, sample, 1, 0.0)[0])
         assert found.weight.sum() == pytest.approx(1.0, abs=1e-14)
@@ -178,6 +196,7 @@ class TestRecovery:
                 [[0.3, -0.1, 0.0], [-0.1, 0.4, 0.0], [0.0, 0.0, 0.2]],
             ]
         ),
+        np.zeros(3),
         PLAIN,
     )
     COUNT = 20_000
@@ -187,10 +206,13 @@ class TestRecovery:
 
     @pytest.mark.parametrize("mirror", [PLAIN, MIRROR], ids=["plain", "mirrored"])
     def test_components_are_found_from_a_rough_start(self, mirror):
-        truth = Mixture(self.TRUTH.weight, self.TRUTH.mean, self.TRUTH.covariance, mirror)
+        truth = plainly(self.TRUTH, mirror)
         z = sample_mixture(truth, self.COUNT, np.random.default_rng(12))
-        start = Mixture(
-            np.full(3, 1.0 / 3.0), truth.mean + 0.4, np.repeat(np.eye(3)[None], 3, axis=0), mirror
+        start = replace(
+            truth,
+            weight=np.full(3, 1.0 / 3.0),
+            mean=truth.mean + 0.4,
+            covariance=np.repeat(np.eye(3)[None], 3, axis=0),
         )
         found, _ = improve(start, z, 200, 1e-7)
         for name in ("weight", "mean", "covariance"):
@@ -212,8 +234,54 @@ class TestRecovery:
         single = fit_mixture(z, 1, np.random.default_rng(16))
         assert best - log_density(single, fresh).mean() > 0.2
         diagonal = np.einsum("kij,ij->kij", fitted.covariance, np.eye(6))
-        blind = Mixture(fitted.weight, fitted.mean, diagonal, fitted.mirror)
+        blind = replace(fitted, covariance=diagonal)
         assert best - log_density(blind, fresh).mean() > 0.2
+
+
+class TestReflection:
+    """Components that are reflected with probabilities of their own."""
+
+    SHARES = np.array([0.05, 0.5, 0.8])
+
+    def _truth(self):
+        return replace(TestRecovery.TRUTH, signs=MIRROR, reflection=self.SHARES)
+
+    def test_density_is_that_of_scipy(self, sample):
+        mixture = random_mixture(3, 5, mirror=MIRROR, reflection=[0.1, 0.9, 0.5, 0.3, 0.7])
+        _, likelihood = improve(mixture, sample, 1, 0.0)
+        assert likelihood == pytest.approx(log_density(mixture, sample).mean(), abs=1e-10)
+
+    def test_probabilities_are_found(self):
+        """Binomial, of 0.2 COUNT points at least: six standard errors are 0.05."""
+        truth = self._truth()
+        z = sample_mixture(truth, TestRecovery.COUNT, np.random.default_rng(31))
+        start = replace(truth, reflection=np.array([0.4, 0.4, 0.6]), mean=truth.mean + 0.2)
+        found, _ = improve(start, z, 300, 1e-8)
+        assert np.abs(found.reflection - self.SHARES).max() < 0.05
+        # Refused: equal probabilities, which a symmetric fit has by its making.
+        symmetric, _ = improve(replace(start, reflection=np.full(3, 0.5)), z, 300, 1e-8)
+        np.testing.assert_array_equal(symmetric.reflection, 0.5)
+        fresh = sample_mixture(truth, TestRecovery.COUNT, np.random.default_rng(32))
+        loss = log_density(found, fresh).mean() - log_density(symmetric, fresh).mean()
+        assert loss > 0.05
+
+    def test_steps_raise_the_likelihood(self, sample):
+        mixture = random_mixture(6, 4, mirror=MIRROR, reflection=[0.2, 0.4, 0.6, 0.8])
+        likelihoods = []
+        for _ in range(30):
+            mixture, likelihood = improve(mixture, sample, 1, 0.0)
+            likelihoods.append(likelihood)
+        assert (np.diff(likelihoods) > -1e-2 * RIDGE).all()
+
+    def test_a_symmetric_law_needs_half_the_components(self):
+        truth = plainly(TestRecovery.TRUTH, MIRROR)
+        z = sample_mixture(truth, TestRecovery.COUNT, np.random.default_rng(33))
+        fresh = sample_mixture(truth, TestRecovery.COUNT, np.random.default_rng(34))
+        best = log_density(truth, fresh).mean()
+        with_reflection = fit_mixture(z, 4, np.random.default_rng(35), MIRROR)
+        without = fit_mixture(z, 4, np.random.default_rng(35))
+        loss = best - log_density(with_reflection, fresh).mean()
+        assert loss < 0.5 * (best - log_density(without, fresh).mean())
 
 
 class TestFit:
@@ -246,7 +314,7 @@ class TestFit:
         assert np.abs(np.cov(z.T) - covariance).max() < 1.5 * bound
         # Refused: the same without the mirror.
         alone = sample_mixture(
-            Mixture(mixture.weight, mixture.mean, mixture.covariance, PLAIN),
+            plainly(mixture),
             count,
             np.random.default_rng(22),
         )

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from wrong_tables import independent_channels, independent_columns
 
+from sampler.channels import COMPONENTS
 from sampler.table import Table
 from tablegen.accuracy import classifier_auc, correlation_error, ks_distances
 from tablegen.assembly import assemble
+from tablegen.components import simulated_components
 from tablegen.config import load_config
 from tablegen.fitting.axes import make_axes
-from tablegen.fitting.marginals import SCORE_MAX
-from tablegen.fitting.node import MAP_KNOTS, VARIATE_MAX, fit_node, mirror_signs, variate_knots
+from tablegen.fitting.node import fit_node, law_of
 from tablegen.simulate import make_condition, simulate
 
 ALPHA_DEG, SPEED = 35.0, 150.0
@@ -55,10 +56,10 @@ class TestArrays:
         found = {name: (array.shape, array.dtype.str) for name, array in node._asdict().items()}
         assert found == {
             "quantiles": ((2, 6, 33), "<f4"),
-            "scores": ((2, 6, MAP_KNOTS), "<f4"),
             "first_of_class": ((2,), "<u2"),
-            "alias_probability": ((4,), "<f4"),
+            "alias_probability": ((4,), "<u2"),
             "alias_index": ((4,), "<u2"),
+            "reflection": ((4,), "<i2"),
             "mean": ((4, 6), "<i2"),
             "cholesky": ((4, 21), "<i2"),
         }
@@ -80,11 +81,13 @@ class TestArrays:
 
     def test_mirrored_channels_are_odd(self):
         node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED)
-        for rows in (node.quantiles[:, 3:], node.scores[:, 3:]):
-            np.testing.assert_array_equal(rows, -rows[..., ::-1])
+        rows = node.quantiles[:, 3:]
+        np.testing.assert_array_equal(rows, -rows[..., ::-1])
+        np.testing.assert_array_equal(node.reflection, 2048)
         plain = fit_node(node_config(**SMALL | {"mirror": False}), ALPHA_DEG, SPEED)
-        for rows in (plain.quantiles[:, 3:], plain.scores[:, 3:]):
-            assert (rows != -rows[..., ::-1]).any()
+        rows = plain.quantiles[:, 3:]
+        assert (rows != -rows[..., ::-1]).any()
+        assert (plain.reflection != 2048).any()
 
     def test_spare_components_are_never_drawn(self):
         """A hundred particles cannot feed 64 components: the rest of the places stay empty."""
@@ -92,17 +95,18 @@ class TestArrays:
         node = fit_node(config, ALPHA_DEG, SPEED)
         spare = (node.mean == 0).all(axis=1)
         assert 50 <= spare.sum() < 64
-        assert (node.alias_probability[spare] == 0.0).all()
+        assert (node.alias_probability[spare] == 0).all()
         assert not spare[node.alias_index].any()
         Table(assemble(config, make_axes(config), [node]))
 
-    def test_knots_and_signs(self):
-        knots = variate_knots()
-        assert knots.shape == (MAP_KNOTS,)
-        np.testing.assert_array_equal(knots, -knots[::-1])
-        assert knots[-1] == VARIATE_MAX > SCORE_MAX
-        np.testing.assert_array_equal(mirror_signs(True), [1, 1, 1, -1, -1, -1])
-        np.testing.assert_array_equal(mirror_signs(False), np.ones(6))
+    def test_law_of_a_scene(self):
+        law = law_of(node_config(**SMALL))
+        np.testing.assert_array_equal(law.signs, [1, 1, 1, -1, -1, -1])
+        np.testing.assert_array_equal(law.mirror, law.signs)
+        np.testing.assert_array_equal(law_of(node_config()).mirror, np.ones(6))
+        plane = law_of(node_config(**SMALL).with_changes({"domain": {"dimension": 2}}))
+        assert plane.channels == ("v", "u_hat", "omega_z")
+        assert not plane.symmetric
 
 
 class TestSpheres:
@@ -119,6 +123,49 @@ class TestSpheres:
         )
         # float32 in the table
         np.testing.assert_allclose(states, np.tile(expected, (500, 1)), rtol=0.0, atol=1e-6)
+
+
+#: Scenes, and the columns that their tables have.
+SCENES = {
+    "plane": ({"dimension": 2}, ("u", "v", "omega_z")),
+    "two": ({"components": ["v", "u"]}, ("u", "v")),
+    "no spin": ({"components": ["u", "v", "w"]}, ("u", "v", "w")),
+    "spin only": ({"components": ["omega_x", "omega_z"]}, ("omega_x", "omega_z")),
+    "everything": ({"components": list(COMPONENTS)}, COMPONENTS),
+}
+
+
+class TestScenes:
+    """Draws of what a scene asks for, against the simulation; the bound of `TestDraws`."""
+
+    @pytest.mark.parametrize("scene", SCENES)
+    def test_draws_match_the_simulation(self, scene):
+        domain, columns = SCENES[scene]
+        table = {"samples_per_node": N_NODE, "components": 32, "quantile_knots": 129}
+        config = node_config(**table).with_changes({"domain": domain})
+        made = one_node_table(config)
+        assert made.components == columns
+        drawn = made.sample(np.radians(ALPHA_DEG), SPEED, seed=6, index=np.arange(N))
+        direct = simulated_components(simulated(config, N, 77), columns)
+        assert ks_distances(drawn, direct).max() < TestDraws.KS_BOUND
+        assert correlation_error(drawn, direct) < TestDraws.CORRELATION_BOUND
+        # Refused: the same columns out of step with each other, and one of them moved.
+        if scene != "spin only":  # whose two components are uncorrelated
+            shuffled = independent_columns(drawn, seed=1)
+            assert correlation_error(shuffled, direct) > TestDraws.CORRELATION_BOUND
+        moved = drawn + 0.3 * drawn.std(axis=0) * (np.arange(len(columns)) == 0)
+        assert ks_distances(moved, direct).max() > TestDraws.KS_BOUND
+
+    def test_energies_and_collisions_are_possible_ones(self):
+        domain = {"components": list(COMPONENTS)}
+        config = node_config(**SMALL).with_changes({"domain": domain})
+        states = one_node_table(config).sample(np.radians(ALPHA_DEG), SPEED, seed=1, index=range(N))
+        energy, collisions = states[:, 6], states[:, 7]
+        assert (energy > 0.0).all()
+        assert (np.square(states[:, :3]).sum(axis=1) + energy < 1.0).all()
+        np.testing.assert_array_equal(collisions, np.round(collisions))
+        assert collisions.min() == 1.0
+        assert collisions.max() > 3.0
 
 
 class TestDraws:

@@ -1,4 +1,6 @@
-"""Normal scores of samples and score maps of mixtures."""
+"""Normal scores of samples and distribution functions of mixtures."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,23 +8,25 @@ from scipy.special import ndtri
 from scipy.stats import kstest, norm, rankdata
 
 from tablegen.fitting.mixture import Mixture, sample_mixture
-from tablegen.fitting.scores import normal_scores, score_maps
+from tablegen.fitting.scores import mixture_probabilities, normal_scores
 
-SCORE_MAX = 4.2
 VARIATES = np.linspace(-5.5, 5.5, 129)
 PLAIN = np.ones(2)
 
 
-def mixture_of(weight, mean, deviation, mirror=None):
+def mixture_of(weight, mean, deviation, signs=None, reflection=0.0):
     """Mixture with diagonal covariances: means and deviations of shape (K, d)."""
     mean, deviation = np.atleast_2d(mean), np.atleast_2d(deviation)
     covariance = np.einsum("ki,ij->kij", deviation**2, np.eye(mean.shape[1]))
-    signs = np.ones(mean.shape[1]) if mirror is None else np.array(mirror)
-    return Mixture(np.array(weight), mean, covariance, signs)
+    signs = np.ones(mean.shape[1]) if signs is None else np.array(signs)
+    reflections = np.broadcast_to(reflection, len(mean)).astype(float)
+    return Mixture(np.array(weight), mean, covariance, reflections, signs)
 
 
-#: One channel that is skewed and has two peaks, and one that is mirrored.
-TWO_PEAKS = mixture_of([0.3, 0.7], [[-1.2, 0.9], [0.8, 0.2]], [[0.4, 0.5], [0.9, 1.1]], [1.0, -1.0])
+#: One channel that is skewed and has two peaks, and one that reflection reverses.
+TWO_PEAKS = mixture_of(
+    [0.3, 0.7], [[-1.2, 0.9], [0.8, 0.2]], [[0.4, 0.5], [0.9, 1.1]], [1.0, -1.0], [0.5, 0.25]
+)
 
 
 class TestScoresOfASample:
@@ -58,56 +62,43 @@ class TestScoresOfASample:
         np.testing.assert_array_equal(channels, 0.0)
 
 
-class TestScoreMaps:
-    def test_standard_normal_component_needs_none(self):
-        maps = score_maps(mixture_of([1.0], [0.0, 0.0], [1.0, 1.0]), VARIATES, SCORE_MAX)
-        expected = np.clip(VARIATES, -SCORE_MAX, SCORE_MAX)
-        np.testing.assert_allclose(maps, [expected, expected], rtol=0.0, atol=1e-12)
+class TestProbabilities:
+    def test_standard_normal_component(self):
+        found = mixture_probabilities(mixture_of([1.0], [0.0, 0.0], [1.0, 1.0]), VARIATES)
+        np.testing.assert_allclose(found, [norm.cdf(VARIATES)] * 2, rtol=1e-12, atol=1e-15)
 
-    def test_one_component_is_standardised(self):
-        maps = score_maps(mixture_of([1.0], [0.7, -2.0], [0.5, 3.0]), VARIATES, SCORE_MAX)
-        expected = np.array([(VARIATES - 0.7) / 0.5, (VARIATES + 2.0) / 3.0])
-        np.testing.assert_allclose(
-            maps, np.clip(expected, -SCORE_MAX, SCORE_MAX), rtol=0.0, atol=1e-12
-        )
-
-    def test_mixture_is_the_quantile_of_its_distribution_function(self):
-        maps = score_maps(TWO_PEAKS, VARIATES, SCORE_MAX)
+    def test_components_add_up(self):
+        found = mixture_probabilities(TWO_PEAKS, VARIATES)[0]
         below = 0.3 * norm.cdf(VARIATES, -1.2, 0.4) + 0.7 * norm.cdf(VARIATES, 0.8, 0.9)
-        inner = np.abs(maps[0]) < 4.0
-        np.testing.assert_allclose(maps[0][inner], norm.ppf(below[inner]), rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(found, below, rtol=1e-12, atol=1e-15)
 
-    def test_tails_are_as_good_as_the_middle(self):
-        """Far out the mixture is its widest component, to the last digit on either side."""
-        maps = score_maps(mixture_of([0.5, 0.5], [[0.0], [0.0]], [[1.0], [0.1]]), VARIATES, 10.0)
-        tail = VARIATES > 4.0
-        expected = norm.isf(0.5 * norm.sf(VARIATES[tail]))
-        np.testing.assert_allclose(maps[0][tail], expected, rtol=1e-12)
-        np.testing.assert_allclose(maps[0], -maps[0][::-1], rtol=0.0, atol=1e-12)
+    def test_reflection_counts_in_the_mirrored_channel(self):
+        found = mixture_probabilities(TWO_PEAKS, VARIATES)[1]
+        plain = 0.3 * norm.cdf(VARIATES, 0.9, 0.5), 0.7 * norm.cdf(VARIATES, 0.2, 1.1)
+        other = 0.3 * norm.cdf(VARIATES, -0.9, 0.5), 0.7 * norm.cdf(VARIATES, -0.2, 1.1)
+        expected = 0.5 * plain[0] + 0.5 * other[0] + 0.75 * plain[1] + 0.25 * other[1]
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-15)
 
-    def test_rows_do_not_decrease_and_stay_within_the_knots(self):
-        maps = score_maps(TWO_PEAKS, VARIATES, 2.0)
-        assert (np.diff(maps, axis=1) >= 0.0).all()
-        assert (maps[0, 0], maps[0, -1]) == (-2.0, 2.0)
-
-    def test_mirrored_channel_is_exactly_odd(self):
-        maps = score_maps(TWO_PEAKS, VARIATES, SCORE_MAX)
-        np.testing.assert_array_equal(maps[1], -maps[1][::-1])
-        # Without the mirror the same components are lopsided.
-        plain = Mixture(TWO_PEAKS.weight, TWO_PEAKS.mean, TWO_PEAKS.covariance, PLAIN)
-        maps = score_maps(plain, VARIATES, SCORE_MAX)
-        assert np.abs(maps[1] + maps[1][::-1]).max() > 0.5
+    def test_rows_do_not_decrease(self):
+        found = mixture_probabilities(TWO_PEAKS, VARIATES)
+        assert (np.diff(found, axis=1) >= 0.0).all()
+        assert found.min() >= 0.0
+        assert found.max() <= 1.0
 
     @pytest.mark.parametrize("channel", [0, 1])
-    def test_mapped_mixture_is_standard_normal(self, channel):
-        """Kolmogorov-Smirnov; a right map fails with probability 1e-6 a channel."""
+    def test_are_those_of_its_draws(self, channel):
+        """Kolmogorov-Smirnov; right probabilities fail with probability 1e-6 a channel."""
         count = 100_000
         variates = sample_mixture(TWO_PEAKS, count, np.random.default_rng(6))[:, channel]
-        # As a draw reads the map: linear between knots, which costs the last 0.001.
+        # linear between knots, which costs the last 0.001
         bound = np.sqrt(np.log(2.0 / 1e-6) / (2.0 * count)) + 0.001
-        score = score_maps(TWO_PEAKS, VARIATES, SCORE_MAX)[channel]
-        assert kstest(np.interp(variates, VARIATES, score), "norm").statistic < bound
-        # Refused: the variates themselves, and the map of the other channel.
-        assert kstest(variates, "norm").statistic > bound
-        other = score_maps(TWO_PEAKS, VARIATES, SCORE_MAX)[1 - channel]
-        assert kstest(np.interp(variates, VARIATES, other), "norm").statistic > bound
+        probabilities = mixture_probabilities(TWO_PEAKS, VARIATES)
+        uniform = np.interp(variates, VARIATES, probabilities[channel])
+        assert kstest(uniform, "uniform").statistic < bound
+        # Refused: those of the other channel, and of the same components without reflection.
+        other = np.interp(variates, VARIATES, probabilities[1 - channel])
+        assert kstest(other, "uniform").statistic > bound
+        if channel == 1:
+            plain = replace(TWO_PEAKS, reflection=np.zeros(2))
+            other = np.interp(variates, VARIATES, mixture_probabilities(plain, VARIATES)[1])
+            assert kstest(other, "uniform").statistic > bound
