@@ -265,6 +265,32 @@ class TestReflection:
         loss = log_density(found, fresh).mean() - log_density(symmetric, fresh).mean()
         assert loss > 0.05
 
+    def test_symmetric_law_has_one_half(self):
+        """From a start that is not symmetric; the bound is that of the test above."""
+        symmetric = replace(self._truth(), reflection=np.full(3, 0.5))
+        z = sample_mixture(symmetric, TestRecovery.COUNT, np.random.default_rng(36))
+        start = replace(symmetric, reflection=np.array([0.1, 0.4, 0.8]))
+        found, _ = improve(start, z, 300, 1e-8)
+        assert np.abs(found.reflection - 0.5).max() < 0.05
+        # Refused: points of a law that is lopsided by a tenth.
+        lopsided = replace(symmetric, reflection=np.full(3, 0.6))
+        z = sample_mixture(lopsided, TestRecovery.COUNT, np.random.default_rng(36))
+        assert np.abs(improve(start, z, 300, 1e-8)[0].reflection - 0.5).min() > 0.05
+
+    def test_fit_finds_a_lopsided_law(self):
+        """The share of points with a negative last channel; standard errors are 0.0035."""
+        truth = replace(self._truth(), reflection=np.full(3, 0.2))
+        z = sample_mixture(truth, TestRecovery.COUNT, np.random.default_rng(37))
+
+        def below(mixture, seed):
+            drawn = sample_mixture(mixture, TestRecovery.COUNT, np.random.default_rng(seed))
+            return (drawn[:, 2] < 0.0).mean()
+
+        fitted = fit_mixture(z, 6, np.random.default_rng(38), MIRROR)
+        assert abs(below(fitted, 39) - below(truth, 40)) < 0.025
+        symmetric = fit_mixture(z, 6, np.random.default_rng(38), MIRROR, symmetric=True)
+        assert abs(below(symmetric, 39) - 0.5) < 0.025 < abs(below(truth, 40) - 0.5)
+
     def test_steps_raise_the_likelihood(self, sample):
         mixture = random_mixture(6, 4, mirror=MIRROR, reflection=[0.2, 0.4, 0.6, 0.8])
         likelihoods = []
