@@ -1,4 +1,4 @@
-"""What a scene asks for: components of a draw and dimension, and one clear line for each mistake."""
+"""What a scene asks for: components and dimension, and one clear line for each mistake."""
 
 import pytest
 
