@@ -1,0 +1,99 @@
+"""Components and channels of simulated states, against closed forms and their own inverse."""
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from sampler.channels import CHANNELS, COMPONENTS, RANGES, STATE
+from tablegen.components import simulated_channels, simulated_components
+from tablegen.config import load_config
+from tablegen.simulate import make_condition, simulate
+
+CONFIG = load_config("corundum-steel")
+COUNT = 20_000
+
+
+def simulated(shape, alpha_deg=35.0, count=COUNT):
+    condition = make_condition(np.radians(alpha_deg), 150.0)
+    people = CONFIG.population.restricted_to(shape)
+    return simulate(CONFIG.pair, people, condition, count, seed=2, threads=1)
+
+
+@pytest.fixture(scope="module")
+def mixture():
+    return simulated("mixture")
+
+
+def channels_of(simulation, names, seed=1):
+    columns = simulated_channels(simulation, names, np.random.default_rng(seed)).T
+    return dict(zip(names, columns, strict=True))
+
+
+class TestComponents:
+    def test_columns_come_in_the_order_that_is_asked_for(self, mixture):
+        names = ("collisions", "omega_y", "u", "rotational_energy")
+        found = simulated_components(mixture, names)
+        assert found.shape == (COUNT, 4)
+        assert found.dtype == np.float64
+        np.testing.assert_array_equal(found[:, 0], mixture.collisions)
+        np.testing.assert_array_equal(found[:, 1], mixture.state[:, 4])
+        np.testing.assert_array_equal(found[:, 2], mixture.state[:, 0])
+        np.testing.assert_array_equal(found[:, 3], mixture.energy[:, 1])
+        np.testing.assert_array_equal(simulated_components(mixture, STATE), mixture.state)
+
+    def test_rotational_energy_of_a_sphere(self):
+        """With the moment of inertia 2/5 m a^2, and the energy before the impact m V^2 / 2."""
+        found = simulated_components(simulated("sphere", count=3), COMPONENTS)
+        spin = np.square(found[:, 3:6]).sum(axis=1)
+        assert spin.min() > 0.01
+        np.testing.assert_allclose(found[:, 6], 0.4 * spin, rtol=1e-12)
+        np.testing.assert_array_equal(found[:, 7], 1.0)
+
+
+class TestChannels:
+    def test_give_back_the_components(self, mixture):
+        c = channels_of(mixture, CHANNELS)
+        found = dict(zip(COMPONENTS, simulated_components(mixture, COMPONENTS).T, strict=True))
+        for name in ("v", "omega_x", "omega_y", "omega_z"):
+            np.testing.assert_array_equal(c[name], found[name])
+        u = c["u_hat"] * np.sqrt(1.0 - c["v"] ** 2)
+        w = c["w_hat"] * np.sqrt(1.0 - c["v"] ** 2 - u**2)
+        left = 1.0 - c["v"] ** 2 - u**2 - w**2
+        np.testing.assert_allclose(u, found["u"], rtol=0.0, atol=1e-14)
+        np.testing.assert_allclose(w, found["w"], rtol=0.0, atol=1e-14)
+        energy = c["energy_hat"] * left
+        np.testing.assert_allclose(energy, found["rotational_energy"], rtol=0.0, atol=2e-6)
+        np.testing.assert_array_equal(np.floor(c["collisions"]), found["collisions"])
+
+    def test_lie_within_their_ranges_in_single_precision(self, mixture):
+        c = channels_of(mixture, CHANNELS)
+        for name, (low, high) in RANGES.items():
+            stored = c[name].astype(np.float32)
+            assert low < stored.min() <= stored.max() < high, name
+
+    def test_a_sphere_that_does_not_turn_keeps_a_share_above_zero(self):
+        straight = simulated("sphere", alpha_deg=90.0, count=3)
+        assert straight.energy[:, 1].max() < 1e-12
+        share = channels_of(straight, ("energy_hat",))["energy_hat"]
+        assert (share > 0.0).all()
+        assert share.max() <= 1e-6
+
+    def test_collisions_are_spread_over_their_unit(self, mixture):
+        """Uniform between its ends, whatever the number; false alarm 1e-6."""
+        c = channels_of(mixture, ("collisions",))["collisions"]
+        spread = (c - np.floor(c) - 0.01) / 0.98
+        bound = np.sqrt(np.log(2.0 / 1e-6) / (2.0 * COUNT))
+        assert kstest(spread, "uniform").statistic < bound
+        single = mixture.collisions == 1
+        assert abs(np.corrcoef(spread, single)[0, 1]) < 4.9 / np.sqrt(COUNT)
+        # single precision does not round to the next number
+        np.testing.assert_array_equal(np.floor(c.astype(np.float32)), np.floor(c))
+        # Refused: a spread over nine tenths of the unit.
+        assert kstest(0.9 * spread, "uniform").statistic > bound
+
+    def test_random_numbers_spread_collisions_and_nothing_else(self, mixture):
+        one, other = channels_of(mixture, CHANNELS), channels_of(mixture, CHANNELS, seed=2)
+        for name in CHANNELS:
+            assert np.array_equal(one[name], other[name]) == (name != "collisions"), name
+        few = channels_of(mixture, ("v", "w_hat"))
+        np.testing.assert_array_equal(few["w_hat"], one["w_hat"])

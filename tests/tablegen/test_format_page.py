@@ -1,0 +1,58 @@
+"""The page on the format lists what reader and writer follow."""
+
+import pytest
+
+from sampler import layout
+from sampler.errors import InputError
+from sampler.image_layout import ARRAYS, HEADER
+from sampler.locate import data_directory
+from tablegen import format_page
+from tablegen.format_page import PAGE, filled
+
+COMMAND = "python -m tablegen.format_page"
+
+
+@pytest.fixture
+def page():
+    return (data_directory() / PAGE).read_text(encoding="utf-8")
+
+
+def test_is_up_to_date(page):
+    assert filled(page) == page, f"{PAGE} is out of date: {COMMAND}"
+
+
+def test_old_parts_are_seen_and_replaced(page):
+    old = page.replace("| `marginals/quantiles` | float32 |", "| `marginals/quantiles` | float64 |")
+    assert old != page
+    assert filled(old) == page
+
+
+def test_a_new_dataset_would_be_missed(page, monkeypatch):
+    extra = layout.Dataset("axes/new", "<u2", ("n_alpha", 3), "1", "something new")
+    monkeypatch.setattr(format_page, "DATASETS", (*layout.DATASETS, extra))
+    assert "| `axes/new` | uint16 | n_alpha, 3 | 1 | something new |" in filled(page)
+    assert filled(page) != page
+
+
+def test_lists_everything(page):
+    names = [dataset.path for dataset in layout.DATASETS] + list(layout.ATTRIBUTES)
+    names += [entry.name for entry in (*HEADER, *ARRAYS)]
+    assert [name for name in names if f"| `{name}` |" not in page] == []
+    dims = {dim for dataset in layout.DATASETS for dim in dataset.dims if isinstance(dim, str)}
+    assert [dim for dim in sorted(dims) if f"`{dim}`" not in page] == []
+
+
+@pytest.mark.parametrize("line", ["<!-- begin datasets -->\n", "<!-- end image -->\n"])
+def test_lost_and_doubled_markers_are_refused(page, line):
+    name = line.split()[2]
+    for broken in (page.replace(line, ""), page.replace(line, 2 * line)):
+        with pytest.raises(InputError, match=f"{PAGE}: part '{name}' is not marked, allowed: <!--"):
+            filled(broken)
+
+
+def test_command_writes_the_page(page, tmp_path, monkeypatch):
+    monkeypatch.setattr(format_page, "data_directory", lambda: tmp_path)
+    (tmp_path / PAGE).write_text(page.replace("float32", "float16"), encoding="utf-8")
+    format_page.main()
+    assert (tmp_path / PAGE).read_text(encoding="utf-8") == page
+    assert [path.name for path in tmp_path.iterdir()] == [PAGE]
