@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.description import modes, scattering_angles, translational_energy
@@ -38,7 +38,7 @@ SCATTERING_BINS = 180
 SPATIAL_BINS = (60, 60)
 
 #: Quantities with a mean and a most probable value.
-QUANTITIES = (*COMPONENTS, "translational", "rotational")
+QUANTITIES = (*STATE, "translational", "rotational")
 
 
 @dataclass(frozen=True)
@@ -155,11 +155,11 @@ def law_of(
         mode=_named(names, modes(values)),
         collisions=_collision_shares(collisions),
         positive_spin=float(np.mean(state[:, 5] > 0.0)),
-        asymmetry={name: asymmetry(state[:, k]) for k, name in enumerate(COMPONENTS)},
+        asymmetry={name: asymmetry(state[:, k]) for k, name in enumerate(STATE)},
         scattering_deg=float(np.degrees(alpha2.std())),
         scattering=np.histogram(alpha2, SCATTERING_BINS, (0.0, np.pi))[0],
         density={
-            name: np.histogram(state[:, COMPONENTS.index(name)], bins, (low, high))[0]
+            name: np.histogram(state[:, STATE.index(name)], bins, (low, high))[0]
             for name, (low, high, bins) in DENSITY.items()
         },
         spatial=spatial,

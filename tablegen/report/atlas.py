@@ -35,7 +35,7 @@ class Point:
 
     alpha_deg: float
     speed: float
-    #: Of each component, in the order of `COMPONENTS`.
+    #: Of each component, in the order of `STATE`.
     ks_components: tuple[float, ...]
     ks: float
     sliced_wasserstein: float

@@ -9,7 +9,7 @@ from html import escape
 from importlib import resources
 from typing import Any
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from sampler.errors import InputError
 from tablegen.figures.gallery import COLLISION_HEAD, collision_rows
 from tablegen.figures.laws import SPEED
@@ -72,9 +72,9 @@ def plot_data(dossier: Dossier) -> dict[str, Any]:
     stored = {name: values.tolist() for name, values in dossier.stored.items()}
     stored["ks"] = [max(row) for row in stored["ks"]]
     return {
-        "components": list(COMPONENTS),
+        "components": list(STATE),
         "labels": LABELS,
-        "plain": {name: name.replace("_", " ") for name in COMPONENTS},
+        "plain": {name: name.replace("_", " ") for name in STATE},
         "short": SHORT,
         "declared": declared(dossier),
         "stored": stored,

@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from tablegen.report.atlas import Point
 from tablegen.report.dossier import Dossier
 from tablegen.report.markup import Choice, controls, folded, plot, section, table, tiles
@@ -117,7 +117,7 @@ def identity_section(dossier: Dossier) -> str:
 
 
 def _point_row(point: Point) -> list[str]:
-    worst = COMPONENTS[int(np.argmax(point.ks_components))]
+    worst = STATE[int(np.argmax(point.ks_components))]
     return [
         f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s",
         f"{point.ks:.4f}",
@@ -159,7 +159,7 @@ def _stored_rows(dossier: Dossier) -> list[list[str]]:
         [
             f"{alpha_deg:.2f}°, {speed:.1f} m/s",
             f"{ks.max():.4f}",
-            COMPONENTS[int(ks.argmax())],
+            STATE[int(ks.argmax())],
             f"{wasserstein:.4f}",
             f"{correlation:.4f}",
             f"{auc:.3f}",

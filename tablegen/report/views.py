@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sampler.channels import COMPONENTS
+from sampler.channels import STATE
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.report.atlas import grid
@@ -57,12 +57,12 @@ class View:
 def _histograms(state: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, list[int]]:
     """Count in bins of each component and of each pair of components."""
     found = {}
-    for k, name in enumerate(COMPONENTS):
+    for k, name in enumerate(STATE):
         counts, _ = np.histogram(state[:, k], BINS, (low[k], high[k]))
         found[name] = counts.tolist()
     cell = np.floor((state - low) / (high - low) * PAIR_BINS).astype(np.int64)
     inside = (cell >= 0) & (cell < PAIR_BINS)
-    for (i, one), (j, other) in combinations(enumerate(COMPONENTS), 2):
+    for (i, one), (j, other) in combinations(enumerate(STATE), 2):
         kept = inside[:, i] & inside[:, j]
         flat = cell[kept, i] * PAIR_BINS + cell[kept, j]
         found[f"{one} {other}"] = np.bincount(flat, minlength=PAIR_BINS**2).tolist()

@@ -5,13 +5,11 @@ Run ``python tests/benchmarks/table_designs.py NAME``, where NAME is one of
 interpolation   error between two nodes, without any fit: by class of rebounds or all together
 abscissa        the same in the angle, by the abscissa in which it is linear
 mixture         error at a node and time of the fit, by number of components
-mirror          error at a node with and without the built-in mirror
-knots           error at a node, by knots of the quantile functions and score maps
-draw            time of a draw at random conditions, by number of components
+reflection      error at a node with fitted probabilities of reflection and with 1/2
+knots           error at a node, by knots of the quantile functions
 """
 
 import sys
-import time
 from functools import lru_cache
 
 import numpy as np
@@ -28,7 +26,6 @@ from tablegen.distances import (
     ks_distances,
     sliced_wasserstein,
 )
-from tablegen.fitting import node as nodes
 from tablegen.fitting.axes import make_axes
 from tablegen.fitting.classes import class_of
 from tablegen.fitting.node import fit_node
@@ -36,6 +33,7 @@ from tablegen.fitting.resolution import Resolution
 from tablegen.fitting.scores import normal_scores
 from tablegen.placement import Grid
 from tablegen.simulate import simulate_configured
+from tablegen.workshop import Stopwatch
 
 CONFIG = load_config("corundum-steel")
 COUNT = 400_000
@@ -141,9 +139,9 @@ def abscissa():
             print(f"{place:38} {name:10} KS {ks_distances(drawn, direct).max():.4f}")
 
 
-def one_node(alpha, speed, size, mirror=True):
+def one_node(alpha, speed, size, mirror=False):
     """Table of one node, and the seconds that its fit took beside the simulation."""
-    watch, config = nodes.Stopwatch(), CONFIG.with_changes({"table": {"mirror": mirror}})
+    watch, config = Stopwatch(), CONFIG.with_changes({"table": {"mirror": mirror}})
     node = fit_node(config, alpha, speed, size, watch)
     axes = make_axes(config, Grid((alpha,), (speed,)))
     return Table(assemble(config, axes, [node])), watch.seconds[1]
@@ -157,7 +155,7 @@ def mixture():
             drawn = table.sample(np.radians(alpha), speed, seed=2, index=np.arange(COUNT))
             stored = sum(
                 table.contents[f"dependence/{name}"].nbytes
-                for name in ("mean", "cholesky", "alias_probability", "alias_index")
+                for name in ("reflection", "mean", "cholesky", "alias_probability", "alias_index")
             )
             print(
                 f"{alpha:5g} deg {speed:4g} m/s  {components:4d} components {stored / 1e3:5.1f} kB "
@@ -166,15 +164,15 @@ def mixture():
             )
 
 
-def mirror():
-    """Accuracy at the very condition, with a built-in mirror and with twice the components."""
+def reflection():
+    """Accuracy at the very condition, with reflection fitted or at random."""
     for alpha, speed in ((9.0, 63.0), (35.7, 300.0), (88.0, 250.0)):
-        for mirrored, components in ((True, 256), (False, 512), (True, 512), (False, 1024)):
-            table, _ = one_node(alpha, speed, Resolution(COUNT, 129, components), mirrored)
+        for mirrored, components in ((True, 256), (False, 256), (True, 512), (False, 512)):
+            table, seconds = one_node(alpha, speed, Resolution(COUNT, 129, components), mirrored)
             drawn = table.sample(np.radians(alpha), speed, seed=2, index=np.arange(COUNT))
             print(
-                f"{alpha:g} deg {speed:g} m/s {'mirror' if mirrored else 'plain'} {components} "
-                f"{distances(drawn, simulated(alpha, speed, 2)[0])}",
+                f"{alpha:g} deg {speed:g} m/s {'1/2' if mirrored else 'fitted':6} {components} "
+                f"{seconds:5.1f} s  {distances(drawn, simulated(alpha, speed, 2)[0])}",
                 flush=True,
             )
 
@@ -182,36 +180,14 @@ def mirror():
 def knots():
     """Accuracy of the marginals at the very condition, by number of knots."""
     for alpha, speed in ((0.7, 100.0), (35.7, 300.0), (88.0, 250.0)):
-        for quantile_knots, map_knots in ((257, 129), (129, 65), (65, 65), (33, 65)):
-            nodes.MAP_KNOTS = map_knots
-            nodes._MAPS = (6, map_knots)
+        for quantile_knots in (257, 129, 65, 33):
             table, _ = one_node(alpha, speed, Resolution(COUNT, quantile_knots, 128))
             drawn = table.sample(np.radians(alpha), speed, seed=2, index=np.arange(COUNT))
             ks = ks_distances(drawn, simulated(alpha, speed, 2)[0])
-            print(f"{alpha:g} deg {speed:g} m/s {quantile_knots:4d} {map_knots:4d}  {ks.round(4)}")
+            print(f"{alpha:g} deg {speed:g} m/s {quantile_knots:4d}  {ks.round(4)}", flush=True)
 
 
-def draw():
-    """Time of a draw from a table of 24 x 6 equal nodes, one thread."""
-    grid = Grid(tuple(np.linspace(0.5, 90.0, 24)), tuple(np.linspace(50.0, 300.0, 6)))
-    rng = np.random.default_rng(1)
-    count = 1_000_000
-    alpha = np.radians(rng.uniform(0.5, 90.0, count))
-    speed = rng.uniform(50.0, 300.0, count)
-    for components in (64, 128, 256, 512):
-        node = fit_node(CONFIG, 40.0, 150.0, Resolution(50_000, 129, components))
-        table = Table(assemble(CONFIG, make_axes(CONFIG, grid), [node] * 144))
-        table.sample(alpha[:1000], speed[:1000], seed=1, threads=1)
-        best = np.inf
-        for _ in range(5):
-            start = time.perf_counter()
-            table.sample(alpha, speed, seed=1, threads=1)
-            best = min(best, time.perf_counter() - start)
-        stored = sum(values.nbytes for values in table.contents.datasets.values())
-        print(f"{components:4d} components, {stored / 1e6:5.2f} MB: {best / count * 1e9:.0f} ns")
-
-
-EXPERIMENTS = (interpolation, abscissa, mixture, mirror, knots, draw)
+EXPERIMENTS = (interpolation, abscissa, mixture, reflection, knots)
 
 if __name__ == "__main__":
     chosen = {experiment.__name__: experiment for experiment in EXPERIMENTS}
