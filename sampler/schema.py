@@ -248,13 +248,22 @@ def write_table(path: str | Path, contents: TableContents) -> None:
     InputError
         If the path cannot be written.
     """
-    with atomic_output(path) as temporary, h5py.File(temporary, "w", libver="earliest") as file:
+    image = _file_image(contents)
+    with atomic_output(path) as temporary:
+        temporary.write_bytes(image)
+
+
+def _file_image(contents: TableContents) -> bytes:
+    """Bytes of a table file, made in memory: HDF5 crashes the process where a disk is full."""
+    with h5py.File("table", "w", driver="core", backing_store=False, libver="earliest") as file:
         for dataset in DATASETS:
             _write_dataset(file, dataset, contents[dataset.path])
         for name, value in contents.attributes.items():
             # An unsigned type only where it is needed: the seed may exceed int64.
             file.attrs[name] = np.uint64(value) if name == "seed" else value
         file.attrs["content_sha256"] = contents.content_sha256
+        file.flush()
+        return bytes(file.id.get_file_image())
 
 
 def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:

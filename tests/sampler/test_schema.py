@@ -345,7 +345,7 @@ def test_failed_write_leaves_nothing(file, tmp_path, contents, monkeypatch):
     def fail(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("sampler.schema._write_dataset", fail)
+    monkeypatch.setattr("pathlib.Path.write_bytes", fail)
     with pytest.raises(InputError, match="No space left on device"):
         write_table(file, contents)
     assert file.read_bytes() == before

@@ -179,7 +179,7 @@ class TestGenerate:
             patch.setattr(GENERATE, "measure", interrupted)
             ended = run(*words)
             assert ended.status == INTERRUPTED
-            assert ended.err.startswith("\ntablegen: interrupted: the same command with --resume ")
+            assert ended.err.startswith("tablegen: interrupted: the same command with --resume ")
             assert ended.err.endswith(f" {output}.parts\n")
         assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5.parts"]
         monkeypatch.setattr(PLAN, "fit_node", None)  # all four are there already

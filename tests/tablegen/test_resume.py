@@ -189,17 +189,7 @@ def file_system(tmp_path):
 _GENERATE = f"{TABLEGEN[0]} -m tablegen generate my.toml --output t.h5 --conditions 1 --workers 1"
 
 
-@pytest.mark.parametrize(
-    "full",
-    [
-        "at once",
-        "after some pieces",
-        pytest.param(
-            "at the table",
-            marks=pytest.mark.xfail(reason="HDF5 crashes where it cannot flush", strict=True),
-        ),
-    ],
-)
+@pytest.mark.parametrize("full", ["at once", "after some pieces", "at the table"])
 def test_full_disk_is_one_line_and_keeps_the_pieces(file_system, sizes, full):
     size, least, most = {
         "at once": (4096, 0, 0),
