@@ -24,10 +24,17 @@ def _write(path: Path, text: str) -> None:
     epilog=options.examples(
         "tablegen report --quick",
         "tablegen report my-pair.h5 --json report.json --html report.html",
+        "tablegen report --beside corundum-steel-compact --beside fine.h5 --html report.html",
     )
 )
 @click.argument("table", metavar="[T.h5]", default="corundum-steel")
 @click.option("--quick", is_flag=True, help="Measure less: under two minutes on two cores.")
+@click.option(
+    "--beside",
+    multiple=True,
+    metavar="T.h5",
+    help="A further table of the same pair to compare; may be given several times.",
+)
 @click.option("--seed", type=options.SEED, default=1, show_default=True, metavar="S")
 @click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
 @click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
@@ -42,6 +49,7 @@ def _write(path: Path, text: str) -> None:
 def report(
     table: str,
     quick: bool,
+    beside: tuple[str, ...],
     seed: int,
     json_file: Path | None,
     html_file: Path | None,
@@ -62,7 +70,7 @@ def report(
         plotting_library()
     if stability_file:
         read_study(stability_file)
-    evidence = gather_evidence(table, quick=quick, seed=seed, progress=progress)
+    evidence = gather_evidence(table, beside, quick=quick, seed=seed, progress=progress)
     click.echo(evidence_text(evidence))
     if json_file is None and html_file is None:
         return 0

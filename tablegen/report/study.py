@@ -1,6 +1,7 @@
 """Everything that a report measures of error against run time, in one run."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -19,10 +20,12 @@ from tablegen.report.machine import machine
 from tablegen.report.race import Race, make_scene, run_race, steps
 from tablegen.report.rivals import rival_ways
 from tablegen.report.tables import (
+    beside_way,
     design_condition,
     design_ways,
     seconds_at_random,
     table_way,
+    whole_table,
 )
 from tablegen.report.tolerances import RESOLUTIONS, TOLERANCES, Setting, curve
 
@@ -91,16 +94,19 @@ def conditions(table: Table, effort: Effort) -> list[tuple[float, float]]:
 class _Run:
     """One run of all measurements."""
 
-    def __init__(self, name: str, effort: Effort, seed: int, bar: tqdm) -> None:
-        self.name, self.effort, self.seed, self.bar = name, effort, seed, bar
-        self.table = sampler.load(name)
+    def __init__(
+        self, name: str, beside: Sequence[str], effort: Effort, seed: int, bar: tqdm
+    ) -> None:
+        self.effort, self.seed, self.bar = effort, seed, bar
+        self.table = whole_table(name)
+        self.tables = [table_way(name), *(beside_way(other, self.table) for other in beside)]
         self.config: Config = parse_config(self.table.config, f"{name}: config")
         self.rivals, self.left_out = rival_ways()
         self.places = conditions(self.table, effort)
 
     def total(self) -> int:
         """Count the steps of the progress bar."""
-        ways = len(direct_ways()) + 1 + len(self.rivals)
+        ways = len(direct_ways()) + len(self.tables) + len(self.rivals)
         designs = len(design_ways(1))
         return (
             len(self.places) * (steps(ways, self.effort) + len(RESOLUTIONS) + len(TOLERANCES))
@@ -121,7 +127,7 @@ class _Run:
 
     def races(self) -> tuple[list[Race], list[Sample]]:
         """Every way at each condition; sample sizes at the last one."""
-        ways = [*direct_ways(), table_way(self.name), *self.rivals]
+        ways = [*direct_ways(), *self.tables, *self.rivals]
         races: list[Race] = []
         for place, (alpha_deg, speed) in enumerate(self.places):
             self.bar.set_description(f"ways at {alpha_deg:g} deg")
@@ -149,7 +155,12 @@ class _Run:
 
 
 def gather_evidence(
-    name_or_path: str, *, quick: bool = False, seed: int = 1, progress: bool = False
+    name_or_path: str,
+    beside: Sequence[str] = (),
+    *,
+    quick: bool = False,
+    seed: int = 1,
+    progress: bool = False,
 ) -> Evidence:
     """Measure error against run time of every way to get a rebound state.
 
@@ -157,6 +168,8 @@ def gather_evidence(
     ----------
     name_or_path : str
         Name of a table that comes with the package, or path of a .h5 file.
+    beside : sequence of str
+        Names or paths of further tables that are drawn from at the same conditions.
     quick : bool
         Measure less; see `tablegen.report.effort`.
     seed : int
@@ -171,12 +184,12 @@ def gather_evidence(
     Raises
     ------
     InputError
-        If the file is not a table.
+        If a file is not a table, or does not have what is compared.
     """
     effort, begin = QUICK if quick else FULL, time.perf_counter()
     path = find_table(name_or_path)
     with tqdm(disable=not progress, unit="step") as bar:
-        run = _Run(name_or_path, effort, seed, bar)
+        run = _Run(name_or_path, beside, effort, seed, bar)
         bar.reset(run.total())
         settings = run.settings()
         races, sizes = run.races()

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 import sampler
+from sampler.channels import STATE
+from sampler.errors import InputError
 from sampler.locate import find_table
 from sampler.table import Table
 from tablegen.config import Config
@@ -83,6 +85,46 @@ def table_way(name_or_path: str) -> Way:
     """Way to draw from a table that there is."""
     path = find_table(name_or_path)
     return Way(FAMILY, Path(name_or_path).stem, DOMAIN, partial(_prepare, path=path))
+
+
+def whole_table(name_or_path: str) -> Table:
+    """Load a table that gives all components of a state.
+
+    Raises
+    ------
+    InputError
+        If it is not a table, or leaves components out.
+    """
+    table = sampler.load(name_or_path)
+    if table.components != STATE:
+        raise InputError(
+            f"{name_or_path}: got components {', '.join(table.components)}, "
+            f"allowed: {', '.join(STATE)} ('tablegen validate' judges any table)"
+        )
+    return table
+
+
+def beside_way(name_or_path: str, table: Table) -> Way:
+    """Way to draw from another table wherever a table can be drawn from.
+
+    Raises
+    ------
+    InputError
+        If it is of another pair, leaves components out, or does not cover that table's range.
+    """
+    other = whole_table(name_or_path)
+    if other.pair != table.pair:
+        raise InputError(f"{name_or_path}: got pair {other.pair}, allowed: {table.pair}")
+    for ours, theirs, units in (
+        (np.degrees(table.alpha_range), np.degrees(other.alpha_range), "degrees"),
+        (table.speed_range, other.speed_range, "m/s"),
+    ):
+        if theirs[0] > ours[0] or theirs[1] < ours[1]:
+            raise InputError(
+                f"{name_or_path}: got a range of {theirs[0]:g} to {theirs[1]:g} {units}, "
+                f"allowed: {ours[0]:g} to {ours[1]:g} or more"
+            )
+    return table_way(name_or_path)
 
 
 def seconds_at_random(table: Table, count: int, seed: int) -> float:

@@ -11,6 +11,7 @@ def dossier(tiny):
     with pytest.MonkeyPatch.context() as patch:
         for module in (study, dossiers):
             patch.setattr(module, "QUICK", TINY)
-        evidence = study.gather_evidence(str(tiny.path), quick=True, seed=3)
-        atlas = dossiers.map_accuracy(str(tiny.path), True, 3, False)
+        path = str(tiny.path)
+        evidence = study.gather_evidence(path, [path], quick=True, seed=3)
+        atlas = dossiers.map_accuracy(path, True, 3, False)
         return dossiers.compile_dossier(evidence, atlas, None)

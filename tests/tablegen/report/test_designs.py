@@ -1,21 +1,29 @@
 """The sweep over table sizes: enough settings, valid ones, judged between their nodes."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from tiny_tables import TINY
 
 import sampler
+from sampler.errors import InputError
+from sampler.schema import write_table
 from tablegen.config import load_config
+from tablegen.prune import prune
 from tablegen.report.direct import direct_states
 from tablegen.report.tables import (
+    FAMILY,
+    beside_way,
     design_condition,
     design_config,
     design_ways,
     designs,
     part_of,
     seconds_at_random,
+    whole_table,
 )
-from tablegen.report.ways import Scene
+from tablegen.report.ways import DOMAIN, Scene
 
 CONFIG = load_config("corundum-steel")
 
@@ -59,3 +67,29 @@ def test_parts_of_ranges():
 
 def test_draws_at_random_conditions_take_time():
     assert 0.0 < seconds_at_random(sampler.load("corundum-steel"), 1000, 1) < 1.0
+
+
+class TestTablesBeside:
+    def test_are_drawn_from_at_the_same_conditions(self, tiny):
+        way = beside_way(str(tiny.path), sampler.load(tiny.path))
+        assert (way.family, way.covers) == (FAMILY, DOMAIN)
+
+    def test_of_another_pair_are_refused(self, tiny, tmp_path):
+        other = tmp_path / "other.h5"
+        write_table(other, replace(sampler.load(tiny.path).contents, pair="sand-glass"))
+        with pytest.raises(InputError, match="got pair sand-glass, allowed: corundum-steel"):
+            beside_way(str(other), sampler.load(tiny.path))
+
+    def test_of_a_smaller_range_are_refused(self, tiny):
+        shipped = sampler.load("corundum-steel")
+        with pytest.raises(InputError, match=r"got a range of 35 to 45 degrees, allowed: 0.5 to"):
+            beside_way(str(tiny.path), shipped)
+
+    def test_without_all_components_are_refused(self, tiny, tmp_path):
+        part, scene = (
+            tmp_path / "part.h5",
+            TINY.with_changes({"domain": {"components": ["u", "v"]}}),
+        )
+        prune(tiny.path, scene, part)
+        with pytest.raises(InputError, match="got components u, v, allowed: u, v, w, omega_x"):
+            whole_table(str(part))

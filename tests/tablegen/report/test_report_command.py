@@ -22,7 +22,8 @@ def quick(monkeypatch):
 
 def test_json_has_every_number_and_the_same_each_time(run, dossier, tiny, quick, tmp_path):
     file = tmp_path / "report.json"
-    ended = run("report", tiny.path, "--quick", "--seed", 3, "--json", file, "--quiet")
+    words = ("--quick", "--beside", tiny.path, "--seed", 3, "--json", file, "--quiet")
+    ended = run("report", tiny.path, *words)
     assert (ended.status, ended.err) == (DONE, "")
     data = json.loads(file.read_text())
     assert data["seed"] == 3
