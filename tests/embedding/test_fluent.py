@@ -1,4 +1,4 @@
-"""The sketch for Fluent, compiled against our declarations, rebounds made-up particles as Python does.
+"""The sketch for Fluent, on our declarations, rebounds made-up particles as Python does.
 
 Nothing here says that it runs in Fluent.
 """
