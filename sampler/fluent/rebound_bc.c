@@ -41,13 +41,9 @@ static rbt_table *rebound_table = NULL;
 
 DEFINE_EXECUTE_ON_LOADING(rebound_open, libname)
 {
-#if !RP_HOST
     const int code = rbt_open(REBOUND_TABLE, &rebound_table);
     if (code < RBT_OK)
         Message("%s: %s: %s\n", libname, REBOUND_TABLE, rbt_strerror(code));
-#else
-    (void)libname;
-#endif
 }
 
 DEFINE_EXECUTE_AT_EXIT(rebound_close)

@@ -9,7 +9,7 @@
    | name                        | meaning                                                      |
    |-----------------------------|--------------------------------------------------------------|
    | real                        | double, or float in single precision                         |
-   | RP_2D, RP_HOST              | 1 in a 2D build; 1 in the host process of a parallel run     |
+   | RP_2D                       | 1 in a 2D build, else 0                                      |
    | rp_axi_swirl                | whether the 2D case is axisymmetric with swirl               |
    | TP_POS, TP_VEL, TP_VEL0     | position; velocity; velocity before the step; [0] to [2]     |
    | TP_DIAM, TP_ID, TP_TYPE     | diameter; identity; kind (DPM_TYPE_INERT: no mass transfer)  |
@@ -31,9 +31,6 @@
 
 #ifndef RP_2D
 #define RP_2D 0
-#endif
-#ifndef RP_HOST
-#define RP_HOST 0
 #endif
 #ifndef REBOUND_REAL
 #define REBOUND_REAL double
