@@ -1,0 +1,132 @@
+/* rebound_bc.c - rebounds drawn from a table, as a wall condition of Fluent's discrete phase.
+
+   A SKETCH: compiled, and exercised with made-up particles, against our own declarations in udf.h
+   beside it. NOT RUN IN FLUENT. The names used are those of Fluent's UDF manual.
+
+   To use it, copy this file and rebound_sampler.h, not our udf.h, into the folder of a compiled UDF
+   library, and the image that `tablegen export` wrote into the folder where Fluent runs. Then
+
+   - set two particle scalars (discrete phase model, UDF: number of scalars), and hook `rebound_start`
+     there as scalar update, so that a new particle has hit no wall;
+   - hook `rebound_wall` at each wall as the boundary condition of the discrete phase.
+
+   Parallel runs: every process maps the image when the library is loaded, before any particle moves.
+   Afterwards nothing is written but the particle at hand, so any number of threads may call at once.
+   The two scalars travel with the particle from process to process. */
+
+#define REBOUND_SAMPLER_IMPLEMENTATION
+#include "rebound_sampler.h"
+
+#include "udf.h"
+
+/* What to adapt. */
+#ifndef REBOUND_TABLE
+#define REBOUND_TABLE "corundum-steel.rbt"
+#endif
+#ifndef REBOUND_SEED
+#define REBOUND_SEED 7
+#endif
+#ifndef REBOUND_HALF_SIZE
+#define REBOUND_HALF_SIZE 0.5 /* largest half-size of a grain over the particle's diameter */
+#endif
+/* Where a particle keeps its angular velocity, three numbers in rad/s: define REBOUND_SPIN(tp) as
+   the macro for it that your version has. Without it the spin is dropped. */
+
+/* Particle scalars: how many walls the particle has met, and at how many of them it was outside the
+   table. A float counts to 16 million. */
+#define REBOUND_HITS 0
+#define REBOUND_CLAMPED 1
+
+static rbt_table *rebound_table = NULL;
+
+DEFINE_EXECUTE_ON_LOADING(rebound_open, libname)
+{
+    const int code = rbt_open(REBOUND_TABLE, &rebound_table);
+    if (code < RBT_OK)
+        Message("%s: %s: %s\n", libname, REBOUND_TABLE, rbt_strerror(code));
+}
+
+DEFINE_EXECUTE_AT_EXIT(rebound_close)
+{
+    rbt_close(rebound_table);
+    rebound_table = NULL;
+}
+
+DEFINE_DPM_SCALAR_UPDATE(rebound_start, c, t, initialize, tp)
+{
+    (void)c;
+    (void)t;
+    if (initialize) {
+        TP_USER_REAL(tp, REBOUND_HITS) = 0;
+        TP_USER_REAL(tp, REBOUND_CLAMPED) = 0;
+    }
+}
+
+/* Normal into the gas, and how many components of the velocity count.
+
+   f_normal points out of the gas, so it is reversed. With swirl the case is two-dimensional but
+   particles move in space, and the normal turns about the axis with the particle. */
+static int rebound_normal(Tracked_Particle *tp, const real f_normal[], int dim, double normal[3])
+{
+    normal[2] = 0.0;
+    for (int k = 0; k < dim; k++)
+        normal[k] = -f_normal[k];
+#if RP_2D
+    if (rp_axi_swirl) {
+        const double y = TP_POS(tp)[1], z = TP_POS(tp)[2], radial = normal[1];
+        const double radius = sqrt(y * y + z * z);
+        if (radius > 1e-20) {
+            normal[1] = radial * y / radius;
+            normal[2] = radial * z / radius;
+        }
+        return 3;
+    }
+#else
+    (void)tp;
+#endif
+    return dim;
+}
+
+/* Velocity of the wall at the particle, m/s. Walls at rest; one that moves is yours to fill in, from
+   the motion that your case prescribes for this face thread. */
+static void rebound_wall_velocity(face_t f, Thread *t, double velocity[3])
+{
+    (void)f;
+    (void)t;
+    for (int k = 0; k < 3; k++)
+        velocity[k] = 0.0;
+}
+
+DEFINE_DPM_BC(rebound_wall, tp, t, f, f_normal, dim)
+{
+    double normal[3], wall[3], omega[3], velocity[3] = {0.0, 0.0, 0.0};
+    const int count = rebound_normal(tp, f_normal, dim, normal);
+    const uint32_t hit = (uint32_t)(TP_USER_REAL(tp, REBOUND_HITS) + (real)0.5);
+    if (TP_TYPE(tp) != DPM_TYPE_INERT || !rebound_table)
+        return PATH_ABORT;
+    rebound_wall_velocity(f, t, wall);
+    for (int k = 0; k < count; k++)
+        velocity[k] = TP_VEL(tp)[k];
+
+    const int code = rbt_rebound(rebound_table, velocity, normal, REBOUND_HALF_SIZE * TP_DIAM(tp),
+                                 wall, REBOUND_SEED, (uint64_t)TP_ID(tp), hit, velocity, omega);
+    if (code == RBT_NOT_APPROACHING)
+        return PATH_ACTIVE; /* at the wall, but leaving already: no hit */
+    if (code < RBT_OK) {
+        Message("rebound_wall: particle %lld: %s\n", (long long)TP_ID(tp), rbt_strerror(code));
+        return PATH_ABORT;
+    }
+    /* In a plane case the component out of the plane is dropped, with its energy. */
+    for (int k = 0; k < count; k++) {
+        TP_VEL(tp)[k] = (real)velocity[k];
+        TP_VEL0(tp)[k] = (real)velocity[k]; /* keeps the wall's impulse out of the gas's balance */
+    }
+#ifdef REBOUND_SPIN
+    for (int k = 0; k < 3; k++)
+        REBOUND_SPIN(tp)[k] = (real)omega[k];
+#endif
+    TP_USER_REAL(tp, REBOUND_HITS) += 1;
+    if (code == RBT_CLAMPED)
+        TP_USER_REAL(tp, REBOUND_CLAMPED) += 1;
+    return PATH_ACTIVE;
+}

@@ -1,0 +1,38 @@
+/* Calls the wall condition of sampler/fluent with made-up particles, one wall after the other. */
+
+#include <stddef.h>
+
+#include "udf.h"
+
+int rp_axi_swirl = 0;
+
+int rebound_wall(Tracked_Particle *tp, Thread *t, face_t f, real f_normal[], int dim);
+void rebound_start(cell_t c, Thread *t, int initialize, Tracked_Particle *tp);
+void rebound_open(char *libname);
+void rebound_close(void);
+
+size_t particle_size(void);
+size_t particle_size(void)
+{
+    return sizeof(Tracked_Particle);
+}
+
+void start(Tracked_Particle *particle);
+void start(Tracked_Particle *particle)
+{
+    Thread cells = {1};
+    rebound_start(0, &cells, 1, particle);
+    rebound_start(0, &cells, 0, particle);
+}
+
+/* Status of the track after a wall whose normal points out of the gas. */
+int meet(Tracked_Particle *particle, double x, double y, double z, int dim);
+int meet(Tracked_Particle *particle, double x, double y, double z, int dim)
+{
+    Thread wall = {2};
+    real f_normal[3];
+    f_normal[0] = (real)x;
+    f_normal[1] = (real)y;
+    f_normal[2] = (real)z;
+    return rebound_wall(particle, &wall, 0, f_normal, dim);
+}

@@ -1,0 +1,169 @@
+"""The sketch for Fluent, on our declarations, rebounds made-up particles as Python does.
+
+Nothing here says that it runs in Fluent.
+"""
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import toolchain
+
+import sampler
+from sampler.image import write_image
+
+HERE = Path(__file__).resolve().parent
+FLUENT = toolchain.INCLUDE.parent / "fluent"
+SOURCES = [FLUENT / "rebound_bc.c", HERE / "fluent_driver.c"]
+STAND_IN = [f"-I{FLUENT}", "-DREBOUND_STAND_IN"]
+ACTIVE, ABORT = 0, -1
+INERT, DROPLET = 1, 2
+SEED, DIAMETER = 7, 40e-6
+
+
+def particle_type(real):
+    """The made-up particle of sampler/fluent/udf.h."""
+    fields = [(name, 3 * real) for name in ("position", "velocity", "velocity_before")]
+    fields += [("diameter", real), ("user", 2 * real), ("omega", 3 * real)]
+    return type(
+        "Particle",
+        (ctypes.Structure,),
+        {"_fields_": [*fields, ("id", ctypes.c_longlong), ("type", ctypes.c_int)]},
+    )
+
+
+class Sketch:
+    """The compiled sketch, with its table open."""
+
+    def __init__(self, folder, image, flags=(), real=ctypes.c_double, compiler="gcc"):
+        library = folder / "sketch.so"
+        table = [f'-DREBOUND_TABLE="{image}"', "-DREBOUND_SPIN(tp)=((tp)->omega)"]
+        arguments = [*STAND_IN, *table, *flags, "-O2", "-fPIC", "-shared", *SOURCES]
+        toolchain.compile_with(compiler, [*arguments, "-o", library, "-lm"])
+        self.library = ctypes.CDLL(str(library))
+        self.library.meet.argtypes = [ctypes.c_void_p, *3 * [ctypes.c_double], ctypes.c_int]
+        self.library.particle_size.restype = ctypes.c_size_t
+        self.type = particle_type(real)
+        assert self.library.particle_size() == ctypes.sizeof(self.type)
+        self.library.rebound_open(b"libudf")
+
+    def particle(self, identity, velocity, kind=INERT):
+        made = self.type(id=identity, type=kind, diameter=DIAMETER)
+        made.velocity[:] = made.velocity_before[:] = velocity
+        made.user[:] = [5.0, 5.0]  # what a scalar held before must not matter
+        self.library.start(ctypes.byref(made))
+        return made
+
+    def meet(self, particle, outward, dim=3):
+        return self.library.meet(ctypes.byref(particle), *outward, dim)
+
+
+@pytest.fixture(scope="module")
+def table():
+    return sampler.load("corundum-steel")
+
+
+@pytest.fixture(scope="module")
+def image(table, tmp_path_factory):
+    path = tmp_path_factory.mktemp("image") / "corundum-steel.rbt"
+    write_image(path, table.contents)
+    return path
+
+
+@pytest.fixture(scope="module", params=["gcc", "clang"])
+def sketch(request, image, tmp_path_factory):
+    return Sketch(tmp_path_factory.mktemp("sketch"), image, compiler=request.param)
+
+
+def python_rebound(table, velocity, outward, identity, hit):
+    """Rebound of one particle from Python, with the keys that the sketch should take."""
+    v, omega = table.rebound(
+        velocity, -np.asarray(outward), 0.5 * DIAMETER, seed=SEED, index=[identity], hit=hit
+    )
+    return v[0], omega[0]
+
+
+def test_particles_between_two_walls(sketch, table):
+    clamped = 0
+    for identity in [0, 1, 77, 2**40 + 3]:
+        velocity = np.array([150.0, -80.0, 20.0])
+        particle = sketch.particle(identity, velocity)
+        for hit in range(8):
+            outward = [0.0, -1.0 if hit % 2 == 0 else 1.0, 0.0]
+            before = table.clamped
+            expected, omega = python_rebound(table, velocity, outward, identity, hit)
+            clamped += table.clamped - before
+            assert sketch.meet(particle, outward) == ACTIVE
+            np.testing.assert_array_equal(particle.velocity, expected)
+            np.testing.assert_array_equal(particle.velocity_before, expected)
+            np.testing.assert_array_equal(particle.omega, omega)
+            assert particle.user[0] == hit + 1
+            other, _ = python_rebound(table, velocity, outward, identity, hit + 1)
+            assert not np.array_equal(other, expected)  # so that a wrong count would be found
+            velocity = expected
+        clamped -= particle.user[1]
+    assert clamped == 0
+    assert table.clamped > 0
+
+
+def test_a_particle_that_leaves_is_let_go(sketch):
+    particle = sketch.particle(3, [100.0, 50.0, 0.0])
+    assert sketch.meet(particle, [0.0, -1.0, 0.0]) == ACTIVE
+    assert list(particle.velocity) == [100.0, 50.0, 0.0]
+    assert list(particle.user) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("velocity", "kind"), [([100.0, -50.0, 0.0], DROPLET), ([100.0, float("nan"), 0.0], INERT)]
+)
+def test_a_droplet_and_a_bad_velocity_end_the_track(sketch, velocity, kind):
+    particle = sketch.particle(3, velocity, kind)
+    assert sketch.meet(particle, [0.0, -1.0, 0.0]) == ABORT
+    np.testing.assert_array_equal(particle.velocity, velocity)
+
+
+def test_without_a_table_every_track_ends(tmp_path, capfd):
+    sketch = Sketch(tmp_path, tmp_path / "missing.rbt")
+    assert sketch.meet(sketch.particle(3, [100.0, -50.0, 0.0]), [0.0, -1.0, 0.0]) == ABORT
+    ctypes.CDLL(None).fflush(None)
+    assert "missing.rbt: file: cannot be opened" in capfd.readouterr().out
+    sketch.library.rebound_close()
+
+
+def test_plane_and_swirl(image, table, tmp_path):
+    sketch = Sketch(tmp_path, image, ["-DRP_2D=1"])
+    # dim = 2: what lies in the third places is nobody's business
+    particle = sketch.particle(9, [120.0, -90.0, 33.0])
+    assert sketch.meet(particle, [0.0, -1.0, float("nan")], dim=2) == ACTIVE
+    expected, omega = python_rebound(table, [120.0, -90.0, 0.0], [0.0, -1.0, 0.0], 9, 0)
+    np.testing.assert_array_equal(particle.velocity, [*expected[:2], 33.0])
+    np.testing.assert_array_equal(particle.omega, omega)
+
+    ctypes.c_int.in_dll(sketch.library, "rp_axi_swirl").value = 1
+    velocity, direction = np.array([100.0, 60.0, 80.0]), np.array([0.0, 0.6, 0.8])
+    particle = sketch.particle(10, velocity)
+    particle.position[:] = [0.3, *(0.05 * direction[1:])]
+    assert sketch.meet(particle, [0.0, 1.0, float("nan")], dim=2) == ACTIVE
+    expected, _ = python_rebound(table, velocity, direction, 10, 0)
+    np.testing.assert_allclose(particle.velocity, expected, rtol=0, atol=1e-9)
+
+
+def test_single_precision(image, table, tmp_path):
+    sketch = Sketch(tmp_path, image, ["-DREBOUND_REAL=float"], real=ctypes.c_float)
+    velocity = [120.0, -90.0, 0.0]
+    particle = sketch.particle(4, velocity)
+    assert sketch.meet(particle, [0.0, -1.0, 0.0]) == ACTIVE
+    expected, omega = python_rebound(table, velocity, [0.0, -1.0, 0.0], 4, 0)
+    np.testing.assert_allclose(particle.velocity, expected, rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(particle.omega, omega, rtol=1e-5, atol=10.0)
+
+
+def test_the_declarations_refuse_to_be_taken_for_fluents_own(tmp_path):
+    command = [toolchain.require("gcc"), f"-I{toolchain.INCLUDE}", "-c", str(SOURCES[0])]
+    done = subprocess.run(
+        [*command, "-o", str(tmp_path / "x.o")], capture_output=True, text=True, check=False
+    )
+    assert done.returncode != 0
+    assert "copy rebound_bc.c without it" in done.stderr

@@ -1,0 +1,213 @@
+"""The guide is true: its programs compile and run, and give the rebounds of Python."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import toolchain
+
+import sampler
+from sampler.image import write_image
+
+PACKAGE = toolchain.INCLUDE.parent
+#: The same folder in the repository, from which links may lead out.
+SOURCE = Path(__file__).resolve().parents[2] / "sampler"
+GUIDE = (PACKAGE / "EMBEDDING.md").read_text(encoding="utf-8")
+NOT_RUN = "<!-- not run by the test"
+BLOCKS = re.findall(r"(?:(<!-- .*) -->\n)?```(\w*)\n(.*?)```", GUIDE, re.S)
+
+
+def blocks(language):
+    """Blocks of a language that are run, in order."""
+    return [text for mark, found, text in BLOCKS if found == language and not mark]
+
+
+def only(language):
+    (text,) = blocks(language)
+    return text
+
+
+@pytest.fixture(scope="module")
+def expected():
+    """Velocity of the one particle that all programs follow."""
+    table = sampler.load("corundum-steel")
+    velocity, _ = table.rebound([120, -90, 0], [0, 1, 0], 20e-6, seed=7, index=[42])
+    return velocity[0]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Folder with the image that the programs open, and commands of this Python."""
+    write_image(tmp_path / "corundum-steel.rbt", sampler.load("corundum-steel").contents)
+    commands = tmp_path / "commands"
+    commands.mkdir()
+    for name, arguments in {"python": "", "tablegen": " -m tablegen"}.items():
+        script = commands / name
+        script.write_text(f'#!/bin/sh\nexec "{sys.executable}"{arguments} "$@"\n')
+        script.chmod(0o755)
+    return tmp_path
+
+
+def run_shell(text, folder):
+    """What the commands of a block print."""
+    root = str(PACKAGE.parent)
+    path = f"{folder / 'commands'}{os.pathsep}{os.environ['PATH']}"
+    python_path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")]))
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", text],
+        cwd=folder,
+        env=os.environ | {"PATH": path, "PYTHONPATH": python_path},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def check_velocity(printed, expected):
+    np.testing.assert_allclose([float(x) for x in printed.split()], expected, atol=1e-6)
+
+
+def test_every_block_is_checked_by_some_test():
+    languages = {language for _, language, _ in BLOCKS}
+    assert languages == {"sh", "python", "c", "cpp", "fortran", "foam"}
+    assert GUIDE.count("```") == 2 * len(BLOCKS)
+    assert [mark.startswith(NOT_RUN) for mark, _, _ in BLOCKS if mark] == [True]
+
+
+def test_python_and_numba(capsys, expected):
+    values = {}
+    for number, text in enumerate(blocks("python")):
+        exec(compile(text, f"EMBEDDING.md, block {number}", "exec"), values)
+    np.testing.assert_array_equal(values["v"][42], expected)
+    assert (values["hits"] == 1).all()
+    assert values["outside"] == 0
+    np.testing.assert_array_equal(values["after"], values["v"])
+    np.testing.assert_array_equal(values["spin"], values["omega"])
+    moving, rough = values["moving"], values["rough"]
+    assert (moving[:, 1] > 15.0).all()
+    assert (rough[:, 1] > 0.0).all()
+    assert not np.array_equal(rough, values["v"])
+    # what the text says of the half-sizes is what the block printed
+    sizes = re.findall(r"a = (\S+) d", capsys.readouterr().out)
+    assert "{}, {}, {} and {} diameters".format(*sizes) in GUIDE
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_c(compiler, folder, expected, monkeypatch):
+    (folder / "bounce.c").write_text(only("c"))
+    program = toolchain.build(compiler, [folder / "bounce.c"], folder / "strict")
+    monkeypatch.chdir(folder)
+    check_velocity(toolchain.run(program), expected)
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_cpp(compiler, folder, expected, monkeypatch):
+    (folder / "bounce.cpp").write_text(only("cpp"))
+    program = toolchain.build(compiler, [folder / "bounce.cpp"], folder / "strict")
+    monkeypatch.chdir(folder)
+    check_velocity(toolchain.run(program), expected)
+
+
+def test_fortran(folder, expected, monkeypatch):
+    (folder / "library.c").write_text(
+        '#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n'
+    )
+    (folder / "bounce.f90").write_text(only("fortran"))
+    toolchain.compile_with("gcc", ["-c", folder / "library.c", "-o", folder / "library.o"])
+    sources = [toolchain.INCLUDE / "rebound_sampler.f90", folder / "bounce.f90"]
+    program = toolchain.build(
+        "gfortran", [*sources, folder / "library.o"], folder / "strict", [f"-J{folder}"]
+    )
+    monkeypatch.chdir(folder)
+    check_velocity(toolchain.run(program), expected)
+
+
+def check_plane(plane):
+    """The pruned table gives u and v of the full one, and nothing out of the plane."""
+    assert plane.components == ("u", "v", "omega_z")
+    impact = {"velocity": [120, -90, 0], "normal": [0, 1, 0], "half_size": 20e-6}
+    v, omega = plane.rebound(**impact, seed=7, index=np.arange(50))
+    full, spin = sampler.load("corundum-steel").rebound(**impact, seed=7, index=np.arange(50))
+    np.testing.assert_array_equal(v[:, :2], full[:, :2])
+    np.testing.assert_array_equal(omega[:, 2], spin[:, 2])
+    assert not v[:, 2].any()
+    assert not omega[:, :2].any()
+
+
+def test_shell(folder, expected):
+    toolchain.require("gcc")
+    (folder / "bounce.c").write_text(only("c"))
+    (folder / "bounce.f90").write_text(only("fortran"))
+    export, build_c, build_fortran, choose = blocks("sh")
+    written = (folder / "corundum-steel.rbt").read_bytes()
+    (folder / "corundum-steel.rbt").unlink()
+    run_shell(export, folder)
+    assert (folder / "corundum-steel.rbt").read_bytes() == written
+    check_velocity(run_shell(build_c, folder), expected)
+    if toolchain.find("gfortran"):
+        check_velocity(run_shell(build_fortran, folder), expected)
+    assert "measured          at 24 conditions" in run_shell(choose, folder)
+    check_plane(sampler.load(folder / "plane.h5"))
+    assert 0 < (folder / "plane.rbt").stat().st_size < len(written)
+
+
+def test_openfoam_scripts_exist():
+    (text,) = [text for mark, _, text in BLOCKS if mark]
+    scripts = re.findall(r"\$F/(\S+\.sh)", text)
+    assert scripts == ["install.sh", "build.sh"]
+    assert all((PACKAGE / "openfoam" / name).is_file() for name in scripts)
+    subprocess.run(["bash", "-n", "-c", text], check=True)
+
+
+def test_openfoam_dictionary_has_the_entries_that_the_plugin_reads():
+    plugin = (PACKAGE / "openfoam/plugin/TabulatedRebound.C").read_text(encoding="utf-8")
+    read = set(re.findall(r'oeff\w*(?:\(\))?\.[\w ]+(?:<\w+>)?\("(\w+)"', plugin))
+    text = only("foam")
+    body = re.search(r"tabulatedReboundCoeffs\n\{\n(.*?)\}", text, re.S).group(1)
+    entries = dict(re.fullmatch(r" +(\w+) +(.*);", line).groups() for line in body.splitlines())
+    assert set(entries) == read
+    assert len(read) == 5
+    header = (PACKAGE / "openfoam/plugin/TabulatedRebound.H").read_text(encoding="utf-8")
+    assert 'TypeName("tabulatedRebound")' in header
+    assert entries["outOfRange"] in re.search(r"allowed: clamp, error", plugin).group()
+
+
+def test_codes_are_those_of_the_header():
+    header = (toolchain.INCLUDE / "rebound_sampler.h").read_text(encoding="utf-8")
+    defined = dict(re.findall(r"#define (RBT_\w+) \(?(-?\d+)\)?", header))
+    named = re.findall(r"^\| (-?\d+) `(RBT_\w+)`", GUIDE, re.M)
+    assert len(named) == 6
+    assert all(defined[name] == code for code, name in named)
+    files = [int(code) for code in defined.values() if int(code) <= -10]
+    assert f"{max(files)} to {min(files)}" in GUIDE
+
+
+def test_half_size_and_clamping_are_as_said():
+    """Half the size, twice the spin; below the table the coefficients of its slowest speed."""
+    table = sampler.load("corundum-steel")
+    keys = {"seed": 7, "index": np.arange(100)}
+    v, omega = table.rebound([12.0, -9.0, 0.0], [0, 1, 0], 20e-6, **keys)
+    assert table.clamped == 100
+    _, faster_spin = table.rebound([12.0, -9.0, 0.0], [0, 1, 0], 10e-6, **keys)
+    np.testing.assert_allclose(faster_spin, 2.0 * omega, rtol=1e-12)
+    at_edge, _ = table.rebound([40.0, -30.0, 0.0], [0, 1, 0], 20e-6, **keys)
+    np.testing.assert_allclose(v, 0.3 * at_edge, rtol=1e-9)
+
+
+def test_links_and_files_exist():
+    for target in re.findall(r"\]\(([^)#]+)\)", GUIDE):
+        assert (SOURCE / target).is_file(), target
+    for name in re.findall(r"`((?:fluent|openfoam|include)/[\w./]*)`", GUIDE):
+        assert (PACKAGE / name).exists(), name
+    headings = {
+        re.sub(r"[^a-z0-9 -]", "", h.lower()).replace(" ", "-")
+        for h in re.findall(r"^#+ (.*)$", GUIDE, re.M)
+    }
+    assert set(re.findall(r"\]\(#([^)]+)\)", GUIDE)) <= headings
