@@ -1,15 +1,19 @@
 """What the documents show works: examples run, commands are accepted, links lead somewhere."""
 
+import re
 import shlex
 import tomllib
 
 import click
 import documents
+import numpy as np
 import pytest
 from command_lines import calls, logical_lines, parse
 from documents import DOCUMENTS, ROOT, SHELL
+from scipy.stats import kstwobign
 
 from sampler.errors import InputError
+from tablegen import parse_config
 
 every_document = pytest.mark.parametrize(
     "path", DOCUMENTS, ids=[str(path.relative_to(ROOT)) for path in DOCUMENTS]
@@ -69,6 +73,23 @@ def test_links_lead_to_files_and_headings(path):
         assert file.exists(), f"{path}: {target}"
         if anchor:
             assert anchor in documents.anchors(read(file)), f"{path}: {target}"
+
+
+def test_scene_of_the_table_maker_is_a_configuration():
+    path = ROOT / "docs" / "table-maker.md"
+    (block,) = blocks_in(path, "toml")
+    scene = parse_config(block.text, "docs/table-maker.md")
+    assert scene.name == "my-scene"
+    assert scene.domain.dimension == 2
+    assert scene.accuracy.preset == "compact"
+
+
+def test_noise_that_the_validator_is_told_of():
+    text = read(ROOT / "docs" / "validator.md")
+    factor, distance = map(float, re.search(r"by (\S+) √.*?by (\S+) with", text, re.S).groups())
+    mean = kstwobign.mean()
+    assert factor == round(mean, 2)
+    assert distance == round(mean * np.sqrt(2.0 / 50_000), 4)
 
 
 def test_documents_are_found():
