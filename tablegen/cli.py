@@ -71,7 +71,11 @@ def cli() -> None:
 )
 @options.progress
 def demo(output: Path, progress: bool) -> int:
-    """Generate a small table, draw from it, validate it: the main job in one go."""
+    """Generate a small table, draw from it, validate it: the main job in one go.
+
+    Beside the table goes a picture of the joint density of u and v, direct simulation beside the
+    table, if matplotlib is installed.
+    """
     return DONE if run_demo(output, click.echo, progress).holds else MISSED
 
 
