@@ -24,6 +24,7 @@ from tablegen.demo import run_demo
 from tablegen.export import export
 from tablegen.figures.command import figures
 from tablegen.generate_command import generate
+from tablegen.inspect_command import inspect
 from tablegen.mesh import read_mesh
 from tablegen.options import examples as _examples
 from tablegen.page import validation_page
@@ -35,7 +36,7 @@ from tablegen.simulate import Simulation, make_condition
 from tablegen.simulate import simulate as simulate_rebounds
 from tablegen.stability.command import stability
 from tablegen.statistics import simulate_statistics, statistics_of
-from tablegen.summary import accuracy_text, details_text, identity_text
+from tablegen.summary import accuracy_text, details_text
 from tablegen.validate import CONDITIONS
 from tablegen.validate import validate as validate_table
 from tablegen.verdict import DONE, MISSED, verdict
@@ -56,11 +57,25 @@ def cli() -> None:
     """Simulate the rebound of non-spherical particles and make tables to draw it from."""
 
 
-@cli.command(epilog=_examples("tablegen demo", "tablegen demo --output /tmp/small.h5"))
-@click.option("--output", type=options.OUTPUT, default="demo.h5", show_default=True)
+@cli.command(
+    short_help="Generate a small table, draw from it, validate it.",
+    epilog=_examples("tablegen demo", "tablegen demo --output small.h5"),
+)
+@click.option(
+    "--output",
+    type=options.OUTPUT,
+    default="demo.h5",
+    show_default=True,
+    metavar="T.h5",
+    help="Table to write.",
+)
 @options.progress
 def demo(output: Path, progress: bool) -> int:
-    """Generate a small table, draw from it, validate it: the main job in one go."""
+    """Generate a small table, draw from it, validate it: the main job in one go.
+
+    Beside the table goes a picture of the joint density of u and v, direct simulation beside the
+    table, if matplotlib is installed.
+    """
     return DONE if run_demo(output, click.echo, progress).holds else MISSED
 
 
@@ -165,10 +180,11 @@ def simulate(
 
 
 @cli.command(
+    short_help="Compare a table with fresh direct simulation.",
     epilog=_examples(
         "tablegen validate corundum-steel",
         "tablegen validate my-pair.h5 --conditions 20 --seed 3 --json accuracy.json",
-    )
+    ),
 )
 @click.argument("table", metavar="T.h5")
 @click.option(
@@ -178,7 +194,14 @@ def simulate(
     show_default=True,
     help="Conditions between nodes to compare at.",
 )
-@click.option("--seed", type=options.SEED, default=1, show_default=True)
+@click.option(
+    "--seed",
+    type=options.SEED,
+    default=1,
+    show_default=True,
+    metavar="S",
+    help="Seed of the conditions and of both samples.",
+)
 @click.option(
     "--samples",
     type=options.Whole(1000, 10**9),
@@ -218,16 +241,7 @@ def validate(
     return verdict(result.missed)
 
 
-@cli.command(epilog=_examples("tablegen inspect corundum-steel"))
-@click.argument("table", metavar="T.h5")
-@click.option("--config", is_flag=True, help="Print the configuration it was generated from.")
-def inspect(table: str, config: bool) -> int:
-    """Say what a table is: provenance, range, nodes, size, measured accuracy."""
-    loaded = sampler.load(table)
-    click.echo(loaded.config if config else identity_text(loaded))
-    return DONE
-
-
+cli.add_command(inspect)
 cli.add_command(export)
 cli.add_command(prune)
 cli.add_command(generate)

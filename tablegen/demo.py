@@ -1,4 +1,4 @@
-"""The main job in one go: generate a small table, draw from it, validate it."""
+"""The main job in one go: generate a small table, draw from it, validate it, show it."""
 
 import math
 import time
@@ -8,8 +8,13 @@ from pathlib import Path
 import numpy as np
 
 import sampler
+from sampler.atomic import atomic_output
+from sampler.errors import InputError
 from tablegen.config import Config, load_config
+from tablegen.figures.joint import Source, joint_picture
+from tablegen.figures.style import require_matplotlib
 from tablegen.generate import generate
+from tablegen.samples import FloatArray
 from tablegen.simulate import make_condition, simulate
 from tablegen.summary import accuracy_text, details_text
 from tablegen.validate import Validation, validate
@@ -28,7 +33,7 @@ def run_demo(output: Path, say: Callable[[str], None], progress: bool = True) ->
     Parameters
     ----------
     output : Path
-        Where the table is left.
+        Where the table is left. Beside it goes a picture of the same name, if matplotlib is there.
     say : callable
         Receives each piece of text.
     progress : bool
@@ -47,7 +52,9 @@ def run_demo(output: Path, say: Callable[[str], None], progress: bool = True) ->
     )
     generate(config, output, conditions=_MEASURED, progress=progress)
     say(f"   {output.stat().st_size / 1e3:.0f} kB in {time.perf_counter() - begin:.0f} s")
-    say(_draw_text(config, output))
+    direct, drawn, text = _draw_both(config, output)
+    say(text)
+    say(_picture_text(direct, drawn, output))
     say("3. Validating against fresh direct simulation at conditions that are not nodes")
     result = validate(output, conditions=_CONDITIONS, progress=progress)
     say(accuracy_text(result.comparisons, result.declared))
@@ -60,8 +67,8 @@ def run_demo(output: Path, say: Callable[[str], None], progress: bool = True) ->
     return result
 
 
-def _draw_text(config: Config, output: Path) -> str:
-    """Draw at one condition and compare the time of a draw with that of a simulation."""
+def _draw_both(config: Config, output: Path) -> tuple[FloatArray, FloatArray, str]:
+    """Simulate and draw at one condition, and say how much faster the draw is."""
     table = sampler.load(output)
     alpha1 = math.radians(_ALPHA_DEG)
     count, simulated = 1_000_000, 100_000
@@ -71,13 +78,34 @@ def _draw_text(config: Config, output: Path) -> str:
     draw = (time.perf_counter() - start) / count
     condition = make_condition(alpha1, _SPEED)
     start = time.perf_counter()
-    simulate(config.pair, config.population, condition, simulated, seed=1, threads=1)
+    rebounds = simulate(config.pair, config.population, condition, simulated, seed=1, threads=1)
     direct = (time.perf_counter() - start) / simulated
     energy = (state[:, :3] ** 2).sum(axis=1)
-    return (
+    text = (
         f"2. Drawing {count:,} rebounds at {_ALPHA_DEG:g} degrees and {_SPEED:g} m/s\n"
         f"   mean u {state[:, 0].mean():.4f}, v {state[:, 1].mean():.4f}, "
         f"omega_z {state[:, 5].mean():.4f}; translational energy {energy.mean():.4f}\n"
         f"   one thread: {draw * 1e9:.0f} ns a draw, {direct * 1e9:.0f} ns a simulated rebound: "
         f"{direct / draw:.0f} times faster"
     )
+    return rebounds.state, state[:simulated], text
+
+
+def _picture_text(direct: FloatArray, drawn: FloatArray, table: Path) -> str:
+    """Draw the joint density from both sources; where the picture is, or what it needs."""
+    try:
+        require_matplotlib("picture")
+    except InputError as error:
+        return f"   no {error}"
+    path = table.with_suffix(".png")
+    if path == table:
+        path = table.with_name(f"{table.name}.png")
+    picture = joint_picture(
+        [Source("direct simulation", direct), Source("table", drawn)],
+        path.name,
+        f"Rebound velocities at {_ALPHA_DEG:g}° and {_SPEED:g} m/s",
+        "Joint density of the velocities along and normal to the wall: two panels that look alike.",
+    )
+    with atomic_output(path) as temporary:
+        temporary.write_bytes(picture.data)
+    return f"   {path}: joint density of u and v, direct simulation beside the table"

@@ -11,10 +11,13 @@ from tablegen import options
 
 
 @click.command(
-    epilog=options.examples("tablegen export corundum-steel --output corundum-steel.rbt")
+    short_help="Write a table as an image for C, C++ and Fortran.",
+    epilog=options.examples("tablegen export corundum-steel --output corundum-steel.rbt"),
 )
 @click.argument("table", metavar="T.h5")
-@click.option("--output", required=True, type=options.OUTPUT, metavar="T.rbt")
+@click.option(
+    "--output", required=True, type=options.OUTPUT, metavar="T.rbt", help="File to write."
+)
 def export(table: str, output: Path) -> int:
     """Write a table as an image (.rbt) that C, C++ and Fortran map into memory.
 

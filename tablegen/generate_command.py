@@ -16,16 +16,19 @@ from tablegen.verdict import verdict
 
 
 @click.command(
+    short_help="Make a table of a material pair or scene.",
     epilog=options.examples(
         "tablegen generate corundum-steel --output corundum-steel.h5",
         "tablegen generate my-pair.toml --output my-pair.h5 --resume",
         "tablegen generate my-pair.toml --output my-pair.h5 --executor dask \\",
         "    --scheduler tcp://head:8786",
         "mpiexec -n 64 tablegen generate my-pair.toml --output my-pair.h5 --executor mpi",
-    )
+    ),
 )
 @click.argument("config", metavar="CONFIG.toml")
-@click.option("--output", required=True, type=options.OUTPUT, metavar="T.h5")
+@click.option(
+    "--output", required=True, type=options.OUTPUT, metavar="T.h5", help="Table to write."
+)
 @click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
 @click.option(
     "--conditions",

@@ -11,10 +11,11 @@ from tablegen.prune import prune as prune_table
 
 
 @click.command(
+    short_help="Cut a table to what a scene needs.",
     epilog=options.examples(
         "tablegen prune corundum-steel --scene plane-flow --output plane.h5",
         "tablegen prune my-table.h5 --scene my-scene.toml --output small.h5",
-    )
+    ),
 )
 @click.argument("table", metavar="T.h5|NAME")
 @click.option(

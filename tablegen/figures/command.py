@@ -51,10 +51,11 @@ def _write_all(gallery: Gallery, folder: Path) -> None:
 
 
 @click.command(
+    short_help="Draw the figures of the paper, and check what it says.",
     epilog=options.examples(
         "tablegen figures --output figures",
         "tablegen figures my-pair.h5 --output figures --count 1000000",
-    )
+    ),
 )
 @click.argument("table", metavar="[T.h5]", default="corundum-steel")
 @click.option(
@@ -67,7 +68,14 @@ def _write_all(gallery: Gallery, folder: Path) -> None:
     help=f"Particles of each shape at each angle; {_COUNT} by default.",
 )
 @click.option("--quick", is_flag=True, help=f"{_QUICK_COUNT} particles.")
-@click.option("--seed", type=options.SEED, default=1, show_default=True, metavar="S")
+@click.option(
+    "--seed",
+    type=options.SEED,
+    default=1,
+    show_default=True,
+    metavar="S",
+    help="Seed of the simulations and draws.",
+)
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 def figures(
     table: str, output: Path, count: int | None, quick: bool, seed: int, quiet: bool

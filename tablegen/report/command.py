@@ -21,11 +21,12 @@ def _write(path: Path, text: str) -> None:
 
 
 @click.command(
+    short_help="Measure error against run time beside other methods.",
     epilog=options.examples(
         "tablegen report --quick",
         "tablegen report my-pair.h5 --json report.json --html report.html",
         "tablegen report --beside corundum-steel-compact --beside fine.h5 --html report.html",
-    )
+    ),
 )
 @click.argument("table", metavar="[T.h5]", default="corundum-steel")
 @click.option("--quick", is_flag=True, help="Measure less: under two minutes on two cores.")
@@ -35,7 +36,14 @@ def _write(path: Path, text: str) -> None:
     metavar="T.h5",
     help="A further table of the same pair to compare; may be given several times.",
 )
-@click.option("--seed", type=options.SEED, default=1, show_default=True, metavar="S")
+@click.option(
+    "--seed",
+    type=options.SEED,
+    default=1,
+    show_default=True,
+    metavar="S",
+    help="Seed of every sample.",
+)
 @click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
 @click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
 @click.option(

@@ -22,11 +22,12 @@ def _write(path: Path, text: str) -> None:
 
 
 @click.command(
+    short_help="Check the model on extreme particles and impacts.",
     epilog=options.examples(
         "tablegen stability --quick",
         "tablegen stability my-pair.toml --json stability.json --html stability.html",
         "tablegen stability --shape prism --aspect 0.02 0.02 --alpha 0.01 --count 1000",
-    )
+    ),
 )
 @click.argument("pair", metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
 @click.option("--quick", is_flag=True, help="2,368 cases: some 20 seconds on two cores.")
@@ -38,7 +39,14 @@ def _write(path: Path, text: str) -> None:
     metavar="N",
     help="Particles a case.",
 )
-@click.option("--seed", type=options.SEED, default=1, show_default=True, metavar="S")
+@click.option(
+    "--seed",
+    type=options.SEED,
+    default=1,
+    show_default=True,
+    metavar="S",
+    help="Seed of the particles.",
+)
 @click.option("--shape", type=click.Choice(SHAPE_NAMES), multiple=True, help="Only this shape.")
 @click.option(
     "--aspect",

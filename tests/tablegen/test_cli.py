@@ -238,26 +238,6 @@ class TestValidate:
         assert run(*words, "--details").out.count("most probable") == 3
 
 
-class TestInspect:
-    def test_says_what_the_table_is(self, run, tiny):
-        ended = run("inspect", tiny.path)
-        assert (ended.status, ended.err) == (DONE, "")
-        table = sampler.load(tiny.path)
-        for words in (
-            "corundum-steel",
-            "35 to 45 degrees, 2 nodes",
-            "60 to 300 m/s, 2 nodes",
-            "16 components",
-            table.contents.content_sha256,
-            "at 2 conditions between nodes",
-            f"AUC {table.accuracy['auc'].max():.3f}",
-        ):
-            assert words in ended.out
-
-    def test_prints_the_configuration(self, run, tiny):
-        assert run("inspect", tiny.path, "--config").out == TINY.text + "\n"
-
-
 class TestDemo:
     @pytest.mark.parametrize(("holds", "status"), [(True, DONE), (False, MISSED)])
     def test_status_is_the_verdict(self, run, tmp_path, monkeypatch, holds, status):

@@ -1,8 +1,10 @@
 """The demonstration: with a smaller scene in ordinary tests, as it is in the study."""
 
+import sys
 import time
 from functools import partial
 
+import numpy as np
 import pytest
 from tiny_tables import ROUGH, TINY
 
@@ -20,6 +22,12 @@ def assert_told(said):
     positions = [text.index(step) for step in STEPS]
     assert positions == sorted(positions)
     return text
+
+
+def assert_left(folder, *names):
+    assert {path.name for path in folder.iterdir()} == set(names)
+    for picture in folder.glob("*.png"):
+        assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.fixture
@@ -46,8 +54,8 @@ def test_generates_draws_and_validates(small_demo, tmp_path):
     assert result.holds
     assert f"The table holds its declared accuracy. It is in {output}" in text
     assert len(result.comparisons) == 6
-    # The table is left behind, alone, and can be used.
-    assert [path.name for path in tmp_path.iterdir()] == ["demo.h5"]
+    # The table is left behind, with its picture, and can be used.
+    assert_left(tmp_path, "demo.h5", "demo.png")
     state = sampler.load(output).sample(0.7, 100.0, seed=1, index=range(10))
     assert state.shape == (10, 6)
 
@@ -57,6 +65,28 @@ def test_says_that_the_accuracy_is_missed(small_demo, tmp_path):
     result, said = small_demo(config, tmp_path / "demo.h5")
     assert not result.holds
     assert "The table MISSES its declared accuracy." in assert_told(said)
+
+
+def test_without_matplotlib_one_line_says_how_to_get_it(small_demo, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    result, said = small_demo(TINY, tmp_path / "demo.h5")
+    assert result.holds
+    (line,) = (line for line in assert_told(said).splitlines() if "needs matplotlib" in line)
+    assert line.strip() == (
+        "no picture: needs matplotlib, which is not installed, allowed: "
+        "pip install 'rebound-tables[plot]'"
+    )
+    assert_left(tmp_path, "demo.h5")
+
+
+@pytest.mark.parametrize(
+    ("table", "picture"), [("demo.h5", "demo.png"), ("demo", "demo.png"), ("a.png", "a.png.png")]
+)
+def test_picture_never_takes_the_place_of_the_table(table, picture, tmp_path):
+    state = np.random.default_rng(1).uniform(size=(1000, 6))
+    text = demo._picture_text(state, state, tmp_path / table)
+    assert str(tmp_path / picture) in text
+    assert_left(tmp_path, picture)
 
 
 def test_scene_covers_the_condition_of_the_example():
@@ -72,4 +102,4 @@ def test_the_real_one_holds_its_accuracy_in_three_minutes(tmp_path):
     assert time.perf_counter() - begin < 180.0
     assert result.holds, result.missed
     assert_told(said)
-    assert [path.name for path in tmp_path.iterdir()] == ["demo.h5"]
+    assert_left(tmp_path, "demo.h5", "demo.png")

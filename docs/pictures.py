@@ -1,0 +1,272 @@
+"""The pictures of the README.
+
+python docs/pictures.py joint-density
+python docs/pictures.py error-against-time report.json
+
+The second reads what ``tablegen report --json report.json`` wrote.
+"""
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+import numpy as np
+
+import sampler
+from sampler.atomic import atomic_output
+from sampler.errors import InputError
+from tablegen import load_config, make_condition, simulate
+from tablegen.figures.joint import Source, joint_picture
+from tablegen.figures.style import Picture, new_figure, settings, written
+
+_HERE = Path(__file__).resolve().parent
+
+#: Families in the order of the legend: colours of Okabe and Ito, and a marker that says it again.
+_LOOKS = {
+    "table": ("#0072b2", "o"),
+    "direct simulation": ("#000000", "s"),
+    "stored states": ("#d55e00", "^"),
+    "independent marginals": ("#cc79a7", "v"),
+    "Gaussian mixture": ("#009e73", "D"),
+    "kernel resampling": ("#56b4e9", "P"),
+    "vine copula": ("#e69f00", "X"),
+}
+
+#: Errors that are drawn: their names in the report, what is subtracted, and what they are called.
+_ERRORS = (
+    ("auc", 0.5, "AUC − 0.5 of a classifier"),
+    ("ks", 0.0, "Kolmogorov–Smirnov distance"),
+)
+
+
+class Point(NamedTuple):
+    """One way to get a rebound state, and one of its errors.
+
+    Attributes
+    ----------
+    family, name : str
+    anywhere : bool
+        It answers at any angle and speed, and was not fitted at this one.
+    nanoseconds : float
+        Processor time of a draw.
+    error, low, high : float
+        Mean, and its 95 % confidence interval.
+    """
+
+    family: str
+    name: str
+    anywhere: bool
+    nanoseconds: float
+    error: float
+    low: float
+    high: float
+
+
+def read_report(path: Path) -> dict[str, Any]:
+    """Read the race of a report in which its table does worst, by its AUC.
+
+    Parameters
+    ----------
+    path : Path
+        Written by ``tablegen report --json``.
+
+    Returns
+    -------
+    dict
+        As the report has it.
+
+    Raises
+    ------
+    InputError
+        If it is no such report.
+    """
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+        race: dict[str, Any] = max(report["races"], key=_table_auc)
+        for metric, shift, _ in _ERRORS:
+            floor_of(race, metric, shift), points_of(race, metric, shift)
+    except (OSError, UnicodeDecodeError, ValueError, LookupError, TypeError) as error:
+        raise InputError(
+            f"REPORT: got {path} ({type(error).__name__}: {error}), "
+            "allowed: what tablegen report --json wrote"
+        ) from error
+    return race
+
+
+def _table_auc(race: dict[str, Any]) -> float:
+    """AUC of the report's own table, which comes before tables beside it."""
+    tables = [runner for runner in race["runners"] if runner["family"] == "table"]
+    mean: float = tables[0]["errors"]["auc"]["mean"]
+    return mean
+
+
+def floor_of(race: dict[str, Any], metric: str, shift: float) -> float:
+    """Upper end of what direct simulation leaves against itself."""
+    return max(race["floor"][metric]["high"] - shift, 1e-4)
+
+
+def points_of(race: dict[str, Any], metric: str, shift: float) -> list[Point]:
+    """Every way of a race with one of its errors, less `shift`."""
+    return [
+        Point(
+            runner["family"],
+            runner["name"],
+            runner["covers"] == "domain",
+            runner["nanoseconds"],
+            *(runner["errors"][metric][key] - shift for key in ("mean", "low", "high")),
+        )
+        for runner in race["runners"]
+    ]
+
+
+def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, title: str) -> None:
+    """Draw one error of every way against its time."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    floor = floor_of(race, metric, shift)
+    lowest = 0.4 * floor
+    axes.axhspan(lowest, floor, color="#dddddd", linewidth=0)
+    points = points_of(race, metric, shift)
+    tables = [point for point in points if point.family == "table"]
+    for point in points:
+        colour, marker = _LOOKS.get(point.family, ("#777777", "*"))
+        # what is better than can be seen stands at the lower edge
+        ends = np.maximum([point.low, point.error, point.high], 1.4 * lowest)
+        axes.plot([point.nanoseconds] * 2, ends[[0, 2]], color=colour, linewidth=1.2)
+        axes.plot(
+            point.nanoseconds,
+            ends[1],
+            marker=marker,
+            markersize=8,
+            color=colour,
+            markerfacecolor=colour if point.anywhere else "white",
+            linestyle="none",
+            zorder=3 if point.family == "table" else 2,
+        )
+    for point in tables if len(tables) > 1 else ():
+        axes.annotate(
+            point.name,
+            (point.nanoseconds, max(point.error, 1.4 * lowest)),
+            xytext=(7, 3),
+            textcoords="offset points",
+            fontsize=9,
+            color=_LOOKS["table"][0],
+        )
+    axes.set(xscale="log", yscale="log", xlabel="time of a draw [ns, one thread]")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
+    axes.set_ylim(bottom=lowest)
+    axes.set_title(title, loc="left")
+    noise = "noise of direct simulation"
+    place = axes.get_yaxis_transform()
+    axes.text(0.02, 0.93 * floor, noise, transform=place, va="top", fontsize=9.5)
+
+
+def _legend(figure: Any, families: set[str]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color=colour, marker=marker, markersize=8, linestyle="none", label=family)
+        for family, (colour, marker) in _LOOKS.items()
+        if family in families
+    ]
+    grey = {"color": "#777777", "marker": "o", "markersize": 8, "linestyle": "none"}
+    handles += [
+        Line2D([], [], **grey, label="any angle and speed"),
+        Line2D([], [], **grey, markerfacecolor="white", label="fitted at this one only"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+
+
+def error_picture(race: dict[str, Any]) -> Picture:
+    """Draw error against time of every way at one condition."""
+    condition = f"{race['alpha_deg']:g}° and {race['speed']:g} m/s"
+    with settings():
+        figure = new_figure(9.0, 5.0)
+        for axes, (metric, shift, title) in zip(figure.subplots(1, 2), _ERRORS, strict=True):
+            _draw_error(axes, race, metric, shift, title)
+        _legend(figure, {runner["family"] for runner in race["runners"]})
+        figure.suptitle(f"Error against direct simulation at {condition}", fontsize=12)
+        return written(
+            figure,
+            "error_against_time.png",
+            "Error against run time",
+            "Two plots of an error against the time of a draw, both logarithmic.",
+        )
+
+
+def density_picture(alpha_deg: float, speed: float, count: int) -> Picture:
+    """Draw the joint density of u and v: direct simulation, table, and a sphere's one point."""
+    config, alpha1 = load_config("corundum-steel"), math.radians(alpha_deg)
+    condition = make_condition(alpha1, speed)
+    direct = simulate(config.pair, config.population, condition, count, seed=1)
+    spheres = config.population.restricted_to("sphere")
+    sphere = simulate(config.pair, spheres, condition, 1, seed=1)
+    drawn = sampler.load("corundum-steel").sample(alpha1, speed, seed=1, index=np.arange(count))
+    return joint_picture(
+        [
+            Source("direct simulation", direct.state),
+            Source("table", drawn),
+            Source("sphere", sphere.state),
+        ],
+        "joint_density.png",
+        f"Velocity after the wall, impact at {alpha_deg:g}° and {speed:g} m/s",
+        "Joint density of the velocities along and normal to the wall in three panels: direct "
+        "simulation and table look alike, a sphere is one point.",
+    )
+
+
+def _write(picture: Picture, folder: Path) -> None:
+    path = folder / picture.name
+    with atomic_output(path) as temporary:
+        temporary.write_bytes(picture.data)
+    click.echo(f"{path}: {len(picture.data) / 1e3:.0f} kB")
+
+
+folder = click.option(
+    "--folder",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    default=_HERE,
+    help="Where the picture goes; this folder by default.",
+)
+
+
+@click.group()
+def cli() -> None:
+    """Draw the pictures of the README."""
+
+
+@cli.command("joint-density")
+@click.option("--count", type=click.IntRange(1000), default=1_000_000, show_default=True)
+@folder
+def joint_density(count: int, folder: Path) -> None:
+    """Draw the joint density at 45 degrees and 200 m/s."""
+    _write(density_picture(45.0, 200.0, count), folder)
+
+
+@cli.command("error-against-time")
+@click.argument("report", type=click.Path(path_type=Path))
+@folder
+def error_against_time(report: Path, folder: Path) -> None:
+    """Draw the errors of REPORT, which tablegen report --json wrote."""
+    _write(error_picture(read_report(report)), folder)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command line; the exit status."""
+    try:
+        cli.main(args=argv, standalone_mode=False)
+    except (InputError, click.ClickException) as error:
+        message = error.format_message() if isinstance(error, click.ClickException) else str(error)
+        sys.stderr.write(f"pictures: error: {message}\n")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,91 @@
+"""Command lines as documents and help pages show them, parsed by the programs themselves.
+
+Nothing is run: options, their types and the number of arguments are checked, and no more.
+"""
+
+import contextlib
+import shlex
+from pathlib import Path
+
+import click
+
+from sampler.cli import _parser as sampler_parser
+from tablegen.cli import cli
+
+PROGRAMS = ("tablegen", "sampler")
+
+
+def logical_lines(text):
+    """Lines of a shell text: continued ones joined, comments and blank lines left out."""
+    joined = text.replace("\\\n", " ")
+    lines = (line.strip() for line in joined.splitlines())
+    return [line for line in lines if line and not line.startswith("#")]
+
+
+def _words_of_program(words):
+    """The words from a program's name on, or None; ``mpiexec -n 4 tablegen`` starts one too."""
+    if words[:1] == ["mpiexec"]:
+        words = words[3:]
+    if words[1:2] == ["-m"] and Path(words[0]).name in ("python", "python3"):
+        words = words[2:]
+    if words and Path(words[0]).name in PROGRAMS:
+        return [Path(words[0]).name, *words[1:]]
+    return None
+
+
+def calls(text):
+    """Calls of our programs in a shell text, as lists of words.
+
+    Parameters
+    ----------
+    text : str
+        Lines of a shell; several commands of a line may be joined with ``&&`` or ``;``.
+
+    Returns
+    -------
+    list of list of str
+        Each begins with the name of the program.
+    """
+    found = []
+    for line in logical_lines(text):
+        reader = shlex.shlex(line, posix=True, punctuation_chars="&;|<>")
+        reader.whitespace_split = True
+        command = []
+        for word in [*reader, ";"]:
+            if word[0] not in "&;|<>":
+                command.append(word)
+                continue
+            found.append(_words_of_program(command))
+            command = []
+    return [words for words in found if words]
+
+
+def parse(words, folder):
+    """Let a program parse a call as if it stood in a folder.
+
+    The folders into which the call would write are made, for the programs refuse to write into one
+    that is missing.
+
+    Raises
+    ------
+    click.ClickException
+        If tablegen refuses it.
+    sampler.errors.InputError
+        If sampler does.
+    """
+    for word in words[1:]:
+        if not word.startswith("-") and not Path(word).is_absolute():
+            (folder / word).parent.mkdir(parents=True, exist_ok=True)
+    with contextlib.chdir(folder):
+        _parse_here(words[0], words[1:])
+
+
+def _parse_here(program, words):
+    # --help, --version and --include-dir end a program at once
+    with contextlib.suppress(SystemExit, click.exceptions.Exit):
+        if program == "sampler":
+            sampler_parser().parse_args(words)
+            return
+        with cli.make_context(program, words[:1]) as context:
+            _, command, rest = cli.resolve_command(context, list(words))
+            command.make_context(command.name, rest, parent=context).close()

@@ -1,0 +1,63 @@
+"""``tablegen inspect``: what a table is, for people and for programs."""
+
+import json
+
+import numpy as np
+from command_line import DONE
+from tiny_tables import TINY
+
+import sampler
+
+
+def test_says_what_the_table_is(run, tiny):
+    ended = run("inspect", tiny.path)
+    assert (ended.status, ended.err) == (DONE, "")
+    table = sampler.load(tiny.path)
+    for words in (
+        "corundum-steel",
+        "35 to 45 degrees, 2 nodes",
+        "60 to 300 m/s, 2 nodes",
+        "16 components",
+        table.contents.content_sha256,
+        "at 2 conditions between nodes",
+        f"AUC {table.accuracy['auc'].max():.3f}",
+    ):
+        assert words in ended.out
+
+
+def test_prints_the_configuration(run, tiny):
+    assert run("inspect", tiny.path, "--config").out == TINY.text + "\n"
+
+
+def test_json_has_what_the_table_has(run, tiny):
+    ended = run("inspect", tiny.path, "--json")
+    assert (ended.status, ended.err) == (DONE, "")
+    facts, table = json.loads(ended.out), sampler.load(tiny.path)
+    assert facts["pair"] == "corundum-steel"
+    assert facts["components"] == list(table.components)
+    assert facts["alpha_deg"] == [35.0, 45.0]
+    assert facts["speed"] == [60.0, 300.0]
+    assert facts["mixture_components"] == table.arrays.n_components
+    assert facts["content_sha256"] == table.contents.content_sha256
+    assert facts["bytes_in_memory"] == table.nbytes
+    assert facts["accuracy"].keys() == table.accuracy.keys()
+    for name, values in table.accuracy.items():
+        np.testing.assert_array_equal(facts["accuracy"][name], values)
+    assert facts["worst"]["ks"] == table.accuracy["ks"].max()
+
+
+def test_json_of_a_table_of_which_nothing_was_measured(run, tmp_path):
+    pruned = tmp_path / "pruned.h5"
+    words = ("prune", "corundum-steel", "--scene", "plane-flow", "--output", pruned)
+    assert run(*words).status == DONE
+    facts = json.loads(run("inspect", pruned, "--json").out)
+    assert facts["components"] == ["u", "v", "omega_z"]
+    assert facts["worst"] is None
+    assert facts["accuracy"]["auc"] == []
+    assert "measured          nothing" in run("inspect", pruned).out
+
+
+def test_json_and_configuration_are_one_too_many(refused, tiny):
+    assert refused("inspect", tiny.path, "--json", "--config") == (
+        "--json: got it with --config, allowed: one of them"
+    )

@@ -1,0 +1,90 @@
+"""Comfort at a terminal: completion in three shells, and no control codes where none belong."""
+
+import shutil
+import subprocess
+
+import pytest
+
+from tablegen.cli import main
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+@pytest.fixture
+def answered(monkeypatch, capsys):
+    """What the program prints for a shell, as its environment asks."""
+
+    def run(instruction, **environment):
+        monkeypatch.setenv("_TABLEGEN_COMPLETE", instruction)
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+        with pytest.raises(SystemExit) as ended:
+            main([])
+        assert ended.value.code in (None, 0)
+        return capsys.readouterr().out
+
+    return run
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_source_is_a_script_of_the_shell(shell, answered, tmp_path):
+    if shell == "bash" and shutil.which("bash") is None:
+        pytest.skip("bash is not installed")
+    source = answered(f"{shell}_source")
+    assert f"_TABLEGEN_COMPLETE={shell}_complete" in source
+    script = tmp_path / "completion"
+    script.write_text(source)
+    if program := shutil.which(shell):
+        subprocess.run([program, "-n", str(script)], check=True)
+
+
+def test_bash_takes_the_source(answered, tmp_path):
+    bash = shutil.which("bash")
+    if bash is None:
+        pytest.skip("bash is not installed")
+    script = tmp_path / "completion"
+    script.write_text(answered("bash_source"))
+    told = subprocess.run(
+        [bash, "-c", f". {script} && complete -p tablegen"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "_tablegen_completion" in told.stdout
+
+
+@pytest.mark.parametrize(
+    ("shell", "line", "word"),
+    [
+        ("bash", "tablegen ins", "1"),
+        ("zsh", "tablegen ins", "1"),
+        # fish names the word itself, not its place
+        ("fish", "tablegen ins", "ins"),
+    ],
+)
+def test_commands_are_completed(shell, line, word, answered):
+    told = answered(f"{shell}_complete", COMP_WORDS=line, COMP_CWORD=word)
+    assert "inspect" in told
+    assert "validate" not in told
+
+
+def test_options_are_completed(answered):
+    told = answered("bash_complete", COMP_WORDS="tablegen validate --cond", COMP_CWORD="2")
+    assert told.split() == ["plain,--conditions"]
+
+
+def test_output_has_no_control_codes(run, tiny, monkeypatch):
+    # even where the environment asks programs for colours
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("CLICOLOR_FORCE", "1")
+    for words in (
+        ("--help",),
+        ("validate", "--help"),
+        ("inspect", tiny.path),
+        ("validate", tiny.path, "--conditions", 1, "--samples", 1000),
+        ("inspect", "no-such-table"),
+        ("no-such-command",),
+    ):
+        ended = run(*words)
+        assert ended.out + ended.err
+        assert "\x1b" not in ended.out + ended.err

@@ -1,0 +1,149 @@
+"""The source distribution and the wheel are whole: built, installed and used without the checkout.
+
+The wheel is built from the source distribution, as an index would do it, and installed with its
+dependencies into a fresh environment.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tarfile
+import venv
+import zipfile
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from documents import ROOT
+
+pytestmark = pytest.mark.study
+
+#: What users need of the package that is no Python file.
+DATA = (
+    "sampler/_tables/corundum-steel.h5",
+    "sampler/_tables/corundum-steel.toml",
+    "sampler/_tables/demo.toml",
+    "sampler/_tables/FORMAT.md",
+    "sampler/_tables/LAWS.md",
+    "sampler/include/rebound_sampler.h",
+    "sampler/include/rebound_sampler.f90",
+    "sampler/include/README.md",
+    "sampler/openfoam/README.md",
+    "sampler/openfoam/build.sh",
+    "sampler/openfoam/plugin/TabulatedRebound.C",
+    "sampler/openfoam/plugin/Make/files",
+    "sampler/openfoam/cases/bend/system/controlDict",
+    "sampler/py.typed",
+    "tablegen/report/assets/page.js",
+    "tablegen/report/assets/page.css",
+)
+
+#: What the sources have beside the packages.
+SOURCES = (
+    "README.md",
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "CONTRIBUTING.md",
+    "LICENSE",
+    "pyproject.toml",
+    "docs/method.md",
+    "tables/corundum-steel.h5",
+    "tests/conftest.py",
+    "tests/data/direct.json",
+    "tests/vectors/full.h5",
+)
+
+
+def without_checkout():
+    """Environment in which nothing of the checkout is found."""
+    hidden = {"PYTHONPATH", "PYTHONHOME", "NUMBA_CACHE_DIR", "VIRTUAL_ENV"}
+    return {name: value for name, value in os.environ.items() if name not in hidden}
+
+
+def call(*words, folder):
+    done = subprocess.run(
+        [str(word) for word in words],
+        cwd=folder,
+        env=without_checkout(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Both distributions."""
+    pytest.importorskip("build")
+    folder = tmp_path_factory.mktemp("dist")
+    call(sys.executable, "-m", "build", "--outdir", folder, ROOT, folder=folder)
+    (wheel,), (source,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
+    return SimpleNamespace(wheel=wheel, source=source)
+
+
+@pytest.fixture(scope="module")
+def installed(built, tmp_path_factory):
+    """Folder of the programs of an environment that has the wheel, and one to work in."""
+    folder = tmp_path_factory.mktemp("clean")
+    venv.create(folder / "environment", with_pip=True)
+    programs = folder / "environment" / "bin"
+    call(programs / "python", "-m", "pip", "install", "--quiet", built.wheel, folder=folder)
+    work = folder / "work"
+    work.mkdir()
+    return SimpleNamespace(programs=programs, work=work)
+
+
+def test_wheel_has_the_data(built):
+    with zipfile.ZipFile(built.wheel) as wheel:
+        names = set(wheel.namelist())
+    assert not set(DATA) - names
+    # and nothing that belongs to developers or to a machine
+    tops = {name.split("/")[0] for name in names}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"sampler", "tablegen"}
+    assert not [name for name in names if name.endswith((".pyc", ".nbc", ".nbi", ".so"))]
+
+
+def test_sources_are_whole(built):
+    with tarfile.open(built.source) as archive:
+        names = {str(Path(*Path(name).parts[1:])) for name in archive.getnames()}
+    assert not set(SOURCES) - names
+    kept = {str(path.relative_to(ROOT)) for path in (ROOT / "docs").glob("*")}
+    assert not kept - names
+
+
+def test_library_works_elsewhere(installed):
+    told = call(
+        installed.programs / "python",
+        "-c",
+        "import sampler, tablegen\n"
+        "table = sampler.load('corundum-steel')\n"
+        "print(sampler.__file__, sampler.__version__)\n"
+        "print(table.sample(0.5, 150.0, seed=1, index=range(3)).shape)\n",
+        folder=installed.work,
+    )
+    place, shape = told.splitlines()
+    assert place.startswith(str(installed.programs.parent))
+    assert shape == "(3, 6)"
+
+
+def test_programs_work_elsewhere(installed):
+    programs, work = installed.programs, installed.work
+    facts = call(programs / "tablegen", "inspect", "corundum-steel", "--json", folder=work)
+    assert json.loads(facts)["pair"] == "corundum-steel"
+    flags = "--alpha 30 --speed 150 --count 10 --seed 1 --output states.npz"
+    call(programs / "sampler", "draw", "corundum-steel", *flags.split(), folder=work)
+    assert [path.name for path in work.iterdir()] == ["states.npz"]
+
+
+def test_sources_for_other_languages_are_found(installed):
+    told = call(
+        installed.programs / "python", "-m", "sampler", "--include-dir", folder=installed.work
+    )
+    folder = Path(told.strip())
+    assert folder.is_relative_to(installed.programs.parent)
+    for name in ("rebound_sampler.h", "rebound_sampler.f90", "../openfoam/build.sh"):
+        assert (folder / name).is_file()
+    assert os.access(folder / "../openfoam/build.sh", os.X_OK)
