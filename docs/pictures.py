@@ -122,6 +122,13 @@ def points_of(race: dict[str, Any], metric: str, shift: float) -> list[Point]:
     ]
 
 
+def _named(points: list[Point], floor: float) -> list[Point]:
+    """Tables where there are several, and direct simulations whose error can be seen."""
+    tables = [point for point in points if point.family == "table"]
+    coarse = [p for p in points if p.family == "direct simulation" and p.error > 2.0 * floor]
+    return coarse + (tables if len(tables) > 1 else [])
+
+
 def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, title: str) -> None:
     """Draw one error of every way against its time."""
     from matplotlib.ticker import LogLocator, NullLocator
@@ -130,7 +137,6 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
     lowest = 0.4 * floor
     axes.axhspan(lowest, floor, color="#dddddd", linewidth=0)
     points = points_of(race, metric, shift)
-    tables = [point for point in points if point.family == "table"]
     for point in points:
         colour, marker = _LOOKS.get(point.family, ("#777777", "*"))
         # what is better than can be seen stands at the lower edge
@@ -146,14 +152,15 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
             linestyle="none",
             zorder=3 if point.family == "table" else 2,
         )
-    for point in tables if len(tables) > 1 else ():
+    for point in _named(points, floor):
         axes.annotate(
             point.name,
             (point.nanoseconds, max(point.error, 1.4 * lowest)),
-            xytext=(7, 3),
+            xytext=(0, 8),
             textcoords="offset points",
+            ha="center",
             fontsize=9,
-            color=_LOOKS["table"][0],
+            color=_LOOKS[point.family][0],
         )
     axes.set(xscale="log", yscale="log", xlabel="time of a draw [ns, one thread]")
     for axis in (axes.xaxis, axes.yaxis):

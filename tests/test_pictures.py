@@ -71,6 +71,13 @@ def test_points_are_those_of_the_report(pictures):
     assert pictures.floor_of(race(45.0, 0.53), "auc", 0.5) == pytest.approx(0.002)
 
 
+def test_several_tables_and_coarse_simulations_have_their_names(pictures):
+    points = pictures.points_of(race(45.0, 0.53), "auc", 0.5)
+    assert [p.name for p in pictures._named(points, 0.002)] == ["corundum-steel", "beside"]
+    coarse = [pictures.Point("direct simulation", "coarse", True, 600.0, 0.05, 0.04, 0.06)]
+    assert [p.name for p in pictures._named(points[:2] + coarse, 0.002)] == ["coarse"]
+
+
 def test_error_picture_changes_with_the_figures(pictures):
     made = pictures.error_picture(race(45.0, 0.53))
     assert made.name == "error_against_time.png"
