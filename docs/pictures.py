@@ -122,11 +122,13 @@ def points_of(race: dict[str, Any], metric: str, shift: float) -> list[Point]:
     ]
 
 
-def _named(points: list[Point], floor: float) -> list[Point]:
-    """Tables where there are several, and direct simulations whose error can be seen."""
+def _named(points: list[Point], floor: float) -> list[tuple[Point, str]]:
+    """Short names of tables where there are several, and of direct simulations that err."""
     tables = [point for point in points if point.family == "table"]
+    names = [p.name.removeprefix(f"{tables[0].name}-") for p in tables]
     coarse = [p for p in points if p.family == "direct simulation" and p.error > 2.0 * floor]
-    return coarse + (tables if len(tables) > 1 else [])
+    found = [(point, point.name.replace(" ", "\n", 1)) for point in coarse]
+    return found + (list(zip(tables, names, strict=True)) if len(tables) > 1 else [])
 
 
 def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, title: str) -> None:
@@ -152,13 +154,14 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
             linestyle="none",
             zorder=3 if point.family == "table" else 2,
         )
-    for point in _named(points, floor):
+    for point, name in _named(points, floor):
         axes.annotate(
-            point.name,
+            name,
             (point.nanoseconds, max(point.error, 1.4 * lowest)),
-            xytext=(0, 8),
+            xytext=(0, -7),
             textcoords="offset points",
             ha="center",
+            va="top",
             fontsize=9,
             color=_LOOKS[point.family][0],
         )
@@ -169,9 +172,7 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
         axis.set_minor_locator(NullLocator())
     axes.set_ylim(bottom=lowest)
     axes.set_title(title, loc="left")
-    noise = "noise of direct simulation"
-    place = axes.get_yaxis_transform()
-    axes.text(0.02, 0.93 * floor, noise, transform=place, va="top", fontsize=9.5)
+    axes.text(0.02, 0.02, "noise of direct simulation", transform=axes.transAxes, fontsize=9.5)
 
 
 def _legend(figure: Any, families: set[str]) -> None:
