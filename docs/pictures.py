@@ -122,6 +122,15 @@ def points_of(race: dict[str, Any], metric: str, shift: float) -> list[Point]:
     ]
 
 
+def _named(points: list[Point], floor: float) -> list[tuple[Point, str]]:
+    """Short names of tables where there are several, and of direct simulations that err."""
+    tables = [point for point in points if point.family == "table"]
+    names = [p.name.removeprefix(f"{tables[0].name}-") for p in tables]
+    coarse = [p for p in points if p.family == "direct simulation" and p.error > 2.0 * floor]
+    found = [(point, point.name.replace(" ", "\n", 1)) for point in coarse]
+    return found + (list(zip(tables, names, strict=True)) if len(tables) > 1 else [])
+
+
 def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, title: str) -> None:
     """Draw one error of every way against its time."""
     from matplotlib.ticker import LogLocator, NullLocator
@@ -130,7 +139,6 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
     lowest = 0.4 * floor
     axes.axhspan(lowest, floor, color="#dddddd", linewidth=0)
     points = points_of(race, metric, shift)
-    tables = [point for point in points if point.family == "table"]
     for point in points:
         colour, marker = _LOOKS.get(point.family, ("#777777", "*"))
         # what is better than can be seen stands at the lower edge
@@ -146,14 +154,16 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
             linestyle="none",
             zorder=3 if point.family == "table" else 2,
         )
-    for point in tables if len(tables) > 1 else ():
+    for point, name in _named(points, floor):
         axes.annotate(
-            point.name,
+            name,
             (point.nanoseconds, max(point.error, 1.4 * lowest)),
-            xytext=(7, 3),
+            xytext=(0, -7),
             textcoords="offset points",
+            ha="center",
+            va="top",
             fontsize=9,
-            color=_LOOKS["table"][0],
+            color=_LOOKS[point.family][0],
         )
     axes.set(xscale="log", yscale="log", xlabel="time of a draw [ns, one thread]")
     for axis in (axes.xaxis, axes.yaxis):
@@ -162,9 +172,7 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
         axis.set_minor_locator(NullLocator())
     axes.set_ylim(bottom=lowest)
     axes.set_title(title, loc="left")
-    noise = "noise of direct simulation"
-    place = axes.get_yaxis_transform()
-    axes.text(0.02, 0.93 * floor, noise, transform=place, va="top", fontsize=9.5)
+    axes.text(0.02, 0.02, "noise of direct simulation", transform=axes.transAxes, fontsize=9.5)
 
 
 def _legend(figure: Any, families: set[str]) -> None:

@@ -41,7 +41,7 @@ def race(alpha_deg, table_auc):
         "runners": [
             runner("direct simulation", "as configured", "domain", 620.0, 0.4995, 0.006),
             runner("table", "corundum-steel", "domain", 70.0, table_auc, 0.007),
-            runner("table", "beside", "domain", 60.0, 0.9, 0.03),
+            runner("table", "corundum-steel-compact", "domain", 60.0, 0.9, 0.03),
             runner("stored states", "4,096", "condition", 14.0, 0.92, 0.018),
             runner("a family of tomorrow", "x", "condition", 14.0, 0.8, 0.02),
         ],
@@ -69,6 +69,15 @@ def test_points_are_those_of_the_report(pictures):
     assert table.error == pytest.approx(0.03)
     assert table.high == pytest.approx(1.1 * 0.53 - 0.5)
     assert pictures.floor_of(race(45.0, 0.53), "auc", 0.5) == pytest.approx(0.002)
+
+
+def test_several_tables_and_coarse_simulations_have_their_names(pictures):
+    points = pictures.points_of(race(45.0, 0.53), "auc", 0.5)
+    named = [name for _, name in pictures._named(points, 0.002)]
+    assert named == ["corundum-steel", "compact"]
+    coarse = pictures.Point("direct simulation", "contact resolution 1", True, 600.0, 0.05, 0, 1)
+    named = [name for _, name in pictures._named([*points[:2], coarse], 0.002)]
+    assert named == ["contact\nresolution 1"]
 
 
 def test_error_picture_changes_with_the_figures(pictures):
