@@ -15,8 +15,8 @@ _LINE = 32
 #: Steps of the quantiles of a cell.
 _STEPS = 65535
 
-#: Relative rounding that must not take a quantile to the end of its open range.
-_MARGIN = 1e-12
+#: Relative rounding, in single precision, that must not take a draw beyond the largest quantile.
+_MARGIN = 1e-6
 
 
 def aligned(shape: tuple[int, ...], dtype: type) -> NDArray:

@@ -57,7 +57,7 @@ class TableArrays(NamedTuple):
         Row among the M marginals of each channel; -1 for one that only carries dependence.
     columns : tuple of int
         Component of the state in each column that `Table.sample` returns.
-    normals : float64 array, shape (256, 4)
+    normals : float32 array, shape (257, 4)
         See `sampler.normal.normal_table`.
     alias : uint32 array, I J K
         Upper half: probability to stay in the column, in units of 2**-16; lower half: component
@@ -86,7 +86,7 @@ class TableArrays(NamedTuple):
     channels: tuple[int, ...]
     marginals: tuple[int, ...]
     columns: tuple[int, ...]
-    normals: NDArray[np.float64]
+    normals: NDArray[np.float32]
     alias: NDArray[np.uint32]
     first_of_class: NDArray[np.uint16]
     components: NDArray[np.int16]

@@ -1,4 +1,4 @@
-"""Operations that numba does not offer: arrays on the stack, prefetching, leading zeros.
+"""Operations that numba does not offer: arrays on the stack, prefetching, bits of numbers.
 
 They are as small as can be; everything else is written in plain Python.
 """
@@ -83,24 +83,15 @@ def prefetch(typingctx, array, index):
 
 
 @_operation
-def leading_zeros(typingctx, word):
-    """Leading zero bits of a uint32 that is not zero."""
-
-    def emit(context, builder, sig, args):
-        return builder.ctlz(args[0], ir.IntType(1)(1))
-
-    return types.uint32(types.uint32), emit
-
-
-@_operation
 def mean_of_corners(typingctx, steps, entry, fraction, weights):
     """Weighted mean over four corners of values between two knots.
 
     ``steps`` (uint16) holds the four corners' values at one knot from ``entry`` on, then those at
-    the next knot: (sum over c of w_c (low_c + f (high_c - low_c))), summed as (0 + 1) + (2 + 3).
+    the next knot: (sum over c of w_c (low_c + f (high_c - low_c))), summed as (0 + 1) + (2 + 3), in
+    single precision.
     Written with vectors of four, one for each corner: a draw does this for every channel.
     """
-    corners = ir.VectorType(ir.DoubleType(), 4)
+    corners = ir.VectorType(ir.FloatType(), 4)
 
     def emit(context, builder, sig, args):
         source = arrayobj.make_array(sig.args[0])(context, builder, args[0])
@@ -125,28 +116,28 @@ def mean_of_corners(typingctx, steps, entry, fraction, weights):
         w = [builder.extract_element(weighted, _WORD(k)) for k in range(4)]
         return builder.fadd(builder.fadd(w[0], w[1]), builder.fadd(w[2], w[3]))
 
-    number = types.float64
+    number = types.float32
     return number(steps, types.intp, number, types.UniTuple(number, 4)), emit
 
 
 @_operation
-def bits_of(typingctx, value):
-    """Get the bits of a float64, as uint64."""
+def single_bits(typingctx, value):
+    """Get the bits of a float32, as uint32."""
 
     def emit(context, builder, sig, args):
-        return builder.bitcast(args[0], ir.IntType(64))
+        return builder.bitcast(args[0], _WORD)
 
-    return types.uint64(types.float64), emit
+    return types.uint32(types.float32), emit
 
 
 @_operation
-def real_of_bits(typingctx, bits):
-    """Make the float64 of these bits, a uint64."""
+def single_of_bits(typingctx, bits):
+    """Make the float32 of these bits, a uint32."""
 
     def emit(context, builder, sig, args):
-        return builder.bitcast(args[0], ir.DoubleType())
+        return builder.bitcast(args[0], ir.FloatType())
 
-    return types.float64(types.uint64), emit
+    return types.float32(types.uint32), emit
 
 
 @_operation

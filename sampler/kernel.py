@@ -11,6 +11,10 @@ The law stored at a node (alpha1, V) is a Gaussian-mixture copula with tabulated
 5. x = sum over the four nodes of weight times the quantile that belongs there to the variate z of
    the channel.
 
+Conditions, weights and states are in double precision; what lies between random words and
+quantiles, steps 4 and 5, is in single precision, which moves a state by less than the 16 bits of a
+stored quantile do.
+
 These are the steps of one draw. `sampler.batch` takes many draws through them side by side.
 
 Sources: Walker, ACM Trans. Math. Softw. 3 (1977) for aliases; Tewari, Giering & Raghunathan,
@@ -47,7 +51,8 @@ _HALF_PI = 0.5 * math.pi
 #: Rounding of a unit conversion: an excess below this, relative, is no excess.
 ROUNDING = 1e-12
 #: Unit of the stored means and factors, a power of two: exact.
-_UNIT = 1.0 / MIXTURE_SCALE
+_UNIT = np.float32(1.0 / MIXTURE_SCALE)
+_ZERO = np.float32(0.0)
 #: Bits of word 1 that decide on reflection; the others choose the node.
 _REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
 _CORNER_SHIFT = np.uint32(12)
@@ -59,10 +64,11 @@ _LOW_HALF = np.uint32(0xFFFF)
 
 #: An array for the channels of one draw.
 local_values = local_array(types.float64, N_VALUES)
+local_singles = local_array(types.float32, N_VALUES)
 local_entries = local_array(types.int64, N_VALUES)
 
 #: An array for the record of one component, at most 1 + 8 + 36 numbers.
-local_record = local_array(types.float64, 64)
+local_record = local_array(types.float32, 64)
 
 
 @inline_kernel
@@ -177,16 +183,17 @@ def mix(arrays, record, w1, normals, at, factors):
 
     Parameters
     ----------
-    normals : float64 array, changed in place
+    normals : float32 array, changed in place
         From number `at` on.
-    factors : float64 array, shape (64,)
+    factors : float32 array, shape (64,)
         Scratch: the record in floating point, which the compiler converts many at a time.
     """
     n = len(arrays.channels)
     for k in range(1 + n + n * (n + 1) // 2):
-        factors[np.uint64(k)] = np.float64(arrays.components[np.uint64(record + k)])
-    sign = -1.0 if np.float64(w1 & _REFLECTION_BITS) < factors[0] else 1.0
-    last = np.float64(arrays.n_knots - 1)
+        factors[np.uint64(k)] = np.float32(arrays.components[np.uint64(record + k)])
+    reflected = -_UNIT if np.float32(w1 & _REFLECTION_BITS) < factors[0] else _UNIT
+    last = np.float32(arrays.n_knots - 1)
+    most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
     for row in range(n - 1, -1, -1):
         # From the last row upwards, so that each row still finds the normals it needs.
         z = factors[np.uint64(1 + row)]
@@ -194,10 +201,10 @@ def mix(arrays, record, w1, normals, at, factors):
         for column in range(row + 1):
             z += factors[np.uint64(first + column)] * normals[np.uint64(at + column)]
         channel = arrays.channels[row]
-        z *= _UNIT * (sign if FIRST_MIRRORED <= channel < END_MIRRORED else 1.0)
-        position = (z + arrays.variate_max) * arrays.variate_scale
+        z *= reflected if FIRST_MIRRORED <= channel < END_MIRRORED else _UNIT
+        position = (z + most) * scale
         # constant beyond the last knots
-        normals[np.uint64(at + row)] = min(max(position, 0.0), last)
+        normals[np.uint64(at + row)] = min(max(position, _ZERO), last)
 
 
 @borrowing_inline_kernel
@@ -208,7 +215,7 @@ def find_entries(arrays, functions, positions, at, entries):
     ----------
     functions : int
         First function of the class among the quantile functions of the cell.
-    positions : float64 array, changed in place
+    positions : float32 array, changed in place
         From number `at` on.
     entries : int64 array, written
         First of the eight numbers that step 5 reads for each channel, at the same numbers.
@@ -219,7 +226,7 @@ def find_entries(arrays, functions, positions, at, entries):
             position = positions[np.uint64(at + row)]
             k = min(int(position), arrays.n_knots - 2)
             entries[np.uint64(at + row)] = ((functions + marginal) * arrays.n_knots + k) * 4
-            positions[np.uint64(at + row)] = position - k
+            positions[np.uint64(at + row)] = position - np.float32(k)
 
 
 @borrowing_inline_kernel
@@ -228,8 +235,9 @@ def state_of(arrays, functions, weights, entries, fractions, at, state):
 
     Parameters
     ----------
-    entries, fractions : int64 and float64 arrays
+    entries, fractions : int64 and float32 arrays
         From `find_entries`, from number `at` on.
+    weights : tuple of four float32
     state : float64 array, shape (8,), written
     """
     for k in range(N_VALUES):
@@ -238,9 +246,9 @@ def state_of(arrays, functions, weights, entries, fractions, at, state):
         marginal = arrays.marginals[row]
         if marginal >= 0:
             here, span = np.uint64(at + row), 2 * (functions + marginal)
-            x = mean_of_corners(arrays.quantiles, entries[here], fractions[here], weights)
-            x = arrays.spans[np.uint64(span)] + arrays.spans[np.uint64(span + 1)] * x
-            state[np.uint64(arrays.channels[row])] = x
+            steps = mean_of_corners(arrays.quantiles, entries[here], fractions[here], weights)
+            least, step = arrays.spans[np.uint64(span)], arrays.spans[np.uint64(span + 1)]
+            state[np.uint64(arrays.channels[row])] = least + step * np.float64(steps)
     channels_to_state(state)
 
 
@@ -272,12 +280,14 @@ def draw_from_words(arrays, alpha1, speed, w0, w1, words, state):
     cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
     weights = corner_weights(cell_alpha[2], cell_speed[2])
     record, functions = choose(arrays, cell_alpha, cell_speed, weights, w0, w1)
-    positions, values, entries = local_values(), local_values(), local_entries()
+    w = weights
+    singles = np.float32(w[0]), np.float32(w[1]), np.float32(w[2]), np.float32(w[3])
+    positions, values, entries = local_singles(), local_values(), local_entries()
     for row in range(len(arrays.channels)):
         positions[row] = normal_of_word(arrays.normals, words[row])
     mix(arrays, record, w1, positions, 0, local_record())
     find_entries(arrays, functions, positions, 0, entries)
-    state_of(arrays, functions, weights, entries, positions, 0, values)
+    state_of(arrays, functions, singles, entries, positions, 0, values)
     for k in range(min(state.size, N_VALUES)):
         state[k] = values[k]
     return status

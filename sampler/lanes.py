@@ -13,9 +13,10 @@ from numba import types
 
 from sampler.channels import END_MIRRORED, FIRST_MIRRORED
 from sampler.encoding import MIXTURE_SCALE
-from sampler.intrinsics import bits_of, local_array, prefetch, read_pair, real_of_bits
+from sampler.intrinsics import local_array, prefetch, read_pair
 from sampler.jit import borrowing_inline_kernel
 from sampler.kernel import N_VALUES
+from sampler.normal import piece_of_word
 
 #: Draws of a block.
 BLOCK = 32
@@ -24,25 +25,26 @@ _LOW = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
-_UNIT = 1.0 / MIXTURE_SCALE
+_UNIT = np.float32(1.0 / MIXTURE_SCALE)
+_ZERO = np.float32(0.0)
 _CORNER_UNIT = 2.0**-20
-_MANTISSA = np.uint64(0xFFFFFFFFFFFFF)
-_ONE_BITS = np.uint64(0x3FF0000000000000)
 #: Pairs of 16-bit numbers in the longest record, of 8 channels.
 _PAIRS = 23
 
 _local_longs = local_array(types.uint64, BLOCK)
 _local_integers = local_array(types.int32, BLOCK)
 _local_reals = local_array(types.float64, BLOCK)
-_local_cubics = local_array(types.float64, 4 * BLOCK)
+_local_singles = local_array(types.float32, BLOCK)
+_local_cubics = local_array(types.float32, 4 * BLOCK)
 _local_pairs = local_array(types.int32, _PAIRS * BLOCK)
-_local_factors = local_array(types.float64, 2 * _PAIRS * BLOCK)
+_local_factors = local_array(types.float32, 2 * _PAIRS * BLOCK)
 _local_corners = local_array(types.int32, 4 * BLOCK)
 local_words = local_array(types.uint32, 12 * BLOCK)
 local_conditions = local_array(types.float64, BLOCK)
 local_nodes = local_array(types.int32, BLOCK)
-local_weights = local_array(types.float64, 4 * BLOCK)
+local_weights = local_array(types.float32, 4 * BLOCK)
 local_values = local_array(types.float64, N_VALUES * BLOCK)
+_local_fractions = local_array(types.float32, N_VALUES * BLOCK)
 local_entries = local_array(types.int32, N_VALUES * BLOCK)
 
 
@@ -112,9 +114,9 @@ def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records
         r = np.uint64(n)
         w0, w1 = (1.0 - t[r]) * (1.0 - s[r]), (1.0 - t[r]) * s[r]
         w2 = t[r] * (1.0 - s[r])
-        weights[r], weights[np.uint64(BLOCK + n)] = w0, w1
-        weights[np.uint64(2 * BLOCK + n)] = w2
-        weights[np.uint64(3 * BLOCK + n)] = t[r] * s[r]
+        weights[r], weights[np.uint64(BLOCK + n)] = np.float32(w0), np.float32(w1)
+        weights[np.uint64(2 * BLOCK + n)] = np.float32(w2)
+        weights[np.uint64(3 * BLOCK + n)] = np.float32(t[r] * s[r])
         w = words[np.uint64(BLOCK + n)]
         place = (np.float64(np.int32(w >> np.uint32(12))) + 0.5) * _CORNER_UNIT
         upper_alpha = place >= w0 + w1
@@ -160,22 +162,11 @@ def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records
 
 @borrowing_inline_kernel
 def fill_normals(table, words, first_word, normals, first):
-    """Turn words into the normals of a row; see `sampler.normal.normal_of_word`.
-
-    The octave is the exponent of the word as a floating-point number, half odd.
-    """
-    rows, t, sign, cubic = _local_integers(), _local_reals(), _local_reals(), _local_cubics()
+    """Turn words into the normals of a row; see `sampler.normal.normal_of_word`."""
+    rows, t, sign, cubic = _local_integers(), _local_singles(), _local_singles(), _local_cubics()
     for n in range(BLOCK):
         r = np.uint64(n)
-        word = words[np.uint64(first_word + n)]
-        upper = np.int32(word >> np.uint32(31))
-        mask = np.uint32(-upper)
-        half = np.float64(np.int32((word ^ mask) & np.uint32(0x7FFFFFFF))) + 0.5
-        bits = bits_of(half)
-        octave = np.int32(1053) - np.int32(bits >> np.uint64(52))
-        rows[r] = octave * np.int32(8) + np.int32((bits >> np.uint64(49)) & np.uint64(7))
-        t[r] = real_of_bits(((bits << np.uint64(3)) & _MANTISSA) | _ONE_BITS) - 1.0
-        sign[r] = 1.0 - 2.0 * upper
+        rows[r], t[r], sign[r] = piece_of_word(words[np.uint64(first_word + n)])
     for n in range(BLOCK):
         r = np.uint64(n)
         row = np.uint64(rows[r])
@@ -204,20 +195,21 @@ def _fill_factors(arrays, records, factors):
         for n in range(BLOCK):
             pair = raw[np.uint64(k * BLOCK + n)]
             low = np.int32(np.int32(pair << np.int32(16)) >> np.int32(16))
-            factors[np.uint64(2 * k * BLOCK + n)] = np.float64(low)
-            factors[np.uint64((2 * k + 1) * BLOCK + n)] = np.float64(np.int32(pair >> np.int32(16)))
+            factors[np.uint64(2 * k * BLOCK + n)] = np.float32(low)
+            factors[np.uint64((2 * k + 1) * BLOCK + n)] = np.float32(np.int32(pair >> np.int32(16)))
 
 
 @borrowing_inline_kernel
 def mix_block(arrays, records, functions, words, values, entries):
     """Take step 4: normals to fractions between knots; asks for the quantiles there."""
     n_channels = len(arrays.channels)
-    factors, z, units = _local_factors(), _local_reals(), _local_reals()
+    factors, z, units = _local_factors(), _local_singles(), _local_singles()
     _fill_factors(arrays, records, factors)
     for n in range(BLOCK):
-        limit = np.float64(np.int32(words[np.uint64(BLOCK + n)] & np.uint32(4095)))
+        limit = np.float32(np.int32(words[np.uint64(BLOCK + n)] & np.uint32(4095)))
         units[np.uint64(n)] = -_UNIT if limit < factors[np.uint64(n)] else _UNIT
-    last, last_but_one = np.float64(arrays.n_knots - 1), np.int32(arrays.n_knots - 2)
+    last, last_but_one = np.float32(arrays.n_knots - 1), np.int32(arrays.n_knots - 2)
+    most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
     for row in range(n_channels - 1, -1, -1):
         first = 1 + n_channels + row * (row + 1) // 2
         for n in range(BLOCK):
@@ -231,10 +223,9 @@ def mix_block(arrays, records, functions, words, values, entries):
         for n in range(BLOCK):
             r = np.uint64(n)
             x = z[r] * (units[r] if mirrored else _UNIT)
-            position = (x + arrays.variate_max) * arrays.variate_scale
-            position = min(max(position, 0.0), last)
+            position = min(max((x + most) * scale, _ZERO), last)
             k = min(np.int32(position), last_but_one)
-            values[np.uint64(row * BLOCK + n)] = position - k
+            values[np.uint64(row * BLOCK + n)] = position - np.float32(k)
             function = functions[r] + np.int32(max(marginal, 0))
             entries[np.uint64(row * BLOCK + n)] = (function * np.int32(arrays.n_knots) + k) * 4
         if marginal >= 0:
@@ -258,18 +249,18 @@ def quantile_block(arrays, row, functions, weights, entries, fractions, result, 
     for n in range(BLOCK):
         r = np.uint64(n)
         f = fractions[np.uint64(row * BLOCK + n)]
-        total = 0.0
+        total = _ZERO
         for half in range(2):
             low = np.uint32(raw[np.uint64(half * BLOCK + n)])
             high = np.uint32(raw[np.uint64((2 + half) * BLOCK + n)])
-            low0 = np.float64(np.int32(low & np.uint32(0xFFFF)))
-            low1 = np.float64(np.int32(low >> np.uint32(16)))
-            high0 = np.float64(np.int32(high & np.uint32(0xFFFF)))
-            high1 = np.float64(np.int32(high >> np.uint32(16)))
+            low0 = np.float32(np.int32(low & np.uint32(0xFFFF)))
+            low1 = np.float32(np.int32(low >> np.uint32(16)))
+            high0 = np.float32(np.int32(high & np.uint32(0xFFFF)))
+            high1 = np.float32(np.int32(high >> np.uint32(16)))
             mean = weights[np.uint64(2 * half * BLOCK + n)] * (low0 + f * (high0 - low0))
             mean += weights[np.uint64((2 * half + 1) * BLOCK + n)] * (low1 + f * (high1 - low1))
             total += mean
-        result[np.uint64(first + n)] = least[r] + step[r] * total
+        result[np.uint64(first + n)] = least[r] + step[r] * np.float64(total)
 
 
 @borrowing_inline_kernel
@@ -299,7 +290,7 @@ def draw_block(arrays, words, alpha1, speed, states):
     alpha_nodes, speed_nodes = local_nodes(), local_nodes()
     t, s, weights = _local_reals(), _local_reals(), local_weights()
     records, functions = local_nodes(), local_nodes()
-    values, entries = local_values(), local_entries()
+    values, entries = _local_fractions(), local_entries()
     locate_block(arrays.alpha, alpha1, alpha_nodes, t)
     locate_block(arrays.speed, speed, speed_nodes, s)
     choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records, functions)
