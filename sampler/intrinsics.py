@@ -121,6 +121,55 @@ def mean_of_corners(typingctx, steps, entry, fraction, weights):
 
 
 @_operation
+def mix_rows(
+    typingctx, components, record, channels, normals, at, step, units, turn, variates, to
+):
+    """Mean + L n of one component, in its unit, all eight rows side by side, column by column.
+
+    ``components`` (int16) holds at ``record`` + 1 the means, then the columns of L from the
+    diagonal down, one for each of ``channels``. The normal of column k is number at + k step of
+    ``normals``, and eight rows are written to ``variates`` from number ``to`` on (both float32).
+    Rows above the diagonal get zeros added, and rows that the table lacks something finite: both
+    read on into neighbouring numbers.
+    """
+    n, lanes = len(channels), 8
+    shorts = ir.VectorType(ir.IntType(16), lanes)
+    singles = ir.VectorType(ir.FloatType(), lanes)
+
+    def emit(context, builder, sig, args):
+        source, _, _, numbers, _, _, units, _, target, _ = (
+            arrayobj.make_array(kind)(context, builder, value).data
+            if isinstance(kind, types.Array)
+            else value
+            for kind, value in zip(sig.args, args, strict=True)
+        )
+
+        def load(offset):
+            place = builder.gep(source, [builder.add(args[1], args[1].type(offset))])
+            place = builder.bitcast(place, shorts.as_pointer())
+            return builder.sitofp(builder.load(place, align=2), singles)
+
+        z, first = load(1), 1 + n
+        for column in range(n):
+            index = builder.add(args[4], builder.mul(args[5], args[5].type(column)))
+            number = builder.load(builder.gep(numbers, [index]))
+            factor = builder.insert_element(ir.Constant(singles, None), number, _WORD(0))
+            below = [0 if lane >= column else lanes for lane in range(lanes)]
+            below = ir.Constant(ir.VectorType(_WORD, lanes), below)
+            spread = builder.shuffle_vector(factor, ir.Constant(singles, None), below)
+            z = builder.fadd(z, builder.fmul(load(first), spread))
+            first += n - column - 1
+        unit = builder.bitcast(builder.gep(units, [args[7]]), singles.as_pointer())
+        place = builder.bitcast(builder.gep(target, [args[9]]), singles.as_pointer())
+        builder.store(builder.fmul(z, builder.load(unit, align=4)), place, align=4)
+        return context.get_dummy_value()
+
+    number = types.intp
+    kinds = (components, number, channels, normals, number, number, units, number, variates, number)
+    return types.void(*kinds), emit
+
+
+@_operation
 def single_bits(typingctx, value):
     """Get the bits of a float32, as uint32."""
 

@@ -47,6 +47,8 @@ HALF_SIZE_NOT_POSITIVE = -5
 MOST_WORDS = 10
 
 N_VALUES = len(CHANNELS)
+#: Rows of a factor that are worked out side by side, those that a table lacks included.
+LANES = 8
 _HALF_PI = 0.5 * math.pi
 #: Rounding of a unit conversion: an excess below this, relative, is no excess.
 ROUNDING = 1e-12
@@ -65,6 +67,7 @@ _LOW_HALF = np.uint32(0xFFFF)
 #: An array for the channels of one draw.
 local_values = local_array(types.float64, N_VALUES)
 local_singles = local_array(types.float32, N_VALUES)
+local_lanes = local_array(types.float32, LANES)
 local_entries = local_array(types.int64, N_VALUES)
 
 #: An array for the record of one component, at most 1 + 8 + 36 numbers.
@@ -178,33 +181,34 @@ def choose(arrays, cell_alpha, cell_speed, weights, w0, w1):
 
 
 @borrowing_inline_kernel
-def mix(arrays, record, w1, normals, at, factors):
-    """Step 4: replace standard normals n by fractional knots of the variates mean + L n.
+def mix(arrays, record, normals, at, step, variates, to):
+    """Step 4: variates mean + L n, without their unit.
+
+    All eight rows side by side, column by column. Rows above the diagonal get zeros added, and
+    rows that the table lacks something finite: both read on into neighbouring numbers.
 
     Parameters
     ----------
-    normals : float32 array, changed in place
-        From number `at` on.
-    factors : float32 array, shape (64,)
-        Scratch: the record in floating point, which the compiler converts many at a time.
+    record : int
+        First number of the component's record.
+    normals : float32 array
+        That of column k is number ``at + k step``.
+    variates : float32 array, written
+        Eight, from number `to` on.
     """
     n = len(arrays.channels)
-    for k in range(1 + n + n * (n + 1) // 2):
-        factors[np.uint64(k)] = np.float32(arrays.components[np.uint64(record + k)])
-    reflected = -_UNIT if np.float32(w1 & _REFLECTION_BITS) < factors[0] else _UNIT
-    last = np.float32(arrays.n_knots - 1)
-    most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
-    for row in range(n - 1, -1, -1):
-        # From the last row upwards, so that each row still finds the normals it needs.
-        z = factors[np.uint64(1 + row)]
-        first = 1 + n + row * (row + 1) // 2
-        for column in range(row + 1):
-            z += factors[np.uint64(first + column)] * normals[np.uint64(at + column)]
-        channel = arrays.channels[row]
-        z *= reflected if FIRST_MIRRORED <= channel < END_MIRRORED else _UNIT
-        position = (z + most) * scale
-        # constant beyond the last knots
-        normals[np.uint64(at + row)] = min(max(position, _ZERO), last)
+    z = local_lanes()
+    for lane in range(LANES):
+        z[np.uint64(lane)] = np.float32(arrays.components[np.uint64(record + 1 + lane)])
+    first = record + 1 + n
+    for column in range(n):
+        x = normals[np.uint64(at + column * step)]
+        for lane in range(LANES):
+            factor = np.float32(arrays.components[np.uint64(first + lane)])
+            z[np.uint64(lane)] += factor * (x if lane >= column else _ZERO)
+        first += n - column - 1
+    for lane in range(LANES):
+        variates[np.uint64(to + lane)] = z[np.uint64(lane)]
 
 
 @borrowing_inline_kernel
