@@ -15,7 +15,7 @@ from sampler.channels import END_MIRRORED, FIRST_MIRRORED
 from sampler.encoding import MIXTURE_SCALE
 from sampler.intrinsics import local_array, mean_of_corners, mix_rows, prefetch
 from sampler.jit import borrowing_inline_kernel
-from sampler.kernel import LANES, N_VALUES, local_lanes, mix
+from sampler.kernel import LANES, N_VALUES
 from sampler.normal import piece_of_word
 
 #: Draws of a block.
@@ -193,7 +193,18 @@ def mix_block(arrays, records, functions, words, normals, fractions, entries):
         record = np.int64(records[np.uint64(n)])
         limit = np.int32(words[np.uint64(BLOCK + n)] & np.uint32(4095))
         turn = LANES if limit < np.int32(arrays.components[np.uint64(record)]) else 0
-        mix_rows(arrays.components, record, arrays.channels, normals, n, BLOCK, units, turn, fractions, n * LANES)
+        mix_rows(
+            arrays.components,
+            record,
+            arrays.channels,
+            normals,
+            n,
+            BLOCK,
+            units,
+            turn,
+            fractions,
+            n * LANES,
+        )
     last, last_but_one = np.float32(arrays.n_knots - 1), np.int32(arrays.n_knots - 2)
     most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
     for n in range(BLOCK * LANES):
@@ -204,24 +215,33 @@ def mix_block(arrays, records, functions, words, normals, fractions, entries):
         knots[k] = knot
     for n in range(BLOCK):
         for row in range(n_channels):
-            if arrays.marginals[row] >= 0:
-                k = np.uint64(n * LANES + row)
-                function = functions[np.uint64(n)] + np.int32(arrays.marginals[row])
-                entry = (function * np.int32(arrays.n_knots) + knots[k]) * np.int32(4)
-                entries[k] = entry
-                prefetch(arrays.quantiles, np.int64(entry))
+            k = np.uint64(n * LANES + row)
+            # a channel without quantiles reads those of another, to no end
+            function = functions[np.uint64(n)] + np.int32(max(arrays.marginals[row], 0))
+            entry = (function * np.int32(arrays.n_knots) + knots[k]) * np.int32(4)
+            entries[k] = entry
+            prefetch(arrays.quantiles, np.int64(entry))
 
 
 @borrowing_inline_kernel
-def quantile_block(arrays, row, functions, weights, entries, fractions, result, first):
-    """Take step 5 for one channel; `result` gets it from number `first` on."""
-    marginal = np.int32(arrays.marginals[row])
+def quantile_block(arrays, functions, weights, entries, fractions, result):
+    """Take step 5: channel k of draw r is number ``k * BLOCK + r`` of `result`."""
+    means = local_fractions()
     for n in range(BLOCK):
-        k, w = np.uint64(n * LANES + row), 4 * n
-        span = np.uint64(np.int32(2) * (functions[np.uint64(n)] + marginal))
-        corners = (weights[np.uint64(w)], weights[np.uint64(w + 1)], weights[np.uint64(w + 2)], weights[np.uint64(w + 3)])
-        steps = mean_of_corners(arrays.quantiles, np.int64(entries[k]), fractions[k], corners)
-        result[np.uint64(first + n)] = arrays.spans[span] + arrays.spans[span + np.uint64(1)] * np.float64(steps)
+        mean_of_corners(
+            arrays.quantiles, arrays.channels, entries, fractions, weights, np.int64(n), means
+        )
+    for k in range(N_VALUES * BLOCK):
+        result[np.uint64(k)] = 0.0
+    for row in range(len(arrays.channels)):
+        marginal = np.int32(arrays.marginals[row])
+        if marginal >= 0:
+            first = arrays.channels[row] * BLOCK
+            for n in range(BLOCK):
+                span = np.uint64(np.int32(2) * (functions[np.uint64(n)] + marginal))
+                least, step = arrays.spans[span], arrays.spans[span + np.uint64(1)]
+                mean = np.float64(means[np.uint64(n * LANES + row)])
+                result[np.uint64(first + n)] = least + step * mean
 
 
 @borrowing_inline_kernel
@@ -260,10 +280,5 @@ def draw_block(arrays, words, alpha1, speed, states):
         word = (2 + row if row < 6 else 3 + row) * BLOCK
         fill_normals(arrays.normals, words, word, normals, row * BLOCK)
     mix_block(arrays, records, functions, words, normals, fractions, entries)
-    for k in range(N_VALUES * BLOCK):
-        states[np.uint64(k)] = 0.0
-    for row in range(n_channels):
-        if arrays.marginals[row] >= 0:
-            first = arrays.channels[row] * BLOCK
-            quantile_block(arrays, row, functions, weights, entries, fractions, states, first)
+    quantile_block(arrays, functions, weights, entries, fractions, states)
     states_of_block(states)
