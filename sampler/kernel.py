@@ -28,7 +28,7 @@ from numba import types
 
 from sampler.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED, channels_to_state
 from sampler.encoding import MIXTURE_SCALE
-from sampler.intrinsics import local_array, mean_of_corners
+from sampler.intrinsics import local_array, mean_of_corners, mix_rows
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from sampler.normal import normal_of_word
 from sampler.philox import philox_block
@@ -53,10 +53,10 @@ _HALF_PI = 0.5 * math.pi
 #: Rounding of a unit conversion: an excess below this, relative, is no excess.
 ROUNDING = 1e-12
 #: Unit of the stored means and factors, a power of two: exact.
-_UNIT = np.float32(1.0 / MIXTURE_SCALE)
-_ZERO = np.float32(0.0)
+UNIT = np.float32(1.0 / MIXTURE_SCALE)
+ZERO = np.float32(0.0)
 #: Bits of word 1 that decide on reflection; the others choose the node.
-_REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
+REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
 _CORNER_SHIFT = np.uint32(12)
 _CORNER_UNIT = 2.0**-20
 _LOW = np.uint64(0xFFFFFFFF)
@@ -66,12 +66,12 @@ _LOW_HALF = np.uint32(0xFFFF)
 
 #: An array for the channels of one draw.
 local_values = local_array(types.float64, N_VALUES)
-local_singles = local_array(types.float32, N_VALUES)
-local_lanes = local_array(types.float32, LANES)
-local_entries = local_array(types.int64, N_VALUES)
 
-#: An array for the record of one component, at most 1 + 8 + 36 numbers.
-local_record = local_array(types.float32, 64)
+#: Arrays for its rows, for units without and with reflection, for weights of the four nodes.
+local_singles = local_array(types.float32, LANES)
+local_entries = local_array(types.int32, LANES)
+local_units = local_array(types.float32, 2 * LANES)
+local_corners = local_array(types.float32, 4)
 
 
 @inline_kernel
@@ -181,78 +181,68 @@ def choose(arrays, cell_alpha, cell_speed, weights, w0, w1):
 
 
 @borrowing_inline_kernel
-def mix(arrays, record, normals, at, step, variates, to):
-    """Step 4: variates mean + L n, without their unit.
-
-    All eight rows side by side, column by column. Rows above the diagonal get zeros added, and
-    rows that the table lacks something finite: both read on into neighbouring numbers.
-
-    Parameters
-    ----------
-    record : int
-        First number of the component's record.
-    normals : float32 array
-        That of column k is number ``at + k step``.
-    variates : float32 array, written
-        Eight, from number `to` on.
-    """
-    n = len(arrays.channels)
-    z = local_lanes()
-    for lane in range(LANES):
-        z[np.uint64(lane)] = np.float32(arrays.components[np.uint64(record + 1 + lane)])
-    first = record + 1 + n
-    for column in range(n):
-        x = normals[np.uint64(at + column * step)]
-        for lane in range(LANES):
-            factor = np.float32(arrays.components[np.uint64(first + lane)])
-            z[np.uint64(lane)] += factor * (x if lane >= column else _ZERO)
-        first += n - column - 1
-    for lane in range(LANES):
-        variates[np.uint64(to + lane)] = z[np.uint64(lane)]
+def mix(arrays, record, w1, words, variates):
+    """Take step 4: variates mean + L n of all rows, reflected or not."""
+    normals, units = local_singles(), local_units()
+    for row in range(LANES):
+        units[row] = units[LANES + row] = UNIT
+    for row in range(len(arrays.channels)):
+        normals[row] = normal_of_word(arrays.normals, words[row])
+        if FIRST_MIRRORED <= arrays.channels[row] < END_MIRRORED:
+            units[LANES + row] = -UNIT
+    reflected = np.int32(w1 & REFLECTION_BITS) < np.int32(arrays.components[np.uint64(record)])
+    turn = LANES if reflected else 0
+    mix_rows(
+        arrays.components, record, arrays.channels, normals, 0, 1, units, turn, variates, 0
+    )
 
 
 @borrowing_inline_kernel
-def find_entries(arrays, functions, positions, at, entries):
-    """Replace fractional knots by their fractions, in place, and write where to read.
+def find_entries(arrays, functions, variates, entries):
+    """Replace variates by fractions between knots, in place, and write where step 5 reads.
 
     Parameters
     ----------
     functions : int
         First function of the class among the quantile functions of the cell.
-    positions : float32 array, changed in place
-        From number `at` on.
-    entries : int64 array, written
-        First of the eight numbers that step 5 reads for each channel, at the same numbers.
+    variates : float32 array, shape (8,), changed in place
+    entries : int32 array, shape (8,), written
+        First of the eight numbers that step 5 reads for each channel.
     """
+    last = np.float32(arrays.n_knots - 1)
+    most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
     for row in range(len(arrays.channels)):
-        marginal = arrays.marginals[row]
-        if marginal >= 0:
-            position = positions[np.uint64(at + row)]
-            k = min(int(position), arrays.n_knots - 2)
-            entries[np.uint64(at + row)] = ((functions + marginal) * arrays.n_knots + k) * 4
-            positions[np.uint64(at + row)] = position - np.float32(k)
+        position = min(max((variates[row] + most) * scale, ZERO), last)
+        k = min(int(position), arrays.n_knots - 2)
+        # a channel without quantiles reads those of another, to no end
+        function = functions + max(arrays.marginals[row], 0)
+        entries[row] = np.int32((function * arrays.n_knots + k) * 4)
+        variates[row] = position - np.float32(k)
 
 
 @borrowing_inline_kernel
-def state_of(arrays, functions, weights, entries, fractions, at, state):
+def state_of(arrays, functions, weights, entries, fractions, state):
     """Take step 5 for every channel, then make the components of the state.
 
     Parameters
     ----------
-    entries, fractions : int64 and float32 arrays
-        From `find_entries`, from number `at` on.
-    weights : tuple of four float32
+    entries, fractions : int32 and float32 arrays, shape (8,)
+        From `find_entries`.
+    weights : tuple of four float
     state : float64 array, shape (8,), written
     """
+    corners, means = local_corners(), local_singles()
+    corners[0], corners[1] = np.float32(weights[0]), np.float32(weights[1])
+    corners[2], corners[3] = np.float32(weights[2]), np.float32(weights[3])
+    mean_of_corners(arrays.quantiles, arrays.channels, entries, fractions, corners, 0, means)
     for k in range(N_VALUES):
-        state[np.uint64(k)] = 0.0
+        state[k] = 0.0
     for row in range(len(arrays.channels)):
         marginal = arrays.marginals[row]
         if marginal >= 0:
-            here, span = np.uint64(at + row), 2 * (functions + marginal)
-            steps = mean_of_corners(arrays.quantiles, entries[here], fractions[here], weights)
-            least, step = arrays.spans[np.uint64(span)], arrays.spans[np.uint64(span + 1)]
-            state[np.uint64(arrays.channels[row])] = least + step * np.float64(steps)
+            span = np.uint64(2 * (functions + marginal))
+            least, step = arrays.spans[span], arrays.spans[span + np.uint64(1)]
+            state[arrays.channels[row]] = least + step * np.float64(means[row])
     channels_to_state(state)
 
 
@@ -284,14 +274,10 @@ def draw_from_words(arrays, alpha1, speed, w0, w1, words, state):
     cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
     weights = corner_weights(cell_alpha[2], cell_speed[2])
     record, functions = choose(arrays, cell_alpha, cell_speed, weights, w0, w1)
-    w = weights
-    singles = np.float32(w[0]), np.float32(w[1]), np.float32(w[2]), np.float32(w[3])
-    positions, values, entries = local_singles(), local_values(), local_entries()
-    for row in range(len(arrays.channels)):
-        positions[row] = normal_of_word(arrays.normals, words[row])
-    mix(arrays, record, w1, positions, 0, local_record())
-    find_entries(arrays, functions, positions, 0, entries)
-    state_of(arrays, functions, singles, entries, positions, 0, values)
+    variates, entries, values = local_singles(), local_entries(), local_values()
+    mix(arrays, record, w1, words, variates)
+    find_entries(arrays, functions, variates, entries)
+    state_of(arrays, functions, weights, entries, variates, values)
     for k in range(min(state.size, N_VALUES)):
         state[k] = values[k]
     return status

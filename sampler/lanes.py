@@ -12,10 +12,9 @@ import numpy as np
 from numba import types
 
 from sampler.channels import END_MIRRORED, FIRST_MIRRORED
-from sampler.encoding import MIXTURE_SCALE
 from sampler.intrinsics import local_array, mean_of_corners, mix_rows, prefetch
 from sampler.jit import borrowing_inline_kernel
-from sampler.kernel import LANES, N_VALUES
+from sampler.kernel import LANES, N_VALUES, REFLECTION_BITS, UNIT, ZERO, local_units
 from sampler.normal import piece_of_word
 
 #: Draws of a block.
@@ -25,8 +24,6 @@ _LOW = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
-_UNIT = np.float32(1.0 / MIXTURE_SCALE)
-_ZERO = np.float32(0.0)
 _CORNER_UNIT = 2.0**-20
 
 _local_longs = local_array(types.uint64, BLOCK)
@@ -34,7 +31,6 @@ _local_integers = local_array(types.int32, BLOCK)
 _local_reals = local_array(types.float64, BLOCK)
 _local_singles = local_array(types.float32, BLOCK)
 _local_cubics = local_array(types.float32, 4 * BLOCK)
-_local_units = local_array(types.float32, 2 * LANES)
 local_words = local_array(types.uint32, 12 * BLOCK)
 local_conditions = local_array(types.float64, BLOCK)
 local_nodes = local_array(types.int32, BLOCK)
@@ -183,15 +179,15 @@ def fill_normals(table, words, first_word, normals, first):
 def mix_block(arrays, records, functions, words, normals, fractions, entries):
     """Take step 4: normals to fractions between knots; asks for the quantiles there."""
     n_channels = len(arrays.channels)
-    units, knots = _local_units(), local_entries()
+    units, knots = local_units(), local_entries()
     for row in range(LANES):
-        units[np.uint64(row)] = units[np.uint64(LANES + row)] = _UNIT
+        units[np.uint64(row)] = units[np.uint64(LANES + row)] = UNIT
     for row in range(n_channels):
         if FIRST_MIRRORED <= arrays.channels[row] < END_MIRRORED:
-            units[np.uint64(LANES + row)] = -_UNIT
+            units[np.uint64(LANES + row)] = -UNIT
     for n in range(BLOCK):
         record = np.int64(records[np.uint64(n)])
-        limit = np.int32(words[np.uint64(BLOCK + n)] & np.uint32(4095))
+        limit = np.int32(words[np.uint64(BLOCK + n)] & REFLECTION_BITS)
         turn = LANES if limit < np.int32(arrays.components[np.uint64(record)]) else 0
         mix_rows(
             arrays.components,
@@ -209,7 +205,7 @@ def mix_block(arrays, records, functions, words, normals, fractions, entries):
     most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
     for n in range(BLOCK * LANES):
         k = np.uint64(n)
-        position = min(max((fractions[k] + most) * scale, _ZERO), last)
+        position = min(max((fractions[k] + most) * scale, ZERO), last)
         knot = min(np.int32(position), last_but_one)
         fractions[k] = position - np.float32(knot)
         knots[k] = knot
