@@ -63,9 +63,10 @@ class TableArrays(NamedTuple):
         Upper half: probability to stay in the column, in units of 2**-16; lower half: component
         that takes the rest.
     first_of_class : uint16 array, I J Q
-    components : int16 array, I J K stride
-        Records: probability of reflection, N means, N (N + 1) / 2 factors (rows packed: L00, L10,
-        L11, ...), all in units of 1/4096, then padding. A record of a full table is a cache line.
+    components : int16 array, I J K stride + 8
+        Records: probability of reflection, N means, N (N + 1) / 2 factors (columns packed: L00,
+        L10, ..., L11, ...), all in units of 1/4096, then padding. A record of a full table is a
+        cache line. Eight zeros follow the last one, because eight rows are read at once.
     spans : float64 array, cells Q M 2
         Smallest quantile of a channel at the four nodes of a cell, and size of its steps.
     quantiles : uint16 array, cells Q M n_knots 4
