@@ -113,9 +113,7 @@ def mean_of_corners(typingctx, steps, channels, entries, fractions, weights, dra
 
         def load(array, numbers):
             kind = ir.VectorType(ir.FloatType(), numbers)
-            return builder.load(
-                builder.bitcast(place(array, numbers), kind.as_pointer()), align=4
-            )
+            return builder.load(builder.bitcast(place(array, numbers), kind.as_pointer()), align=4)
 
         def shuffled(a, b, lanes_of):
             return builder.shuffle_vector(a, b, ir.Constant(longs, lanes_of))
@@ -150,9 +148,7 @@ def mean_of_corners(typingctx, steps, channels, entries, fractions, weights, dra
 
 
 @_operation
-def mix_rows(
-    typingctx, components, record, channels, normals, at, step, units, turn, variates, to
-):
+def mix_rows(typingctx, components, record, channels, normals, at, step, units, turn, variates, to):
     """Mean + L n of one component, in its unit, all eight rows side by side, column by column.
 
     ``components`` (int16) holds at ``record`` + 1 the means, then the columns of L from the

@@ -192,9 +192,7 @@ def mix(arrays, record, w1, words, variates):
             units[LANES + row] = -UNIT
     reflected = np.int32(w1 & REFLECTION_BITS) < np.int32(arrays.components[np.uint64(record)])
     turn = LANES if reflected else 0
-    mix_rows(
-        arrays.components, record, arrays.channels, normals, 0, 1, units, turn, variates, 0
-    )
+    mix_rows(arrays.components, record, arrays.channels, normals, 0, 1, units, turn, variates, 0)
 
 
 @borrowing_inline_kernel

@@ -4,9 +4,9 @@
 Source: Wichura, "The percentage points of the normal distribution", Appl. Statist. 37 (1988).
 
 A draw takes six normals, so it uses cubics through that function instead, in single precision: on
-every octave of the distance from the nearer end of (0, 1), eight pieces. They are within 1e-6 of it,
-a two-hundredth of the rounding of the stored factors, need no logarithm and give the same bits in
-every language.
+every octave of the distance from the nearer end of (0, 1), eight pieces. They are within 1e-6 of
+it, a two-hundredth of the rounding of the stored factors, need no logarithm and give the same bits
+in every language.
 """
 
 import math

@@ -381,6 +381,9 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_column(uint32_t w0, uint32_t columns, uint32
     return (int32_t)(product >> 16);
 }
 
+/* Pairs of 16-bit numbers in the longest record, of 8 channels. */
+#define RBTI_PAIRS 23
+
 /* Where a draw reads: first number of its component's record, first function of its class among
    the quantile functions of its cell, weights of the four nodes. */
 typedef struct rbti_place {
@@ -421,11 +424,17 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(const rbt_table *table, double alpha1, d
         ((i * cells_of_row + j) * table->n_classes + kind) * table->n_marginals;
 }
 
+/* Signed number in the lower half of a word. */
+RBTI_INLINE int32_t rbti_signed(uint32_t word)
+{
+    return (int32_t)(word << 16) >> 16;
+}
+
 /* Variates mean + L n of all eight rows side by side, column by column, reflected or not. Rows above
    the diagonal get zeros added, and rows that the table lacks something finite: both read on into
-   neighbouring numbers. The normal of column k is normals[k * step]. */
+   neighbouring numbers. */
 RBTI_INLINE RBT_DEVICE void rbti_mix(const rbt_table *table, int32_t n, int32_t record, uint32_t w1,
-                                     const float *normals, size_t step, float variates[RBTI_LANES])
+                                     const float *normals, float variates[RBTI_LANES])
 {
     const int16_t *numbers = table->components + record;
     const float *units = table->units[(int32_t)(w1 & 4095u) < numbers[0]];
@@ -434,7 +443,7 @@ RBTI_INLINE RBT_DEVICE void rbti_mix(const rbt_table *table, int32_t n, int32_t 
         z[lane] = (float)numbers[1 + lane];
     numbers += 1 + n;
     for (int32_t column = 0; column < n; column++) {
-        const float x = normals[(size_t)column * step];
+        const float x = normals[column];
         for (int lane = 0; lane < RBTI_LANES; lane++)
             z[lane] += (float)numbers[lane] * (lane >= column ? x : 0.0f);
         numbers += n - column - 1;
@@ -504,7 +513,7 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_one(const rbt_table *table, int32_t n, dou
     float normals[RBTI_LANES], variates[RBTI_LANES];
     for (int32_t row = 0; row < n; row++)
         normals[row] = rbti_normal(table->normals, words[row < 6 ? 2 + row : 3 + row]);
-    rbti_mix(table, n, place.record, words[1], normals, 1, variates);
+    rbti_mix(table, n, place.record, words[1], normals, variates);
     for (int k = 0; k < RBT_VALUES; k++)
         values[k] = 0.0;
     for (int32_t row = 0; row < n; row++) {
@@ -569,9 +578,8 @@ typedef struct rbti_draws {
     float weights[4][RBTI_BLOCK];
     int32_t alpha_node[RBTI_BLOCK], speed_node[RBTI_BLOCK];
     int32_t record[RBTI_BLOCK], functions[RBTI_BLOCK];
-    float normals[RBT_VALUES * RBTI_BLOCK];     /* that of row k and draw r at k * RBTI_BLOCK + r */
-    float fractions[RBTI_BLOCK * RBTI_LANES];   /* of row k and draw r at r * RBTI_LANES + k */
-    int32_t entries[RBTI_BLOCK * RBTI_LANES];
+    float values[RBT_VALUES][RBTI_BLOCK]; /* normals, then fractions, by row of the factor */
+    int32_t entries[RBT_VALUES][RBTI_BLOCK];
     double channels[RBT_VALUES][RBTI_BLOCK];
 } rbti_draws;
 
@@ -715,26 +723,72 @@ RBTI_INLINE void rbti_fill_normals(const float *table, const uint32_t *words, fl
     }
 }
 
+/* Records of a block, number by number: factors[k][r] is number k of the record of draw r. */
+RBTI_INLINE void rbti_fill_factors(const rbt_table *table, int32_t n, const int32_t *records,
+                                   float (*factors)[RBTI_BLOCK])
+{
+    const int32_t pairs = (2 + n + n * (n + 1) / 2) / 2;
+    uint32_t raw[RBTI_PAIRS][RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        const int16_t *record = table->components + records[r];
+        for (int32_t k = 0; k < pairs; k++)
+            memcpy(&raw[k][r], record + 2 * k, sizeof raw[k][r]);
+    }
+    for (int32_t k = 0; k < pairs; k++) {
+        RBTI_EACH_DRAW(r)
+        {
+            factors[2 * k][r] = (float)rbti_signed(raw[k][r]);
+            factors[2 * k + 1][r] = (float)rbti_signed(raw[k][r] >> 16);
+        }
+    }
+}
+
 /* Normals to fractions between knots; asks for the quantiles there. */
 RBTI_INLINE void rbti_mix_block(const rbt_table *table, int32_t n, rbti_draws *d)
 {
-    const rbt_table t = *table;
+    const float variate_max = (float)table->variate_max, scale = (float)table->variate_scale;
+    const float last = (float)(table->n_knots - 1);
+    const int32_t last_but_one = table->n_knots - 2, knots = table->n_knots;
+    float factors[2 * RBTI_PAIRS][RBTI_BLOCK] RBTI_ALIGNED;
+    float unit[2][RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_factors(table, n, d->record, factors);
     RBTI_EACH_DRAW(r)
     {
-        rbti_mix(table, n, d->record[r], d->words[1][r], d->normals + r, RBTI_BLOCK,
-                 d->fractions + RBTI_LANES * r);
+        const float limit = (float)(int32_t)(d->words[1][r] & 4095u);
+        unit[0][r] = RBTI_UNIT;
+        unit[1][r] = limit < factors[0][r] ? -RBTI_UNIT : RBTI_UNIT;
     }
-    for (size_t k = 0; k < RBTI_BLOCK * RBTI_LANES; k++)
-        d->entries[k] = rbti_knot(&t, &d->fractions[k]);
-    RBTI_EACH_DRAW(r)
-    {
-        for (int32_t row = 0; row < n; row++) {
-            /* a channel without quantiles reads those of another, to no end */
-            const int32_t marginal = t.marginals[row] > 0 ? t.marginals[row] : 0;
-            const int32_t function = d->functions[r] + marginal;
-            int32_t *entry = d->entries + RBTI_LANES * r + row;
-            *entry = (function * t.n_knots + *entry) * 4;
-            RBTI_PREFETCH(t.quantiles + *entry);
+    for (int32_t row = n - 1; row >= 0; row--) {
+        /* from the last row upwards, so that each row still finds the normals it needs */
+        const float *units = unit[table->units[1][row] < 0.0f];
+        float z[RBTI_BLOCK] RBTI_ALIGNED;
+        RBTI_EACH_DRAW(r)
+        {
+            z[r] = factors[1 + row][r];
+        }
+        for (int32_t column = 0; column <= row; column++) {
+            const float *factor = factors[1 + n + column * n - column * (column + 1) / 2 + row];
+            RBTI_EACH_DRAW(r)
+            {
+                z[r] += factor[r] * d->values[column][r];
+            }
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            float position = (z[r] * units[r] + variate_max) * scale;
+            position = position > 0.0f ? position : 0.0f;
+            position = position < last ? position : last;
+            int32_t k = (int32_t)position;
+            k = k < last_but_one ? k : last_but_one;
+            d->values[row][r] = position - (float)k;
+            d->entries[row][r] = ((d->functions[r] + table->marginals[row]) * knots + k) * 4;
+        }
+        if (table->marginals[row] >= 0) {
+            RBTI_EACH_DRAW(r)
+            {
+                RBTI_PREFETCH(table->quantiles + d->entries[row][r]);
+            }
         }
     }
 }
@@ -743,14 +797,12 @@ RBTI_INLINE void rbti_mix_block(const rbt_table *table, int32_t n, rbti_draws *d
 RBTI_INLINE void rbti_quantile_block(const rbt_table *table, int32_t row, const rbti_draws *d,
                                      double *result)
 {
-    const int32_t *entries = d->entries + row;
-    const float *fractions = d->fractions + row;
     uint32_t raw[4][RBTI_BLOCK] RBTI_ALIGNED;
     double least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
     {
         uint32_t eight[4];
-        memcpy(eight, table->quantiles + entries[RBTI_LANES * r], sizeof eight);
+        memcpy(eight, table->quantiles + d->entries[row][r], sizeof eight);
         raw[0][r] = eight[0];
         raw[1][r] = eight[1];
         raw[2][r] = eight[2];
@@ -764,7 +816,7 @@ RBTI_INLINE void rbti_quantile_block(const rbt_table *table, int32_t row, const 
     }
     RBTI_EACH_DRAW(r)
     {
-        const float f = fractions[RBTI_LANES * r];
+        const float f = d->values[row][r];
         float mean[2];
         for (int half = 0; half < 2; half++) {
             const float low0 = (float)(int32_t)(raw[half][r] & 0xffffu);
@@ -812,8 +864,7 @@ RBTI_INLINE void rbti_draw_block(const rbt_table *table, int32_t n, uint64_t see
     rbti_locate_block(&table->speed, d->speed, d->speed_node, d->speed_weight);
     rbti_choose_block(table, d);
     for (int32_t row = 0; row < n; row++)
-        rbti_fill_normals(table->normals, d->words[row < 6 ? 2 + row : 3 + row],
-                          d->normals + (size_t)row * RBTI_BLOCK);
+        rbti_fill_normals(table->normals, d->words[row < 6 ? 2 + row : 3 + row], d->values[row]);
     rbti_mix_block(table, n, d);
     for (int channel = 0; channel < 6; channel++)
         RBTI_EACH_DRAW(r)
