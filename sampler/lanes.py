@@ -1,9 +1,12 @@
 """The steps of a draw, each for a block of draws side by side.
 
 Every step is a loop over arrays of `BLOCK` numbers without branches, which the compiler turns into
-vector instructions; what a step reads at scattered places was asked for by the step before. The
-arithmetic of a draw is that of `sampler.kernel`, number by number. An array of several numbers a
-draw has number k of draw r at ``k * BLOCK + r``.
+vector instructions; where a draw reads many neighbours, its channels go side by side instead. What
+a step reads at scattered places was asked for by the step before. The arithmetic of a draw is that
+of `sampler.kernel`, number by number.
+
+An array of several numbers a draw has number k of draw r at ``k * BLOCK + r``; variates, fractions
+and entries have that of row k at ``r * LANES + k``, weights that of corner c at ``4 r + c``.
 """
 
 import math

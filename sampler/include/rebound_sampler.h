@@ -17,7 +17,7 @@
    The file is what `tablegen export T.h5 --output T.rbt` writes. Equal arguments give the states
    that the Python package gives, with the same bits whatever the compiler flags; but with
    -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
-   rounding.
+   rounding in single precision.
 
    Angles are in radians, everything else in SI units. A state is u, v, w over V and omega_x,
    omega_y, omega_z times a/V (V: impact speed, a: largest half-size of the particle) in the frame
