@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from sampler.arrays import Axis, TableArrays
 from sampler.channels import CHANNELS, COMPONENTS
-from sampler.kernel import ROUNDING
+from sampler.kernel import LANES, ROUNDING
 from sampler.normal import normal_table
 from sampler.schema import TableContents
 
@@ -15,8 +15,8 @@ _LINE = 32
 #: Steps of the quantiles of a cell.
 _STEPS = 65535
 
-#: Relative rounding that must not take a quantile to the end of its open range.
-_MARGIN = 1e-12
+#: Relative rounding, in single precision, that must not take a draw beyond the largest quantile.
+_MARGIN = 1e-6
 
 
 def aligned(shape: tuple[int, ...], dtype: type) -> NDArray:
@@ -49,11 +49,17 @@ def _records(contents: TableContents) -> NDArray[np.int16]:
     """Reflection probability, means and factors of each component side by side."""
     mean, factor = contents["dependence/mean"], contents["dependence/cholesky"]
     channels = mean.shape[-1]
-    records = aligned((*mean.shape[:-1], record_stride(channels)), np.int16)
+    stride = record_stride(channels)
+    nodes = mean.size // channels
+    flat = aligned((nodes * stride + LANES,), np.int16)
+    records = flat[: nodes * stride].reshape(*mean.shape[:-1], stride)
     records[..., 0] = contents["dependence/reflection"]
     records[..., 1 : 1 + channels] = mean
-    records[..., 1 + channels : 1 + channels + factor.shape[-1]] = factor
-    return records.reshape(-1)
+    # the file has the triangle row by row, a draw wants it column by column
+    rows, columns = np.tril_indices(channels)
+    by_column = np.lexsort((rows, columns))
+    records[..., 1 + channels : 1 + channels + len(rows)] = factor[..., by_column]
+    return flat
 
 
 def _cells(quantiles: NDArray[np.float32]) -> NDArray[np.float64]:

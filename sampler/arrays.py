@@ -57,15 +57,16 @@ class TableArrays(NamedTuple):
         Row among the M marginals of each channel; -1 for one that only carries dependence.
     columns : tuple of int
         Component of the state in each column that `Table.sample` returns.
-    normals : float64 array, shape (256, 4)
+    normals : float32 array, shape (257, 4)
         See `sampler.normal.normal_table`.
     alias : uint32 array, I J K
         Upper half: probability to stay in the column, in units of 2**-16; lower half: component
         that takes the rest.
     first_of_class : uint16 array, I J Q
-    components : int16 array, I J K stride
-        Records: probability of reflection, N means, N (N + 1) / 2 factors (rows packed: L00, L10,
-        L11, ...), all in units of 1/4096, then padding. A record of a full table is a cache line.
+    components : int16 array, I J K stride + 8
+        Records: probability of reflection, N means, N (N + 1) / 2 factors (columns packed: L00,
+        L10, ..., L11, ...), all in units of 1/4096, then padding. A record of a full table is a
+        cache line. Eight zeros follow the last one, because eight rows are read at once.
     spans : float64 array, cells Q M 2
         Smallest quantile of a channel at the four nodes of a cell, and size of its steps.
     quantiles : uint16 array, cells Q M n_knots 4
@@ -86,7 +87,7 @@ class TableArrays(NamedTuple):
     channels: tuple[int, ...]
     marginals: tuple[int, ...]
     columns: tuple[int, ...]
-    normals: NDArray[np.float64]
+    normals: NDArray[np.float32]
     alias: NDArray[np.uint32]
     first_of_class: NDArray[np.uint16]
     components: NDArray[np.int16]

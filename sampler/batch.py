@@ -24,6 +24,24 @@ def item(values, k):
     return values[np.uint64(k)] if values.size > 1 else values[0]
 
 
+@borrowing_inline_kernel
+def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
+    """Copy the conditions of a block; whether all of them lie within the table.
+
+    A block that is not full repeats its last draw. Without branches; NaN is not within.
+    """
+    low, high = arrays.alpha.low, arrays.alpha.high
+    least, most = arrays.speed.low, arrays.speed.high
+    outside = np.int64(0)
+    for r in range(BLOCK):
+        k = first + min(r, count - 1)
+        angle, velocity = item(alpha1, k), item(speed, k)
+        angles[np.uint64(r)], velocities[np.uint64(r)] = angle, velocity
+        inside = (angle >= low) & (angle <= high) & (velocity >= least) & (velocity <= most)
+        outside += np.int64(not inside)
+    return outside == 0
+
+
 @borrowing_kernel
 def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     """Draw the states of the rows from start to stop; ends with the block of the first error.
@@ -50,17 +68,14 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     clamped = 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        for r in range(BLOCK):
-            # a block that is not full repeats its last draw
-            k = first + min(r, count - 1)
-            angle, velocity = item(alpha1, k), item(speed, k)
-            angles[np.uint64(r)], velocities[np.uint64(r)] = angle, velocity
-            status = status_of(arrays, angle, velocity)
-            if status < OK:
-                return k, status, first_clamped, clamped
-            if status == CLAMPED and r < count:
-                clamped += 1
-                first_clamped = k if first_clamped < 0 else first_clamped
+        if not fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
+            for r in range(count):
+                status = status_of(arrays, angles[np.uint64(r)], velocities[np.uint64(r)])
+                if status < OK:
+                    return first + r, status, first_clamped, clamped
+                if status == CLAMPED:
+                    clamped += 1
+                    first_clamped = first + r if first_clamped < 0 else first_clamped
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         draw_block(arrays, words, angles, velocities, result)
         for r in range(count):

@@ -4,6 +4,7 @@ The layout is in `sampler.image_layout`. Equal tables give equal bytes on one ma
 """
 
 import hashlib
+import math
 import os
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -183,16 +184,18 @@ def _image_of(data: NDArray[np.uint8]) -> Image:
     header = data[: HEADER_DTYPE.itemsize].view(HEADER_DTYPE)[0]
     check_header(header)
     lengths = lengths_of(header)
-    found = {}
+    found, whole = {}, {}
     for array in ARRAYS:
         shape = tuple(lengths[d] if isinstance(d, str) else d for d in array.dims)
         start = int(header[f"at_{array.name}"])
-        size = int(np.prod(shape)) * np.dtype(array.dtype).itemsize
-        found[array.name] = data[start : start + size].view(array.dtype).reshape(shape)
+        numbers = math.prod(shape) + array.extra
+        size = numbers * np.dtype(array.dtype).itemsize
+        whole[array.name] = data[start : start + size].view(array.dtype)
+        found[array.name] = whole[array.name][: math.prod(shape)].reshape(shape)
     check_values(header, found)
     pair = bytes(header["pair"]).decode(errors="replace")
     checksum_of_table = header["content_sha256"].tobytes().hex()
-    return Image(_table_arrays(header, found), pair, checksum_of_table)
+    return Image(_table_arrays(header, whole), pair, checksum_of_table)
 
 
 def _axis(header: np.void, name: str, coordinate: NDArray[np.float64]) -> Axis:
@@ -211,7 +214,7 @@ def _axis(header: np.void, name: str, coordinate: NDArray[np.float64]) -> Axis:
 
 
 def _table_arrays(header: np.void, found: dict[str, NDArray[Any]]) -> TableArrays:
-    """Arrays of the kernels from a header and arrays that passed the checks."""
+    """Arrays of the kernels from a header and flat arrays that passed the checks."""
     variate_max, n_knots = float(header["variate_max"]), int(header["n_knots"])
     n_channels, n_columns = int(header["n_channels"]), int(header["n_columns"])
     return TableArrays(
@@ -227,10 +230,10 @@ def _table_arrays(header: np.void, found: dict[str, NDArray[Any]]) -> TableArray
         channels=tuple(int(k) for k in header["channels"][:n_channels]),
         marginals=tuple(int(k) for k in header["marginals"][:n_channels]),
         columns=tuple(int(k) for k in header["columns"][:n_columns]),
-        normals=found["normals"],
-        alias=found["alias"].reshape(-1),
-        first_of_class=found["first_of_class"].reshape(-1),
-        components=found["components"].reshape(-1),
-        spans=found["spans"].reshape(-1),
-        quantiles=found["quantiles"].reshape(-1),
+        normals=found["normals"].reshape(-1, 4),
+        alias=found["alias"],
+        first_of_class=found["first_of_class"],
+        components=found["components"],
+        spans=found["spans"],
+        quantiles=found["quantiles"],
     )

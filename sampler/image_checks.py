@@ -28,10 +28,12 @@ from sampler.kernel import ROUNDING
 _CUBIC = 16.0
 #: Bound on the numbers of nodes, in which 32 bits suffice.
 _LARGEST_NUMBER = 1e6
+#: Bound on mixture variates, which single precision holds.
+_LARGEST_VARIATE = 1e6
 #: How far the coordinate of a node may be from its number: it is interpolated between steps.
 INDEX_ROUNDING = 0.02
 #: Largest step of a quantile, and a rounding that may be added to it.
-_LAST_STEP = 65535.0 * (1.0 + 1e-13)
+_LAST_STEP = 65535.0 * (1.0 + 1e-6)
 
 
 class RefusedError(Exception):
@@ -111,7 +113,7 @@ def _check_offsets(header: np.void) -> None:
     lengths, size = lengths_of(header), int(header["file_bytes"])
     for array in ARRAYS:
         shape = (lengths[d] if isinstance(d, str) else d for d in array.dims)
-        needed = math.prod(shape) * np.dtype(array.dtype).itemsize
+        needed = (math.prod(shape) + array.extra) * np.dtype(array.dtype).itemsize
         start = int(header[f"at_{array.name}"])
         _need(start % ALIGNMENT == 0 and start >= HEADER_DTYPE.itemsize, -20)
         _need(start <= size and needed <= size - start, -20)
@@ -129,7 +131,7 @@ def _check_axes(header: np.void) -> None:
         end = (last - origin) * scale
         _need(end <= (float(header[f"n_{name}_grid"]) - 1.0) * (1.0 + 1e-9), -21)
     variate_max = float(header["variate_max"])
-    _need(math.isfinite(variate_max) and variate_max >= 1e-3, -21)
+    _need(1e-3 <= variate_max <= _LARGEST_VARIATE, -21)
 
 
 def check_values(header: np.void, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -137,7 +139,7 @@ def check_values(header: np.void, arrays: Mapping[str, NDArray[Any]]) -> None:
     for name in ("alpha", "speed"):
         _check_coordinate(header, name, arrays[f"{name}_coordinate"])
     # negated comparisons refuse NaN as well
-    _need((np.abs(arrays["normals"]).sum(axis=1) <= _CUBIC).all(), -23)
+    _need((np.abs(arrays["normals"]).sum(axis=1, dtype=np.float64) <= _CUBIC).all(), -23)
     _need(((arrays["alias"] & 0xFFFF) < header["n_components"]).all(), -24)
     first = arrays["first_of_class"]
     _need((first[..., 0] == 0).all() and (first <= header["n_components"]).all(), -25)
@@ -167,7 +169,7 @@ def _check_components(channels: int, records: NDArray[np.int16]) -> None:
     reflection = records[..., 0]
     _need(((reflection >= 0) & (reflection <= MIXTURE_SCALE)).all(), -26)
     first = 1 + channels
-    diagonal = [first + row * (row + 3) // 2 for row in range(channels)]
+    diagonal = [first + k * channels - k * (k - 1) // 2 for k in range(channels)]
     _need((records[..., diagonal] > 0).all(), -26)
 
 

@@ -57,12 +57,15 @@ class ImageArray:
     dims : tuple of str or int
         Names of header fields; ``n_cells`` is made from the numbers of nodes.
     meaning : str
+    extra : int
+        Further numbers behind the last, which a draw may read but not use.
     """
 
     name: str
     dtype: str
     dims: tuple[str | int, ...]
     meaning: str
+    extra: int = 0
 
 
 ARRAYS = (
@@ -78,7 +81,7 @@ ARRAYS = (
         ("n_speed_grid",),
         "fractional number of the node at equal steps of the impact speed",
     ),
-    ImageArray("normals", "<f8", (256, 4), "cubics through the normal quantile function"),
+    ImageArray("normals", "<f4", (257, 4), "cubics through the normal quantile function"),
     ImageArray(
         "alias",
         "<u4",
@@ -95,7 +98,9 @@ ARRAYS = (
         "components",
         "<i2",
         ("n_alpha", "n_speed", "n_components", "stride"),
-        "records: probability of reflection, means, factors (rows packed), padding; 1/4096",
+        "records: probability of reflection, means, factors (columns packed), padding; 1/4096; "
+        "8 zeros behind the last record",
+        extra=8,
     ),
     ImageArray(
         "spans",

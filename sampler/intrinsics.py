@@ -1,4 +1,4 @@
-"""Operations that numba does not offer: arrays on the stack, prefetching, leading zeros.
+"""Operations that numba does not offer: arrays on the stack, prefetching, bits of numbers.
 
 They are as small as can be; everything else is written in plain Python.
 """
@@ -83,79 +83,132 @@ def prefetch(typingctx, array, index):
 
 
 @_operation
-def leading_zeros(typingctx, word):
-    """Leading zero bits of a uint32 that is not zero."""
+def mean_of_corners(typingctx, steps, channels, entries, fractions, weights, draw, means):
+    """Weighted means over four corners of values between two knots, for all rows of one draw.
+
+    ``steps`` (uint16) holds at the entry of a row the four corners' values at one knot, then those
+    at the next: (sum over c of w_c (low_c + f (high_c - low_c))), summed as (0 + 1) + (2 + 3), in
+    single precision. ``entries``, ``fractions`` and ``means`` have eight numbers a draw, one for
+    each of ``channels`` and others that mean nothing; ``weights`` has four.
+    Written with vectors of eight, four corners of two rows each.
+    """
+    lanes = 8
+    shorts = ir.VectorType(ir.IntType(16), lanes)
+    longs = ir.VectorType(_WORD, lanes)
+    singles = ir.VectorType(ir.FloatType(), lanes)
+    # an even number of rows, the last one twice where there is one more
+    rows = [min(row, len(channels) - 1) for row in range(len(channels) + len(channels) % 2)]
 
     def emit(context, builder, sig, args):
-        return builder.ctlz(args[0], ir.IntType(1)(1))
+        source, _, entries, fractions, weights, _, means = (
+            arrayobj.make_array(kind)(context, builder, value).data
+            if isinstance(kind, types.Array)
+            else value
+            for kind, value in zip(sig.args, args, strict=True)
+        )
 
-    return types.uint32(types.uint32), emit
+        def place(array, numbers):
+            index = builder.mul(args[5], args[5].type(numbers))
+            return builder.gep(array, [index])
+
+        def load(array, numbers):
+            kind = ir.VectorType(ir.FloatType(), numbers)
+            return builder.load(builder.bitcast(place(array, numbers), kind.as_pointer()), align=4)
+
+        def shuffled(a, b, lanes_of):
+            return builder.shuffle_vector(a, b, ir.Constant(longs, lanes_of))
+
+        def corners(row):
+            entry = builder.load(builder.gep(place(entries, lanes), [_WORD(row)]))
+            first = builder.gep(source, [builder.sext(entry, args[5].type)])
+            whole = builder.load(builder.bitcast(first, shorts.as_pointer()), align=2)
+            return builder.sitofp(builder.zext(whole, longs), singles)
+
+        def halves_summed(a, b):
+            even = shuffled(a, b, list(range(0, 2 * lanes, 2)))
+            return builder.fadd(even, shuffled(a, b, list(range(1, 2 * lanes, 2))))
+
+        weight, fraction = load(weights, 4), load(fractions, lanes)
+        weight = shuffled(weight, weight, [0, 1, 2, 3, 0, 1, 2, 3])
+        terms = []
+        for k in range(0, len(rows), 2):
+            a, b = corners(rows[k]), corners(rows[k + 1])
+            low = shuffled(a, b, [0, 1, 2, 3, 8, 9, 10, 11])
+            high = shuffled(a, b, [4, 5, 6, 7, 12, 13, 14, 15])
+            f = shuffled(fraction, fraction, [rows[k]] * 4 + [rows[k + 1]] * 4)
+            rise = builder.fmul(f, builder.fsub(high, low))
+            terms.append(builder.fmul(weight, builder.fadd(low, rise)))
+        terms += [terms[-1]] * (4 - len(terms))
+        total = halves_summed(halves_summed(*terms[:2]), halves_summed(*terms[2:]))
+        target = builder.bitcast(place(means, lanes), singles.as_pointer())
+        builder.store(total, target, align=4)
+        return context.get_dummy_value()
+
+    return types.void(steps, channels, entries, fractions, weights, types.intp, means), emit
 
 
 @_operation
-def mean_of_corners(typingctx, steps, entry, fraction, weights):
-    """Weighted mean over four corners of values between two knots.
+def mix_rows(typingctx, components, record, channels, normals, at, step, units, turn, variates, to):
+    """Mean + L n of one component, in its unit, all eight rows side by side, column by column.
 
-    ``steps`` (uint16) holds the four corners' values at one knot from ``entry`` on, then those at
-    the next knot: (sum over c of w_c (low_c + f (high_c - low_c))), summed as (0 + 1) + (2 + 3).
-    Written with vectors of four, one for each corner: a draw does this for every channel.
+    ``components`` (int16) holds at ``record`` + 1 the means, then the columns of L from the
+    diagonal down, one for each of ``channels``. The normal of column k is number at + k step of
+    ``normals``, and eight rows are written to ``variates`` from number ``to`` on (both float32).
+    Rows above the diagonal get zeros added, and rows that the table lacks something finite: both
+    read on into neighbouring numbers.
     """
-    corners = ir.VectorType(ir.DoubleType(), 4)
+    n, lanes = len(channels), 8
+    shorts = ir.VectorType(ir.IntType(16), lanes)
+    singles = ir.VectorType(ir.FloatType(), lanes)
 
     def emit(context, builder, sig, args):
-        source = arrayobj.make_array(sig.args[0])(context, builder, args[0])
+        source, _, _, numbers, _, _, units, _, target, _ = (
+            arrayobj.make_array(kind)(context, builder, value).data
+            if isinstance(kind, types.Array)
+            else value
+            for kind, value in zip(sig.args, args, strict=True)
+        )
 
         def load(offset):
-            first = builder.gep(source.data, [builder.add(args[1], args[1].type(offset))])
-            place = builder.bitcast(first, ir.VectorType(ir.IntType(16), 4).as_pointer())
-            whole = builder.zext(builder.load(place, align=2), ir.VectorType(ir.IntType(32), 4))
-            return builder.sitofp(whole, corners)
+            place = builder.gep(source, [builder.add(args[1], args[1].type(offset))])
+            place = builder.bitcast(place, shorts.as_pointer())
+            return builder.sitofp(builder.load(place, align=2), singles)
 
-        def vector(numbers):
-            value = ir.Constant(corners, ir.Undefined)
-            for k, number in enumerate(numbers):
-                value = builder.insert_element(value, number, _WORD(k))
-            return value
+        z, first = load(1), 1 + n
+        for column in range(n):
+            index = builder.add(args[4], builder.mul(args[5], args[5].type(column)))
+            number = builder.load(builder.gep(numbers, [index]))
+            factor = builder.insert_element(ir.Constant(singles, None), number, _WORD(0))
+            below = [0 if lane >= column else lanes for lane in range(lanes)]
+            below = ir.Constant(ir.VectorType(_WORD, lanes), below)
+            spread = builder.shuffle_vector(factor, ir.Constant(singles, None), below)
+            z = builder.fadd(z, builder.fmul(load(first), spread))
+            first += n - column - 1
+        unit = builder.bitcast(builder.gep(units, [args[7]]), singles.as_pointer())
+        place = builder.bitcast(builder.gep(target, [args[9]]), singles.as_pointer())
+        builder.store(builder.fmul(z, builder.load(unit, align=4)), place, align=4)
+        return context.get_dummy_value()
 
-        low, high = load(0), load(4)
-        rise = builder.fmul(vector([args[2]] * 4), builder.fsub(high, low))
-        weighted = builder.fmul(
-            vector([builder.extract_value(args[3], k) for k in range(4)]), builder.fadd(low, rise)
-        )
-        w = [builder.extract_element(weighted, _WORD(k)) for k in range(4)]
-        return builder.fadd(builder.fadd(w[0], w[1]), builder.fadd(w[2], w[3]))
-
-    number = types.float64
-    return number(steps, types.intp, number, types.UniTuple(number, 4)), emit
-
-
-@_operation
-def bits_of(typingctx, value):
-    """Get the bits of a float64, as uint64."""
-
-    def emit(context, builder, sig, args):
-        return builder.bitcast(args[0], ir.IntType(64))
-
-    return types.uint64(types.float64), emit
+    number = types.intp
+    kinds = (components, number, channels, normals, number, number, units, number, variates, number)
+    return types.void(*kinds), emit
 
 
 @_operation
-def real_of_bits(typingctx, bits):
-    """Make the float64 of these bits, a uint64."""
+def single_bits(typingctx, value):
+    """Get the bits of a float32, as uint32."""
 
     def emit(context, builder, sig, args):
-        return builder.bitcast(args[0], ir.DoubleType())
+        return builder.bitcast(args[0], _WORD)
 
-    return types.float64(types.uint64), emit
+    return types.uint32(types.float32), emit
 
 
 @_operation
-def read_pair(typingctx, array, index):
-    """Read two neighbours of 16 bits as one int32; element ``index`` is its lower half."""
+def single_of_bits(typingctx, bits):
+    """Make the float32 of these bits, a uint32."""
 
     def emit(context, builder, sig, args):
-        source = arrayobj.make_array(sig.args[0])(context, builder, args[0])
-        place = builder.gep(source.data, [args[1]])
-        return builder.load(builder.bitcast(place, _WORD.as_pointer()), align=2)
+        return builder.bitcast(args[0], ir.FloatType())
 
-    return types.int32(array, types.intp), emit
+    return types.float32(types.uint32), emit

@@ -11,6 +11,10 @@ The law stored at a node (alpha1, V) is a Gaussian-mixture copula with tabulated
 5. x = sum over the four nodes of weight times the quantile that belongs there to the variate z of
    the channel.
 
+Conditions, weights and states are in double precision; what lies between random words and
+quantiles, steps 4 and 5, is in single precision, which moves a state by less than the 16 bits of a
+stored quantile do.
+
 These are the steps of one draw. `sampler.batch` takes many draws through them side by side.
 
 Sources: Walker, ACM Trans. Math. Softw. 3 (1977) for aliases; Tewari, Giering & Raghunathan,
@@ -24,7 +28,7 @@ from numba import types
 
 from sampler.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED, channels_to_state
 from sampler.encoding import MIXTURE_SCALE
-from sampler.intrinsics import local_array, mean_of_corners
+from sampler.intrinsics import local_array, mean_of_corners, mix_rows
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from sampler.normal import normal_of_word
 from sampler.philox import philox_block
@@ -43,13 +47,16 @@ HALF_SIZE_NOT_POSITIVE = -5
 MOST_WORDS = 10
 
 N_VALUES = len(CHANNELS)
+#: Rows of a factor that are worked out side by side, those that a table lacks included.
+LANES = 8
 _HALF_PI = 0.5 * math.pi
 #: Rounding of a unit conversion: an excess below this, relative, is no excess.
 ROUNDING = 1e-12
 #: Unit of the stored means and factors, a power of two: exact.
-_UNIT = 1.0 / MIXTURE_SCALE
+UNIT = np.float32(1.0 / MIXTURE_SCALE)
+ZERO = np.float32(0.0)
 #: Bits of word 1 that decide on reflection; the others choose the node.
-_REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
+REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
 _CORNER_SHIFT = np.uint32(12)
 _CORNER_UNIT = 2.0**-20
 _LOW = np.uint64(0xFFFFFFFF)
@@ -59,10 +66,12 @@ _LOW_HALF = np.uint32(0xFFFF)
 
 #: An array for the channels of one draw.
 local_values = local_array(types.float64, N_VALUES)
-local_entries = local_array(types.int64, N_VALUES)
 
-#: An array for the record of one component, at most 1 + 8 + 36 numbers.
-local_record = local_array(types.float64, 64)
+#: Arrays for its rows, for units without and with reflection, for weights of the four nodes.
+local_singles = local_array(types.float32, LANES)
+local_entries = local_array(types.int32, LANES)
+local_units = local_array(types.float32, 2 * LANES)
+local_corners = local_array(types.float32, 4)
 
 
 @inline_kernel
@@ -172,75 +181,66 @@ def choose(arrays, cell_alpha, cell_speed, weights, w0, w1):
 
 
 @borrowing_inline_kernel
-def mix(arrays, record, w1, normals, at, factors):
-    """Step 4: replace standard normals n by fractional knots of the variates mean + L n.
-
-    Parameters
-    ----------
-    normals : float64 array, changed in place
-        From number `at` on.
-    factors : float64 array, shape (64,)
-        Scratch: the record in floating point, which the compiler converts many at a time.
-    """
-    n = len(arrays.channels)
-    for k in range(1 + n + n * (n + 1) // 2):
-        factors[np.uint64(k)] = np.float64(arrays.components[np.uint64(record + k)])
-    sign = -1.0 if np.float64(w1 & _REFLECTION_BITS) < factors[0] else 1.0
-    last = np.float64(arrays.n_knots - 1)
-    for row in range(n - 1, -1, -1):
-        # From the last row upwards, so that each row still finds the normals it needs.
-        z = factors[np.uint64(1 + row)]
-        first = 1 + n + row * (row + 1) // 2
-        for column in range(row + 1):
-            z += factors[np.uint64(first + column)] * normals[np.uint64(at + column)]
-        channel = arrays.channels[row]
-        z *= _UNIT * (sign if FIRST_MIRRORED <= channel < END_MIRRORED else 1.0)
-        position = (z + arrays.variate_max) * arrays.variate_scale
-        # constant beyond the last knots
-        normals[np.uint64(at + row)] = min(max(position, 0.0), last)
+def mix(arrays, record, w1, words, variates):
+    """Take step 4: variates mean + L n of all rows, reflected or not."""
+    normals, units = local_singles(), local_units()
+    for row in range(LANES):
+        units[row] = units[LANES + row] = UNIT
+    for row in range(len(arrays.channels)):
+        normals[row] = normal_of_word(arrays.normals, words[row])
+        if FIRST_MIRRORED <= arrays.channels[row] < END_MIRRORED:
+            units[LANES + row] = -UNIT
+    reflected = np.int32(w1 & REFLECTION_BITS) < np.int32(arrays.components[np.uint64(record)])
+    turn = LANES if reflected else 0
+    mix_rows(arrays.components, record, arrays.channels, normals, 0, 1, units, turn, variates, 0)
 
 
 @borrowing_inline_kernel
-def find_entries(arrays, functions, positions, at, entries):
-    """Replace fractional knots by their fractions, in place, and write where to read.
+def find_entries(arrays, functions, variates, entries):
+    """Replace variates by fractions between knots, in place, and write where step 5 reads.
 
     Parameters
     ----------
     functions : int
         First function of the class among the quantile functions of the cell.
-    positions : float64 array, changed in place
-        From number `at` on.
-    entries : int64 array, written
-        First of the eight numbers that step 5 reads for each channel, at the same numbers.
+    variates : float32 array, shape (8,), changed in place
+    entries : int32 array, shape (8,), written
+        First of the eight numbers that step 5 reads for each channel.
     """
+    last = np.float32(arrays.n_knots - 1)
+    most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
     for row in range(len(arrays.channels)):
-        marginal = arrays.marginals[row]
-        if marginal >= 0:
-            position = positions[np.uint64(at + row)]
-            k = min(int(position), arrays.n_knots - 2)
-            entries[np.uint64(at + row)] = ((functions + marginal) * arrays.n_knots + k) * 4
-            positions[np.uint64(at + row)] = position - k
+        position = min(max((variates[row] + most) * scale, ZERO), last)
+        k = min(int(position), arrays.n_knots - 2)
+        # a channel without quantiles reads those of another, to no end
+        function = functions + max(arrays.marginals[row], 0)
+        entries[row] = np.int32((function * arrays.n_knots + k) * 4)
+        variates[row] = position - np.float32(k)
 
 
 @borrowing_inline_kernel
-def state_of(arrays, functions, weights, entries, fractions, at, state):
+def state_of(arrays, functions, weights, entries, fractions, state):
     """Take step 5 for every channel, then make the components of the state.
 
     Parameters
     ----------
-    entries, fractions : int64 and float64 arrays
-        From `find_entries`, from number `at` on.
+    entries, fractions : int32 and float32 arrays, shape (8,)
+        From `find_entries`.
+    weights : tuple of four float
     state : float64 array, shape (8,), written
     """
+    corners, means = local_corners(), local_singles()
+    corners[0], corners[1] = np.float32(weights[0]), np.float32(weights[1])
+    corners[2], corners[3] = np.float32(weights[2]), np.float32(weights[3])
+    mean_of_corners(arrays.quantiles, arrays.channels, entries, fractions, corners, 0, means)
     for k in range(N_VALUES):
-        state[np.uint64(k)] = 0.0
+        state[k] = 0.0
     for row in range(len(arrays.channels)):
         marginal = arrays.marginals[row]
         if marginal >= 0:
-            here, span = np.uint64(at + row), 2 * (functions + marginal)
-            x = mean_of_corners(arrays.quantiles, entries[here], fractions[here], weights)
-            x = arrays.spans[np.uint64(span)] + arrays.spans[np.uint64(span + 1)] * x
-            state[np.uint64(arrays.channels[row])] = x
+            span = np.uint64(2 * (functions + marginal))
+            least, step = arrays.spans[span], arrays.spans[span + np.uint64(1)]
+            state[arrays.channels[row]] = least + step * np.float64(means[row])
     channels_to_state(state)
 
 
@@ -272,12 +272,10 @@ def draw_from_words(arrays, alpha1, speed, w0, w1, words, state):
     cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
     weights = corner_weights(cell_alpha[2], cell_speed[2])
     record, functions = choose(arrays, cell_alpha, cell_speed, weights, w0, w1)
-    positions, values, entries = local_values(), local_values(), local_entries()
-    for row in range(len(arrays.channels)):
-        positions[row] = normal_of_word(arrays.normals, words[row])
-    mix(arrays, record, w1, positions, 0, local_record())
-    find_entries(arrays, functions, positions, 0, entries)
-    state_of(arrays, functions, weights, entries, positions, 0, values)
+    variates, entries, values = local_singles(), local_entries(), local_values()
+    mix(arrays, record, w1, words, variates)
+    find_entries(arrays, functions, variates, entries)
+    state_of(arrays, functions, weights, entries, variates, values)
     for k in range(min(state.size, N_VALUES)):
         state[k] = values[k]
     return status

@@ -1,9 +1,12 @@
 """The steps of a draw, each for a block of draws side by side.
 
 Every step is a loop over arrays of `BLOCK` numbers without branches, which the compiler turns into
-vector instructions; what a step reads at scattered places was asked for by the step before. The
-arithmetic of a draw is that of `sampler.kernel`, number by number. An array of several numbers a
-draw has number k of draw r at ``k * BLOCK + r``.
+vector instructions; where a draw reads many neighbours, its channels go side by side instead. What
+a step reads at scattered places was asked for by the step before. The arithmetic of a draw is that
+of `sampler.kernel`, number by number.
+
+An array of several numbers a draw has number k of draw r at ``k * BLOCK + r``; variates, fractions
+and entries have that of row k at ``r * LANES + k``, weights that of corner c at ``4 r + c``.
 """
 
 import math
@@ -12,10 +15,10 @@ import numpy as np
 from numba import types
 
 from sampler.channels import END_MIRRORED, FIRST_MIRRORED
-from sampler.encoding import MIXTURE_SCALE
-from sampler.intrinsics import bits_of, local_array, prefetch, read_pair, real_of_bits
+from sampler.intrinsics import local_array, mean_of_corners, mix_rows, prefetch
 from sampler.jit import borrowing_inline_kernel
-from sampler.kernel import N_VALUES
+from sampler.kernel import LANES, N_VALUES, REFLECTION_BITS, UNIT, ZERO, local_units
+from sampler.normal import piece_of_word
 
 #: Draws of a block.
 BLOCK = 32
@@ -24,26 +27,21 @@ _LOW = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
-_UNIT = 1.0 / MIXTURE_SCALE
 _CORNER_UNIT = 2.0**-20
-_MANTISSA = np.uint64(0xFFFFFFFFFFFFF)
-_ONE_BITS = np.uint64(0x3FF0000000000000)
-#: Pairs of 16-bit numbers in the longest record, of 8 channels.
-_PAIRS = 23
 
 _local_longs = local_array(types.uint64, BLOCK)
 _local_integers = local_array(types.int32, BLOCK)
 _local_reals = local_array(types.float64, BLOCK)
-_local_cubics = local_array(types.float64, 4 * BLOCK)
-_local_pairs = local_array(types.int32, _PAIRS * BLOCK)
-_local_factors = local_array(types.float64, 2 * _PAIRS * BLOCK)
-_local_corners = local_array(types.int32, 4 * BLOCK)
+_local_singles = local_array(types.float32, BLOCK)
+_local_cubics = local_array(types.float32, 4 * BLOCK)
 local_words = local_array(types.uint32, 12 * BLOCK)
 local_conditions = local_array(types.float64, BLOCK)
 local_nodes = local_array(types.int32, BLOCK)
-local_weights = local_array(types.float64, 4 * BLOCK)
+local_weights = local_array(types.float32, 4 * BLOCK)
 local_values = local_array(types.float64, N_VALUES * BLOCK)
-local_entries = local_array(types.int32, N_VALUES * BLOCK)
+local_normals = local_array(types.float32, N_VALUES * BLOCK)
+local_fractions = local_array(types.float32, LANES * BLOCK)
+local_entries = local_array(types.int32, LANES * BLOCK)
 
 
 @borrowing_inline_kernel
@@ -112,9 +110,10 @@ def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records
         r = np.uint64(n)
         w0, w1 = (1.0 - t[r]) * (1.0 - s[r]), (1.0 - t[r]) * s[r]
         w2 = t[r] * (1.0 - s[r])
-        weights[r], weights[np.uint64(BLOCK + n)] = w0, w1
-        weights[np.uint64(2 * BLOCK + n)] = w2
-        weights[np.uint64(3 * BLOCK + n)] = t[r] * s[r]
+        weights[np.uint64(4 * n)] = np.float32(w0)
+        weights[np.uint64(4 * n + 1)] = np.float32(w1)
+        weights[np.uint64(4 * n + 2)] = np.float32(w2)
+        weights[np.uint64(4 * n + 3)] = np.float32(t[r] * s[r])
         w = words[np.uint64(BLOCK + n)]
         place = (np.float64(np.int32(w >> np.uint32(12))) + 0.5) * _CORNER_UNIT
         upper_alpha = place >= w0 + w1
@@ -160,22 +159,11 @@ def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records
 
 @borrowing_inline_kernel
 def fill_normals(table, words, first_word, normals, first):
-    """Turn words into the normals of a row; see `sampler.normal.normal_of_word`.
-
-    The octave is the exponent of the word as a floating-point number, half odd.
-    """
-    rows, t, sign, cubic = _local_integers(), _local_reals(), _local_reals(), _local_cubics()
+    """Turn words into the normals of a row; see `sampler.normal.normal_of_word`."""
+    rows, t, sign, cubic = _local_integers(), _local_singles(), _local_singles(), _local_cubics()
     for n in range(BLOCK):
         r = np.uint64(n)
-        word = words[np.uint64(first_word + n)]
-        upper = np.int32(word >> np.uint32(31))
-        mask = np.uint32(-upper)
-        half = np.float64(np.int32((word ^ mask) & np.uint32(0x7FFFFFFF))) + 0.5
-        bits = bits_of(half)
-        octave = np.int32(1053) - np.int32(bits >> np.uint64(52))
-        rows[r] = octave * np.int32(8) + np.int32((bits >> np.uint64(49)) & np.uint64(7))
-        t[r] = real_of_bits(((bits << np.uint64(3)) & _MANTISSA) | _ONE_BITS) - 1.0
-        sign[r] = 1.0 - 2.0 * upper
+        rows[r], t[r], sign[r] = piece_of_word(words[np.uint64(first_word + n)])
     for n in range(BLOCK):
         r = np.uint64(n)
         row = np.uint64(rows[r])
@@ -191,85 +179,68 @@ def fill_normals(table, words, first_word, normals, first):
 
 
 @borrowing_inline_kernel
-def _fill_factors(arrays, records, factors):
-    """Sort records of a block number by number, in floating point."""
-    n_channels = len(arrays.channels)
-    pairs = (2 + n_channels + n_channels * (n_channels + 1) // 2) // 2
-    raw = _local_pairs()
-    for n in range(BLOCK):
-        record = np.int64(records[np.uint64(n)])
-        for k in range(pairs):
-            raw[np.uint64(k * BLOCK + n)] = read_pair(arrays.components, record + 2 * k)
-    for k in range(pairs):
-        for n in range(BLOCK):
-            pair = raw[np.uint64(k * BLOCK + n)]
-            low = np.int32(np.int32(pair << np.int32(16)) >> np.int32(16))
-            factors[np.uint64(2 * k * BLOCK + n)] = np.float64(low)
-            factors[np.uint64((2 * k + 1) * BLOCK + n)] = np.float64(np.int32(pair >> np.int32(16)))
-
-
-@borrowing_inline_kernel
-def mix_block(arrays, records, functions, words, values, entries):
+def mix_block(arrays, records, functions, words, normals, fractions, entries):
     """Take step 4: normals to fractions between knots; asks for the quantiles there."""
     n_channels = len(arrays.channels)
-    factors, z, units = _local_factors(), _local_reals(), _local_reals()
-    _fill_factors(arrays, records, factors)
+    units, knots = local_units(), local_entries()
+    for row in range(LANES):
+        units[np.uint64(row)] = units[np.uint64(LANES + row)] = UNIT
+    for row in range(n_channels):
+        if FIRST_MIRRORED <= arrays.channels[row] < END_MIRRORED:
+            units[np.uint64(LANES + row)] = -UNIT
     for n in range(BLOCK):
-        limit = np.float64(np.int32(words[np.uint64(BLOCK + n)] & np.uint32(4095)))
-        units[np.uint64(n)] = -_UNIT if limit < factors[np.uint64(n)] else _UNIT
-    last, last_but_one = np.float64(arrays.n_knots - 1), np.int32(arrays.n_knots - 2)
-    for row in range(n_channels - 1, -1, -1):
-        first = 1 + n_channels + row * (row + 1) // 2
-        for n in range(BLOCK):
-            z[np.uint64(n)] = factors[np.uint64((1 + row) * BLOCK + n)]
-        for column in range(row + 1):
-            for n in range(BLOCK):
-                factor = factors[np.uint64((first + column) * BLOCK + n)]
-                z[np.uint64(n)] += factor * values[np.uint64(column * BLOCK + n)]
-        channel, marginal = arrays.channels[row], arrays.marginals[row]
-        mirrored = FIRST_MIRRORED <= channel < END_MIRRORED
-        for n in range(BLOCK):
-            r = np.uint64(n)
-            x = z[r] * (units[r] if mirrored else _UNIT)
-            position = (x + arrays.variate_max) * arrays.variate_scale
-            position = min(max(position, 0.0), last)
-            k = min(np.int32(position), last_but_one)
-            values[np.uint64(row * BLOCK + n)] = position - k
-            function = functions[r] + np.int32(max(marginal, 0))
-            entries[np.uint64(row * BLOCK + n)] = (function * np.int32(arrays.n_knots) + k) * 4
-        if marginal >= 0:
-            for n in range(BLOCK):
-                prefetch(arrays.quantiles, np.int64(entries[np.uint64(row * BLOCK + n)]))
+        record = np.int64(records[np.uint64(n)])
+        limit = np.int32(words[np.uint64(BLOCK + n)] & REFLECTION_BITS)
+        turn = LANES if limit < np.int32(arrays.components[np.uint64(record)]) else 0
+        mix_rows(
+            arrays.components,
+            record,
+            arrays.channels,
+            normals,
+            n,
+            BLOCK,
+            units,
+            turn,
+            fractions,
+            n * LANES,
+        )
+    last, last_but_one = np.float32(arrays.n_knots - 1), np.int32(arrays.n_knots - 2)
+    most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
+    for n in range(BLOCK * LANES):
+        k = np.uint64(n)
+        position = min(max((fractions[k] + most) * scale, ZERO), last)
+        knot = min(np.int32(position), last_but_one)
+        fractions[k] = position - np.float32(knot)
+        knots[k] = knot
+    for n in range(BLOCK):
+        for row in range(n_channels):
+            k = np.uint64(n * LANES + row)
+            # a channel without quantiles reads those of another, to no end
+            function = functions[np.uint64(n)] + np.int32(max(arrays.marginals[row], 0))
+            entry = (function * np.int32(arrays.n_knots) + knots[k]) * np.int32(4)
+            entries[k] = entry
+            prefetch(arrays.quantiles, np.int64(entry))
 
 
 @borrowing_inline_kernel
-def quantile_block(arrays, row, functions, weights, entries, fractions, result, first):
-    """Take step 5 for one channel; `result` gets it from number `first` on."""
-    raw, least, step = _local_corners(), _local_reals(), _local_reals()
-    marginal = np.int32(arrays.marginals[row])
+def quantile_block(arrays, functions, weights, entries, fractions, result):
+    """Take step 5: channel k of draw r is number ``k * BLOCK + r`` of `result`."""
+    means = local_fractions()
     for n in range(BLOCK):
-        entry = np.int64(entries[np.uint64(row * BLOCK + n)])
-        for k in range(4):
-            raw[np.uint64(k * BLOCK + n)] = read_pair(arrays.quantiles, entry + 2 * k)
-    for n in range(BLOCK):
-        span = np.uint64(np.int32(2) * (functions[np.uint64(n)] + marginal))
-        least[np.uint64(n)] = arrays.spans[span]
-        step[np.uint64(n)] = arrays.spans[span + np.uint64(1)]
-    for n in range(BLOCK):
-        r = np.uint64(n)
-        f = fractions[np.uint64(row * BLOCK + n)]
-        total = 0.0
-        for half in range(2):
-            low = np.uint32(raw[np.uint64(half * BLOCK + n)])
-            high = np.uint32(raw[np.uint64((2 + half) * BLOCK + n)])
-            low0 = np.float64(np.int32(low & np.uint32(0xFFFF)))
-            low1 = np.float64(np.int32(low >> np.uint32(16)))
-            high0 = np.float64(np.int32(high & np.uint32(0xFFFF)))
-            high1 = np.float64(np.int32(high >> np.uint32(16)))
-            mean = weights[np.uint64(2 * half * BLOCK + n)] * (low0 + f * (high0 - low0))
-            mean += weights[np.uint64((2 * half + 1) * BLOCK + n)] * (low1 + f * (high1 - low1))
-            total += mean
-        result[np.uint64(first + n)] = least[r] + step[r] * total
+        mean_of_corners(
+            arrays.quantiles, arrays.channels, entries, fractions, weights, np.int64(n), means
+        )
+    for k in range(N_VALUES * BLOCK):
+        result[np.uint64(k)] = 0.0
+    for row in range(len(arrays.channels)):
+        marginal = np.int32(arrays.marginals[row])
+        if marginal >= 0:
+            first = arrays.channels[row] * BLOCK
+            for n in range(BLOCK):
+                span = np.uint64(np.int32(2) * (functions[np.uint64(n)] + marginal))
+                least, step = arrays.spans[span], arrays.spans[span + np.uint64(1)]
+                mean = np.float64(means[np.uint64(n * LANES + row)])
+                result[np.uint64(first + n)] = least + step * mean
 
 
 @borrowing_inline_kernel
@@ -299,19 +270,14 @@ def draw_block(arrays, words, alpha1, speed, states):
     alpha_nodes, speed_nodes = local_nodes(), local_nodes()
     t, s, weights = _local_reals(), _local_reals(), local_weights()
     records, functions = local_nodes(), local_nodes()
-    values, entries = local_values(), local_entries()
+    normals, fractions, entries = local_normals(), local_fractions(), local_entries()
     locate_block(arrays.alpha, alpha1, alpha_nodes, t)
     locate_block(arrays.speed, speed, speed_nodes, s)
     choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records, functions)
     for row in range(n_channels):
         # words 8 and 11 belong to no channel: the azimuth of a normal impact is made of word 8
         word = (2 + row if row < 6 else 3 + row) * BLOCK
-        fill_normals(arrays.normals, words, word, values, row * BLOCK)
-    mix_block(arrays, records, functions, words, values, entries)
-    for k in range(N_VALUES * BLOCK):
-        states[np.uint64(k)] = 0.0
-    for row in range(n_channels):
-        if arrays.marginals[row] >= 0:
-            first = arrays.channels[row] * BLOCK
-            quantile_block(arrays, row, functions, weights, entries, values, states, first)
+        fill_normals(arrays.normals, words, word, normals, row * BLOCK)
+    mix_block(arrays, records, functions, words, normals, fractions, entries)
+    quantile_block(arrays, functions, weights, entries, fractions, states)
     states_of_block(states)

@@ -17,7 +17,7 @@
    The file is what `tablegen export T.h5 --output T.rbt` writes. Equal arguments give the states
    that the Python package gives, with the same bits whatever the compiler flags; but with
    -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
-   rounding.
+   rounding in single precision.
 
    Angles are in radians, everything else in SI units. A state is u, v, w over V and omega_x,
    omega_y, omega_z times a/V (V: impact speed, a: largest half-size of the particle) in the frame
@@ -178,7 +178,8 @@ struct rbt_table {
     double variate_max, variate_scale;
     int32_t n_knots, n_components, n_classes, n_channels, n_marginals, n_columns, stride;
     int8_t channels[RBT_VALUES], marginals[RBT_VALUES], columns[RBT_VALUES];
-    const double *normals;
+    float units[2][RBT_VALUES]; /* of the rows of a factor, without and with reflection */
+    const float *normals;
     const uint32_t *alias;
     const uint16_t *first_of_class;
     const int16_t *components;
@@ -265,7 +266,8 @@ extern "C" {
 #define RBTI_HALF_PI 1.5707963267948966
 #define RBTI_TWO_PI 6.283185307179586
 #define RBTI_ROUNDING 1e-12
-#define RBTI_UNIT (1.0 / 4096.0)
+#define RBTI_LANES 8
+#define RBTI_UNIT (1.0f / 4096.0f)
 #define RBTI_NORMAL_IMPACT 1e-12
 #define RBTI_FIRST_MIRRORED 3
 #define RBTI_END_MIRRORED 6
@@ -310,25 +312,26 @@ RBTI_INLINE RBT_DEVICE void rbti_block_of(uint64_t seed, uint64_t index, uint32_
 
 /* Row of the table of cubics, place t in its piece and sign. The octave is counted by the exponent
    of a floating-point number, which unlike a count of leading zeros can be vectorised. */
-RBTI_INLINE RBT_DEVICE int32_t rbti_piece(uint32_t word, double *t, double *sign)
+RBTI_INLINE RBT_DEVICE int32_t rbti_piece(uint32_t word, float *t, float *sign)
 {
-    const uint32_t mask = (uint32_t)-(int32_t)(word >> 31);
-    /* half the distance from the nearer end, in units of 2^-32 and exact: from 1/2 to below 2^31 */
-    double half = (double)(int32_t)((word ^ mask) & 0x7fffffffu) + 0.5;
-    uint64_t bits;
+    const int32_t upper = (int32_t)(word >> 31);
+    const uint32_t mask = (uint32_t)-upper;
+    /* half the distance from the nearer end, in units of 2^-32: from 1/2 to 2^31 */
+    float half = (float)(int32_t)((word ^ mask) & 0x7fffffffu) + 0.5f;
+    uint32_t bits;
     memcpy(&bits, &half, sizeof bits);
-    const int32_t octave = 1053 - (int32_t)(bits >> 52), piece = (int32_t)(bits >> 49 & 7u);
-    bits = (bits << 3 & 0xfffffffffffffu) | 0x3ff0000000000000u;
+    const int32_t row = (int32_t)(bits >> 20) - 8 * 126;
+    bits = (bits << 3 & 0x7fffffu) | 0x3f800000u;
     memcpy(&half, &bits, sizeof half);
-    *t = half - 1.0;
-    *sign = 1.0 - 2.0 * (int32_t)(word >> 31);
-    return 8 * octave + piece;
+    *t = half - 1.0f;
+    *sign = 1.0f - 2.0f * (float)upper;
+    return row;
 }
 
-RBTI_INLINE RBT_DEVICE double rbti_normal(const double *table, uint32_t word)
+RBTI_INLINE RBT_DEVICE float rbti_normal(const float *table, uint32_t word)
 {
-    double t, sign;
-    const double *row = table + 4 * rbti_piece(word, &t, &sign);
+    float t, sign;
+    const float *row = table + 4 * rbti_piece(word, &t, &sign);
     return sign * (row[0] + t * (row[1] + t * (row[2] + t * row[3])));
 }
 
@@ -385,7 +388,7 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_column(uint32_t w0, uint32_t columns, uint32
    the quantile functions of its cell, weights of the four nodes. */
 typedef struct rbti_place {
     int32_t record, functions;
-    double weights[4];
+    float weights[4];
 } rbti_place;
 
 RBTI_INLINE RBT_DEVICE void rbti_choose(const rbt_table *table, double alpha1, double speed,
@@ -394,11 +397,9 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(const rbt_table *table, double alpha1, d
     double t, r;
     const int32_t i = rbti_locate(&table->alpha, alpha1, &t);
     const int32_t j = rbti_locate(&table->speed, speed, &r);
-    double *w = place->weights;
-    w[0] = (1.0 - t) * (1.0 - r);
-    w[1] = (1.0 - t) * r;
-    w[2] = t * (1.0 - r);
-    w[3] = t * r;
+    const double w[4] = {(1.0 - t) * (1.0 - r), (1.0 - t) * r, t * (1.0 - r), t * r};
+    for (int k = 0; k < 4; k++)
+        place->weights[k] = (float)w[k];
     /* one of the four nodes, with these weights, by the upper 20 bits of w1 */
     const double c = ((double)(w1 >> 12) + 0.5) * (1.0 / 1048576.0);
     const double half = w[0] + w[1];
@@ -429,51 +430,51 @@ RBTI_INLINE int32_t rbti_signed(uint32_t word)
     return (int32_t)(word << 16) >> 16;
 }
 
-/* Replace normals of n channels by fractional knots of the variates mean + L n. */
+/* Variates mean + L n of all eight rows side by side, column by column, reflected or not. Rows above
+   the diagonal get zeros added, and rows that the table lacks something finite: both read on into
+   neighbouring numbers. */
 RBTI_INLINE RBT_DEVICE void rbti_mix(const rbt_table *table, int32_t n, int32_t record, uint32_t w1,
-                                     double *values)
+                                     const float *normals, float variates[RBTI_LANES])
 {
     const int16_t *numbers = table->components + record;
-    const double last = table->n_knots - 1.0;
-    double factors[2 * RBTI_PAIRS];
-    for (int32_t k = 0; k < 1 + n + n * (n + 1) / 2; k++)
-        factors[k] = numbers[k];
-    const double limit = (double)(int32_t)(w1 & 4095u);
-    const double unit[2] = {RBTI_UNIT, limit < factors[0] ? -RBTI_UNIT : RBTI_UNIT};
-    for (int32_t row = n - 1; row >= 0; row--) {
-        /* from the last row upwards, so that each row still finds the normals it needs */
-        const double *factor = factors + 1 + n + row * (row + 1) / 2;
-        double z = factors[1 + row];
-        for (int32_t column = 0; column <= row; column++)
-            z += factor[column] * values[column];
-        const int channel = table->channels[row];
-        z *= unit[channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED];
-        double position = (z + table->variate_max) * table->variate_scale;
-        position = position > 0.0 ? position : 0.0;
-        values[row] = position < last ? position : last;
+    const float *units = table->units[(int32_t)(w1 & 4095u) < numbers[0]];
+    float z[RBTI_LANES];
+    for (int lane = 0; lane < RBTI_LANES; lane++)
+        z[lane] = (float)numbers[1 + lane];
+    numbers += 1 + n;
+    for (int32_t column = 0; column < n; column++) {
+        const float x = normals[column];
+        for (int lane = 0; lane < RBTI_LANES; lane++)
+            z[lane] += (float)numbers[lane] * (lane >= column ? x : 0.0f);
+        numbers += n - column - 1;
     }
+    for (int lane = 0; lane < RBTI_LANES; lane++)
+        variates[lane] = z[lane] * units[lane];
 }
 
-/* Quantile of a marginal at a fractional knot, averaged over the four nodes. */
-RBTI_INLINE RBT_DEVICE const uint16_t *rbti_entry(const rbt_table *table, int32_t function,
-                                                  double position, double *fraction)
+/* Knot below a variate, which becomes the fraction of the way to the next. */
+RBTI_INLINE RBT_DEVICE int32_t rbti_knot(const rbt_table *table, float *variate)
 {
+    const float last = (float)(table->n_knots - 1);
+    float position = (*variate + (float)table->variate_max) * (float)table->variate_scale;
+    position = position > 0.0f ? position : 0.0f;
+    position = position < last ? position : last;
     int32_t k = (int32_t)position;
     k = k < table->n_knots - 2 ? k : table->n_knots - 2;
-    *fraction = position - k;
-    return table->quantiles + 4 * (function * table->n_knots + k);
+    *variate = position - (float)k;
+    return k;
 }
 
-RBTI_INLINE RBT_DEVICE double rbti_quantile(const rbt_table *table, int32_t function,
-                                            double position, const double weights[4])
+/* Quantile of a marginal between a knot and the next, averaged over the four nodes. */
+RBTI_INLINE RBT_DEVICE double rbti_quantile(const rbt_table *table, int32_t function, int32_t knot,
+                                            float f, const float weights[4])
 {
-    double f;
-    const uint16_t *q = rbti_entry(table, function, position, &f);
-    double term[4];
+    const uint16_t *q = table->quantiles + 4 * (function * table->n_knots + knot);
+    float term[4];
     for (int c = 0; c < 4; c++)
-        term[c] = weights[c] * ((double)q[c] + f * ((double)q[4 + c] - (double)q[c]));
+        term[c] = weights[c] * ((float)q[c] + f * ((float)q[4 + c] - (float)q[c]));
     const double *span = table->spans + 2 * function;
-    return span[0] + span[1] * ((term[0] + term[1]) + (term[2] + term[3]));
+    return span[0] + span[1] * (double)((term[0] + term[1]) + (term[2] + term[3]));
 }
 
 /* Channels to components of the state: sampler/channels.py. */
@@ -509,17 +510,18 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_one(const rbt_table *table, int32_t n, dou
     rbti_place place;
     rbti_choose(table, alpha1, speed, words[0], words[1], &place);
     RBTI_PREFETCH(table->components + place.record);
-    double positions[RBT_VALUES];
+    float normals[RBTI_LANES], variates[RBTI_LANES];
     for (int32_t row = 0; row < n; row++)
-        positions[row] = rbti_normal(table->normals, words[row < 6 ? 2 + row : 3 + row]);
-    rbti_mix(table, n, place.record, words[1], positions);
+        normals[row] = rbti_normal(table->normals, words[row < 6 ? 2 + row : 3 + row]);
+    rbti_mix(table, n, place.record, words[1], normals, variates);
     for (int k = 0; k < RBT_VALUES; k++)
         values[k] = 0.0;
     for (int32_t row = 0; row < n; row++) {
-        if (table->marginals[row] >= 0)
-            values[table->channels[row]] =
-                rbti_quantile(table, place.functions + table->marginals[row], positions[row],
-                              place.weights);
+        if (table->marginals[row] < 0)
+            continue;
+        const int32_t knot = rbti_knot(table, &variates[row]);
+        values[table->channels[row]] = rbti_quantile(
+            table, place.functions + table->marginals[row], knot, variates[row], place.weights);
     }
     rbti_to_state(values);
 }
@@ -572,10 +574,11 @@ RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, doubl
 typedef struct rbti_draws {
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];
     uint32_t words[12][RBTI_BLOCK];
-    double alpha_weight[RBTI_BLOCK], speed_weight[RBTI_BLOCK], weights[4][RBTI_BLOCK];
+    double alpha_weight[RBTI_BLOCK], speed_weight[RBTI_BLOCK];
+    float weights[4][RBTI_BLOCK];
     int32_t alpha_node[RBTI_BLOCK], speed_node[RBTI_BLOCK];
     int32_t record[RBTI_BLOCK], functions[RBTI_BLOCK];
-    double values[RBT_VALUES][RBTI_BLOCK]; /* normals, then fractional knots, by row of the factor */
+    float values[RBT_VALUES][RBTI_BLOCK]; /* normals, then fractions, by row of the factor */
     int32_t entries[RBT_VALUES][RBTI_BLOCK];
     double channels[RBT_VALUES][RBTI_BLOCK];
 } rbti_draws;
@@ -645,10 +648,10 @@ RBTI_INLINE void rbti_choose_block(const rbt_table *table, rbti_draws *d)
     {
         const double t = d->alpha_weight[r], s = d->speed_weight[r];
         const double w0 = (1.0 - t) * (1.0 - s), w1 = (1.0 - t) * s, w2 = t * (1.0 - s);
-        d->weights[0][r] = w0;
-        d->weights[1][r] = w1;
-        d->weights[2][r] = w2;
-        d->weights[3][r] = t * s;
+        d->weights[0][r] = (float)w0;
+        d->weights[1][r] = (float)w1;
+        d->weights[2][r] = (float)w2;
+        d->weights[3][r] = (float)(t * s);
         const double c = ((double)(int32_t)(d->words[1][r] >> 12) + 0.5) * (1.0 / 1048576.0);
         const double half = w0 + w1;
         const int32_t upper_alpha = c >= half;
@@ -696,18 +699,18 @@ RBTI_INLINE void rbti_choose_block(const rbt_table *table, rbti_draws *d)
     }
 }
 
-RBTI_INLINE void rbti_fill_normals(const double *table, const uint32_t *words, double *normals)
+RBTI_INLINE void rbti_fill_normals(const float *table, const uint32_t *words, float *normals)
 {
     int32_t rows[RBTI_BLOCK] RBTI_ALIGNED;
-    double t[RBTI_BLOCK] RBTI_ALIGNED, sign[RBTI_BLOCK] RBTI_ALIGNED;
-    double cubic[4][RBTI_BLOCK] RBTI_ALIGNED;
+    float t[RBTI_BLOCK] RBTI_ALIGNED, sign[RBTI_BLOCK] RBTI_ALIGNED;
+    float cubic[4][RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
     {
         rows[r] = rbti_piece(words[r], &t[r], &sign[r]);
     }
     RBTI_EACH_DRAW(r)
     {
-        const double *row = table + 4 * rows[r];
+        const float *row = table + 4 * rows[r];
         cubic[0][r] = row[0];
         cubic[1][r] = row[1];
         cubic[2][r] = row[2];
@@ -722,7 +725,7 @@ RBTI_INLINE void rbti_fill_normals(const double *table, const uint32_t *words, d
 
 /* Records of a block, number by number: factors[k][r] is number k of the record of draw r. */
 RBTI_INLINE void rbti_fill_factors(const rbt_table *table, int32_t n, const int32_t *records,
-                                   double (*factors)[RBTI_BLOCK])
+                                   float (*factors)[RBTI_BLOCK])
 {
     const int32_t pairs = (2 + n + n * (n + 1) / 2) / 2;
     uint32_t raw[RBTI_PAIRS][RBTI_BLOCK] RBTI_ALIGNED;
@@ -735,51 +738,50 @@ RBTI_INLINE void rbti_fill_factors(const rbt_table *table, int32_t n, const int3
     for (int32_t k = 0; k < pairs; k++) {
         RBTI_EACH_DRAW(r)
         {
-            factors[2 * k][r] = rbti_signed(raw[k][r]);
-            factors[2 * k + 1][r] = rbti_signed(raw[k][r] >> 16);
+            factors[2 * k][r] = (float)rbti_signed(raw[k][r]);
+            factors[2 * k + 1][r] = (float)rbti_signed(raw[k][r] >> 16);
         }
     }
 }
 
-/* Normals to fractional knots; asks for the quantiles there. */
+/* Normals to fractions between knots; asks for the quantiles there. */
 RBTI_INLINE void rbti_mix_block(const rbt_table *table, int32_t n, rbti_draws *d)
 {
-    const double variate_max = table->variate_max, scale = table->variate_scale;
-    const double last = table->n_knots - 1.0;
+    const float variate_max = (float)table->variate_max, scale = (float)table->variate_scale;
+    const float last = (float)(table->n_knots - 1);
     const int32_t last_but_one = table->n_knots - 2, knots = table->n_knots;
-    double factors[2 * RBTI_PAIRS][RBTI_BLOCK] RBTI_ALIGNED;
-    double unit[2][RBTI_BLOCK] RBTI_ALIGNED;
+    float factors[2 * RBTI_PAIRS][RBTI_BLOCK] RBTI_ALIGNED;
+    float unit[2][RBTI_BLOCK] RBTI_ALIGNED;
     rbti_fill_factors(table, n, d->record, factors);
     RBTI_EACH_DRAW(r)
     {
-        const double limit = (double)(int32_t)(d->words[1][r] & 4095u);
+        const float limit = (float)(int32_t)(d->words[1][r] & 4095u);
         unit[0][r] = RBTI_UNIT;
         unit[1][r] = limit < factors[0][r] ? -RBTI_UNIT : RBTI_UNIT;
     }
     for (int32_t row = n - 1; row >= 0; row--) {
         /* from the last row upwards, so that each row still finds the normals it needs */
-        double(*factor)[RBTI_BLOCK] = factors + 1 + n + row * (row + 1) / 2;
-        const int channel = table->channels[row];
-        const double *units = unit[channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED];
-        double z[RBTI_BLOCK] RBTI_ALIGNED;
+        const float *units = unit[table->units[1][row] < 0.0f];
+        float z[RBTI_BLOCK] RBTI_ALIGNED;
         RBTI_EACH_DRAW(r)
         {
             z[r] = factors[1 + row][r];
         }
         for (int32_t column = 0; column <= row; column++) {
+            const float *factor = factors[1 + n + column * n - column * (column + 1) / 2 + row];
             RBTI_EACH_DRAW(r)
             {
-                z[r] += factor[column][r] * d->values[column][r];
+                z[r] += factor[r] * d->values[column][r];
             }
         }
         RBTI_EACH_DRAW(r)
         {
-            double position = (z[r] * units[r] + variate_max) * scale;
-            position = position > 0.0 ? position : 0.0;
+            float position = (z[r] * units[r] + variate_max) * scale;
+            position = position > 0.0f ? position : 0.0f;
             position = position < last ? position : last;
             int32_t k = (int32_t)position;
             k = k < last_but_one ? k : last_but_one;
-            d->values[row][r] = position - k;
+            d->values[row][r] = position - (float)k;
             d->entries[row][r] = ((d->functions[r] + table->marginals[row]) * knots + k) * 4;
         }
         if (table->marginals[row] >= 0) {
@@ -814,17 +816,17 @@ RBTI_INLINE void rbti_quantile_block(const rbt_table *table, int32_t row, const 
     }
     RBTI_EACH_DRAW(r)
     {
-        const double f = d->values[row][r];
-        double mean[2];
+        const float f = d->values[row][r];
+        float mean[2];
         for (int half = 0; half < 2; half++) {
-            const double low0 = (double)(int32_t)(raw[half][r] & 0xffffu);
-            const double low1 = (double)(int32_t)(raw[half][r] >> 16);
-            const double high0 = (double)(int32_t)(raw[2 + half][r] & 0xffffu);
-            const double high1 = (double)(int32_t)(raw[2 + half][r] >> 16);
+            const float low0 = (float)(int32_t)(raw[half][r] & 0xffffu);
+            const float low1 = (float)(int32_t)(raw[half][r] >> 16);
+            const float high0 = (float)(int32_t)(raw[2 + half][r] & 0xffffu);
+            const float high1 = (float)(int32_t)(raw[2 + half][r] >> 16);
             mean[half] = d->weights[2 * half][r] * (low0 + f * (high0 - low0)) +
                          d->weights[2 * half + 1][r] * (low1 + f * (high1 - low1));
         }
-        result[r] = least[r] + step[r] * (mean[0] + mean[1]);
+        result[r] = least[r] + step[r] * (double)(mean[0] + mean[1]);
     }
 }
 
@@ -1291,10 +1293,14 @@ static int rbti_check_offsets(const rbti_header *h)
     const uint64_t functions = (uint64_t)h->n_classes * h->n_marginals;
     RBTI_NEED(rbti_lies(h, h->at_alpha_coordinate, h->n_alpha_grid, 1, 1, 8), RBT_OFFSETS);
     RBTI_NEED(rbti_lies(h, h->at_speed_coordinate, h->n_speed_grid, 1, 1, 8), RBT_OFFSETS);
-    RBTI_NEED(rbti_lies(h, h->at_normals, 256, 4, 1, 8), RBT_OFFSETS);
+    RBTI_NEED(rbti_lies(h, h->at_normals, 257, 4, 1, 4), RBT_OFFSETS);
     RBTI_NEED(rbti_lies(h, h->at_alias, nodes, h->n_components, 1, 4), RBT_OFFSETS);
     RBTI_NEED(rbti_lies(h, h->at_first_of_class, nodes, h->n_classes, 1, 2), RBT_OFFSETS);
+    /* a draw reads eight numbers at once, up to seven behind the last record */
     RBTI_NEED(rbti_lies(h, h->at_components, nodes, h->n_components, h->stride, 2), RBT_OFFSETS);
+    RBTI_NEED(rbti_lies(h, h->at_components, nodes * h->n_components * h->stride + RBTI_LANES, 1, 1,
+                        2),
+              RBT_OFFSETS);
     RBTI_NEED(rbti_lies(h, h->at_spans, cells, functions, 2, 8), RBT_OFFSETS);
     RBTI_NEED(rbti_lies(h, h->at_quantiles, cells, functions, h->n_knots, 8), RBT_OFFSETS);
     return RBT_OK;
@@ -1314,7 +1320,9 @@ static int rbti_check_axes(const rbt_table *table)
 {
     RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_HALF_PI * (1.0 + RBTI_ROUNDING)), RBT_AXES);
     RBTI_NEED(rbti_axis_holds(&table->speed, DBL_MAX), RBT_AXES);
-    RBTI_NEED(rbti_finite(table->variate_max) && table->variate_max >= 1e-3, RBT_AXES);
+    RBTI_NEED(rbti_finite(table->variate_max) && table->variate_max >= 1e-3 &&
+                  table->variate_max <= 1e6,
+              RBT_AXES);
     return RBT_OK;
 }
 
@@ -1346,13 +1354,14 @@ static int rbti_coordinate_holds(const rbt_axis *axis)
                                             rbti_number_holds(axis, axis->last, last)));
 }
 
-static int rbti_check_normals(const double *normals)
+static int rbti_check_normals(const float *normals)
 {
-    for (int row = 0; row < 256; row++) {
+    for (int row = 0; row < 257; row++) {
         double sum = 0.0;
         for (int k = 0; k < 4; k++) {
-            RBTI_NEED(rbti_finite(normals[4 * row + k]), RBT_NORMALS);
-            sum += fabs(normals[4 * row + k]);
+            const double number = (double)normals[4 * row + k];
+            RBTI_NEED(rbti_finite(number), RBT_NORMALS);
+            sum += fabs(number);
         }
         RBTI_NEED(sum <= 16.0, RBT_NORMALS);
     }
@@ -1377,8 +1386,11 @@ static int rbti_check_components(const rbt_table *table, size_t components)
     for (size_t k = 0; k < components; k++) {
         const int16_t *record = table->components + k * (size_t)table->stride;
         RBTI_NEED(record[0] >= 0 && record[0] <= 4096, RBT_COMPONENTS);
-        for (int32_t row = 0; row < table->n_channels; row++)
-            RBTI_NEED(record[1 + table->n_channels + row * (row + 3) / 2] > 0, RBT_COMPONENTS);
+        const int16_t *diagonal = record + 1 + table->n_channels;
+        for (int32_t left = table->n_channels; left > 0; left--) {
+            RBTI_NEED(*diagonal > 0, RBT_COMPONENTS);
+            diagonal += left;
+        }
     }
     return RBT_OK;
 }
@@ -1394,7 +1406,7 @@ static int rbti_check_spans(const rbt_table *table, size_t groups)
         for (size_t k = 0; k < groups; k++) {
             const double *span =
                 table->spans + 2 * (k * (size_t)table->n_marginals + (size_t)table->marginals[row]);
-            const double least = span[0], most = span[0] + span[1] * (65535.0 * (1.0 + 1e-13));
+            const double least = span[0], most = span[0] + span[1] * (65535.0 * (1.0 + 1e-6));
             RBTI_NEED(rbti_finite(least) && rbti_finite(span[1]) && rbti_finite(most), RBT_SPANS);
             RBTI_NEED(span[1] >= 0.0, RBT_SPANS);
             RBTI_NEED(!(share || even) || (least > (share ? 0.0 : -1.0) && most < 1.0), RBT_SPANS);
@@ -1467,6 +1479,12 @@ static void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->channels, h->channels, sizeof table->channels);
     memcpy(table->marginals, h->marginals, sizeof table->marginals);
     memcpy(table->columns, h->columns, sizeof table->columns);
+    for (uint32_t row = 0; row < RBT_VALUES; row++) {
+        const int channel = h->channels[row];
+        const int mirrored = channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED;
+        table->units[0][row] = RBTI_UNIT;
+        table->units[1][row] = mirrored ? -RBTI_UNIT : RBTI_UNIT;
+    }
     memcpy(table->pair, h->pair, sizeof table->pair);
     table->pair[sizeof table->pair - 1] = 0;
 }
@@ -1477,7 +1495,7 @@ static void rbti_point(rbt_table *table, const rbti_header *h, const char *image
     table->image = image;
     table->alpha.coordinate = (const double *)(const void *)(image + h->at_alpha_coordinate);
     table->speed.coordinate = (const double *)(const void *)(image + h->at_speed_coordinate);
-    table->normals = (const double *)(const void *)(image + h->at_normals);
+    table->normals = (const float *)(const void *)(image + h->at_normals);
     table->alias = (const uint32_t *)(const void *)(image + h->at_alias);
     table->first_of_class = (const uint16_t *)(const void *)(image + h->at_first_of_class);
     table->components = (const int16_t *)(const void *)(image + h->at_components);

@@ -125,6 +125,7 @@ MALFORMED = [
     ("scale too large", set_field("speed_scale", 1e3), -21, True),
     ("no variate", set_field("variate_max", 0.0), -21, True),
     ("NaN variate", set_field("variate_max", NAN), -21, True),
+    ("large variate", set_field("variate_max", 2e6), -21, True),
     ("offset", set_field("alpha_offset", 1), -22, True),
     ("large offset", set_field("alpha_offset", -(2**31)), -22, True),
     ("coordinate NaN", set_number("alpha_coordinate", 3, NAN), -22, True),

@@ -10,14 +10,15 @@ from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
 
 import sampler
 from sampler import kernel
-from sampler.arrange import table_arrays
+from sampler.arrange import _MARGIN, table_arrays
+from sampler.batch import draw_batch
 from sampler.channels import COMPONENTS
 
 ENDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF)
 
-#: Quantiles of a cell are 16-bit steps, half a step of the largest range of 3.7 at most, and the
-#: normals of a draw are cubics within 2e-7.
-TOLERANCE = 0.5 * 3.7 / 65535 + 2e-6
+#: Quantiles of a cell are 16-bit steps, half a step of the largest range of 3.7 at most; what lies
+#: between random words and quantiles is in single precision.
+TOLERANCE = 0.5 * 3.7 / 65535 + 1e-5
 MIDDLE = (0x5A5A5A5A, 0x3C3C3C3D, 0x12345678, 0x9ABCDEF0, 0x0F1E2D3C, 0x4B5A6978, 0x8796A5B4, 1)
 
 
@@ -258,3 +259,19 @@ def test_extreme_quantiles_keep_the_physics():
         assert np.isfinite(state).all()
         assert state[1] > 0.0
         assert (state[:3] ** 2).sum() <= 1.0
+
+
+@pytest.mark.parametrize(("margin", "stays"), [(_MARGIN, True), (0.0, False)])
+def test_rounding_does_not_lead_beyond_the_largest_quantile(contents, margin, stays):
+    """All quantiles at their last step: what a draw gives is rounding alone."""
+    arrays = table_arrays(contents)
+    spans, steps = arrays.spans.copy(), np.full_like(arrays.quantiles, 65535)
+    spans[0::2], spans[1::2] = 0.5, 0.25 * (1.0 - margin) / 65535
+    rng = np.random.default_rng(6)
+    n = 100_000
+    alpha1, speed = rng.uniform(0.35, np.pi / 2, n), rng.uniform(50.0, 300.0, n)
+    index, hit, states = np.arange(n, dtype=np.uint64), np.zeros(1, np.uint32), np.empty((n, 6))
+    changed = arrays._replace(spans=spans, quantiles=steps)
+    draw_batch(changed, alpha1, speed, np.uint64(0), index, hit, states, 0, n)
+    assert (states[:, 1].max() <= 0.75) == stays
+    assert states[:, 1].min() > 0.75 * (1.0 - 2e-6)
