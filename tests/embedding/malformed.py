@@ -56,6 +56,16 @@ def lengthened(data):
     return np.concatenate([data, np.zeros(64, np.uint8)])
 
 
+def components_to_the_end(data):
+    """Room for the records, each a cache line, but not for the zeros behind them."""
+    data = np.concatenate([data, np.zeros(-data.size % 64, np.uint8)])
+    header = data[: HEADER_DTYPE.itemsize].view(HEADER_DTYPE)
+    records = header["n_alpha"] * header["n_speed"] * header["n_components"]
+    header["file_bytes"] = data.size
+    header["at_components"] = data.size - 64 * records
+    return data
+
+
 def flip(name):
     def change(data):
         data[field_offset(name)] ^= 1
@@ -109,6 +119,7 @@ MALFORMED = [
     *((f"{array.name} beyond", set_field(f"at_{array.name}", 2**64 - 64), -20, True)
       for array in ARRAYS),
     ("quantiles at the end", add_to_field("at_quantiles", 64), -20, True),
+    ("components at the end", components_to_the_end, -20, True),
     ("more components", set_field("n_components", 65536), -20, True),
     ("more knots", set_field("n_knots", 65536), -20, True),
     ("more nodes", set_field("n_alpha", 65536), -20, True),
