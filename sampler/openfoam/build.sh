@@ -11,7 +11,12 @@ export REBOUND_SAMPLER_INCLUDE="$HERE/../include"
 
 [ -f "$FOLDER/.wmake-complete" ] || fail "FOLDER: got $FOLDER, allowed: where install.sh was run"
 
+# what wmake noted of another checkout names files there
+if [ "$(cat "$FOLDER/plugin/.built-from" 2>/dev/null)" != "$HERE" ]; then
+    rm -rf "$FOLDER/plugin"
+fi
 mkdir -p "$FOLDER/plugin"
+echo "$HERE" >"$FOLDER/plugin/.built-from"
 cp -r --preserve=timestamps "$HERE/plugin/." "$FOLDER/plugin"
 (cd "$FOLDER/plugin" && wmake libso) >"$FOLDER/build.log" 2>&1 ||
     fail "plugin: got an error of the compiler, allowed: none (see $FOLDER/build.log)"
