@@ -71,3 +71,9 @@ def atomic_output(path: str | Path) -> Iterator[Path]:
         raise InputError(f"output: cannot write {target}: {reason}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text file in UTF-8, whole or not at all; errors as `atomic_output`."""
+    with atomic_output(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

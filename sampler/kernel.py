@@ -58,7 +58,7 @@ ZERO = np.float32(0.0)
 #: Bits of word 1 that decide on reflection; the others choose the node.
 REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
 _CORNER_SHIFT = np.uint32(12)
-_CORNER_UNIT = 2.0**-20
+CORNER_UNIT = 2.0**-20
 _LOW = np.uint64(0xFFFFFFFF)
 _HALF_WORD = np.uint64(32)
 _HALF = np.uint32(16)
@@ -129,7 +129,7 @@ def corner_weights(t, r):
 @inline_kernel
 def choose_corner(word, weights):
     """Corner of the cell, each with its bilinear weight, from the upper 20 bits of a word."""
-    c = (np.float64(word >> _CORNER_SHIFT) + 0.5) * _CORNER_UNIT
+    c = (np.float64(word >> _CORNER_SHIFT) + 0.5) * CORNER_UNIT
     w0, w1, w2, _ = weights
     upper_alpha = c >= w0 + w1
     return upper_alpha, c >= (w0 + w1 + w2 if upper_alpha else w0)

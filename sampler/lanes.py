@@ -17,7 +17,7 @@ from numba import types
 from sampler.channels import END_MIRRORED, FIRST_MIRRORED
 from sampler.intrinsics import local_array, mean_of_corners, mix_rows, prefetch
 from sampler.jit import borrowing_inline_kernel
-from sampler.kernel import LANES, N_VALUES, REFLECTION_BITS, UNIT, ZERO, local_units
+from sampler.kernel import CORNER_UNIT, LANES, N_VALUES, REFLECTION_BITS, UNIT, ZERO, local_units
 from sampler.normal import piece_of_word
 
 #: Draws of a block.
@@ -27,7 +27,6 @@ _LOW = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
-_CORNER_UNIT = 2.0**-20
 
 _local_longs = local_array(types.uint64, BLOCK)
 _local_integers = local_array(types.int32, BLOCK)
@@ -115,7 +114,7 @@ def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records
         weights[np.uint64(4 * n + 2)] = np.float32(w2)
         weights[np.uint64(4 * n + 3)] = np.float32(t[r] * s[r])
         w = words[np.uint64(BLOCK + n)]
-        place = (np.float64(np.int32(w >> np.uint32(12))) + 0.5) * _CORNER_UNIT
+        place = (np.float64(np.int32(w >> np.uint32(12))) + 0.5) * CORNER_UNIT
         upper_alpha = place >= w0 + w1
         upper_speed = place >= (w0 + w1 + w2 if upper_alpha else w0)
         i = min(np.int32(alpha_nodes[r] + np.int32(upper_alpha)), last_alpha)

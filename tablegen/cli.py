@@ -15,7 +15,7 @@ import click
 import numpy as np
 
 import sampler
-from sampler.atomic import atomic_output
+from sampler.atomic import atomic_output, write_text
 from sampler.errors import InputError
 from sampler.locate import find_file
 from tablegen import options
@@ -175,7 +175,7 @@ def simulate(
             "spin": spin,
             "seed": seed,
         }
-        _write_text(statistics_file, json.dumps(about | statistics.to_dict(), indent=1) + "\n")
+        write_text(statistics_file, json.dumps(about | statistics.to_dict(), indent=1) + "\n")
     return DONE
 
 
@@ -194,21 +194,14 @@ def simulate(
     show_default=True,
     help="Conditions between nodes to compare at.",
 )
-@click.option(
-    "--seed",
-    type=options.SEED,
-    default=1,
-    show_default=True,
-    metavar="S",
-    help="Seed of the conditions and of both samples.",
-)
+@options.seed("Seed of the conditions and of both samples.")
 @click.option(
     "--samples",
     type=options.Whole(1000, 10**9),
     help="States a side; by default as many as the declared accuracy needs, at least 100000.",
 )
-@click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
-@click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
+@options.json_file("Write every number.")
+@options.html_file
 @click.option("--details", is_flag=True, help="Means and modes at every condition.")
 @options.progress
 def validate(
@@ -235,9 +228,9 @@ def validate(
     for comparison in result.comparisons if details else [worst]:
         click.echo(details_text(comparison))
     if json_file:
-        _write_text(json_file, json.dumps(result.to_dict(), indent=1) + "\n")
+        write_text(json_file, json.dumps(result.to_dict(), indent=1) + "\n")
     if html_file:
-        _write_text(html_file, validation_page(result))
+        write_text(html_file, validation_page(result))
     return verdict(result.missed)
 
 
@@ -289,11 +282,6 @@ def _chosen_particles(
             err=True,
         )
     return population.of_mesh(mesh)
-
-
-def _write_text(path: Path, text: str) -> None:
-    with atomic_output(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -6,7 +6,7 @@ everything outside the marked parts of the page is written by hand.
 
 import numpy as np
 
-from sampler.atomic import atomic_output
+from sampler.atomic import write_text
 from sampler.errors import InputError
 from sampler.image_layout import layout_text
 from sampler.layout import ATTRIBUTES, DATASETS, Dataset
@@ -68,8 +68,7 @@ def main() -> None:
     """Bring the page up to date."""
     path = data_directory() / PAGE
     page = filled(path.read_text(encoding="utf-8"))
-    with atomic_output(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_text(path, page)
 
 
 if __name__ == "__main__":

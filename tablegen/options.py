@@ -2,13 +2,17 @@
 
 import math
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
 from sampler.atomic import check_output
 from sampler.errors import InputError
+
+#: What a decorator of commands is given, and gives back.
+Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class Number(click.ParamType):
@@ -100,6 +104,20 @@ progress = click.option(
     callback=_shown,
     help="Progress bars; by default if standard error is a terminal.",
 )
+
+
+#: Adds ``html_file``: where a page is written, if anywhere.
+html_file = click.option("--html", "html_file", type=OUTPUT, metavar="F", help="Write a page.")
+
+
+def json_file(what: str) -> Callable[[Command], Command]:
+    """Add ``json_file`` to a command: where numbers are written, if anywhere."""
+    return click.option("--json", "json_file", type=OUTPUT, metavar="F", help=what)
+
+
+def seed(what: str) -> Callable[[Command], Command]:
+    """Add ``seed`` to a command, 1 unless given."""
+    return click.option("--seed", type=SEED, default=1, show_default=True, metavar="S", help=what)
 
 
 def examples(*lines: str) -> str:

@@ -1,7 +1,6 @@
 """``tablegen figures``: the paper's figures and statements from the command line."""
 
 import os
-import sys
 from pathlib import Path
 
 import click
@@ -68,17 +67,10 @@ def _write_all(gallery: Gallery, folder: Path) -> None:
     help=f"Particles of each shape at each angle; {_COUNT} by default.",
 )
 @click.option("--quick", is_flag=True, help=f"{_QUICK_COUNT} particles.")
-@click.option(
-    "--seed",
-    type=options.SEED,
-    default=1,
-    show_default=True,
-    metavar="S",
-    help="Seed of the simulations and draws.",
-)
-@click.option("--quiet", is_flag=True, help="No progress bar.")
+@options.seed("Seed of the simulations and draws.")
+@options.progress
 def figures(
-    table: str, output: Path, count: int | None, quick: bool, seed: int, quiet: bool
+    table: str, output: Path, count: int | None, quick: bool, seed: int, progress: bool
 ) -> int:
     """Draw Figures 3 to 13 of Panfilov & Tsirkunov (2022), and check what the paper says.
 
@@ -92,7 +84,6 @@ def figures(
     loaded = sampler.load(table)
     config = parse_config(loaded.config, f"{table}: config")
     particles = count or (_QUICK_COUNT if quick else _COUNT)
-    progress = not quiet and sys.stderr.isatty()
     gallery = make_gallery(loaded, config, particles, seed, progress)
     assert gallery is not None  # matplotlib is there
     _write_all(gallery, folder)

@@ -1,23 +1,17 @@
 """``tablegen report``: the evidence from the command line."""
 
 import json
-import sys
 from pathlib import Path
 
 import click
 
-from sampler.atomic import atomic_output
+from sampler.atomic import write_text
 from tablegen import options
 from tablegen.report.dossier import compile_dossier, map_accuracy, record
 from tablegen.report.endurance import read_study
 from tablegen.report.page import plotting_library, report_page
 from tablegen.report.study import gather_evidence
 from tablegen.report.text import evidence_text
-
-
-def _write(path: Path, text: str) -> None:
-    with atomic_output(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 @click.command(
@@ -36,16 +30,9 @@ def _write(path: Path, text: str) -> None:
     metavar="T.h5",
     help="A further table of the same pair to compare; may be given several times.",
 )
-@click.option(
-    "--seed",
-    type=options.SEED,
-    default=1,
-    show_default=True,
-    metavar="S",
-    help="Seed of every sample.",
-)
-@click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every number.")
-@click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
+@options.seed("Seed of every sample.")
+@options.json_file("Write every number.")
+@options.html_file
 @click.option(
     "--stability",
     "stability_file",
@@ -53,7 +40,7 @@ def _write(path: Path, text: str) -> None:
     metavar="F",
     help="Show this result of 'tablegen stability --json' on the page; else a brief study is run.",
 )
-@click.option("--quiet", is_flag=True, help="No progress bars.")
+@options.progress
 def report(
     table: str,
     quick: bool,
@@ -62,7 +49,7 @@ def report(
     json_file: Path | None,
     html_file: Path | None,
     stability_file: Path | None,
-    quiet: bool,
+    progress: bool,
 ) -> int:
     """Measure error against run time for every way to get a rebound state.
 
@@ -72,7 +59,6 @@ def report(
     compared with the same large direct sample, beside the noise of direct against direct.
     Times are processor time of one thread: leave the machine to it.
     """
-    progress = not quiet and sys.stderr.isatty()
     if html_file:
         # what is missing shows before the work, not after
         plotting_library()
@@ -85,9 +71,9 @@ def report(
     atlas = map_accuracy(table, quick, seed, progress)
     if json_file:
         text = json.dumps(record(evidence, atlas), indent=1, allow_nan=False)
-        _write(json_file, text + "\n")
+        write_text(json_file, text + "\n")
     if html_file:
         page = report_page(compile_dossier(evidence, atlas, stability_file, progress))
-        _write(html_file, page)
+        write_text(html_file, page)
         click.echo(f"{html_file}: {len(page.encode()) / 1e6:.1f} MB")
     return 0

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from sampler.atomic import atomic_output
+from sampler.atomic import write_text
 from tablegen import options
 from tablegen.config import load_config
 from tablegen.particles import SHAPE_NAMES
@@ -14,11 +14,6 @@ from tablegen.stability.report import study_json, study_text
 from tablegen.stability.study import COUNT, run_study
 
 HOLDS, FAILS = 0, 1
-
-
-def _write(path: Path, text: str) -> None:
-    with atomic_output(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 @click.command(
@@ -39,14 +34,7 @@ def _write(path: Path, text: str) -> None:
     metavar="N",
     help="Particles a case.",
 )
-@click.option(
-    "--seed",
-    type=options.SEED,
-    default=1,
-    show_default=True,
-    metavar="S",
-    help="Seed of the particles.",
-)
+@options.seed("Seed of the particles.")
 @click.option("--shape", type=click.Choice(SHAPE_NAMES), multiple=True, help="Only this shape.")
 @click.option(
     "--aspect",
@@ -66,8 +54,8 @@ def _write(path: Path, text: str) -> None:
     "--spin", type=options.ANY, multiple=True, metavar="WZ", help="Only this spin, times a/V."
 )
 @click.option("--threads", type=options.Whole(1, 4096), help="Default: one a processor.")
-@click.option("--json", "json_file", type=options.OUTPUT, metavar="F", help="Write every case.")
-@click.option("--html", "html_file", type=options.OUTPUT, metavar="F", help="Write a page.")
+@options.json_file("Write every case.")
+@options.html_file
 @options.progress
 def stability(
     pair: str,
@@ -107,7 +95,7 @@ def stability(
     )
     click.echo(study_text(study))
     if json_file:
-        _write(json_file, study_json(study))
+        write_text(json_file, study_json(study))
     if html_file:
-        _write(html_file, study_page(study))
+        write_text(html_file, study_page(study))
     return HOLDS if study.holds else FAILS
