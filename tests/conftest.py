@@ -1,18 +1,36 @@
 """Numba caches a kernel by its own file and does not see edits in the kernels that it calls.
 
-A cache folder named after all sources keeps a test run from meeting stale kernels.
+A cache folder named after all sources that reach machine code keeps a test run from meeting stale
+kernels, and leaves kernels alone when anything else is edited. Kernels are in the modules that
+import `sampler.jit` or numba; modules of the packages that these import may give them constants.
 """
 
 import hashlib
 import os
+import re
 import tempfile
 from pathlib import Path
 
 _ROOT = Path(__file__).resolve().parents[1]
-_digest = hashlib.sha256()
-for _source in sorted(
-    _p for _d in ("sampler", "tablegen", "tests") for _p in _ROOT.glob(f"{_d}/**/*.py")
-):
-    _digest.update(_source.read_bytes())
+_COMPILES = re.compile(rb"^(from|import) (sampler\.jit|numba)\b", re.MULTILINE)
+_IMPORTS = re.compile(rb"^from ((?:sampler|tablegen)[.\w]*) import", re.MULTILINE)
+
+
+def kernel_sources():
+    """Files whose contents can change what a kernel computes, with these contents."""
+    files = [p for d in ("sampler", "tablegen", "tests") for p in sorted(_ROOT.glob(f"{d}/**/*.py"))]
+    texts = {path: path.read_bytes() for path in files}
+    found = {path for path, text in texts.items() if _COMPILES.search(text)}
+    waiting = [path for path in found if path.relative_to(_ROOT).parts[0] != "tests"]
+    while waiting:
+        names = _IMPORTS.findall(texts[waiting.pop()])
+        needed = {_ROOT.joinpath(*n.decode().split(".")).with_suffix(".py") for n in names}
+        new = (needed & texts.keys()) - found
+        waiting += new
+        found |= new
+    return {path: texts[path] for path in sorted(found)}
+
+
+_digest = hashlib.sha256(b"".join(kernel_sources().values()))
 _folder = f"rebound-tables-{os.getuid()}-{_digest.hexdigest()[:16]}"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(tempfile.gettempdir()) / _folder))
