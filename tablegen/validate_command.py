@@ -22,7 +22,7 @@ def run(
     details: bool,
     progress: bool,
 ) -> int:
-    """Validate, print and write; parameters are the options of `tablegen.commands.validate`."""
+    """Run ``tablegen validate``; parameters are the options of `tablegen.commands.validate`."""
     result = validate(table, conditions=conditions, seed=seed, samples=samples, progress=progress)
     click.echo(accuracy_text(result.comparisons, result.declared))
     worst = max(result.comparisons, key=lambda c: c.auc)
