@@ -5,10 +5,12 @@ package counts for the step that brings it in.
 """
 
 import json
+import os
 import subprocess
 import sys
 
 import pytest
+from documents import ROOT
 
 from tablegen.cli import cli
 
@@ -83,12 +85,14 @@ def brought_in(tmp_path_factory):
         "lines": [*lines, *FILES_ONLY],
         "everything": EVERYTHING,
     }
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM % values],
         capture_output=True,
         text=True,
         check=False,
         cwd=tmp_path_factory.mktemp("startup"),
+        env=os.environ | {"PYTHONPATH": path},
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

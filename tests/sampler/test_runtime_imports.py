@@ -5,10 +5,14 @@ hold there. What must hold: the runtime brings in nothing beyond numba's own imp
 and commands work where no other package is found at all, as after a plain `pip install`.
 """
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
 
 FOREIGN = ("scipy", "sklearn", "matplotlib", "tablegen", "pydantic", "click", "tqdm")
 RUNTIME = ("numpy", "numba", "llvmlite", "h5py", "sampler")
@@ -54,8 +58,16 @@ except ImportError as error:
 
 
 def _run(code, folder=None):
-    words = [sys.executable, "-c", code]
-    return subprocess.run(words, capture_output=True, text=True, check=False, cwd=folder)
+    """Run code, of the sources that are tested, in a folder."""
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path},
+    )
 
 
 def _foreign(statement):
