@@ -14,17 +14,7 @@ from tablegen.directions import SLACK
 from tablegen.fields import AspectPair, AspectRange, Record, Text, refusal
 from tablegen.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
 from tablegen.model.directions import most_listed
-from tablegen.model.shapes import MeshArguments
-
-#: Shape numbers in kernels and output files.
-SHAPE_CODES = {
-    "ellipsoid": 0,
-    "prism": 1,
-    "truncated-prism": 2,
-    "tetrahedron": 3,
-    "sphere": 4,
-    "mesh": 5,
-}
+from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES, MeshArguments
 
 #: Shapes that a population may hold by name; meshes it holds besides.
 SHAPE_NAMES = tuple(name for name in SHAPE_CODES if name != "mesh")
@@ -43,7 +33,7 @@ class PopulationArguments(NamedTuple):
     """A population as arrays and numbers, for kernels."""
 
     #: int64, (n,): entries of `SHAPE_CODES` with positive weight, increasing; mesh k has the
-    #: code SHAPE_CODES["mesh"] + k.
+    #: code `FIRST_MESH` + k.
     shape_codes: NDArray[np.int64]
     #: float64, (n,): running sum of their shares; the last is exactly 1.
     cumulative_weights: NDArray[np.float64]
@@ -291,7 +281,7 @@ class Population(Record):
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
         codes = [SHAPE_CODES[name] for name in weights]
-        codes += [SHAPE_CODES["mesh"] + k for k in range(len(meshes))]
+        codes += [FIRST_MESH + k for k in range(len(meshes))]
         return PopulationArguments(
             shape_codes=np.array(codes, dtype=np.int64),
             cumulative_weights=shares / shares[-1],

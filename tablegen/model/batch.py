@@ -22,7 +22,7 @@ from tablegen.model.rebound import (
     wall_spin,
     workspace,
 )
-from tablegen.model.shapes import MAX_VERTICES, MESH, mesh_body, mesh_map, shaped_body
+from tablegen.model.shapes import FIRST_MESH, MAX_VERTICES, MESH, mesh_body, mesh_map, shaped_body
 
 
 @kernel
@@ -45,14 +45,14 @@ def _sorted_by_shape(kind, codes):
 @borrowing_kernel
 def _follow_code(law, population, condition, drawn, code, no_map, members, seats, outcome):
     """Follow the particles of one shape code; the look-up of a mesh lives here only."""
-    near = mesh_map(population.meshes, code - MESH) if code >= MESH else no_map
+    near = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
     return follow(law, population, condition, drawn, (code, near), members, seats, outcome)
 
 
 @kernel
 def _follow_together(law, population, condition, axes, kind, outcome):
     """Follow all particles in lockstep, shape by shape; as `simulate_batch`."""
-    codes = MESH + population.meshes.resolutions.size
+    codes = FIRST_MESH + population.meshes.resolutions.size
     order, starts = _sorted_by_shape(kind, codes)
     seats, no_map = make_seats(max(MAX_VERTICES, population.meshes.longest)), empty_map()
     for code in range(codes):
@@ -85,11 +85,11 @@ def _follow_one(law, population, condition, drawn, motion, store, audit):
     """
     shape, ba, cb = drawn
     held, counts, no_map, work = store
-    if shape < MESH:
+    if shape < FIRST_MESH:
         body = shaped_body(shape, ba, ba * cb, population.truncation, held, counts, no_map)
     else:
-        near = mesh_map(population.meshes, shape - MESH)
-        body = mesh_body(population.meshes, shape - MESH, held, counts, near)
+        near = mesh_map(population.meshes, shape - FIRST_MESH)
+        body = mesh_body(population.meshes, shape - FIRST_MESH, held, counts, near)
     approach(condition, body, motion)
     initial = 0.5 + rotational_energy(body.moments, motion)
     status, collisions = rebound(law, condition, body, motion, work, audit)
@@ -154,5 +154,6 @@ def simulate_batch(law, population, condition, keys, first, state, collisions, k
     else:
         stuck = _follow_together(law, population, condition, axes, kind, outcome)
     for i in range(state.shape[0]):
-        kind[i, 0] = min(kind[i, 0], MESH)
+        if kind[i, 0] >= FIRST_MESH:
+            kind[i, 0] = MESH
     return first + stuck if stuck >= 0 else -1

@@ -39,7 +39,7 @@ from tablegen.model.rebound import (
     wall_spin,
 )
 from tablegen.model.rotation import ORDER
-from tablegen.model.shapes import ELLIPSOID, MESH, SPHERE, Body, inertia, place_vertices
+from tablegen.model.shapes import ELLIPSOID, FIRST_MESH, SPHERE, Body, inertia, place_vertices
 
 #: Rows of the traits of seated particles.
 MOMENTS, B, C, REACH, INITIAL, COLLISIONS = 0, 3, 4, 5, 6, 7
@@ -116,11 +116,11 @@ def _seat_mesh(population, mesh, seats, seat):
 def _seat(population, drawn, code, member, seats, seat):
     """Seat a drawn particle; the numbers of a shape other than a mesh follow by `_shape`."""
     axes, kind = drawn
-    if code < MESH:
+    if code < FIRST_MESH:
         seats.traits[B, seat] = kind[member, 1]
         seats.traits[C, seat] = kind[member, 1] * kind[member, 2]
     else:
-        _seat_mesh(population, code - MESH, seats, seat)
+        _seat_mesh(population, code - FIRST_MESH, seats, seat)
     for k in range(6):
         seats.motion[3 + k, seat] = axes[member, k]
     seats.traits[COLLISIONS, seat] = 0.0
@@ -245,7 +245,7 @@ def follow(law, population, condition, drawn, shape, members, seats, outcome):
         seated = seated | fresh
         if not any_of(seated):
             return -1
-        if arrivals != 0 and code < MESH:
+        if arrivals != 0 and code < FIRST_MESH:
             _shape(population, code, seats)
         body = _body(seats, held, near)
         if arrivals != 0:
