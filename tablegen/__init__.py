@@ -1,10 +1,9 @@
 """Direct simulation of particle rebounds, and the tables made from it.
 
 >>> import numpy as np
->>> from tablegen import load_config, make_condition, simulate
+>>> from tablegen import load_config, simulate
 >>> config = load_config("corundum-steel")
->>> condition = make_condition(np.radians(45.0), 200.0)
->>> rebounds = simulate(config.pair, config.population, condition, 1000, seed=1)
+>>> rebounds = simulate(config, np.radians(45.0), 200.0, 1000, seed=1)
 >>> rebounds.state.shape
 (1000, 6)
 
@@ -14,7 +13,7 @@ simulation; both are also commands of ``tablegen``.
 
 from tablegen.config import Config, load_config, parse_config
 from tablegen.generate import Generated, generate
-from tablegen.simulate import Simulation, make_condition, simulate
+from tablegen.simulate import Simulation, simulate
 from tablegen.validate import Validation, validate
 
 __all__ = [
@@ -24,7 +23,6 @@ __all__ = [
     "Validation",
     "generate",
     "load_config",
-    "make_condition",
     "parse_config",
     "simulate",
     "validate",

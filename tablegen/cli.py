@@ -33,7 +33,7 @@ from tablegen.prune_command import prune
 from tablegen.ranks import asks_for_ranks, on_first_rank
 from tablegen.report.command import report
 from tablegen.simulate import Simulation, make_condition
-from tablegen.simulate import simulate as simulate_rebounds
+from tablegen.simulate import simulate_condition as simulate_rebounds
 from tablegen.stability.command import stability
 from tablegen.statistics import simulate_statistics, statistics_of
 from tablegen.summary import accuracy_text, details_text

@@ -13,7 +13,7 @@ from sampler.table import Table
 from tablegen.accuracy import Comparison, compare
 from tablegen.components import simulated_components
 from tablegen.config import AccuracyTargets, Config
-from tablegen.simulate import simulate_configured
+from tablegen.simulate import simulate
 
 #: Least number of states a side in a comparison, and this over the square of the declared
 #: Kolmogorov-Smirnov distance where that is more: noise is then a third of what is declared.
@@ -131,8 +131,14 @@ def _comparisons(
 
     def states(k: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         alpha_deg, speed = conditions[k]
-        direct = simulate_configured(
-            config, alpha_deg, speed, samples, seed=seed, stream=FIRST_STREAM + k, threads=1
+        direct = simulate(
+            config,
+            np.radians(alpha_deg),
+            speed,
+            samples,
+            seed=seed,
+            stream=FIRST_STREAM + k,
+            threads=1,
         )
         drawn = table.sample(
             np.radians(alpha_deg), speed, seed=seed, hit=k, index=np.arange(samples)

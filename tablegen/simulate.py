@@ -47,7 +47,7 @@ class Simulation:
     collisions : (n,) int64
         Number of collisions of each rebound.
     shape : (n,) int64
-        Codes of `tablegen.particles.SHAPE_CODES`.
+        Codes of `tablegen.model.shapes.SHAPE_CODES`.
     aspect : (n, 2) float64
         b / a and c / b.
     energy : (n, 2) float64
@@ -163,7 +163,7 @@ def _batches(count: int) -> Iterator[slice]:
         yield slice(start, min(start + BATCH, count))
 
 
-def simulate(
+def simulate_condition(
     pair: MaterialPair,
     population: Population,
     condition: Condition,
@@ -175,7 +175,9 @@ def simulate(
     progress: bool = False,
     audited: bool = False,
 ) -> Simulation:
-    """Simulate the rebounds of ``count`` random particles at one impact condition.
+    """Simulate the rebounds of ``count`` random particles, with every setting given by itself.
+
+    `simulate` takes them from a configuration.
 
     Parameters
     ----------
@@ -234,25 +236,46 @@ def simulate(
     return result
 
 
-def simulate_configured(
+def simulate(
     config: Config,
-    alpha_deg: float,
+    alpha1: float,
     speed: float,
     count: int,
     *,
     seed: int,
-    stream: int,
+    spin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    population: Population | None = None,
+    stream: int = 0,
     threads: int | None = None,
+    progress: bool = False,
 ) -> Simulation:
-    """Simulate one condition with the pair, population and numerics of a configuration.
+    """Simulate the rebounds of random particles at one impact condition.
+
+    Laws, particles and numerical parameters are those of the configuration.
 
     Parameters
     ----------
     config : Config
-    alpha_deg, speed : float
-        Impact angle [degrees] and speed [m/s].
-    count, seed, stream, threads
-        As for :func:`simulate`.
+        From `tablegen.load_config`.
+    alpha1 : float
+        Impact angle [rad] from the wall, in (0, pi/2].
+    speed : float
+        Impact speed V [m/s], positive.
+    count : int
+        Number of particles, positive.
+    seed : int
+        0 to 2**64 - 1. Particle i is the same for any count and any number of threads.
+    spin : tuple of three floats
+        Angular velocity before the impact times a / V, wall axes.
+    population : Population, optional
+        Other particles than the configuration's, for example
+        ``config.population.restricted_to("sphere")``.
+    stream : int
+        0 to 2**32 - 1; keeps conditions that share a seed independent.
+    threads : int, optional
+        Default: one a processor.
+    progress : bool
+        Show a progress bar on standard error.
 
     Returns
     -------
@@ -260,21 +283,21 @@ def simulate_configured(
 
     Raises
     ------
-    InputError, RuntimeError
-        As for :func:`simulate`.
+    InputError
+        If an argument is out of range.
+    RuntimeError
+        If a particle is still in contact after 10**8 collisions.
     """
     condition = make_condition(
-        np.radians(alpha_deg),
-        speed,
-        resolution=config.model.contact_resolution,
-        tolerance=config.model.tolerance,
+        alpha1, speed, spin, config.model.contact_resolution, config.model.tolerance
     )
-    return simulate(
+    return simulate_condition(
         config.pair,
-        config.population,
+        population or config.population,
         condition,
         count,
         seed=seed,
         stream=stream,
         threads=threads,
+        progress=progress,
     )

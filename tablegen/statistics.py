@@ -95,8 +95,8 @@ def simulate_statistics(
 ) -> RunStatistics:
     """Simulate ``count`` rebounds and keep their statistics only.
 
-    The particles are those of `tablegen.simulate.simulate` with the same arguments. Memory does
-    not depend on ``count``.
+    The particles are those of `tablegen.simulate.simulate_condition` with the same arguments.
+    Memory does not depend on ``count``.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from sampler.errors import InputError
 from sampler.processors import processors
 from tablegen.config import Config
 from tablegen.pairs import MaterialPair
-from tablegen.simulate import Simulation, make_condition, simulate
+from tablegen.simulate import Simulation, make_condition, simulate_condition
 from tablegen.stability.cases import Case
 from tablegen.stability.outcome import Outcome, outcome_of
 
@@ -95,7 +95,7 @@ def _simulated(
     )
     people = case.population(config)
     try:
-        return simulate(
+        return simulate_condition(
             config.pair, people, condition, count, seed=seed, threads=1, audited=audited
         )
     except RuntimeError:

@@ -26,8 +26,8 @@ import sampler
 from sampler.schema import write_table
 from tablegen.cli import cli
 from tablegen.config import load_config
-from tablegen.particles import SHAPE_CODES
-from tablegen.simulate import make_condition, simulate
+from tablegen.model.shapes import SHAPE_CODES
+from tablegen.simulate import make_condition, simulate_condition
 
 COMMANDS = sorted(cli.commands)
 
@@ -95,7 +95,7 @@ class TestSimulate:
     def test_is_the_simulation(self, simulated):
         config = load_config("corundum-steel")
         condition = make_condition(np.radians(45.0), 200.0)
-        expected = simulate(config.pair, config.population, condition, 300, seed=1)
+        expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
         result = simulated()
         np.testing.assert_array_equal(result.state, expected.state)
         np.testing.assert_array_equal(result.collisions, expected.collisions)
@@ -119,7 +119,7 @@ class TestSimulate:
     def test_spin(self, simulated):
         config = load_config("corundum-steel")
         condition = make_condition(np.radians(45.0), 200.0, (0.5, -0.25, 1.0))
-        expected = simulate(config.pair, config.population, condition, 300, seed=1)
+        expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
         result = simulated(spin=(0.5, -0.25, 1.0))
         np.testing.assert_array_equal(result.state, expected.state)
         np.testing.assert_array_equal(result.energy, expected.energy)

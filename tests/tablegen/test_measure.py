@@ -17,7 +17,7 @@ from tablegen.fitting.axes import first_grid, make_axes
 from tablegen.fitting.node import fit_node, node_stream
 from tablegen.measure import FIRST_STREAM, measure, missed_targets, pick_conditions
 from tablegen.plan import fit_nodes
-from tablegen.simulate import make_condition, simulate, simulate_configured
+from tablegen.simulate import make_condition, simulate, simulate_condition
 from tablegen.workshop import Workshop
 
 MEASURE = sys.modules[measure.__module__]
@@ -101,12 +101,12 @@ class TestStreams:
         def recording(module):
             def record(*arguments, seed, stream, **options):
                 seen.append((module, seed, stream))
-                return simulate_configured(*arguments, seed=seed, stream=stream, **options)
+                return simulate(*arguments, seed=seed, stream=stream, **options)
 
             return record
 
-        monkeypatch.setattr(node, "simulate_configured", recording("node"))
-        monkeypatch.setattr(MEASURE, "simulate_configured", recording("measure"))
+        monkeypatch.setattr(node, "simulate", recording("node"))
+        monkeypatch.setattr(MEASURE, "simulate", recording("measure"))
         return seen
 
     def test_of_nodes_and_of_measurements_are_apart(self, streams):
@@ -127,7 +127,9 @@ class TestStreams:
         condition = make_condition(0.7, 100.0)
         keys = {"seed": ROUGH.table.seed, "threads": 1}
         a, b = (
-            simulate(ROUGH.pair, ROUGH.population, condition, 100, stream=stream, **keys).state
+            simulate_condition(
+                ROUGH.pair, ROUGH.population, condition, 100, stream=stream, **keys
+            ).state
             for stream in (0, FIRST_STREAM)
         )
         assert not np.isin(a, b).any()
@@ -141,7 +143,7 @@ class TestMeasure:
         found = measure(table, TINY, self.CONDITIONS, seed=9, samples=500)
         for k, (alpha_deg, speed) in enumerate(self.CONDITIONS):
             alpha1 = np.radians(alpha_deg)
-            direct = simulate(
+            direct = simulate_condition(
                 TINY.pair,
                 TINY.population,
                 make_condition(alpha1, speed),
@@ -158,9 +160,9 @@ class TestMeasure:
 
         def recording(pair, population, condition, *arguments, **options):
             seen.append((pair, population, condition))
-            return simulate(pair, population, condition, *arguments, **options)
+            return simulate_condition(pair, population, condition, *arguments, **options)
 
-        monkeypatch.setattr(SIMULATE, "simulate", recording)
+        monkeypatch.setattr(SIMULATE, "simulate_condition", recording)
         config = TINY.with_changes(
             {
                 "model": {"contact_resolution": 0.01, "tolerance": 1e-8},

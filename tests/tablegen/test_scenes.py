@@ -11,7 +11,7 @@ from sampler.schema import read_table, write_table
 from tablegen.accuracy import ks_distances
 from tablegen.components import simulated_components
 from tablegen.generate import generate
-from tablegen.simulate import simulate_configured
+from tablegen.simulate import simulate
 from tablegen.validate import validate
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
@@ -48,7 +48,7 @@ class Scene:
 
     def direct(self, alpha_deg, speed):
         keys = {"seed": 4, "stream": 7, "threads": 1}
-        simulation = simulate_configured(self.config, alpha_deg, speed, N, **keys)
+        simulation = simulate(self.config, np.radians(alpha_deg), speed, N, **keys)
         return simulated_components(simulation, self.columns)
 
 

@@ -21,7 +21,7 @@ from tablegen.fitting.node import node_stream
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.fitting.scores import mixture_probabilities
 from tablegen.measure import measure, missed_targets, pick_conditions
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 from tablegen.validate import validate
 
 CONFIG = load_config("corundum-steel")
@@ -98,7 +98,7 @@ class TestProvenance:
             """Of the rebounds with more than one collision."""
             count, seed = resolution(CONFIG).samples, CONFIG.table.seed
             keys = {"seed": seed, "stream": stream, "threads": 1}
-            result = simulate(CONFIG.pair, CONFIG.population, condition, count, **keys)
+            result = simulate_condition(CONFIG.pair, CONFIG.population, condition, count, **keys)
             channels = to_channels(result.state[class_of(result.collisions) == 1])
             return quantile_knots(channels, probabilities, np.ones(6))[:, inner]
 
@@ -142,7 +142,7 @@ class TestAccuracy:
         """
         count, alpha1 = 200_000, np.radians(alpha_deg)
         condition = make_condition(alpha1, speed)
-        direct = simulate(CONFIG.pair, CONFIG.population, condition, count, seed=21).state
+        direct = simulate_condition(CONFIG.pair, CONFIG.population, condition, count, seed=21).state
         drawn = table.sample(alpha1, speed, seed=22, index=np.arange(count))
         shuffled = independent_columns(drawn, seed=23)
         right = compare(drawn, direct, alpha_deg, speed)
