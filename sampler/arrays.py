@@ -50,7 +50,7 @@ class TableArrays(NamedTuple):
         Knots of the quantile functions: last mixture variate, knots per unit variate.
     n_knots : int
     n_components, n_classes, n_marginals, stride : int
-        K, Q, M, and the numbers of one component's record.
+        K (components of the mixture), Q, M, and the numbers of one component's record.
     channels : tuple of N int
         Channel (see `sampler.channels`) that each row of a component's factor stands for.
     marginals : tuple of N int

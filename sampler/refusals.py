@@ -46,7 +46,7 @@ def _not_finite(inputs: Inputs, row: int) -> str:
 
 
 def draw_refusal(inputs: Inputs, row: int, code: int) -> str:
-    """Message on a row refused by `sampler.kernel.draw_batch`.
+    """Message on a row refused by `sampler.batch.draw_batch`.
 
     Parameters
     ----------

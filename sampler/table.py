@@ -89,7 +89,7 @@ class Table:
         return (
             f"<sampler.Table {self.pair}: {alpha[0]:g} to {alpha[-1]:g} deg x "
             f"{speed[0]:g} to {speed[-1]:g} m/s, {len(alpha)} x {len(speed)} nodes, "
-            f"{self.arrays.n_components} components>"
+            f"{self.arrays.n_components} mixture components>"
         )
 
     @property
@@ -128,8 +128,9 @@ class Table:
     def accuracy(self) -> dict[str, NDArray[np.float64]]:
         """What was measured against direct simulation, at conditions that are no nodes.
 
-        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_components), ``sliced_wasserstein``,
-        ``correlation_error``, ``auc``, all (n,) but ks; n = 0 if nothing was measured.
+        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_columns), ``sliced_wasserstein``,
+        ``correlation_error``, ``auc``, all (n,) but ks, which has a column for each of
+        `components`; n = 0 if nothing was measured.
         """
         paths = (path for path in self._small if path.startswith("accuracy/"))
         return {path.removeprefix("accuracy/"): self._small[path].copy() for path in paths}
@@ -167,12 +168,12 @@ class Table:
         threads : int, optional
             Threads to use; by default as many as the number of draws is worth. The states do
             not depend on it.
-        out : float64 or float32 array, shape (n, n_components), optional
+        out : float64 or float32 array, shape (n, n_columns), optional
             Where to write the states.
 
         Returns
         -------
-        float64 array, shape (n, n_components), or `out`
+        float64 array, shape (n, n_columns), or `out`
             The table's `components`, u, v, w over V and omega_x, omega_y, omega_z times a/V unless
             it was made for fewer or others, in the wall frame: x along the tangential velocity
             before impact, y into the gas.

@@ -100,7 +100,7 @@ def test_what_a_table_says_of_itself(table, contents):
         *("alpha_deg", "speed", "ks", "sliced_wasserstein", "correlation_error", "auc")
     }
     assert repr(table) == (
-        "<sampler.Table made-up: 20 to 90 deg x 50 to 300 m/s, 3 x 3 nodes, 5 components>"
+        "<sampler.Table made-up: 20 to 90 deg x 50 to 300 m/s, 3 x 3 nodes, 5 mixture components>"
     )
 
 
