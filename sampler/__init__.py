@@ -15,7 +15,7 @@ same for velocities in the lab frame, ``sampler.draw`` for one particle inside c
 from importlib.metadata import PackageNotFoundError, version
 
 from sampler.arrays import TableArrays
-from sampler.errors import InputError, TableError
+from sampler.errors import InputError, OutsideTableWarning, TableError
 from sampler.kernel import draw
 from sampler.locate import data_directory
 from sampler.table import Table, load
@@ -27,6 +27,7 @@ except PackageNotFoundError:  # a source checkout that was never installed
 
 __all__ = [
     "InputError",
+    "OutsideTableWarning",
     "Table",
     "TableArrays",
     "TableError",

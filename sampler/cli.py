@@ -7,6 +7,7 @@ at all.
 import argparse
 import math
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
@@ -15,7 +16,7 @@ import numpy as np
 
 import sampler
 from sampler.atomic import atomic_output, check_output
-from sampler.errors import InputError
+from sampler.errors import InputError, OutsideTableWarning
 from sampler.kernel import is_outside
 from sampler.locate import include_directory
 from sampler.table import Table, load
@@ -151,9 +152,11 @@ def _draw(arguments: argparse.Namespace) -> None:
             "its nearest condition is used\n"
         )
     try:
-        state = table.sample(
-            alpha1, arguments.speed, seed=arguments.seed, index=_indices(arguments.count)
-        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OutsideTableWarning)  # the note has said it
+            state = table.sample(
+                alpha1, arguments.speed, seed=arguments.seed, index=_indices(arguments.count)
+            )
     except MemoryError:
         raise InputError(
             f"argument --count: got {arguments.count}, allowed: as many states as fit into "

@@ -2,6 +2,7 @@
 
 import os
 import threading
+import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -22,12 +23,18 @@ from sampler.coerce import (
     as_vectors,
     common_length,
 )
-from sampler.errors import InputError
+from sampler.errors import InputError, OutsideTableWarning
 from sampler.frames import rebound_batch
 from sampler.kernel import OK
 from sampler.locate import find_table
 from sampler.processors import processors
-from sampler.refusals import draw_refusal, impact_condition, outside_refusal, rebound_refusal
+from sampler.refusals import (
+    draw_refusal,
+    impact_condition,
+    outside_refusal,
+    outside_warning,
+    rebound_refusal,
+)
 from sampler.roughness import MAX_ROUGHNESS, rough_rebound_batch
 from sampler.schema import TableContents, read_table
 
@@ -54,8 +61,8 @@ class Table:
     ----------
     contents : TableContents
     outside : {"clamp", "raise"}
-        What to do with an angle or speed outside the table: use the nearest that it has and
-        count it in `clamped`, or raise `InputError`.
+        What to do with an angle or speed outside the table: use the nearest that it has, count it
+        in `clamped` and warn of the first (`OutsideTableWarning`), or raise `InputError`.
 
     Attributes
     ----------
@@ -66,6 +73,8 @@ class Table:
         rotational_energy, collisions) that the table was made for.
     pair, config : str
         Name of the material pair; TOML text from which the table was generated.
+    speed_independent : bool
+        Whether rebounds do not depend on the speed; then no speed lies outside.
     outside : str
     """
 
@@ -78,6 +87,7 @@ class Table:
         self.arrays = table_arrays(contents)
         self.components = contents.components
         self.pair, self.config = contents.pair, contents.config
+        self.speed_independent = contents.speed_independent
         small = (path for path in contents.datasets if path.startswith(("axes/", "accuracy/")))
         self._small = {path: contents[path] for path in small}
         self._source: TableContents | Path = contents
@@ -121,7 +131,7 @@ class Table:
 
     @property
     def speed_range(self) -> tuple[float, float]:
-        """Smallest and largest impact speed, m/s."""
+        """Smallest and largest impact speed of the nodes, m/s."""
         return self.arrays.speed.first, self.arrays.speed.last
 
     @property
@@ -281,14 +291,17 @@ class Table:
         return _Report(-1, OK, clamped_row, sum(part.clamped for part in parts))
 
     def _account(self, report: _Report, condition: Callable[[int], dict[str, float]]) -> None:
-        """Count clamped draws, or refuse the first of them."""
+        """Count clamped draws and warn of a table's first, or refuse the first of them."""
         if report.clamped == 0:
             return
         row = report.clamped_row
         if self.outside == "raise":
             raise InputError(outside_refusal(self.arrays, condition(row), row))
         with self._lock:
-            self._clamped += report.clamped
+            first, self._clamped = self._clamped == 0, self._clamped + report.clamped
+        if first:
+            told = outside_warning(self.arrays, condition(row), row, report.clamped)
+            warnings.warn(told, OutsideTableWarning, stacklevel=3)  # the line that drew
 
 
 def _roughness(values: ArrayLike) -> NDArray[np.float64]:
