@@ -5,6 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+#: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed: any that is
+#: positive and finite. Not the limits of the numbers, which compilers may take for granted.
+ANY_SPEED = (1e-300, 1e300)
+
 
 class Axis(NamedTuple):
     """One axis of the node grid, for look-up in constant time.
@@ -14,7 +18,7 @@ class Axis(NamedTuple):
     first, last : float
         Ends of the axis, rad or m/s.
     low, high : float
-        The same with the rounding of a unit conversion, which is not outside yet.
+        What is not outside yet: the ends with the rounding of a unit conversion, or `ANY_SPEED`.
     origin, scale : float
         First value of the coordinate table, and its steps per rad or m/s; 0 on an axis of one
         value.

@@ -32,6 +32,7 @@ from sampler.layout import (
     FORMAT,
     FORMAT_VERSION,
     MINIMUM_LENGTH,
+    OPTIONAL_ATTRIBUTES,
     Dataset,
 )
 
@@ -154,6 +155,8 @@ class TableContents:
     seed : int
     components, channels : tuple of str
         See `ATTRIBUTES`.
+    speed_independent : bool
+        Whether rebounds do not depend on the speed.
 
     Raises
     ------
@@ -168,6 +171,7 @@ class TableContents:
     software_version: str
     components: tuple[str, ...] = STATE
     channels: tuple[str, ...] = CHANNELS[:6]
+    speed_independent: bool = False
 
     def __post_init__(self) -> None:
         for name in ("pair", "config", "software_version", "seed"):
@@ -201,7 +205,8 @@ class TableContents:
     @property
     def attributes(self) -> dict[str, Any]:
         """Root attributes of the file but the checksum."""
-        return {
+        optional = {"speed_independent": 1} if self.speed_independent else {}
+        return optional | {
             "format": FORMAT,
             "format_version": list(FORMAT_VERSION),
             "pair": self.pair,
@@ -312,6 +317,7 @@ def read_table(path: str | Path) -> TableContents:
             software_version=attributes["software_version"],
             components=tuple(attributes["components"].split()),
             channels=tuple(attributes["channels"].split()),
+            speed_independent=_speed_independent(attributes),
         )
     except TableError as error:
         raise TableError(f"{source}: {error}") from error.__cause__
@@ -331,6 +337,15 @@ def _one_line_errors() -> Iterator[None]:
     except (OSError, KeyError, RuntimeError, ValueError, TypeError, MemoryError) as error:
         reason = str(error).strip("'\"").partition("\n")[0] or type(error).__name__
         raise TableError(f"cannot be read as HDF5, truncated or damaged? ({reason})") from error
+
+
+def _speed_independent(attributes: Mapping[str, Any]) -> bool:
+    """Whether a file says that rebounds do not depend on the speed."""
+    given = attributes.get("speed_independent", 0)
+    if "speed_independent" in attributes and not (type(given) is int and given == 1):
+        meaning = OPTIONAL_ATTRIBUTES["speed_independent"][1]
+        raise TableError(f"speed_independent: got {given!r}, allowed: {meaning}")
+    return given == 1
 
 
 def _plain(value: Any) -> Any:

@@ -92,6 +92,7 @@ def identity(table: Table) -> dict[str, Any]:
         "components": list(table.components),
         "alpha_deg": contents["axes/alpha_deg"].tolist(),
         "speed": contents["axes/speed"].tolist(),
+        "speed_independent": table.speed_independent,
         "mixture_components": table.arrays.n_components,
         "quantile_knots": table.arrays.n_knots,
         "seed": contents.seed,
@@ -107,6 +108,7 @@ def identity_text(table: Table) -> str:
     """Say what a table is, as `identity` does, for people."""
     facts = identity(table)
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
+    anywhere = ", the same at any speed" if facts["speed_independent"] else ""
     measured = "nothing"
     if worst is not None:
         measured = (
@@ -118,7 +120,7 @@ def identity_text(table: Table) -> str:
         [
             f"pair              {facts['pair']}",
             f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
-            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes",
+            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}",
             f"a draw gives      {', '.join(facts['components'])}",
             f"mixture           {facts['mixture_components']} components a node",
             f"quantile knots    {facts['quantile_knots']}",

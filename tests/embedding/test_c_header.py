@@ -1,15 +1,17 @@
 """The C header: clean under every compiler here, and the states of Python at every optimisation."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import toolchain
 
-from sampler.image import read_image
+from sampler.image import read_image, write_image
 from sampler.image_layout import HEADER_DTYPE, REASONS, field_offset
 from sampler.kernel import draw
+from sampler.schema import read_table
 
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"
@@ -144,6 +146,31 @@ def test_batches_have_the_bits_of_python(library, name, n):
     assert (report.row, report.clamped) == (n, clamped.size)
     assert report.clamped_row == (clamped[0] if clamped.size else n)
     np.testing.assert_array_equal(states, expected[:, :6])
+
+
+@pytest.mark.parametrize("flags", [["-O2"], ["-O3", "-ffast-math"]], ids=" ".join)
+def test_no_speed_is_outside_where_rebounds_do_not_depend_on_it(flags, tmp_path):
+    (tmp_path / "library.c").write_text(IMPLEMENTATION)
+    library = toolchain.load_library(tmp_path / "library.c", flags)
+    contents = read_table(VECTORS / "full.h5")
+    speed = np.array([1e-6, 5.0, 60.0, 1e5, 0.0, np.nan, np.inf])
+    n = len(speed)
+    alpha1, index, hit = np.full(n, 1.0), np.arange(n, dtype=np.uint64), np.zeros(n, np.uint32)
+    found = {}
+    for free in (False, True):
+        image = tmp_path / f"{free}.rbt"
+        write_image(image, replace(contents, speed_independent=free))
+        states, report = np.zeros((n, 6)), toolchain.Report()
+        with toolchain.opened(library, image) as table:
+            given = speed[:4].copy(), 5, index, hit, states, report
+            codes = [library.rbt_draw_batch(table, 4, alpha1, *given)]
+            found[free] = states.copy(), report.clamped
+            for k in range(4, n):
+                given = speed[k : k + 1].copy(), 5, index, hit, states, None
+                codes.append(library.rbt_draw_batch(table, 1, alpha1, *given))
+        assert codes == [0 if free else 1, -3, -1, -1]
+    np.testing.assert_array_equal(found[True][0], found[False][0])
+    assert (found[True][1], found[False][1]) == (0, 3)
 
 
 @pytest.mark.parametrize("bad", [0, 1, 31, 32, 50])
