@@ -1,5 +1,6 @@
 """Particle populations: shapes and meshes with weights, and the law of the aspect ratios."""
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, NamedTuple, Self
 
@@ -165,10 +166,14 @@ def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
 class Population(Record):
     """Shapes with weights, aspect ratios, how far prisms are truncated, and meshes."""
 
-    #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner.
-    truncation: Annotated[float, Field(gt=0.0, lt=1.0)]
-    shapes: ShapeWeights
-    aspect: Annotated[TruncatedNormalAspect | FixedAspect, Field(discriminator="distribution")]
+    #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner. By
+    #: default as of a regular truncated cube.
+    truncation: Annotated[float, Field(gt=0.0, lt=1.0)] = 2.0 - math.sqrt(2.0)
+    shapes: ShapeWeights = ShapeWeights()
+    #: Of all shapes but spheres; meshes have their own.
+    aspect: Annotated[
+        TruncatedNormalAspect | FixedAspect | None, Field(discriminator="distribution")
+    ] = None
     meshes: Annotated[tuple[MeshShape, ...], BeforeValidator(_tables)] = ()
 
     @model_validator(mode="after")
@@ -180,6 +185,11 @@ class Population(Record):
                 field="shapes",
             )
         return self
+
+    @property
+    def lacks_aspect(self) -> bool:
+        """Whether a shape needs aspect ratios, and no law of them is given."""
+        return self.aspect is None and bool(self.shapes.positive().keys() - {"sphere"})
 
     def _weighty_meshes(self) -> tuple[MeshShape, ...]:
         """Meshes with positive weight."""
@@ -277,7 +287,18 @@ class Population(Record):
         Returns
         -------
         PopulationArguments
+
+        Raises
+        ------
+        InputError
+            If a shape needs aspect ratios, and the population has no law of them.
         """
+        if self.lacks_aspect:
+            shapes = ", ".join(name for name in self.shapes.positive() if name != "sphere")
+            raise InputError(
+                f"aspect: missing for {shapes}, allowed: [population.aspect], or fixed ratios"
+            )
+        aspect = self.aspect or FixedAspect(distribution="fixed", values=(1.0, 1.0))
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
         codes = [SHAPE_CODES[name] for name in weights]
@@ -286,6 +307,6 @@ class Population(Record):
             shape_codes=np.array(codes, dtype=np.int64),
             cumulative_weights=shares / shares[-1],
             truncation=self.truncation,
-            aspect=self.aspect.kernel_rows(),
+            aspect=aspect.kernel_rows(),
             meshes=_mesh_arguments([mesh.particle() for mesh in meshes]),
         )

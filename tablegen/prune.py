@@ -77,7 +77,9 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     )
 
 
-def prune(name_or_path: str | Path, scene: Config, output: str | Path) -> TableContents:
+def prune(
+    name_or_path: str | Path, scene: Config, output: str | Path, origin: str = "scene"
+) -> TableContents:
     """Cut a table to a scene and write it.
 
     Parameters
@@ -85,8 +87,11 @@ def prune(name_or_path: str | Path, scene: Config, output: str | Path) -> TableC
     name_or_path : str or Path
         Name of a table that comes with the package, or path of a .h5 file.
     scene : Config
+        Complete; `tablegen.config.scene_over` makes one of any scene and the table's own.
     output : str or Path
         The .h5 file to write.
+    origin : str
+        Where the scene comes from, to open an error message.
 
     Returns
     -------
@@ -99,7 +104,7 @@ def prune(name_or_path: str | Path, scene: Config, output: str | Path) -> TableC
         As for `pruned`; also if a file cannot be read or written.
     """
     path = check_output(output)
-    contents = pruned(load(name_or_path).contents, scene, scene.name)
+    contents = pruned(load(name_or_path).contents, scene, origin)
     write_table(path, contents)
     return contents
 
@@ -118,6 +123,8 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
             allowed = f"some of {', '.join(contents.components)}, which the table has"
             raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
     for field, nodes in (("alpha_deg", "axes/alpha_deg"), ("speed", "axes/speed")):
+        if field == "speed" and contents.speed_independent:
+            continue
         low, high = getattr(scene.domain, field)
         first, last = contents[nodes][0], contents[nodes][-1]
         if not first <= low <= high <= last:

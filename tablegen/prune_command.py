@@ -4,31 +4,75 @@ from pathlib import Path
 
 import click
 
+from sampler.channels import COMPONENTS
+from sampler.errors import InputError
 from sampler.locate import find_table
+from sampler.table import load
 from tablegen import options
-from tablegen.config import load_config
+from tablegen.config import Config, parse_config, scene_over
 from tablegen.prune import prune as prune_table
+
+
+class Components(click.ParamType):
+    """Names of components, with commas between them."""
+
+    name = "components"
+
+    def convert(
+        self, value: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> list[str]:
+        """Parse and check the list."""
+        names = [name.strip() for name in value.split(",")]
+        if len(set(names)) < len(names) or not set(names) <= set(COMPONENTS):
+            allowed = f"some of {','.join(COMPONENTS)}, each once"
+            self.fail(f"got {value!r}, allowed: {allowed}", param, ctx)
+        return names
 
 
 @click.command(
     short_help="Cut a table to what a scene needs.",
     epilog=options.examples(
         "tablegen prune corundum-steel --scene plane-flow --output plane.h5",
-        "tablegen prune my-table.h5 --scene my-scene.toml --output small.h5",
+        "tablegen prune my-pair.h5 --dimension 2 --output plane.h5",
+        "tablegen prune my-pair.h5 --components u,v --output no-spin.h5",
+        "tablegen prune my-pair.h5 --scene my-scene.toml --output small.h5",
     ),
 )
 @click.argument("table", metavar="T.h5|NAME")
+@click.option("--scene", metavar="SCENE.toml", help="What to keep: a name, or a path.")
 @click.option(
-    "--scene", required=True, metavar="SCENE.toml", help="What to keep: a name, or a path."
+    "--dimension",
+    type=click.Choice(["2", "3"]),
+    help="2: keep u, v and omega_z, which are all of a plane flow. 3: all six.",
+)
+@click.option(
+    "--components",
+    type=Components(),
+    metavar="NAME,NAME,...",
+    help=f"Keep these of {', '.join(COMPONENTS)}.",
 )
 @click.option("--output", required=True, type=options.OUTPUT, metavar="S.h5", help="File to write.")
-def prune(table: str, scene: str, output: Path) -> int:
-    """Cut a table to the components, angles and speeds that a scene needs.
+def prune(
+    table: str,
+    scene: str | None,
+    dimension: str | None,
+    components: list[str] | None,
+    output: Path,
+) -> int:
+    """Cut a table to the components, angles and speeds that are needed.
 
-    What stays gives the same draws as the full table for the same keys.
+    What stays gives the same draws as the full table for the same keys. A scene says what to keep
+    of any pair's table: its components, angles and speeds count, and not the pair that it names.
+    Laws, particles and numerical parameters that it states itself must be those of the table.
     """
+    if scene is None and dimension is None and components is None:
+        raise InputError(
+            "Missing option '--scene', '--dimension' or '--components', allowed: one or more"
+        )
     source = find_table(table)
-    contents = prune_table(source, load_config(scene), output)
+    config = parse_config(load(source).config, "config of the table")
+    wanted = _wanted(config, scene, dimension, components)
+    contents = prune_table(source, wanted, output, scene or "flags")
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]
     click.echo(
         f"{output}: {', '.join(contents.components)}; {alpha[0]:g} to {alpha[-1]:g} degrees, "
@@ -36,3 +80,24 @@ def prune(table: str, scene: str, output: Path) -> int:
         f"of {source.stat().st_size / 1e3:.0f} kB"
     )
     return 0
+
+
+def _wanted(
+    config: Config, scene: str | None, dimension: str | None, components: list[str] | None
+) -> Config:
+    """Lay the scene over the configuration of the table, and the flags over both."""
+    if scene is not None:
+        pair = config.pair_name
+        config, named = scene_over(config, scene)
+        if named is not None and Path(named).stem != pair:
+            click.echo(
+                f"tablegen: note: {scene} is a scene of {named}; "
+                f"what it keeps is kept of the table of {pair}",
+                err=True,
+            )
+    domain: dict[str, object] = {}
+    if dimension is not None:
+        domain["dimension"] = int(dimension)
+    if components is not None:
+        domain["components"] = components
+    return config.with_changes({"domain": domain}) if domain else config

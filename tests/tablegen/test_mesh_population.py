@@ -1,6 +1,7 @@
 """Populations, configurations and commands with meshes."""
 
 import pickle
+import re
 import tomllib
 
 import numpy as np
@@ -9,11 +10,13 @@ import trimesh
 from command_line import BAD_INPUT, DONE, SIMULATE, flags
 from grains import CONFIG, PAIR, POPULATION, box, grain, people_of, surface
 
+import tablegen
 from sampler.errors import InputError
 from sampler.locate import data_directory
 from tablegen.config import load_config, parse_config
 from tablegen.mesh import MOST_VERTICES, read_mesh
 from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES
+from tablegen.particles import MeshShape, Population
 from tablegen.simulate import make_condition, simulate_condition
 
 
@@ -107,6 +110,56 @@ class TestConfig:
         config = load_config(path)
         assert config.population.kernel_arguments().shape_codes.tolist() == [0, 1, 2, 3, FIRST_MESH]
         assert parse_config(config.text, "again") == config
+
+    MESHES_ALONE = '[[population.meshes]]\nfile = "grain.ply"\n'
+
+    def meshes_alone(self, folder, more=""):
+        """Pair file whose population has meshes, and nothing else but ``more``."""
+        surface(grain(60)).export(folder / "grain.ply")
+        before, _, rest = PAIR_TEXT.partition("[population]")
+        after = rest.partition("[domain]")[2]
+        text = f"{before}{more}{self.MESHES_ALONE}[domain]{after}"
+        return parse_config(text, "my.toml", folder)
+
+    def test_meshes_alone_need_neither_shapes_nor_ratios(self, tmp_path):
+        config = self.meshes_alone(tmp_path)
+        assert config.population.shapes.positive() == {}
+        assert config.population.kernel_arguments().shape_codes.tolist() == [FIRST_MESH]
+        made = tablegen.simulate(config, 0.7, 200.0, 20, seed=1)
+        assert set(made.shape) == {5}
+        assert parse_config(config.text, "again") == config
+        spheres = config.population.restricted_to("sphere").kernel_arguments()
+        assert spheres.shape_codes.tolist() == [4]
+        prisms = config.population.restricted_to("prism")
+        assert prisms.with_aspect(0.5, 0.5).kernel_arguments().shape_codes.tolist() == [1]
+        with pytest.raises(InputError, match=r"^aspect: missing for prism, allowed: "):
+            prisms.kernel_arguments()
+
+    def test_shapes_beside_them_need_ratios_unless_they_are_spheres(self, tmp_path):
+        config = self.meshes_alone(tmp_path, "[population.shapes]\nsphere = 1.0\n")
+        assert config.population.kernel_arguments().shape_codes.tolist() == [4, FIRST_MESH]
+        with pytest.raises(InputError) as caught:
+            self.meshes_alone(tmp_path, "[population.shapes]\nprism = 1.0\n")
+        assert str(caught.value) == (
+            "my.toml: population.aspect: missing, allowed: a law of the aspect ratios, which all "
+            "shapes but spheres and meshes need"
+        )
+
+    def test_page_on_laws_describes_the_population(self, tmp_path):
+        """Its example loads, and it names every field and the most vertices."""
+        page = (data_directory() / "LAWS.md").read_text(encoding="utf-8")
+        section = page.partition("## `[population]`")[2].partition("\n## ")[0]
+        for kind in (Population, MeshShape):
+            for name in kind.model_fields:
+                assert re.search(rf"`\[*(population\.)?{name}\]*`", section), name
+        assert f"at most {MOST_VERTICES:,} vertices" in " ".join(section.split())
+        (example,) = re.findall(r"```toml\n(.*?)```", section, re.S)
+        surface(grain(60)).export(tmp_path / "grain-1.stl")
+        surface(box(0.5, 0.25)).export(tmp_path / "grain-2.ply")
+        before, _, rest = PAIR_TEXT.partition("[population]")
+        text = f"{before}{example}[domain]{rest.partition('[domain]')[2]}"
+        population = parse_config(text, "my.toml", tmp_path).population
+        assert [mesh.weight for mesh in population.meshes] == [2.0, 1.0]
 
     def test_text_with_vertices_is_kept(self):
         rows = ", ".join(str(list(row)) for row in box(0.5, 0.25).tolist())
