@@ -12,7 +12,7 @@ from tablegen.figures.curves import curve_figures
 from tablegen.figures.densities import density_figures
 from tablegen.figures.laws import ANGLES, DIRECT, SHAPES, Laws, make_laws
 from tablegen.figures.scattering import scattering_figures
-from tablegen.figures.statements import Statement, check_statements
+from tablegen.figures.statements import Statement, check_statements, is_of_the_paper
 from tablegen.figures.style import Picture, settings
 
 #: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
@@ -80,13 +80,14 @@ def make_gallery(
 
 
 def collision_rows(laws: Laws) -> list[list[str]]:
-    """Cells of the paper's table, ours beside the paper's, in per cent."""
-    rows = []
+    """Cells of the paper's table in per cent; the paper's too if pair and particles are its own."""
+    rows, of_the_paper = [], is_of_the_paper(laws.config)
     for shape, paper in PAPER_TABLE.items():
         law = laws.at(DIRECT, shape, 90.0)
         if law is not None and law.collisions is not None:
             rows.append([shape, "direct", *(f"{100.0 * share:.1f}" for share in law.collisions)])
-        rows.append([shape, "paper", *(f"{share:.1f}" for share in paper)])
+        if of_the_paper:
+            rows.append([shape, "paper", *(f"{share:.1f}" for share in paper)])
     return rows
 
 
