@@ -1,6 +1,7 @@
 """Make a table: choose sizes and nodes, fit them, measure the accuracy, write the file."""
 
 import time
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -52,6 +53,7 @@ def generate(
     executor: Executor | None = None,
     conditions: int = CONDITIONS,
     progress: bool = False,
+    before: Callable[[], None] = lambda: None,
 ) -> Generated:
     """Generate a table and write it.
 
@@ -72,6 +74,8 @@ def generate(
         Number of conditions between the nodes at which the accuracy is measured and stored.
     progress : bool
         Show progress bars on standard error.
+    before : callable
+        Called once everything is checked, before any work is done.
 
     Returns
     -------
@@ -85,6 +89,7 @@ def generate(
     path = check_output(output)
     store = PieceStore(path, f"{software()}\n{config.text}", resume)
     shop = Workshop(store, executor, progress)
+    before()
     plan = make_plan(config, shop)
     contents = assemble(config, make_axes(config, plan.placement.grid), plan.nodes)
     table = Table(contents)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.core import ParameterSource
 
 from sampler.atomic import check_output
 from sampler.errors import InputError
@@ -104,6 +105,13 @@ progress = click.option(
     callback=_shown,
     help="Progress bars; by default if standard error is a terminal.",
 )
+
+
+def asked_for_quiet() -> bool:
+    """Whether the command was given ``--quiet``, and not merely has no terminal."""
+    context = click.get_current_context()
+    named = context.get_parameter_source("progress") is ParameterSource.COMMANDLINE
+    return named and not context.params["progress"]
 
 
 #: Adds ``html_file``: where a page is written, if anywhere.

@@ -25,6 +25,26 @@ def test_example_runs(capsys):
     assert abs(w) < 1.0
 
 
+def test_half_sizes_are_those_of_the_shipped_population():
+    """The longest half-size over two diameters that a user may know, averaged over grains."""
+    from tablegen import load_config, simulate
+
+    config = load_config("corundum-steel")
+    made = simulate(config, 0.8, 200.0, 100_000, seed=4)
+    ba, cb = made.aspect.T
+    truncation = config.population.truncation
+    volume = np.array([np.pi * 4.0 / 3.0, 8.0, 8.0 * (1.0 - truncation**3 / 6.0), 8.0 / 3.0])
+    by_volume = 0.5 * (4.0 / 3.0 * np.pi / (volume[made.shape] * ba**2 * cb)) ** (1.0 / 3.0)
+    by_sieve = 1.0 / (2.0 * ba)
+    # 100,000 grains: five standard errors are 0.003
+    embedding = (ROOT / "sampler" / "EMBEDDING.md").read_text(encoding="utf-8")
+    sentences = r"(?:a = |and )(0\.\d\d)(?: d for the sphere| on average)", r"(0\.\d\d) s\b"
+    for text in (README, embedding):
+        line = " ".join(text.split())
+        stated = [float(re.search(sentence, line).group(1)) for sentence in sentences]
+        np.testing.assert_allclose(stated, [by_volume.mean(), by_sieve.mean()], atol=0.006)
+
+
 @pytest.mark.parametrize(
     ("metric", "name"),
     [
