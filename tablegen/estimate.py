@@ -39,7 +39,7 @@ _GROWTH, _IN_VAIN = 1.6, 1.4
 _MARGIN = 1.4
 
 #: Memory, bytes: of the process, of a particle or state under way in a worker.
-_PROCESS, _STATE = 450e6, 500
+_PROCESS, _STATE = 650e6, 500
 
 #: Rebounds that are timed, at each of three angles.
 _TIMED = 2_000
