@@ -1,5 +1,6 @@
 """Keyed pieces of work: order, disk, interruption, time."""
 
+import re
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -81,6 +82,17 @@ class TestRun:
         assert "squares" in shown
         assert "2/2" in shown
         assert "worst error 1.25" in shown
+
+    def test_progress_shows_the_time_that_is_left(self, capsys):
+        def slow(number):
+            time.sleep(0.06)
+            return square(number)
+
+        with ThreadPoolExecutor(1) as pool:
+            pieces = {f"{n}": Piece(slow, (n,)) for n in range(4)}
+            Workshop(executor=pool, progress=True).run("squares", pieces)
+        # done of all, time passed < time left
+        assert re.search(r" [123]/4 \[\d\d:\d\d<\d\d:\d\d,", capsys.readouterr().err)
 
     def test_pieces_are_seen_as_they_come_and_move_the_note(self, store, capsys):
         shop = Workshop(store, progress=True)
