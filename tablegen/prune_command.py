@@ -4,73 +4,27 @@ from pathlib import Path
 
 import click
 
-from sampler.channels import COMPONENTS
 from sampler.errors import InputError
 from sampler.locate import find_table
-from sampler.table import load
-from tablegen import options
+from sampler.schema import read_table
 from tablegen.config import Config, parse_config, scene_over
 from tablegen.prune import prune as prune_table
 
 
-class Components(click.ParamType):
-    """Names of components, with commas between them."""
-
-    name = "components"
-
-    def convert(
-        self, value: str, param: click.Parameter | None, ctx: click.Context | None
-    ) -> list[str]:
-        """Parse and check the list."""
-        names = [name.strip() for name in value.split(",")]
-        if len(set(names)) < len(names) or not set(names) <= set(COMPONENTS):
-            allowed = f"some of {','.join(COMPONENTS)}, each once"
-            self.fail(f"got {value!r}, allowed: {allowed}", param, ctx)
-        return names
-
-
-@click.command(
-    short_help="Cut a table to what a scene needs.",
-    epilog=options.examples(
-        "tablegen prune corundum-steel --scene plane-flow --output plane.h5",
-        "tablegen prune my-pair.h5 --dimension 2 --output plane.h5",
-        "tablegen prune my-pair.h5 --components u,v --output no-spin.h5",
-        "tablegen prune my-pair.h5 --scene my-scene.toml --output small.h5",
-    ),
-)
-@click.argument("table", metavar="T.h5|NAME")
-@click.option("--scene", metavar="SCENE.toml", help="What to keep: a name, or a path.")
-@click.option(
-    "--dimension",
-    type=click.Choice(["2", "3"]),
-    help="2: keep u, v and omega_z, which are all of a plane flow. 3: all six.",
-)
-@click.option(
-    "--components",
-    type=Components(),
-    metavar="NAME,NAME,...",
-    help=f"Keep these of {', '.join(COMPONENTS)}.",
-)
-@click.option("--output", required=True, type=options.OUTPUT, metavar="S.h5", help="File to write.")
-def prune(
+def run(
     table: str,
     scene: str | None,
     dimension: str | None,
     components: list[str] | None,
     output: Path,
 ) -> int:
-    """Cut a table to the components, angles and speeds that are needed.
-
-    What stays gives the same draws as the full table for the same keys. A scene says what to keep
-    of any pair's table: its components, angles and speeds count, and not the pair that it names.
-    Laws, particles and numerical parameters that it states itself must be those of the table.
-    """
+    """Run ``tablegen prune``; parameters are the options of `tablegen.commands.prune`."""
     if scene is None and dimension is None and components is None:
         raise InputError(
             "Missing option '--scene', '--dimension' or '--components', allowed: one or more"
         )
     source = find_table(table)
-    config = parse_config(load(source).config, "config of the table")
+    config = parse_config(read_table(source).config, "config of the table")
     wanted = _wanted(config, scene, dimension, components)
     contents = prune_table(source, wanted, output, scene or "flags")
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]

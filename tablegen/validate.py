@@ -8,11 +8,9 @@ import sampler
 from sampler.errors import InputError
 from sampler.table import Table
 from tablegen.accuracy import Comparison
+from tablegen.choices import VALIDATE_CONDITIONS
 from tablegen.config import AccuracyTargets, parse_config
 from tablegen.measure import measure, missed_targets, pick_conditions
-
-#: Conditions of a validation by default.
-CONDITIONS = 8
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ class Validation:
 def validate(
     name_or_path: str | Path,
     *,
-    conditions: int = CONDITIONS,
+    conditions: int = VALIDATE_CONDITIONS,
     seed: int = 1,
     samples: int | None = None,
     progress: bool = False,

@@ -248,7 +248,7 @@ class TestDemo:
             say("what it does")
             return SimpleNamespace(holds=holds)
 
-        monkeypatch.setattr("tablegen.cli.run_demo", fake)
+        monkeypatch.setattr("tablegen.demo_command.run_demo", fake)
         ended = run("demo", "--output", tmp_path / "d.h5", "--quiet")
         assert (ended.status, ended.out) == (status, "what it does\n")
         assert calls == [(tmp_path / "d.h5", False)]

@@ -1,0 +1,20 @@
+"""Choices and defaults that the command line shares with the library.
+
+They lie here, where nothing is imported, so that a help page need not load what does the work.
+"""
+
+#: Shapes that a population may hold by name; meshes it holds besides.
+SHAPE_NAMES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", "sphere")
+
+#: Name of the non-spherical shapes together, with the weights of the population.
+MIXTURE = "mixture"
+
+#: Conditions at which a new table is measured, and those of a validation.
+GENERATE_CONDITIONS = 8
+VALIDATE_CONDITIONS = 8
+
+#: Particles of a case of the stability study.
+STABILITY_COUNT = 16
+
+#: Particles of each shape at each angle of the paper's figures.
+FIGURES_COUNT, FIGURES_QUICK_COUNT = 200_000, 20_000

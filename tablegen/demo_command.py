@@ -1,0 +1,13 @@
+"""Work of ``tablegen demo``."""
+
+from pathlib import Path
+
+import click
+
+from tablegen.demo import run_demo
+from tablegen.verdict import DONE, MISSED
+
+
+def run(output: Path, progress: bool) -> int:
+    """Run ``tablegen demo``; parameters are the options of `tablegen.commands.demo`."""
+    return DONE if run_demo(output, click.echo, progress).holds else MISSED

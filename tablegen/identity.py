@@ -1,0 +1,74 @@
+"""What a table is, for people and for programs."""
+
+from typing import Any
+
+from sampler.arrange import kept_beside, table_arrays
+from sampler.arrays import bytes_of
+from sampler.schema import TableContents
+
+
+def identity(contents: TableContents) -> dict[str, Any]:
+    """Say what a table is: provenance, nodes, size in memory, measured accuracy.
+
+    Parameters
+    ----------
+    contents : TableContents
+
+    Returns
+    -------
+    dict
+        Numbers, texts and lists, for JSON. Angles in degrees, speeds in m/s, sizes in bytes.
+        ``worst`` has the largest of each error in ``accuracy``, or None if nothing was measured.
+    """
+    arrays, kept = table_arrays(contents), kept_beside(contents)
+    accuracy = {
+        path.removeprefix("accuracy/"): values
+        for path, values in kept.items()
+        if path.startswith("accuracy/")
+    }
+    errors = ("ks", "sliced_wasserstein", "correlation_error", "auc")
+    measured = accuracy["auc"].size > 0
+    return {
+        "pair": contents.pair,
+        "components": list(contents.components),
+        "alpha_deg": contents["axes/alpha_deg"].tolist(),
+        "speed": contents["axes/speed"].tolist(),
+        "speed_independent": contents.speed_independent,
+        "mixture_components": arrays.n_components,
+        "quantile_knots": arrays.n_knots,
+        "seed": contents.seed,
+        "software_version": contents.software_version,
+        "content_sha256": contents.content_sha256,
+        "bytes_in_memory": bytes_of((arrays, *kept.values())),
+        "worst": {name: float(accuracy[name].max()) for name in errors} if measured else None,
+        "accuracy": {name: values.tolist() for name, values in accuracy.items()},
+    }
+
+
+def identity_text(contents: TableContents) -> str:
+    """Say what a table is, as `identity` does, for people."""
+    facts = identity(contents)
+    alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
+    anywhere = ", the same at any speed" if facts["speed_independent"] else ""
+    measured = "nothing"
+    if worst is not None:
+        measured = (
+            f"at {len(facts['accuracy']['auc'])} conditions between nodes, worst: "
+            f"KS {worst['ks']:.4f}, sliced Wasserstein {worst['sliced_wasserstein']:.4f}, "
+            f"correlation {worst['correlation_error']:.4f}, AUC {worst['auc']:.3f}"
+        )
+    return "\n".join(
+        [
+            f"pair              {facts['pair']}",
+            f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
+            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}",
+            f"a draw gives      {', '.join(facts['components'])}",
+            f"mixture           {facts['mixture_components']} components a node",
+            f"quantile knots    {facts['quantile_knots']}",
+            f"seed              {facts['seed']}",
+            f"software          rebound-tables {facts['software_version']}",
+            f"content SHA-256   {facts['content_sha256']}",
+            f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
+            f"measured          {measured}",
+        ]
+    )
