@@ -7,6 +7,10 @@ import pytest
 
 from sampler import InputError
 from sampler.channels import CHANNELS, STATE, channels_for, channels_to_state, to_channels
+from sampler.jit import kernel
+
+# called from Python here
+channels_to_state = kernel(channels_to_state)
 
 
 def _states(channels):
