@@ -16,7 +16,7 @@ from sampler.errors import InputError
 from sampler.processors import processors
 from tablegen.config import Config
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.batch import simulate_batch
+from tablegen.model.batch import simulate_audited, simulate_batch
 from tablegen.model.rebound import COLLISION_ALARM, Condition
 from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
@@ -219,7 +219,8 @@ def simulate_condition(
     def work(part: slice) -> tuple[int, NDArray[np.float64]]:
         audit = np.zeros_like(result.audit)
         arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
-        stuck = simulate_batch(law, people, condition, keys, part.start, *arrays, audit)
+        run = (law, people, condition, keys, part.start, *arrays)
+        stuck = simulate_audited(*run, audit) if audited else simulate_batch(*run)
         if stuck >= 0:
             raise unfinished(stuck, seed, stream)
         return part.stop - part.start, audit

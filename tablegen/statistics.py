@@ -59,7 +59,6 @@ def _batch_statistics(
         collisions,
         kind,
         energy,
-        np.empty(0),
     )
     if stuck >= 0:
         raise unfinished(stuck, seed, stream)

@@ -6,7 +6,12 @@ import pytest
 from scipy.special import ndtr, ndtri
 
 from sampler.cubics import normal_table
+from sampler.jit import kernel
 from sampler.normal import normal_cdf, normal_of_word, normal_quantile
+
+# called from Python here
+normal_of_word = kernel(normal_of_word)
+normal_quantile = kernel(normal_quantile)
 
 _STEP = 2.0**-32
 ENDS = (0.5 * _STEP, 1.5 * _STEP, 1.0 - 1.5 * _STEP, 1.0 - 0.5 * _STEP)

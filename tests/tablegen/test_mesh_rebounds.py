@@ -17,6 +17,7 @@ from grains import (
 )
 from scipy.spatial.transform import Rotation
 
+from sampler.jit import kernel
 from tablegen.mesh import mesh_particle
 from tablegen.model.audit import (
     ANGULAR,
@@ -36,6 +37,10 @@ from tablegen.model.shapes import (
     make_body,
 )
 from tablegen.simulate import make_condition, simulate_condition
+
+# called from Python here
+wall_spin = kernel(wall_spin)
+workspace = kernel(workspace)
 
 LAW = PAIR.kernel_arguments()
 

@@ -9,6 +9,7 @@ import pytest
 from motions import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
+from sampler.jit import kernel
 from tablegen.model.audit import ANGULAR, ENERGY, NORMAL, TANGENTIAL
 from tablegen.model.laws import (
     CONSTANT,
@@ -31,6 +32,15 @@ from tablegen.model.laws import (
 )
 from tablegen.pairs import MaterialPair
 from tablegen.simulate import make_condition, simulate_condition
+
+# called from Python here
+exponential_restitution = kernel(exponential_restitution)
+impact_angle = kernel(impact_angle)
+orientation_resistance = kernel(orientation_resistance)
+polynomial_restitution = kernel(polynomial_restitution)
+power_restitution = kernel(power_restitution)
+resistance = kernel(resistance)
+restitution = kernel(restitution)
 
 SPEEDS = [0.0, 1e-300, 1e-9, 0.3, 49.0, 50.0, 120.0, 200.0, 201.0, 700.0, 1e5]
 COSINES = [0.0, 1e-12, 0.1, 0.5, 1.0 / math.sqrt(2.0), 0.9, 1.0 - 1e-16, 1.0]

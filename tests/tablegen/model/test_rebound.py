@@ -17,6 +17,7 @@ from motions import (
     run_rebound,
 )
 
+from sampler.jit import kernel
 from tablegen.model.audit import (
     ANGULAR,
     AUDIT_SIZE,
@@ -43,6 +44,9 @@ from tablegen.model.rebound import (
 )
 from tablegen.model.shapes import lowest_depth
 from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate_condition
+
+# called from Python here
+workspace = kernel(workspace)
 
 #: Impact angle [deg], speed [m/s], spin: grazing, usual, nearly normal, normal, with spin.
 CONDITIONS = [

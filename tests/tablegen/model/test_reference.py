@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from motions import LAW, PAIR, POPULATION, motion_of
 
+from sampler.jit import kernel
 from tablegen.model.contact import contact_point
 from tablegen.model.population import draw_particle
 from tablegen.model.rebound import (
@@ -22,6 +23,10 @@ from tablegen.model.rebound import (
 )
 from tablegen.model.shapes import MAX_VERTICES, make_body
 from tablegen.simulate import make_condition, simulate_condition
+
+# called from Python here
+wall_spin = kernel(wall_spin)
+workspace = kernel(workspace)
 
 _FILE = Path(__file__).parents[2] / "data" / "direct.json"
 REFERENCE = json.loads(_FILE.read_text(encoding="utf-8"))
