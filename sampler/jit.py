@@ -11,6 +11,8 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.extending import register_jitable
 
+from sampler.compiling import tell_of_compilations
+
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 #: ``nogil`` lets plain threads run kernels side by side; ``error_model="numpy"`` removes the
@@ -24,6 +26,9 @@ _INLINE: dict[str, Any] = {"forceinline": True, "no_cfunc_wrapper": True}
 #: operations; for eight arrays that costs as much as a draw, and threads wait for each other.
 #: Only for functions that neither make nor return arrays: then the caller's references suffice.
 _BORROW: dict[str, Any] = {"_nrt": False}
+
+
+tell_of_compilations()
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:

@@ -6,7 +6,6 @@ from pathlib import Path
 import click
 
 from sampler.processors import processors
-from tablegen import options
 from tablegen.config import load_config
 from tablegen.estimate import cost_text, estimate, rebound_seconds
 from tablegen.executors import MPI, open_executor
@@ -35,7 +34,7 @@ def run(
         click.echo(f"tablegen: note: {line}", err=True)
 
     def tell_cost() -> None:
-        if options.asked_for_quiet():
+        if not progress:
             return
         # how many work elsewhere is not known here
         here = executor != MPI and scheduler is None

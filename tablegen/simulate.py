@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from sampler.errors import InputError
 from sampler.processors import processors
@@ -20,6 +19,7 @@ from tablegen.model.batch import simulate_audited, simulate_batch
 from tablegen.model.rebound import COLLISION_ALARM, Condition
 from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
+from tablegen.progress import bar
 
 #: Particles in one piece of work: small enough to share out, large enough to forget Python.
 BATCH = 5_000
@@ -225,14 +225,12 @@ def simulate_condition(
             raise unfinished(stuck, seed, stream)
         return part.stop - part.start, audit
 
-    bar = tqdm(
-        total=count, unit="rebound", unit_scale=True, disable=not progress, desc="simulating"
-    )
-    with bar, ThreadPoolExecutor(workers) as pool:
+    counted = bar(progress, "rebound", total=count, unit_scale=True, desc="simulating")
+    with counted, ThreadPoolExecutor(workers) as pool:
         for done in as_completed([pool.submit(work, part) for part in _batches(count)]):
             size, audit = done.result()
             np.maximum(result.audit, audit, out=result.audit)
-            bar.update(size)
+            counted.update(size)
     result.shape[:] = kind[:, 0]
     return result
 

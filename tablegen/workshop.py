@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 from sampler.errors import InputError
 from tablegen.executors import thread_pool
 from tablegen.pieces import PieceStore
+from tablegen.progress import bar
 from tablegen.software import software
 
 Arrays = dict[str, NDArray[Any]]
@@ -123,23 +123,24 @@ class Workshop:
                 done[key] = found
                 if see:
                     see(key, found)
-        bar = tqdm(
+        counted = bar(
+            self._progress and len(done) < len(pieces),
+            unit="piece",
             total=len(pieces),
             initial=len(done),
             desc=what,
             postfix=self.note,
-            disable=not self._progress or len(done) == len(pieces),
         )
         # closed at once where a piece cannot be kept: the traceback would hold it open
-        with bar, closing(self._finished(pieces, done)) as finished:
+        with counted, closing(self._finished(pieces, done)) as finished:
             for key, arrays in finished:
                 if self._store:
                     self._store.save(key, arrays)
                 done[key] = arrays
                 if see:
                     see(key, arrays)
-                bar.set_postfix_str(self.note, refresh=False)
-                bar.update()
+                counted.set_postfix_str(self.note, refresh=False)
+                counted.update()
         for arrays in done.values():
             for stage, spent in zip(STAGES, arrays[SECONDS], strict=True):
                 self.seconds[stage] += float(spent)

@@ -4,8 +4,6 @@ import importlib.util
 from dataclasses import dataclass
 from typing import Any
 
-from tqdm import tqdm
-
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.figures.curves import curve_figures
@@ -14,6 +12,7 @@ from tablegen.figures.laws import ANGLES, DIRECT, SHAPES, Laws, make_laws
 from tablegen.figures.scattering import scattering_figures
 from tablegen.figures.statements import Statement, check_statements, is_of_the_paper
 from tablegen.figures.style import Picture, settings
+from tablegen.progress import bar
 
 #: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
 PAPER_TABLE = {
@@ -71,8 +70,8 @@ def make_gallery(
     if importlib.util.find_spec("matplotlib") is None:
         return None
     steps = len(ANGLES) * len(SHAPES)
-    with tqdm(total=steps, desc="laws of the figures", disable=not progress) as bar:
-        laws = make_laws(table, config, count, seed, bar.update)
+    with bar(progress, total=steps, desc="laws of the figures") as counted:
+        laws = make_laws(table, config, count, seed, counted.update)
     with settings():
         pictures = [*curve_figures(laws), *density_figures(laws), *scattering_figures(laws)]
     ordered = sorted(pictures, key=lambda picture: picture.name)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 import sampler
 from sampler.errors import InputError
@@ -16,6 +15,7 @@ from sampler.processors import processors
 from tablegen.choices import STABILITY_COUNT
 from tablegen.config import Config
 from tablegen.pairs import MaterialPair
+from tablegen.progress import bar
 from tablegen.simulate import Simulation, make_condition, simulate_condition
 from tablegen.stability.cases import Case
 from tablegen.stability.outcome import Outcome, outcome_of
@@ -241,12 +241,14 @@ def run_study(
     # numba compiles on the first call, which the progress and the timing shall not see
     overhead = _call_overhead(config)
     done: dict[int, Outcome] = {}
-    with tqdm(total=len(cases), unit="case", disable=not progress, desc="checking") as bar:
+    with bar(progress, "case", total=len(cases), desc="checking") as counted:
         for number, outcome in _side_by_side(work, order, threads or processors()):
             done[number] = outcome
-            bar.update()
-    for number in tqdm(order, unit="case", disable=not progress, desc="timing"):
-        done[number] = _timed(config, done[number], overhead)
+            counted.update()
+    with bar(progress, "case", total=len(cases), desc="timing") as counted:
+        for number in order:
+            done[number] = _timed(config, done[number], overhead)
+            counted.update()
     return Study(
         pair=config.pair_name,
         contact_resolution=config.model.contact_resolution,

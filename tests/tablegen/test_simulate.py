@@ -282,7 +282,7 @@ def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
         run(20)
 
 
-def test_progress_bar_counts_rebounds_on_standard_error(capsys):
+def test_progress_bar_counts_rebounds_on_standard_error(terminal, capsys):
     run(100, progress=True)
     captured = capsys.readouterr()
     assert captured.out == ""
