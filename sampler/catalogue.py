@@ -78,7 +78,7 @@ def catalogue_text(found: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
         "pairs": {n: f"{pair['particle']} on {pair['wall']}" for n, pair in found["pairs"].items()},
         "scenes": {name: _scene_text(scene) for name, scene in found["scenes"].items()},
     }
-    width = max(len(name) for named in lines.values() for name in named)
+    width = max((len(name) for named in lines.values() for name in named), default=0)
     return "\n".join(
         line
         for kind, named in lines.items()

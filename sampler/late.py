@@ -1,7 +1,8 @@
 """What is imported late, when it is first used, so that programs and packages start at once.
 
-Public names of a package are imported by `import_late`, the work of a command by `work`; nothing
-else in either package delays the import of a module of ours.
+Public names of a package are imported by `import_late`, the work of a command by `work`. Nothing
+else delays the import of a module of ours, but for `tablegen.program`, which first looks whether
+what the generator needs is installed.
 """
 
 import sys

@@ -7,6 +7,7 @@ import pickle
 import sys
 from types import ModuleType
 
+import numba
 import pytest
 from documents import ROOT
 
@@ -110,6 +111,15 @@ def test_star_imports_every_name(made):
     names = {}
     exec("from made import *", names)
     assert names["job"]() == "done"
+
+
+def test_compiled_code_finds_a_name_through_its_package(made, tmp_path):
+    (tmp_path / "made" / "job.py").write_text(
+        "import numba\n\n\n@numba.njit\ndef job():\n    return 7\n"
+    )
+    package = importlib.import_module(made)
+    assert "job" not in package.__dict__
+    assert numba.njit(lambda: package.job())() == 7
 
 
 def test_what_a_module_lacks_is_said_and_not_taken_for_a_missing_module(made):
