@@ -326,21 +326,6 @@ class TestUnusableFiles:
         text = PAIR_TEXT.replace('wall = "steel St3"\n', "")
         assert refused(text) == "pair.wall: missing, allowed: text in quotes"
 
-    def test_several_problems_are_all_named(self):
-        text = changed({"model": {"tolerance": 1.0}, "accuracy": {"auc": 2.0, "ks": 2.0}})
-        assert refused(text) == (
-            "model.tolerance: got 1, allowed: a finite number at least 1e-14 and up to 0.0001; "
-            "accuracy.ks: got 2, allowed: a finite number above 0 and up to 1; "
-            "accuracy.auc: got 2, allowed: a finite number at least 0.5 and up to 1"
-        )
-
-    def test_more_problems_than_one_reads_are_counted(self):
-        weights = {"ellipsoid": -1.0, "prism": -1.0, "truncated-prism": -1.0, "tetrahedron": -1.0}
-        numbers = {"ks": 2.0, "auc": 2.0, "correlation_error": 3.0}
-        line = refused(changed({"population": {"shapes": weights}, "accuracy": numbers}))
-        assert line.count("; ") == 6
-        assert line.endswith("; and 1 more problem")
-
     def test_misspelt_field_is_named_before_the_missing_one(self):
         text = PAIR_TEXT.replace("coefficient = ", "coeficient = ")
         assert refused(text) == (

@@ -20,7 +20,7 @@ POLYNOMIAL = {"law": "polynomial", "coefficients": [0.9, -0.3], **SOURCE}
 
 
 def tabulated(*rows):
-    table = {"angle_deg": [10.0, 90.0], "speed": [50.0, 200.0][: len(rows[0])], "value": rows}
+    table = {"angle_deg": [10.0, 90.0], "speed": [50.0, 200.0][: len(rows[0])], "value": list(rows)}
     return {"law": "tabulated", **table, **SOURCE}
 
 
