@@ -242,4 +242,11 @@ ATTRIBUTES: Mapping[str, tuple[type, str]] = {
     "software_version": (str, "version of rebound-tables that made the file"),
     "components": (str, "components of the state that a draw gives, separated by spaces"),
     "channels": (str, "channels of the mixture, in the order of its factors, separated by spaces"),
+    "processors": (
+        str,
+        "kinds of processor that took part in making the table, one a line; missing in older files",
+    ),
 }
+
+#: Attributes that a file may lack.
+OPTIONAL_ATTRIBUTES = frozenset({"processors"})

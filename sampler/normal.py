@@ -10,7 +10,7 @@ in every language.
 """
 
 import math
-from statistics import NormalDist
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,16 @@ from sampler.intrinsics import single_bits, single_of_bits
 from sampler.jit import borrowing_inline_kernel, inline_kernel, kernel
 
 #: Pieces of an octave, and octaves from 1/2 to 2^31.
-_PIECES = 8
-_OCTAVES = 32
+PIECES = 8
+OCTAVES = 32
+
+#: Coefficients of the cubics, written by tests/sampler/make_normal_cubics.py. Computed anew, a few
+#: would differ in the last bit between processors, and with them every state.
+CUBICS = Path(__file__).with_name("normal_cubics.npy")
 
 #: Exponent and first three bits of a float32, the number of its piece; that of 1/2.
 _PIECE_SHIFT = np.uint32(20)
-_FIRST_PIECE = np.int32(126 * _PIECES)
+_FIRST_PIECE = np.int32(126 * PIECES)
 _PIECE_BITS = np.uint32(3)
 _MANTISSA = np.uint32(0x7FFFFF)
 _ONE_BITS = np.uint32(0x3F800000)
@@ -115,7 +119,7 @@ def normal_cdf(x):
 
 
 def normal_table() -> NDArray[np.float32]:
-    """Cubics for `normal_of_word`.
+    """Cubics for `normal_of_word`, the same bits on every machine.
 
     Returns
     -------
@@ -124,17 +128,7 @@ def normal_table() -> NDArray[np.float32]:
         [0, 1), through the quantile function at the Chebyshev points. The last row, of which only
         t = 0 is met, stands for the middle, 0.
     """
-    points = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4)
-    inverse = np.linalg.inv(np.vander(points, increasing=True))
-    # the same algorithm in plain Python: a first kernel would cost more than the whole loading
-    quantile = NormalDist().inv_cdf
-    table = np.zeros((_OCTAVES * _PIECES + 1, 4))
-    for row in range(_OCTAVES * _PIECES):
-        octave, piece = divmod(row, _PIECES)
-        # half the distance from the end, in units of 2^-32
-        half = 2.0 ** (octave - 1) * (1.0 + (piece + points) / _PIECES)
-        table[row] = inverse @ [quantile(n * 2.0**-32) for n in half]
-    return table.astype(np.float32)
+    return np.load(CUBICS).astype(np.float32)
 
 
 @borrowing_inline_kernel

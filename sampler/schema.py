@@ -32,6 +32,7 @@ from sampler.layout import (
     FORMAT,
     FORMAT_VERSION,
     MINIMUM_LENGTH,
+    OPTIONAL_ATTRIBUTES,
     Dataset,
 )
 
@@ -152,7 +153,7 @@ class TableContents:
         All of `DATASETS`, and no other; floating-point arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
-    components, channels : tuple of str
+    components, channels, processors : tuple of str
         See `ATTRIBUTES`.
 
     Raises
@@ -168,6 +169,7 @@ class TableContents:
     software_version: str
     components: tuple[str, ...] = STATE
     channels: tuple[str, ...] = CHANNELS[:6]
+    processors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("pair", "config", "software_version", "seed"):
@@ -177,6 +179,11 @@ class TableContents:
                 raise TableError(f"{name}: got {getattr(self, name)!r}, allowed: {meaning}")
         if not 0 <= self.seed < 2**64:
             raise TableError(f"seed: got {self.seed}, allowed: {ATTRIBUTES['seed'][1]}")
+        for kind_of_processor in self.processors:
+            if not kind_of_processor or "\n" in kind_of_processor:
+                raise TableError(
+                    f"processors: got {kind_of_processor!r}, allowed: {ATTRIBUTES['processors'][1]}"
+                )
         known = [dataset.path for dataset in DATASETS]
         for path in self.datasets:
             if path not in known:
@@ -201,6 +208,7 @@ class TableContents:
     @property
     def attributes(self) -> dict[str, Any]:
         """Root attributes of the file but the checksum."""
+        made_on = {"processors": "\n".join(self.processors)} if self.processors else {}
         return {
             "format": FORMAT,
             "format_version": list(FORMAT_VERSION),
@@ -210,6 +218,7 @@ class TableContents:
             "software_version": self.software_version,
             "components": " ".join(self.components),
             "channels": " ".join(self.channels),
+            **made_on,
         }
 
     @property
@@ -312,6 +321,7 @@ def read_table(path: str | Path) -> TableContents:
             software_version=attributes["software_version"],
             components=tuple(attributes["components"].split()),
             channels=tuple(attributes["channels"].split()),
+            processors=tuple(_lines(attributes.get("processors"))),
         )
     except TableError as error:
         raise TableError(f"{source}: {error}") from error.__cause__
@@ -355,10 +365,16 @@ def _read_attributes(file: h5py.File) -> dict[str, Any]:
     attributes = {name: _plain(value) for name, value in file.attrs.items()}
     for name, (kind, meaning) in ATTRIBUTES.items():
         if name not in attributes:
+            if name in OPTIONAL_ATTRIBUTES:
+                continue
             raise TableError(f"{name}: is missing, allowed: {meaning}")
         if type(attributes[name]) is not kind:
             raise TableError(f"{name}: got {attributes[name]!r}, allowed: {meaning}")
     return attributes
+
+
+def _lines(text: str | None) -> list[str]:
+    return [] if text is None else text.split("\n")
 
 
 def _read_datasets(file: h5py.File) -> dict[str, Array]:

@@ -11,7 +11,7 @@ from tablegen.executors import ENGINES, THREADS, open_executor
 from tablegen.generate import CONDITIONS
 from tablegen.generate import generate as generate_table
 from tablegen.measure import missed_targets
-from tablegen.summary import accuracy_text, identity_text, time_text
+from tablegen.summary import accuracy_text, identity_text, several_processors, time_text
 from tablegen.verdict import verdict
 
 
@@ -71,8 +71,9 @@ def generate(
 
     Nodes are placed where the error between them, measured against direct simulation, is too
     large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts
-    until the table is complete. The table has the same bytes whoever does the pieces. The measured
-    accuracy is stored in it; exit status 1 says that it misses the declared one.
+    until the table is complete. The table has the same bytes whoever does the pieces, on processors
+    of one kind; made on several kinds it says so. The measured accuracy is stored in it; exit
+    status 1 says that it misses the declared one.
     """
     settings = load_config(config)
 
@@ -93,6 +94,8 @@ def generate(
             )
     except KeyboardInterrupt:
         raise click.Abort(f"the same command with --resume continues from {output}.parts") from None
+    if len(made.table.contents.processors) > 1:
+        say(several_processors(made.table))
     click.echo(identity_text(made.table))
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")

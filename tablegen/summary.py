@@ -97,10 +97,25 @@ def identity(table: Table) -> dict[str, Any]:
         "seed": contents.seed,
         "software_version": contents.software_version,
         "content_sha256": contents.content_sha256,
+        "processors": list(contents.processors),
         "bytes_in_memory": table.nbytes,
         "worst": {name: float(accuracy[name].max()) for name in errors} if measured else None,
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
+
+
+def several_processors(table: Table) -> str:
+    """Say that processors of several kinds made a table, and what follows from it."""
+    count = len(table.contents.processors)
+    return f"made on processors of {count} kinds: made again, last digits may differ"
+
+
+def _processor_lines(table: Table) -> list[str]:
+    """Kinds of processor that made a table, for people."""
+    kinds = table.contents.processors or ("not recorded",)
+    if len(kinds) == 1:
+        return [f"made on           {kinds[0]}"]
+    return [several_processors(table), *(f"made on           {kind}" for kind in kinds)]
 
 
 def identity_text(table: Table) -> str:
@@ -125,6 +140,7 @@ def identity_text(table: Table) -> str:
             f"seed              {facts['seed']}",
             f"software          rebound-tables {facts['software_version']}",
             f"content SHA-256   {facts['content_sha256']}",
+            *_processor_lines(table),
             f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
             f"measured          {measured}",
         ]

@@ -25,7 +25,7 @@ def check_vectors(program, tolerance):
         assert toolchain.run(program, *files, tolerance) == f"{cases} cases\n"
 
 
-@pytest.mark.parametrize("level", ["-O0", "-O2", "-O3"])
+@pytest.mark.parametrize("level", ["-O0", pytest.param("-O2", marks=pytest.mark.processor), "-O3"])
 @pytest.mark.parametrize("compiler", ["gcc", "g++", "clang", "clang++"])
 def test_vectors(compiler, level, tmp_path):
     program = toolchain.build(compiler, [HERE / "vectors.c"], tmp_path / "vectors", [level])
@@ -125,6 +125,7 @@ def library(tmp_path_factory):
     return toolchain.load_library(folder / "library.c", ["-O3", "-march=native"])
 
 
+@pytest.mark.processor
 @pytest.mark.parametrize("name", TABLES)
 @pytest.mark.parametrize("n", [1, 31, 32, 33, 1000])
 def test_batches_have_the_bits_of_python(library, name, n):

@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 import toolchain
 
+pytestmark = pytest.mark.processor
+
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"
 MODULE = toolchain.INCLUDE / "rebound_sampler.f90"

@@ -9,6 +9,8 @@ from synthetic_table import make_contents
 import sampler
 from sampler import InputError
 
+pytestmark = pytest.mark.processor
+
 N = 50_000
 
 
