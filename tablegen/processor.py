@@ -23,7 +23,7 @@ _ARGUMENTS = tuple((2 * k + 1) / 4096 for k in range(2048))
 
 
 def _numpy() -> str:
-    found = np.show_config(mode="dicts")["SIMD Extensions"]  # type: ignore[index]
+    found = np.show_config(mode="dicts")["SIMD Extensions"]
     return "numpy " + " ".join(found.get("found", ()) or ("as built",))
 
 

@@ -5,7 +5,8 @@
 runs a command as on another processor, for example
 ``python tests/processors.py avx2 pytest -m processor``. PROCESSOR is one of `SETTINGS`: ``avx2``,
 processors with AVX2 and FMA but without AVX-512, and ``x86-64``, the least that there is.
-`.ci/run` does this for both; tests/test_processors.py holds that it switches something. What environment variables can switch:
+`.ci/run` does this for both, and tests/test_processors.py looks whether it switches anything. What
+environment variables can switch:
 
 - numpy: the instruction sets above those that its wheels are built for (SSE4.2, or SSE3 before
   numpy 2.4), by NPY_DISABLE_CPU_FEATURES;

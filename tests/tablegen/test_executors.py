@@ -49,7 +49,6 @@ def generating(folder, *words):
     return (*TABLEGEN, "generate", config, "--output", output, *MEASURED, *words)
 
 
-@pytest.mark.processor
 class TestSameBytes:
     def test_two_threads(self, whole, tmp_path):
         ended = command(*generating(tmp_path, "--executor", "threads", "--workers", 2))
