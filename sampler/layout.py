@@ -238,6 +238,10 @@ OPTIONAL_ATTRIBUTES: Mapping[str, tuple[type, str]] = {
         "1: rebounds do not depend on the speed, so that none is outside the table; "
         "left out where they do",
     ),
+    "processors": (
+        str,
+        "kinds of processor that took part in making the table, one a line; missing in older files",
+    ),
 }
 
 #: Root attributes and what they hold.

@@ -17,6 +17,7 @@ from tablegen.fitting.axes import make_axes
 from tablegen.measure import measure, pick_conditions
 from tablegen.pieces import PieceStore
 from tablegen.plan import make_plan
+from tablegen.processor import processor
 from tablegen.software import software
 from tablegen.workshop import Workshop
 
@@ -56,8 +57,9 @@ def generate(
     """Generate a table and write it.
 
     Finished nodes and trials are kept in ``OUTPUT.parts`` until the table is complete, so that an
-    interrupted run can be resumed. The bytes of the table depend on the configuration and the
-    versions of the software only.
+    interrupted run can be resumed. The bytes of the table depend on the configuration, the versions
+    of the software and the kind of processor. The kinds that took part are written into it; if
+    there are several, another run may differ from it in last digits.
 
     Parameters
     ----------
@@ -100,7 +102,11 @@ def generate(
         progress=progress,
     )
     measured = accuracy_datasets(comparisons, len(contents.components))
-    contents = replace(contents, datasets={**contents.datasets, **measured})
+    contents = replace(
+        contents,
+        datasets={**contents.datasets, **measured},
+        processors=tuple(sorted(shop.processors | {processor()})),
+    )
     write_table(path, contents)
     store.discard()
     seconds = {**shop.seconds, "measurement": time.perf_counter() - begin}

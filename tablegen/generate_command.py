@@ -10,7 +10,7 @@ from tablegen.config import load_config
 from tablegen.estimate import cost_text, estimate, rebound_seconds
 from tablegen.executors import MPI, open_executor
 from tablegen.generate import generate as generate_table
-from tablegen.identity import identity_text
+from tablegen.identity import identity_text, several_processors
 from tablegen.measure import missed_targets
 from tablegen.summary import accuracy_text, time_text
 from tablegen.verdict import verdict
@@ -56,7 +56,10 @@ def run(
             )
     except KeyboardInterrupt:
         raise click.Abort(f"the same command with --resume continues from {output}.parts") from None
-    click.echo(identity_text(made.table.contents))
+    contents = made.table.contents
+    if len(contents.processors) > 1:
+        say(several_processors(contents))
+    click.echo(identity_text(contents))
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
     return verdict(missed_targets(made.comparisons, settings.accuracy))

@@ -39,10 +39,25 @@ def identity(contents: TableContents) -> dict[str, Any]:
         "seed": contents.seed,
         "software_version": contents.software_version,
         "content_sha256": contents.content_sha256,
+        "processors": list(contents.processors),
         "bytes_in_memory": bytes_of((arrays, *kept.values())),
         "worst": {name: float(accuracy[name].max()) for name in errors} if measured else None,
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
+
+
+def several_processors(contents: TableContents) -> str:
+    """Say that processors of several kinds made a table, and what follows from it."""
+    count = len(contents.processors)
+    return f"made on processors of {count} kinds: made again, last digits may differ"
+
+
+def _processor_lines(contents: TableContents) -> list[str]:
+    """Kinds of processor that made a table, for people."""
+    kinds = contents.processors or ("not recorded",)
+    if len(kinds) == 1:
+        return [f"made on           {kinds[0]}"]
+    return [several_processors(contents), *(f"made on           {kind}" for kind in kinds)]
 
 
 def identity_text(contents: TableContents) -> str:
@@ -68,6 +83,7 @@ def identity_text(contents: TableContents) -> str:
             f"seed              {facts['seed']}",
             f"software          rebound-tables {facts['software_version']}",
             f"content SHA-256   {facts['content_sha256']}",
+            *_processor_lines(contents),
             f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
             f"measured          {measured}",
         ]

@@ -4,6 +4,7 @@ A particle is keyed by (seed, stream, index), so the result does not depend on t
 threads or on how the particles are split into batches.
 """
 
+import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from tablegen.model.rebound import COLLISION_ALARM, Condition
 from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
 from tablegen.progress import bar
+from tablegen.rounded import cosine_and_sine
 
 #: Particles in one piece of work: small enough to share out, large enough to forget Python.
 BATCH = 5_000
@@ -112,14 +114,16 @@ def make_condition(
     if not 1e-14 <= tolerance <= 1e-4:
         raise InputError(f"tolerance: got {tolerance:g}, allowed: 1e-14 to 1e-4")
     wx, wy, wz = (float(x) for x in spin)
-    steepness = float(np.sin(alpha1))
+    cosine, sine = cosine_and_sine(alpha1)
     # from its greatest height to its least, turning all the way
-    turned = float(np.linalg.norm(spin)) * 2.0 / steepness
+    turned = math.sqrt(wx * wx + wy * wy + wz * wz) * 2.0 / sine
     return Condition(
         alpha1,
+        cosine,
+        sine,
         float(speed),
         (wx, wy, wz),
-        float(resolution) * min(1.0, steepness / GRAZING),
+        float(resolution) * min(1.0, sine / GRAZING),
         float(tolerance) / max(1.0, turned / MANY_TURNS),
     )
 

@@ -15,7 +15,8 @@
        rbt_close(table);
 
    The file is what `sampler export T.h5 --output T.rbt` writes. Equal arguments give the states
-   that the Python package gives, with the same bits whatever the compiler flags; but with
+   that the Python package gives, with the same bits whatever the compiler flags and the processor,
+   and rebounds to the last digits of the C library's atan2, cos and sin; but with
    -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
    rounding in single precision.
 

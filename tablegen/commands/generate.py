@@ -61,7 +61,8 @@ def generate(ranks: Executor | None, **given: Any) -> int:
 
     Nodes are placed where the error between them, measured against direct simulation, is too
     large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts
-    until the table is complete. The table has the same bytes whoever does the pieces. The measured
-    accuracy is stored in it; exit status 1 says that it misses the declared one.
+    until the table is complete. The table has the same bytes whoever does the pieces, on processors
+    of one kind; made on several kinds it says so. The measured accuracy is stored in it; exit
+    status 1 says that it misses the declared one.
     """
     return work("tablegen.generate_command", ranks, **given)

@@ -1,7 +1,7 @@
 """One node of a table: simulate the condition, fit the law, pack the arrays.
 
 A node is a pure function of the configuration and its condition, so nodes can be made in any
-order, on any number of workers, with the same bytes.
+order, on any number of workers, with the same bytes on processors of one kind.
 """
 
 from dataclasses import replace

@@ -52,6 +52,7 @@ def test_vectors_with_other_flags(compiler, flags, tmp_path):
     check_vectors(program, 0)
 
 
+@pytest.mark.processor
 def test_vectors_where_gcc_may_fuse_multiplications_and_additions(tmp_path):
     flags = ["-O3", "-march=native", "-std=gnu17", "-ffp-contract=fast"]
     check_vectors(toolchain.build("gcc", [HERE / "vectors.c"], tmp_path / "vectors", flags), 0)
@@ -127,6 +128,7 @@ def library(tmp_path_factory):
     return toolchain.load_library(folder / "library.c", ["-O3", "-march=native"])
 
 
+@pytest.mark.processor
 @pytest.mark.parametrize("name", TABLES)
 @pytest.mark.parametrize("n", [1, 31, 32, 33, 1000])
 def test_batches_have_the_bits_of_python(library, name, n):

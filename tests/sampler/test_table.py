@@ -10,6 +10,8 @@ from synthetic_table import make_contents
 import sampler
 from sampler import InputError, OutsideTableWarning
 
+pytestmark = pytest.mark.processor
+
 N = 50_000
 
 

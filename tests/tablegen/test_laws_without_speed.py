@@ -9,10 +9,10 @@ from sampler.schema import write_table
 from tablegen.assembly import assemble
 from tablegen.config import load_config
 from tablegen.fitting.axes import first_grid, make_axes
+from tablegen.identity import identity, identity_text
 from tablegen.plan import fit_nodes
 from tablegen.prune import pruned
 from tablegen.simulate import simulate
-from tablegen.summary import identity, identity_text
 from tablegen.workshop import Workshop
 
 SOURCE = {"source": "made up"}
@@ -63,8 +63,8 @@ def test_tables_cover_every_speed(contents, tmp_path):
     write_table(tmp_path / "t.h5", contents)
     table = sampler.load(tmp_path / "t.h5", outside="raise")
     assert table.sample(0.7, [1.0, 1000.0], seed=1).shape == (2, 6)
-    assert identity(table)["speed_independent"] is True
-    assert "60 to 300 m/s, 2 nodes, the same at any speed" in identity_text(table)
+    assert identity(table.contents)["speed_independent"] is True
+    assert "60 to 300 m/s, 2 nodes, the same at any speed" in identity_text(table.contents)
 
 
 def test_a_scene_of_any_speed_is_cut_from_them(contents):

@@ -49,11 +49,13 @@ def test_result_does_not_depend_on_the_batch(size, monkeypatch):
     assert_same(expected, run(1000))
 
 
+@pytest.mark.processor
 def test_particle_does_not_depend_on_the_count():
     assert_same(run(20), run(BATCH + 20), count=20)
     assert_same(run(1), run(20), count=1)
 
 
+@pytest.mark.processor
 def test_audit_changes_nothing_but_the_audit():
     plain, audited = run(2000), run(2000, audited=True)
     assert_same(plain, audited)

@@ -157,6 +157,7 @@ def test_one_rebound_has_statistics():
 # --- Threads and memory ---
 
 
+@pytest.mark.processor
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_number_of_threads_changes_no_bit(streamed, threads):
     assert_identical(run(threads=threads), streamed)

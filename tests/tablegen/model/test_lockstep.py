@@ -12,6 +12,8 @@ from tablegen.pairs import MaterialPair
 from tablegen.particles import MeshShape, Population
 from tablegen.simulate import make_condition, simulate_condition
 
+pytestmark = pytest.mark.processor
+
 #: Two meshes of very different vertex counts beside all shapes.
 CROWD = Population.model_validate(
     POPULATION.model_dump(by_alias=True)
