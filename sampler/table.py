@@ -26,6 +26,7 @@ from sampler.errors import InputError
 from sampler.frames import rebound_batch
 from sampler.kernel import OK
 from sampler.locate import find_table
+from sampler.processors import processors
 from sampler.refusals import draw_refusal, impact_condition, outside_refusal, rebound_refusal
 from sampler.roughness import MAX_ROUGHNESS, rough_rebound_batch
 from sampler.schema import TableContents, read_table
@@ -256,7 +257,8 @@ class Table:
     ) -> _Report:
         """Run a batch kernel over slices of the rows, and merge what the slices report."""
         if threads is None:
-            workers = min(_usable_cpus(), max(1, n // _DRAWS_PER_THREAD))
+            worth = n // _DRAWS_PER_THREAD
+            workers = min(processors(), worth) if worth > 1 else 1
         else:
             workers = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
         if workers == 1:
@@ -317,13 +319,6 @@ def _bytes_of(value: Any) -> int:
     if isinstance(value, tuple):
         return sum(_bytes_of(part) for part in value)
     return value.nbytes if isinstance(value, np.ndarray) else 0
-
-
-def _usable_cpus() -> int:
-    """Processors that this process may run on."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def load(

@@ -4,7 +4,6 @@ A particle is keyed by (seed, stream, index), so the result does not depend on t
 threads or on how the particles are split into batches.
 """
 
-import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from sampler.errors import InputError
+from sampler.processors import processors
 from tablegen.config import Config
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.batch import simulate_batch
@@ -134,7 +134,7 @@ def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
         raise InputError(f"stream: got {stream}, allowed: 0 to 2**32 - 1")
     if threads is not None and threads < 1:
         raise InputError(f"threads: got {threads}, allowed: 1 or more")
-    return threads or os.cpu_count() or 1
+    return threads or processors()
 
 
 def unfinished(particle: int, seed: int, stream: int) -> RuntimeError:

@@ -1,6 +1,5 @@
 """Accuracy of a table over its whole range of angles and speeds, against direct simulation."""
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from sampler.processors import processors
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.distances import (
@@ -141,7 +141,7 @@ def make_atlas(table: Table, config: Config, effort: Effort, seed: int, tick: Ti
         return found
 
     diagonal = _diagonal(len(alpha), len(speed))
-    with threadpool_limits(limits=1), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
         points = tuple(pool.map(against_table, range(len(conditions))))
         floor = tuple(pool.map(against_direct, diagonal))
     return Atlas(alpha, speed, points, floor, count)

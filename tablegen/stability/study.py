@@ -1,7 +1,6 @@
 """The stability study: every case simulated three times, checked and timed."""
 
 import math
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -13,6 +12,7 @@ from tqdm import tqdm
 
 import sampler
 from sampler.errors import InputError
+from sampler.processors import processors
 from tablegen.config import Config
 from tablegen.pairs import MaterialPair
 from tablegen.simulate import Simulation, make_condition, simulate
@@ -244,7 +244,7 @@ def run_study(
     overhead = _call_overhead(config)
     done: dict[int, Outcome] = {}
     with tqdm(total=len(cases), unit="case", disable=not progress, desc="checking") as bar:
-        for number, outcome in _side_by_side(work, order, threads or os.cpu_count() or 1):
+        for number, outcome in _side_by_side(work, order, threads or processors()):
             done[number] = outcome
             bar.update()
     for number in tqdm(order, unit="case", disable=not progress, desc="timing"):

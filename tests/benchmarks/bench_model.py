@@ -13,7 +13,6 @@ its column stays empty.
 import argparse
 import json
 import math
-import os
 import platform
 import statistics
 import sys
@@ -32,6 +31,7 @@ from tqdm import tqdm
 
 from sampler.atomic import atomic_output, check_output
 from sampler.errors import InputError
+from sampler.processors import processors
 from tablegen.config import load_config
 from tablegen.simulate import make_condition, simulate
 
@@ -123,7 +123,7 @@ def machine(compiler: str | None) -> dict[str, Any]:
     """What the times depend on besides the code."""
     return {
         "processor": platform.processor() or platform.machine(),
-        "processors": os.cpu_count(),
+        "processors": processors(),
         "python": platform.python_version(),
         "compiler": Path(compiler).name if compiler else None,
         "flags": list(baseline.FLAGS),
