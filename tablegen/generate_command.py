@@ -7,10 +7,10 @@ import click
 
 from tablegen import options
 from tablegen.config import load_config
+from tablegen.decision import judge
 from tablegen.executors import ENGINES, THREADS, open_executor
 from tablegen.generate import CONDITIONS
 from tablegen.generate import generate as generate_table
-from tablegen.measure import missed_targets
 from tablegen.summary import accuracy_text, identity_text, time_text
 from tablegen.verdict import verdict
 
@@ -96,4 +96,5 @@ def generate(
     click.echo(identity_text(made.table))
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
-    return verdict(missed_targets(made.comparisons, settings.accuracy))
+    judged = judge(made.comparisons, settings.accuracy)
+    return verdict(judged.missed, judged.undecided)
