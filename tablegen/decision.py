@@ -25,6 +25,10 @@ FALSE_ALARMS = 0.01
 #: Probability that a table that misses the accuracy at a condition is said to hold it there.
 FALSE_HOLDS = 0.01
 
+#: More states are taken as if so many comparisons were judged together, so that what is measured
+#: at a condition does not depend on how many others there are.
+_MANY = 100
+
 #: How often a comparison may be made, each time with more states.
 LOOKS = 3
 
@@ -94,14 +98,12 @@ def decide(name: str, estimate: Estimate, allowed: float, comparisons: int) -> s
     return UNDECIDED if low <= allowed and np.isfinite(estimate.value) else MISSED
 
 
-def undecided_metrics(
-    comparison: Measured, targets: AccuracyTargets, comparisons: int
-) -> list[str]:
-    """Distances of a comparison that need more states."""
+def undecided_metrics(comparison: Measured, targets: AccuracyTargets) -> list[str]:
+    """List the distances of a comparison that need more states."""
     return [
         name
         for name, estimate in comparison.estimates.items()
-        if decide(name, estimate, getattr(targets, name), comparisons) == UNDECIDED
+        if decide(name, estimate, getattr(targets, name), _MANY) == UNDECIDED
     ]
 
 

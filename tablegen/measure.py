@@ -88,8 +88,7 @@ def measure(
     samples = samples or sample_size(targets)
 
     def compared(k: int) -> Comparison:
-        place = Place(table, config, *conditions[k], seed, k)
-        return place.compared(samples, targets, len(conditions))
+        return Place(table, config, *conditions[k], seed, k).compared(samples, targets)
 
     bar = tqdm(total=len(conditions), desc="validating", unit="condition", disable=not progress)
     found = []
@@ -139,7 +138,7 @@ class Place:
         )
         return drawn, simulated_components(direct, self.table.components)
 
-    def compared(self, samples: int, targets: AccuracyTargets, together: int) -> Comparison:
+    def compared(self, samples: int, targets: AccuracyTargets) -> Comparison:
         """Compare, with more states until everything is decided or there are too many."""
         seed = self.seed % 2**32
         comparison = compare(
@@ -151,7 +150,7 @@ class Place:
         )
         for look in range(1, LOOKS):
             count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))
-            unclear = undecided_metrics(comparison, targets, together)
+            unclear = undecided_metrics(comparison, targets)
             if not unclear or count <= comparison.states:
                 break
             comparison = sharpened(comparison, *self.states(count), unclear, seed)

@@ -100,7 +100,7 @@ class Validation:
 
 
 def _record(comparison: Comparison, asked: AccuracyTargets, count: int) -> dict[str, Any]:
-    """A comparison for JSON, with confidence limits and verdict of each distance."""
+    """Record a comparison for JSON, with confidence limits and verdict of each distance."""
     record = comparison.to_dict()
     for name in METRICS:
         estimate = comparison.estimates[name]

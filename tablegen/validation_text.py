@@ -32,9 +32,8 @@ def coverage_lines(validation: Validation) -> list[str]:
             f"closely at {conditions} between nodes and at the {len(validation.nodes)} nodes that "
             "looked worst."
         ]
-    lines.append(
-        f"Seed {validation.seed}: the same validation again with --seed {validation.seed}."
-    )
+    seed = validation.seed
+    lines.append(f"Seed {seed}: --seed {seed} makes the same validation again.")
     if validation.lenient:
         declared = ", ".join(f"{n} {getattr(validation.declared, n):g}" for n in validation.lenient)
         usual = ", ".join(f"{PRESETS['compact'][n]:g}" for n in validation.lenient)

@@ -64,10 +64,9 @@ def headline(dossier: Dossier) -> str:
     """Say in one paragraph whether the declared accuracy holds, by this run and by the table."""
     judged = judge(dossier.atlas.points, dossier.config.accuracy)
     stored = [
-        f"{name}: the table stores {float(np.max(dossier.stored[name])):.4f}, noise included, where "
-        f"{most:g} is declared"
+        f"{name}: the table stores {largest:.4f}, noise included, where {most:g} is declared"
         for name, most in declared(dossier).items()
-        if dossier.stored[name].size and np.max(dossier.stored[name]) > most
+        if (largest := float(np.max(dossier.stored[name], initial=0.0))) > most
     ]
     words = verdict_words(judged.missed, [*judged.undecided, *stored], "declared accuracy")
     lines = [*judged.missed, *judged.undecided, *stored]
