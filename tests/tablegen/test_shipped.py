@@ -5,7 +5,13 @@ Every metric is also shown to refuse a wrong sampler made from this very table.
 
 import numpy as np
 import pytest
-from wrong_tables import independent_columns, shifted_speeds
+from wrong_tables import (
+    copied_node,
+    garbage,
+    independent_columns,
+    shifted_speeds,
+    spin_flipped,
+)
 
 import sampler
 from sampler.channels import STATE, to_channels
@@ -23,6 +29,7 @@ from tablegen.fitting.node import node_stream
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.fitting.scores import mixture_probabilities
 from tablegen.measure import measure
+from tablegen.screen import screen
 from tablegen.simulate import make_condition, simulate
 from tablegen.validate import validate
 
@@ -204,3 +211,36 @@ def test_compact_table_is_what_its_scene_asks_for():
     assert table.accuracy["auc"].size == 24
     for name in ASKED:
         assert table.accuracy[name].max() <= getattr(config.accuracy, name)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize("what", ["garbage", "copied", "flipped"])
+def test_one_wrong_node_is_found(table, what, number):
+    """Of 150 nodes, one at random: it is among those that are then compared closely.
+
+    The next node in speed lies a Kolmogorov-Smirnov distance of 0.03 and more away.
+    """
+    contents = table.contents
+    shape = len(table.alpha_nodes_deg), len(table.speed_nodes)
+    node = tuple(np.random.default_rng(number).integers(shape).tolist())
+    if what == "garbage":
+        mask = np.zeros(shape, dtype=bool)
+        mask[node] = True
+        wrong = garbage(contents, mask)
+    elif what == "copied":
+        wrong = copied_node(contents, node, (node[0], node[1] + (1 if node[1] == 0 else -1)))
+    else:
+        wrong = spin_flipped(contents, node)
+    found = screen(Table(wrong), CONFIG, CONFIG.accuracy, seed=number)
+    place = table.alpha_nodes_deg[node[0]], table.speed_nodes[node[1]]
+    assert place in found.suspects
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("name", ["corundum-steel", "corundum-steel-compact"])
+@pytest.mark.parametrize("seed", range(201, 206))
+def test_right_nodes_are_passed(name, seed):
+    """Of 10 such tests one fails by chance once in 20 times, at most: 1 in 200 each."""
+    right, config = sampler.load(name), load_config(name)
+    assert screen(right, config, config.accuracy, seed=seed).missed == ()
