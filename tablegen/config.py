@@ -100,6 +100,9 @@ class TableSettings(Record):
     mirror: bool = False
 
 
+#: Names of the distances between a table and direct simulation.
+METRICS = ("ks", "sliced_wasserstein", "correlation_error", "auc")
+
 #: Accuracies by name.
 PRESETS: dict[str, dict[str, float]] = {
     "compact": {"ks": 0.04, "sliced_wasserstein": 0.025, "correlation_error": 0.06, "auc": 0.65},

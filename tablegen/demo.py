@@ -19,6 +19,7 @@ from tablegen.samples import FloatArray
 from tablegen.simulate import simulate
 from tablegen.summary import accuracy_text, details_text
 from tablegen.validate import Validation, validate
+from tablegen.verdict import verdict_words
 
 #: Condition of the example draw, inside the demo scene and at none of its nodes.
 _ALPHA_DEG, _SPEED = 35.0, 130.0
@@ -29,6 +30,9 @@ _MEASURED = 2
 
 #: Timed runs of the draw and of the simulation.
 _REPEATS = 5
+
+#: Seed of the validation: the demonstration says the same each time.
+_SEED = 1
 
 
 def run_demo(output: Path, say: Callable[[str], None], progress: bool = True) -> Validation:
@@ -59,15 +63,14 @@ def run_demo(output: Path, say: Callable[[str], None], progress: bool = True) ->
     direct, drawn, text = _draw_both(config, output)
     say(text)
     say(_picture_text(direct, drawn, output))
-    say("3. Validating against fresh direct simulation at conditions that are not nodes")
-    result = validate(output, conditions=_CONDITIONS, progress=progress)
-    say(accuracy_text(result.comparisons, result.declared))
+    say("3. Validating against fresh direct simulation, at all nodes and between them")
+    result = validate(output, conditions=_CONDITIONS, seed=_SEED, progress=progress)
+    say(accuracy_text(result.measured, result.declared))
     say(details_text(max(result.comparisons, key=lambda c: c.auc)))
-    verdict = "holds" if result.holds else "MISSES"
-    say(
-        f"The table {verdict} its declared accuracy. It is in {output}; the demo took "
-        f"{time.perf_counter() - begin:.0f} s."
-    )
+    for line in (*result.missed, *result.undecided):
+        say(line)
+    say(verdict_words(result.missed, result.undecided, "declared accuracy"))
+    say(f"The table is in {output}; the demo took {time.perf_counter() - begin:.0f} s.")
     return result
 
 

@@ -12,9 +12,10 @@ from sampler.table import Table
 from tablegen.accuracy import Comparison
 from tablegen.assembly import accuracy_datasets, assemble
 from tablegen.choices import GENERATE_CONDITIONS
+from tablegen.conditions import pick_conditions
 from tablegen.config import Config
 from tablegen.fitting.axes import make_axes
-from tablegen.measure import measure, pick_conditions
+from tablegen.measure import measure
 from tablegen.pieces import PieceStore
 from tablegen.plan import make_plan
 from tablegen.processor import processor

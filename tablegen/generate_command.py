@@ -7,11 +7,11 @@ import click
 
 from sampler.processors import processors
 from tablegen.config import load_config
+from tablegen.decision import judge
 from tablegen.estimate import cost_text, estimate, rebound_seconds
 from tablegen.executors import MPI, open_executor
 from tablegen.generate import generate as generate_table
 from tablegen.identity import identity_text, several_processors
-from tablegen.measure import missed_targets
 from tablegen.summary import accuracy_text, time_text
 from tablegen.verdict import verdict
 
@@ -62,4 +62,5 @@ def run(
     click.echo(identity_text(contents))
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
-    return verdict(missed_targets(made.comparisons, settings.accuracy))
+    judged = judge(made.comparisons, settings.accuracy)
+    return verdict(judged.missed, judged.undecided)

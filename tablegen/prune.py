@@ -21,9 +21,7 @@ from sampler.errors import InputError
 from sampler.kernel import locate
 from sampler.schema import TableContents, write_table
 from sampler.table import load
-from tablegen.config import Config, parse_config
-
-_METRICS = ("ks", "sliced_wasserstein", "correlation_error", "auc")
+from tablegen.config import METRICS, Config, parse_config
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
@@ -132,7 +130,7 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
                 f"{origin}: domain.{field}: got [{low:g}, {high:g}], "
                 f"allowed: inside [{first:g}, {last:g}], which the table covers"
             )
-    for metric in _METRICS:
+    for metric in METRICS:
         wanted, declared = getattr(scene.accuracy, metric), getattr(own.accuracy, metric)
         if wanted < declared:
             raise InputError(

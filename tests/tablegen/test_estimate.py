@@ -8,9 +8,9 @@ from command_line import config_file
 from tiny_tables import GENERATE, ROUGH
 
 from tablegen import estimate as module
+from tablegen.choices import GENERATE_CONDITIONS as CONDITIONS
 from tablegen.config import load_config
 from tablegen.estimate import cost_text, estimate, rebound_seconds
-from tablegen.generate import CONDITIONS
 
 EXPERIMENTS = Path(module.__file__).parent / "fitting" / "EXPERIMENTS.md"
 
