@@ -18,22 +18,15 @@ import numpy as np
 import sampler
 from sampler.atomic import atomic_output
 from sampler.errors import InputError
-from tablegen import load_config, make_condition, simulate
+from tablegen import load_config, simulate
 from tablegen.figures.joint import Source, joint_picture
 from tablegen.figures.style import Picture, new_figure, settings, written
+from tablegen.report.looks import LOOKS, Look
 
 _HERE = Path(__file__).resolve().parent
 
-#: Families in the order of the legend: colours of Okabe and Ito, and a marker that says it again.
-_LOOKS = {
-    "table": ("#0072b2", "o"),
-    "direct simulation": ("#000000", "s"),
-    "stored states": ("#d55e00", "^"),
-    "independent marginals": ("#cc79a7", "v"),
-    "Gaussian mixture": ("#009e73", "D"),
-    "kernel resampling": ("#56b4e9", "P"),
-    "vine copula": ("#e69f00", "X"),
-}
+#: What a method is drawn as that the report has and this script does not know.
+_UNKNOWN = Look("#777777", "#777777", "star", "*")
 
 #: Errors that are drawn: their names in the report, what is subtracted, and what they are called.
 _ERRORS = (
@@ -140,7 +133,8 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
     axes.axhspan(lowest, floor, color="#dddddd", linewidth=0)
     points = points_of(race, metric, shift)
     for point in points:
-        colour, marker = _LOOKS.get(point.family, ("#777777", "*"))
+        look = LOOKS.get(point.family, _UNKNOWN)
+        colour, marker = look.light, look.marker
         # what is better than can be seen stands at the lower edge
         ends = np.maximum([point.low, point.error, point.high], 1.4 * lowest)
         axes.plot([point.nanoseconds] * 2, ends[[0, 2]], color=colour, linewidth=1.2)
@@ -163,7 +157,7 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
             ha="center",
             va="top",
             fontsize=9,
-            color=_LOOKS[point.family][0],
+            color=LOOKS[point.family].light,
         )
     axes.set(xscale="log", yscale="log", xlabel="time of a draw [ns, one thread]")
     for axis in (axes.xaxis, axes.yaxis):
@@ -179,8 +173,16 @@ def _legend(figure: Any, families: set[str]) -> None:
     from matplotlib.lines import Line2D
 
     handles = [
-        Line2D([], [], color=colour, marker=marker, markersize=8, linestyle="none", label=family)
-        for family, (colour, marker) in _LOOKS.items()
+        Line2D(
+            [],
+            [],
+            color=look.light,
+            marker=look.marker,
+            markersize=8,
+            linestyle="none",
+            label=family,
+        )
+        for family, look in LOOKS.items()
         if family in families
     ]
     grey = {"color": "#777777", "marker": "o", "markersize": 8, "linestyle": "none"}
@@ -211,10 +213,9 @@ def error_picture(race: dict[str, Any]) -> Picture:
 def density_picture(alpha_deg: float, speed: float, count: int) -> Picture:
     """Draw the joint density of u and v: direct simulation, table, and a sphere's one point."""
     config, alpha1 = load_config("corundum-steel"), math.radians(alpha_deg)
-    condition = make_condition(alpha1, speed)
-    direct = simulate(config.pair, config.population, condition, count, seed=1)
+    direct = simulate(config, alpha1, speed, count, seed=1)
     spheres = config.population.restricted_to("sphere")
-    sphere = simulate(config.pair, spheres, condition, 1, seed=1)
+    sphere = simulate(config, alpha1, speed, 1, seed=1, population=spheres)
     drawn = sampler.load("corundum-steel").sample(alpha1, speed, seed=1, index=np.arange(count))
     return joint_picture(
         [

@@ -19,6 +19,7 @@ from sampler.late import import_late
 if TYPE_CHECKING:
     from sampler.arrays import TableArrays as TableArrays
     from sampler.errors import InputError as InputError
+    from sampler.errors import OutsideTableWarning as OutsideTableWarning
     from sampler.errors import TableError as TableError
     from sampler.kernel import draw as draw
     from sampler.locate import data_directory as data_directory
@@ -31,7 +32,7 @@ import_late(
     __name__,
     {
         "sampler.arrays": ("TableArrays",),
-        "sampler.errors": ("InputError", "TableError"),
+        "sampler.errors": ("InputError", "OutsideTableWarning", "TableError"),
         "sampler.kernel": ("draw",),
         "sampler.locate": ("data_directory",),
         "sampler.table": ("Table", "load"),

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arrays import LANES, ROUNDING, Axis, TableArrays
+from sampler.arrays import ANY_SPEED, LANES, ROUNDING, Axis, TableArrays
 from sampler.channels import CHANNELS, COMPONENTS
 from sampler.cubics import normal_table
 from sampler.schema import TableContents
@@ -27,10 +27,13 @@ def aligned(shape: tuple[int, ...], dtype: type) -> NDArray:
 
 
 def _axis(
-    nodes: NDArray[np.float64], span: NDArray[np.float64], coordinate: NDArray[np.float64]
+    nodes: NDArray[np.float64],
+    span: NDArray[np.float64],
+    coordinate: NDArray[np.float64],
+    limits: tuple[float, float] | None = None,
 ) -> Axis:
     first, last = float(nodes[0]), float(nodes[-1])
-    low, high = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
+    low, high = limits or (first * (1.0 - ROUNDING), last * (1.0 + ROUNDING))
     origin, end = ends = float(span[0]), float(span[1])
     scale = (coordinate.size - 1) / (end - origin) if end > origin else 0.0
     # the numbers of a pruned table's nodes go on from those that were left out
@@ -124,7 +127,10 @@ def table_arrays(contents: TableContents) -> TableArrays:
             contents["axes/alpha_coordinate"],
         ),
         speed=_axis(
-            contents["axes/speed"], contents["axes/speed_span"], contents["axes/speed_coordinate"]
+            contents["axes/speed"],
+            contents["axes/speed_span"],
+            contents["axes/speed_coordinate"],
+            ANY_SPEED if contents.speed_independent else None,
         ),
         variate_max=float(variate[-1]),
         variate_scale=(variate.size - 1) / (2.0 * float(variate[-1])),

@@ -5,6 +5,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+#: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed: any that is
+#: positive and finite. Not the limits of the numbers, which compilers may take for granted.
+ANY_SPEED = (1e-300, 1e300)
+
 #: Rows of a factor that are worked out side by side, those that a table lacks included.
 LANES = 8
 
@@ -20,7 +24,7 @@ class Axis(NamedTuple):
     first, last : float
         Ends of the axis, rad or m/s.
     low, high : float
-        The same with the rounding of a unit conversion, which is not outside yet.
+        What is not outside yet: the ends with the rounding of a unit conversion, or `ANY_SPEED`.
     origin, scale : float
         First value of the coordinate table, and its steps per rad or m/s; 0 on an axis of one
         value.
@@ -56,7 +60,7 @@ class TableArrays(NamedTuple):
         Knots of the quantile functions: last mixture variate, knots per unit variate.
     n_knots : int
     n_components, n_classes, n_marginals, stride : int
-        K, Q, M, and the numbers of one component's record.
+        K (components of the mixture), Q, M, and the numbers of one component's record.
     channels : tuple of N int
         Channel (see `sampler.channels`) that each row of a component's factor stands for.
     marginals : tuple of N int

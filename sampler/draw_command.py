@@ -2,12 +2,13 @@
 
 import math
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from sampler.atomic import atomic_output
-from sampler.errors import InputError
+from sampler.errors import InputError, OutsideTableWarning
 from sampler.kernel import is_outside
 from sampler.table import Table, load
 
@@ -33,7 +34,9 @@ def run(
             f"({_range_text(loaded)}), its nearest condition is used\n"
         )
     try:
-        state = loaded.sample(alpha1, speed, seed=seed, index=_indices(count))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OutsideTableWarning)  # the note has said it
+            state = loaded.sample(alpha1, speed, seed=seed, index=_indices(count))
     except MemoryError:
         raise InputError(
             f"argument --count: got {count}, allowed: as many states as fit into "

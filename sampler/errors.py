@@ -7,3 +7,7 @@ class InputError(ValueError):
 
 class TableError(InputError):
     """A table file that cannot be read as a rebound table."""
+
+
+class OutsideTableWarning(UserWarning):
+    """Draws lay outside a table and were moved to its edge; given once a table, at the first."""

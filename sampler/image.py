@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.arrange import aligned, table_arrays
-from sampler.arrays import ROUNDING, Axis, TableArrays
+from sampler.arrays import ANY_SPEED, ROUNDING, Axis, TableArrays
 from sampler.atomic import atomic_output
 from sampler.errors import InputError, TableError
 from sampler.image_checks import RefusedError, check_header, check_start, check_values, lengths_of
@@ -26,6 +26,7 @@ from sampler.image_layout import (
     MOST_BYTES,
     MOST_NAMES,
     REASONS,
+    SPEED_INDEPENDENT,
     field_offset,
 )
 from sampler.schema import TableContents
@@ -84,6 +85,7 @@ def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
         header[name] = getattr(arrays, name)
     for name in ("channels", "marginals", "columns"):
         header[name] = _padded(getattr(arrays, name))
+    header["flags"] = SPEED_INDEPENDENT if contents.speed_independent else 0
     header["n_channels"], header["n_columns"] = len(arrays.channels), len(arrays.columns)
     for name, axis in (("alpha", arrays.alpha), ("speed", arrays.speed)):
         header[f"n_{name}"], header[f"n_{name}_grid"] = axis.nodes, axis.coordinate.size
@@ -199,11 +201,14 @@ def _image_of(data: NDArray[np.uint8]) -> Image:
 
 def _axis(header: np.void, name: str, coordinate: NDArray[np.float64]) -> Axis:
     first, last = float(header[f"{name}_first"]), float(header[f"{name}_last"])
+    low, high = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
+    if name == "speed" and header["flags"] & SPEED_INDEPENDENT:
+        low, high = ANY_SPEED
     return Axis(
         first=first,
         last=last,
-        low=first * (1.0 - ROUNDING),
-        high=last * (1.0 + ROUNDING),
+        low=low,
+        high=high,
         origin=float(header[f"{name}_origin"]),
         scale=float(header[f"{name}_scale"]),
         offset=int(header[f"{name}_offset"]),

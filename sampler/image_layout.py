@@ -116,6 +116,9 @@ ARRAYS = (
     ),
 )
 
+#: Flag of a table whose rebounds do not depend on the speed.
+SPEED_INDEPENDENT = 1
+
 _COUNTS = {
     "n_alpha": "nodes of the impact angle",
     "n_speed": "nodes of the impact speed",
@@ -128,7 +131,7 @@ _COUNTS = {
     "n_marginals": "channels with quantile functions",
     "n_columns": "components of the state that the table gives",
     "stride": "numbers of the record of a component",
-    "reserved": "0",
+    "flags": f"{SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; else 0",
 }
 
 HEADER = (

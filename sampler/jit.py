@@ -9,6 +9,9 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.extending import register_jitable
+
+from sampler.compiling import tell_of_compilations
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -17,7 +20,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 _OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 #: Dissolve the function in its caller, by the optimiser and not by rewriting its source.
-_INLINE: dict[str, Any] = {"inline": "never", "forceinline": True}
+_INLINE: dict[str, Any] = {"forceinline": True, "no_cfunc_wrapper": True}
 
 #: Count no references. Numba counts those to every array that a function gets, with atomic
 #: operations; for eight arrays that costs as much as a draw, and threads wait for each other.
@@ -25,9 +28,19 @@ _INLINE: dict[str, Any] = {"inline": "never", "forceinline": True}
 _BORROW: dict[str, Any] = {"_nrt": False}
 
 
+tell_of_compilations()
+
+
 def _compiled(function: _Function, **options: Any) -> _Function:
     # To a type checker the function stays what it was.
     return cast(_Function, numba.njit(**_OPTIONS, **options)(function))
+
+
+def _inlined(function: _Function, **options: Any) -> _Function:
+    # Neither cached by itself nor callable from Python, which a third of the compiler's time was
+    # spent on: its machine code is in the kernels that call it.
+    options = {k: v for k, v in _OPTIONS.items() if k != "cache"} | _INLINE | options
+    return register_jitable(**options)(function)
 
 
 def kernel(function: _Function) -> _Function:
@@ -36,8 +49,8 @@ def kernel(function: _Function) -> _Function:
 
 
 def inline_kernel(function: _Function) -> _Function:
-    """Compile a small kernel that must dissolve in its caller."""
-    return _compiled(function, **_INLINE)
+    """Let kernels call a small function, which dissolves in them; Python calls it interpreted."""
+    return _inlined(function)
 
 
 def borrowing_kernel(function: _Function) -> _Function:
@@ -47,4 +60,4 @@ def borrowing_kernel(function: _Function) -> _Function:
 
 def borrowing_inline_kernel(function: _Function) -> _Function:
     """Compile a small `borrowing_kernel` that must dissolve in its caller."""
-    return _compiled(function, **_INLINE, **_BORROW)
+    return _inlined(function, **_BORROW)

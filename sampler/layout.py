@@ -231,6 +231,19 @@ DATASETS = (
     ),
 )
 
+#: Root attributes that some files have, and what they hold.
+OPTIONAL_ATTRIBUTES: Mapping[str, tuple[type, str]] = {
+    "speed_independent": (
+        int,
+        "1: rebounds do not depend on the speed, so that none is outside the table; "
+        "left out where they do",
+    ),
+    "processors": (
+        str,
+        "kinds of processor that took part in making the table, one a line; missing in older files",
+    ),
+}
+
 #: Root attributes and what they hold.
 ATTRIBUTES: Mapping[str, tuple[type, str]] = {
     "format": (str, f'"{FORMAT}"'),

@@ -46,7 +46,7 @@ def _not_finite(inputs: Inputs, row: int) -> str:
 
 
 def draw_refusal(inputs: Inputs, row: int, code: int) -> str:
-    """Message on a row refused by `sampler.kernel.draw_batch`.
+    """Message on a row refused by `sampler.batch.draw_batch`.
 
     Parameters
     ----------
@@ -118,4 +118,23 @@ def outside_refusal(arrays: TableArrays, condition: Mapping[str, float], row: in
     return (
         f"{name}: got {condition[name]:.9g} at index {row}, allowed: "
         f"from {axis.first:.9g} to {axis.last:.9g} {unit}, the range of the table"
+    )
+
+
+def outside_warning(
+    arrays: TableArrays, condition: Mapping[str, float], row: int, clamped: int
+) -> str:
+    """Message on the first draws of a table that were moved to its edge.
+
+    Parameters
+    ----------
+    arrays, condition, row
+        As for `outside_refusal`, of the first of them.
+    clamped : int
+        How many of the call they are.
+    """
+    return (
+        f"{outside_refusal(arrays, condition, row)}; {clamped} draw{'s' * (clamped > 1)} of this "
+        "call took the nearest condition of the table instead. table.clamped goes on counting, "
+        "without further warnings"
     )

@@ -32,6 +32,7 @@ from sampler.layout import (
     FORMAT,
     FORMAT_VERSION,
     MINIMUM_LENGTH,
+    OPTIONAL_ATTRIBUTES,
     Dataset,
 )
 
@@ -152,8 +153,10 @@ class TableContents:
         All of `DATASETS`, and no other; floating-point arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
-    components, channels : tuple of str
+    components, channels, processors : tuple of str
         See `ATTRIBUTES`.
+    speed_independent : bool
+        Whether rebounds do not depend on the speed.
 
     Raises
     ------
@@ -168,6 +171,8 @@ class TableContents:
     software_version: str
     components: tuple[str, ...] = STATE
     channels: tuple[str, ...] = CHANNELS[:6]
+    speed_independent: bool = False
+    processors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("pair", "config", "software_version", "seed"):
@@ -177,6 +182,11 @@ class TableContents:
                 raise TableError(f"{name}: got {getattr(self, name)!r}, allowed: {meaning}")
         if not 0 <= self.seed < 2**64:
             raise TableError(f"seed: got {self.seed}, allowed: {ATTRIBUTES['seed'][1]}")
+        for kind_of_processor in self.processors:
+            if not kind_of_processor or "\n" in kind_of_processor:
+                raise TableError(
+                    f"processors: got {kind_of_processor!r}, allowed: {ATTRIBUTES['processors'][1]}"
+                )
         known = [dataset.path for dataset in DATASETS]
         for path in self.datasets:
             if path not in known:
@@ -201,7 +211,10 @@ class TableContents:
     @property
     def attributes(self) -> dict[str, Any]:
         """Root attributes of the file but the checksum."""
-        return {
+        optional: dict[str, Any] = {"speed_independent": 1} if self.speed_independent else {}
+        if self.processors:
+            optional["processors"] = "\n".join(self.processors)
+        return optional | {
             "format": FORMAT,
             "format_version": list(FORMAT_VERSION),
             "pair": self.pair,
@@ -312,6 +325,8 @@ def read_table(path: str | Path) -> TableContents:
             software_version=attributes["software_version"],
             components=tuple(attributes["components"].split()),
             channels=tuple(attributes["channels"].split()),
+            speed_independent=_speed_independent(attributes),
+            processors=tuple(_lines(attributes.get("processors"))),
         )
     except TableError as error:
         raise TableError(f"{source}: {error}") from error.__cause__
@@ -331,6 +346,15 @@ def _one_line_errors() -> Iterator[None]:
     except (OSError, KeyError, RuntimeError, ValueError, TypeError, MemoryError) as error:
         reason = str(error).strip("'\"").partition("\n")[0] or type(error).__name__
         raise TableError(f"cannot be read as HDF5, truncated or damaged? ({reason})") from error
+
+
+def _speed_independent(attributes: Mapping[str, Any]) -> bool:
+    """Whether a file says that rebounds do not depend on the speed."""
+    given = attributes.get("speed_independent", 0)
+    if "speed_independent" in attributes and given != 1:
+        meaning = OPTIONAL_ATTRIBUTES["speed_independent"][1]
+        raise TableError(f"speed_independent: got {given!r}, allowed: {meaning}")
+    return given == 1
 
 
 def _plain(value: Any) -> Any:
@@ -353,12 +377,18 @@ def _read_attributes(file: h5py.File) -> dict[str, Any]:
             f"allowed: {FORMAT_VERSION[0]}.x (a newer file needs a newer rebound-tables)"
         )
     attributes = {name: _plain(value) for name, value in file.attrs.items()}
-    for name, (kind, meaning) in ATTRIBUTES.items():
+    for name, (kind, meaning) in {**ATTRIBUTES, **OPTIONAL_ATTRIBUTES}.items():
         if name not in attributes:
+            if name in OPTIONAL_ATTRIBUTES:
+                continue
             raise TableError(f"{name}: is missing, allowed: {meaning}")
         if type(attributes[name]) is not kind:
             raise TableError(f"{name}: got {attributes[name]!r}, allowed: {meaning}")
     return attributes
+
+
+def _lines(text: str | None) -> list[str]:
+    return [] if text is None else text.split("\n")
 
 
 def _read_datasets(file: h5py.File) -> dict[str, Array]:

@@ -2,6 +2,7 @@
 
 import os
 import threading
+import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -23,11 +24,18 @@ from sampler.coerce import (
     as_vectors,
     common_length,
 )
-from sampler.errors import InputError
+from sampler.errors import InputError, OutsideTableWarning
 from sampler.frames import rebound_batch
 from sampler.kernel import OK
 from sampler.locate import find_table
-from sampler.refusals import draw_refusal, impact_condition, outside_refusal, rebound_refusal
+from sampler.processors import processors
+from sampler.refusals import (
+    draw_refusal,
+    impact_condition,
+    outside_refusal,
+    outside_warning,
+    rebound_refusal,
+)
 from sampler.roughness import MAX_ROUGHNESS, rough_rebound_batch
 from sampler.schema import TableContents, read_table
 
@@ -54,8 +62,8 @@ class Table:
     ----------
     contents : TableContents
     outside : {"clamp", "raise"}
-        What to do with an angle or speed outside the table: use the nearest that it has and
-        count it in `clamped`, or raise `InputError`.
+        What to do with an angle or speed outside the table: use the nearest that it has, count it
+        in `clamped` and warn of the first (`OutsideTableWarning`), or raise `InputError`.
 
     Attributes
     ----------
@@ -66,6 +74,8 @@ class Table:
         rotational_energy, collisions) that the table was made for.
     pair, config : str
         Name of the material pair; TOML text from which the table was generated.
+    speed_independent : bool
+        Whether rebounds do not depend on the speed; then no speed lies outside.
     outside : str
     """
 
@@ -78,6 +88,7 @@ class Table:
         self.arrays = table_arrays(contents)
         self.components = contents.components
         self.pair, self.config = contents.pair, contents.config
+        self.speed_independent = contents.speed_independent
         self._small = kept_beside(contents)
         self._source: TableContents | Path = contents
         self._clamped = 0
@@ -88,7 +99,7 @@ class Table:
         return (
             f"<sampler.Table {self.pair}: {alpha[0]:g} to {alpha[-1]:g} deg x "
             f"{speed[0]:g} to {speed[-1]:g} m/s, {len(alpha)} x {len(speed)} nodes, "
-            f"{self.arrays.n_components} components>"
+            f"{self.arrays.n_components} mixture components>"
         )
 
     @property
@@ -120,15 +131,16 @@ class Table:
 
     @property
     def speed_range(self) -> tuple[float, float]:
-        """Smallest and largest impact speed, m/s."""
+        """Smallest and largest impact speed of the nodes, m/s."""
         return self.arrays.speed.first, self.arrays.speed.last
 
     @property
     def accuracy(self) -> dict[str, NDArray[np.float64]]:
         """What was measured against direct simulation, at conditions that are no nodes.
 
-        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_components), ``sliced_wasserstein``,
-        ``correlation_error``, ``auc``, all (n,) but ks; n = 0 if nothing was measured.
+        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_columns), ``sliced_wasserstein``,
+        ``correlation_error``, ``auc``, all (n,) but ks, which has a column for each of
+        `components`; n = 0 if nothing was measured.
         """
         paths = (path for path in self._small if path.startswith("accuracy/"))
         return {path.removeprefix("accuracy/"): self._small[path].copy() for path in paths}
@@ -166,12 +178,12 @@ class Table:
         threads : int, optional
             Threads to use; by default as many as the number of draws is worth. The states do
             not depend on it.
-        out : float64 or float32 array, shape (n, n_components), optional
+        out : float64 or float32 array, shape (n, n_columns), optional
             Where to write the states.
 
         Returns
         -------
-        float64 array, shape (n, n_components), or `out`
+        float64 array, shape (n, n_columns), or `out`
             The table's `components`, u, v, w over V and omega_x, omega_y, omega_z times a/V unless
             it was made for fewer or others, in the wall frame: x along the tangential velocity
             before impact, y into the gas.
@@ -256,7 +268,8 @@ class Table:
     ) -> _Report:
         """Run a batch kernel over slices of the rows, and merge what the slices report."""
         if threads is None:
-            workers = min(_usable_cpus(), max(1, n // _DRAWS_PER_THREAD))
+            worth = n // _DRAWS_PER_THREAD
+            workers = min(processors(), worth) if worth > 1 else 1
         else:
             workers = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
         if workers == 1:
@@ -278,14 +291,17 @@ class Table:
         return _Report(-1, OK, clamped_row, sum(part.clamped for part in parts))
 
     def _account(self, report: _Report, condition: Callable[[int], dict[str, float]]) -> None:
-        """Count clamped draws, or refuse the first of them."""
+        """Count clamped draws and warn of a table's first, or refuse the first of them."""
         if report.clamped == 0:
             return
         row = report.clamped_row
         if self.outside == "raise":
             raise InputError(outside_refusal(self.arrays, condition(row), row))
         with self._lock:
-            self._clamped += report.clamped
+            first, self._clamped = self._clamped == 0, self._clamped + report.clamped
+        if first:
+            told = outside_warning(self.arrays, condition(row), row, report.clamped)
+            warnings.warn(told, OutsideTableWarning, stacklevel=3)  # the line that drew
 
 
 def _roughness(values: ArrayLike) -> NDArray[np.float64]:
@@ -310,13 +326,6 @@ def _keys(
         return n, (as_seed(seed), np.arange(n, dtype=np.uint64), hits)
     indices = as_keys("index", index, 64)
     return common_length(**rows, hit=hits, index=indices), (as_seed(seed), indices, hits)
-
-
-def _usable_cpus() -> int:
-    """Processors that this process may run on."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def load(

@@ -1,10 +1,9 @@
 """Direct simulation of particle rebounds, and the tables made from it.
 
 >>> import numpy as np
->>> from tablegen import load_config, make_condition, simulate
+>>> from tablegen import load_config, simulate
 >>> config = load_config("corundum-steel")
->>> condition = make_condition(np.radians(45.0), 200.0)
->>> rebounds = simulate(config.pair, config.population, condition, 1000, seed=1)
+>>> rebounds = simulate(config, np.radians(45.0), 200.0, 1000, seed=1)
 >>> rebounds.state.shape
 (1000, 6)
 
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from tablegen.generate import Generated as Generated
     from tablegen.generate import generate as generate
     from tablegen.simulate import Simulation as Simulation
-    from tablegen.simulate import make_condition as make_condition
     from tablegen.simulate import simulate as simulate
     from tablegen.validate import Validation as Validation
     from tablegen.validate import validate as validate
@@ -35,7 +33,7 @@ import_late(
     {
         "tablegen.config": ("Config", "load_config", "parse_config"),
         "tablegen.generate": ("Generated", "generate"),
-        "tablegen.simulate": ("Simulation", "make_condition", "simulate"),
+        "tablegen.simulate": ("Simulation", "simulate"),
         "tablegen.validate": ("Validation", "validate"),
     },
     ready=require_generator,

@@ -4,7 +4,8 @@ The metrics themselves are in `tablegen.distances` and `tablegen.description` an
 here as well.
 """
 
-from dataclasses import asdict, dataclass
+from collections.abc import Collection
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,17 @@ from tablegen.distances import (
     ks_distances,
     sliced_wasserstein,
 )
+from tablegen.estimates import (
+    Estimate,
+    auc_estimate,
+    correlation_estimate,
+    ks_estimate,
+    sliced_wasserstein_estimate,
+)
 from tablegen.samples import FloatArray, as_sample
 
-#: States a side that are projected, and that train and test the classifier; the other distances
-#: take them all. AUC are compared at this size: a classifier learns more from more.
+#: States a side that are projected, and that train and test the classifier, in the generator's
+#: trials. AUC are compared at this size: a classifier learns more from more.
 PROJECTED = 400_000
 CLASSIFIED = 100_000
 
@@ -59,7 +67,11 @@ class Profile:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A table against direct simulation at one condition."""
+    """A table against direct simulation at one condition.
+
+    The distances are those of the two samples, noise included; `estimates` has what is known of
+    the error without it, by the names ks, sliced_wasserstein, correlation_error and auc.
+    """
 
     alpha_deg: float
     speed: float
@@ -71,6 +83,9 @@ class Comparison:
     table: Profile
     direct: Profile
     components: tuple[str, ...] = STATE
+    estimates: dict[str, Estimate] = field(default_factory=dict)
+    #: States a side of the distances that needed most; those of the others are in `table`.
+    states: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """Write everything as JSON-ready numbers, tuples as lists."""
@@ -152,7 +167,7 @@ def compare(
     speed : float
         Impact speed, m/s.
     seed : int
-        Selects the projection directions and the classifier's halves.
+        Selects the projection directions and seeds the classifier.
     components : tuple of d str
         What the columns are.
 
@@ -163,21 +178,100 @@ def compare(
     Raises
     ------
     InputError
-        As for `ks_distances`, `classifier_auc` and `scattering_angles`.
+        If a sample has fewer than four rows, or as for `profile`.
     """
-    table, direct = as_sample("table", table_state), as_sample("direct", direct_state)
+    table, direct = as_sample("table", table_state, 4), as_sample("direct", direct_state, 4)
     table_profile, direct_profile = summary(table, direct, components)
+    estimates, by_component = estimate_all(table, direct, seed)
     return Comparison(
         alpha_deg=float(alpha_deg),
         speed=float(speed),
-        ks=_numbers(ks_distances(table, direct)),
-        sliced_wasserstein=sliced_wasserstein(table[:PROJECTED], direct[:PROJECTED], seed=seed),
-        correlation_error=correlation_error(table, direct),
-        auc=classifier_auc(table[:CLASSIFIED], direct[:CLASSIFIED], seed=seed),
+        ks=_numbers(by_component),
+        sliced_wasserstein=estimates["sliced_wasserstein"].value,
+        correlation_error=estimates["correlation_error"].value,
+        auc=estimates["auc"].value,
         table=table_profile,
         direct=direct_profile,
         components=components,
+        estimates=estimates,
+        states=min(len(table), len(direct)),
     )
+
+
+def estimate_all(
+    table: FloatArray,
+    direct: FloatArray,
+    seed: int,
+    directions: int = 64,
+    classified: int = CLASSIFIED,
+) -> tuple[dict[str, Estimate], FloatArray]:
+    """Every distance between two samples, with its noise told apart.
+
+    Parameters
+    ----------
+    table, direct : float64 arrays, shapes (n, d) and (m, d)
+    seed : int
+        Selects the projection directions and seeds the classifier.
+    directions : int
+        Of the sliced Wasserstein distance.
+    classified : int
+        States a side, at most, that train and test the classifier.
+
+    Returns
+    -------
+    dict from name to Estimate
+    float64 array, shape (d,)
+        Kolmogorov-Smirnov distance of each component.
+    """
+    ks, by_component = ks_estimate(table, direct)
+    few = min(len(table), len(direct), classified)
+    estimates = {
+        "ks": ks,
+        "sliced_wasserstein": sliced_wasserstein_estimate(table, direct, directions, seed),
+        "correlation_error": correlation_estimate(table, direct),
+        "auc": auc_estimate(table[:few], direct[:few], seed, few // 2),
+    }
+    return estimates, by_component
+
+
+def sharpened(
+    comparison: Comparison,
+    table: FloatArray,
+    direct: FloatArray,
+    metrics: Collection[str],
+    seed: int,
+) -> Comparison:
+    """Measure some distances of a comparison again, with more states.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    table, direct : float64 arrays, shapes (n, d) and (m, d)
+    metrics : collection of str
+        Names of the distances. The AUC is that of a classifier that learned from as many states
+        as before, and is tested with more of them.
+    seed : int
+        As for `compare`.
+
+    Returns
+    -------
+    Comparison
+    """
+    changes: dict[str, Any] = {}
+    estimates = dict(comparison.estimates)
+    if "ks" in metrics:
+        estimates["ks"], by_component = ks_estimate(table, direct)
+        changes["ks"] = _numbers(by_component)
+    if "sliced_wasserstein" in metrics:
+        estimates["sliced_wasserstein"] = sliced_wasserstein_estimate(table, direct, seed=seed)
+    if "correlation_error" in metrics:
+        estimates["correlation_error"] = correlation_estimate(table, direct)
+    if "auc" in metrics:
+        first = min(comparison.table.count, comparison.direct.count)
+        estimates["auc"] = auc_estimate(table, direct, seed, min(CLASSIFIED, first) // 2)
+    changes |= {name: estimates[name].value for name in metrics if name != "ks"}
+    states = min(len(table), len(direct))
+    return replace(comparison, **changes, estimates=estimates, states=states)
 
 
 def _numbers(values: FloatArray) -> tuple[float, ...]:

@@ -74,4 +74,5 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
         software_version=sampler.__version__,
         components=config.domain.columns,
         channels=law_of(config).channels,
+        speed_independent=not config.pair.restitution.depends_on_speed,
     )

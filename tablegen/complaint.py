@@ -1,7 +1,7 @@
 """One line for a configuration that cannot be used: which field, what was given, what is allowed.
 
-The validation library reports positions, error codes and contexts. Here the first of them is put
-into words, from the same field declarations that were violated, so that no bound is written twice.
+The validation library reports positions, error codes and contexts. Here they are put into words,
+from the same field declarations that were violated, so that no bound is written twice.
 """
 
 from types import UnionType
@@ -11,7 +11,10 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from tablegen.fields import REFUSED
+from tablegen.fields import MISSING, REFUSED
+
+#: Most problems that one line names; more would not be read.
+_MOST = 6
 
 #: Longest piece of a given value that is worth repeating.
 _LONGEST = 60
@@ -33,7 +36,7 @@ class _Place(NamedTuple):
 
 
 def complaint(error: ValidationError, record: type[BaseModel]) -> str:
-    """First problem of a failed validation, in one line.
+    """Problems of a failed validation, in one line.
 
     Parameters
     ----------
@@ -44,17 +47,17 @@ def complaint(error: ValidationError, record: type[BaseModel]) -> str:
     Returns
     -------
     str
-        "field: got value, allowed: ...", and how many other problems there are.
+        "field: got value, allowed: ...", for every problem up to `_MOST`, with semicolons between.
     """
     # Unknown fields first: a misspelt field is also a missing one, and the spelling is the cause.
     problems = sorted(
         error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden"
     )
-    others = len(problems) - 1
-    line = _describe(problems[0], record)
-    if others:
-        line += f" (and {others} more problem{'s' if others > 1 else ''})"
-    return line
+    lines = list(dict.fromkeys(_describe(problem, record) for problem in problems))
+    others = len(lines) - _MOST
+    if others > 0:
+        lines[_MOST:] = [f"and {others} more problem{'s' if others > 1 else ''}"]
+    return "; ".join(lines)
 
 
 def shown(value: object) -> str:
@@ -102,6 +105,8 @@ def _describe(problem: ErrorDetails, record: type[BaseModel]) -> str:
         allowed = context["allowed"]
         path = ".".join(part for part in (path, context["field"]) if part)
         given = given if context["given"] is None else context["given"]
+        if given is MISSING:
+            return f"{path}: missing, allowed: {allowed}"
     elif problem["type"] == "literal_error":
         allowed = context["expected"]
     elif isinstance(position[-1], int):

@@ -18,7 +18,16 @@ from sampler.channels import COMPONENTS, STATE
 from sampler.errors import InputError
 from sampler.locate import find_config, find_file
 from tablegen.complaint import complaint
-from tablegen.fields import AngleRange, ComponentNames, Name, Nodes, Record, SpeedRange, refusal
+from tablegen.fields import (
+    MISSING,
+    AngleRange,
+    ComponentNames,
+    Name,
+    Nodes,
+    Record,
+    SpeedRange,
+    refusal,
+)
 from tablegen.merge import Tree, merged
 from tablegen.mesh import read_mesh
 from tablegen.pairs import MaterialPair
@@ -91,6 +100,9 @@ class TableSettings(Record):
     mirror: bool = False
 
 
+#: Names of the distances between a table and direct simulation.
+METRICS = ("ks", "sliced_wasserstein", "correlation_error", "auc")
+
 #: Accuracies by name.
 PRESETS: dict[str, dict[str, float]] = {
     "compact": {"ks": 0.04, "sliced_wasserstein": 0.025, "correlation_error": 0.06, "auc": 0.65},
@@ -139,6 +151,16 @@ class Config(Record):
         """Write out every field, defaults included; a file's own text takes its place."""
         tree = self.model_dump(mode="json", by_alias=True, exclude_none=True)
         self._text = tomli_w.dumps(tree)
+
+    @model_validator(mode="after")
+    def _aspect_where_needed(self) -> Self:
+        if self.population.lacks_aspect:
+            raise refusal(
+                "a law of the aspect ratios, which all shapes but spheres and meshes need",
+                given=MISSING,
+                field="population.aspect",
+            )
+        return self
 
     @model_validator(mode="after")
     def _within_validity(self) -> Self:
@@ -266,6 +288,34 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     tree = merged(base_tree, data)
     tree["pair"].setdefault("name", base.name)
     return _checked(tree, origin, None)
+
+
+def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | None]:
+    """Lay a scene over another configuration than that of the pair it names.
+
+    Parameters
+    ----------
+    config : Config
+        For example that of a table.
+    name_or_path : str or Path
+        A scene, which need not name a pair; or a pair file, whose laws then count as changes.
+
+    Returns
+    -------
+    config : Config
+    pair : str or None
+        The pair that the scene names, if any.
+
+    Raises
+    ------
+    InputError
+        As for `load_config`.
+    """
+    path = find_config(name_or_path)
+    tree, _ = _with_meshes_read(_parse(_read(path), path.name), path.name, path.parent)
+    named = tree.pop("pair") if isinstance(tree.get("pair"), str) else None
+    tree.pop("name", None)
+    return _checked(merged(tomllib.loads(config.text), tree), path.name, None), named
 
 
 def _base(reference: str, origin: str, directory: Path) -> Config:

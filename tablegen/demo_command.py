@@ -10,4 +10,4 @@ from tablegen.verdict import DONE, MISSED
 
 def run(output: Path, progress: bool) -> int:
     """Run ``tablegen demo``; parameters are the options of `tablegen.commands.demo`."""
-    return DONE if run_demo(output, click.echo, progress).holds else MISSED
+    return MISSED if run_demo(output, click.echo, progress).missed else DONE

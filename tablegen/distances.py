@@ -37,7 +37,7 @@ def ks_distances(sample: ArrayLike, reference: ArrayLike) -> FloatArray:
         If the shapes do not fit, a sample has fewer than two rows, or a number is not finite.
     """
     a, b = _checked(sample, reference)
-    return np.array([_ks_distance(a[:, k], b[:, k]) for k in range(a.shape[1])])
+    return np.array([abs(largest_gap(a[:, k], b[:, k])[1]) for k in range(a.shape[1])])
 
 
 def sliced_wasserstein(
@@ -76,7 +76,7 @@ def sliced_wasserstein(
     a, b = (a - mean) / scale, (b - mean) / scale
     at_a, at_b, width = _quantile_pieces(len(a), len(b))
     total = 0.0
-    for direction in _unit_directions(directions, a.shape[1], seed):
+    for direction in unit_directions(directions, a.shape[1], seed):
         # On the line the distance is the area between the two quantile functions.
         gap = np.sort(a @ direction)[at_a] - np.sort(b @ direction)[at_b]
         total += float(np.abs(gap) @ width)
@@ -132,8 +132,31 @@ def classifier_auc(sample: ArrayLike, reference: ArrayLike, seed: int = 0) -> fl
     """
     a, b = _checked(sample, reference, rows=4)
     rng = np.random.default_rng(seed)
-    train_a, test_a = _halves(a, rng)
-    train_b, test_b = _halves(b, rng)
+    of_a, of_b = classifier_scores(rng.permutation(a), rng.permutation(b), seed)
+    return float(roc_auc_score(_labels(of_a, of_b), np.concatenate((of_a, of_b))))
+
+
+def classifier_scores(
+    a: FloatArray, b: FloatArray, seed: int, trained: int | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """How much a classifier takes each state for one of the first sample; see `classifier_auc`.
+
+    Parameters
+    ----------
+    a, b : float64 arrays, shapes (n, d) and (m, d)
+        In random order.
+    seed : int
+        Of the classifier.
+    trained : int, optional
+        States a side, the first ones, from which it learns; half of them if None.
+
+    Returns
+    -------
+    two float64 arrays
+        Scores of the states from which it did not learn.
+    """
+    split_a, split_b = trained or len(a) // 2, trained or len(b) // 2
+    train_a, train_b, test_a, test_b = a[:split_a], b[:split_b], a[split_a:], b[split_b:]
     model = HistGradientBoostingClassifier(
         max_iter=150, max_leaf_nodes=63, early_stopping=False, random_state=seed % 2**32
     )
@@ -142,7 +165,7 @@ def classifier_auc(sample: ArrayLike, reference: ArrayLike, seed: int = 0) -> fl
     with threadpool_limits(limits=1, user_api="openmp"):
         model.fit(np.concatenate((train_a, train_b)), _labels(train_a, train_b))
         score = model.predict_proba(np.concatenate((test_a, test_b)))[:, 1]
-    return float(roc_auc_score(_labels(test_a, test_b), score))
+    return score[: len(test_a)], score[len(test_a) :]
 
 
 def _checked(
@@ -155,13 +178,24 @@ def _checked(
     return a, b
 
 
-def _ks_distance(a: FloatArray, b: FloatArray) -> float:
-    """Largest difference of two empirical distribution functions."""
+def largest_gap(a: FloatArray, b: FloatArray) -> tuple[float, float]:
+    """Where two empirical distribution functions differ most, and by how much there.
+
+    Parameters
+    ----------
+    a, b : float64 arrays, shapes (n,) and (m,)
+
+    Returns
+    -------
+    place, gap : float
+        The gap is that of ``a`` minus that of ``b``.
+    """
     a, b = np.sort(a), np.sort(b)
     points = np.concatenate((a, b))
     below_a = np.searchsorted(a, points, side="right") / a.size
     below_b = np.searchsorted(b, points, side="right") / b.size
-    return float(np.abs(below_a - below_b).max())
+    worst = int(np.abs(below_a - below_b).argmax())
+    return float(points[worst]), float(below_a[worst] - below_b[worst])
 
 
 def _quantile_pieces(n: int, m: int) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
@@ -175,8 +209,18 @@ def _quantile_pieces(n: int, m: int) -> tuple[NDArray[np.int64], NDArray[np.int6
     return starts // m, starts // n, (ends - starts) / (n * m)
 
 
-def _unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
-    """Directions uniform on the unit sphere, shape (count, dimension)."""
+def unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
+    """Directions uniform on the unit sphere.
+
+    Parameters
+    ----------
+    count, dimension : int
+    seed : int
+
+    Returns
+    -------
+    float64 array, shape (count, dimension)
+    """
     normal = np.random.default_rng(seed).standard_normal((count, dimension))
     return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
@@ -198,10 +242,32 @@ def correlations(values: FloatArray) -> FloatArray:
     return scaled.T @ scaled / len(values)
 
 
-def _halves(values: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Two random halves of a sample."""
-    shuffled = rng.permutation(values)
-    return shuffled[: len(values) // 2], shuffled[len(values) // 2 :]
+def correlation_variances(values: FloatArray) -> FloatArray:
+    """Variances of the estimates of correlations, times the number of states.
+
+    With z the standardised components, an estimate of r_jk moves by the mean of
+    z_j z_k - r_jk (z_j^2 + z_k^2) / 2, whose variance this is; normality is not assumed.
+    Source: Ferguson, A Course in Large Sample Theory (1996), chapter 8.
+
+    Parameters
+    ----------
+    values : float64 array, shape (n, d)
+
+    Returns
+    -------
+    float64 array, shape (d, d)
+        0 on the diagonal and for constant components.
+    """
+    moving = varies(values)
+    z = np.where(moving, values - values.mean(axis=0), 0.0) / np.where(
+        moving, values.std(axis=0), 1.0
+    )
+    squares, count = z * z, len(values)
+    r, even = z.T @ z / count, squares.T @ squares / count
+    odd = (squares * z).T @ z / count
+    fourth = np.diag(even)
+    ends = fourth[:, None] + 2.0 * even + fourth[None, :]
+    return np.maximum(even - r * (odd + odd.T) + 0.25 * r * r * ends, 0.0)
 
 
 def _labels(ones: FloatArray, zeros: FloatArray) -> NDArray[np.int64]:

@@ -3,22 +3,15 @@
 All are executors of `concurrent.futures`.
 """
 
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 from sampler.errors import InputError
+from sampler.processors import processors
 from tablegen.dask_workers import dask_workers
 
 THREADS, DASK, MPI = ENGINES = ("threads", "dask", "mpi")
-
-
-def processors() -> int:
-    """Count the processors that this process may use; a batch system may grant a part of them."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @contextmanager

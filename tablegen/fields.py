@@ -17,6 +17,10 @@ from sampler.channels import COMPONENTS
 REFUSED = "refused"
 
 
+#: What `refusal` is given for a field that must be there.
+MISSING = object()
+
+
 class Record(BaseModel):
     """Base of every part of a configuration: closed, frozen, strict, finite numbers only."""
 
@@ -31,7 +35,7 @@ def refusal(allowed: str, *, given: object = None, field: str = "") -> PydanticC
     allowed : str
         What the rule allows, to follow the word "allowed:".
     given : object, optional
-        The value to report; that of the validated field or record if None.
+        The value to report; that of the validated field or record if None. `MISSING` for none.
     field : str, optional
         Dotted path of the offending field, relative to the validated record.
 

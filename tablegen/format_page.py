@@ -9,7 +9,7 @@ import numpy as np
 from sampler.atomic import write_text
 from sampler.errors import InputError
 from sampler.image_layout import layout_text
-from sampler.layout import ATTRIBUTES, DATASETS, Dataset
+from sampler.layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, Dataset
 from sampler.locate import data_directory
 
 #: File name of the page, in the folder of the tables.
@@ -31,7 +31,8 @@ def datasets_text() -> str:
 def attributes_text() -> str:
     """Root attributes of a table file as a Markdown table."""
     head = ["| attribute | type | meaning |", "|---|---|---|"]
-    rows = [f"| `{name}` | {kind.__name__} | {what} |" for name, (kind, what) in ATTRIBUTES.items()]
+    both = {**ATTRIBUTES, **OPTIONAL_ATTRIBUTES}
+    rows = [f"| `{name}` | {kind.__name__} | {what} |" for name, (kind, what) in both.items()]
     return "\n".join(head + rows) + "\n"
 
 

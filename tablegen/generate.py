@@ -1,6 +1,7 @@
 """Make a table: choose sizes and nodes, fit them, measure the accuracy, write the file."""
 
 import time
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,11 +12,13 @@ from sampler.table import Table
 from tablegen.accuracy import Comparison
 from tablegen.assembly import accuracy_datasets, assemble
 from tablegen.choices import GENERATE_CONDITIONS
+from tablegen.conditions import pick_conditions
 from tablegen.config import Config
 from tablegen.fitting.axes import make_axes
-from tablegen.measure import measure, pick_conditions
+from tablegen.measure import measure
 from tablegen.pieces import PieceStore
 from tablegen.plan import make_plan
+from tablegen.processor import processor
 from tablegen.software import software
 from tablegen.workshop import Workshop
 
@@ -50,12 +53,14 @@ def generate(
     executor: Executor | None = None,
     conditions: int = GENERATE_CONDITIONS,
     progress: bool = False,
+    before: Callable[[], None] = lambda: None,
 ) -> Generated:
     """Generate a table and write it.
 
     Finished nodes and trials are kept in ``OUTPUT.parts`` until the table is complete, so that an
-    interrupted run can be resumed. The bytes of the table depend on the configuration and the
-    versions of the software only.
+    interrupted run can be resumed. The bytes of the table depend on the configuration, the versions
+    of the software and the kind of processor. The kinds that took part are written into it; if
+    there are several, another run may differ from it in last digits.
 
     Parameters
     ----------
@@ -70,6 +75,8 @@ def generate(
         Number of conditions between the nodes at which the accuracy is measured and stored.
     progress : bool
         Show progress bars on standard error.
+    before : callable
+        Called once everything is checked, before any work is done.
 
     Returns
     -------
@@ -83,6 +90,7 @@ def generate(
     path = check_output(output)
     store = PieceStore(path, f"{software()}\n{config.text}", resume)
     shop = Workshop(store, executor, progress)
+    before()
     plan = make_plan(config, shop)
     contents = assemble(config, make_axes(config, plan.placement.grid), plan.nodes)
     table = Table(contents)
@@ -95,7 +103,11 @@ def generate(
         progress=progress,
     )
     measured = accuracy_datasets(comparisons, len(contents.components))
-    contents = replace(contents, datasets={**contents.datasets, **measured})
+    contents = replace(
+        contents,
+        datasets={**contents.datasets, **measured},
+        processors=tuple(sorted(shop.processors | {processor()})),
+    )
     write_table(path, contents)
     store.discard()
     seconds = {**shop.seconds, "measurement": time.perf_counter() - begin}

@@ -5,11 +5,13 @@ from pathlib import Path
 
 import click
 
+from sampler.processors import processors
 from tablegen.config import load_config
-from tablegen.executors import open_executor
+from tablegen.decision import judge
+from tablegen.estimate import cost_text, estimate, rebound_seconds
+from tablegen.executors import MPI, open_executor
 from tablegen.generate import generate as generate_table
-from tablegen.identity import identity_text
-from tablegen.measure import missed_targets
+from tablegen.identity import identity_text, several_processors
 from tablegen.summary import accuracy_text, time_text
 from tablegen.verdict import verdict
 
@@ -31,6 +33,14 @@ def run(
     def say(line: str) -> None:
         click.echo(f"tablegen: note: {line}", err=True)
 
+    def tell_cost() -> None:
+        if not progress:
+            return
+        # how many work elsewhere is not known here
+        here = executor != MPI and scheduler is None
+        cost = estimate(settings, rebound_seconds(settings), conditions)
+        say(cost_text(cost, workers or processors() if here else None))
+
     try:
         with open_executor(
             executor, workers=workers, scheduler=scheduler, ranks=ranks, say=say
@@ -42,10 +52,15 @@ def run(
                 executor=pool,
                 conditions=conditions,
                 progress=progress,
+                before=tell_cost,
             )
     except KeyboardInterrupt:
         raise click.Abort(f"the same command with --resume continues from {output}.parts") from None
-    click.echo(identity_text(made.table.contents))
+    contents = made.table.contents
+    if len(contents.processors) > 1:
+        say(several_processors(contents))
+    click.echo(identity_text(contents))
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
-    return verdict(missed_targets(made.comparisons, settings.accuracy))
+    judged = judge(made.comparisons, settings.accuracy)
+    return verdict(judged.missed, judged.undecided)

@@ -33,21 +33,38 @@ def identity(contents: TableContents) -> dict[str, Any]:
         "components": list(contents.components),
         "alpha_deg": contents["axes/alpha_deg"].tolist(),
         "speed": contents["axes/speed"].tolist(),
+        "speed_independent": contents.speed_independent,
         "mixture_components": arrays.n_components,
         "quantile_knots": arrays.n_knots,
         "seed": contents.seed,
         "software_version": contents.software_version,
         "content_sha256": contents.content_sha256,
+        "processors": list(contents.processors),
         "bytes_in_memory": bytes_of((arrays, *kept.values())),
         "worst": {name: float(accuracy[name].max()) for name in errors} if measured else None,
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
 
 
+def several_processors(contents: TableContents) -> str:
+    """Say that processors of several kinds made a table, and what follows from it."""
+    count = len(contents.processors)
+    return f"made on processors of {count} kinds: made again, last digits may differ"
+
+
+def _processor_lines(contents: TableContents) -> list[str]:
+    """Kinds of processor that made a table, for people."""
+    kinds = contents.processors or ("not recorded",)
+    if len(kinds) == 1:
+        return [f"made on           {kinds[0]}"]
+    return [several_processors(contents), *(f"made on           {kind}" for kind in kinds)]
+
+
 def identity_text(contents: TableContents) -> str:
     """Say what a table is, as `identity` does, for people."""
     facts = identity(contents)
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
+    anywhere = ", the same at any speed" if facts["speed_independent"] else ""
     measured = "nothing"
     if worst is not None:
         measured = (
@@ -59,13 +76,14 @@ def identity_text(contents: TableContents) -> str:
         [
             f"pair              {facts['pair']}",
             f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
-            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes",
+            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}",
             f"a draw gives      {', '.join(facts['components'])}",
             f"mixture           {facts['mixture_components']} components a node",
             f"quantile knots    {facts['quantile_knots']}",
             f"seed              {facts['seed']}",
             f"software          rebound-tables {facts['software_version']}",
             f"content SHA-256   {facts['content_sha256']}",
+            *_processor_lines(contents),
             f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
             f"measured          {measured}",
         ]

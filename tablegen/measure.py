@@ -1,30 +1,36 @@
-"""Accuracy of a table at conditions between its nodes, against fresh direct simulation."""
+"""Accuracy of a table at some conditions, against fresh direct simulation."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
-from sampler.arrays import Axis
+from sampler.processors import processors
 from sampler.table import Table
-from tablegen.accuracy import Comparison, compare
+from tablegen.accuracy import Comparison, compare, sharpened
 from tablegen.components import simulated_components
 from tablegen.config import AccuracyTargets, Config
-from tablegen.simulate import simulate_configured
+from tablegen.decision import LOOKS, undecided_metrics
+from tablegen.progress import bar
+from tablegen.simulate import simulate
 
 #: Least number of states a side in a comparison, and this over the square of the declared
 #: Kolmogorov-Smirnov distance where that is more: noise is then a third of what is declared.
 _LEAST_SAMPLES = 100_000
 _SAMPLES = 40.0
 
+#: Each further look at an undecided comparison has so many times as many states, up to the limit:
+#: four million take a gigabyte and half a minute.
+_MORE = 3
+_MOST_SAMPLES = 4_000_000
+
 #: Streams from here on belong to measurements; nodes use those below.
 FIRST_STREAM = 2**31
 
-#: A condition keeps this distance, in units of a cell, from the nodes of an axis.
-_MARGIN = 0.2
+FloatArray = NDArray[np.float64]
 
 
 def sample_size(targets: AccuracyTargets) -> int:
@@ -44,43 +50,6 @@ def sample_size(targets: AccuracyTargets) -> int:
     return max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2))
 
 
-def pick_conditions(table: Table, count: int, seed: int) -> list[tuple[float, float]]:
-    """Choose conditions well inside the cells between nodes.
-
-    They are a Latin hypercube in the fractional node index: any cell is as likely as another,
-    small cells near grazing included, and both axes are covered evenly.
-
-    Parameters
-    ----------
-    table : Table
-    count : int
-    seed : int
-
-    Returns
-    -------
-    list of (alpha_deg, speed)
-    """
-    if count == 0:
-        return []
-    rng = np.random.Generator(np.random.Philox(key=[seed, FIRST_STREAM]))
-    strata = np.column_stack([np.arange(count), rng.permutation(count)])
-    points = (strata + rng.random((count, 2))) / count
-    alpha = np.rad2deg(_between_nodes(points[:, 0], table.arrays.alpha))
-    speed = _between_nodes(points[:, 1], table.arrays.speed)
-    return [(float(a), float(v)) for a, v in zip(alpha, speed, strict=True)]
-
-
-def _between_nodes(u: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
-    """Map uniform numbers to values between nodes; an axis of one node has only that value."""
-    cells = axis.nodes - 1
-    if cells == 0:
-        return np.full(len(u), axis.first)
-    cell, fraction = np.divmod(u * cells, 1.0)
-    index = np.minimum(cell, cells - 1) + _MARGIN + (1.0 - 2.0 * _MARGIN) * fraction
-    steps = axis.origin + np.arange(len(axis.coordinate)) / axis.scale
-    return np.interp(index, axis.coordinate, steps)
-
-
 def measure(
     table: Table,
     config: Config,
@@ -88,9 +57,13 @@ def measure(
     *,
     seed: int,
     samples: int | None = None,
+    targets: AccuracyTargets | None = None,
     progress: bool = False,
 ) -> list[Comparison]:
     """Compare a table with direct simulation at some conditions.
+
+    Where a distance can neither be said to hold nor to be missed, it is measured again with three
+    times, then nine times as many states.
 
     Parameters
     ----------
@@ -101,7 +74,9 @@ def measure(
     seed : int
         Of the simulation, of the draws and of the metrics.
     samples : int, optional
-        States a side; by default as many as the declared accuracy needs.
+        States a side at first; by default as many as the accuracy needs.
+    targets : AccuracyTargets, optional
+        Accuracy that is asked for; the declared one by default.
     progress : bool
         Show a progress bar on standard error.
 
@@ -109,74 +84,74 @@ def measure(
     -------
     list of Comparison, in the order of the conditions
     """
-    samples = samples or sample_size(config.accuracy)
-    bar = tqdm(total=len(conditions), desc="validating", unit="condition", disable=not progress)
+    targets = targets or config.accuracy
+    samples = samples or sample_size(targets)
+
+    def compared(k: int) -> Comparison:
+        return Place(table, config, *conditions[k], seed, k).compared(samples, targets)
+
+    counted = bar(progress, "condition", total=len(conditions), desc="validating")
     found = []
-    # one thread: sums in another order would change the last bit of what a table says of itself
-    with bar, threadpool_limits(limits=1, user_api="blas"):
-        for comparison in _comparisons(table, config, conditions, seed, samples):
+    # one thread each: sums in another order would change the last bit of what a table stores
+    with counted, threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
+        for comparison in pool.map(compared, range(len(conditions))):
             found.append(comparison)
-            bar.update()
+            counted.update()
     return found
 
 
-def _comparisons(
-    table: Table,
-    config: Config,
-    conditions: Sequence[tuple[float, float]],
-    seed: int,
-    samples: int,
-) -> Iterator[Comparison]:
-    """Comparisons in order; the next condition is simulated while one is being compared."""
+@dataclass(frozen=True)
+class Place:
+    """A condition at which a table is compared with direct simulation.
 
-    def states(k: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        alpha_deg, speed = conditions[k]
-        direct = simulate_configured(
-            config, alpha_deg, speed, samples, seed=seed, stream=FIRST_STREAM + k, threads=1
-        )
-        drawn = table.sample(
-            np.radians(alpha_deg), speed, seed=seed, hit=k, index=np.arange(samples)
-        )
-        return drawn, simulated_components(direct, table.components)
-
-    if not conditions:
-        return
-    with ThreadPoolExecutor(1) as pool:
-        following = pool.submit(states, 0)
-        for k, (alpha_deg, speed) in enumerate(conditions):
-            drawn, direct = following.result()
-            if k + 1 < len(conditions):
-                following = pool.submit(states, k + 1)
-            yield compare(
-                drawn, direct, alpha_deg, speed, seed=seed % 2**32, components=table.components
-            )
-
-
-def missed_targets(comparisons: Sequence[Comparison], targets: AccuracyTargets) -> list[str]:
-    """One line for each accuracy that was missed, with its worst condition.
-
-    Parameters
+    Attributes
     ----------
-    comparisons : sequence of Comparison
-    targets : AccuracyTargets
-
-    Returns
-    -------
-    list of str
-        Empty if the declared accuracy holds at every condition.
+    table : Table
+    config : Config
+    alpha_deg, speed : float
+    seed : int
+    number : int
+        Keeps places that share a seed apart: of the stream of the simulation, and hit of the draws.
     """
-    lines = []
-    for name, value in (
-        ("ks", lambda c: max(c.ks)),
-        ("sliced_wasserstein", lambda c: c.sliced_wasserstein),
-        ("correlation_error", lambda c: c.correlation_error),
-        ("auc", lambda c: c.auc),
-    ):
-        worst = max(comparisons, key=value)
-        declared = getattr(targets, name)
-        if not value(worst) <= declared:
-            lines.append(
-                f"{name}: {value(worst):.4f} at {worst.alpha_deg:.2f} degrees, "
-                f"{worst.speed:.1f} m/s, declared at most {declared:g}"
-            )
-    return lines
+
+    table: Table
+    config: Config
+    alpha_deg: float
+    speed: float
+    seed: int
+    number: int
+
+    def states(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """States drawn from the table, and simulated ones; the first are the same for any count."""
+        alpha1, index = np.radians(self.alpha_deg), np.arange(count)
+        direct = simulate(
+            self.config,
+            alpha1,
+            self.speed,
+            count,
+            seed=self.seed,
+            stream=FIRST_STREAM + self.number,
+            threads=1,
+        )
+        drawn = self.table.sample(
+            alpha1, self.speed, seed=self.seed, hit=self.number, index=index, threads=1
+        )
+        return drawn, simulated_components(direct, self.table.components)
+
+    def compared(self, samples: int, targets: AccuracyTargets) -> Comparison:
+        """Compare, with more states until everything is decided or there are too many."""
+        seed = self.seed % 2**32
+        comparison = compare(
+            *self.states(samples),
+            self.alpha_deg,
+            self.speed,
+            seed=seed,
+            components=self.table.components,
+        )
+        for look in range(1, LOOKS):
+            count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))
+            unclear = undecided_metrics(comparison, targets)
+            if not unclear or count <= comparison.states:
+                break
+            comparison = sharpened(comparison, *self.states(count), unclear, seed)
+        return comparison

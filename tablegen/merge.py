@@ -15,10 +15,11 @@ _NODES_OF_RANGE = {"alpha_deg": "alpha_nodes_deg", "speed": "speed_nodes"}
 def merged(base: Tree, changes: Tree) -> Tree:
     """Content of a pair file with a scene's changes laid over it; neither is modified.
 
-    Tables are merged field by field, everything else is replaced, with two exceptions. A table
+    Tables are merged field by field, everything else is replaced, with three exceptions. A table
     that changes its kind (another ``law``, ``distribution`` or ``preset``) replaces the old one
-    whole, because the old one's numbers mean nothing to it. And a changed range of the domain does
-    not inherit the nodes that were chosen for the old range.
+    whole, because the old one's numbers mean nothing to it. A changed range of the domain does not
+    inherit the nodes that were chosen for the old range. And a ``dimension`` does not inherit the
+    components that were listed for another.
 
     Parameters
     ----------
@@ -29,7 +30,8 @@ def merged(base: Tree, changes: Tree) -> Tree:
     -------
     dict
     """
-    return _overlaid(_without_stale_nodes(base, changes), changes)
+    kept = _without_stale_components(_without_stale_nodes(base, changes), changes)
+    return _overlaid(kept, changes)
 
 
 def _overlaid(base: Tree, changes: Tree) -> Tree:
@@ -55,3 +57,11 @@ def _without_stale_nodes(base: Tree, changes: Tree) -> Tree:
     stale = {_NODES_OF_RANGE[field] for field in domain if field in _NODES_OF_RANGE}
     kept = {field: value for field, value in table.items() if field not in stale}
     return {**base, "table": kept}
+
+
+def _without_stale_components(base: Tree, changes: Tree) -> Tree:
+    """Leave out the components of a domain whose dimension the changes name."""
+    new, old = changes.get("domain"), base.get("domain")
+    if not isinstance(new, dict) or not isinstance(old, dict) or "dimension" not in new:
+        return base
+    return {**base, "domain": {k: value for k, value in old.items() if k != "components"}}

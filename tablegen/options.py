@@ -1,7 +1,6 @@
 """Types of command-line values that refuse what cannot be used, in one line."""
 
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -116,16 +115,11 @@ TABLE = Named(".h5")
 CONFIG = Named(".toml")
 
 
-def _shown(_: click.Context, __: click.Parameter, asked: bool | None) -> bool:
-    return sys.stderr.isatty() if asked is None else asked
-
-
-#: Adds the argument ``progress`` to a command: whether bars are shown.
+#: Adds the argument ``progress`` to a command: whether it says how far it is.
 progress = click.option(
     "--progress/--quiet",
-    default=None,
-    callback=_shown,
-    help="Progress bars; by default if standard error is a terminal.",
+    default=True,
+    help="Say how far it is: a bar on a terminal, else a line every half minute.",
 )
 
 

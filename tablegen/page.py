@@ -1,26 +1,24 @@
 """A validation as one HTML page that needs no network."""
 
+from collections.abc import Sequence
+from html import escape
+
 from tablegen.accuracy import Comparison
 from tablegen.markup import html_page, html_table, verdict
+from tablegen.summary import HEAD, closing_rows, metric_row
 from tablegen.validate import Validation
+from tablegen.validation_text import certainty_line, coverage_lines, whose
+from tablegen.verdict import verdict_words
 
 
-def _distances(validation: Validation) -> str:
-    head = ["impact angle", "speed", "KS", "sliced Wasserstein", "correlation", "AUC"]
-    rows = [
-        [
-            f"{c.alpha_deg:.2f}°",
-            f"{c.speed:.1f} m/s",
-            f"{max(c.ks):.4f}",
-            f"{c.sliced_wasserstein:.4f}",
-            f"{c.correlation_error:.4f}",
-            f"{c.auc:.3f}",
-        ]
-        for c in validation.comparisons
-    ]
-    d = validation.declared
-    limits = [d.ks, d.sliced_wasserstein, d.correlation_error, d.auc]
-    return html_table(head, [*rows, ["declared", "", *(f"{x:g}" for x in limits)]])
+def _distances(comparisons: Sequence[Comparison], validation: Validation) -> str:
+    head = ["impact angle [degrees]", "speed [m/s]", *HEAD[2:]]
+    rows = [metric_row(c) for c in comparisons]
+    accuracies = validation.declared, validation.asked
+    for name, values in closing_rows(comparisons, *accuracies, len(validation.measured)):
+        texts = [cell for value in values[:-1] for cell in (f"{value:.4f}", "")]
+        rows.append([name, "", "", *texts, f"{values[-1]:.3f}"])
+    return html_table(head, rows)
 
 
 def _details(c: Comparison) -> str:
@@ -57,14 +55,16 @@ def validation_page(validation: Validation) -> str:
     str
     """
     details = "".join(_details(c) for c in validation.comparisons)
-    holds = verdict(
-        "The declared accuracy holds at every condition.",
-        "The declared accuracy is missed:",
-        validation.missed,
-    )
+    words = verdict_words(validation.missed, validation.undecided, whose(validation))
+    holds = verdict(words, words, [*validation.missed, *validation.undecided])
+    told = [*coverage_lines(validation), certainty_line()]
+    nodes = ""
+    if validation.nodes:
+        nodes = f"<h2>At the nodes that looked worst</h2>{_distances(validation.nodes, validation)}"
     return html_page(
         f"Validation of {validation.table}",
-        f"{holds}<p>Seed {validation.seed}; content SHA-256 "
+        f"{holds}{''.join(f'<p>{escape(line)}</p>' for line in told)}<p>Content SHA-256 "
         f"<code>{validation.content_sha256}</code></p><h2>Distances to direct simulation</h2>"
-        f"{_distances(validation)}<h2>Means and most probable values</h2>{details}",
+        f"{_distances(validation.comparisons, validation)}{nodes}"
+        f"<h2>Means and most probable values</h2>{details}",
     )

@@ -1,5 +1,6 @@
 """Particle populations: shapes and meshes with weights, and the law of the aspect ratios."""
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, NamedTuple, Self
 
@@ -15,17 +16,7 @@ from tablegen.directions import SLACK
 from tablegen.fields import AspectPair, AspectRange, Record, Text, refusal
 from tablegen.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
 from tablegen.model.directions import most_listed
-from tablegen.model.shapes import MeshArguments
-
-#: Shape numbers in kernels and output files.
-SHAPE_CODES = {
-    "ellipsoid": 0,
-    "prism": 1,
-    "truncated-prism": 2,
-    "tetrahedron": 3,
-    "sphere": 4,
-    "mesh": 5,
-}
+from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES, MeshArguments
 
 #: Least probability that the range of a truncated normal law must hold. Below it the law would
 #: be all tail, and the normal quantile would lose the digits that tell its ends apart.
@@ -38,7 +29,7 @@ class PopulationArguments(NamedTuple):
     """A population as arrays and numbers, for kernels."""
 
     #: int64, (n,): entries of `SHAPE_CODES` with positive weight, increasing; mesh k has the
-    #: code SHAPE_CODES["mesh"] + k.
+    #: code `FIRST_MESH` + k.
     shape_codes: NDArray[np.int64]
     #: float64, (n,): running sum of their shares; the last is exactly 1.
     cumulative_weights: NDArray[np.float64]
@@ -170,10 +161,14 @@ def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
 class Population(Record):
     """Shapes with weights, aspect ratios, how far prisms are truncated, and meshes."""
 
-    #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner.
-    truncation: Annotated[float, Field(gt=0.0, lt=1.0)]
-    shapes: ShapeWeights
-    aspect: Annotated[TruncatedNormalAspect | FixedAspect, Field(discriminator="distribution")]
+    #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner. By
+    #: default as of a regular truncated cube.
+    truncation: Annotated[float, Field(gt=0.0, lt=1.0)] = 2.0 - math.sqrt(2.0)
+    shapes: ShapeWeights = ShapeWeights()
+    #: Of all shapes but spheres; meshes have their own.
+    aspect: Annotated[
+        TruncatedNormalAspect | FixedAspect | None, Field(discriminator="distribution")
+    ] = None
     meshes: Annotated[tuple[MeshShape, ...], BeforeValidator(_tables)] = ()
 
     @model_validator(mode="after")
@@ -185,6 +180,11 @@ class Population(Record):
                 field="shapes",
             )
         return self
+
+    @property
+    def lacks_aspect(self) -> bool:
+        """Whether a shape needs aspect ratios, and no law of them is given."""
+        return self.aspect is None and bool(self.shapes.positive().keys() - {"sphere"})
 
     def _weighty_meshes(self) -> tuple[MeshShape, ...]:
         """Meshes with positive weight."""
@@ -282,15 +282,26 @@ class Population(Record):
         Returns
         -------
         PopulationArguments
+
+        Raises
+        ------
+        InputError
+            If a shape needs aspect ratios, and the population has no law of them.
         """
+        if self.lacks_aspect:
+            shapes = ", ".join(name for name in self.shapes.positive() if name != "sphere")
+            raise InputError(
+                f"aspect: missing for {shapes}, allowed: [population.aspect], or fixed ratios"
+            )
+        aspect = self.aspect or FixedAspect(distribution="fixed", values=(1.0, 1.0))
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
         codes = [SHAPE_CODES[name] for name in weights]
-        codes += [SHAPE_CODES["mesh"] + k for k in range(len(meshes))]
+        codes += [FIRST_MESH + k for k in range(len(meshes))]
         return PopulationArguments(
             shape_codes=np.array(codes, dtype=np.int64),
             cumulative_weights=shares / shares[-1],
             truncation=self.truncation,
-            aspect=self.aspect.kernel_rows(),
+            aspect=aspect.kernel_rows(),
             meshes=_mesh_arguments([mesh.particle() for mesh in meshes]),
         )

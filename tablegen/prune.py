@@ -21,9 +21,7 @@ from sampler.errors import InputError
 from sampler.kernel import locate
 from sampler.schema import TableContents, write_table
 from sampler.table import load
-from tablegen.config import Config, parse_config
-
-_METRICS = ("ks", "sliced_wasserstein", "correlation_error", "auc")
+from tablegen.config import METRICS, Config, parse_config
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
@@ -77,7 +75,9 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     )
 
 
-def prune(name_or_path: str | Path, scene: Config, output: str | Path) -> TableContents:
+def prune(
+    name_or_path: str | Path, scene: Config, output: str | Path, origin: str = "scene"
+) -> TableContents:
     """Cut a table to a scene and write it.
 
     Parameters
@@ -85,8 +85,11 @@ def prune(name_or_path: str | Path, scene: Config, output: str | Path) -> TableC
     name_or_path : str or Path
         Name of a table that comes with the package, or path of a .h5 file.
     scene : Config
+        Complete; `tablegen.config.scene_over` makes one of any scene and the table's own.
     output : str or Path
         The .h5 file to write.
+    origin : str
+        Where the scene comes from, to open an error message.
 
     Returns
     -------
@@ -99,7 +102,7 @@ def prune(name_or_path: str | Path, scene: Config, output: str | Path) -> TableC
         As for `pruned`; also if a file cannot be read or written.
     """
     path = check_output(output)
-    contents = pruned(load(name_or_path).contents, scene, scene.name)
+    contents = pruned(load(name_or_path).contents, scene, origin)
     write_table(path, contents)
     return contents
 
@@ -118,6 +121,8 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
             allowed = f"some of {', '.join(contents.components)}, which the table has"
             raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
     for field, nodes in (("alpha_deg", "axes/alpha_deg"), ("speed", "axes/speed")):
+        if field == "speed" and contents.speed_independent:
+            continue
         low, high = getattr(scene.domain, field)
         first, last = contents[nodes][0], contents[nodes][-1]
         if not first <= low <= high <= last:
@@ -125,7 +130,7 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
                 f"{origin}: domain.{field}: got [{low:g}, {high:g}], "
                 f"allowed: inside [{first:g}, {last:g}], which the table covers"
             )
-    for metric in _METRICS:
+    for metric in METRICS:
         wanted, declared = getattr(scene.accuracy, metric), getattr(own.accuracy, metric)
         if wanted < declared:
             raise InputError(

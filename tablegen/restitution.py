@@ -67,6 +67,11 @@ class _Restitution(Record):
     range is refused when it is read.
     """
 
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a_nc, and with it the rebound statistics, depend on the contact speed."""
+        return False
+
     def coordinate(self, speed: ArrayLike) -> FloatArray:
         """Abscissa for interpolation in impact speed; here for a law that ignores the speed.
 
@@ -102,6 +107,11 @@ class ExponentialRestitution(_Restitution):
     exponent: Annotated[float, Field(gt=0.0, le=10.0)]
     valid_speed: SpeedRange | None = None
     source: Text
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a_nc depends on the contact speed: yes."""
+        return True
 
     def coordinate(self, speed: ArrayLike) -> FloatArray:
         """Abscissa for interpolation in impact speed: exp(-coefficient speed^exponent).
@@ -202,6 +212,11 @@ class PowerRestitution(_Restitution):
     valid_speed: SpeedRange | None = None
     source: Text
 
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a_nc depends on the contact speed: yes."""
+        return True
+
     def coordinate(self, speed: ArrayLike) -> FloatArray:
         """Abscissa for interpolation in impact speed: (speed / reference_speed)^(-exponent).
 
@@ -261,6 +276,11 @@ class TabulatedRestitution(_Restitution):
                     raise refusal("a number from 0 to 1", given=number, field=f"value[{i}][{j}]")
         return self
 
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a_nc depends on the contact speed: where a row has two values."""
+        return any(len(set(row)) > 1 for row in self.value)
+
     def coordinate(self, speed: ArrayLike) -> FloatArray:
         """Abscissa for interpolation in impact speed: 1 / speed.
 
@@ -277,7 +297,7 @@ class TabulatedRestitution(_Restitution):
         float64 array
             Shape of `speed`, strictly falling.
         """
-        if len(self.speed) == 1:
+        if not self.depends_on_speed:
             return super().coordinate(speed)
         return 1.0 / np.asarray(speed, dtype=np.float64)
 

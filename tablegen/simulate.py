@@ -4,22 +4,24 @@ A particle is keyed by (seed, stream, index), so the result does not depend on t
 threads or on how the particles are split into batches.
 """
 
-import os
+import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from sampler.errors import InputError
+from sampler.processors import processors
 from tablegen.config import Config
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.batch import simulate_batch
+from tablegen.model.batch import simulate_audited, simulate_batch
 from tablegen.model.rebound import COLLISION_ALARM, Condition
 from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
+from tablegen.progress import bar
+from tablegen.rounded import cosine_and_sine
 
 #: Particles in one piece of work: small enough to share out, large enough to forget Python.
 BATCH = 5_000
@@ -47,7 +49,7 @@ class Simulation:
     collisions : (n,) int64
         Number of collisions of each rebound.
     shape : (n,) int64
-        Codes of `tablegen.particles.SHAPE_CODES`.
+        Codes of `tablegen.model.shapes.SHAPE_CODES`.
     aspect : (n, 2) float64
         b / a and c / b.
     energy : (n, 2) float64
@@ -112,14 +114,16 @@ def make_condition(
     if not 1e-14 <= tolerance <= 1e-4:
         raise InputError(f"tolerance: got {tolerance:g}, allowed: 1e-14 to 1e-4")
     wx, wy, wz = (float(x) for x in spin)
-    steepness = float(np.sin(alpha1))
+    cosine, sine = cosine_and_sine(alpha1)
     # from its greatest height to its least, turning all the way
-    turned = float(np.linalg.norm(spin)) * 2.0 / steepness
+    turned = math.sqrt(wx * wx + wy * wy + wz * wz) * 2.0 / sine
     return Condition(
         alpha1,
+        cosine,
+        sine,
         float(speed),
         (wx, wy, wz),
-        float(resolution) * min(1.0, steepness / GRAZING),
+        float(resolution) * min(1.0, sine / GRAZING),
         float(tolerance) / max(1.0, turned / MANY_TURNS),
     )
 
@@ -134,7 +138,7 @@ def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
         raise InputError(f"stream: got {stream}, allowed: 0 to 2**32 - 1")
     if threads is not None and threads < 1:
         raise InputError(f"threads: got {threads}, allowed: 1 or more")
-    return threads or os.cpu_count() or 1
+    return threads or processors()
 
 
 def unfinished(particle: int, seed: int, stream: int) -> RuntimeError:
@@ -163,7 +167,7 @@ def _batches(count: int) -> Iterator[slice]:
         yield slice(start, min(start + BATCH, count))
 
 
-def simulate(
+def simulate_condition(
     pair: MaterialPair,
     population: Population,
     condition: Condition,
@@ -175,7 +179,9 @@ def simulate(
     progress: bool = False,
     audited: bool = False,
 ) -> Simulation:
-    """Simulate the rebounds of ``count`` random particles at one impact condition.
+    """Simulate the rebounds of ``count`` random particles, with every setting given by itself.
+
+    `simulate` takes them from a configuration.
 
     Parameters
     ----------
@@ -217,42 +223,62 @@ def simulate(
     def work(part: slice) -> tuple[int, NDArray[np.float64]]:
         audit = np.zeros_like(result.audit)
         arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
-        stuck = simulate_batch(law, people, condition, keys, part.start, *arrays, audit)
+        run = (law, people, condition, keys, part.start, *arrays)
+        stuck = simulate_audited(*run, audit) if audited else simulate_batch(*run)
         if stuck >= 0:
             raise unfinished(stuck, seed, stream)
         return part.stop - part.start, audit
 
-    bar = tqdm(
-        total=count, unit="rebound", unit_scale=True, disable=not progress, desc="simulating"
-    )
-    with bar, ThreadPoolExecutor(workers) as pool:
+    counted = bar(progress, "rebound", total=count, unit_scale=True, desc="simulating")
+    with counted, ThreadPoolExecutor(workers) as pool:
         for done in as_completed([pool.submit(work, part) for part in _batches(count)]):
             size, audit = done.result()
             np.maximum(result.audit, audit, out=result.audit)
-            bar.update(size)
+            counted.update(size)
     result.shape[:] = kind[:, 0]
     return result
 
 
-def simulate_configured(
+def simulate(
     config: Config,
-    alpha_deg: float,
+    alpha1: float,
     speed: float,
     count: int,
     *,
     seed: int,
-    stream: int,
+    spin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    population: Population | None = None,
+    stream: int = 0,
     threads: int | None = None,
+    progress: bool = False,
 ) -> Simulation:
-    """Simulate one condition with the pair, population and numerics of a configuration.
+    """Simulate the rebounds of random particles at one impact condition.
+
+    Laws, particles and numerical parameters are those of the configuration.
 
     Parameters
     ----------
     config : Config
-    alpha_deg, speed : float
-        Impact angle [degrees] and speed [m/s].
-    count, seed, stream, threads
-        As for :func:`simulate`.
+        From `tablegen.load_config`.
+    alpha1 : float
+        Impact angle [rad] from the wall, in (0, pi/2].
+    speed : float
+        Impact speed V [m/s], positive.
+    count : int
+        Number of particles, positive.
+    seed : int
+        0 to 2**64 - 1. Particle i is the same for any count and any number of threads.
+    spin : tuple of three floats
+        Angular velocity before the impact times a / V, wall axes.
+    population : Population, optional
+        Other particles than the configuration's, for example
+        ``config.population.restricted_to("sphere")``.
+    stream : int
+        0 to 2**32 - 1; keeps conditions that share a seed independent.
+    threads : int, optional
+        Default: one a processor.
+    progress : bool
+        Show a progress bar on standard error.
 
     Returns
     -------
@@ -260,21 +286,21 @@ def simulate_configured(
 
     Raises
     ------
-    InputError, RuntimeError
-        As for :func:`simulate`.
+    InputError
+        If an argument is out of range.
+    RuntimeError
+        If a particle is still in contact after 10**8 collisions.
     """
     condition = make_condition(
-        np.radians(alpha_deg),
-        speed,
-        resolution=config.model.contact_resolution,
-        tolerance=config.model.tolerance,
+        alpha1, speed, spin, config.model.contact_resolution, config.model.tolerance
     )
-    return simulate(
+    return simulate_condition(
         config.pair,
-        config.population,
+        population or config.population,
         condition,
         count,
         seed=seed,
         stream=stream,
         threads=threads,
+        progress=progress,
     )

@@ -13,7 +13,7 @@ from sampler.locate import find_file
 from tablegen.config import load_config
 from tablegen.mesh import read_mesh
 from tablegen.particles import Population
-from tablegen.simulate import Simulation, make_condition, simulate
+from tablegen.simulate import Simulation, make_condition, simulate_condition
 from tablegen.statistics import simulate_statistics, statistics_of
 from tablegen.verdict import DONE
 
@@ -49,7 +49,7 @@ def run(
     if output is None:
         statistics = simulate_statistics(*task, seed=seed, threads=threads, progress=progress)
     else:
-        result = simulate(*task, seed=seed, threads=threads, progress=progress)
+        result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
         statistics = statistics_of(result)
         _write_rebounds(output, result)
     if statistics_file is not None:

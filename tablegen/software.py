@@ -1,6 +1,7 @@
-"""What decides the bits of a piece, besides its arguments: our sources and the libraries below.
+"""What decides a piece, besides its arguments: our sources and the libraries below.
 
-Pieces made by other software are neither resumed from nor accepted from a worker.
+Pieces made by other software are neither resumed from nor accepted from a worker. The kind of
+processor (`tablegen.processor`) decides no more than last digits; it is recorded.
 """
 
 import hashlib
@@ -35,7 +36,7 @@ def _libraries() -> str:
 def software() -> str:
     """Versions of all software that a piece depends on, in one line.
 
-    Two machines with the same line give the same bytes, if their processors make the linear
-    algebra library choose the same code.
+    Two machines with the same line make the same pieces, and the same bytes if their processors
+    are of one kind: see `tablegen.processor.processor`.
     """
     return f"rebound-tables {sampler.__version__} (sources {_sources()}), {_libraries()}"

@@ -11,12 +11,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial, reduce
 
 import numpy as np
-from tqdm import tqdm
 
 from tablegen.model.batch import simulate_batch
 from tablegen.model.rebound import Condition
 from tablegen.pairs import MaterialPair
 from tablegen.particles import Population
+from tablegen.progress import bar
 from tablegen.run_statistics import RunStatistics, merge, summarise
 from tablegen.simulate import BATCH, Simulation, check_run, unfinished
 
@@ -59,7 +59,6 @@ def _batch_statistics(
         collisions,
         kind,
         energy,
-        np.empty(0),
     )
     if stuck >= 0:
         raise unfinished(stuck, seed, stream)
@@ -95,8 +94,8 @@ def simulate_statistics(
 ) -> RunStatistics:
     """Simulate ``count`` rebounds and keep their statistics only.
 
-    The particles are those of `tablegen.simulate.simulate` with the same arguments. Memory does
-    not depend on ``count``.
+    The particles are those of `tablegen.simulate.simulate_condition` with the same arguments.
+    Memory does not depend on ``count``.
 
     Parameters
     ----------
@@ -130,13 +129,10 @@ def simulate_statistics(
     """
     workers = check_run(count, seed, stream, threads)
     work = partial(_batch_statistics, pair, population, condition, (seed, stream))
-    bar = tqdm(
-        total=count, unit="rebound", unit_scale=True, disable=not progress, desc="simulating"
-    )
     total: RunStatistics | None = None
-    with bar:
+    with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:
         for part in _in_order(work, count, workers):
             total = part if total is None else merge(total, part)
-            bar.update(part.count)
+            counted.update(part.count)
     assert total is not None  # a run has at least one batch
     return total

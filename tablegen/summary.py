@@ -1,39 +1,86 @@
 """Results as text for a terminal."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from tablegen.accuracy import Comparison
-from tablegen.config import AccuracyTargets
+from tablegen.config import METRICS, AccuracyTargets
+from tablegen.decision import limits
 
-_METRICS = ("alpha", "V", "KS", "sliced W", "corr.", "AUC")
-
-
-def _metric_row(comparison: Comparison) -> str:
-    c = comparison
-    return (
-        f"{c.alpha_deg:8.2f} {c.speed:8.1f} {max(c.ks):9.4f} {c.sliced_wasserstein:9.4f} "
-        f"{c.correlation_error:9.4f} {c.auc:9.3f}"
-    )
+#: Heads of the columns of `metric_row`, and their widths.
+HEAD = ("alpha", "V", "states", "KS", "noise", "sliced W", "noise", "corr.", "noise", "AUC")
+_WIDTHS = (8, 7, 11, 8, 7, 9, 7, 8, 7, 7)
 
 
-def accuracy_text(comparisons: Sequence[Comparison], declared: AccuracyTargets) -> str:
-    """One line a condition with the four distances, then the worst and the declared ones."""
-    head = "{:>8} {:>8} {:>9} {:>9} {:>9} {:>9}".format(*_METRICS)
-    worst = (
-        max(max(c.ks) for c in comparisons),
-        max(c.sliced_wasserstein for c in comparisons),
-        max(c.correlation_error for c in comparisons),
-        max(c.auc for c in comparisons),
-    )
-    limits = (declared.ks, declared.sliced_wasserstein, declared.correlation_error, declared.auc)
-    return "\n".join(
-        [
-            head,
-            *(_metric_row(c) for c in comparisons),
-            "{:<17} {:9.4f} {:9.4f} {:9.4f} {:9.3f}".format("worst", *worst),
-            "{:<17} {:9.4f} {:9.4f} {:9.4f} {:9.3f}".format("declared", *limits),
-        ]
-    )
+def metric_row(comparison: Comparison) -> list[str]:
+    """Condition, states a side, and the four distances, each but the AUC with its noise."""
+    cells = [f"{comparison.alpha_deg:.2f}", f"{comparison.speed:.1f}", f"{comparison.states:,}"]
+    for name in METRICS[:-1]:
+        estimate = comparison.estimates[name]
+        cells += [f"{estimate.value:.4f}", f"{estimate.noise:.4f}"]
+    return [*cells, f"{comparison.auc:.3f}"]
+
+
+def closing_rows(
+    comparisons: Sequence[Comparison],
+    declared: AccuracyTargets,
+    asked: AccuracyTargets | None,
+    together: int | None,
+) -> list[tuple[str, list[float]]]:
+    """Rows below the conditions: what is largest, its confidence limits, what is allowed.
+
+    Parameters
+    ----------
+    comparisons : sequence of Comparison
+    declared, asked : AccuracyTargets
+        The second is left out if it is None or the same.
+    together : int, optional
+        How many comparisons are judged together, if more than these.
+
+    Returns
+    -------
+    list of (str, list of four float)
+        In the order of `METRICS`.
+    """
+
+    def largest(quantity: Callable[[str, Comparison], float]) -> list[float]:
+        return [max(quantity(name, c) for c in comparisons) for name in METRICS]
+
+    def limit(which: int) -> Callable[[str, Comparison], float]:
+        return lambda name, c: limits(name, c.estimates[name], together or len(comparisons))[which]
+
+    rows = [
+        ("largest", largest(lambda name, c: c.estimates[name].value)),
+        ("error at least", largest(limit(0))),
+        ("error at most", largest(limit(1))),
+        ("declared", [getattr(declared, name) for name in METRICS]),
+    ]
+    if asked is not None and asked != declared:
+        rows.append(("asked for", [getattr(asked, name) for name in METRICS]))
+    return rows
+
+
+def accuracy_text(
+    comparisons: Sequence[Comparison],
+    declared: AccuracyTargets,
+    asked: AccuracyTargets | None = None,
+    together: int | None = None,
+) -> str:
+    """One line a condition with the four distances and their noise, then the rows that close.
+
+    Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
+    """
+    lines = [_aligned(HEAD), *(_aligned(metric_row(c)) for c in comparisons)]
+    for name, values in closing_rows(comparisons, declared, asked, together):
+        cells = ["", "", ""]
+        for value in values[:-1]:
+            cells += [f"{value:.4f}", ""]
+        line = _aligned([*cells, f"{values[-1]:.3f}"])
+        lines.append(name + line[len(name) :])
+    return "\n".join(lines)
+
+
+def _aligned(cells: Sequence[str]) -> str:
+    return " ".join(cell.rjust(width) for cell, width in zip(cells, _WIDTHS, strict=True))
 
 
 def details_text(comparison: Comparison) -> str:

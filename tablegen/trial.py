@@ -19,7 +19,7 @@ from tablegen.fitting.axes import make_axes
 from tablegen.fitting.node import NodeArrays
 from tablegen.measure import FIRST_STREAM, sample_size
 from tablegen.placement import Grid, Place
-from tablegen.simulate import simulate_configured
+from tablegen.simulate import simulate
 from tablegen.workshop import SECONDS, Arrays, Stopwatch, stable_number
 
 #: Directions of the sliced Wasserstein distance: fewer than in a report, for the time.
@@ -78,8 +78,8 @@ def try_nodes(
     watch, (alpha_deg, speed) = Stopwatch(), condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
     samples, seed = sample_size(config.accuracy), config.table.seed
-    simulation = simulate_configured(
-        config, alpha_deg, speed, samples, seed=seed, stream=stream, threads=1
+    simulation = simulate(
+        config, np.radians(alpha_deg), speed, samples, seed=seed, stream=stream, threads=1
     )
     direct = simulated_components(simulation, config.domain.columns)
     watch.stage("simulation")

@@ -1,16 +1,27 @@
-"""Whether a table holds the accuracy that it declares."""
+"""Whether a table holds the accuracy that it declares, or that its user wants."""
 
-from dataclasses import asdict, dataclass
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import sampler
 from sampler.errors import InputError
+from sampler.locate import find_table
+from sampler.schema import TableContents, read_table
 from sampler.table import Table
 from tablegen.accuracy import Comparison
+from tablegen.asked import asked_accuracy, looser_than_compact
 from tablegen.choices import VALIDATE_CONDITIONS
-from tablegen.config import AccuracyTargets, parse_config
-from tablegen.measure import measure, missed_targets, pick_conditions
+from tablegen.conditions import check_conditions, pick_conditions
+from tablegen.config import METRICS, AccuracyTargets, Config, parse_config
+from tablegen.decision import FALSE_ALARMS, FALSE_HOLDS, decide, judge, limits
+from tablegen.measure import measure
+from tablegen.screen import SAMPLES, Screening, screen
+
+#: Bits of a seed that nobody gave: few enough to type.
+_SEED_BITS = 32
 
 
 @dataclass(frozen=True)
@@ -22,62 +33,112 @@ class Validation:
     table : str
         Name or path that was given.
     content_sha256 : str
-        Checksum of the table.
+        Checksum of what was measured.
     seed : int
+        Repeats the validation.
     declared : AccuracyTargets
         What the table's configuration declares.
+    asked : AccuracyTargets
+        What it was held against: the declared accuracy unless the user asked for another.
+    screening : Screening or None
+        The coarse test of all nodes; None if only conditions of the user's choice were measured.
     comparisons : list of Comparison
-    missed : list of str
-        One line for each declared accuracy that was missed.
+        At conditions between the nodes, or at those of the user's choice.
+    nodes : list of Comparison
+        At the nodes that looked worst in the coarse test.
+    missed, undecided : list of str
+        One line for each distance that is larger than asked for, or that could not be told from it.
     """
 
     table: str
     content_sha256: str
     seed: int
     declared: AccuracyTargets
+    asked: AccuracyTargets
+    screening: Screening | None
     comparisons: list[Comparison]
+    nodes: list[Comparison]
     missed: list[str]
+    undecided: list[str]
 
     @property
     def holds(self) -> bool:
-        """Whether every declared accuracy holds at every condition."""
-        return not self.missed
+        """Whether everything that was looked at has the accuracy, noise allowed for."""
+        return not self.missed and not self.undecided
+
+    @property
+    def measured(self) -> list[Comparison]:
+        """All comparisons, those at nodes last."""
+        return [*self.comparisons, *self.nodes]
+
+    @property
+    def lenient(self) -> list[str]:
+        """Distances for which less is declared than by the preset "compact"."""
+        return looser_than_compact(self.declared)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready dictionary with every number."""
-        record = {k: v for k, v in asdict(self).items() if k not in ("comparisons", "declared")}
+        count = len(self.measured)
         return {
-            **record,
-            "holds": self.holds,
-            "declared": self.declared.model_dump(),
+            "table": self.table,
+            "content_sha256": self.content_sha256,
+            "seed": self.seed,
             "software_version": sampler.__version__,
-            "conditions": [c.to_dict() for c in self.comparisons],
+            "declared": self.declared.model_dump(),
+            "asked": self.asked.model_dump(),
+            "false_alarms": FALSE_ALARMS,
+            "false_holds": FALSE_HOLDS,
+            "holds": self.holds,
+            "missed": self.missed,
+            "undecided": self.undecided,
+            "screening": None if self.screening is None else self.screening.to_dict(),
+            "conditions": [_record(c, self.asked, count) for c in self.comparisons],
+            "nodes": [_record(c, self.asked, count) for c in self.nodes],
         }
+
+
+def _record(comparison: Comparison, asked: AccuracyTargets, count: int) -> dict[str, Any]:
+    """Record a comparison for JSON, with confidence limits and verdict of each distance."""
+    record = comparison.to_dict()
+    for name in METRICS:
+        estimate = comparison.estimates[name]
+        low, high = limits(name, estimate, count)
+        verdict = decide(name, estimate, getattr(asked, name), count)
+        record["estimates"][name] |= {"low": low, "high": high, "verdict": verdict}
+    return record
 
 
 def validate(
     name_or_path: str | Path,
     *,
     conditions: int = VALIDATE_CONDITIONS,
-    seed: int = 1,
+    seed: int | None = None,
     samples: int | None = None,
+    accuracy: str | None = None,
+    at: Sequence[tuple[float, float]] | None = None,
     progress: bool = False,
 ) -> Validation:
-    """Compare a table with fresh direct simulation at conditions that are not nodes.
+    """Compare a table with fresh direct simulation: every node coarsely, some conditions finely.
 
     Parameters
     ----------
     name_or_path : str or Path
         Name of a table that comes with the package, or path of a .h5 file.
     conditions : int
-        Number of conditions, 1 or more.
-    seed : int
-        Chooses the conditions and all random numbers, 0 to 2**64 - 1.
+        Number of conditions between nodes, 1 or more; see `pick_conditions`.
+    seed : int, optional
+        Chooses the conditions and all random numbers, 0 to 2**64 - 1; another one each time if
+        None.
     samples : int, optional
-        States a side at each condition, 1000 or more; by default as many as the declared accuracy
-        needs.
+        States a side at each condition, 1000 or more; by default as many as the accuracy needs.
+        Where these do not decide, up to nine times as many are taken.
+    accuracy : str, optional
+        What the table is held against: a preset, "compact", "standard" or "fine", or limits such
+        as "ks=0.01,auc=0.56", which change the declared ones. By default what the table declares.
+    at : sequence of (alpha_deg, speed), optional
+        Only these conditions, angles in degrees and speeds in m/s; nodes are not tested then.
     progress : bool
-        Show a progress bar on standard error.
+        Show progress bars on standard error.
 
     Returns
     -------
@@ -86,30 +147,91 @@ def validate(
     Raises
     ------
     InputError
-        If the file is not a table, its configuration cannot be read, or an argument is out of
-        range.
+        If the file is not a table, does not agree with its own configuration, or an argument is
+        out of range.
     """
     if conditions < 1:
         raise InputError(f"conditions: got {conditions}, allowed: 1 or more")
     if samples is not None and samples < 1000:
         raise InputError(f"samples: got {samples}, allowed: 1000 or more")
+    seed = secrets.randbits(_SEED_BITS) if seed is None else seed
     if not 0 <= seed < 2**64:
         raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
-    table: Table = sampler.load(name_or_path)
-    config = parse_config(table.config, f"{name_or_path}: config")
-    comparisons = measure(
+    # read once: the checksum is that of what is measured, whatever becomes of the file meanwhile
+    contents = read_table(find_table(name_or_path))
+    config = parse_config(contents.config, f"{name_or_path}: config")
+    check_agreement(contents, config, str(name_or_path))
+    asked = asked_accuracy(config.accuracy, accuracy)
+    table, screening = Table(contents), None
+    suspects: tuple[tuple[float, float], ...] = ()
+    if at is not None:
+        places = check_conditions(table, at)
+    else:
+        places = pick_conditions(table, conditions, seed)
+        screening = screen(
+            table,
+            config,
+            asked,
+            seed=seed,
+            samples=min(SAMPLES, samples or SAMPLES),
+            progress=progress,
+        )
+        suspects = screening.suspects
+    found = measure(
         table,
         config,
-        pick_conditions(table, conditions, seed),
+        [*places, *suspects],
         seed=seed,
         samples=samples,
+        targets=asked,
         progress=progress,
     )
+    verdict = judge(found, asked)
     return Validation(
         table=str(name_or_path),
-        content_sha256=table.contents.content_sha256,
+        content_sha256=contents.content_sha256,
         seed=seed,
         declared=config.accuracy,
-        comparisons=comparisons,
-        missed=missed_targets(comparisons, config.accuracy),
+        asked=asked,
+        screening=screening,
+        comparisons=found[: len(places)],
+        nodes=found[len(places) :],
+        missed=[*(screening.missed if screening else ()), *verdict.missed],
+        undecided=verdict.undecided,
     )
+
+
+def check_agreement(contents: TableContents, config: Config, origin: str) -> None:
+    """Refuse a table that is not of the pair, the range or the components of its configuration.
+
+    Parameters
+    ----------
+    contents : TableContents
+    config : Config
+        Read from the table.
+    origin : str
+        Name of the table, to open an error message.
+
+    Raises
+    ------
+    InputError
+    """
+    if contents.pair != config.pair_name:
+        raise InputError(
+            f"{origin}: pair: got '{contents.pair}', allowed: '{config.pair_name}', the pair of "
+            "the table's configuration"
+        )
+    for name, nodes, span in (
+        ("alpha_deg", contents["axes/alpha_deg"], config.domain.alpha_deg),
+        ("speed", contents["axes/speed"], config.domain.speed),
+    ):
+        if (float(nodes[0]), float(nodes[-1])) != span:
+            raise InputError(
+                f"{origin}: axes/{name}: got {nodes[0]:g} to {nodes[-1]:g}, allowed: {span[0]:g} "
+                f"to {span[1]:g}, the domain of the table's configuration"
+            )
+    if contents.components != config.domain.columns:
+        raise InputError(
+            f"{origin}: components: got {' '.join(contents.components)}, allowed: "
+            f"{' '.join(config.domain.columns)}, those of the table's configuration"
+        )

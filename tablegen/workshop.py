@@ -1,7 +1,9 @@
 """Run keyed pieces of work: on any executor, in any order, kept on disk as they finish.
 
-A piece is a function of its arguments alone, so a table does not depend on who computed its
-pieces, or when. What a piece costs is counted, and shown while the work goes on.
+A piece is a function of its arguments and the software alone, but for last digits, which depend on
+the kind of processor: so a table does not depend on who computed its pieces, or when, and where
+processors of several kinds took part, it says so. What a piece costs is counted, and shown while
+the work goes on.
 """
 
 import hashlib
@@ -14,11 +16,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 from sampler.errors import InputError
 from tablegen.executors import thread_pool
 from tablegen.pieces import PieceStore
+from tablegen.processor import processor
+from tablegen.progress import bar
 from tablegen.software import software
 
 Arrays = dict[str, NDArray[Any]]
@@ -28,6 +31,9 @@ STAGES = ("simulation", "fit", "check")
 
 #: Name under which a piece keeps its seconds by stage, beside its results.
 SECONDS = "seconds"
+
+#: Name under which a piece keeps the kind of processor that made it.
+PROCESSOR = "processor"
 
 
 class Piece(NamedTuple):
@@ -54,6 +60,7 @@ def perform(piece: Piece, wanted_software: str) -> Arrays:
     Returns
     -------
     Arrays
+        With the kind of processor here as `PROCESSOR`.
 
     Raises
     ------
@@ -62,7 +69,7 @@ def perform(piece: Piece, wanted_software: str) -> Arrays:
     """
     if (ours := software()) != wanted_software:
         raise InputError(f"workers: got one with {ours}, allowed: {wanted_software}")
-    return piece.function(*piece.arguments)
+    return {**piece.function(*piece.arguments), PROCESSOR: np.array(processor())}
 
 
 class Workshop:
@@ -81,6 +88,8 @@ class Workshop:
     ----------
     seconds : dict
         Worker seconds of all pieces so far, by stage.
+    processors : set of str
+        Kinds of processor that made the pieces so far, those found again among them.
     note : str
         Shown beside the bar; the generator puts the present worst error here.
     """
@@ -93,6 +102,7 @@ class Workshop:
     ) -> None:
         self._store, self._executor, self._progress = store, executor, progress
         self.seconds = dict.fromkeys(STAGES, 0.0)
+        self.processors: set[str] = set()
         self.note = ""
 
     def run(
@@ -123,26 +133,28 @@ class Workshop:
                 done[key] = found
                 if see:
                     see(key, found)
-        bar = tqdm(
+        counted = bar(
+            self._progress and len(done) < len(pieces),
+            unit="piece",
             total=len(pieces),
             initial=len(done),
             desc=what,
             postfix=self.note,
-            disable=not self._progress or len(done) == len(pieces),
         )
         # closed at once where a piece cannot be kept: the traceback would hold it open
-        with bar, closing(self._finished(pieces, done)) as finished:
+        with counted, closing(self._finished(pieces, done)) as finished:
             for key, arrays in finished:
                 if self._store:
                     self._store.save(key, arrays)
                 done[key] = arrays
                 if see:
                     see(key, arrays)
-                bar.set_postfix_str(self.note, refresh=False)
-                bar.update()
+                counted.set_postfix_str(self.note, refresh=False)
+                counted.update()
         for arrays in done.values():
             for stage, spent in zip(STAGES, arrays[SECONDS], strict=True):
                 self.seconds[stage] += float(spent)
+            self.processors.add(str(arrays[PROCESSOR]))
         return {key: done[key] for key in pieces}
 
     def _finished(

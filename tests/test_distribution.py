@@ -34,6 +34,7 @@ DATA = (
     "sampler/openfoam/plugin/TabulatedRebound.C",
     "sampler/openfoam/plugin/Make/files",
     "sampler/openfoam/cases/bend/system/controlDict",
+    "sampler/normal_cubics.npy",
     "sampler/py.typed",
     "tablegen/report/assets/page.js",
     "tablegen/report/assets/page.css",

@@ -6,6 +6,8 @@ import json
 import pytest
 from documents import ROOT
 
+from tablegen.report.looks import LOOKS
+
 pytest.importorskip("matplotlib")
 
 
@@ -86,6 +88,13 @@ def test_error_picture_changes_with_the_figures(pictures):
     assert made.data.startswith(b"\x89PNG")
     assert pictures.error_picture(race(45.0, 0.53)).data == made.data
     assert pictures.error_picture(race(45.0, 0.56)).data != made.data
+
+
+@pytest.mark.parametrize("change", [{"light": "#123456"}, {"marker": "*"}])
+def test_methods_are_drawn_as_on_the_page_of_the_report(pictures, monkeypatch, change):
+    before = pictures.error_picture(race(45.0, 0.53)).data
+    monkeypatch.setitem(LOOKS, "stored states", LOOKS["stored states"]._replace(**change))
+    assert pictures.error_picture(race(45.0, 0.53)).data != before
 
 
 def test_commands_write_the_pictures(pictures, report, tmp_path, capsys):

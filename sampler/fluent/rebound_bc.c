@@ -38,6 +38,7 @@
 #define REBOUND_CLAMPED 1
 
 static rbt_table *rebound_table = NULL;
+static int rebound_warned = 0; /* of an impact outside the table, once a process */
 
 DEFINE_EXECUTE_ON_LOADING(rebound_open, libname)
 {
@@ -126,7 +127,12 @@ DEFINE_DPM_BC(rebound_wall, tp, t, f, f_normal, dim)
         REBOUND_SPIN(tp)[k] = (real)omega[k];
 #endif
     TP_USER_REAL(tp, REBOUND_HITS) += 1;
-    if (code == RBT_CLAMPED)
+    if (code == RBT_CLAMPED) {
         TP_USER_REAL(tp, REBOUND_CLAMPED) += 1;
+        if (!rebound_warned)
+            Message("rebound_wall: an impact lay outside the table and took its nearest condition; "
+                    "the second user scalar of the particles counts such\n");
+        rebound_warned = 1;
+    }
     return PATH_ACTIVE;
 }

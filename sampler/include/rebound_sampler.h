@@ -15,7 +15,8 @@
        rbt_close(table);
 
    The file is what `sampler export T.h5 --output T.rbt` writes. Equal arguments give the states
-   that the Python package gives, with the same bits whatever the compiler flags; but with
+   that the Python package gives, with the same bits whatever the compiler flags and the processor,
+   and rebounds to the last digits of the C library's atan2, cos and sin; but with
    -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
    rounding in single precision.
 
@@ -29,7 +30,12 @@
    rbt_close of one table must not run beside other calls with it.
 
    Return values: 0 is fine, positive is fine with a remark, negative is an error with nothing
-   written. Part of rebound-tables; MIT licence. */
+   written. Nothing is printed. RBT_CLAMPED, the one remark, says that angle or speed lay outside
+   the table, and that its nearest condition was drawn: count these codes (a batch counts them in
+   rbt_report.clamped) and tell your user at the first, as examples/ do. A table of a law that does
+   not depend on the speed covers every speed.
+
+   Part of rebound-tables; MIT licence. */
 
 #ifndef REBOUND_SAMPLER_H
 #define REBOUND_SAMPLER_H
@@ -1158,7 +1164,7 @@ typedef struct rbti_header {
     uint8_t sha256[32], content_sha256[32];
     char pair[128];
     uint32_t n_alpha, n_speed, n_alpha_grid, n_speed_grid, n_knots, n_components;
-    uint32_t n_classes, n_channels, n_marginals, n_columns, stride, reserved;
+    uint32_t n_classes, n_channels, n_marginals, n_columns, stride, flags;
     int8_t channels[8], marginals[8], columns[8];
     int32_t alpha_offset, speed_offset;
     double alpha_first, alpha_last, alpha_origin, alpha_scale;
@@ -1168,6 +1174,7 @@ typedef struct rbti_header {
 } rbti_header;
 
 #define RBTI_MOST_BYTES 0x80000000u
+#define RBTI_SPEED_INDEPENDENT 1u /* in flags: rebounds do not depend on the speed */
 #define RBTI_NEED(holds, code)                                                                     \
     do {                                                                                           \
         if (!(holds))                                                                              \
@@ -1467,6 +1474,10 @@ static void rbti_fill_table(rbt_table *table, const rbti_header *h)
     const double speed[4] = {h->speed_first, h->speed_last, h->speed_origin, h->speed_scale};
     rbti_fill_axis(&table->alpha, alpha, h->alpha_offset, h->n_alpha, h->n_alpha_grid);
     rbti_fill_axis(&table->speed, speed, h->speed_offset, h->n_speed, h->n_speed_grid);
+    if (h->flags & RBTI_SPEED_INDEPENDENT) { /* any that is positive and finite */
+        table->speed.low = 1e-300;
+        table->speed.high = 1e300;
+    }
     table->variate_max = h->variate_max;
     table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
     table->n_knots = (int32_t)h->n_knots;

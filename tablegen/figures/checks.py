@@ -24,9 +24,9 @@ _SMOOTHING = 3.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a statement holds, and what was measured."""
+    """Whether a statement holds (None: it is not about this pair), and what was measured."""
 
-    holds: bool
+    holds: bool | None
     measured: str
 
 

@@ -4,16 +4,15 @@ import importlib.util
 from dataclasses import dataclass
 from typing import Any
 
-from tqdm import tqdm
-
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.figures.curves import curve_figures
 from tablegen.figures.densities import density_figures
 from tablegen.figures.laws import ANGLES, DIRECT, SHAPES, Laws, make_laws
 from tablegen.figures.scattering import scattering_figures
-from tablegen.figures.statements import Statement, check_statements
+from tablegen.figures.statements import Statement, check_statements, is_of_the_paper
 from tablegen.figures.style import Picture, settings
+from tablegen.progress import bar
 
 #: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
 PAPER_TABLE = {
@@ -71,8 +70,8 @@ def make_gallery(
     if importlib.util.find_spec("matplotlib") is None:
         return None
     steps = len(ANGLES) * len(SHAPES)
-    with tqdm(total=steps, desc="laws of the figures", disable=not progress) as bar:
-        laws = make_laws(table, config, count, seed, bar.update)
+    with bar(progress, total=steps, desc="laws of the figures") as counted:
+        laws = make_laws(table, config, count, seed, counted.update)
     with settings():
         pictures = [*curve_figures(laws), *density_figures(laws), *scattering_figures(laws)]
     ordered = sorted(pictures, key=lambda picture: picture.name)
@@ -80,13 +79,14 @@ def make_gallery(
 
 
 def collision_rows(laws: Laws) -> list[list[str]]:
-    """Cells of the paper's table, ours beside the paper's, in per cent."""
-    rows = []
+    """Cells of the paper's table in per cent; the paper's too if pair and particles are its own."""
+    rows, of_the_paper = [], is_of_the_paper(laws.config)
     for shape, paper in PAPER_TABLE.items():
         law = laws.at(DIRECT, shape, 90.0)
         if law is not None and law.collisions is not None:
             rows.append([shape, "direct", *(f"{100.0 * share:.1f}" for share in law.collisions)])
-        rows.append([shape, "paper", *(f"{share:.1f}" for share in paper)])
+        if of_the_paper:
+            rows.append([shape, "paper", *(f"{share:.1f}" for share in paper)])
     return rows
 
 

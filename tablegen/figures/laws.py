@@ -15,7 +15,7 @@ from tablegen.choices import MIXTURE
 from tablegen.config import Config
 from tablegen.description import modes, scattering_angles, translational_energy
 from tablegen.samples import FloatArray
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import simulate
 
 #: Impact speed of the paper [m/s], and the impact angles of our curves [degrees].
 SPEED = 200.0
@@ -213,26 +213,23 @@ class Laws:
 def _direct_law(
     config: Config, shape: str, alpha_deg: float, count: int, keys: tuple[int, int]
 ) -> Law:
-    model = config.model
-    condition = make_condition(
-        np.radians(alpha_deg), SPEED, resolution=model.contact_resolution, tolerance=model.tolerance
-    )
     made = simulate(
-        config.pair,
-        config.population.restricted_to(shape),
-        condition,
+        config,
+        np.radians(alpha_deg),
+        SPEED,
         count,
         seed=keys[0],
         stream=keys[1],
+        population=config.population.restricted_to(shape),
     )
     return law_of(DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1])
 
 
 def _sphere(config: Config, alpha_deg: float, seed: int) -> tuple[float, float]:
     """Smallest and largest alpha2 [degrees] of a few spheres."""
-    condition = make_condition(np.radians(alpha_deg), SPEED)
-    population = config.population.restricted_to("sphere")
-    state = simulate(config.pair, population, condition, 100, seed=seed).state
+    spheres = config.population.restricted_to("sphere")
+    angle = np.radians(alpha_deg)
+    state = simulate(config, angle, SPEED, 100, seed=seed, population=spheres).state
     angles = np.degrees(scattering_angles(state)[0])
     return float(angles.min()), float(angles.max())
 

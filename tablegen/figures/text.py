@@ -13,6 +13,8 @@ def verdict_word(verdict: Verdict | None) -> str:
     """One or three words for a verdict."""
     if verdict is None:
         return "cannot tell"
+    if verdict.holds is None:
+        return "measured"
     return "holds" if verdict.holds else "does not hold"
 
 
@@ -33,12 +35,22 @@ def statement_rows(statements: Sequence[Statement]) -> list[list[str]]:
 STATEMENT_HEAD = ("statement", "asked for", "direct model", "table (mixture)")
 
 
+def are_judged(statements: Sequence[Statement]) -> bool:
+    """Whether the statements are about the pair and the particles that were measured."""
+    return all(s.direct is None or s.direct.holds is not None for s in statements)
+
+
 def counts_text(statements: Sequence[Statement]) -> str:
-    """Count what holds."""
+    """Count what holds, or say why nothing is judged."""
+    if not are_judged(statements):
+        return (
+            "Statements of the paper: they are about corundum on steel and its particles; laws or "
+            "particles here are others, so what was measured is given and not judged."
+        )
     parts = []
     for name in ("direct", "table"):
         verdicts = [v for s in statements if (v := getattr(s, name)) is not None]
-        holding = sum(v.holds for v in verdicts)
+        holding = sum(v.holds is True for v in verdicts)
         words = "the direct model" if name == "direct" else "the table"
         parts.append(f"{holding} of {len(verdicts)} hold for {words}")
     return "Statements of the paper: " + ", ".join(parts) + "."
@@ -87,6 +99,7 @@ def statements_json(gallery: Gallery) -> str:
         "count": gallery.count,
         "seed": gallery.laws.seed,
         "speed": SPEED,
+        "judged": are_judged(gallery.statements),
         "statements": [statement.to_dict() for statement in gallery.statements],
         "not_checked": list(NOT_CHECKED),
         "collisions": [

@@ -1,7 +1,7 @@
 """One node of a table: simulate the condition, fit the law, pack the arrays.
 
 A node is a pure function of the configuration and its condition, so nodes can be made in any
-order, on any number of workers, with the same bytes.
+order, on any number of workers, with the same bytes on processors of one kind.
 """
 
 from dataclasses import replace
@@ -22,7 +22,7 @@ from tablegen.fitting.marginals import quantile_knots, variate_knots
 from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution
 from tablegen.fitting.scores import mixture_probabilities, normal_scores
-from tablegen.simulate import simulate_configured
+from tablegen.simulate import simulate
 from tablegen.workshop import Stopwatch, stable_number
 
 #: Points of the sample that the mixture is fitted to, for each component: more gain nothing.
@@ -117,8 +117,8 @@ def fit_node(
     """
     seed, stream = config.table.seed, node_stream(alpha_deg, speed)
     size, watch = size or resolution(config), watch or Stopwatch()
-    simulation = simulate_configured(
-        config, alpha_deg, speed, size.samples, seed=seed, stream=stream, threads=1
+    simulation = simulate(
+        config, np.radians(alpha_deg), speed, size.samples, seed=seed, stream=stream, threads=1
     )
     watch.stage("simulation")
     rng, law = np.random.Generator(np.random.Philox(key=[seed, stream])), law_of(config)

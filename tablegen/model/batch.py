@@ -2,6 +2,7 @@
 
 The particles are drawn first and sorted by shape, so that those followed in lockstep have equally
 many vertices. An audited run follows them one at a time, by the same kernels and to the same bits.
+It is a kernel of its own because it takes as long to compile, and few runs are audited.
 """
 
 import numpy as np
@@ -22,7 +23,7 @@ from tablegen.model.rebound import (
     wall_spin,
     workspace,
 )
-from tablegen.model.shapes import MAX_VERTICES, MESH, mesh_body, mesh_map, shaped_body
+from tablegen.model.shapes import FIRST_MESH, MAX_VERTICES, MESH, mesh_body, mesh_map, shaped_body
 
 
 @kernel
@@ -40,29 +41,6 @@ def _sorted_by_shape(kind, codes):
         order[place[code]] = i
         place[code] += 1
     return order, starts
-
-
-@borrowing_kernel
-def _follow_code(law, population, condition, drawn, code, no_map, members, seats, outcome):
-    """Follow the particles of one shape code; the look-up of a mesh lives here only."""
-    near = mesh_map(population.meshes, code - MESH) if code >= MESH else no_map
-    return follow(law, population, condition, drawn, (code, near), members, seats, outcome)
-
-
-@kernel
-def _follow_together(law, population, condition, axes, kind, outcome):
-    """Follow all particles in lockstep, shape by shape; as `simulate_batch`."""
-    codes = MESH + population.meshes.resolutions.size
-    order, starts = _sorted_by_shape(kind, codes)
-    seats, no_map = make_seats(max(MAX_VERTICES, population.meshes.longest)), empty_map()
-    for code in range(codes):
-        members = order[starts[code] : starts[code + 1]]
-        stuck = _follow_code(
-            law, population, condition, (axes, kind), code, no_map, members, seats, outcome
-        )
-        if stuck >= 0:
-            return stuck
-    return -1
 
 
 @borrowing_kernel
@@ -85,11 +63,11 @@ def _follow_one(law, population, condition, drawn, motion, store, audit):
     """
     shape, ba, cb = drawn
     held, counts, no_map, work = store
-    if shape < MESH:
+    if shape < FIRST_MESH:
         body = shaped_body(shape, ba, ba * cb, population.truncation, held, counts, no_map)
     else:
-        near = mesh_map(population.meshes, shape - MESH)
-        body = mesh_body(population.meshes, shape - MESH, held, counts, near)
+        near = mesh_map(population.meshes, shape - FIRST_MESH)
+        body = mesh_body(population.meshes, shape - FIRST_MESH, held, counts, near)
     approach(condition, body, motion)
     initial = 0.5 + rotational_energy(body.moments, motion)
     status, collisions = rebound(law, condition, body, motion, work, audit)
@@ -97,31 +75,8 @@ def _follow_one(law, population, condition, drawn, motion, store, audit):
 
 
 @kernel
-def _follow_audited(law, population, condition, axes, kind, outcome, audit):
-    """Follow all particles one at a time, audited; as `simulate_batch`."""
-    motion = np.empty(MOTION_SIZE)
-    held = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
-    store = held, np.zeros(1, dtype=np.int64), empty_map(), workspace()
-    state, collisions, energy = outcome
-    for i in range(state.shape[0]):
-        motion[3:9] = axes[i]
-        drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
-        status, collisions[i], initial, rotational = _follow_one(
-            law, population, condition, drawn, motion, store, audit
-        )
-        if status != LEFT:
-            return i
-        state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
-        state[i, 3], state[i, 4], state[i, 5] = wall_spin(motion)
-        velocity2 = motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2
-        energy[i, 0] = 0.5 * velocity2 / initial
-        energy[i, 1] = rotational / initial
-    return -1
-
-
-@kernel
-def simulate_batch(law, population, condition, keys, first, state, collisions, kind, energy, audit):
-    """Simulate the particles ``first``, ``first + 1``, ... of a stream.
+def simulate_batch(law, population, condition, keys, first, state, collisions, kind, energy):
+    """Simulate the particles ``first``, ``first + 1``, ... of a stream, many side by side.
 
     Parameters
     ----------
@@ -139,7 +94,6 @@ def simulate_batch(law, population, condition, keys, first, state, collisions, k
         Output: shape code (the same for all meshes), b / a, c / b.
     energy : (n, 2) float64
         Output: translational and rotational energy over the energy before the impact.
-    audit : (0,) or (AUDIT_SIZE,) float64
 
     Returns
     -------
@@ -148,11 +102,55 @@ def simulate_batch(law, population, condition, keys, first, state, collisions, k
     """
     axes = np.empty((state.shape[0], 6))
     draw_particles(population, keys, first, axes, kind)
-    outcome = state, collisions, energy
-    if audit.size > 0:
-        stuck = _follow_audited(law, population, condition, axes, kind, outcome, audit)
-    else:
-        stuck = _follow_together(law, population, condition, axes, kind, outcome)
+    codes = FIRST_MESH + population.meshes.resolutions.size
+    order, starts = _sorted_by_shape(kind, codes)
+    seats, no_map = make_seats(max(MAX_VERTICES, population.meshes.longest)), empty_map()
+    drawn, outcome = (axes, kind), (state, collisions, energy)
+    for code in range(codes):
+        members = order[starts[code] : starts[code + 1]]
+        stuck = follow(law, population, condition, drawn, code, no_map, members, seats, outcome)
+        if stuck >= 0:
+            return first + stuck
+    _hide_meshes(kind)
+    return -1
+
+
+@kernel
+def simulate_audited(
+    law, population, condition, keys, first, state, collisions, kind, energy, audit
+):
+    """Simulate as `simulate_batch`, one particle at a time, every collision and flight checked.
+
+    Parameters
+    ----------
+    audit : (AUDIT_SIZE,) float64
+        Output: largest violation of each law.
+    """
+    axes, motion = np.empty((state.shape[0], 6)), np.empty(MOTION_SIZE)
+    draw_particles(population, keys, first, axes, kind)
+    held = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
+    store = held, np.zeros(1, dtype=np.int64), empty_map(), workspace()
     for i in range(state.shape[0]):
-        kind[i, 0] = min(kind[i, 0], MESH)
-    return first + stuck if stuck >= 0 else -1
+        for k in range(6):
+            motion[3 + k] = axes[i, k]
+        drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
+        status, collisions[i], initial, rotational = _follow_one(
+            law, population, condition, drawn, motion, store, audit
+        )
+        if status != LEFT:
+            return first + i
+        state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
+        state[i, 3], state[i, 4], state[i, 5] = wall_spin(motion)
+        velocity2 = motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2
+        energy[i, 0] = 0.5 * velocity2 / initial
+        energy[i, 1] = rotational / initial
+    _hide_meshes(kind)
+    return -1
+
+
+@kernel
+def _hide_meshes(kind):
+    """Give all meshes one shape code."""
+    for i in range(kind.shape[0]):
+        if kind[i, 0] >= FIRST_MESH:
+            kind[i, 0] = MESH

@@ -39,7 +39,15 @@ from tablegen.model.rebound import (
     wall_spin,
 )
 from tablegen.model.rotation import ORDER
-from tablegen.model.shapes import ELLIPSOID, MESH, SPHERE, Body, inertia, place_vertices
+from tablegen.model.shapes import (
+    ELLIPSOID,
+    FIRST_MESH,
+    SPHERE,
+    Body,
+    inertia,
+    mesh_map,
+    place_vertices,
+)
 
 #: Rows of the traits of seated particles.
 MOMENTS, B, C, REACH, INITIAL, COLLISIONS = 0, 3, 4, 5, 6, 7
@@ -116,11 +124,11 @@ def _seat_mesh(population, mesh, seats, seat):
 def _seat(population, drawn, code, member, seats, seat):
     """Seat a drawn particle; the numbers of a shape other than a mesh follow by `_shape`."""
     axes, kind = drawn
-    if code < MESH:
+    if code < FIRST_MESH:
         seats.traits[B, seat] = kind[member, 1]
         seats.traits[C, seat] = kind[member, 1] * kind[member, 2]
     else:
-        _seat_mesh(population, code - MESH, seats, seat)
+        _seat_mesh(population, code - FIRST_MESH, seats, seat)
     for k in range(6):
         seats.motion[3 + k, seat] = axes[member, k]
     seats.traits[COLLISIONS, seat] = 0.0
@@ -206,7 +214,7 @@ def _first_of(where, member):
 
 
 @borrowing_kernel
-def follow(law, population, condition, drawn, shape, members, seats, outcome):
+def follow(law, population, condition, drawn, code, no_map, members, seats, outcome):
     """Follow particles of one shape from before their first contact until they have left.
 
     Parameters
@@ -216,8 +224,10 @@ def follow(law, population, condition, drawn, shape, members, seats, outcome):
     condition : Condition
     drawn : tuple ((n, 6) float64, (n, 3) float64)
         Wall axes n and x in body axes, and kind (shape code, b / a, c / b) of all particles.
-    shape : tuple (int, SupportMap)
-        Code of the shape, and the look-up of a mesh.
+    code : int
+        Shape code; of mesh number k, FIRST_MESH + k.
+    no_map : SupportMap
+        That of a body that needs none.
     members : (m,) int64
         Which of the particles have the shape.
     seats : Seats
@@ -229,7 +239,7 @@ def follow(law, population, condition, drawn, shape, members, seats, outcome):
     int
         A member that raised the collision alarm, or -1.
     """
-    code, near = shape
+    near = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
     _clear(seats)
     held = seats.held[:0] if code in (ELLIPSOID, SPHERE) else seats.held
     touching = seated = mask_of_bits(0)
@@ -245,7 +255,7 @@ def follow(law, population, condition, drawn, shape, members, seats, outcome):
         seated = seated | fresh
         if not any_of(seated):
             return -1
-        if arrivals != 0 and code < MESH:
+        if arrivals != 0 and code < FIRST_MESH:
             _shape(population, code, seats)
         body = _body(seats, held, near)
         if arrivals != 0:

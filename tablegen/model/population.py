@@ -23,7 +23,7 @@ from tablegen.model.lanes import (
     with_lane,
 )
 from tablegen.model.rotation import set_orientation
-from tablegen.model.shapes import MESH, SPHERE
+from tablegen.model.shapes import FIRST_MESH, SPHERE
 
 #: Keeps the direct simulation and the table draws of one seed on different random numbers.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
@@ -31,7 +31,7 @@ SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 
 @borrowing_inline_kernel
 def pick_shape(population, u):
-    """Shape code for a uniform number u in (0, 1); the meshes have MESH, MESH + 1, ..."""
+    """Shape code for a uniform number u in (0, 1); meshes have FIRST_MESH and what follows."""
     last = population.shape_codes.size - 1
     for i in range(last):
         if u < population.cumulative_weights[i]:
@@ -79,8 +79,9 @@ def _own_sizes(population, shape, b_over_a, c_over_b):
     """Aspect ratios of a particle, which a sphere and a mesh do not draw."""
     if shape == SPHERE:
         return 1.0, 1.0
-    if shape >= MESH:
-        b, c = population.meshes.sizes[shape - MESH, 0], population.meshes.sizes[shape - MESH, 1]
+    if shape >= FIRST_MESH:
+        mesh = shape - FIRST_MESH
+        b, c = population.meshes.sizes[mesh, 0], population.meshes.sizes[mesh, 1]
         return b, c / b
     return b_over_a, c_over_b
 
@@ -101,7 +102,7 @@ def draw_particle(population, seed, stream, index, motion):
     Returns
     -------
     tuple (shape code, b / a, c / b)
-        The code of mesh number k of the population is MESH + k, and its half-sizes are its own.
+        Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
     """
     u = _words(seed, stream, index)
     set_orientation(u[2], u[3], u[4], motion)

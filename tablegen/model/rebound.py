@@ -53,12 +53,15 @@ CLEARANCE = 0.006
 class Condition(NamedTuple):
     """Impact condition and numerical parameters of a rebound.
 
-    ``alpha1`` [rad], ``speed`` [m/s], ``spin``: angular velocity before the impact in wall axes
-    times a / V, ``resolution``: smallest rebound speed of a contact point over V, ``tolerance``:
-    truncation of the flight series.
+    ``alpha1`` [rad], its ``cosine`` and ``sine``, which are the velocity before the impact,
+    ``speed`` [m/s], ``spin``: angular velocity before the impact in wall axes times a / V,
+    ``resolution``: smallest rebound speed of a contact point over V, ``tolerance``: truncation of
+    the flight series.
     """
 
     alpha1: float
+    cosine: float
+    sine: float
     speed: float
     spin: tuple[float, float, float]
     resolution: float
@@ -346,8 +349,8 @@ def approach_where(condition, body, motion, where):
     s_x, s_y, s_z = condition.spin
     for i in range(3):
         put(motion, i, select(where, s_x * x[i] + s_y * n[i] + s_z * z[i], at(motion, i)))
-    put(motion, U, select(where, math.cos(condition.alpha1), at(motion, U)))
-    put(motion, V, select(where, -math.sin(condition.alpha1), at(motion, V)))
+    put(motion, U, select(where, condition.cosine, at(motion, U)))
+    put(motion, V, select(where, -condition.sine, at(motion, V)))
     put(motion, W, select(where, 0.0, at(motion, W)))
     height = support_depth(body, n[0], n[1], n[2]) if translates(condition) else body.reach
     put(motion, HEIGHT, select(where, height, at(motion, HEIGHT)))

@@ -17,10 +17,24 @@ from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from tablegen.model.directions import NO_MAP, SupportMap, empty_map, support_range
 from tablegen.model.lanes import at, fma, lane, largest, put, put_lane, root, width
 
-ELLIPSOID, PRISM, TRUNCATED_PRISM, TETRAHEDRON, SPHERE = 0, 1, 2, 3, 4
+#: Code of each shape, in kernels and in the files of `tablegen simulate`. Files written before
+#: must keep their meaning: a new shape takes the next number that is free, and none changes.
+SHAPE_CODES = {
+    "ellipsoid": 0,
+    "prism": 1,
+    "truncated-prism": 2,
+    "tetrahedron": 3,
+    "sphere": 4,
+    "mesh": 5,
+}
 
-#: Code of the first mesh of a population; its others have the codes after it.
-MESH = 5
+ELLIPSOID, PRISM = SHAPE_CODES["ellipsoid"], SHAPE_CODES["prism"]
+TRUNCATED_PRISM, TETRAHEDRON = SHAPE_CODES["truncated-prism"], SHAPE_CODES["tetrahedron"]
+SPHERE, MESH = SHAPE_CODES["sphere"], SHAPE_CODES["mesh"]
+
+#: Inside the kernels, mesh number k of a population is FIRST_MESH + k, above all other codes;
+#: outside, all are MESH.
+FIRST_MESH = 1 + max(SHAPE_CODES.values())
 
 #: Most vertices that a shape other than a mesh has.
 MAX_VERTICES = 24

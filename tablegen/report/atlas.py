@@ -1,6 +1,5 @@
 """Accuracy of a table over its whole range of angles and speeds, against direct simulation."""
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -8,14 +7,11 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from sampler.processors import processors
 from sampler.table import Table
+from tablegen.accuracy import estimate_all
 from tablegen.config import Config
-from tablegen.distances import (
-    classifier_auc,
-    correlation_error,
-    ks_distances,
-    sliced_wasserstein,
-)
+from tablegen.estimates import Estimate
 from tablegen.report.direct import direct_states
 from tablegen.report.effort import Effort
 from tablegen.report.errors import batch_seed
@@ -41,6 +37,8 @@ class Point:
     sliced_wasserstein: float
     correlation_error: float
     auc: float
+    #: The four distances with their noise told apart.
+    estimates: dict[str, Estimate]
 
 
 @dataclass(frozen=True)
@@ -87,15 +85,13 @@ def grid(table: Table, shape: tuple[int, int]) -> tuple[tuple[float, ...], tuple
 def _point(
     alpha_deg: float, speed: float, sample: FloatArray, direct: FloatArray, size: int
 ) -> Point:
-    ks = ks_distances(sample, direct)
+    estimates, by_component = estimate_all(sample, direct, 0, _DIRECTIONS, size)
     return Point(
         alpha_deg=alpha_deg,
         speed=speed,
-        ks_components=tuple(ks.tolist()),
-        ks=float(ks.max()),
-        sliced_wasserstein=sliced_wasserstein(sample, direct, _DIRECTIONS),
-        correlation_error=correlation_error(sample, direct),
-        auc=classifier_auc(sample[:size], direct[:size]),
+        ks_components=tuple(by_component.tolist()),
+        **{name: estimate.value for name, estimate in estimates.items()},
+        estimates=estimates,
     )
 
 
@@ -141,7 +137,7 @@ def make_atlas(table: Table, config: Config, effort: Effort, seed: int, tick: Ti
         return found
 
     diagonal = _diagonal(len(alpha), len(speed))
-    with threadpool_limits(limits=1), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
         points = tuple(pool.map(against_table, range(len(conditions))))
         floor = tuple(pool.map(against_direct, diagonal))
     return Atlas(alpha, speed, points, floor, count)

@@ -7,7 +7,7 @@ import numpy as np
 from tablegen.config import Config
 from tablegen.report.ways import DOMAIN, Prepared, Scene, Way
 from tablegen.samples import FloatArray
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 
 FAMILY = "direct simulation"
 
@@ -51,7 +51,9 @@ def direct_states(
         resolution=resolution or model.contact_resolution,
         tolerance=tolerance or model.tolerance,
     )
-    made = simulate(config.pair, config.population, condition, count, seed=seed, threads=threads)
+    made = simulate_condition(
+        config.pair, config.population, condition, count, seed=seed, threads=threads
+    )
     return made.state
 
 

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 import sampler
 from sampler.locate import find_table
 from tablegen.config import Config, parse_config
 from tablegen.figures.gallery import Gallery, make_gallery
+from tablegen.progress import bar
 from tablegen.report import atlas as atlases
 from tablegen.report.atlas import Atlas, make_atlas
 from tablegen.report.effort import FULL, QUICK
@@ -65,8 +64,8 @@ def map_accuracy(name_or_path: str, quick: bool, seed: int, progress: bool) -> A
     effort = QUICK if quick else FULL
     table = sampler.load(name_or_path)
     config = parse_config(table.config, f"{name_or_path}: config")
-    with tqdm(total=atlases.steps(table, effort), desc="accuracy map", disable=not progress) as bar:
-        return make_atlas(table, config, effort, seed, bar.update)
+    with bar(progress, total=atlases.steps(table, effort), desc="accuracy map") as counted:
+        return make_atlas(table, config, effort, seed, counted.update)
 
 
 def compile_dossier(
@@ -97,10 +96,9 @@ def compile_dossier(
         study = read_study(stability_file)
     table = sampler.load(evidence.table)
     config = parse_config(table.config, f"{evidence.table}: config")
-    with tqdm(
-        total=effort.views[0] * effort.views[1], desc="joint views", disable=not progress
-    ) as bar:
-        views = make_views(table, config, effort, seed, bar.update)
+    rows, columns = effort.views
+    with bar(progress, total=rows * columns, desc="joint views") as counted:
+        views = make_views(table, config, effort, seed, counted.update)
     if stability_file is None:
         study = brief_study(config, evidence.quick, seed % 2**32, progress)
     return Dossier(

@@ -1,11 +1,12 @@
 """What a timing was measured on: processor, operating system, versions."""
 
-import os
 import platform
 from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+
+from sampler.processors import processors
 
 #: Packages whose version decides what a rebound costs or how it comes out.
 PACKAGES = (
@@ -53,10 +54,9 @@ def machine() -> dict[str, Any]:
         ``processor``, ``cores`` (that this process may use), ``system``, ``python`` and
         ``packages``, JSON-ready.
     """
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return {
         "processor": processor(),
-        "cores": usable or 1,
+        "cores": processors(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "packages": versions(),

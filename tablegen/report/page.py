@@ -16,6 +16,7 @@ from tablegen.figures.laws import SPEED
 from tablegen.figures.text import STATEMENT_HEAD, statement_rows
 from tablegen.figures.text import counts_text as counts_text_of
 from tablegen.report.dossier import Dossier
+from tablegen.report.looks import LOOKS
 from tablegen.report.markup import folded, packed, picture, section, table
 from tablegen.report.sections import (
     accuracy_section,
@@ -78,6 +79,10 @@ def plot_data(dossier: Dossier) -> dict[str, Any]:
         "short": SHORT,
         "declared": declared(dossier),
         "stored": stored,
+        "families": {
+            family: {"light": look.light, "dark": look.dark, "symbol": look.symbol}
+            for family, look in LOOKS.items()
+        },
         "atlas": dossier.atlas.to_dict(),
         "views": [view.to_dict() for view in dossier.views],
         **{name: evidence[name] for name in ("races", "designs", "sizes")},

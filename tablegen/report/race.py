@@ -1,6 +1,5 @@
 """All ways to get a rebound state at one condition: set up, timed, compared with direct states."""
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from sampler.processors import processors
 from tablegen.config import Config
 from tablegen.report.direct import direct_states
 from tablegen.report.effort import Effort
@@ -151,7 +151,7 @@ def measured_errors(
     """
     found: list[list[dict[str, float]]] = [[{} for _ in range(effort.batches)] for _ in draws]
     # the classifier asks for one thread by itself; asked from several at once, it might keep it
-    with threadpool_limits(limits=1), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
         waiting = {
             pool.submit(
                 batch_errors, draw, reference, effort.batch, effort.classified, r, seeds(k, r)

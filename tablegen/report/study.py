@@ -12,6 +12,7 @@ import sampler
 from sampler.locate import find_table
 from sampler.table import Table
 from tablegen.config import Config, parse_config
+from tablegen.progress import bar
 from tablegen.report.direct import direct_ways
 from tablegen.report.effort import FULL, QUICK, Effort
 from tablegen.report.growth import Sample, sample_sizes
@@ -118,7 +119,7 @@ class _Run:
         """Numerics of the direct model at every condition."""
         found = []
         for alpha_deg, speed in self.places:
-            self.bar.set_description(f"numerics at {alpha_deg:g} deg")
+            self.bar.set_description(f"numerics at {alpha_deg:g} deg", refresh=False)
             points = curve(self.config, "mixture", alpha_deg, speed, self.effort.paths, self.seed)
             for point in points:
                 found.append(point)
@@ -130,12 +131,12 @@ class _Run:
         ways = [*direct_ways(), *self.tables, *self.rivals]
         races: list[Race] = []
         for place, (alpha_deg, speed) in enumerate(self.places):
-            self.bar.set_description(f"ways at {alpha_deg:g} deg")
+            self.bar.set_description(f"ways at {alpha_deg:g} deg", refresh=False)
             scene, reference = make_scene(
                 self.config, alpha_deg, speed, self.effort, self.seed, place
             )
             races.append(run_race(ways, scene, reference, self.effort, self.bar.update))
-        self.bar.set_description("sample sizes")
+        self.bar.set_description("sample sizes", refresh=False)
         costs = {(r.family, r.name): r.nanoseconds for r in races[-1].runners}
         chosen = (ways[0], ways[len(direct_ways())])
         draws = [
@@ -145,7 +146,7 @@ class _Run:
 
     def designs(self) -> Race:
         """Tables of many sizes."""
-        self.bar.set_description("table designs")
+        self.bar.set_description("table designs", refresh=False)
         alpha_deg, speed = design_condition(self.config)
         scene, reference = make_scene(
             self.config, alpha_deg, speed, self.effort, self.seed, len(self.places)
@@ -188,9 +189,9 @@ def gather_evidence(
     """
     effort, begin = QUICK if quick else FULL, time.perf_counter()
     path = find_table(name_or_path)
-    with tqdm(disable=not progress, unit="step") as bar:
-        run = _Run(name_or_path, beside, effort, seed, bar)
-        bar.reset(run.total())
+    with bar(progress, desc="methods") as counted:
+        run = _Run(name_or_path, beside, effort, seed, counted)
+        counted.reset(run.total())
         settings = run.settings()
         races, sizes = run.races()
         designs = run.designs()

@@ -16,7 +16,7 @@ import numpy as np
 
 from tablegen.config import Config
 from tablegen.samples import FloatArray
-from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate
+from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate_condition
 
 #: Settings compared: one of the two is varied, the other has its default.
 RESOLUTIONS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
@@ -105,7 +105,7 @@ def curve(
             math.radians(alpha_deg), speed, resolution=resolution, tolerance=tolerance
         )
         start = time.process_time()
-        made = simulate(config.pair, population, condition, count, seed=seed, threads=1)
+        made = simulate_condition(config.pair, population, condition, count, seed=seed, threads=1)
         return made.state, 1e9 * (time.process_time() - start) / count
 
     true_state, _ = run(*FINEST)

@@ -1,7 +1,6 @@
 """The stability study: every case simulated three times, checked and timed."""
 
 import math
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -9,14 +8,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 import sampler
 from sampler.errors import InputError
+from sampler.processors import processors
 from tablegen.choices import STABILITY_COUNT
 from tablegen.config import Config
 from tablegen.pairs import MaterialPair
-from tablegen.simulate import Simulation, make_condition, simulate
+from tablegen.progress import bar
+from tablegen.simulate import Simulation, make_condition, simulate_condition
 from tablegen.stability.cases import Case
 from tablegen.stability.outcome import Outcome, outcome_of
 
@@ -93,7 +93,7 @@ def _simulated(
     )
     people = case.population(config)
     try:
-        return simulate(
+        return simulate_condition(
             config.pair, people, condition, count, seed=seed, threads=1, audited=audited
         )
     except RuntimeError:
@@ -241,12 +241,14 @@ def run_study(
     # numba compiles on the first call, which the progress and the timing shall not see
     overhead = _call_overhead(config)
     done: dict[int, Outcome] = {}
-    with tqdm(total=len(cases), unit="case", disable=not progress, desc="checking") as bar:
-        for number, outcome in _side_by_side(work, order, threads or os.cpu_count() or 1):
+    with bar(progress, "case", total=len(cases), desc="checking") as counted:
+        for number, outcome in _side_by_side(work, order, threads or processors()):
             done[number] = outcome
-            bar.update()
-    for number in tqdm(order, unit="case", disable=not progress, desc="timing"):
-        done[number] = _timed(config, done[number], overhead)
+            counted.update()
+    with bar(progress, "case", total=len(cases), desc="timing") as counted:
+        for number in order:
+            done[number] = _timed(config, done[number], overhead)
+            counted.update()
     return Study(
         pair=config.pair_name,
         contact_resolution=config.model.contact_resolution,

@@ -13,7 +13,6 @@ its column stays empty.
 import argparse
 import json
 import math
-import os
 import platform
 import statistics
 import sys
@@ -32,8 +31,9 @@ from tqdm import tqdm
 
 from sampler.atomic import atomic_output, check_output
 from sampler.errors import InputError
+from sampler.processors import processors
 from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 
 #: Runs a model once over (shape, angle in degrees); nanoseconds per rebound.
 Timer = Callable[[str, float], float]
@@ -43,14 +43,14 @@ MODELS = (TABLEGEN, REFERENCE, CPP)
 
 
 def tablegen_timer(speed: float, count: int, seed: int) -> Timer:
-    """Time `tablegen.simulate.simulate` on one thread."""
+    """Time `tablegen.simulate.simulate_condition` on one thread."""
     config = load_config("corundum-steel")
 
     def timed(shape: str, alpha_deg: float) -> float:
         population = config.population.restricted_to(shape)
         condition = make_condition(math.radians(alpha_deg), speed)
         start = time.process_time()
-        simulate(config.pair, population, condition, count, seed=seed, threads=1)
+        simulate_condition(config.pair, population, condition, count, seed=seed, threads=1)
         return 1e9 * (time.process_time() - start) / count
 
     return timed
@@ -123,7 +123,7 @@ def machine(compiler: str | None) -> dict[str, Any]:
     """What the times depend on besides the code."""
     return {
         "processor": platform.processor() or platform.machine(),
-        "processors": os.cpu_count(),
+        "processors": processors(),
         "python": platform.python_version(),
         "compiler": Path(compiler).name if compiler else None,
         "flags": list(baseline.FLAGS),

@@ -32,7 +32,7 @@ from tablegen.fitting.node import fit_node
 from tablegen.fitting.resolution import Resolution
 from tablegen.fitting.scores import normal_scores
 from tablegen.placement import Grid
-from tablegen.simulate import simulate_configured
+from tablegen.simulate import simulate
 from tablegen.workshop import Stopwatch
 
 CONFIG = load_config("corundum-steel")
@@ -60,7 +60,7 @@ ABSCISSAS = {"angle": lambda x: x, "root": np.sqrt, "logarithm": np.log, "square
 @lru_cache(32)
 def simulated(alpha_deg, speed, stream):
     """States and classes of fresh particles."""
-    result = simulate_configured(CONFIG, alpha_deg, speed, COUNT, seed=1, stream=stream, threads=1)
+    result = simulate(CONFIG, np.radians(alpha_deg), speed, COUNT, seed=1, stream=stream, threads=1)
     return result.state, class_of(result.collisions)
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from tablegen.config import load_config
 from tablegen.report.tolerances import RESOLUTIONS, TOLERANCES
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 
 POINTS = json.loads(
     (Path(__file__).parents[1] / "data" / "direct.json").read_text(encoding="utf-8")
@@ -61,7 +61,9 @@ def test_baseline_is_the_same_model(program, point):
     config = load_config("corundum-steel")
     population = config.population.restricted_to(point["shape"])
     condition = make_condition(np.radians(point["alpha_deg"]), point["speed"])
-    collisions = simulate(config.pair, population, condition, 2 * COUNT, seed=70).collisions
+    collisions = simulate_condition(
+        config.pair, population, condition, 2 * COUNT, seed=70
+    ).collisions
     error = collisions.std() * np.sqrt(1.5 / COUNT)
     assert abs(made["collisions"] - collisions.mean()) < ERRORS * error
 

@@ -92,7 +92,7 @@ MALFORMED = [
     ("size", add_to_field("file_bytes", 64), -16, True),
     ("checksum", flip("sha256"), -17, False),
     ("pair changed", flip("pair"), -17, False),
-    ("reserved changed", flip("reserved"), -17, False),
+    ("flags changed", flip("flags"), -17, False),
     *((f"{name} is 0", set_field(name, 0), -18, True) for name in (
         "n_alpha", "n_speed", "n_alpha_grid", "n_speed_grid", "n_knots", "n_components",
         "n_classes", "n_channels", "n_marginals", "n_columns", "stride",

@@ -1,15 +1,17 @@
 """The C header: clean under every compiler here, and the states of Python at every optimisation."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import toolchain
 
-from sampler.image import read_image
+from sampler.image import read_image, write_image
 from sampler.image_layout import HEADER_DTYPE, REASONS, field_offset
 from sampler.kernel import draw
+from sampler.schema import read_table
 
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"
@@ -50,6 +52,7 @@ def test_vectors_with_other_flags(compiler, flags, tmp_path):
     check_vectors(program, 0)
 
 
+@pytest.mark.processor
 def test_vectors_where_gcc_may_fuse_multiplications_and_additions(tmp_path):
     flags = ["-O3", "-march=native", "-std=gnu17", "-ffp-contract=fast"]
     check_vectors(toolchain.build("gcc", [HERE / "vectors.c"], tmp_path / "vectors", flags), 0)
@@ -125,6 +128,7 @@ def library(tmp_path_factory):
     return toolchain.load_library(folder / "library.c", ["-O3", "-march=native"])
 
 
+@pytest.mark.processor
 @pytest.mark.parametrize("name", TABLES)
 @pytest.mark.parametrize("n", [1, 31, 32, 33, 1000])
 def test_batches_have_the_bits_of_python(library, name, n):
@@ -144,6 +148,28 @@ def test_batches_have_the_bits_of_python(library, name, n):
     assert (report.row, report.clamped) == (n, clamped.size)
     assert report.clamped_row == (clamped[0] if clamped.size else n)
     np.testing.assert_array_equal(states, expected[:, :6])
+
+
+def test_no_speed_is_outside_where_rebounds_do_not_depend_on_it(library, tmp_path):
+    contents = read_table(VECTORS / "full.h5")
+    speed = np.array([1e-6, 5.0, 60.0, 1e5, 0.0, np.nan, np.inf])
+    n = len(speed)
+    alpha1, index, hit = np.full(n, 1.0), np.arange(n, dtype=np.uint64), np.zeros(n, np.uint32)
+    found = {}
+    for free in (False, True):
+        image = tmp_path / f"{free}.rbt"
+        write_image(image, replace(contents, speed_independent=free))
+        states, report = np.zeros((n, 6)), toolchain.Report()
+        with toolchain.opened(library, image) as table:
+            given = speed[:4].copy(), 5, index, hit, states, report
+            codes = [library.rbt_draw_batch(table, 4, alpha1, *given)]
+            found[free] = states.copy(), report.clamped
+            for k in range(4, n):
+                given = speed[k : k + 1].copy(), 5, index, hit, states, None
+                codes.append(library.rbt_draw_batch(table, 1, alpha1, *given))
+        assert codes == [0 if free else 1, -3, -1, -1]
+    np.testing.assert_array_equal(found[True][0], found[False][0])
+    assert (found[True][1], found[False][1]) == (0, 3)
 
 
 @pytest.mark.parametrize("bad", [0, 1, 31, 32, 50])

@@ -8,6 +8,8 @@ import toolchain
 
 import sampler
 from sampler.image import write_image
+from tablegen.config import load_config
+from tablegen.prune import pruned
 
 EXAMPLES = toolchain.INCLUDE / "examples"
 PARTICLES, HITS = 2000, 6
@@ -29,14 +31,21 @@ def image(table, tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def expected(table):
-    """Mean velocity along the plates and mean spin, from Python."""
+def follow(table):
+    """Velocities and spins of the particles after all their walls, from Python."""
     velocity = np.tile([150.0, -80.0, 0.0], (PARTICLES, 1))
     for hit in range(HITS):
         side = 1.0 if hit % 2 == 0 else -1.0
         velocity, omega = table.rebound(velocity, [0.0, side, 0.0], 20e-6, seed=7, hit=hit)
         velocity += 0.8 * (np.array([150.0, 80.0 * side, 0.0]) - velocity)
+    return velocity, omega
+
+
+@pytest.fixture(scope="module")
+def expected(table):
+    """Mean velocity along the plates and mean spin, from Python."""
+    velocity, omega = follow(table)
+    assert table.clamped == 0
     return velocity[:, 0].mean(), omega[:, 2].mean()
 
 
@@ -49,16 +58,36 @@ def check(program, image, expected, threads):
     assert int(on) == threads
 
 
+@pytest.fixture(scope="module")
+def steep(table, tmp_path_factory):
+    """Image of a table of steep impacts only, and how many rebounds it has to clamp."""
+    path = tmp_path_factory.mktemp("image") / "steep.rbt"
+    scene = load_config("corundum-steel").with_changes({"domain": {"alpha_deg": [30.0, 90.0]}})
+    contents = pruned(table.contents, scene)
+    write_image(path, contents)
+    narrow = sampler.Table(contents)
+    follow(narrow)
+    assert 0 < narrow.clamped < PARTICLES * HITS
+    return path, narrow.clamped
+
+
+def check_count(program, steep):
+    image, clamped = steep
+    lines = toolchain.run(program, image, PARTICLES, HITS).splitlines()
+    assert lines[2:] == [f"{clamped} rebounds lay outside the table and took its nearest condition"]
+
+
 @pytest.mark.parametrize("threads", [1, 2])
-def test_c(image, expected, threads, tmp_path):
+def test_c(image, steep, expected, threads, tmp_path):
     program = toolchain.build(
         "gcc", [EXAMPLES / "particles.c"], tmp_path / "particles", ["-O2", "-fopenmp"]
     )
     check(program, image, expected, threads)
+    check_count(program, steep)
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_fortran(image, expected, threads, tmp_path):
+def test_fortran(image, steep, expected, threads, tmp_path):
     library = tmp_path / "library.c"
     library.write_text('#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n')
     toolchain.compile_with("gcc", ["-O2", "-c", library, "-o", tmp_path / "library.o"])
@@ -70,3 +99,4 @@ def test_fortran(image, expected, threads, tmp_path):
         ["-O2", "-fopenmp", f"-J{tmp_path}"],
     )
     check(program, image, expected, threads)
+    check_count(program, steep)

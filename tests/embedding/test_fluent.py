@@ -167,3 +167,15 @@ def test_the_declarations_refuse_to_be_taken_for_fluents_own(tmp_path):
     )
     assert done.returncode != 0
     assert "copy rebound_bc.c without it" in done.stderr
+
+
+def test_first_impact_outside_the_table_is_told_once(image, tmp_path, capfd):
+    sketch = Sketch(tmp_path, image)  # its own, which has told nothing yet
+    for identity, speed in enumerate((150.0, 20.0, 30.0)):
+        assert (
+            sketch.meet(sketch.particle(identity, [0.0, -speed, 0.0]), [0.0, -1.0, 0.0]) == ACTIVE
+        )
+    ctypes.CDLL(None).fflush(None)
+    told = capfd.readouterr().out
+    assert told.count("outside the table and took its nearest condition") == 1
+    assert told.count("\n") == 1

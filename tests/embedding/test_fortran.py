@@ -26,7 +26,7 @@ def build(tmp_path_factory):
     return runner
 
 
-@pytest.mark.parametrize("level", ["-O0", "-O2", "-O3"])
+@pytest.mark.parametrize("level", ["-O0", pytest.param("-O2", marks=pytest.mark.processor), "-O3"])
 def test_vectors(build, level):
     program = build(HERE / "vectors.f90", level)
     for image in sorted(VECTORS.glob("*.rbt")):

@@ -20,7 +20,7 @@ import sampler
 from sampler.jit import borrowing_kernel
 from sampler.philox import philox_block, uniform
 from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 
 HALF_SIZE = 2e-5
 CONDITIONS = [(0.5, 60.0), (17.0, 200.0), (60.0, 120.0), (90.0, 290.0)]
@@ -56,7 +56,7 @@ def test_spheres_are_the_spheres_of_the_model(wall_of, config, alpha_deg, speed)
     sphere_state(wall_of["spheres"], np.radians(alpha_deg), speed, make_store(), out)
     spheres = config.population.restricted_to("sphere")
     condition = make_condition(np.radians(alpha_deg), speed)
-    made = simulate(config.pair, spheres, condition, 1, seed=1, threads=1)
+    made = simulate_condition(config.pair, spheres, condition, 1, seed=1, threads=1)
     np.testing.assert_allclose(out, made.state[0], atol=1e-13)
 
 
@@ -65,7 +65,9 @@ def test_direct_rebounds_are_those_of_simulate(wall_of, config, alpha_deg, speed
     """The same bits for seed, particle, and the hit for a stream."""
     seed, hit = 12, 3
     condition = make_condition(np.radians(alpha_deg), speed)
-    made = simulate(config.pair, config.population, condition, 40, seed=seed, stream=hit, threads=1)
+    made = simulate_condition(
+        config.pair, config.population, condition, 40, seed=seed, stream=hit, threads=1
+    )
     store, out = make_store(), np.empty(6)
     for index in range(40):
         keys = (seed, index, hit)

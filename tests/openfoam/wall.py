@@ -17,7 +17,7 @@ import shots
 
 import sampler
 from sampler.atomic import atomic_output
-from tablegen import load_config, make_condition, simulate
+from tablegen import load_config, simulate
 from tablegen.distances import correlation_error, ks_distances
 
 #: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
@@ -31,9 +31,7 @@ def direct_states(count, seed=11):
     """States of each of `shots.CONDITIONS` from direct simulation, (count, 6) each."""
     config = load_config("corundum-steel")
     return [
-        simulate(
-            config.pair, config.population, make_condition(*condition), count, seed=seed, stream=k
-        ).state
+        simulate(config, *condition, count, seed=seed, stream=k).state
         for k, condition in enumerate(shots.CONDITIONS)
     ]
 

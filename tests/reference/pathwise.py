@@ -6,7 +6,7 @@ from reference_model import Law, Setup, rebounds
 from tablegen.config import load_config
 from tablegen.model.population import draw_particle
 from tablegen.model.rebound import MOTION_SIZE
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
 TRUNCATION = CONFIG.population.truncation
@@ -44,7 +44,7 @@ def follow(population, condition, count, seed, changes=None):
     """
     alpha_deg, speed, spin, resolution = condition
     fast_condition = make_condition(np.radians(alpha_deg), speed, spin, resolution)
-    fast = simulate(CONFIG.pair, population, fast_condition, count, seed=seed)
+    fast = simulate_condition(CONFIG.pair, population, fast_condition, count, seed=seed)
     settings = Setup(fast_condition.alpha1, speed, spin, resolution)._asdict()
     settings |= LAW._asdict() | {"truncation": TRUNCATION} | (changes or {})
     law = Law(*(settings.pop(name) for name in Law._fields))

@@ -16,7 +16,7 @@ from reference_model import SHAPES, Law, Setup, make_particle, rebounds
 from reference_population import draw_particles
 from scipy.spatial import ConvexHull
 
-from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate
+from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate_condition
 
 COUNT, SEED = 2000, 61
 NON_SPHERICAL = [name for name in SHAPES if name != "sphere"]
@@ -201,7 +201,7 @@ def test_mixture_has_the_statistics_of_the_fast_model(alpha_deg):
     states, collisions = rebounds(LAW, Setup(np.radians(alpha_deg), 200.0), *particles, TRUNCATION)
     population = CONFIG.population.restricted_to("mixture")
     condition = make_condition(np.radians(alpha_deg), 200.0)
-    fast = simulate(CONFIG.pair, population, condition, 10 * count, seed=65)
+    fast = simulate_condition(CONFIG.pair, population, condition, 10 * count, seed=65)
     ours = np.column_stack([states, collisions <= 1, collisions <= 2, collisions <= 5])
     theirs = np.column_stack([fast.state, *(fast.collisions <= limit for limit in (1, 2, 5))])
     error = theirs.std(axis=0) * np.sqrt(1.1 / count)

@@ -7,7 +7,11 @@ import pytest
 
 from sampler import InputError
 from sampler.channels import CHANNELS, STATE, channels_for, to_channels
+from sampler.jit import kernel
 from sampler.states import channels_to_state
+
+# called from Python here
+channels_to_state = kernel(channels_to_state)
 
 
 def _states(channels):

@@ -14,6 +14,8 @@ from sampler.arrange import _MARGIN, table_arrays
 from sampler.batch import draw_batch
 from sampler.channels import COMPONENTS
 
+pytestmark = pytest.mark.processor
+
 ENDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF)
 
 #: Quantiles of a cell are 16-bit steps, half a step of the largest range of 3.7 at most; what lies

@@ -10,6 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from sampler import frames, kernel
 
+pytestmark = pytest.mark.processor
+
 AXES = np.eye(3)
 
 

@@ -19,6 +19,8 @@ from sampler.image_layout import (
 )
 from sampler.locate import include_directory
 
+pytestmark = pytest.mark.processor
+
 
 @pytest.fixture(scope="module")
 def image(contents):

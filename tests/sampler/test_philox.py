@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from reference_draw import philox
 
+from sampler.jit import kernel
 from sampler.philox import philox4x32, philox_block, uniform
+
+# called from Python here
+philox4x32 = kernel(philox4x32)
+philox_block = kernel(philox_block)
+uniform = kernel(uniform)
 
 VECTORS = [
     ("00000000 00000000", "00000000 " * 4, "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),

@@ -16,7 +16,11 @@ import numba
 import numpy as np
 import pytest
 
+from sampler.jit import kernel
 from sampler.philox import philox_block
+
+# called from Python here
+philox_block = kernel(philox_block)
 
 #: Tests that dieharder calls good, by number.
 BATTERY = (0, 1, 2, 3, 4, 8, 9, 10, 11, 12, 13, 15, 16, 100, 101, 102, 202, 205, 206, 207, 209)

@@ -78,6 +78,21 @@ def test_file_describes_itself(file, contents):
             assert len(node.attrs["long_name"]) > 10, path
 
 
+def test_kinds_of_processor_are_kept_and_counted_in_the_checksum(file, tmp_path, contents):
+    kinds = ("numpy X86_V3; openblas Haswell; libm 01", "numpy as built")
+    path = tmp_path / "two.h5"
+    write_table(path, make_contents(processors=kinds))
+    read = read_table(path)
+    assert read.processors == kinds
+    with h5py.File(path) as opened:
+        assert opened.attrs["processors"] == "\n".join(kinds)
+        assert opened.attrs["content_sha256"] == _checksum(opened) == read.content_sha256
+        assert set(opened.attrs) == {*ATTRIBUTES, "processors"}
+    # as in files that were written before
+    assert read_table(file).processors == ()
+    assert contents.content_sha256 != read.content_sha256
+
+
 def test_a_table_without_measured_accuracy(tmp_path):
     datasets = make_datasets()
     for path in datasets:
@@ -154,6 +169,9 @@ REFUSED = {
         _attribute("components", "u v w omega_x omega_y"),
         "n_columns: got 6, allowed: 5",
     ),
+    "processors of numbers": (_attribute("processors", 3), "processors: got 3, allowed: kinds"),
+    "no processor": (_attribute("processors", ""), "processors: got '', allowed: kinds of proc"),
+    "processor without a name": (_attribute("processors", "a\n\nb"), "processors: got ''"),
     "negative seed": (_attribute("seed", -1), r"seed: got -1, allowed: seed .* from 0"),
     "missing dataset": (
         lambda f: f.__delitem__("marginals/quantiles"),

@@ -1,13 +1,16 @@
 """The Table class: keys, shapes, threads, ranges, and what it refuses."""
 
 import threading
+import warnings
 
 import numpy as np
 import pytest
 from synthetic_table import make_contents
 
 import sampler
-from sampler import InputError
+from sampler import InputError, OutsideTableWarning
+
+pytestmark = pytest.mark.processor
 
 N = 50_000
 
@@ -100,7 +103,7 @@ def test_what_a_table_says_of_itself(table, contents):
         *("alpha_deg", "speed", "ks", "sliced_wasserstein", "correlation_error", "auc")
     }
     assert repr(table) == (
-        "<sampler.Table made-up: 20 to 90 deg x 50 to 300 m/s, 3 x 3 nodes, 5 components>"
+        "<sampler.Table made-up: 20 to 90 deg x 50 to 300 m/s, 3 x 3 nodes, 5 mixture components>"
     )
 
 
@@ -114,6 +117,48 @@ def test_clamped_draws_are_counted(table):
     edge = table.sample(table.alpha_range[0], 100.0, seed=1, index=np.arange(0, N, 10))
     np.testing.assert_array_equal(first[::10], edge)
     assert table.clamped == N // 10 + 1
+
+
+class TestWarning:
+    """One warning a table, at its first draws that are moved to the edge, with their number."""
+
+    def test_comes_once_with_the_count_at_the_line_that_drew(self, table):
+        def draw():
+            table.sample(0.7, [100.0, 20.0, 310.0], seed=1)
+            table.sample(0.7, 20.0, seed=1)
+            table.rebound([1.0, -500.0, 0.0], [0, 1, 0], 1e-5, seed=1)
+
+        with pytest.warns(OutsideTableWarning) as told:
+            draw()
+        assert len(told) == 1
+        assert str(told[0].message) == (
+            "speed: got 20 at index 1, allowed: from 50 to 300 m/s, the range of the table; "
+            "2 draws of this call took the nearest condition of the table instead. table.clamped "
+            "goes on counting, without further warnings"
+        )
+        assert told[0].filename == __file__
+        assert table.clamped == 4
+
+    def test_comes_from_rebounds_and_for_every_table(self, table_path):
+        for _ in range(2):
+            table = sampler.load(table_path)
+            with pytest.warns(OutsideTableWarning, match=r"got 0\.00999.* 1 draw of this"):
+                table.rebound([100.0, -1.0, 0.0], [0, 1, 0], 1e-5, seed=1)
+
+    def test_does_not_come_within_the_table_nor_from_refusals(self, table, table_path):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            table.sample(0.7, [50.0, 300.0], seed=1)
+            with pytest.raises(InputError):
+                sampler.load(table_path, outside="raise").sample(0.7, 20.0, seed=1)
+
+    def test_as_an_error_leaves_the_count_right(self, table):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with pytest.raises(OutsideTableWarning):
+                table.sample(0.7, 20.0, seed=1)
+            table.sample(0.7, 20.0, seed=1)
+        assert table.clamped == 2
 
 
 def test_counting_is_safe_between_threads(table):

@@ -26,6 +26,12 @@ def tiny(tmp_path_factory):
 
 
 @pytest.fixture
+def terminal(monkeypatch):
+    """Progress is shown as on a terminal."""
+    monkeypatch.setattr("tablegen.progress.draws_over", lambda file: True)
+
+
+@pytest.fixture
 def run(capsys):
     """Run the command line in this process: status, standard output, standard error."""
 

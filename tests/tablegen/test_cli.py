@@ -2,6 +2,7 @@
 
 import html
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -20,14 +21,14 @@ from command_line import (
     flags,
 )
 from tiny_tables import GENERATE, PLAN, TINY
-from wrong_tables import declaring, independent_channels
+from wrong_tables import declaring, independent_channels, lopsided
 
 import sampler
 from sampler.schema import write_table
 from tablegen.cli import cli
 from tablegen.config import load_config
-from tablegen.particles import SHAPE_CODES
-from tablegen.simulate import make_condition, simulate
+from tablegen.model.shapes import SHAPE_CODES
+from tablegen.simulate import make_condition, simulate_condition
 
 COMMANDS = sorted(cli.commands)
 
@@ -95,7 +96,7 @@ class TestSimulate:
     def test_is_the_simulation(self, simulated):
         config = load_config("corundum-steel")
         condition = make_condition(np.radians(45.0), 200.0)
-        expected = simulate(config.pair, config.population, condition, 300, seed=1)
+        expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
         result = simulated()
         np.testing.assert_array_equal(result.state, expected.state)
         np.testing.assert_array_equal(result.collisions, expected.collisions)
@@ -119,7 +120,7 @@ class TestSimulate:
     def test_spin(self, simulated):
         config = load_config("corundum-steel")
         condition = make_condition(np.radians(45.0), 200.0, (0.5, -0.25, 1.0))
-        expected = simulate(config.pair, config.population, condition, 300, seed=1)
+        expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
         result = simulated(spin=(0.5, -0.25, 1.0))
         np.testing.assert_array_equal(result.state, expected.state)
         np.testing.assert_array_equal(result.energy, expected.energy)
@@ -158,12 +159,12 @@ class TestGenerate:
 
     def test_missed_accuracy_is_status_1_and_leaves_the_table(self, run, tmp_path):
         output = tmp_path / "t.h5"
-        config = config_file(tmp_path, accuracy={"ks": 1e-6})
+        config = config_file(tmp_path, accuracy={"auc": 0.5})
         ended = run("generate", config, "--output", output, "--conditions", 1, "--quiet")
         assert ended.status == MISSED
-        assert "missed: ks: 0." in ended.out
-        assert "declared at most 1e-06" in ended.out
-        assert sampler.load(output).accuracy["ks"].max() > 1e-6
+        assert "missed: auc: 0." in ended.out
+        assert "where 0.5 is allowed" in ended.out
+        assert sampler.load(output).accuracy["auc"].max() > 0.5
 
     def test_interrupted_run_can_be_resumed(self, run, tmp_path, monkeypatch):
         output, config = tmp_path / "t.h5", config_file(tmp_path)
@@ -199,18 +200,30 @@ class TestGenerate:
 
 
 class TestValidate:
-    WORDS = ("--conditions", 1, "--samples", 1000, "--quiet")
+    WORDS = ("--conditions", 1, "--samples", 4000, "--seed", 1, "--quiet")
+
+    @pytest.fixture
+    def wrong(self, tiny, tmp_path):
+        """Everything leans to one side: a Kolmogorov-Smirnov distance of 0.2."""
+        path = tmp_path / "wrong.h5"
+        contents = lopsided(tiny.generated.table.contents, 0.15)
+        write_table(path, declaring(contents, ks=1.0, sliced_wasserstein=9.0, auc=1.0))
+        return path
 
     def test_good_table_is_status_0(self, run, tiny, tmp_path):
         page, record = tmp_path / "v.html", tmp_path / "v.json"
         ended = run("validate", tiny.path, *self.WORDS, "--json", record, "--html", page)
         assert (ended.status, ended.err) == (DONE, "")
         assert "The declared accuracy holds at every condition." in ended.out
+        assert "Looked at all 4 nodes with 4,000 states a side" in ended.out
+        assert "Seed 1: --seed 1 makes the same validation again." in ended.out
+        assert "Note: the table declares little: ks 0.15" in ended.out
         data = json.loads(record.read_text())
         assert data["holds"] is True
         assert data["declared"] == TINY.accuracy.model_dump()
         (condition,) = data["conditions"]
         assert f"{condition['auc']:.3f}" in ended.out
+        assert f"{condition['estimates']['ks']['noise']:.4f}" in ended.out
         assert f"{condition['sliced_wasserstein']:.4f}" in page.read_text()
         assert html.escape(str(tiny.path)) in page.read_text()
 
@@ -225,12 +238,40 @@ class TestValidate:
         assert data["missed"]
         assert "is missed" in (tmp_path / "v.html").read_text()
 
-    def test_declared_accuracy_is_what_counts(self, run, tiny, tmp_path):
-        path = tmp_path / "ambitious.h5"
-        write_table(path, declaring(tiny.generated.table.contents, ks=1e-6))
-        ended = run("validate", path, *self.WORDS)
+    def test_declared_accuracy_counts_unless_another_is_asked_for(self, run, wrong):
+        assert run("validate", wrong, *self.WORDS).status == DONE
+        ended = run("validate", wrong, *self.WORDS, "--accuracy", "ks=0.05")
         assert ended.status == MISSED
-        assert ended.out.count("missed: ") == 1
+        assert "missed: ks: " in ended.out
+        assert "declared                       1.0000" in ended.out
+        assert "asked for                      0.0500" in ended.out
+
+    def test_conditions_of_ones_choice(self, run, tiny):
+        words = ("--alpha", 40, "--speed", 100, "--alpha", 45, "--speed", 300, *self.WORDS[2:])
+        ended = run("validate", tiny.path, *words)
+        assert ended.status == DONE
+        assert "   40.00   100.0" in ended.out
+        assert "   45.00   300.0" in ended.out
+        assert "Looked at 2 conditions that you chose, and at nothing else" in ended.out
+        shared = run(
+            "validate", tiny.path, "--alpha", 40, "--speed", 100, "--speed", 200, *words[8:]
+        )
+        assert "   40.00   100.0" in shared.out
+        assert "   40.00   200.0" in shared.out
+
+    def test_seed_is_printed_and_another_each_time(self, run, tiny):
+        words = ("validate", tiny.path, "--alpha", 40, "--speed", 100, "--samples", 1000, "--quiet")
+        first, other = (re.search(r"^Seed (\d+):", run(*words).out, re.M)[1] for _ in range(2))
+        assert first != other
+        assert run(*words, "--seed", first).out == run(*words, "--seed", first).out
+
+    def test_accuracy_may_be_stored(self, run, tiny, tmp_path):
+        path = shutil.copy(tiny.path, tmp_path / "t.h5")
+        ended = run("validate", path, "--store", *self.WORDS)
+        assert ended.status == DONE
+        table = sampler.load(path)
+        assert f"accuracy stored, content SHA-256 {table.contents.content_sha256}" in ended.out
+        assert table.accuracy["auc"].shape == (1,)
 
     def test_details_of_every_condition(self, run, tiny):
         words = ("validate", tiny.path, "--conditions", 3, "--samples", 1000, "--quiet")

@@ -169,10 +169,40 @@ class TestGenerate:
 class TestValidate:
     @pytest.mark.parametrize(
         ("flag", "value"),
-        [("--conditions", "0"), ("--samples", "999"), ("--seed", "-1"), ("--seed", "x")],
+        [
+            ("--conditions", "0"),
+            ("--samples", "999"),
+            ("--seed", "-1"),
+            ("--seed", "x"),
+            ("--alpha", "91"),
+            ("--speed", "0"),
+        ],
     )
     def test_flags(self, refused, tiny, flag, value):
         assert f"'{flag}': got '{value}'" in refused("validate", tiny.path, flag, value)
+
+    @pytest.mark.parametrize(
+        ("words", "line"),
+        [
+            (("--alpha", "40"), "--alpha and --speed: got 1 and 0, allowed: as many of both"),
+            (
+                ("--alpha", "40", "--alpha", "41", *("--speed", "99") * 3),
+                "--alpha and --speed: got 2 and 3, allowed: as many of both, or one of either",
+            ),
+            (("--alpha", "50", "--speed", "99"), "alpha: got 50 degrees, allowed: 35 to 45"),
+            (("--accuracy", "good"), "accuracy: got 'good', allowed: compact, standard, fine"),
+            (
+                ("--store", "--alpha", "40", "--speed", "99"),
+                "--store: got it with --alpha and --speed, allowed: without them",
+            ),
+        ],
+    )
+    def test_what_does_not_go_together(self, refused, tiny, words, line):
+        assert refused("validate", tiny.path, *words).startswith(line)
+
+    def test_names_are_not_stored_into(self, refused):
+        line = refused("validate", "corundum-steel", "--store")
+        assert line.startswith("--store: got the name 'corundum-steel', allowed: the path")
 
     @pytest.mark.parametrize("flag", ["--json", "--html"])
     def test_output_folder_is_checked_before_any_work(

@@ -7,7 +7,7 @@ from scipy.stats import kstest
 from sampler.channels import CHANNELS, COMPONENTS, RANGES, STATE
 from tablegen.components import simulated_channels, simulated_components
 from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
 COUNT = 20_000
@@ -16,7 +16,7 @@ COUNT = 20_000
 def simulated(shape, alpha_deg=35.0, count=COUNT):
     condition = make_condition(np.radians(alpha_deg), 150.0)
     people = CONFIG.population.restricted_to(shape)
-    return simulate(CONFIG.pair, people, condition, count, seed=2, threads=1)
+    return simulate_condition(CONFIG.pair, people, condition, count, seed=2, threads=1)
 
 
 @pytest.fixture(scope="module")

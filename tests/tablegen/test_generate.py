@@ -141,6 +141,7 @@ class TestAccuracy:
         assert other.comparisons != tiny.generated.comparisons
 
 
+@pytest.mark.processor
 class TestSameBytes:
     @pytest.mark.parametrize("workers", [1, 2, 3])
     def test_whatever_the_number_of_workers(self, rough_bytes, tmp_path, workers):

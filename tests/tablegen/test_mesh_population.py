@@ -1,6 +1,7 @@
 """Populations, configurations and commands with meshes."""
 
 import pickle
+import re
 import tomllib
 
 import numpy as np
@@ -9,12 +10,14 @@ import trimesh
 from command_line import BAD_INPUT, DONE, SIMULATE, flags
 from grains import CONFIG, PAIR, POPULATION, box, grain, people_of, surface
 
+import tablegen
 from sampler.errors import InputError
 from sampler.locate import data_directory
 from tablegen.config import load_config, parse_config
 from tablegen.mesh import MOST_VERTICES, read_mesh
-from tablegen.particles import SHAPE_CODES
-from tablegen.simulate import make_condition, simulate
+from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES
+from tablegen.particles import MeshShape, Population
+from tablegen.simulate import make_condition, simulate_condition
 
 
 class TestPopulation:
@@ -22,9 +25,15 @@ class TestPopulation:
         people = people_of(grain(50), box(0.5, 0.25), weights=[2.0, 1.0], shapes={"prism": 1.0})
         arguments = people.kernel_arguments()
         mesh = SHAPE_CODES["mesh"]
-        assert arguments.shape_codes.tolist() == [SHAPE_CODES["prism"], mesh, mesh + 1]
+        assert arguments.shape_codes.tolist() == [
+            SHAPE_CODES["prism"],
+            FIRST_MESH,
+            FIRST_MESH + 1,
+        ]
         assert arguments.cumulative_weights.tolist() == [0.25, 0.75, 1.0]
-        made = simulate(PAIR, people, make_condition(np.radians(45.0), 200.0), 20_000, seed=75)
+        made = simulate_condition(
+            PAIR, people, make_condition(np.radians(45.0), 200.0), 20_000, seed=75
+        )
         assert set(made.shape) == {SHAPE_CODES["prism"], mesh}
         boxes = np.isclose(made.aspect, 0.5, rtol=1e-12).all(axis=1)
         # 20,000 particles: five standard deviations of a share are 0.017 (false alarm 6e-7)
@@ -33,16 +42,21 @@ class TestPopulation:
 
     def test_meshes_side_by_side_do_not_disturb_each_other(self):
         condition = make_condition(np.radians(45.0), 200.0)
-        together = simulate(PAIR, people_of(grain(50), box(0.5, 0.25)), condition, 2000, seed=76)
+        together = simulate_condition(
+            PAIR, people_of(grain(50), box(0.5, 0.25)), condition, 2000, seed=76
+        )
         for points in (grain(50), box(0.5, 0.25)):
-            alone = simulate(PAIR, people_of(points), condition, 2000, seed=76)
+            alone = simulate_condition(PAIR, people_of(points), condition, 2000, seed=76)
             same = (together.aspect == alone.aspect[0]).all(axis=1)
             assert 900 < same.sum() < 1100
             np.testing.assert_array_equal(together.state[same], alone.state[same])
 
     def test_mixture_keeps_meshes_and_a_single_shape_does_not(self):
         people = people_of(grain(50), shapes={"prism": 1.0, "sphere": 1.0})
-        assert people.restricted_to("mixture").kernel_arguments().shape_codes.tolist() == [1, 5]
+        assert people.restricted_to("mixture").kernel_arguments().shape_codes.tolist() == [
+            1,
+            FIRST_MESH,
+        ]
         assert people.restricted_to("prism").meshes == ()
         only = people_of(grain(50))
         assert only.restricted_to("mixture") == only
@@ -83,7 +97,8 @@ class TestConfig:
         assert pickle.loads(pickle.dumps(config)) == config
         condition = make_condition(np.radians(45.0), 200.0)
         states = [
-            simulate(PAIR, c.population, condition, 500, seed=1).state for c in (config, again)
+            simulate_condition(PAIR, c.population, condition, 500, seed=1).state
+            for c in (config, again)
         ]
         np.testing.assert_array_equal(*states)
 
@@ -93,8 +108,58 @@ class TestConfig:
         path = tmp_path / "scene.toml"
         path.write_text(scene)
         config = load_config(path)
-        assert config.population.kernel_arguments().shape_codes.tolist() == [0, 1, 2, 3, 5]
+        assert config.population.kernel_arguments().shape_codes.tolist() == [0, 1, 2, 3, FIRST_MESH]
         assert parse_config(config.text, "again") == config
+
+    MESHES_ALONE = '[[population.meshes]]\nfile = "grain.ply"\n'
+
+    def meshes_alone(self, folder, more=""):
+        """Pair file whose population has meshes, and nothing else but ``more``."""
+        surface(grain(60)).export(folder / "grain.ply")
+        before, _, rest = PAIR_TEXT.partition("[population]")
+        after = rest.partition("[domain]")[2]
+        text = f"{before}{more}{self.MESHES_ALONE}[domain]{after}"
+        return parse_config(text, "my.toml", folder)
+
+    def test_meshes_alone_need_neither_shapes_nor_ratios(self, tmp_path):
+        config = self.meshes_alone(tmp_path)
+        assert config.population.shapes.positive() == {}
+        assert config.population.kernel_arguments().shape_codes.tolist() == [FIRST_MESH]
+        made = tablegen.simulate(config, 0.7, 200.0, 20, seed=1)
+        assert set(made.shape) == {5}
+        assert parse_config(config.text, "again") == config
+        spheres = config.population.restricted_to("sphere").kernel_arguments()
+        assert spheres.shape_codes.tolist() == [4]
+        prisms = config.population.restricted_to("prism")
+        assert prisms.with_aspect(0.5, 0.5).kernel_arguments().shape_codes.tolist() == [1]
+        with pytest.raises(InputError, match=r"^aspect: missing for prism, allowed: "):
+            prisms.kernel_arguments()
+
+    def test_shapes_beside_them_need_ratios_unless_they_are_spheres(self, tmp_path):
+        config = self.meshes_alone(tmp_path, "[population.shapes]\nsphere = 1.0\n")
+        assert config.population.kernel_arguments().shape_codes.tolist() == [4, FIRST_MESH]
+        with pytest.raises(InputError) as caught:
+            self.meshes_alone(tmp_path, "[population.shapes]\nprism = 1.0\n")
+        assert str(caught.value) == (
+            "my.toml: population.aspect: missing, allowed: a law of the aspect ratios, which all "
+            "shapes but spheres and meshes need"
+        )
+
+    def test_page_on_laws_describes_the_population(self, tmp_path):
+        """Its example loads, and it names every field and the most vertices."""
+        page = (data_directory() / "LAWS.md").read_text(encoding="utf-8")
+        section = page.partition("## `[population]`")[2].partition("\n## ")[0]
+        for kind in (Population, MeshShape):
+            for name in kind.model_fields:
+                assert re.search(rf"`\[*(population\.)?{name}\]*`", section), name
+        assert f"at most {MOST_VERTICES:,} vertices" in " ".join(section.split())
+        (example,) = re.findall(r"```toml\n(.*?)```", section, re.S)
+        surface(grain(60)).export(tmp_path / "grain-1.stl")
+        surface(box(0.5, 0.25)).export(tmp_path / "grain-2.ply")
+        before, _, rest = PAIR_TEXT.partition("[population]")
+        text = f"{before}{example}[domain]{rest.partition('[domain]')[2]}"
+        population = parse_config(text, "my.toml", tmp_path).population
+        assert [mesh.weight for mesh in population.meshes] == [2.0, 1.0]
 
     def test_text_with_vertices_is_kept(self):
         rows = ", ".join(str(list(row)) for row in box(0.5, 0.25).tolist())
@@ -143,9 +208,11 @@ class TestCommand:
         ended = run("simulate", *flags(SIMULATE, changes), "--output", output, "--quiet")
         assert (ended.status, ended.out, ended.err) == (DONE, "", "")
         with np.load(output) as file:
-            assert set(file["shape"]) == {SHAPE_CODES["mesh"]}
+            assert set(file["shape"]) == {5}
             people = POPULATION.of_mesh(read_mesh(tmp_path / "grain.stl"))
-            expected = simulate(PAIR, people, make_condition(np.radians(45.0), 200.0), 300, seed=1)
+            expected = simulate_condition(
+                PAIR, people, make_condition(np.radians(45.0), 200.0), 300, seed=1
+            )
             np.testing.assert_array_equal(file["state"], expected.state)
 
     def test_mesh_that_is_not_convex_is_noted(self, run, tmp_path):

@@ -17,6 +17,7 @@ from grains import (
 )
 from scipy.spatial.transform import Rotation
 
+from sampler.jit import kernel
 from tablegen.mesh import mesh_particle
 from tablegen.model.audit import (
     ANGULAR,
@@ -35,7 +36,11 @@ from tablegen.model.shapes import (
     TETRAHEDRON,
     make_body,
 )
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
+
+# called from Python here
+wall_spin = kernel(wall_spin)
+workspace = kernel(workspace)
 
 LAW = PAIR.kernel_arguments()
 
@@ -113,11 +118,11 @@ def test_fine_meshes_approach_the_ellipsoid():
     # paired particles: number i has the same orientation in both populations
     condition = make_condition(np.radians(45.0), 200.0)
     smooth = POPULATION.restricted_to("ellipsoid").with_aspect(0.8, 0.75)
-    expected = simulate(PAIR, smooth, condition, 4000, seed=72)
+    expected = simulate_condition(PAIR, smooth, condition, 4000, seed=72)
     apart, error = [], 0.0
     for level in (2, 3, 4):
         people = people_of(icosphere(level, (1.0, 0.8, 0.6)))
-        made = simulate(PAIR, people, condition, 4000, seed=72)
+        made = simulate_condition(PAIR, people, condition, 4000, seed=72)
         apart.append(np.median(np.abs(made.state - expected.state)))
         error = np.abs(made.state.mean(axis=0) - expected.state.mean(axis=0))
     # edges are half as long at every level, and the contact point is as far off
@@ -128,7 +133,9 @@ def test_fine_meshes_approach_the_ellipsoid():
     assert np.all(error < allowed)
     assert abs(made.collisions.mean() - expected.collisions.mean()) < 0.1
     # and a mesh that is another ellipsoid is told apart by the same measures
-    other = simulate(PAIR, people_of(icosphere(4, (1.0, 0.6, 0.4))), condition, 4000, seed=72)
+    other = simulate_condition(
+        PAIR, people_of(icosphere(4, (1.0, 0.6, 0.4))), condition, 4000, seed=72
+    )
     assert np.median(np.abs(other.state - expected.state)) > 2.0 * apart[2]
     assert np.any(np.abs(other.state.mean(0) - expected.state.mean(0)) > allowed)
 
@@ -139,7 +146,7 @@ def test_fine_meshes_approach_the_ellipsoid():
 )
 def test_every_collision_and_flight_of_a_large_grain_keeps_its_laws(alpha_deg, spin):
     condition = make_condition(np.radians(alpha_deg), 200.0, spin)
-    made = simulate(PAIR, people_of(grain(1000)), condition, 3000, seed=73, audited=True)
+    made = simulate_condition(PAIR, people_of(grain(1000)), condition, 3000, seed=73, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.isfinite(made.state).all()
     assert np.all(made.state[:, 1] > 0.0)
@@ -153,6 +160,6 @@ def test_every_collision_and_flight_of_a_large_grain_keeps_its_laws(alpha_deg, s
 )
 def test_extreme_meshes_keep_the_laws(points):
     condition = make_condition(np.radians(60.0), 200.0)
-    made = simulate(PAIR, people_of(points), condition, 2000, seed=74, audited=True)
+    made = simulate_condition(PAIR, people_of(points), condition, 2000, seed=74, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.all(made.state[:, 1] > 0.0)

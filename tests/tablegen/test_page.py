@@ -9,6 +9,7 @@ import pytest
 from sampler.channels import STATE
 from tablegen.page import validation_page
 from tablegen.validate import validate
+from tablegen.validation_text import certainty_line, coverage_lines
 
 VOID = {"meta", "br", "hr", "img", "input", "link"}
 
@@ -45,7 +46,7 @@ def parsed(page):
 
 @pytest.fixture(scope="module")
 def validation(tiny):
-    return validate(tiny.path, conditions=2, samples=1000)
+    return validate(tiny.path, conditions=2, samples=4000, seed=1)
 
 
 def test_parser_refuses_what_is_not_well_formed(validation):
@@ -77,12 +78,17 @@ def test_holds_the_numbers(validation):
     assert "The declared accuracy holds at every condition." in texts
     assert validation.content_sha256 in texts
     for comparison in validation.comparisons:
-        assert f"{comparison.alpha_deg:.2f}°" in texts
+        assert f"{comparison.alpha_deg:.2f}" in texts
         assert f"{max(comparison.ks):.4f}" in texts
         assert f"{comparison.auc:.3f}" in texts
         assert f"{comparison.direct.mean[0]:.4f}" in texts
         assert f"{comparison.table.scattering_mean_deg[1]:.2f}" in texts
+    for comparison in validation.measured:
+        for name in ("ks", "sliced_wasserstein", "correlation_error"):
+            assert f"{comparison.estimates[name].noise:.4f}" in texts
     assert [text for text in texts if text in STATE] == 2 * list(STATE)
+    for line in (*coverage_lines(validation), certainty_line()):
+        assert line in texts
 
 
 def test_says_what_was_missed(validation):
@@ -91,6 +97,21 @@ def test_says_what_was_missed(validation):
     assert "The declared accuracy is missed:" in texts
     assert "The declared accuracy holds at every condition." not in texts
     assert set(lines) <= set(texts)
+
+
+def test_says_what_noise_leaves_open(validation):
+    lines = ["ks: 0.5 > all & more"]
+    texts = parsed(validation_page(replace(validation, undecided=lines))).texts
+    assert any("leaves open whether it holds" in text for text in texts)
+    assert "The declared accuracy holds at every condition." not in texts
+    assert set(lines) <= set(texts)
+
+
+def test_says_whose_accuracy_it_is(validation):
+    other = validation.asked.model_copy(update={"ks": 0.5})
+    texts = parsed(validation_page(replace(validation, asked=other))).texts
+    assert "The accuracy asked for holds at every condition." in texts
+    assert {"asked for", "0.5000"} <= set(texts)
 
 
 def test_names_are_escaped(validation):

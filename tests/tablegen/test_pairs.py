@@ -11,12 +11,16 @@ from tiny_tables import ROUGH
 import sampler
 from sampler.channels import STATE
 from sampler.errors import InputError
+from sampler.jit import kernel
 from sampler.locate import data_directory
 from tablegen.cli import main
 from tablegen.config import load_config, parse_config
 from tablegen.fitting.axes import make_axes
 from tablegen.generate import generate
 from tablegen.model.laws import restitution
+
+# called from Python here
+restitution = kernel(restitution)
 
 SOURCE = {"source": "where it was published"}
 LAWS = {

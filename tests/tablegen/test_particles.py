@@ -9,7 +9,9 @@ from scipy.stats import truncnorm
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.particles import SHAPE_CODES, SHAPE_NAMES, FixedAspect
+from tablegen.model import shapes
+from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES
+from tablegen.particles import SHAPE_NAMES, FixedAspect, ShapeWeights
 
 POPULATION = load_config("corundum-steel").population
 
@@ -24,6 +26,16 @@ def test_codes_are_those_of_the_output_files():
         "mesh": 5,
     }
     assert "mesh" not in SHAPE_NAMES
+    weights = ShapeWeights.model_fields.items()
+    assert [field.alias or name for name, field in weights] == list(SHAPE_NAMES)
+
+
+def test_codes_stand_in_one_place():
+    """Kernels take their codes from the table of names; meshes inside them stand above all."""
+    for name in SHAPE_NAMES:
+        assert getattr(shapes, name.upper().replace("-", "_")) == SHAPE_CODES[name]
+    assert SHAPE_CODES["mesh"] == shapes.MESH
+    assert max(SHAPE_CODES.values()) + 1 == FIRST_MESH
 
 
 def test_kernel_arguments():

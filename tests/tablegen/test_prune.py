@@ -133,6 +133,87 @@ def test_scenes_beyond_the_table_are_refused(wide, tmp_path, changes, reason):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.fixture(scope="module")
+def other(tmp_path_factory):
+    """Table of a pair of one's own."""
+    path = tmp_path_factory.mktemp("other") / "my-pair.h5"
+    changes = {"name": "my-pair", "pair": {"name": "my-pair", "resistance": {"strength": 0.5}}}
+    generate(WIDE.with_changes(changes), path, conditions=0)
+    return path
+
+
+class TestCommand:
+    """Scenes of one pair, applied to the table of another."""
+
+    def cut(self, run, other, tmp_path, *words):
+        """Prune by some words; the draws before and after, and the note."""
+        path = tmp_path / "cut.h5"
+        ended = run("prune", other, *words, "--output", path)
+        assert ended.status == 0, ended.err
+        full, part = _draws(other, speed=(150.0, 300.0)), _draws(path, speed=(150.0, 300.0))
+        for name in part:
+            np.testing.assert_array_equal(part[name], full[name])
+        return part, path, ended.err
+
+    @pytest.mark.parametrize(
+        ("words", "components"),
+        [
+            (("--scene", "plane-flow"), ("u", "v", "omega_z")),
+            (("--scene", "no-spin"), ("u", "v")),
+            (("--dimension", 2), ("u", "v", "omega_z")),
+            (("--components", "v,u"), ("u", "v")),
+            (("--scene", "no-spin", "--dimension", 2), ("u", "v", "omega_z")),
+            (("--scene", "plane-flow", "--components", "omega_z"), ("omega_z",)),
+            (("--dimension", 3), STATE),
+        ],
+    )
+    def test_what_is_kept(self, run, other, tmp_path, words, components):
+        part, path, note = self.cut(run, other, tmp_path, *words)
+        assert tuple(part) == components
+        assert sampler.load(path).pair == "my-pair"
+        assert note.count("\n") == ("--scene" in words)
+        assert ("is a scene of corundum-steel; " in note) == ("--scene" in words)
+
+    def test_a_scene_may_leave_the_pair_out(self, run, other, tmp_path):
+        scene = tmp_path / "fast.toml"
+        scene.write_text('name = "fast"\n[domain]\nspeed = [200.0, 300.0]\ndimension = 2\n')
+        part, path, note = self.cut(run, other, tmp_path, "--scene", scene)
+        assert (tuple(part), note) == (("u", "v", "omega_z"), "")
+        assert sampler.load(path).speed_nodes.tolist() == [150.0, 300.0]
+
+    @pytest.mark.parametrize(
+        ("text", "reason"),
+        [
+            ("[population]\ntruncation = 0.3\n", "my.toml: population: differs from the table's"),
+            ("[population.shapes]\nsphere = 1\n", "my.toml: population: differs"),
+            ("[model]\ntolerance = 1e-9\n", "my.toml: model: differs from the table's"),
+            ("[pair.resistance]\nstrength = 1.0\n", "my.toml: pair: differs from the table's"),
+            ("[accuracy]\nks = 0.5\n", "my.toml: accuracy.ks: got 0.5, allowed: 1 or more"),
+            ("[domain]\nspeed = [50.0, 300.0]\n", "my.toml: domain.speed: got [50, 300], allowed"),
+            ("[domain]\nspeeds = [1.0]\n", "my.toml: domain.speeds: unknown field"),
+        ],
+    )
+    def test_what_does_not_fit_the_table_is_refused(self, refused, other, tmp_path, text, reason):
+        (tmp_path / "my.toml").write_text(text)
+        words = ("--scene", tmp_path / "my.toml", "--output", tmp_path / "cut.h5")
+        assert reason in refused("prune", other, *words)
+        assert not (tmp_path / "cut.h5").exists()
+
+    @pytest.mark.parametrize(
+        ("words", "reason"),
+        [
+            ((), "Missing option '--scene', '--dimension' or '--components', allowed: one or more"),
+            (("--components", "u,x"), "'--components': got 'u,x', allowed: some of u,v,w,omega_x"),
+            (("--components", "u,u"), "'--components': got 'u,u', allowed: "),
+            (("--dimension", "4"), "'--dimension'"),
+            (("--dimension", 2, "--components", "u,w"), "without w in a plane flow"),
+            (("--scene", "nowhere"), "configuration: got 'nowhere', allowed: a name"),
+        ],
+    )
+    def test_flags(self, refused, other, tmp_path, words, reason):
+        assert reason in refused("prune", other, *words, "--output", tmp_path / "cut.h5")
+
+
 def test_components_that_the_table_lacks_are_refused(wide, tmp_path):
     prune(wide, _scene(components=["u", "v"]), tmp_path / "cut.h5")
     with pytest.raises(InputError, match=r"domain\.components: got w, allowed: some of u, v"):

@@ -37,7 +37,8 @@ NODES = 12
 def generating(folder, *words):
     output = ("--output", folder / "t.h5")
     config = config_file(folder, CONFIG)
-    return [*TABLEGEN, "generate", config, *output, "--conditions", 1, "--workers", 1, *words]
+    settings = ("--conditions", 1, "--workers", 1, "--quiet")
+    return [*TABLEGEN, "generate", config, *output, *settings, *words]
 
 
 def pieces(folder):
@@ -186,7 +187,8 @@ def file_system(tmp_path):
     return runner
 
 
-_GENERATE = f"{TABLEGEN[0]} -m tablegen generate my.toml --output t.h5 --conditions 1 --workers 1"
+_WORDS = "generate my.toml --output t.h5 --conditions 1 --workers 1 --quiet"
+_GENERATE = f"{TABLEGEN[0]} -m tablegen {_WORDS}"
 
 
 @pytest.mark.parametrize("full", ["at once", "after some pieces", "at the table"])

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom, kstest, truncnorm
 
+import tablegen
 from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.particles import SHAPE_CODES
-from tablegen.simulate import BATCH, check_impact_angle, make_condition, simulate
+from tablegen.model.shapes import SHAPE_CODES
+from tablegen.particles import SHAPE_NAMES
+from tablegen.simulate import BATCH, check_impact_angle, make_condition, simulate_condition
 
 #: The module itself: the package gives its name to the function.
 MODULE = importlib.import_module("tablegen.simulate")
@@ -24,7 +26,7 @@ FALSE_ALARM = 1e-6
 
 
 def run(count, seed=7, people=POPULATION, condition=CONDITION, **options):
-    return simulate(PAIR, people, condition, count, seed=seed, **options)
+    return simulate_condition(PAIR, people, condition, count, seed=seed, **options)
 
 
 def assert_same(one, other, count=None):
@@ -47,11 +49,13 @@ def test_result_does_not_depend_on_the_batch(size, monkeypatch):
     assert_same(expected, run(1000))
 
 
+@pytest.mark.processor
 def test_particle_does_not_depend_on_the_count():
     assert_same(run(20), run(BATCH + 20), count=20)
     assert_same(run(1), run(20), count=1)
 
 
+@pytest.mark.processor
 def test_audit_changes_nothing_but_the_audit():
     plain, audited = run(2000), run(2000, audited=True)
     assert_same(plain, audited)
@@ -135,7 +139,7 @@ def test_unequal_shares_are_rejected():
     assert least_share_p_value(run(100_000, people=people).shape, MIXED) < FALSE_ALARM
 
 
-@pytest.mark.parametrize("name", SHAPE_CODES.keys() - {"mesh"})
+@pytest.mark.parametrize("name", SHAPE_NAMES)
 def test_a_population_of_one_shape_holds_that_shape(name):
     made = run(50, people=POPULATION.restricted_to(name))
     np.testing.assert_array_equal(made.shape, SHAPE_CODES[name])
@@ -280,7 +284,7 @@ def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
         run(20)
 
 
-def test_progress_bar_counts_rebounds_on_standard_error(capsys):
+def test_progress_bar_counts_rebounds_on_standard_error(terminal, capsys):
     run(100, progress=True)
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -290,7 +294,35 @@ def test_progress_bar_counts_rebounds_on_standard_error(capsys):
     assert capsys.readouterr().err == ""
 
 
+class TestConfigured:
+    """`tablegen.simulate` takes all of a configuration: laws, particles and numerics."""
+
+    @pytest.mark.parametrize("change", [{"contact_resolution": 0.05}, {"tolerance": 1e-5}])
+    def test_numerics_reach_the_model(self, change):
+        config = _CONFIG.with_changes({"model": change})
+        plain = tablegen.simulate(_CONFIG, 0.5, 200.0, 500, seed=3)
+        made = tablegen.simulate(config, 0.5, 200.0, 500, seed=3)
+        assert np.any(made.state != plain.state)
+        numbers = {"resolution": 1e-3, "tolerance": 1e-10}
+        name, value = change.popitem()
+        numbers[name.removeprefix("contact_")] = value
+        expected = run(500, seed=3, condition=make_condition(0.5, 200.0, **numbers))
+        np.testing.assert_array_equal(made.state, expected.state)
+
+    def test_laws_spin_stream_and_particles_reach_the_model(self):
+        config, spheres = load_config("forder-1998"), POPULATION.restricted_to("sphere")
+        made = tablegen.simulate(
+            config, 0.5, 200.0, 50, seed=3, spin=(0.0, 0.0, 2.0), population=spheres, stream=4
+        )
+        condition = make_condition(0.5, 200.0, (0.0, 0.0, 2.0))
+        expected = simulate_condition(config.pair, spheres, condition, 50, seed=3, stream=4)
+        np.testing.assert_array_equal(made.state, expected.state)
+        assert set(made.shape) == {SHAPE_CODES["sphere"]}
+
+
 @pytest.mark.parametrize("threads", [0, -1])
 def test_threads_must_be_positive(threads):
     with pytest.raises(InputError, match=rf"^threads: got {threads}, allowed: 1 or more$"):
-        simulate(PAIR, POPULATION, make_condition(0.5, 200.0), 10, seed=1, threads=threads)
+        simulate_condition(
+            PAIR, POPULATION, make_condition(0.5, 200.0), 10, seed=1, threads=threads
+        )

@@ -14,7 +14,7 @@ from sampler.channels import STATE
 from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.run_statistics import BINS, COLLISION_LABELS, HIGH, LOW, merge, summarise
-from tablegen.simulate import BATCH, make_condition, simulate
+from tablegen.simulate import BATCH, make_condition, simulate_condition
 from tablegen.statistics import simulate_statistics, statistics_of
 
 #: The module itself: `tablegen` may give its name to something else.
@@ -42,7 +42,7 @@ def assert_identical(one, other):
 @pytest.fixture(scope="module")
 def whole():
     """All rebounds of the run."""
-    return simulate(PAIR, POPULATION, NORMAL, COUNT, seed=31)
+    return simulate_condition(PAIR, POPULATION, NORMAL, COUNT, seed=31)
 
 
 @pytest.fixture(scope="module")
@@ -157,6 +157,7 @@ def test_one_rebound_has_statistics():
 # --- Threads and memory ---
 
 
+@pytest.mark.processor
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_number_of_threads_changes_no_bit(streamed, threads):
     assert_identical(run(threads=threads), streamed)
@@ -213,7 +214,7 @@ def test_memory_does_not_grow_with_the_count():
     assert large < 5e6
     # the measure sees memory that does grow
     every = (PAIR, spheres, NORMAL)
-    assert peak_memory(simulate, *every, 1_000_000, seed=31, threads=2) > 80e6
+    assert peak_memory(simulate_condition, *every, 1_000_000, seed=31, threads=2) > 80e6
 
 
 # --- What is refused ---

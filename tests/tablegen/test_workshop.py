@@ -1,5 +1,6 @@
 """Keyed pieces of work: order, disk, interruption, time."""
 
+import re
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -73,7 +74,7 @@ class TestRun:
         found = Workshop(store).run("squares", {k: Piece(failing, (0,)) for k in squares(2, 3)})
         assert len(found) == 2
 
-    def test_progress_shows_what_is_done_and_the_note(self, capsys):
+    def test_progress_shows_what_is_done_and_the_note(self, terminal, capsys):
         shop = Workshop(progress=True)
         shop.note = "worst error 1.25"
         shop.run("squares", squares(2, 3))
@@ -82,7 +83,18 @@ class TestRun:
         assert "2/2" in shown
         assert "worst error 1.25" in shown
 
-    def test_pieces_are_seen_as_they_come_and_move_the_note(self, store, capsys):
+    def test_progress_shows_the_time_that_is_left(self, terminal, capsys):
+        def slow(number):
+            time.sleep(0.06)
+            return square(number)
+
+        with ThreadPoolExecutor(1) as pool:
+            pieces = {f"{n}": Piece(slow, (n,)) for n in range(4)}
+            Workshop(executor=pool, progress=True).run("squares", pieces)
+        # done of all, time passed < time left
+        assert re.search(r" [123]/4 \[\d\d:\d\d<\d\d:\d\d,", capsys.readouterr().err)
+
+    def test_pieces_are_seen_as_they_come_and_move_the_note(self, terminal, store, capsys):
         shop = Workshop(store, progress=True)
         seen = []
 

@@ -66,3 +66,45 @@ def independent_columns(states: np.ndarray, seed: int) -> np.ndarray:
     """States with the same marginals to the last bit, and every dependence destroyed."""
     rng = np.random.default_rng(seed)
     return np.column_stack([rng.permutation(column) for column in states.T])
+
+
+def _at(contents: TableContents, node: tuple[int, int], changes: dict) -> TableContents:
+    """The table with other values at one node."""
+    arrays = {name: contents[name].copy() for name in changes}
+    for name, values in changes.items():
+        arrays[name][node] = values
+    return _with(contents, arrays)
+
+
+def spin_flipped(contents: TableContents, node: tuple[int, int]) -> TableContents:
+    """At one node, omega_z depends on the other channels with the wrong sign."""
+    k = contents.channels.index("omega_z")
+    row = slice(k * (k + 1) // 2, (k + 1) * (k + 2) // 2)
+    mean, factor = (contents[f"dependence/{name}"][node].copy() for name in ("mean", "cholesky"))
+    mean[:, k] *= -1
+    factor[:, row.start : row.stop - 1] *= -1  # the diagonal stays positive
+    for j in range(k + 1, len(contents.channels)):
+        factor[:, j * (j + 1) // 2 + k] *= -1
+    return _at(contents, node, {"dependence/mean": mean, "dependence/cholesky": factor})
+
+
+def copied_node(
+    contents: TableContents, node: tuple[int, int], source: tuple[int, int]
+) -> TableContents:
+    """One node holds the law of another."""
+    return _at(contents, node, {name: contents[name][source] for name in NODE_DATASETS})
+
+
+def garbage(contents: TableContents, nodes: np.ndarray) -> TableContents:
+    """All quantiles halved, and no reflection, at the nodes of a mask."""
+    quantiles = contents["marginals/quantiles"].copy()
+    quantiles[nodes] *= 0.5
+    reflection = contents["dependence/reflection"].copy()
+    reflection[nodes] = 0
+    changes = {"marginals/quantiles": quantiles, "dependence/reflection": reflection}
+    return _with(contents, changes)
+
+
+def unreflected(contents: TableContents) -> TableContents:
+    """No component of the mixture is ever reflected."""
+    return _with(contents, {"dependence/reflection": 0 * contents["dependence/reflection"]})

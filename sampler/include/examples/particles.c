@@ -18,6 +18,7 @@
 
 typedef struct fate {
     double along, spin;
+    long clamped; /* rebounds outside the table */
     int code;
 } fate;
 
@@ -26,13 +27,14 @@ static fate follow(const rbt_table *table, uint64_t particle, uint32_t hits)
 {
     const double rest[3] = {0.0, 0.0, 0.0};
     double velocity[3] = {150.0, -80.0, 0.0}, omega[3] = {0.0, 0.0, 0.0};
-    fate end = {0.0, 0.0, RBT_OK};
+    fate end = {0.0, 0.0, 0, RBT_OK};
     for (uint32_t hit = 0; hit < hits && end.code >= RBT_OK; hit++) {
         /* lower and upper plate take turns */
         const double side = hit % 2 == 0 ? 1.0 : -1.0;
         const double normal[3] = {0.0, side, 0.0}, gas[3] = {150.0, 80.0 * side, 0.0};
         end.code = rbt_rebound(table, velocity, normal, HALF_SIZE, rest, SEED, particle, hit,
                                velocity, omega);
+        end.clamped += end.code == RBT_CLAMPED;
         /* on the way to the other plate drag makes up most of the difference from the gas */
         for (int k = 0; k < 3; k++)
             velocity[k] += 0.8 * (gas[k] - velocity[k]);
@@ -56,14 +58,15 @@ int main(int argc, char **argv)
     }
     const long particles = atol(argv[2]), hits = atol(argv[3]);
     double along = 0.0, spin = 0.0;
-    long failed = 0;
+    long failed = 0, clamped = 0;
     const double start = omp_get_wtime();
-#pragma omp parallel for reduction(+ : along, spin, failed)
+#pragma omp parallel for reduction(+ : along, spin, failed, clamped)
     for (long particle = 0; particle < particles; particle++) {
         const fate end = follow(table, (uint64_t)particle, (uint32_t)hits);
         along += end.along;
         spin += end.spin;
         failed += end.code < RBT_OK;
+        clamped += end.clamped;
     }
     const double seconds = omp_get_wtime() - start;
     const double n = (double)particles;
@@ -71,6 +74,8 @@ int main(int argc, char **argv)
            spin / n, failed);
     printf("%.3g rebounds per second on %d threads\n", n * (double)hits / seconds,
            omp_get_max_threads());
+    if (clamped > 0)
+        printf("%ld rebounds lay outside the table and took its nearest condition\n", clamped);
     rbt_close(table);
     return failed > 0;
 }

@@ -21,6 +21,7 @@ program particles
   integer(c_int32_t) :: n_hits
   integer(c_int) :: code
   integer :: failed
+  integer(c_int64_t) :: clamped
   real(c_double) :: along, spin, start, seconds, velocity(3), omega(3)
 
   if (command_argument_count() /= 3) error stop "usage: particles TABLE.rbt PARTICLES HITS"
@@ -35,11 +36,11 @@ program particles
   call get_command_argument(3, word)
   read (word, *) n_hits
 
-  along = 0; spin = 0; failed = 0
+  along = 0; spin = 0; failed = 0; clamped = 0
   start = omp_get_wtime()
-  !$omp parallel do private(velocity, omega, code) reduction(+:along, spin, failed)
+  !$omp parallel do private(velocity, omega, code) reduction(+:along, spin, failed, clamped)
   do particle = 0, n_particles - 1
-    call follow(particle, velocity, omega, code)
+    call follow(particle, velocity, omega, clamped, code)
     along = along + velocity(1)
     spin = spin + omega(3)
     if (code < RBT_OK) failed = failed + 1
@@ -50,15 +51,18 @@ program particles
       " m/s, mean spin ", spin / n_particles, " rad/s, failed ", failed
   print "(es9.2, a, i0, a)", n_particles * real(n_hits, c_double) / seconds, &
       " rebounds per second on ", omp_get_max_threads(), " threads"
+  if (clamped > 0) print "(i0, a)", clamped, &
+      " rebounds lay outside the table and took its nearest condition"
   call rbt_close(table)
   if (failed > 0) error stop 1
 
 contains
 
-  ! One particle through all its wall hits.
-  subroutine follow(particle, velocity, omega, code)
+  ! One particle through all its wall hits; counts those outside the table.
+  subroutine follow(particle, velocity, omega, clamped, code)
     integer(c_int64_t), intent(in) :: particle
     real(c_double), intent(out) :: velocity(3), omega(3)
+    integer(c_int64_t), intent(inout) :: clamped
     integer(c_int), intent(out) :: code
     integer(c_int32_t) :: hit
     real(c_double) :: side, before(3)
@@ -72,6 +76,7 @@ contains
       code = rbt_rebound(table, before, [0.0_c_double, side, 0.0_c_double], half_size, rest, &
           seed, particle, hit, velocity, omega)
       if (code < RBT_OK) exit
+      if (code == RBT_CLAMPED) clamped = clamped + 1
       ! on the way to the other plate drag makes up most of the difference from the gas
       velocity = velocity + 0.8_c_double * ([150.0_c_double, 80 * side, 0.0_c_double] - velocity)
     end do

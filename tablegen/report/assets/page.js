@@ -22,16 +22,8 @@
   document.head.append(library);
   for (const note of document.querySelectorAll(".waiting")) note.remove();
 
-  // Okabe and Ito's colours, lightened for a dark page; symbols say the same again.
-  const FAMILIES = {
-    "direct simulation": { light: "#1b1f24", dark: "#e9ecef", symbol: "circle" },
-    "table": { light: "#0072b2", dark: "#5bb8f0", symbol: "square" },
-    "stored states": { light: "#b07500", dark: "#f0b030", symbol: "triangle-up" },
-    "independent marginals": { light: "#c04a00", dark: "#ff8a50", symbol: "x" },
-    "Gaussian mixture": { light: "#007d5a", dark: "#3cc9a0", symbol: "diamond" },
-    "kernel resampling": { light: "#7b5ca8", dark: "#bfa3e8", symbol: "star" },
-    "vine copula": { light: "#b0467f", dark: "#ea94c0", symbol: "triangle-down" },
-  };
+  // colours and symbols of the methods: tablegen/report/looks.py
+  const FAMILIES = data.families;
   const darkScheme = window.matchMedia("(prefers-color-scheme: dark)");
   const narrow = window.matchMedia("(max-width: 40rem)");
   let printing = false;

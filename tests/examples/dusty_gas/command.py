@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
@@ -17,6 +16,7 @@ from dusty_gas.run import BATCHES, Run, follow_all
 from dusty_gas.walls import MODELS, make_wall
 from sampler.atomic import atomic_output, check_output
 from sampler.errors import InputError
+from sampler.processors import processors
 from tablegen.config import load_config
 
 DONE, DIFFERS, BAD_INPUT = 0, 1, 2
@@ -79,7 +79,7 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     )
     add("--million", action="store_true", help="1,000,000 particles in each case")
     add("--seed", type=_number(0, 2**64 - 1, int), default=1, metavar="S")
-    add("--threads", type=_number(1, 4096, int), default=os.cpu_count() or 1, metavar="N")
+    add("--threads", type=_number(1, 4096, int), default=processors(), metavar="N")
     add("--output", type=Path, default=Path("build/dusty_gas"), metavar="FOLDER")
     add("--figure", type=_file, metavar="F.png", help="the density fields once more, here")
     return parser.parse_args(argv)

@@ -140,8 +140,11 @@ def direct_state(wall, alpha1, speed, keys, store, out):
     body = shaped_body(
         shape, ba, ba * cb, wall.population.truncation, store.held, store.counts, store.no_map
     )
-    fine = min(1.0, math.sin(alpha1) / GRAZING)
-    condition = Condition(alpha1, speed, (0.0, 0.0, 0.0), wall.resolution * fine, wall.tolerance)
+    cosine, sine = math.cos(alpha1), math.sin(alpha1)
+    fine = min(1.0, sine / GRAZING)
+    condition = Condition(
+        alpha1, cosine, sine, speed, (0.0, 0.0, 0.0), wall.resolution * fine, wall.tolerance
+    )
     approach(condition, body, motion)
     status, _ = rebound(wall.law, condition, body, motion, store.work, store.audit)
     out[0], out[1], out[2] = motion[U], motion[V], motion[W]

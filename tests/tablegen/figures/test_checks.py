@@ -7,6 +7,7 @@ import pytest
 
 from tablegen.config import load_config
 from tablegen.figures import checks
+from tablegen.figures.gallery import collision_rows
 from tablegen.figures.laws import (
     ANGLES,
     DIRECT,
@@ -17,7 +18,8 @@ from tablegen.figures.laws import (
     asymmetry,
     law_of,
 )
-from tablegen.figures.statements import check_statements
+from tablegen.figures.statements import check_statements, is_of_the_paper
+from tablegen.figures.text import counts_text, statements_text
 from tablegen.particles import MIXTURE
 
 CONFIG = load_config("corundum-steel")
@@ -165,3 +167,38 @@ def test_table_cannot_tell_collisions_and_rotational_energies(good):
 def test_no_table_gives_no_verdict(good):
     bare = {key: law for key, law in good.laws.items() if key[0] == DIRECT}
     assert all(s.table is None for s in check_statements(replace(good, laws=bare)))
+
+
+class TestJudging:
+    """The statements are about one pair and its particles; others are measured, not judged."""
+
+    CHANGED = (
+        {"pair": {"resistance": {"strength": 0.5}}},
+        {"population": {"shapes": {"sphere": 1.0}}},
+        {"population": {"aspect": {"distribution": "fixed", "values": [1.0, 0.5]}}},
+    )
+    SAME = (
+        {"name": "mine", "pair": {"name": "mine", "restitution": {"source": "copied"}}},
+        {"domain": {"alpha_deg": [10.0, 20.0]}, "accuracy": {"preset": "compact"}},
+    )
+
+    @pytest.mark.parametrize("changes", SAME)
+    def test_the_same_laws_and_particles_are_judged(self, changes):
+        assert is_of_the_paper(CONFIG.with_changes(changes))
+
+    @pytest.mark.parametrize(
+        "config", [load_config("forder-1998"), *(CONFIG.with_changes(c) for c in CHANGED)]
+    )
+    def test_others_are_measured_only(self, config):
+        others = replace(laws(), config=config)
+        found, judged = check_statements(others), check_statements(laws())
+        assert [s.direct.measured for s in found] == [s.direct.measured for s in judged]
+        assert {v.holds for s in found for v in (s.direct, s.table) if v} == {None}
+        assert {s.direct.holds for s in judged} <= {True, False}
+        said = statements_text(found)
+        assert "hold" not in said
+        assert said.count(" measured: ") == sum(bool(s.direct) + bool(s.table) for s in found)
+        assert counts_text(found).startswith("Statements of the paper: they are about corundum on")
+        assert counts_text(judged).count(" hold for ") >= 1
+        assert {row[1] for row in collision_rows(laws())} >= {"paper"}
+        assert "paper" not in {row[1] for row in collision_rows(others)}

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
+from sampler.jit import kernel
 from sampler.kernel import choose_component
 from tablegen.fitting.alias import alias_table
+
+# called from Python here
+choose_component = kernel(choose_component)
 
 RNG = np.random.default_rng(5)
 

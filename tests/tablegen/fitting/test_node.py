@@ -12,7 +12,7 @@ from tablegen.components import simulated_components
 from tablegen.config import load_config
 from tablegen.fitting.axes import make_axes
 from tablegen.fitting.node import fit_node, law_of
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 
 ALPHA_DEG, SPEED = 35.0, 150.0
 N, N_NODE = 20_000, 12_000
@@ -32,7 +32,9 @@ def one_node_table(config):
 def simulated(config, count, stream):
     condition = make_condition(np.radians(ALPHA_DEG), SPEED)
     population = config.population
-    return simulate(config.pair, population, condition, count, seed=4, stream=stream, threads=1)
+    return simulate_condition(
+        config.pair, population, condition, count, seed=4, stream=stream, threads=1
+    )
 
 
 @pytest.fixture(scope="module")
@@ -205,5 +207,5 @@ class TestDraws:
 
     def test_simulation_of_another_condition_is_refused(self, table, config):
         condition = make_condition(np.radians(ALPHA_DEG + 5.0), SPEED)
-        other = simulate(config.pair, config.population, condition, N, seed=4, threads=1)
+        other = simulate_condition(config.pair, config.population, condition, N, seed=4, threads=1)
         assert ks_distances(self.draws(table), other.state).max() > self.KS_BOUND

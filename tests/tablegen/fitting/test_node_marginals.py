@@ -17,7 +17,7 @@ from tablegen.components import simulated_components
 from tablegen.config import load_config
 from tablegen.fitting.axes import make_axes
 from tablegen.fitting.node import fit_node, node_stream
-from tablegen.simulate import simulate_configured
+from tablegen.simulate import simulate
 
 ALPHA_DEG, SPEED = 60.0, 200.0
 N = 400_000
@@ -60,7 +60,7 @@ def sample(config):
     """The very particles that the node was made from."""
     keys = {"seed": config.table.seed, "stream": node_stream(ALPHA_DEG, SPEED), "threads": 1}
     count = config.table.samples_per_node
-    simulation = simulate_configured(config, ALPHA_DEG, SPEED, count, **keys)
+    simulation = simulate(config, np.radians(ALPHA_DEG), SPEED, count, **keys)
     return simulated_components(simulation, CHANNELS)
 
 

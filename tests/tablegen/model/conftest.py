@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from motions import PAIR, POPULATION
 
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 
 
 @pytest.fixture(scope="session")
@@ -14,7 +14,9 @@ def simulated():
     @functools.lru_cache(maxsize=64)
     def run(shape, alpha_deg, count, seed, speed=200.0):
         condition = make_condition(np.radians(alpha_deg), speed)
-        return simulate(PAIR, POPULATION.restricted_to(shape), condition, count, seed=seed)
+        return simulate_condition(
+            PAIR, POPULATION.restricted_to(shape), condition, count, seed=seed
+        )
 
     return run
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sampler.jit import kernel
 from tablegen.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.rebound import (
@@ -27,6 +28,11 @@ from tablegen.model.shapes import (
     Body,
     make_body,
 )
+
+# called from Python here
+rotational_energy = kernel(rotational_energy)
+wall_spin = kernel(wall_spin)
+workspace = kernel(workspace)
 
 _CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = _CONFIG.pair, _CONFIG.population

@@ -6,10 +6,14 @@ from motion_reference import FreeRotation
 from motions import NON_SPHERICAL, body_of, motion_of, random_aspect, random_rotations
 from scipy.optimize import brentq
 
+from sampler.jit import kernel
 from tablegen.model.contact import CONTACT_HEIGHT, TIE_HEIGHT, contact_point, safe_time
 from tablegen.model.rebound import CLEARANCE, HEIGHT, V, next_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth
+
+# called from Python here
+safe_time = kernel(safe_time)
 
 #: Instants at which the dense search looks, a radian of turning.
 DENSITY = 200

@@ -10,6 +10,7 @@ from motions import PAIR, run_rebound, with_vertices
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from sampler.jit import kernel
 from tablegen.directions import SLACK, cell_frames, make_map
 from tablegen.mesh import mesh_particle
 from tablegen.model.directions import NO_MAP, direction_cell, empty_map, support_range
@@ -17,6 +18,10 @@ from tablegen.model.rebound import MOTION_SIZE, next_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth
 from tablegen.simulate import make_condition
+
+# called from Python here
+direction_cell = kernel(direction_cell)
+support_range = kernel(support_range)
 
 SOLIDS = {
     "box": box(0.8, 0.6),

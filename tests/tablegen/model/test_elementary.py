@@ -7,6 +7,8 @@ import pytest
 from tablegen.model.elementary import exponential, logarithm, power, sine_and_cosine
 from tablegen.model.lanes import WIDTH, at, put
 
+pytestmark = pytest.mark.processor
+
 #: Units in the last place.
 ULP = np.finfo(np.float64).eps
 

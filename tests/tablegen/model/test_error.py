@@ -8,7 +8,7 @@ import pytest
 from motions import PAIR, POPULATION
 
 from tablegen.model.audit import FLIGHT_ENERGY, FLIGHT_MOMENTUM
-from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate
+from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate_condition
 
 COUNT = 30_000
 
@@ -20,7 +20,7 @@ def run(shape, alpha_deg, resolution=CONTACT_RESOLUTION, tolerance=TOLERANCE):
     condition = make_condition(
         np.radians(alpha_deg), 200.0, resolution=resolution, tolerance=tolerance
     )
-    return simulate(PAIR, POPULATION.restricted_to(shape), condition, COUNT, seed=51)
+    return simulate_condition(PAIR, POPULATION.restricted_to(shape), condition, COUNT, seed=51)
 
 
 def mean_change(one, other):
@@ -81,7 +81,7 @@ def test_a_coarse_flight_tolerance_is_seen():
 def test_a_grazing_sphere_rebounds_by_the_law(alpha_deg):
     # one collision of a sphere: v+ = a_nc sin(alpha1), far below the resolution at 0.01 degrees
     condition = make_condition(np.radians(alpha_deg), 200.0)
-    made = simulate(PAIR, POPULATION.restricted_to("sphere"), condition, 10, seed=52)
+    made = simulate_condition(PAIR, POPULATION.restricted_to("sphere"), condition, 10, seed=52)
     sine = np.sin(np.radians(alpha_deg))
     a_nc = 1.0 + np.expm1(-0.1 * 200.0**0.61) * sine
     np.testing.assert_allclose(made.state[:, 1], a_nc * sine, rtol=1e-12)
@@ -91,6 +91,6 @@ def test_a_grazing_sphere_rebounds_by_the_law(alpha_deg):
 def test_a_body_that_turns_often_before_its_contact_keeps_energy_and_momentum():
     condition = make_condition(np.radians(0.05), 50.0, (0.0, 0.0, 20.0))
     needle = POPULATION.restricted_to("ellipsoid").with_aspect(0.3, 0.5)
-    made = simulate(PAIR, needle, condition, 30, seed=53, audited=True)
+    made = simulate_condition(PAIR, needle, condition, 30, seed=53, audited=True)
     assert made.audit[FLIGHT_ENERGY] < 1e-9
     assert made.audit[FLIGHT_MOMENTUM] < 1e-9

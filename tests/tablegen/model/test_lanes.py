@@ -27,6 +27,8 @@ from tablegen.model.lanes import (
     with_lane,
 )
 
+pytestmark = pytest.mark.processor
+
 
 @numba.njit(error_model="numpy")
 def operations(a, b, out):

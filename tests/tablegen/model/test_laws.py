@@ -9,6 +9,7 @@ import pytest
 from motions import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
+from sampler.jit import kernel
 from tablegen.model.audit import ANGULAR, ENERGY, NORMAL, TANGENTIAL
 from tablegen.model.laws import (
     CONSTANT,
@@ -30,7 +31,16 @@ from tablegen.model.laws import (
     tabulated_restitution,
 )
 from tablegen.pairs import MaterialPair
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
+
+# called from Python here
+exponential_restitution = kernel(exponential_restitution)
+impact_angle = kernel(impact_angle)
+orientation_resistance = kernel(orientation_resistance)
+polynomial_restitution = kernel(polynomial_restitution)
+power_restitution = kernel(power_restitution)
+resistance = kernel(resistance)
+restitution = kernel(restitution)
 
 SPEEDS = [0.0, 1e-300, 1e-9, 0.3, 49.0, 50.0, 120.0, 200.0, 201.0, 700.0, 1e5]
 COSINES = [0.0, 1e-12, 0.1, 0.5, 1.0 / math.sqrt(2.0), 0.9, 1.0 - 1e-16, 1.0]
@@ -86,7 +96,7 @@ def pair_with(restitution, resistance="orientation"):
 def run(pair, alpha_deg=45.0, speed=150.0, count=2000, shape="mixture", seed=31, audited=False):
     condition = make_condition(np.radians(alpha_deg), speed)
     people = POPULATION.restricted_to(shape)
-    return simulate(pair, people, condition, count, seed=seed, audited=audited)
+    return simulate_condition(pair, people, condition, count, seed=seed, audited=audited)
 
 
 class TestRestitution:

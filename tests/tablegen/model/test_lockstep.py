@@ -10,7 +10,9 @@ from tablegen.model.population import draw_particle, draw_particles
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.pairs import MaterialPair
 from tablegen.particles import MeshShape, Population
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
+
+pytestmark = pytest.mark.processor
 
 #: Two meshes of very different vertex counts beside all shapes.
 CROWD = Population.model_validate(
@@ -35,8 +37,8 @@ def pair_with(restitution, resistance):
 
 def same(pair, population, condition, count, seed=5):
     """Compare a run in lockstep with an audited one, which follows one particle at a time."""
-    together = simulate(pair, population, condition, count, seed=seed)
-    alone = simulate(pair, population, condition, count, seed=seed, audited=True)
+    together = simulate_condition(pair, population, condition, count, seed=seed)
+    alone = simulate_condition(pair, population, condition, count, seed=seed, audited=True)
     for field in ("state", "collisions", "shape", "aspect", "energy"):
         np.testing.assert_array_equal(getattr(together, field), getattr(alone, field), field)
     return together

@@ -17,6 +17,7 @@ from motions import (
     run_rebound,
 )
 
+from sampler.jit import kernel
 from tablegen.model.audit import (
     ANGULAR,
     AUDIT_SIZE,
@@ -42,7 +43,10 @@ from tablegen.model.rebound import (
     workspace,
 )
 from tablegen.model.shapes import lowest_depth
-from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate
+from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate_condition
+
+# called from Python here
+workspace = kernel(workspace)
 
 #: Impact angle [deg], speed [m/s], spin: grazing, usual, nearly normal, normal, with spin.
 CONDITIONS = [
@@ -67,7 +71,7 @@ ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
 def test_every_collision_and_flight_keeps_its_laws(name, alpha_deg, speed, spin):
     people = POPULATION.restricted_to(name)
     condition = make_condition(np.radians(alpha_deg), speed, spin)
-    made = simulate(PAIR, people, condition, 20_000, seed=41, audited=True)
+    made = simulate_condition(PAIR, people, condition, 20_000, seed=41, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.all(np.isfinite(made.state))
     assert np.all(np.isfinite(made.energy))
@@ -82,13 +86,13 @@ def test_a_grazing_body_with_spin_keeps_its_laws_at_a_finer_tolerance():
     # momentum adds up over the turns and passes 1e-9 at the default tolerance.
     condition = make_condition(np.radians(0.01), 200.0, (2.0, -1.0, -5.0), tolerance=1e-12)
     people = POPULATION.restricted_to("ellipsoid")
-    made = simulate(PAIR, people, condition, 1000, seed=41, audited=True)
+    made = simulate_condition(PAIR, people, condition, 1000, seed=41, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
 
 
 @pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)])
 def test_energies_are_those_of_the_state(spin):
-    made = simulate(
+    made = simulate_condition(
         PAIR, POPULATION.restricted_to("sphere"), make_condition(0.5, 200.0, spin), 50, seed=49
     )
     # the sphere's moment of inertia is 2/5, so 2 E before is 1 + 2/5 |spin|^2
@@ -223,7 +227,7 @@ def test_sphere_follows_its_closed_form(alpha_deg, speed):
     expected = [cos + side, a_nc * sin, 0.0, 0.0, 0.0, side / 0.4]
 
     people = POPULATION.restricted_to("sphere")
-    made = simulate(PAIR, people, make_condition(alpha, speed), 20, seed=44)
+    made = simulate_condition(PAIR, people, make_condition(alpha, speed), 20, seed=44)
     np.testing.assert_array_equal(made.collisions, 1)
     np.testing.assert_allclose(made.state, np.tile(expected, (20, 1)), rtol=0.0, atol=1e-13)
 
@@ -232,7 +236,7 @@ def test_sphere_follows_its_closed_form(alpha_deg, speed):
 def test_sphere_with_spin_follows_the_scalar_equation(spin):
     alpha = np.radians(35.0)
     people = POPULATION.restricted_to("sphere")
-    made = simulate(PAIR, people, make_condition(alpha, 200.0, spin), 20, seed=45)
+    made = simulate_condition(PAIR, people, make_condition(alpha, 200.0, spin), 20, seed=45)
     velocity = np.array([np.cos(alpha), -np.sin(alpha), 0.0])
     rows = [np.array([row]) for row in (np.eye(3), [0.4] * 3, [0.0, -1.0, 0.0], velocity, spin)]
     change = solve(Impacts(*rows), LAW, 200.0)[0]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from motions import LAW, PAIR, POPULATION, motion_of
 
+from sampler.jit import kernel
 from tablegen.model.contact import contact_point
 from tablegen.model.population import draw_particle
 from tablegen.model.rebound import (
@@ -21,7 +22,11 @@ from tablegen.model.rebound import (
     workspace,
 )
 from tablegen.model.shapes import MAX_VERTICES, make_body
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
+
+# called from Python here
+wall_spin = kernel(wall_spin)
+workspace = kernel(workspace)
 
 _FILE = Path(__file__).parents[2] / "data" / "direct.json"
 REFERENCE = json.loads(_FILE.read_text(encoding="utf-8"))
@@ -81,7 +86,9 @@ def disagreements(made, point):
 
 def simulate_point(point, count, seed, pair=PAIR, population=POPULATION, **numerics):
     condition = make_condition(np.radians(point["alpha_deg"]), point["speed"], **numerics)
-    return simulate(pair, population.restricted_to(point["shape"]), condition, count, seed=seed)
+    return simulate_condition(
+        pair, population.restricted_to(point["shape"]), condition, count, seed=seed
+    )
 
 
 @pytest.mark.parametrize("name", ORDINARY)

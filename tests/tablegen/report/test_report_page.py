@@ -1,13 +1,17 @@
 """The page of a report as text: well-formed, complete, on its own."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
+from tablegen.estimates import Estimate
 from tablegen.report.markup import picture, table
 from tablegen.report.page import report_page
+from tablegen.report.sections import declared, summary_section
 
 pytest.importorskip("plotly")
 pytest.importorskip("matplotlib")
@@ -102,6 +106,60 @@ def test_holds_the_numbers(page, dossier):
         assert f"{point.ks:.4f}" in texts
     assert "The model holds in every case." in texts
     assert any("does not hold" in text for text in texts)
+
+
+def with_errors(dossier, **errors):
+    """The report of a run in which every point of the map has these errors, without noise."""
+    exact = {
+        name: Estimate(value, 0.0, value, 0.0, 0.0)
+        for name, value in {
+            "ks": 0.0,
+            "sliced_wasserstein": 0.0,
+            "correlation_error": 0.0,
+            **errors,
+        }.items()
+    }
+    points = tuple(replace(p, estimates=p.estimates | exact) for p in dossier.atlas.points)
+    return replace(dossier, atlas=replace(dossier.atlas, points=points))
+
+
+class TestHeadline:
+    """The headline and the share of the worst cell come from one verdict."""
+
+    def test_holds_only_with_shares_of_at_most_one(self, dossier):
+        allowed = declared(dossier)
+        good = with_errors(dossier, auc=0.5, ks=allowed["ks"])
+        stored = {
+            n: np.minimum(v, allowed[n]) if n in allowed else v for n, v in good.stored.items()
+        }
+        page = summary_section(replace(good, stored=stored))
+        assert '<p class="good">The declared accuracy holds at every condition.</p>' in page
+        assert "100% to 100%" in page
+
+    def test_missed(self, dossier):
+        page = summary_section(with_errors(dossier, auc=0.5, ks=1.15 * declared(dossier)["ks"]))
+        assert '<p class="bad">The declared accuracy is missed:</p>' in page
+        assert 'class="good"' not in page
+        assert "115% to 115%" in page
+
+    def test_noise_that_leaves_it_open_is_no_good_news(self, dossier):
+        most = declared(dossier)["ks"]
+        bad = with_errors(dossier, auc=0.5)
+        points = tuple(
+            replace(p, estimates=p.estimates | {"ks": Estimate(most, most, most, most, 0.0)})
+            for p in bad.atlas.points
+        )
+        page = summary_section(replace(bad, atlas=replace(bad.atlas, points=points)))
+        assert '<p class="open">' in page
+        assert "leaves open whether it holds" in page
+        assert 'class="good"' not in page
+
+    def test_stored_distances_above_the_declared_are_said(self, dossier):
+        good = with_errors(dossier, auc=0.5)
+        stored = {**good.stored, "auc": good.stored["auc"] * 0.0 + 0.99}
+        page = summary_section(replace(good, stored=stored))
+        assert "auc: the table stores 0.9900, noise included" in page
+        assert 'class="good"' not in page
 
 
 def test_the_same_report_is_the_same_page(page, dossier):

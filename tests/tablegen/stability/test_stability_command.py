@@ -50,7 +50,7 @@ def test_a_file_may_take_the_place_of_the_shipped_pair(run, tmp_path):
 
 def spoiled(change):
     """Simulation of which ``change`` spoils the result."""
-    right = module.simulate
+    right = module.simulate_condition
 
     def wrong(*arguments, **options):
         return change(right(*arguments, **options))
@@ -92,7 +92,7 @@ def does_not_finish(made):
     ],
 )
 def test_wrong_model_is_status_1_and_is_reported(run, tmp_path, monkeypatch, change, complaint):
-    monkeypatch.setattr(module, "simulate", spoiled(change))
+    monkeypatch.setattr(module, "simulate_condition", spoiled(change))
     record, page = tmp_path / "s.json", tmp_path / "s.html"
     ended = run("stability", *FEW, "--json", record, "--html", page)
     assert (ended.status, ended.err) == (MISSED, "")

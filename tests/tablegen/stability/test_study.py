@@ -9,7 +9,7 @@ from made_up import CASE
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import make_condition, simulate_condition
 from tablegen.stability import study as module
 from tablegen.stability.cases import Case
 from tablegen.stability.study import extrapolates, run_case, run_study
@@ -28,7 +28,9 @@ def by_hand(case, count, seed, resolution=1e-3, tolerance=1e-10, audited=False):
         np.radians(case.alpha_deg), case.speed, (0.0, 0.0, case.spin), resolution, tolerance
     )
     people = CONFIG.population.restricted_to(case.shape).with_aspect(*case.aspect)
-    return simulate(CONFIG.pair, people, condition, count, seed=seed, threads=1, audited=audited)
+    return simulate_condition(
+        CONFIG.pair, people, condition, count, seed=seed, threads=1, audited=audited
+    )
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -130,9 +132,9 @@ def test_a_particle_that_does_not_finish_is_an_outcome(monkeypatch):
     def stuck(*arguments, **options):
         if arguments[2].resolution < 1e-3:
             raise RuntimeError("still in contact")
-        return simulate(*arguments, **options)
+        return simulate_condition(*arguments, **options)
 
-    monkeypatch.setattr(module, "simulate", stuck)
+    monkeypatch.setattr(module, "simulate_condition", stuck)
     study = run_study(CONFIG, CASES[:2], count=3, threads=2)
     assert not study.holds
     assert [outcome.unfinished for outcome in study.outcomes] == [1, 1]

@@ -1,0 +1,44 @@
+"""A word when kernels are about to be compiled, which takes a while the first time.
+
+It goes to the log ``sampler`` as a warning, which Python prints on standard error unless the
+program has set up logging otherwise.
+"""
+
+import logging
+from collections.abc import Callable
+
+from numba.core import event
+
+_LOG = logging.getLogger("sampler")
+
+#: What the kernels of a package are, and how long they take to compile.
+_PARTS = {
+    "sampler": ("the draw", "a few seconds"),
+    "tablegen": ("the direct model", "up to half a minute"),
+}
+
+
+class _Teller(event.Listener):
+    """Says once a process and part what is being compiled; kernels from the cache say nothing."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+        self._told: set[str] = set()
+
+    def on_start(self, event: event.Event) -> None:
+        """Hear that a kernel is being compiled."""
+        kernel = event.data["dispatcher"].py_func
+        package = kernel.__module__.partition(".")[0]
+        if package not in _PARTS or package in self._told:
+            return
+        self._told.add(package)
+        part, time = _PARTS[package]
+        self._say(f"compiling {part} for this processor, which takes {time} and happens once")
+
+    def on_end(self, event: event.Event) -> None:
+        """Hear that a kernel has been compiled."""
+
+
+def tell_of_compilations() -> None:
+    """Say from now on when kernels are being compiled."""
+    event.register("numba:compile", _Teller(_LOG.warning))

@@ -1,0 +1,162 @@
+"""A coarse test of every node of a table, before the fine one at some conditions.
+
+A node that is wrong is seen whole at the node itself, and by a quarter or less in the middle of a
+cell: so the nodes are where to look. Twenty thousand states a side tell an error about the size of
+three hundredths of a Kolmogorov-Smirnov distance, or a tenth of a correlation; the nodes that look
+worst, wrong or not, are afterwards compared finely, with other random numbers, so that smaller
+errors are found as well.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+from threadpoolctl import threadpool_limits
+
+from sampler.processors import processors
+from sampler.table import Table
+from tablegen.config import AccuracyTargets, Config
+from tablegen.decision import FALSE_ALARMS
+from tablegen.estimates import (
+    Estimate,
+    correlation_estimate,
+    ks_estimate,
+    sliced_wasserstein_estimate,
+)
+from tablegen.measure import Place
+from tablegen.progress import bar
+
+#: States a side at each node.
+SAMPLES = 20_000
+
+#: Nodes that are compared finely: those that look worst.
+WORST = 4
+
+#: Distances that the coarse test takes; a classifier learns little from so few states.
+NAMES = ("ks", "sliced_wasserstein", "correlation_error")
+
+#: Directions of the sliced Wasserstein distance: fewer than in a comparison, for the time.
+_DIRECTIONS = 8
+
+#: Numbers of the nodes, as places, begin here; those of conditions are below.
+FIRST_NODE = 2**30
+
+
+@dataclass(frozen=True)
+class Screening:
+    """What the coarse test found.
+
+    Attributes
+    ----------
+    nodes : int
+        Nodes of the table, all of which were looked at.
+    samples : int
+        States a side at each.
+    suspects : tuple of (alpha_deg, speed)
+        The nodes that look worst, the worst first.
+    missed : tuple of str
+        One line for each distance that some node misses.
+    """
+
+    nodes: int
+    samples: int
+    suspects: tuple[tuple[float, float], ...]
+    missed: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready dictionary."""
+        record = asdict(self)
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in record.items()}
+
+
+def screen(
+    table: Table,
+    config: Config,
+    targets: AccuracyTargets,
+    *,
+    seed: int,
+    samples: int = SAMPLES,
+    progress: bool = False,
+) -> Screening:
+    """Compare a table with direct simulation at every node, coarsely.
+
+    A table that has the accuracy at all its nodes is said to miss it with a probability of at most
+    half of `tablegen.decision.FALSE_ALARMS`, over all nodes and distances together.
+
+    Parameters
+    ----------
+    table : Table
+    config : Config
+        What the table claims to represent.
+    targets : AccuracyTargets
+        Accuracy that is asked for.
+    seed : int
+    samples : int
+        States a side at each node.
+    progress : bool
+        Show a progress bar on standard error.
+
+    Returns
+    -------
+    Screening
+    """
+    nodes = [(float(a), float(v)) for a in table.alpha_nodes_deg for v in table.speed_nodes]
+
+    def estimates(k: int) -> list[Estimate]:
+        drawn, direct = Place(table, config, *nodes[k], seed, FIRST_NODE + k).states(samples)
+        return [
+            ks_estimate(drawn, direct)[0],
+            sliced_wasserstein_estimate(drawn, direct, _DIRECTIONS, seed % 2**32),
+            correlation_estimate(drawn, direct),
+        ]
+
+    counted = bar(progress, "node", total=len(nodes), desc="all nodes")
+    found = []
+    with counted, threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
+        for at_node in pool.map(estimates, range(len(nodes))):
+            found.append(at_node)
+            counted.update()
+    order = np.argsort([-_suspicion(at_node, targets) for at_node in found], kind="stable")
+    return Screening(
+        nodes=len(nodes),
+        samples=samples,
+        suspects=tuple(nodes[k] for k in order[:WORST]),
+        missed=tuple(_missed(nodes, found, targets)),
+    )
+
+
+def _suspicion(found: Sequence[Estimate], targets: AccuracyTargets) -> float:
+    """Largest excess over what is allowed and over noise, in standard errors."""
+    excess = [
+        (estimate.value - estimate.noise - getattr(targets, name))
+        / max(estimate.standard_error, 1e-9)
+        for name, estimate in zip(NAMES, found, strict=True)
+    ]
+    return float(np.max(np.nan_to_num(excess, nan=np.inf)))
+
+
+def _missed(
+    nodes: Sequence[tuple[float, float]],
+    found: Sequence[Sequence[Estimate]],
+    targets: AccuracyTargets,
+) -> list[str]:
+    """Write a line for each distance that is certainly above what is allowed at some node."""
+    deviations = float(norm.isf(FALSE_ALARMS / 2 / (len(NAMES) * len(nodes))))
+    lines = []
+    for j, name in enumerate(NAMES):
+        allowed = getattr(targets, name)
+        low = np.array([at_node[j].at_least(deviations) for at_node in found])
+        beyond: NDArray[np.bool_] = ~(low <= allowed)
+        if beyond.any():
+            worst = int(np.argmax(np.where(beyond, [f[j].value for f in found], -np.inf)))
+            alpha_deg, speed = nodes[worst]
+            lines.append(
+                f"{name}: at {int(beyond.sum())} of {len(nodes)} nodes, worst "
+                f"{found[worst][j].value:.4f}, where {allowed:g} is allowed, at {alpha_deg:.2f} "
+                f"degrees, {speed:.1f} m/s"
+            )
+    return lines

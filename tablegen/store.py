@@ -1,0 +1,59 @@
+"""A measured accuracy written into the table that was measured."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from sampler.errors import InputError
+from sampler.locate import find_table
+from sampler.schema import read_table, write_table
+from tablegen.assembly import accuracy_datasets
+from tablegen.validate import Validation
+
+
+def check_store(table: str | Path, chosen: bool) -> None:
+    """Refuse, before anything is measured, what could not be stored.
+
+    Parameters
+    ----------
+    table : str or Path
+    chosen : bool
+        Whether the user chose the conditions: those that are stored are spread evenly.
+
+    Raises
+    ------
+    InputError
+        If conditions were chosen, or the table is not named by its path.
+    """
+    if chosen:
+        raise InputError("--store: got it with --alpha and --speed, allowed: without them")
+    if find_table(table) != Path(table):
+        raise InputError(f"--store: got the name '{table}', allowed: the path of a .h5 file")
+
+
+def store_accuracy(path: str | Path, validation: Validation) -> str:
+    """Replace the accuracy stored in a table file; everything else stays.
+
+    Parameters
+    ----------
+    path : str or Path
+        The .h5 file that was validated.
+    validation : Validation
+        Its comparisons between nodes are stored: distances with the noise of the samples.
+
+    Returns
+    -------
+    str
+        New checksum of the contents.
+
+    Raises
+    ------
+    InputError
+        If the file is another than when it was measured, or cannot be written.
+    """
+    contents = read_table(path)
+    if contents.content_sha256 != validation.content_sha256:
+        raise InputError(f"{path}: changed since it was measured, allowed: the file as it was")
+    measured = accuracy_datasets(validation.comparisons, len(contents.components))
+    contents = replace(contents, datasets={**contents.datasets, **measured})
+    write_table(path, contents)
+    return contents.content_sha256

@@ -1,0 +1,86 @@
+"""Tables of laws without speed: no speed is outside, and draws are what they were."""
+
+import warnings
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+import sampler
+from sampler import InputError, TableError
+from sampler.image import read_image, write_image
+from sampler.layout import ATTRIBUTES, OPTIONAL_ATTRIBUTES
+from sampler.schema import read_table, write_table
+
+SPEEDS = np.array([1e-6, 0.3, 49.0, 50.0, 120.0, 300.0, 301.0, 1e5])
+
+
+@pytest.fixture(scope="module")
+def anywhere(contents):
+    return replace(contents, speed_independent=True)
+
+
+@pytest.fixture
+def path(anywhere, tmp_path):
+    write_table(tmp_path / "t.h5", anywhere)
+    return tmp_path / "t.h5"
+
+
+def test_every_speed_is_inside_and_has_the_draws_of_the_nearest(anywhere, table):
+    free = sampler.Table(anywhere, outside="raise")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        states = free.sample(0.7, SPEEDS, seed=1)
+    assert free.clamped == 0
+    np.testing.assert_array_equal(states, table.sample(0.7, SPEEDS, seed=1))
+    assert table.clamped == 5
+    velocity = [0.06, -0.08, 0.0]
+    np.testing.assert_array_equal(
+        free.rebound(velocity, [0, 1, 0], 1e-5, seed=1),
+        table.rebound(velocity, [0, 1, 0], 1e-5, seed=1),
+    )
+
+
+def test_angles_are_outside_as_before(anywhere):
+    free = sampler.Table(anywhere)
+    with pytest.warns(sampler.OutsideTableWarning, match=r"alpha1: got 0\.1 at index 0"):
+        free.sample([0.1, 0.7], 10.0, seed=1)
+    assert free.clamped == 1
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
+def test_no_speed_at_all_is_refused_as_before(anywhere, speed):
+    with pytest.raises(InputError, match=f"^speed: got {speed:g} at index 1, allowed: "):
+        sampler.Table(anywhere).sample(0.7, [100.0, speed], seed=1)
+
+
+def test_the_file_says_so_and_other_files_are_what_they_were(path, contents, anywhere):
+    with h5py.File(path) as file:
+        assert set(file.attrs) == {*ATTRIBUTES, *OPTIONAL_ATTRIBUTES}
+        assert file.attrs["speed_independent"] == 1
+    assert sampler.load(path).speed_independent
+    assert read_table(path).content_sha256 == anywhere.content_sha256 != contents.content_sha256
+    assert "speed_independent" not in contents.attributes
+
+
+@pytest.mark.parametrize("value", [0, 2, "yes", 1.0])
+def test_another_value_is_refused(path, value):
+    with h5py.File(path, "r+") as file:
+        datasets = {}
+        file.visititems(lambda name, node: datasets.update({name: node}))
+        values = {k: node[()] for k, node in datasets.items() if isinstance(node, h5py.Dataset)}
+        file.attrs["speed_independent"] = value
+        attributes = {name: sampler.schema._plain(v) for name, v in file.attrs.items()}
+        file.attrs["content_sha256"] = sampler.schema.content_sha256(values, attributes)
+    with pytest.raises(TableError, match=f"speed_independent: got {value!r}, allowed: 1: "):
+        read_table(path)
+
+
+def test_images_say_so_too(anywhere, contents, tmp_path):
+    free, bound = tmp_path / "free.rbt", tmp_path / "bound.rbt"
+    write_image(free, anywhere)
+    write_image(bound, contents)
+    assert read_image(free).arrays.speed[:4] == sampler.Table(anywhere).arrays.speed[:4]
+    assert read_image(bound).arrays.speed[:4] == sampler.Table(contents).arrays.speed[:4]
+    assert read_image(free).arrays.speed.low < 1e-6 < 1e5 < read_image(free).arrays.speed.high

@@ -1,0 +1,66 @@
+"""The accuracy that a user asks for: a preset, limits, or both."""
+
+import pytest
+
+from sampler.errors import InputError
+from tablegen.asked import asked_accuracy, looser_than_compact
+from tablegen.config import METRICS, PRESETS, AccuracyTargets
+
+DECLARED = AccuracyTargets(ks=0.3, sliced_wasserstein=0.2, correlation_error=0.5, auc=0.7)
+
+
+def numbers(accuracy):
+    return {name: getattr(accuracy, name) for name in METRICS}
+
+
+def test_none_is_what_the_table_declares():
+    assert asked_accuracy(DECLARED, None) is DECLARED
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_preset(name):
+    asked = asked_accuracy(DECLARED, name)
+    assert asked.preset == name
+    assert numbers(asked) == PRESETS[name]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("ks=0.01", {**numbers(DECLARED), "ks": 0.01}),
+        ("ks=0.01, auc = 0.56", {**numbers(DECLARED), "ks": 0.01, "auc": 0.56}),
+        ("fine,auc=0.6", {**PRESETS["fine"], "auc": 0.6}),
+    ],
+)
+def test_limits_change_what_is_declared_or_preset(text, expected):
+    assert numbers(asked_accuracy(DECLARED, text)) == expected
+
+
+@pytest.mark.parametrize(
+    "text", ["", "best", "ks", "ks=", "ks=small", "standard=1", "ks=0.01;auc=0.6", "speed=3"]
+)
+def test_anything_else_is_refused(text):
+    with pytest.raises(InputError) as caught:
+        asked_accuracy(DECLARED, text)
+    assert str(caught.value).startswith(f"accuracy: got {text!r}, allowed: compact, standard, fine")
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("ks=2", "accuracy: ks: got 2, allowed: a finite number above 0 and up to 1"),
+        ("auc=0.4", "accuracy: auc: got 0.4, allowed: a finite number at least 0.5 and up to 1"),
+        ("sliced_wasserstein=nan", "accuracy: sliced_wasserstein: got nan, allowed: a finite"),
+    ],
+)
+def test_limits_out_of_range_are_refused(text, line):
+    with pytest.raises(InputError) as caught:
+        asked_accuracy(DECLARED, text)
+    assert str(caught.value).startswith(line)
+
+
+def test_what_is_looser_than_the_loosest_preset():
+    assert looser_than_compact(DECLARED) == list(METRICS)
+    compact = AccuracyTargets.model_validate({"preset": "compact"})
+    assert looser_than_compact(compact) == []
+    assert looser_than_compact(compact.model_copy(update={"auc": 0.66})) == ["auc"]

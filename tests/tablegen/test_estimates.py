@@ -1,0 +1,165 @@
+"""Error and noise of a distance told apart, against closed forms; seeds are fixed."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+from sklearn.metrics import roc_auc_score
+
+from tablegen.distances import (
+    classifier_scores,
+    correlation_error,
+    correlation_variances,
+    ks_distances,
+    sliced_wasserstein,
+    unit_directions,
+)
+from tablegen.estimates import (
+    auc_estimate,
+    correlation_estimate,
+    ks_estimate,
+    sliced_wasserstein_estimate,
+)
+
+ESTIMATES = {
+    "ks": lambda a, b: ks_estimate(a, b)[0],
+    "sliced_wasserstein": sliced_wasserstein_estimate,
+    "correlation_error": correlation_estimate,
+}
+#: What the first component of one sample is shifted by, or correlation that it has besides.
+SHIFT, EXTRA = 0.1, 0.15
+
+
+def normal(seed, count, shift=0.0, correlation=0.3):
+    """Standard normal triples with one correlated pair, the first component shifted."""
+    states = np.random.default_rng(seed).standard_normal((count, 3))
+    states[:, 1] = correlation * states[:, 0] + np.sqrt(1.0 - correlation**2) * states[:, 1]
+    states[:, 0] += shift
+    return states
+
+
+#: Distances of the laws: of the shifted, and of the more correlated one.
+TRUTH = {
+    "ks": 2.0 * norm.cdf(SHIFT / 2.0) - 1.0,
+    "sliced_wasserstein": SHIFT * np.abs(unit_directions(64, 3, 0)[:, 0]).mean(),
+    "correlation_error": EXTRA,
+}
+
+
+def wrong(name, seed, count):
+    """A sample with the error that `TRUTH` states."""
+    if name == "correlation_error":
+        return normal(seed, count, correlation=0.3 + EXTRA)
+    return normal(seed, count, shift=SHIFT)
+
+
+class TestValues:
+    """The distances are those of `tablegen.distances`, by other ways."""
+
+    SAMPLES = normal(1, 3000, shift=0.02), normal(2, 2500)
+
+    def test_kolmogorov_smirnov(self):
+        estimate, by_component = ks_estimate(*self.SAMPLES)
+        np.testing.assert_array_equal(by_component, ks_distances(*self.SAMPLES))
+        assert estimate.value == by_component.max()
+
+    def test_sliced_wasserstein(self):
+        estimate = sliced_wasserstein_estimate(*self.SAMPLES, seed=3)
+        exact = sliced_wasserstein(*self.SAMPLES, seed=3)
+        assert estimate.value == pytest.approx(exact, rel=1e-3)
+
+    def test_correlation(self):
+        assert correlation_estimate(*self.SAMPLES).value == correlation_error(*self.SAMPLES)
+
+    def test_auc(self):
+        a, b = self.SAMPLES
+        scores = classifier_scores(a, b, 4, 1000)
+        labels = np.repeat([1, 0], [2000, 1500])
+        estimate = auc_estimate(a, b, 4, 1000)
+        assert estimate.value == pytest.approx(roc_auc_score(labels, np.concatenate(scores)))
+        # of a Mann-Whitney statistic without a difference
+        null = np.sqrt((2000 + 1500 + 1) / (12 * 2000 * 1500))
+        assert estimate.standard_error == pytest.approx(null, rel=0.05)
+
+    def test_one_component_has_no_correlation(self):
+        a, b = (x[:, :1] for x in self.SAMPLES)
+        estimate = correlation_estimate(a, b)
+        assert (estimate.value, estimate.held_out, estimate.noise) == (0.0, 0.0, 0.0)
+
+    @pytest.mark.parametrize("name", ESTIMATES)
+    def test_constant_components_do_no_harm(self, name):
+        a, b = (np.column_stack((x, np.ones(len(x)))) for x in self.SAMPLES)
+        estimate = ESTIMATES[name](a, b)
+        assert np.isfinite([estimate.value, estimate.standard_error, estimate.noise]).all()
+        assert estimate.value == pytest.approx(ESTIMATES[name](*self.SAMPLES).value, abs=0.01)
+
+
+class TestCorrelationVariances:
+    def test_of_a_normal_pair(self):
+        """(1 - r^2)^2, with standard errors of one per cent."""
+        found = correlation_variances(normal(5, 100_000, correlation=0.6))
+        assert found[0, 1] == pytest.approx((1.0 - 0.36) ** 2, rel=0.05)
+        assert found[0, 2] == pytest.approx(1.0, rel=0.05)
+        np.testing.assert_allclose(np.diag(found), 0.0, atol=1e-9)
+
+    def test_of_a_pair_that_is_not_normal(self):
+        """Against repetition: 400 samples give the variance within 20 % (2.8 standard errors)."""
+        rng = np.random.default_rng(6)
+
+        def heavy(count):
+            x = rng.exponential(size=(count, 2)) ** 1.5
+            return np.column_stack((x[:, 0], x[:, 0] + x[:, 1]))
+
+        repeated = np.var([np.corrcoef(heavy(2000).T)[0, 1] for _ in range(400)]) * 2000
+        found = correlation_variances(heavy(200_000))[0, 1]
+        assert found == pytest.approx(repeated, rel=0.2)
+        assert found != pytest.approx((1.0 - 0.5) ** 2, rel=0.2)  # what normality would say
+
+
+@pytest.mark.parametrize("name", ESTIMATES)
+class TestRepeated:
+    """Sixty pairs of samples; each statement would be wrong by chance less than once in 1000."""
+
+    COUNT, PAIRS = 8000, 60
+
+    def repeated(self, name, make):
+        return [
+            ESTIMATES[name](make(2 * k), normal(2 * k + 1, self.COUNT)) for k in range(self.PAIRS)
+        ]
+
+    def test_noise_is_what_equal_laws_give(self, name):
+        found = self.repeated(name, lambda seed: normal(seed, self.COUNT))
+        values = np.array([e.value for e in found])
+        noise = np.mean([e.noise for e in found])
+        # the components and pairs are not quite independent, and noise is rounded up by that
+        assert np.mean(values) == pytest.approx(noise, rel=0.15)
+
+    def test_held_out_difference_is_centred_for_equal_laws(self, name):
+        found = self.repeated(name, lambda seed: normal(seed, self.COUNT))
+        scores = np.array([e.held_out / e.held_out_error for e in found])
+        assert abs(scores.mean()) < 3.3 / np.sqrt(self.PAIRS)
+        assert scores.max() < 4.2  # 60 normal numbers: 1e-3 would be above
+
+    def test_brackets_the_error(self, name):
+        found = self.repeated(name, lambda seed: wrong(name, seed, self.COUNT))
+        values, errors = np.array([(e.value, e.standard_error) for e in found]).T
+        held, held_errors = np.array([(e.held_out, e.held_out_error) for e in found]).T
+        mean_error = 3.3 / np.sqrt(self.PAIRS)
+        assert values.mean() > TRUTH[name] - mean_error * errors.mean()
+        assert held.mean() < TRUTH[name] + mean_error * held_errors.mean()
+        assert (values + 4.2 * errors > TRUTH[name]).all()
+        assert (held - 4.2 * held_errors < TRUTH[name]).all()
+        # ... and narrowly: what is half as large is told apart, and twice as large
+        assert held.mean() > 0.7 * TRUTH[name]
+        assert values.mean() < 1.4 * TRUTH[name]
+
+
+def test_auc_error_is_that_of_the_pairs():
+    """DeLong's variance by its definition, over all pairs of states, where the laws differ."""
+    a, b = normal(8, 400, shift=0.8), normal(9, 300)
+    x, y = classifier_scores(a, b, 1, 100)
+    won = (x[:, None] > y[None, :]) + 0.5 * (x[:, None] == y[None, :])
+    variance = won.mean(axis=1).var() / 300 + won.mean(axis=0).var() / 200
+    estimate = auc_estimate(a, b, 1, 100)
+    assert estimate.value == pytest.approx(won.mean())
+    assert estimate.value > 0.6
+    assert estimate.standard_error == pytest.approx(np.sqrt(variance))

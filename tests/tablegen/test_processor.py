@@ -1,0 +1,147 @@
+"""Kinds of processor: told apart, kept with every piece, and said in the table."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import cycle
+
+import processors
+import pytest
+from command_line import DONE, config_file
+from tiny_tables import GENERATE, ROUGH
+
+import sampler
+from sampler.schema import read_table, write_table
+from tablegen import workshop
+from tablegen.fitting.axes import first_grid
+from tablegen.generate import generate
+from tablegen.pieces import PieceStore
+from tablegen.placement import Grid
+from tablegen.plan import fit_nodes
+from tablegen.processor import processor
+from tablegen.software import software
+from tablegen.workshop import Workshop
+
+pytestmark = pytest.mark.usefixtures("quick_measurement")
+
+#: Two kinds that no processor is of.
+ONE, OTHER = "one kind", "other kind"
+
+
+@pytest.fixture
+def pieces_of(monkeypatch):
+    """Let pieces be made on processors of the given kinds in turn, and the rest on the first."""
+
+    def of(*kinds):
+        turns = cycle(kinds)
+        monkeypatch.setattr(workshop, "processor", lambda: next(turns))
+        monkeypatch.setattr(GENERATE, "processor", lambda: kinds[0])
+
+    return of
+
+
+def half_of_the_pieces(path):
+    """Fit two of the four nodes of the rough table, as an interrupted run leaves them."""
+    store = PieceStore(path, f"{software()}\n{ROUGH.text}", resume=False)
+    angles, speeds = first_grid(ROUGH)
+    fit_nodes(ROUGH, Grid(angles[:1], speeds), Workshop(store))
+
+
+def test_is_one_line_and_stays_the_same():
+    assert processor() == processor()
+    assert len(processor().splitlines()) == 1
+    libraries = [part.split()[0] for part in processor().split("; ")]
+    assert libraries[0] == "numpy"
+    assert libraries[-1] == "libm"
+
+
+@pytest.mark.skipif(not processors.numpy_features(), reason="needs what can be switched off")
+@pytest.mark.parametrize("name", processors.SETTINGS)
+def test_another_processor_is_of_another_kind(name):
+    above = processors.SETTINGS[name].above
+    if not any(feature.startswith(above) for feature in processors.numpy_features()):
+        pytest.skip("this processor is of that kind")
+    script = "from tablegen.processor import processor; print(processor())"
+    environment = os.environ | processors.environment(name)
+    ended = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
+    )
+    assert ended.stdout.strip() != processor()
+
+
+def test_table_of_one_kind(pieces_of, run, tmp_path):
+    pieces_of(ONE)
+    output = tmp_path / "t.h5"
+    ended = run("generate", config_file(tmp_path, ROUGH), "--output", output, "--conditions", 1)
+    assert ended.status == DONE
+    assert "kinds" not in ended.err
+    assert read_table(output).processors == (ONE,)
+    assert f"made on           {ONE}\n" in ended.out
+    assert "kinds" not in run("inspect", output).out
+
+
+def test_table_of_two_kinds_says_so(pieces_of, run, tmp_path):
+    pieces_of(ONE, OTHER)
+    output = tmp_path / "t.h5"
+    ended = run("generate", config_file(tmp_path, ROUGH), "--output", output, "--conditions", 1)
+    said = "made on processors of 2 kinds: made again, last digits may differ"
+    assert ended.status == DONE
+    assert f"tablegen: note: {said}\n" in ended.err
+    assert read_table(output).processors == (ONE, OTHER)
+    shown = run("inspect", output).out
+    assert said in shown
+    for kind in (ONE, OTHER):
+        assert f"made on           {kind}\n" in shown
+
+
+def test_kind_of_the_measurement_counts(pieces_of, tmp_path, monkeypatch):
+    pieces_of(ONE)
+    monkeypatch.setattr(GENERATE, "processor", lambda: OTHER)
+    generate(ROUGH, tmp_path / "t.h5", conditions=1)
+    assert read_table(tmp_path / "t.h5").processors == (ONE, OTHER)
+
+
+def test_pieces_found_again_keep_their_kind(pieces_of, tmp_path):
+    pieces_of(OTHER)
+    half_of_the_pieces(tmp_path / "t.h5")
+    pieces_of(ONE)
+    generate(ROUGH, tmp_path / "t.h5", conditions=1, resume=True)
+    assert read_table(tmp_path / "t.h5").processors == (ONE, OTHER)
+
+
+def test_json_names_the_kinds_and_older_tables_have_none(tiny, run, tmp_path):
+    contents = sampler.load(tiny.path).contents
+    assert contents.processors == (processor(),)
+    assert json.loads(run("inspect", tiny.path, "--json").out)["processors"] == [processor()]
+    older = tmp_path / "older.h5"
+    write_table(older, replace(contents, processors=()))
+    assert json.loads(run("inspect", older, "--json").out)["processors"] == []
+    assert "made on           not recorded\n" in run("inspect", older).out
+
+
+@pytest.mark.processor
+@pytest.mark.skipif(processors.IMITATED not in os.environ, reason="runs as on this processor")
+def test_a_run_that_goes_on_on_another_processor(tmp_path):
+    """Half of the pieces from this processor as it is, the others as on the imitated one."""
+    path = tmp_path / "t.h5"
+    script = (
+        "import pathlib, test_processor\n"
+        f"test_processor.half_of_the_pieces(pathlib.Path({str(path)!r}))"
+    )
+    folders = os.pathsep.join(p for p in sys.path if p)
+    ended = subprocess.run(
+        [sys.executable, "-c", script],
+        env=processors.as_it_is() | {"PYTHONPATH": folders},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert len(list(path.with_name("t.h5.parts").glob("piece-*.npz"))) == 2
+    generate(ROUGH, path, conditions=1, resume=True)
+    kinds = read_table(path).processors
+    assert len(kinds) == 2
+    assert processor() in kinds

@@ -1,0 +1,50 @@
+"""Known answers of direct simulation: some rebounds of the shipped pair, to the last bit.
+
+    python tests/vectors/make_direct.py
+
+writes direct.txt beside itself, one particle a line, numbers as hexadecimal floating point:
+
+    ALPHA_DEG SPEED SPIN*3 INDEX COLLISIONS STATE*6
+
+The model is compared with an independent one in tests/reference; run this again only when the model
+is meant to change.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from tablegen.config import load_config
+from tablegen.simulate import make_condition, simulate
+
+FILE = Path(__file__).with_name("direct.txt")
+CONDITIONS = (
+    (0.5, 300.0, (0.0, 0.0, 0.0)),
+    (20.0, 50.0, (0.0, 0.0, 0.0)),
+    (46.96, 258.0, (0.0, 0.0, 0.0)),
+    (46.96, 258.0, (1.0, -2.0, 3.0)),
+    (90.0, 200.0, (0.0, 0.0, 0.0)),
+    (90.0, 200.0, (0.0, 0.5, 20.0)),
+)
+COUNT, SEED = 20, 7
+
+
+def simulated(alpha_deg, speed, spin):
+    """Rebounds of the shipped pair's population."""
+    config = load_config("corundum-steel")
+    condition = make_condition(np.radians(alpha_deg), speed, spin)
+    return simulate(config.pair, config.population, condition, COUNT, seed=SEED)
+
+
+def lines():
+    """Lines of the file."""
+    for alpha_deg, speed, spin in CONDITIONS:
+        made = simulated(alpha_deg, speed, spin)
+        given = " ".join(float(x).hex() for x in (alpha_deg, speed, *spin))
+        for index, (state, collisions) in enumerate(zip(made.state, made.collisions, strict=True)):
+            numbers = " ".join(float(x).hex() for x in state)
+            yield f"{given} {index} {collisions} {numbers}\n"
+
+
+if __name__ == "__main__":
+    FILE.write_text("".join(lines()), encoding="ascii")
