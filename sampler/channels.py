@@ -24,13 +24,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.components import COMPONENTS as COMPONENTS
+from sampler.components import STATE
 from sampler.errors import InputError
-
-#: Components of a state, in the order of every public array and file.
-COMPONENTS = ("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions")
-
-#: Components that every table has unless its scene says otherwise: u to omega_z.
-STATE = COMPONENTS[:6]
 
 #: Channels; a table holds some of them.
 CHANNELS = ("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y", "energy_hat", "collisions")

@@ -6,7 +6,9 @@ import inspect
 import pytest
 
 from sampler.cli import _parser
+from tablegen.choices import SHAPE_NAMES
 from tablegen.cli import cli
+from tablegen.model.shapes import SHAPE_CODES
 
 
 def work_of(command):
@@ -36,3 +38,7 @@ def test_work_of_sampler_takes_the_options():
         run = importlib.import_module(f"sampler.{name}_command").run
         options = {action.dest for action in parser._actions} - {"help"}
         assert set(inspect.signature(run).parameters) == options
+
+
+def test_shapes_that_are_offered_are_those_of_the_model():
+    assert SHAPE_NAMES == tuple(name for name in SHAPE_CODES if name != "mesh")

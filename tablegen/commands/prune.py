@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from sampler.channels import COMPONENTS
+from sampler.components import COMPONENTS
 from sampler.late import work
 from tablegen import options
 
