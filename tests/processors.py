@@ -3,16 +3,21 @@
     python tests/processors.py PROCESSOR COMMAND...
 
 runs a command as on another processor, for example
-``python tests/processors.py avx2 pytest -m processor``. PROCESSOR is one of `SETTINGS`: ``avx2``,
-processors with AVX2 and FMA but without AVX-512, and ``x86-64``, the least that there is.
-`.ci/run` does this for both, and tests/test_processors.py looks whether it switches anything. What
+``python tests/processors.py avx2 pytest -m processor``. PROCESSOR is one of `SETTINGS`:
+
+- ``avx2``, processors with AVX2 and FMA but without AVX-512;
+- ``x86-64``, the least that there is, for all but the C library;
+- ``no-fma``, the same for the C library too. Direct simulation then takes a thousand times as long,
+  as it asks the C library for every fused product and sum: it is for tests of draws.
+
+`.ci/run` does this for all, and tests/test_processors.py looks whether it switches anything. What
 environment variables can switch:
 
 - numpy: the instruction sets above those that its wheels are built for (SSE4.2, or SSE3 before
   numpy 2.4), by NPY_DISABLE_CPU_FEATURES;
 - OpenBLAS, numpy's and scipy's: the kernels of a processor type, by OPENBLAS_CORETYPE;
 - numba: what LLVM compiles for, by NUMBA_CPU_NAME. Its caches are kept apart by this name;
-- the C library: its functions with FMA and AVX, by GLIBC_TUNABLES. Read when a process starts.
+- the C library (``no-fma`` only): its functions with FMA and AVX, by GLIBC_TUNABLES.
 
 Not switched: what gcc and clang compile for ``-march=native`` and the copies of a function that the
 C header lets the loader choose from, which the tests of the header compare by compiler flags;
@@ -54,14 +59,16 @@ class Processor(NamedTuple):
     tunables: str | None = None
 
 
+_LEAST = Processor(
+    ("AVX", "F16C", "FMA", "X86_V3", "X86_V4"),
+    ("Prescott", "Katmai", "Core2", "Nehalem"),
+    "x86-64",
+)
+
 SETTINGS = {
     "avx2": Processor(("AVX512", "X86_V4"), ("Haswell",), "haswell"),
-    "x86-64": Processor(
-        ("AVX", "F16C", "FMA", "X86_V3", "X86_V4"),
-        ("Prescott", "Katmai", "Core2", "Nehalem"),
-        "x86-64",
-        f"glibc.cpu.hwcaps={_NO_FMA}",
-    ),
+    "x86-64": _LEAST,
+    "no-fma": _LEAST._replace(tunables=f"glibc.cpu.hwcaps={_NO_FMA}"),
 }
 
 

@@ -92,7 +92,6 @@ class TestProvenance:
         assert np.isin(axes.speed, table.speed_nodes).all()
         assert (data_directory() / "corundum-steel.h5").stat().st_size <= BYTES
 
-    @pytest.mark.processor
     @pytest.mark.parametrize("node", [(0, 0), (-3, 2)])
     def test_marginals_come_from_the_named_random_numbers(self, table, node):
         """The same particles, simulated again, have the stored quantiles but for rounding."""
