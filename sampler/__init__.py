@@ -12,26 +12,29 @@ The columns are u, v, w over V and omega_x, omega_y, omega_z times a/V. ``table.
 same for velocities in the lab frame, ``sampler.draw`` for one particle inside compiled code.
 """
 
-from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING
 
-from sampler.arrays import TableArrays
-from sampler.errors import InputError, TableError
-from sampler.kernel import draw
-from sampler.locate import data_directory
-from sampler.table import Table, load
+from sampler.late import import_late
 
-try:
-    __version__ = version("rebound-tables")
-except PackageNotFoundError:  # a source checkout that was never installed
-    __version__ = "0+unknown"
+if TYPE_CHECKING:
+    from sampler.arrays import TableArrays as TableArrays
+    from sampler.errors import InputError as InputError
+    from sampler.errors import TableError as TableError
+    from sampler.kernel import draw as draw
+    from sampler.locate import data_directory as data_directory
+    from sampler.table import Table as Table
+    from sampler.table import load as load
+    from sampler.version import __version__ as __version__
 
-__all__ = [
-    "InputError",
-    "Table",
-    "TableArrays",
-    "TableError",
-    "__version__",
-    "data_directory",
-    "draw",
-    "load",
-]
+# the same names as above, which are for type checkers
+import_late(
+    __name__,
+    {
+        "sampler.arrays": ("TableArrays",),
+        "sampler.errors": ("InputError", "TableError"),
+        "sampler.kernel": ("draw",),
+        "sampler.locate": ("data_directory",),
+        "sampler.table": ("Table", "load"),
+        "sampler.version": ("__version__",),
+    },
+)

@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arrays import Axis, TableArrays
+from sampler.arrays import LANES, ROUNDING, Axis, TableArrays
 from sampler.channels import CHANNELS, COMPONENTS
-from sampler.kernel import LANES, ROUNDING
-from sampler.normal import normal_table
+from sampler.cubics import normal_table
 from sampler.schema import TableContents
 
 #: Numbers of a cache line of 64 bytes, in 16 bits each.
@@ -144,3 +143,9 @@ def table_arrays(contents: TableContents) -> TableArrays:
         spans=spans.reshape(-1),
         quantiles=steps.reshape(-1),
     )
+
+
+def kept_beside(contents: TableContents) -> dict[str, NDArray]:
+    """Datasets that a loaded table keeps as they are: axes and measured accuracy."""
+    paths = (path for path in contents.datasets if path.startswith(("axes/", "accuracy/")))
+    return {path: contents[path] for path in paths}

@@ -1,9 +1,15 @@
 """What the kernels need of a table: plain numbers and arrays, arranged for few cache misses."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+#: Rows of a factor that are worked out side by side, those that a table lacks included.
+LANES = 8
+
+#: Rounding of a unit conversion: an excess below this, relative, is no excess.
+ROUNDING = 1e-12
 
 
 class Axis(NamedTuple):
@@ -58,7 +64,7 @@ class TableArrays(NamedTuple):
     columns : tuple of int
         Component of the state in each column that `Table.sample` returns.
     normals : float32 array, shape (257, 4)
-        See `sampler.normal.normal_table`.
+        See `sampler.cubics.normal_table`.
     alias : uint32 array, I J K
         Upper half: probability to stay in the column, in units of 2**-16; lower half: component
         that takes the rest.
@@ -93,3 +99,10 @@ class TableArrays(NamedTuple):
     components: NDArray[np.int16]
     spans: NDArray[np.float64]
     quantiles: NDArray[np.uint16]
+
+
+def bytes_of(value: Any) -> int:
+    """Bytes of all arrays in nested tuples."""
+    if isinstance(value, tuple):
+        return sum(bytes_of(part) for part in value)
+    return value.nbytes if isinstance(value, np.ndarray) else 0

@@ -19,14 +19,12 @@ what translation left, so that both together stay below one; and the number of c
 number in [N, N + 1).
 """
 
-import math
 from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
-from sampler.jit import borrowing_inline_kernel
 
 #: Components of a state, in the order of every public array and file.
 COMPONENTS = ("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions")
@@ -61,31 +59,6 @@ def channels_for(components: Iterable[str]) -> tuple[str, ...]:
     """Channels from which components of a state are made, in the order `CHANNELS`."""
     needed = {channel for component in components for channel in _NEEDS[component]}
     return tuple(channel for channel in CHANNELS if channel in needed)
-
-
-@borrowing_inline_kernel
-def channels_to_state(values: NDArray[np.float64]) -> None:
-    """Turn channels into components, in place; those left out are 0 before and after.
-
-    Parameters
-    ----------
-    values : float64 array, shape (8,)
-        On entry the channels in the order `CHANNELS`, on return the components in the order
-        `COMPONENTS`.
-    """
-    v, u_hat, omega_z = values[0], values[1], values[2]
-    w_hat, omega_x, omega_y = values[3], values[4], values[5]
-    # Products of (1 - x)(1 + x) cannot become negative by rounding; 1 - v^2 - u^2 could.
-    rest = (1.0 - v) * (1.0 + v)
-    values[0] = u_hat * math.sqrt(rest)
-    values[1] = v
-    rest *= (1.0 - u_hat) * (1.0 + u_hat)
-    values[2] = w_hat * math.sqrt(rest)
-    values[3] = omega_x
-    values[4] = omega_y
-    values[5] = omega_z
-    values[6] *= rest * ((1.0 - w_hat) * (1.0 + w_hat))
-    values[7] = math.floor(values[7])
 
 
 def to_channels(state: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.arrange import aligned, table_arrays
-from sampler.arrays import Axis, TableArrays
+from sampler.arrays import ROUNDING, Axis, TableArrays
 from sampler.atomic import atomic_output
 from sampler.errors import InputError, TableError
 from sampler.image_checks import RefusedError, check_header, check_start, check_values, lengths_of
@@ -28,7 +28,6 @@ from sampler.image_layout import (
     REASONS,
     field_offset,
 )
-from sampler.kernel import ROUNDING
 from sampler.schema import TableContents
 
 _CHECKSUM_AT = field_offset("sha256")

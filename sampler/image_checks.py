@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.arrange import record_stride
+from sampler.arrays import ROUNDING
 from sampler.channels import CHANNELS, COMPONENTS, RANGES, channels_for
 from sampler.encoding import MIXTURE_SCALE
 from sampler.image_layout import (
@@ -22,7 +23,6 @@ from sampler.image_layout import (
     MOST_BYTES,
     MOST_NAMES,
 )
-from sampler.kernel import ROUNDING
 
 #: Bound on the numbers of a cubic, all together: no word gives a normal number above 6.4.
 _CUBIC = 16.0

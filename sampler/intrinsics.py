@@ -1,6 +1,7 @@
 """Operations that numba does not offer: arrays on the stack, prefetching, bits of numbers.
 
-They are as small as can be; everything else is written in plain Python.
+They are as small as can be; everything else is written in plain Python. Of numba and llvmlite they
+use what is public, but for the fields of numba's arrays, which the public interface does not reach.
 """
 
 from collections.abc import Callable
@@ -8,14 +9,17 @@ from typing import Any, cast
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np import arrayobj
 
 
 def _operation(function: Callable[..., Any]) -> Callable[..., Any]:
     """Make a function of kernels from one that types a call and writes its code."""
     return cast(Callable[..., Any], intrinsic(function))
+
+
+def _array(context, builder, kind, value=None):
+    """Structure of an array, whose fields can be read and set; a new one without a value."""
+    return context.make_array(kind)(context, builder, value)
 
 
 _BYTE = ir.IntType(8)
@@ -47,18 +51,22 @@ def local_array(dtype: types.Type, length: int) -> Callable[[], Any]:
     def make(typingctx):
         def emit(context, builder, sig, args):
             element = context.get_data_type(dtype)
-            place = cgutils.alloca_once(builder, ir.ArrayType(element, length))
+            room = ir.ArrayType(element, length)
+            with builder.goto_entry_block():
+                place = builder.alloca(room)
+                # rows that a table lacks are read as well, and must be finite
+                builder.store(room(None), place)
             place.align = _LINE
+            count = context.get_constant(types.intp, length)
             size = context.get_constant(types.intp, context.get_abi_sizeof(element))
-            array = arrayobj.make_array(array_type)(context, builder)
-            arrayobj.populate_array(
-                array,
-                data=builder.bitcast(place, element.as_pointer()),
-                shape=cgutils.pack_array(builder, [context.get_constant(types.intp, length)]),
-                strides=cgutils.pack_array(builder, [size]),
-                itemsize=size,
-                meminfo=None,
-            )
+            one = ir.ArrayType(count.type, 1)
+            array = _array(context, builder, array_type)
+            array.data = builder.bitcast(place, element.as_pointer())
+            array.shape, array.strides = ir.Constant(one, [count]), ir.Constant(one, [size])
+            array.nitems, array.itemsize = count, size
+            # nobody owns it
+            array.meminfo = context.get_value_type(types.MemInfoPointer(types.voidptr))(None)
+            array.parent = context.get_value_type(types.pyobject)(None)
             return array._getvalue()
 
         return array_type(), emit
@@ -71,10 +79,10 @@ def prefetch(typingctx, array, index):
     """Ask for the cache line of element ``index`` of a one-dimensional contiguous array."""
 
     def emit(context, builder, sig, args):
-        source = arrayobj.make_array(sig.args[0])(context, builder, args[0])
+        source = _array(context, builder, sig.args[0], args[0])
         place = builder.bitcast(builder.gep(source.data, [args[1]]), _BYTE.as_pointer())
         kind = ir.FunctionType(ir.VoidType(), [_BYTE.as_pointer(), _WORD, _WORD, _WORD])
-        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+        function = builder.module.declare_intrinsic("llvm.prefetch.p0i8", fnty=kind)
         # for reading, to stay in all levels of the cache, data
         builder.call(function, [place, _WORD(0), _WORD(3), _WORD(1)])
         return context.get_dummy_value()
@@ -101,9 +109,7 @@ def mean_of_corners(typingctx, steps, channels, entries, fractions, weights, dra
 
     def emit(context, builder, sig, args):
         source, _, entries, fractions, weights, _, means = (
-            arrayobj.make_array(kind)(context, builder, value).data
-            if isinstance(kind, types.Array)
-            else value
+            _array(context, builder, kind, value).data if isinstance(kind, types.Array) else value
             for kind, value in zip(sig.args, args, strict=True)
         )
 
@@ -163,9 +169,7 @@ def mix_rows(typingctx, components, record, channels, normals, at, step, units, 
 
     def emit(context, builder, sig, args):
         source, _, _, numbers, _, _, units, _, target, _ = (
-            arrayobj.make_array(kind)(context, builder, value).data
-            if isinstance(kind, types.Array)
-            else value
+            _array(context, builder, kind, value).data if isinstance(kind, types.Array) else value
             for kind, value in zip(sig.args, args, strict=True)
         )
 

@@ -26,12 +26,14 @@ import math
 import numpy as np
 from numba import types
 
-from sampler.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED, channels_to_state
+from sampler.arrays import LANES, ROUNDING
+from sampler.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED
 from sampler.encoding import MIXTURE_SCALE
 from sampler.intrinsics import local_array, mean_of_corners, mix_rows
 from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from sampler.normal import normal_of_word
 from sampler.philox import philox_block
+from sampler.states import channels_to_state
 
 #: Status codes: zero is fine, positive is a warning, negative an error with nothing written.
 OK = 0
@@ -47,11 +49,7 @@ HALF_SIZE_NOT_POSITIVE = -5
 MOST_WORDS = 10
 
 N_VALUES = len(CHANNELS)
-#: Rows of a factor that are worked out side by side, those that a table lacks included.
-LANES = 8
 _HALF_PI = 0.5 * math.pi
-#: Rounding of a unit conversion: an excess below this, relative, is no excess.
-ROUNDING = 1e-12
 #: Unit of the stored means and factors, a power of two: exact.
 UNIT = np.float32(1.0 / MIXTURE_SCALE)
 ZERO = np.float32(0.0)

@@ -244,7 +244,7 @@ def quantile_block(arrays, functions, weights, entries, fractions, result):
 
 @borrowing_inline_kernel
 def states_of_block(channels):
-    """Turn channels into components, in place; see `sampler.channels.channels_to_state`."""
+    """Turn channels into components, in place; see `sampler.states.channels_to_state`."""
     for n in range(BLOCK):
         v, u_hat = channels[np.uint64(n)], channels[np.uint64(BLOCK + n)]
         omega_z, w_hat = channels[np.uint64(2 * BLOCK + n)], channels[np.uint64(3 * BLOCK + n)]

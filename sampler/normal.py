@@ -10,21 +10,16 @@ in every language.
 """
 
 import math
-from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sampler.cubics import PIECES
 from sampler.intrinsics import single_bits, single_of_bits
 from sampler.jit import borrowing_inline_kernel, inline_kernel, kernel
 
-#: Pieces of an octave, and octaves from 1/2 to 2^31.
-_PIECES = 8
-_OCTAVES = 32
-
 #: Exponent and first three bits of a float32, the number of its piece; that of 1/2.
 _PIECE_SHIFT = np.uint32(20)
-_FIRST_PIECE = np.int32(126 * _PIECES)
+_FIRST_PIECE = np.int32(126 * PIECES)
 _PIECE_BITS = np.uint32(3)
 _MANTISSA = np.uint32(0x7FFFFF)
 _ONE_BITS = np.uint32(0x3F800000)
@@ -114,29 +109,6 @@ def normal_cdf(x):
     return 0.5 * math.erfc(-x * 0.7071067811865476)
 
 
-def normal_table() -> NDArray[np.float32]:
-    """Cubics for `normal_of_word`.
-
-    Returns
-    -------
-    float32 array, shape (257, 4)
-        Row ``8 * octave + piece``, octaves from 1/2 upwards: coefficients of 1, t, t^2, t^3 on
-        [0, 1), through the quantile function at the Chebyshev points. The last row, of which only
-        t = 0 is met, stands for the middle, 0.
-    """
-    points = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4)
-    inverse = np.linalg.inv(np.vander(points, increasing=True))
-    # the same algorithm in plain Python: a first kernel would cost more than the whole loading
-    quantile = NormalDist().inv_cdf
-    table = np.zeros((_OCTAVES * _PIECES + 1, 4))
-    for row in range(_OCTAVES * _PIECES):
-        octave, piece = divmod(row, _PIECES)
-        # half the distance from the end, in units of 2^-32
-        half = 2.0 ** (octave - 1) * (1.0 + (piece + points) / _PIECES)
-        table[row] = inverse @ [quantile(n * 2.0**-32) for n in half]
-    return table.astype(np.float32)
-
-
 @borrowing_inline_kernel
 def piece_of_word(word):
     """Row of the cubic of a random word, place in its piece, and sign.
@@ -161,7 +133,7 @@ def normal_of_word(table, word):
     Parameters
     ----------
     table : float32 array, shape (257, 4)
-        From `normal_table`.
+        From `sampler.cubics.normal_table`.
     word : uint32
 
     Returns

@@ -11,7 +11,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.arrange import table_arrays
+from sampler.arrange import kept_beside, table_arrays
+from sampler.arrays import bytes_of
 from sampler.batch import draw_batch
 from sampler.coerce import (
     as_integer,
@@ -78,8 +79,7 @@ class Table:
         self.arrays = table_arrays(contents)
         self.components = contents.components
         self.pair, self.config = contents.pair, contents.config
-        small = (path for path in contents.datasets if path.startswith(("axes/", "accuracy/")))
-        self._small = {path: contents[path] for path in small}
+        self._small = kept_beside(contents)
         self._source: TableContents | Path = contents
         self._clamped = 0
         self._lock = threading.Lock()
@@ -112,7 +112,7 @@ class Table:
     @property
     def nbytes(self) -> int:
         """Memory that the table takes."""
-        return _bytes_of(self.arrays) + sum(values.nbytes for values in self._small.values())
+        return bytes_of((self.arrays, *self._small.values()))
 
     @property
     def alpha_range(self) -> tuple[float, float]:
@@ -312,13 +312,6 @@ def _keys(
         return n, (as_seed(seed), np.arange(n, dtype=np.uint64), hits)
     indices = as_keys("index", index, 64)
     return common_length(**rows, hit=hits, index=indices), (as_seed(seed), indices, hits)
-
-
-def _bytes_of(value: Any) -> int:
-    """Bytes of all arrays in nested tuples."""
-    if isinstance(value, tuple):
-        return sum(_bytes_of(part) for part in value)
-    return value.nbytes if isinstance(value, np.ndarray) else 0
 
 
 def load(

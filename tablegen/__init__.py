@@ -12,20 +12,31 @@
 simulation; both are also commands of ``tablegen``.
 """
 
-from tablegen.config import Config, load_config, parse_config
-from tablegen.generate import Generated, generate
-from tablegen.simulate import Simulation, make_condition, simulate
-from tablegen.validate import Validation, validate
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "Config",
-    "Generated",
-    "Simulation",
-    "Validation",
-    "generate",
-    "load_config",
-    "make_condition",
-    "parse_config",
-    "simulate",
-    "validate",
-]
+from sampler.late import import_late
+from tablegen.extra import require_generator
+
+if TYPE_CHECKING:
+    from tablegen.config import Config as Config
+    from tablegen.config import load_config as load_config
+    from tablegen.config import parse_config as parse_config
+    from tablegen.generate import Generated as Generated
+    from tablegen.generate import generate as generate
+    from tablegen.simulate import Simulation as Simulation
+    from tablegen.simulate import make_condition as make_condition
+    from tablegen.simulate import simulate as simulate
+    from tablegen.validate import Validation as Validation
+    from tablegen.validate import validate as validate
+
+# the same names as above, which are for type checkers
+import_late(
+    __name__,
+    {
+        "tablegen.config": ("Config", "load_config", "parse_config"),
+        "tablegen.generate": ("Generated", "generate"),
+        "tablegen.simulate": ("Simulation", "make_condition", "simulate"),
+        "tablegen.validate": ("Validation", "validate"),
+    },
+    ready=require_generator,
+)

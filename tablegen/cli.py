@@ -13,17 +13,18 @@ import click
 import sampler
 from sampler.errors import InputError
 from tablegen.commands.demo import demo
+from tablegen.commands.export import export
+from tablegen.commands.figures import figures
+from tablegen.commands.generate import generate
+from tablegen.commands.inspect import inspect
+from tablegen.commands.list import list_names
+from tablegen.commands.prune import prune
+from tablegen.commands.report import report
 from tablegen.commands.simulate import simulate
+from tablegen.commands.stability import stability
 from tablegen.commands.validate import validate
-from tablegen.export import export
-from tablegen.figures.command import figures
-from tablegen.generate_command import generate
-from tablegen.inspect_command import inspect
-from tablegen.options import examples as _examples
-from tablegen.prune_command import prune
+from tablegen.options import examples
 from tablegen.ranks import asks_for_ranks, on_first_rank
-from tablegen.report.command import report
-from tablegen.stability.command import stability
 from tablegen.verdict import DONE
 
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -31,7 +32,7 @@ BAD_INPUT, INTERRUPTED = 2, 130
 
 @click.group(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog=_examples(
+    epilog=examples(
         "tablegen demo",
         "tablegen generate my-pair.toml --output my-pair.h5",
         "tablegen validate my-pair.h5",
@@ -42,16 +43,20 @@ def cli() -> None:
     """Simulate the rebound of non-spherical particles and make tables to draw it from."""
 
 
-cli.add_command(demo)
-cli.add_command(simulate)
-cli.add_command(validate)
-cli.add_command(inspect)
-cli.add_command(export)
-cli.add_command(prune)
-cli.add_command(generate)
-cli.add_command(stability)
-cli.add_command(report)
-cli.add_command(figures)
+for command in (
+    demo,
+    simulate,
+    generate,
+    validate,
+    inspect,
+    list_names,
+    prune,
+    export,
+    report,
+    figures,
+    stability,
+):
+    cli.add_command(command)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

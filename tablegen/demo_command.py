@@ -9,5 +9,5 @@ from tablegen.verdict import DONE, MISSED
 
 
 def run(output: Path, progress: bool) -> int:
-    """Run the demo; parameters are the options of `tablegen.commands.demo`."""
+    """Run ``tablegen demo``; parameters are the options of `tablegen.commands.demo`."""
     return MISSED if run_demo(output, click.echo, progress).missed else DONE

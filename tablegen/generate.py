@@ -10,6 +10,7 @@ from sampler.schema import write_table
 from sampler.table import Table
 from tablegen.accuracy import Comparison
 from tablegen.assembly import accuracy_datasets, assemble
+from tablegen.choices import GENERATE_CONDITIONS
 from tablegen.conditions import pick_conditions
 from tablegen.config import Config
 from tablegen.fitting.axes import make_axes
@@ -18,9 +19,6 @@ from tablegen.pieces import PieceStore
 from tablegen.plan import make_plan
 from tablegen.software import software
 from tablegen.workshop import Workshop
-
-#: Conditions at which a new table is measured.
-CONDITIONS = 8
 
 #: The measurement must not meet the random numbers that a user's validation draws by default.
 _MEASURE_SEED = 0xACC0
@@ -51,7 +49,7 @@ def generate(
     *,
     resume: bool = False,
     executor: Executor | None = None,
-    conditions: int = CONDITIONS,
+    conditions: int = GENERATE_CONDITIONS,
     progress: bool = False,
 ) -> Generated:
     """Generate a table and write it.

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from sampler.atomic import check_output
 from sampler.errors import InputError
+from sampler.locate import available
 
 #: What a decorator of commands is given, and gives back.
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -84,6 +86,25 @@ class OutputFile(click.ParamType):
             self.fail(str(error).removeprefix("output: "), param, ctx)
 
 
+class Named(click.ParamType):
+    """Name of a file that comes with the package, or a path; a shell completes both.
+
+    Whether there is such a file is for the command to find out.
+    """
+
+    name = "text"
+
+    def __init__(self, suffix: str) -> None:
+        self.suffix = suffix
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Names that begin with the word, and the files of the shell."""
+        names = [name for name in available(self.suffix) if name.startswith(incomplete)]
+        return [*map(CompletionItem, names), CompletionItem(incomplete, type="file")]
+
+
 SEED = Whole(0, 2**64 - 1)
 COUNT = Whole(1, 2**40)
 ANGLE = Number(0.0, 90.0, open_low=True)
@@ -91,6 +112,8 @@ POSITIVE = Number(0.0, open_low=True)
 RATIO = Number(0.0, 1.0, open_low=True)
 ANY = Number()
 OUTPUT = OutputFile()
+TABLE = Named(".h5")
+CONFIG = Named(".toml")
 
 
 def _shown(_: click.Context, __: click.Parameter, asked: bool | None) -> bool:

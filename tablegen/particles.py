@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, mo
 from scipy.special import ndtr
 
 from sampler.errors import InputError
+from tablegen.choices import MIXTURE, SHAPE_NAMES
 from tablegen.complaint import shown
 from tablegen.directions import SLACK
 from tablegen.fields import AspectPair, AspectRange, Record, Text, refusal
@@ -25,12 +26,6 @@ SHAPE_CODES = {
     "sphere": 4,
     "mesh": 5,
 }
-
-#: Shapes that a population may hold by name; meshes it holds besides.
-SHAPE_NAMES = tuple(name for name in SHAPE_CODES if name != "mesh")
-
-#: Name of the non-spherical shapes together, with the weights of the population.
-MIXTURE = "mixture"
 
 #: Least probability that the range of a truncated normal law must hold. Below it the law would
 #: be all tail, and the normal quantile would lose the digits that tell its ends apart.

@@ -33,7 +33,7 @@ def run(
     threads: int | None,
     progress: bool,
 ) -> int:
-    """Simulate and write; parameters are the options of `tablegen.commands.simulate`."""
+    """Run ``tablegen simulate``; parameters are the options of `tablegen.commands.simulate`."""
     if output is None and statistics_file is None:
         raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
     if output == statistics_file:

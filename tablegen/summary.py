@@ -1,11 +1,10 @@
 """Results as text for a terminal."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
-from sampler.table import Table
 from tablegen.accuracy import Comparison
-from tablegen.config import METRICS, AccuracyTargets
+from tablegen.choices import METRICS
+from tablegen.config import AccuracyTargets
 from tablegen.decision import limits
 
 #: Heads of the columns of `metric_row`, and their widths.
@@ -116,63 +115,3 @@ def time_text(seconds: Mapping[str, float]) -> str:
     total = sum(seconds.values())
     parts = (f"{stage} {spent:.0f} s" for stage, spent in seconds.items())
     return f"{total:.0f} worker seconds: " + ", ".join(parts)
-
-
-def identity(table: Table) -> dict[str, Any]:
-    """Say what a table is: provenance, nodes, size in memory, measured accuracy.
-
-    Parameters
-    ----------
-    table : Table
-
-    Returns
-    -------
-    dict
-        Numbers, texts and lists, for JSON. Angles in degrees, speeds in m/s, sizes in bytes.
-        ``worst`` has the largest of each error in ``accuracy``, or None if nothing was measured.
-    """
-    contents, accuracy = table.contents, table.accuracy
-    errors = ("ks", "sliced_wasserstein", "correlation_error", "auc")
-    measured = accuracy["auc"].size > 0
-    return {
-        "pair": table.pair,
-        "components": list(table.components),
-        "alpha_deg": contents["axes/alpha_deg"].tolist(),
-        "speed": contents["axes/speed"].tolist(),
-        "mixture_components": table.arrays.n_components,
-        "quantile_knots": table.arrays.n_knots,
-        "seed": contents.seed,
-        "software_version": contents.software_version,
-        "content_sha256": contents.content_sha256,
-        "bytes_in_memory": table.nbytes,
-        "worst": {name: float(accuracy[name].max()) for name in errors} if measured else None,
-        "accuracy": {name: values.tolist() for name, values in accuracy.items()},
-    }
-
-
-def identity_text(table: Table) -> str:
-    """Say what a table is, as `identity` does, for people."""
-    facts = identity(table)
-    alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
-    measured = "nothing"
-    if worst is not None:
-        measured = (
-            f"at {len(facts['accuracy']['auc'])} conditions between nodes, worst: "
-            f"KS {worst['ks']:.4f}, sliced Wasserstein {worst['sliced_wasserstein']:.4f}, "
-            f"correlation {worst['correlation_error']:.4f}, AUC {worst['auc']:.3f}"
-        )
-    return "\n".join(
-        [
-            f"pair              {facts['pair']}",
-            f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
-            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes",
-            f"a draw gives      {', '.join(facts['components'])}",
-            f"mixture           {facts['mixture_components']} components a node",
-            f"quantile knots    {facts['quantile_knots']}",
-            f"seed              {facts['seed']}",
-            f"software          rebound-tables {facts['software_version']}",
-            f"content SHA-256   {facts['content_sha256']}",
-            f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
-            f"measured          {measured}",
-        ]
-    )

@@ -13,14 +13,12 @@ from sampler.schema import TableContents, read_table
 from sampler.table import Table
 from tablegen.accuracy import Comparison
 from tablegen.asked import asked_accuracy, looser_than_compact
+from tablegen.choices import METRICS, VALIDATE_CONDITIONS
 from tablegen.conditions import check_conditions, pick_conditions
-from tablegen.config import METRICS, AccuracyTargets, Config, parse_config
+from tablegen.config import AccuracyTargets, Config, parse_config
 from tablegen.decision import FALSE_ALARMS, FALSE_HOLDS, decide, judge, limits
 from tablegen.measure import measure
 from tablegen.screen import SAMPLES, Screening, screen
-
-#: Conditions of a validation by default.
-CONDITIONS = 8
 
 #: Bits of a seed that nobody gave: few enough to type.
 _SEED_BITS = 32
@@ -113,7 +111,7 @@ def _record(comparison: Comparison, asked: AccuracyTargets, count: int) -> dict[
 def validate(
     name_or_path: str | Path,
     *,
-    conditions: int = CONDITIONS,
+    conditions: int = VALIDATE_CONDITIONS,
     seed: int | None = None,
     samples: int | None = None,
     accuracy: str | None = None,

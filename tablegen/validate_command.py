@@ -30,7 +30,7 @@ def run(
     details: bool,
     progress: bool,
 ) -> int:
-    """Validate, print and write; parameters are the options of `tablegen.commands.validate`."""
+    """Run ``tablegen validate``; parameters are the options of `tablegen.commands.validate`."""
     at = _conditions(alpha, speed)
     if store:
         check_store(table, at is not None)

@@ -1,7 +1,7 @@
 """The source distribution and the wheel are whole: built, installed and used without the checkout.
 
 The wheel is built from the source distribution, as an index would do it, and installed with its
-dependencies into a fresh environment.
+dependencies into fresh environments: one with the generator, one with the runtime alone.
 """
 
 import json
@@ -84,16 +84,26 @@ def built(tmp_path_factory):
     return SimpleNamespace(wheel=wheel, source=source)
 
 
-@pytest.fixture(scope="module")
-def installed(built, tmp_path_factory):
-    """Folder of the programs of an environment that has the wheel, and one to work in."""
-    folder = tmp_path_factory.mktemp("clean")
+def environment(folder, requirement):
+    """Folder of the programs of a fresh environment that has a requirement, and one to work in."""
     venv.create(folder / "environment", with_pip=True)
     programs = folder / "environment" / "bin"
-    call(programs / "python", "-m", "pip", "install", "--quiet", built.wheel, folder=folder)
+    call(programs / "python", "-m", "pip", "install", "--quiet", requirement, folder=folder)
     work = folder / "work"
     work.mkdir()
     return SimpleNamespace(programs=programs, work=work)
+
+
+@pytest.fixture(scope="module")
+def installed(built, tmp_path_factory):
+    """The wheel with the generator."""
+    return environment(tmp_path_factory.mktemp("clean"), f"{built.wheel}[generate]")
+
+
+@pytest.fixture(scope="module")
+def light(built, tmp_path_factory):
+    """The wheel without extras."""
+    return environment(tmp_path_factory.mktemp("light"), built.wheel)
 
 
 def test_wheel_has_the_data(built):
@@ -147,3 +157,40 @@ def test_sources_for_other_languages_are_found(installed):
     for name in ("rebound_sampler.h", "rebound_sampler.f90", "../openfoam/build.sh"):
         assert (folder / name).is_file()
     assert os.access(folder / "../openfoam/build.sh", os.X_OK)
+
+
+def test_a_light_installation_has_the_runtime_only(light):
+    listed = call(
+        light.programs / "python", "-m", "pip", "list", "--format=json", folder=light.work
+    )
+    names = {package["name"] for package in json.loads(listed)}
+    assert names - {"pip", "setuptools"} == {"h5py", "llvmlite", "numba", "numpy", "rebound-tables"}
+
+
+def test_a_light_installation_draws_exports_and_lists(light):
+    flags = "--alpha 30 --speed 150 --count 10 --seed 1 --output states.npz"
+    call(light.programs / "sampler", "draw", "corundum-steel", *flags.split(), folder=light.work)
+    words = "export corundum-steel --output corundum-steel.rbt"
+    call(light.programs / "sampler", *words.split(), folder=light.work)
+    assert {path.name for path in light.work.iterdir()} == {"states.npz", "corundum-steel.rbt"}
+    assert "corundum-steel-compact" in call(light.programs / "sampler", "list", folder=light.work)
+
+
+@pytest.mark.parametrize("words", [("tablegen", "demo"), ("python", "-m", "tablegen", "--help")])
+def test_a_light_installation_names_what_the_generator_needs(light, words):
+    program, *rest = words
+    before = set(light.work.iterdir())
+    done = subprocess.run(
+        [light.programs / program, *rest],
+        cwd=light.work,
+        env=without_checkout(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        "tablegen: error: the generator is not installed, allowed after: "
+        "pip install 'rebound-tables[generate]'\n"
+    )
+    assert set(light.work.iterdir()) == before

@@ -49,6 +49,7 @@ def test_commands_named_are_commands(capsys):
 
     rows = re.findall(r"^\| `(tablegen|sampler) (\w+)", README, re.M)
     assert {name for program, name in rows if program == "tablegen"} == set(cli.commands)
+    assert {name for program, name in rows if program == "sampler"} == {"draw", "export", "list"}
     with pytest.raises(SystemExit):
         sampler_main(["draw", "--help"])
     assert "--alpha" in capsys.readouterr().out

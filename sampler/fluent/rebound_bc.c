@@ -4,7 +4,7 @@
    beside it. NOT RUN IN FLUENT. The names used are those of Fluent's UDF manual.
 
    To use it, copy this file and rebound_sampler.h, not our udf.h, into the folder of a compiled UDF
-   library, and the image that `tablegen export` wrote into the folder where Fluent runs. Then
+   library, and the image that `sampler export` wrote into the folder where Fluent runs. Then
 
    - set two particle scalars (discrete phase model, UDF: number of scalars), and hook `rebound_start`
      there as scalar update, so that a new particle has hit no wall;

@@ -14,7 +14,7 @@
        code = rbt_draw(table, 0.5, 150.0, seed, particle, hits, state);
        rbt_close(table);
 
-   The file is what `tablegen export T.h5 --output T.rbt` writes. Equal arguments give the states
+   The file is what `sampler export T.h5 --output T.rbt` writes. Equal arguments give the states
    that the Python package gives, with the same bits whatever the compiler flags; but with
    -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
    rounding in single precision.
@@ -95,7 +95,7 @@ typedef struct rbt_table rbt_table;
 /* Open a table image and check everything in it, its checksum included.
 
    The file is mapped where the system can do that, and read otherwise. It must not be changed while
-   it is open (`tablegen export` puts a new file in its place, which is safe). On success *table
+   it is open (`sampler export` puts a new file in its place, which is safe). On success *table
    belongs to the caller, who ends it with rbt_close. On an error *table is NULL. */
 RBT_API int rbt_open(const char *path, rbt_table **table);
 

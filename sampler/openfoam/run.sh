@@ -13,6 +13,6 @@ cases="$HERE/../../tests/openfoam"
 
 "$HERE/install.sh" "$FOLDER"
 "$HERE/build.sh" "$FOLDER"
-"$python" -m tablegen export corundum-steel --output "$FOLDER/corundum-steel.rbt"
+"$python" -m sampler export corundum-steel --output "$FOLDER/corundum-steel.rbt"
 "$python" "$cases/wall.py" "$FOLDER"
 "$python" "$cases/bend.py" "$FOLDER"

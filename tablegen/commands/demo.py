@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
+from sampler.late import work
 from tablegen import options
-from tablegen.work import work
 
 
 @click.command(

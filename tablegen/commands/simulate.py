@@ -5,9 +5,9 @@ from typing import Any
 
 import click
 
+from sampler.late import work
 from tablegen import options
-from tablegen.particles import MIXTURE, SHAPE_NAMES
-from tablegen.work import work
+from tablegen.choices import MIXTURE, SHAPE_NAMES
 
 
 @click.command(
@@ -22,7 +22,12 @@ from tablegen.work import work
         "    --count 100000000 --seed 1 --statistics normal.json",
     )
 )
-@click.option("--pair", required=True, help="Material pair: a name, or the path of a .toml file.")
+@click.option(
+    "--pair",
+    required=True,
+    type=options.CONFIG,
+    help="Material pair: a name, or the path of a .toml file.",
+)
 @click.option(
     "--shape",
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),

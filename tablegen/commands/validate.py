@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
+from sampler.late import work
 from tablegen import options
-from tablegen.validate import CONDITIONS
-from tablegen.work import work
+from tablegen.choices import VALIDATE_CONDITIONS
 
 
 @click.command(
@@ -17,11 +17,11 @@ from tablegen.work import work
         "tablegen validate my-pair.h5 --alpha 30 --speed 120 --alpha 45 --speed 260",
     ),
 )
-@click.argument("table", metavar="T.h5")
+@click.argument("table", type=options.TABLE, metavar="T.h5")
 @click.option(
     "--conditions",
     type=options.Whole(1, 10_000),
-    default=CONDITIONS,
+    default=VALIDATE_CONDITIONS,
     show_default=True,
     help="Conditions between nodes to compare at, spread evenly over angle and speed.",
 )

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
+from tablegen.choices import MIXTURE
 from tablegen.figures.laws import DENSITY, DIRECT, SCATTERING_BINS, Law, Laws
-from tablegen.particles import MIXTURE
 from tablegen.samples import FloatArray
 
 #: Largest asymmetry that counts as symmetric; see `tablegen.figures.laws.asymmetry`.

@@ -8,14 +8,11 @@ import click
 import sampler
 from sampler.atomic import atomic_output
 from sampler.errors import InputError
-from tablegen import options
+from tablegen.choices import FIGURES_COUNT, FIGURES_QUICK_COUNT
 from tablegen.config import parse_config
 from tablegen.figures.gallery import Gallery, make_gallery
 from tablegen.figures.style import require_matplotlib
 from tablegen.figures.text import laws_json, statements_json, statements_page, statements_text
-
-#: Particles of each shape at each angle.
-_COUNT, _QUICK_COUNT = 200_000, 20_000
 
 
 def _folder(path: Path) -> Path:
@@ -49,41 +46,13 @@ def _write_all(gallery: Gallery, folder: Path) -> None:
             temporary.write_bytes(data)
 
 
-@click.command(
-    short_help="Draw the figures of the paper, and check what it says.",
-    epilog=options.examples(
-        "tablegen figures --output figures",
-        "tablegen figures my-pair.h5 --output figures --count 1000000",
-    ),
-)
-@click.argument("table", metavar="[T.h5]", default="corundum-steel")
-@click.option(
-    "--output", required=True, type=click.Path(path_type=Path), metavar="DIR", help="A folder."
-)
-@click.option(
-    "--count",
-    type=options.Whole(1000, 10**9),
-    metavar="N",
-    help=f"Particles of each shape at each angle; {_COUNT} by default.",
-)
-@click.option("--quick", is_flag=True, help=f"{_QUICK_COUNT} particles.")
-@options.seed("Seed of the simulations and draws.")
-@options.progress
-def figures(
-    table: str, output: Path, count: int | None, quick: bool, seed: int, progress: bool
-) -> int:
-    """Draw Figures 3 to 13 of Panfilov & Tsirkunov (2022), and check what the paper says.
-
-    Each shape and the mixture come from direct simulation at 200 m/s and angles from 5 to 90
-    degrees; the mixture also from the table. The folder gets figure-03.svg to figure-13.svg, the
-    numbers behind them (laws.json), and every statement of the paper that can be checked, with
-    what was measured (statements.md, statements.json).
-    """
+def run(table: str, output: Path, count: int | None, quick: bool, seed: int, progress: bool) -> int:
+    """Run ``tablegen figures``; parameters are the options of `tablegen.commands.figures`."""
     require_matplotlib("tablegen figures")
     folder = _folder(output)
     loaded = sampler.load(table)
     config = parse_config(loaded.config, f"{table}: config")
-    particles = count or (_QUICK_COUNT if quick else _COUNT)
+    particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
     gallery = make_gallery(loaded, config, particles, seed, progress)
     assert gallery is not None  # matplotlib is there
     _write_all(gallery, folder)

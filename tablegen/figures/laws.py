@@ -11,9 +11,9 @@ import numpy as np
 
 from sampler.channels import STATE
 from sampler.table import Table
+from tablegen.choices import MIXTURE
 from tablegen.config import Config
 from tablegen.description import modes, scattering_angles, translational_energy
-from tablegen.particles import MIXTURE
 from tablegen.samples import FloatArray
 from tablegen.simulate import make_condition, simulate
 

@@ -19,11 +19,9 @@ from typing import Any, cast
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.core.imputils import lower_builtin, lower_cast
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import intrinsic, models, register_model
+from numba.core.typing.templates import ConcreteTemplate, infer_global
+from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
 from sampler.jit import inline_kernel
 
@@ -109,7 +107,7 @@ def _operator(symbols, result, operand, count, emit):
         template = type(
             f"_Lanes_{symbol.__name__}",
             (ConcreteTemplate,),
-            {"key": symbol, "cases": [signature(result, *arguments)]},
+            {"key": symbol, "cases": [result(*arguments)]},
         )
         infer_global(symbol)(template)
 
@@ -147,7 +145,7 @@ def _call(builder, name, *arguments):
     kind = arguments[0].type
     suffix = f"v{WIDTH}f64" if isinstance(kind, ir.VectorType) else "f64"
     declared = ir.FunctionType(kind, [kind] * len(arguments))
-    function = cgutils.get_or_insert_function(builder.module, declared, f"llvm.{name}.{suffix}")
+    function = builder.module.declare_intrinsic(f"llvm.{name}.{suffix}", fnty=declared)
     return builder.call(function, arguments)
 
 
@@ -286,13 +284,18 @@ def width(typingctx, value):
     return types.intp(value), generate
 
 
+def _items(builder, values):
+    """Items of a tuple of numbers of one type, or of a shape."""
+    return [builder.extract_value(values, k) for k in range(values.type.count)]
+
+
 def _entry(context, builder, array, value, index_type, index):
     """Pointer to a float, or to lanes, in a C-contiguous array; and whether it is lanes."""
     indices = [index] if isinstance(index_type, types.Integer) else []
     if not indices:
-        indices = cgutils.unpack_tuple(builder, index)
+        indices = _items(builder, index)
     view = context.make_array(array)(context, builder, value)
-    shape = cgutils.unpack_tuple(builder, view.shape)
+    shape = _items(builder, view.shape)
     offset = indices[0]
     for axis in range(1, len(indices)):
         offset = builder.add(builder.mul(offset, shape[axis]), indices[axis])

@@ -6,7 +6,6 @@ from pathlib import Path
 import click
 
 from sampler.atomic import write_text
-from tablegen import options
 from tablegen.report.dossier import compile_dossier, map_accuracy, record
 from tablegen.report.endurance import read_study
 from tablegen.report.page import plotting_library, report_page
@@ -14,34 +13,7 @@ from tablegen.report.study import gather_evidence
 from tablegen.report.text import evidence_text
 
 
-@click.command(
-    short_help="Measure error against run time beside other methods.",
-    epilog=options.examples(
-        "tablegen report --quick",
-        "tablegen report my-pair.h5 --json report.json --html report.html",
-        "tablegen report --beside corundum-steel-compact --beside fine.h5 --html report.html",
-    ),
-)
-@click.argument("table", metavar="[T.h5]", default="corundum-steel")
-@click.option("--quick", is_flag=True, help="Measure less: under two minutes on two cores.")
-@click.option(
-    "--beside",
-    multiple=True,
-    metavar="T.h5",
-    help="A further table of the same pair to compare; may be given several times.",
-)
-@options.seed("Seed of every sample.")
-@options.json_file("Write every number.")
-@options.html_file
-@click.option(
-    "--stability",
-    "stability_file",
-    type=click.Path(path_type=Path),
-    metavar="F",
-    help="Show this result of 'tablegen stability --json' on the page; else a brief study is run.",
-)
-@options.progress
-def report(
+def run(
     table: str,
     quick: bool,
     beside: tuple[str, ...],
@@ -51,14 +23,7 @@ def report(
     stability_file: Path | None,
     progress: bool,
 ) -> int:
-    """Measure error against run time for every way to get a rebound state.
-
-    Direct simulation by contact resolution, flight tolerance and sample size; draws from the
-    table, and from tables of other numbers of nodes, components and knots; stored states,
-    independent marginals, a vine copula, a Gaussian mixture and kernel resampling. All are
-    compared with the same large direct sample, beside the noise of direct against direct.
-    Times are processor time of one thread: leave the machine to it.
-    """
+    """Run ``tablegen report``; parameters are the options of `tablegen.commands.report`."""
     if html_file:
         # what is missing shows before the work, not after
         plotting_library()

@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from sampler.errors import InputError
+from tablegen.choices import SHAPE_NAMES
 from tablegen.complaint import shown
 from tablegen.config import Config
-from tablegen.particles import SHAPE_NAMES, Population
+from tablegen.particles import Population
 
 #: Ratios b/a and c/b from round to slender and flat.
 _RATIOS = (1.0, 0.999, 0.5, 0.05, 0.02)
@@ -38,7 +39,7 @@ class Case:
     Attributes
     ----------
     shape : str
-        A name of `tablegen.particles.SHAPE_NAMES`.
+        A name of `tablegen.choices.SHAPE_NAMES`.
     aspect : tuple of two floats
         b / a and c / b.
     alpha_deg : float

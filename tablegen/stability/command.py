@@ -5,59 +5,16 @@ from pathlib import Path
 import click
 
 from sampler.atomic import write_text
-from tablegen import options
 from tablegen.config import load_config
-from tablegen.particles import SHAPE_NAMES
 from tablegen.stability.cases import FULL, QUICK, Grid
 from tablegen.stability.page import study_page
 from tablegen.stability.report import study_json, study_text
-from tablegen.stability.study import COUNT, run_study
+from tablegen.stability.study import run_study
 
 HOLDS, FAILS = 0, 1
 
 
-@click.command(
-    short_help="Check the model on extreme particles and impacts.",
-    epilog=options.examples(
-        "tablegen stability --quick",
-        "tablegen stability my-pair.toml --json stability.json --html stability.html",
-        "tablegen stability --shape prism --aspect 0.02 0.02 --alpha 0.01 --count 1000",
-    ),
-)
-@click.argument("pair", metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
-@click.option("--quick", is_flag=True, help="2,368 cases: some 20 seconds on two cores.")
-@click.option(
-    "--count",
-    type=options.Whole(1, 10**9),
-    default=COUNT,
-    show_default=True,
-    metavar="N",
-    help="Particles a case.",
-)
-@options.seed("Seed of the particles.")
-@click.option("--shape", type=click.Choice(SHAPE_NAMES), multiple=True, help="Only this shape.")
-@click.option(
-    "--aspect",
-    type=options.RATIO,
-    nargs=2,
-    multiple=True,
-    metavar="BA CB",
-    help="Only these b/a and c/b.",
-)
-@click.option(
-    "--alpha", type=options.ANGLE, multiple=True, metavar="DEG", help="Only this impact angle."
-)
-@click.option(
-    "--speed", type=options.POSITIVE, multiple=True, metavar="M_S", help="Only this speed."
-)
-@click.option(
-    "--spin", type=options.ANY, multiple=True, metavar="WZ", help="Only this spin, times a/V."
-)
-@click.option("--threads", type=options.Whole(1, 4096), help="Default: one a processor.")
-@options.json_file("Write every case.")
-@options.html_file
-@options.progress
-def stability(
+def run(
     pair: str,
     quick: bool,
     count: int,
@@ -72,18 +29,7 @@ def stability(
     html_file: Path | None,
     progress: bool,
 ) -> int:
-    """Simulate extreme particles and impacts, and check the model in each.
-
-    The whole study has 28,280 cases: five shapes; b/a and c/b of 1, 0.999, 0.5, 0.05 and 0.02;
-    angles from 0.01 to 90 degrees; speeds from 1 to 3,000 m/s; spins before the impact of 0, 1, 5
-    and 50 V/a along the wall axis z, the normal of the impact plane, both ways. It takes some ten
-    minutes on two cores; --count sets the particles a case and so the time. Options that name
-    values may be repeated and take the place of the values of the study.
-
-    Each case runs three times on the same particles: as usual, with half the contact resolution,
-    and with half the tolerance of the flight. Exit status 1 if a particle is not finite, does not
-    finish, gains energy or is not separated from the wall.
-    """
+    """Run ``tablegen stability``; parameters are the options of `tablegen.commands.stability`."""
     axes = Grid(shape, aspect, alpha, speed, spin)
     study = run_study(
         load_config(pair),

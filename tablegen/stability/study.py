@@ -13,14 +13,12 @@ from tqdm import tqdm
 import sampler
 from sampler.errors import InputError
 from sampler.processors import processors
+from tablegen.choices import STABILITY_COUNT
 from tablegen.config import Config
 from tablegen.pairs import MaterialPair
 from tablegen.simulate import Simulation, make_condition, simulate
 from tablegen.stability.cases import Case
 from tablegen.stability.outcome import Outcome, outcome_of
-
-#: Particles of a case, where the caller does not say.
-COUNT = 16
 
 #: A call that takes longer [s] than this is timed once; a shorter one is timed again, because
 #: whatever else the machine does shows in it.
@@ -200,7 +198,7 @@ def run_study(
     config: Config,
     cases: Sequence[Case],
     *,
-    count: int = COUNT,
+    count: int = STABILITY_COUNT,
     seed: int = 1,
     threads: int | None = None,
     progress: bool = False,

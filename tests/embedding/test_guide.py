@@ -45,7 +45,11 @@ def folder(tmp_path):
     write_image(tmp_path / "corundum-steel.rbt", sampler.load("corundum-steel").contents)
     commands = tmp_path / "commands"
     commands.mkdir()
-    for name, arguments in {"python": "", "tablegen": " -m tablegen"}.items():
+    for name, arguments in {
+        "python": "",
+        "sampler": " -m sampler",
+        "tablegen": " -m tablegen",
+    }.items():
         script = commands / name
         script.write_text(f'#!/bin/sh\nexec "{sys.executable}"{arguments} "$@"\n')
         script.chmod(0o755)

@@ -225,7 +225,7 @@ def test_other_walls_are_left_to_other_models(work, table, started, tmp_path):
         (("seed            7", "seed -1"), "seed: got -1, allowed: 0 to 2147483647"),
         (("clamp;", "mirror;"), "outOfRange: got mirror, allowed: clamp, error"),
         (("halfSizeRule    0.5", "halfSizeRule 0"), "halfSizeRule: got 0, allowed: a positive"),
-        (('"corundum-steel.rbt"', '"none.rbt"'), "allowed: a file that `tablegen export` wrote"),
+        (('"corundum-steel.rbt"', '"none.rbt"'), "allowed: a file that `sampler export` wrote"),
     ],
 )
 def test_a_wrong_entry_is_refused(work, started, change, message, tmp_path):

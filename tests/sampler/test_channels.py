@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sampler import InputError
-from sampler.channels import CHANNELS, STATE, channels_for, channels_to_state, to_channels
+from sampler.channels import CHANNELS, STATE, channels_for, to_channels
+from sampler.states import channels_to_state
 
 
 def _states(channels):

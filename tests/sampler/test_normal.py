@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from sampler.normal import normal_cdf, normal_of_word, normal_quantile, normal_table
+from sampler.cubics import normal_table
+from sampler.normal import normal_cdf, normal_of_word, normal_quantile
 
 _STEP = 2.0**-32
 ENDS = (0.5 * _STEP, 1.5 * _STEP, 1.0 - 1.5 * _STEP, 1.0 - 0.5 * _STEP)

@@ -1,8 +1,8 @@
 """What the runtime imports: numpy, numba, h5py and the standard library.
 
 numba looks at scipy's version where scipy is installed, so "scipy is not in sys.modules" cannot
-hold there. What must hold: the runtime brings in nothing beyond numba's own imports, and works
-where the other packages cannot be imported at all.
+hold there. What must hold: the runtime brings in nothing beyond numba's own imports, and library
+and commands work where no other package is found at all, as after a plain `pip install`.
 """
 
 import subprocess
@@ -11,18 +11,51 @@ import sys
 import pytest
 
 FOREIGN = ("scipy", "sklearn", "matplotlib", "tablegen", "pydantic", "click", "tqdm")
+RUNTIME = ("numpy", "numba", "llvmlite", "h5py", "sampler")
 
-BLOCKED_DRAW = """
+#: Everything that the commands and a draw import.
+ALL_MODULES = "import sampler, sampler.cli, sampler.draw_command, sampler.export_command"
+ALL_MODULES += ", sampler.list_command, sampler.table"
+
+#: Packages that are not named here are not found, as if they were not installed.
+ALONE = """
 import sys
-for name in {names}:
-    sys.modules[name] = None  # importing it now raises ImportError
-import sampler, sampler.cli
-print(sampler.load({path!r}).sample(0.5, 100.0, seed=1).shape)
+class Only:
+    def __init__(self, finder):
+        self.finder = finder
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {*sys.stdlib_module_names, *%r}:
+            return self.finder.find_spec(name, path, target)
+sys.meta_path[:] = map(Only, sys.meta_path)
+"""
+
+DRAW = """
+import sampler
+print(sampler.load("PATH").sample(0.5, 100.0, seed=1).shape)
+"""
+
+COMMANDS = """
+from sampler.cli import main
+flags = ["--alpha", "30", "--speed", "100", "--count", "5", "--seed", "1", "--output"]
+assert main(["draw", "PATH", *flags, "a.npz"]) == 0
+assert main(["export", "PATH", "--output", "a.rbt"]) == 0
+assert main(["list"]) == 0
+"""
+
+REFUSED = """
+from tablegen.program import main
+assert main(["demo"]) == 2
+import tablegen
+try:
+    tablegen.simulate
+except ImportError as error:
+    print("python:", error)
 """
 
 
-def _run(code):
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+def _run(code, folder=None):
+    words = [sys.executable, "-c", code]
+    return subprocess.run(words, capture_output=True, text=True, check=False, cwd=folder)
 
 
 def _foreign(statement):
@@ -33,17 +66,28 @@ def _foreign(statement):
 
 def test_nothing_beyond_the_three():
     below = _foreign("import numpy, numba, h5py")
-    assert _foreign("import sampler, sampler.cli") == below
-    assert _foreign("import sampler, scipy.special") > below  # or the comparison is blind
+    assert _foreign(ALL_MODULES) == below
+    assert _foreign(f"{ALL_MODULES}, scipy.special") > below  # or the comparison is blind
 
 
-def test_draws_where_nothing_else_can_be_imported(table_path):
-    run = _run(BLOCKED_DRAW.format(names=FOREIGN, path=str(table_path)))
-    assert run.stdout == "(1, 6)\n", run.stderr
+def test_draws_and_commands_where_nothing_else_is_installed(table_path, tmp_path):
+    run = _run((ALONE % (RUNTIME,) + DRAW + COMMANDS).replace("PATH", str(table_path)), tmp_path)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.startswith("(1, 6)\n")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "a.rbt"]
+
+
+def test_the_generator_says_there_what_it_needs(tmp_path):
+    run = _run(ALONE % ((*RUNTIME, "tablegen"),) + REFUSED, tmp_path)
+    line = "the generator is not installed, allowed after: pip install 'rebound-tables[generate]'\n"
+    assert run.stderr == f"tablegen: error: {line}"
+    assert run.stdout == f"python: {line}"
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["numba", "h5py"])
-def test_blocking_does_block(table_path, name):
-    run = _run(BLOCKED_DRAW.format(names=(name,), path=str(table_path)))
+def test_what_is_not_named_is_not_found(table_path, name):
+    rest = tuple(package for package in RUNTIME if package != name)
+    run = _run((ALONE % (rest,) + DRAW).replace("PATH", str(table_path)))
     assert run.returncode != 0
-    assert name in run.stderr
+    assert f"No module named '{name}'" in run.stderr

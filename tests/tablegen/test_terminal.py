@@ -88,3 +88,18 @@ def test_output_has_no_control_codes(run, tiny, monkeypatch):
         ended = run(*words)
         assert ended.out + ended.err
         assert "\x1b" not in ended.out + ended.err
+
+
+@pytest.mark.parametrize(
+    ("line", "names"),
+    [
+        ("tablegen inspect corundum-s", {"corundum-steel", "corundum-steel-compact"}),
+        ("tablegen generate de", {"demo"}),
+        ("tablegen prune corundum-steel --scene pl", {"plane-flow"}),
+        ("tablegen simulate --pair fo", {"forder-1998"}),
+    ],
+)
+def test_names_are_completed_and_so_are_files(line, names, answered):
+    words = line.split()
+    told = answered("bash_complete", COMP_WORDS=line, COMP_CWORD=str(len(words) - 1)).split()
+    assert set(told) == {*(f"plain,{name}" for name in names), f"file,{words[-1]}"}

@@ -1,6 +1,6 @@
 /* A particle loop in C with OpenMP: gas drives particles from plate to plate, where they rebound.
 
-   tablegen export corundum-steel --output corundum-steel.rbt
+   sampler export corundum-steel --output corundum-steel.rbt
    gcc -O3 -march=native -fopenmp -I$(python -m sampler --include-dir) particles.c -o particles -lm
    ./particles corundum-steel.rbt 100000 20
 

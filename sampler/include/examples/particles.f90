@@ -1,6 +1,6 @@
 ! A particle loop in Fortran with OpenMP: gas drives particles from plate to plate.
 !
-!   tablegen export corundum-steel --output corundum-steel.rbt
+!   sampler export corundum-steel --output corundum-steel.rbt
 !   I=$(python -m sampler --include-dir)
 !   printf '#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n' > library.c
 !   gcc -O3 -march=native -I$I -c library.c

@@ -19,7 +19,7 @@ Foam::reboundTable::reboundTable(const fileName& path)
     if (code < 0)
     {
         FatalErrorInFunction
-            << "tableFile: got " << path << ", allowed: a file that `tablegen export` wrote ("
+            << "tableFile: got " << path << ", allowed: a file that `sampler export` wrote ("
             << rbt_strerror(code) << ")" << exit(FatalError);
     }
 }

@@ -1,0 +1,16 @@
+"""Work of ``sampler export`` and ``tablegen export``."""
+
+import sys
+from pathlib import Path
+
+from sampler.image import write_image
+from sampler.locate import find_table
+from sampler.schema import read_table
+
+
+def run(table: str, output: Path) -> int:
+    """Write the image of a table, given by name or path; parameters are the options."""
+    contents = read_table(find_table(table))
+    write_image(output, contents)
+    sys.stdout.write(f"{output}: {output.stat().st_size / 1e6:.2f} MB, {contents.pair}\n")
+    return 0

@@ -1,0 +1,91 @@
+"""What a table is, for people and for programs."""
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from sampler.arrange import kept_beside, table_arrays
+from sampler.arrays import bytes_of
+from sampler.schema import TableContents
+from tablegen.choices import METRICS, declared_accuracy
+
+
+def identity(contents: TableContents) -> dict[str, Any]:
+    """Say what a table is: provenance, nodes, size in memory, measured accuracy.
+
+    Parameters
+    ----------
+    contents : TableContents
+
+    Returns
+    -------
+    dict
+        Numbers, texts and lists, for JSON. Angles in degrees, speeds in m/s, sizes in bytes.
+        ``declared`` has the largest errors that the configuration allows, or is None if it cannot
+        be read; ``worst`` has the largest of each in ``accuracy``, or is None if there is nothing.
+    """
+    arrays, kept = table_arrays(contents), kept_beside(contents)
+    accuracy = {
+        path.removeprefix("accuracy/"): values
+        for path, values in kept.items()
+        if path.startswith("accuracy/")
+    }
+    measured = accuracy["auc"].size > 0
+    return {
+        "pair": contents.pair,
+        "components": list(contents.components),
+        "alpha_deg": contents["axes/alpha_deg"].tolist(),
+        "speed": contents["axes/speed"].tolist(),
+        "mixture_components": arrays.n_components,
+        "quantile_knots": arrays.n_knots,
+        "seed": contents.seed,
+        "software_version": contents.software_version,
+        "content_sha256": contents.content_sha256,
+        "bytes_in_memory": bytes_of((arrays, *kept.values())),
+        "declared": _declared(contents.config),
+        "worst": {name: float(accuracy[name].max()) for name in METRICS} if measured else None,
+        "accuracy": {name: values.tolist() for name, values in accuracy.items()},
+    }
+
+
+def identity_text(contents: TableContents) -> str:
+    """Say what a table is, as `identity` does, for people."""
+    facts = identity(contents)
+    alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
+    measured, declared = "nothing", facts["declared"]
+    if worst is not None:
+        count = len(facts["accuracy"]["auc"])
+        measured = f"at {count} conditions between nodes, noise included, worst: {_errors(worst)}"
+    return "\n".join(
+        [
+            f"pair              {facts['pair']}",
+            f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
+            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes",
+            f"a draw gives      {', '.join(facts['components'])}",
+            f"mixture           {facts['mixture_components']} components a node",
+            f"quantile knots    {facts['quantile_knots']}",
+            f"seed              {facts['seed']}",
+            f"software          rebound-tables {facts['software_version']}",
+            f"content SHA-256   {facts['content_sha256']}",
+            f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
+            f"declared          at most {_errors(declared)}" if declared else "declared          ?",
+            f"measured          {measured}",
+        ]
+    )
+
+
+def _errors(values: Mapping[str, float]) -> str:
+    """Put the four errors on one line."""
+    return (
+        f"KS {values['ks']:.4f}, sliced Wasserstein {values['sliced_wasserstein']:.4f}, "
+        f"correlation {values['correlation_error']:.4f}, AUC {values['auc']:.3f}"
+    )
+
+
+def _declared(config: str) -> dict[str, float] | None:
+    """Errors that a configuration allows; unchecked, for pydantic takes longer than all the rest."""
+    try:
+        found = declared_accuracy(tomllib.loads(config).get("accuracy", {}))
+        return {name: float(found[name]) for name in METRICS}
+    except (tomllib.TOMLDecodeError, AttributeError, TypeError, ValueError):
+        return None

@@ -1,0 +1,81 @@
+"""``sampler list`` and ``tablegen list``: everything that has a name, in both forms."""
+
+import json
+
+import pytest
+
+import sampler
+from sampler.cli import main
+from sampler.locate import available, find_config, find_table
+from tablegen import load_config
+from tablegen.cli import main as tablegen_main
+
+PROGRAMS = (main, tablegen_main)
+both = pytest.mark.parametrize("program", PROGRAMS, ids=["sampler", "tablegen"])
+
+
+@pytest.fixture
+def listed(capsys):
+    def run(program, *flags):
+        assert program(["list", *flags]) == 0
+        out, err = capsys.readouterr()
+        assert err == ""
+        return out
+
+    return run
+
+
+@both
+def test_every_name_has_one_line_below_its_kind(program, listed):
+    kinds, found = ("tables", "pairs", "scenes"), {}
+    for line in listed(program).splitlines():
+        if line in kinds:
+            names = found[line] = {}
+        else:
+            name, _, text = line.strip().partition(" ")
+            assert text.strip()
+            assert name not in names
+            names[name] = text.strip()
+    assert tuple(found) == kinds
+    assert sorted(found["tables"]) == available(".h5")
+    assert sorted([*found["pairs"], *found["scenes"]]) == available(".toml")
+    assert found["tables"]["corundum-steel"].startswith("0.5 to 90 degrees, 50 to 300 m/s, u v w")
+    assert found["pairs"]["corundum-steel"] == "synthetic corundum on steel St3"
+    assert "pair corundum-steel, 20 to 60 degrees, 100 to 200 m/s" in found["scenes"]["demo"]
+    assert "2 dimensions" in found["scenes"]["plane-flow"]
+    assert found["scenes"]["no-spin"].endswith("u v")
+
+
+@both
+def test_json_says_what_the_files_say(program, listed):
+    found = json.loads(listed(program, "--json"))
+    for name, facts in found["tables"].items():
+        table = sampler.load(name)
+        assert facts["pair"] == table.pair
+        assert facts["components"] == list(table.components)
+        assert facts["alpha_deg"] == list(table.alpha_nodes_deg[[0, -1]])
+        assert facts["speed"] == list(table.speed_range)
+        assert facts["bytes"] == find_table(name).stat().st_size
+    for name, facts in found["pairs"].items():
+        pair = load_config(name).pair
+        assert facts == {"particle": pair.particle, "wall": pair.wall}
+    for name, facts in found["scenes"].items():
+        assert load_config(name).pair_name == facts["pair"]
+
+
+def test_your_own_files_beside_them_are_listed(monkeypatch, tmp_path, listed):
+    """Names are those of the folder, whatever is in it."""
+    (tmp_path / "mine.toml").write_bytes(find_config("no-spin").read_bytes())
+    monkeypatch.setattr("sampler.locate.data_directory", lambda: tmp_path)
+    found = json.loads(listed(main, "--json"))
+    assert found == {
+        "tables": {},
+        "pairs": {},
+        "scenes": {"mine": {"pair": "corundum-steel", "domain": {"components": ["u", "v"]}}},
+    }
+    assert "  mine  pair corundum-steel, u v\n" in listed(main)
+
+
+def test_unknown_option_is_one_line(capsys):
+    assert main(["list", "--jsn"]) == 2
+    assert capsys.readouterr() == ("", "sampler: error: unrecognized arguments: --jsn\n")
