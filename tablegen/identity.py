@@ -83,7 +83,7 @@ def _errors(values: Mapping[str, float]) -> str:
 
 
 def _declared(config: str) -> dict[str, float] | None:
-    """Errors that a configuration allows; unchecked, for pydantic takes longer than all the rest."""
+    """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
     try:
         found = declared_accuracy(tomllib.loads(config).get("accuracy", {}))
         return {name: float(found[name]) for name in METRICS}
