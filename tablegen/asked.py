@@ -3,8 +3,9 @@
 from pydantic import ValidationError
 
 from sampler.errors import InputError
+from tablegen.choices import METRICS, PRESETS
 from tablegen.complaint import complaint
-from tablegen.config import METRICS, PRESETS, AccuracyTargets
+from tablegen.config import AccuracyTargets
 
 #: Preset beyond which a declared accuracy says little.
 _LOOSEST = "compact"

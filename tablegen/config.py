@@ -17,6 +17,7 @@ from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_
 from sampler.channels import COMPONENTS, STATE
 from sampler.errors import InputError
 from sampler.locate import find_config, find_file
+from tablegen.choices import declared_accuracy
 from tablegen.complaint import complaint
 from tablegen.fields import (
     MISSING,
@@ -100,17 +101,6 @@ class TableSettings(Record):
     mirror: bool = False
 
 
-#: Names of the distances between a table and direct simulation.
-METRICS = ("ks", "sliced_wasserstein", "correlation_error", "auc")
-
-#: Accuracies by name.
-PRESETS: dict[str, dict[str, float]] = {
-    "compact": {"ks": 0.04, "sliced_wasserstein": 0.025, "correlation_error": 0.06, "auc": 0.65},
-    "standard": {"ks": 0.01, "sliced_wasserstein": 0.008, "correlation_error": 0.02, "auc": 0.56},
-    "fine": {"ks": 0.005, "sliced_wasserstein": 0.006, "correlation_error": 0.015, "auc": 0.53},
-}
-
-
 class AccuracyTargets(Record):
     """Largest distances from direct simulation that a table declares.
 
@@ -129,10 +119,8 @@ class AccuracyTargets(Record):
     @model_validator(mode="before")
     @classmethod
     def _from_preset(cls, given: object) -> object:
-        if not isinstance(given, dict):
-            return given
         # an unknown name is refused with the field, not here
-        return {**PRESETS.get(str(given.get("preset", "standard")), PRESETS["standard"]), **given}
+        return declared_accuracy(given) if isinstance(given, dict) else given
 
 
 class Config(Record):

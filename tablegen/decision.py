@@ -15,7 +15,8 @@ from typing import Protocol
 import numpy as np
 from scipy.stats import norm
 
-from tablegen.config import METRICS, AccuracyTargets
+from tablegen.choices import METRICS
+from tablegen.config import AccuracyTargets
 from tablegen.estimates import LEAST, MOST, Estimate
 
 #: Probability that a table that has the accuracy is said to miss it; half of it belongs to the

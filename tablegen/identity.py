@@ -1,10 +1,13 @@
 """What a table is, for people and for programs."""
 
+import tomllib
+from collections.abc import Mapping
 from typing import Any
 
 from sampler.arrange import kept_beside, table_arrays
 from sampler.arrays import bytes_of
 from sampler.schema import TableContents
+from tablegen.choices import METRICS, declared_accuracy
 
 
 def identity(contents: TableContents) -> dict[str, Any]:
@@ -18,7 +21,8 @@ def identity(contents: TableContents) -> dict[str, Any]:
     -------
     dict
         Numbers, texts and lists, for JSON. Angles in degrees, speeds in m/s, sizes in bytes.
-        ``worst`` has the largest of each error in ``accuracy``, or None if nothing was measured.
+        ``declared`` has the largest errors that the configuration allows, or is None if it cannot
+        be read; ``worst`` has the largest of each in ``accuracy``, or is None if there is nothing.
     """
     arrays, kept = table_arrays(contents), kept_beside(contents)
     accuracy = {
@@ -26,7 +30,6 @@ def identity(contents: TableContents) -> dict[str, Any]:
         for path, values in kept.items()
         if path.startswith("accuracy/")
     }
-    errors = ("ks", "sliced_wasserstein", "correlation_error", "auc")
     measured = accuracy["auc"].size > 0
     return {
         "pair": contents.pair,
@@ -41,7 +44,8 @@ def identity(contents: TableContents) -> dict[str, Any]:
         "content_sha256": contents.content_sha256,
         "processors": list(contents.processors),
         "bytes_in_memory": bytes_of((arrays, *kept.values())),
-        "worst": {name: float(accuracy[name].max()) for name in errors} if measured else None,
+        "declared": _declared(contents.config),
+        "worst": {name: float(accuracy[name].max()) for name in METRICS} if measured else None,
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
 
@@ -65,13 +69,10 @@ def identity_text(contents: TableContents) -> str:
     facts = identity(contents)
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
     anywhere = ", the same at any speed" if facts["speed_independent"] else ""
-    measured = "nothing"
+    measured, declared = "nothing", facts["declared"]
     if worst is not None:
-        measured = (
-            f"at {len(facts['accuracy']['auc'])} conditions between nodes, worst: "
-            f"KS {worst['ks']:.4f}, sliced Wasserstein {worst['sliced_wasserstein']:.4f}, "
-            f"correlation {worst['correlation_error']:.4f}, AUC {worst['auc']:.3f}"
-        )
+        count = len(facts["accuracy"]["auc"])
+        measured = f"at {count} conditions between nodes, noise included, worst: {_errors(worst)}"
     return "\n".join(
         [
             f"pair              {facts['pair']}",
@@ -85,6 +86,24 @@ def identity_text(contents: TableContents) -> str:
             f"content SHA-256   {facts['content_sha256']}",
             *_processor_lines(contents),
             f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
+            f"declared          at most {_errors(declared)}" if declared else "declared          ?",
             f"measured          {measured}",
         ]
     )
+
+
+def _errors(values: Mapping[str, float]) -> str:
+    """Put the four errors on one line."""
+    return (
+        f"KS {values['ks']:.4f}, sliced Wasserstein {values['sliced_wasserstein']:.4f}, "
+        f"correlation {values['correlation_error']:.4f}, AUC {values['auc']:.3f}"
+    )
+
+
+def _declared(config: str) -> dict[str, float] | None:
+    """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
+    try:
+        found = declared_accuracy(tomllib.loads(config).get("accuracy", {}))
+        return {name: float(found[name]) for name in METRICS}
+    except (tomllib.TOMLDecodeError, AttributeError, TypeError, ValueError):
+        return None

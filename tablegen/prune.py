@@ -21,7 +21,8 @@ from sampler.errors import InputError
 from sampler.kernel import locate
 from sampler.schema import TableContents, write_table
 from sampler.table import load
-from tablegen.config import METRICS, Config, parse_config
+from tablegen.choices import METRICS
+from tablegen.config import Config, parse_config
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:

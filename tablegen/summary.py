@@ -3,7 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from tablegen.accuracy import Comparison
-from tablegen.config import METRICS, AccuracyTargets
+from tablegen.choices import METRICS
+from tablegen.config import AccuracyTargets
 from tablegen.decision import limits
 
 #: Heads of the columns of `metric_row`, and their widths.

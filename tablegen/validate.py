@@ -13,9 +13,9 @@ from sampler.schema import TableContents, read_table
 from sampler.table import Table
 from tablegen.accuracy import Comparison
 from tablegen.asked import asked_accuracy, looser_than_compact
-from tablegen.choices import VALIDATE_CONDITIONS
+from tablegen.choices import METRICS, VALIDATE_CONDITIONS
 from tablegen.conditions import check_conditions, pick_conditions
-from tablegen.config import METRICS, AccuracyTargets, Config, parse_config
+from tablegen.config import AccuracyTargets, Config, parse_config
 from tablegen.decision import FALSE_ALARMS, FALSE_HOLDS, decide, judge, limits
 from tablegen.measure import measure
 from tablegen.screen import SAMPLES, Screening, screen

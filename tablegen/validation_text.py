@@ -1,6 +1,6 @@
 """What a validation looked at and how sure its verdict is, in sentences for terminal and page."""
 
-from tablegen.config import PRESETS
+from tablegen.choices import PRESETS
 from tablegen.decision import FALSE_ALARMS, FALSE_HOLDS
 from tablegen.validate import Validation
 

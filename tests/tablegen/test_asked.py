@@ -4,7 +4,8 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen.asked import asked_accuracy, looser_than_compact
-from tablegen.config import METRICS, PRESETS, AccuracyTargets
+from tablegen.choices import METRICS, PRESETS
+from tablegen.config import AccuracyTargets
 
 DECLARED = AccuracyTargets(ks=0.3, sliced_wasserstein=0.2, correlation_error=0.5, auc=0.7)
 

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 
 from sampler.errors import InputError
 from sampler.locate import data_directory
-from tablegen.config import PRESETS, AccuracyTargets, Config, load_config, parse_config
+from tablegen.choices import PRESETS
+from tablegen.config import AccuracyTargets, Config, load_config, parse_config
 from tablegen.merge import merged
 from tablegen.particles import FixedAspect, TruncatedNormalAspect
 

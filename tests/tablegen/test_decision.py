@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from tablegen.config import METRICS, AccuracyTargets
+from tablegen.choices import METRICS
+from tablegen.config import AccuracyTargets
 from tablegen.decision import (
     FALSE_ALARMS,
     FALSE_HOLDS,

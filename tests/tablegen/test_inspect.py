@@ -1,12 +1,15 @@
 """``tablegen inspect``: what a table is, for people and for programs."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 from command_line import DONE
 from tiny_tables import TINY
 
 import sampler
+from tablegen.choices import PRESETS
+from tablegen.identity import identity, identity_text
 
 
 def test_says_what_the_table_is(run, tiny):
@@ -21,6 +24,7 @@ def test_says_what_the_table_is(run, tiny):
         table.contents.content_sha256,
         "at 2 conditions between nodes",
         f"AUC {table.accuracy['auc'].max():.3f}",
+        "at most KS 0.1500, sliced Wasserstein 0.1500, correlation 0.3000, AUC 0.800",
     ):
         assert words in ended.out
 
@@ -43,6 +47,7 @@ def test_json_has_what_the_table_has(run, tiny):
     assert facts["accuracy"].keys() == table.accuracy.keys()
     for name, values in table.accuracy.items():
         np.testing.assert_array_equal(facts["accuracy"][name], values)
+    assert facts["declared"] == {name: getattr(TINY.accuracy, name) for name in facts["worst"]}
     assert facts["worst"]["ks"] == table.accuracy["ks"].max()
 
 
@@ -61,3 +66,13 @@ def test_json_and_configuration_are_one_too_many(refused, tiny):
     assert refused("inspect", tiny.path, "--json", "--config") == (
         "--json: got it with --config, allowed: one of them"
     )
+
+
+def test_declared_accuracy_of_a_preset_and_of_nonsense(tiny):
+    contents = tiny.generated.table.contents
+    compact = replace(contents, config='accuracy.preset = "compact"\naccuracy.ks = 0.5')
+    assert identity(compact)["declared"] == {**PRESETS["compact"], "ks": 0.5}
+    for text in ("no toml", "accuracy = 1", 'accuracy.ks = "small"', "accuracy.ks = []"):
+        unreadable = replace(contents, config=text)
+        assert identity(unreadable)["declared"] is None
+        assert "declared          ?" in identity_text(unreadable)

@@ -9,7 +9,7 @@ from tiny_tables import ROUGH, TINY
 from sampler.table import Table
 from tablegen.accuracy import compare
 from tablegen.assembly import assemble
-from tablegen.config import PRESETS
+from tablegen.choices import PRESETS
 from tablegen.fitting import node
 from tablegen.fitting.axes import first_grid, make_axes
 from tablegen.fitting.node import node_stream
