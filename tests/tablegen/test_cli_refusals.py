@@ -59,7 +59,7 @@ class TestSimulate:
         assert f"'{flag}'" in refused("simulate", *flags(options, {flag: None}))
 
     def test_output_that_cannot_be_is_refused_before_any_work(self, refused, tmp_path, monkeypatch):
-        monkeypatch.setattr("tablegen.simulate_command.simulate", None)
+        monkeypatch.setattr("tablegen.simulate_command.simulate_condition", None)
         for output, reason in (
             (tmp_path / "none" / "r.npz", "a folder that exists"),
             (tmp_path, "a file name"),
@@ -72,7 +72,7 @@ class TestSimulate:
         def unable(*_, **__):
             raise MemoryError
 
-        monkeypatch.setattr("tablegen.simulate_command.simulate", unable)
+        monkeypatch.setattr("tablegen.simulate_command.simulate_condition", unable)
         words = flags(SIMULATE, {"--output": tmp_path / "r.npz"})
         assert "not enough memory, allowed: a smaller count" in refused("simulate", *words)
 
