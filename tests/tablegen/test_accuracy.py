@@ -238,7 +238,9 @@ class TestComparison:
         result = compare(table, direct, alpha_deg=42.5, speed=140.0, seed=3)
         assert (result.alpha_deg, result.speed) == (42.5, 140.0)
         np.testing.assert_array_equal(result.ks, ks_distances(table, direct))
-        assert result.sliced_wasserstein == sliced_wasserstein(table, direct, seed=3)
+        assert result.sliced_wasserstein == pytest.approx(
+            sliced_wasserstein(table, direct, seed=3), rel=1e-3
+        )
         assert result.correlation_error == correlation_error(table, direct)
         assert result.auc == classifier_auc(table, direct, seed=3)
         assert (result.table, result.direct) == summary(table, direct)
