@@ -28,7 +28,8 @@ class _Teller(event.Listener):
     def on_start(self, event: event.Event) -> None:
         """Hear that a kernel is being compiled."""
         kernel = event.data["dispatcher"].py_func
-        package = kernel.__module__.partition(".")[0]
+        # code that was made by exec may belong to no module
+        package = (kernel.__module__ or "").partition(".")[0]
         if package not in _PARTS or package in self._told:
             return
         self._told.add(package)

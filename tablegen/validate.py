@@ -150,42 +150,24 @@ def validate(
         If the file is not a table, does not agree with its own configuration, or an argument is
         out of range.
     """
-    if conditions < 1:
-        raise InputError(f"conditions: got {conditions}, allowed: 1 or more")
-    if samples is not None and samples < 1000:
-        raise InputError(f"samples: got {samples}, allowed: 1000 or more")
     seed = secrets.randbits(_SEED_BITS) if seed is None else seed
-    if not 0 <= seed < 2**64:
-        raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
+    _check_arguments(conditions, samples, seed)
     # read once: the checksum is that of what is measured, whatever becomes of the file meanwhile
     contents = read_table(find_table(name_or_path))
     config = parse_config(contents.config, f"{name_or_path}: config")
     check_agreement(contents, config, str(name_or_path))
     asked = asked_accuracy(config.accuracy, accuracy)
-    table, screening = Table(contents), None
-    suspects: tuple[tuple[float, float], ...] = ()
+    table = Table(contents)
+    screening = None
     if at is not None:
         places = check_conditions(table, at)
     else:
         places = pick_conditions(table, conditions, seed)
-        screening = screen(
-            table,
-            config,
-            asked,
-            seed=seed,
-            samples=min(SAMPLES, samples or SAMPLES),
-            progress=progress,
-        )
-        suspects = screening.suspects
-    found = measure(
-        table,
-        config,
-        [*places, *suspects],
-        seed=seed,
-        samples=samples,
-        targets=asked,
-        progress=progress,
-    )
+        few = min(SAMPLES, samples or SAMPLES)
+        screening = screen(table, config, asked, seed=seed, samples=few, progress=progress)
+    suspects = screening.suspects if screening else ()
+    how: Any = {"seed": seed, "samples": samples, "targets": asked, "progress": progress}
+    found = measure(table, config, [*places, *suspects], **how)
     verdict = judge(found, asked)
     return Validation(
         table=str(name_or_path),
@@ -199,6 +181,16 @@ def validate(
         missed=[*(screening.missed if screening else ()), *verdict.missed],
         undecided=verdict.undecided,
     )
+
+
+def _check_arguments(conditions: int, samples: int | None, seed: int) -> None:
+    """Refuse numbers that are out of range."""
+    if conditions < 1:
+        raise InputError(f"conditions: got {conditions}, allowed: 1 or more")
+    if samples is not None and samples < 1000:
+        raise InputError(f"samples: got {samples}, allowed: 1000 or more")
+    if not 0 <= seed < 2**64:
+        raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
 
 
 def check_agreement(contents: TableContents, config: Config, origin: str) -> None:

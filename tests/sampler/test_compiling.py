@@ -44,6 +44,7 @@ def test_each_part_is_named_once(told):
 def test_kernels_of_others_are_not_our_concern(told):
     compile_anew("flow_code.tracker")
     compile_anew("samplers")
+    compile_anew(None)
     assert told == []
 
 

@@ -287,7 +287,7 @@ class TestDemo:
         def fake(output, say, progress):
             calls.append((output, progress))
             say("what it does")
-            return SimpleNamespace(holds=holds)
+            return SimpleNamespace(missed=[] if holds else ["ks"])
 
         monkeypatch.setattr("tablegen.demo_command.run_demo", fake)
         ended = run("demo", "--output", tmp_path / "d.h5", "--quiet")
