@@ -28,6 +28,10 @@ LAWS = {
 }
 
 
+#: A copy that is not cached: a kernel kept for the type below could be loaded with this file only.
+choose = numba.njit(choose_component.py_func)
+
+
 class AliasArrays(NamedTuple):
     """The part of a table that the choice of a component reads, for one node."""
 
@@ -39,7 +43,7 @@ class AliasArrays(NamedTuple):
 def components_of_words(arrays, words, components):
     """Component that the sampler's own rule chooses for each random word."""
     for k in range(words.size):
-        components[k] = choose_component(arrays, 0, words[k])
+        components[k] = choose(arrays, 0, words[k])
 
 
 def chosen(weight, words):
