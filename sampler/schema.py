@@ -185,7 +185,8 @@ class TableContents:
         for kind_of_processor in self.processors:
             if not kind_of_processor or "\n" in kind_of_processor:
                 raise TableError(
-                    f"processors: got {kind_of_processor!r}, allowed: {ATTRIBUTES['processors'][1]}"
+                    f"processors: got {kind_of_processor!r}, "
+                    f"allowed: {OPTIONAL_ATTRIBUTES['processors'][1]}"
                 )
         known = [dataset.path for dataset in DATASETS]
         for path in self.datasets:

@@ -10,7 +10,7 @@ import pytest
 import sampler
 from sampler import InputError, TableError
 from sampler.image import read_image, write_image
-from sampler.layout import ATTRIBUTES, OPTIONAL_ATTRIBUTES
+from sampler.layout import ATTRIBUTES
 from sampler.schema import read_table, write_table
 
 SPEEDS = np.array([1e-6, 0.3, 49.0, 50.0, 120.0, 300.0, 301.0, 1e5])
@@ -57,7 +57,7 @@ def test_no_speed_at_all_is_refused_as_before(anywhere, speed):
 
 def test_the_file_says_so_and_other_files_are_what_they_were(path, contents, anywhere):
     with h5py.File(path) as file:
-        assert set(file.attrs) == {*ATTRIBUTES, *OPTIONAL_ATTRIBUTES}
+        assert set(file.attrs) == {*ATTRIBUTES, "speed_independent"}
         assert file.attrs["speed_independent"] == 1
     assert sampler.load(path).speed_independent
     assert read_table(path).content_sha256 == anywhere.content_sha256 != contents.content_sha256

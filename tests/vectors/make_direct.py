@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate
+from tablegen.simulate import simulate
 
 FILE = Path(__file__).with_name("direct.txt")
 CONDITIONS = (
@@ -32,8 +32,7 @@ COUNT, SEED = 20, 7
 def simulated(alpha_deg, speed, spin):
     """Rebounds of the shipped pair's population."""
     config = load_config("corundum-steel")
-    condition = make_condition(np.radians(alpha_deg), speed, spin)
-    return simulate(config.pair, config.population, condition, COUNT, seed=SEED)
+    return simulate(config, np.radians(alpha_deg), speed, COUNT, seed=SEED, spin=spin)
 
 
 def lines():
