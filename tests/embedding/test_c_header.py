@@ -27,28 +27,54 @@ def check_vectors(program, tolerance):
         assert toolchain.run(program, *files, tolerance) == f"{cases} cases\n"
 
 
-@pytest.mark.parametrize("level", ["-O0", "-O2", "-O3"])
-@pytest.mark.parametrize("compiler", ["gcc", "g++", "clang", "clang++"])
+def chosen(compilers, flags, quick):
+    """Combinations of compilers and flags; all but the ``quick`` ones are a study, for their time."""
+    return [
+        pytest.param(compiler, flag, marks=() if (compiler, flag) in quick else pytest.mark.study)
+        for compiler in compilers
+        for flag in flags
+    ]
+
+
+@pytest.mark.parametrize(
+    ("compiler", "level"),
+    chosen(
+        ("gcc", "g++", "clang", "clang++"),
+        ("-O0", "-O2", "-O3"),
+        {("gcc", "-O0"), ("gcc", "-O3"), ("g++", "-O2"), ("clang", "-O2"), ("clang++", "-O2")},
+    ),
+)
 def test_vectors(compiler, level, tmp_path):
     program = toolchain.build(compiler, [HERE / "vectors.c"], tmp_path / "vectors", [level])
     check_vectors(program, 0)
 
 
+NATIVE = "-O3 -march=native"
+NATIVE_GNU = "-O3 -march=native -std=gnu17"
+ONE_COPY = "-O3 -DRBT_NO_CLONES"
+SANITIZED = "-O2 -fsanitize=address,undefined -fno-sanitize-recover=all"
+READ_WHOLE = "-O2 -DRBT_NO_MMAP"
+STATIC = "-O2 -DRBT_API=static -Wno-unused-function"
+
+
 @pytest.mark.parametrize(
-    "flags",
-    [
-        ["-O3", "-march=native"],
-        ["-O3", "-march=native", "-std=gnu17"],
-        ["-O3", "-DRBT_NO_CLONES"],
-        ["-O2", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"],
-        ["-O2", "-DRBT_NO_MMAP"],
-        ["-O2", "-DRBT_API=static", "-Wno-unused-function"],
-    ],
-    ids=lambda flags: " ".join(flags),
+    ("compiler", "flags"),
+    chosen(
+        ("gcc", "clang"),
+        (NATIVE, NATIVE_GNU, ONE_COPY, SANITIZED, READ_WHOLE, STATIC),
+        {
+            ("gcc", NATIVE_GNU),
+            ("gcc", ONE_COPY),
+            ("gcc", SANITIZED),
+            ("gcc", READ_WHOLE),
+            ("clang", NATIVE),
+            ("clang", STATIC),
+        },
+    ),
 )
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_vectors_with_other_flags(compiler, flags, tmp_path):
-    program = toolchain.build(compiler, [HERE / "vectors.c"], tmp_path / "vectors", flags)
+    source = [HERE / "vectors.c"]
+    program = toolchain.build(compiler, source, tmp_path / "vectors", flags.split())
     check_vectors(program, 0)
 
 
