@@ -52,6 +52,7 @@ def generate(
     resume: bool = False,
     executor: Executor | None = None,
     conditions: int = GENERATE_CONDITIONS,
+    samples: int | None = None,
     progress: bool = False,
     before: Callable[[], None] = lambda: None,
 ) -> Generated:
@@ -73,6 +74,8 @@ def generate(
         Runs the pieces; by default one thread a processor.
     conditions : int
         Number of conditions between the nodes at which the accuracy is measured and stored.
+    samples : int, optional
+        States a side there at first; by default as many as the declared accuracy needs.
     progress : bool
         Show progress bars on standard error.
     before : callable
@@ -100,6 +103,7 @@ def generate(
         config,
         pick_conditions(table, conditions, _MEASURE_SEED),
         seed=_MEASURE_SEED,
+        samples=samples,
         progress=progress,
     )
     measured = accuracy_datasets(comparisons, len(contents.components))

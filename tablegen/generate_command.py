@@ -22,6 +22,7 @@ def run(
     output: Path,
     resume: bool,
     conditions: int,
+    samples: int | None,
     executor: str,
     scheduler: str | None,
     workers: int | None,
@@ -51,6 +52,7 @@ def run(
                 resume=resume,
                 executor=pool,
                 conditions=conditions,
+                samples=samples,
                 progress=progress,
                 before=tell_cost,
             )

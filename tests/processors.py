@@ -10,8 +10,8 @@ runs a command as on another processor, for example
 - ``no-fma``, the same for the C library too. Direct simulation then takes a thousand times as long,
   as it asks the C library for every fused product and sum: it is for tests of draws.
 
-`.ci/run` does this for all, and tests/test_imitated_processors.py looks whether it switches anything. What
-environment variables can switch:
+`.ci/run` does this for all, and tests/test_imitated_processors.py looks whether it switches
+anything. What environment variables can switch:
 
 - numpy: the instruction sets above those that its wheels are built for (SSE4.2, or SSE3 before
   numpy 2.4), by NPY_DISABLE_CPU_FEATURES;

@@ -34,6 +34,11 @@ from tablegen.executors import ENGINES, THREADS
     help="Conditions between nodes at which the accuracy is measured and stored.",
 )
 @click.option(
+    "--samples",
+    type=options.Whole(1000, 10**9),
+    help="States a side there; by default as many as the declared accuracy needs.",
+)
+@click.option(
     "--executor",
     type=click.Choice(ENGINES),
     default=THREADS,

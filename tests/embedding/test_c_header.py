@@ -28,7 +28,7 @@ def check_vectors(program, tolerance):
 
 
 def chosen(compilers, flags, quick):
-    """Combinations of compilers and flags; all but the ``quick`` ones are a study, for their time."""
+    """Combinations of compilers and flags, all but the ``quick`` ones as a study, for the time."""
     return [
         pytest.param(compiler, flag, marks=() if (compiler, flag) in quick else pytest.mark.study)
         for compiler in compilers

@@ -1,4 +1,3 @@
-from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -13,16 +12,18 @@ from tablegen.measure import measure
 @pytest.fixture
 def quick_measurement(monkeypatch):
     """New tables are measured with fewer states, which takes seconds off each."""
-    monkeypatch.setattr(GENERATE, "measure", partial(measure, samples=MEASURED))
+
+    def few(*arguments, **settings):
+        return measure(*arguments, **settings | {"samples": MEASURED})
+
+    monkeypatch.setattr(GENERATE, "measure", few)
 
 
 @pytest.fixture(scope="session")
 def tiny(tmp_path_factory):
     """The tiny table, made once."""
     path = tmp_path_factory.mktemp("tables") / "tiny.h5"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(GENERATE, "measure", partial(measure, samples=MEASURED))
-        return Tiny(path, generate(TINY, path, conditions=2))
+    return Tiny(path, generate(TINY, path, conditions=2, samples=MEASURED))
 
 
 @pytest.fixture

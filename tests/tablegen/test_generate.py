@@ -4,7 +4,6 @@ import threading
 import time
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import h5py
 import numpy as np
@@ -18,7 +17,6 @@ from tablegen.config import parse_config
 from tablegen.fitting.axes import first_grid
 from tablegen.fitting.node import fit_node
 from tablegen.generate import generate
-from tablegen.measure import measure
 from tablegen.plan import fit_nodes
 from tablegen.validate import validate
 from tablegen.workshop import Workshop
@@ -28,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("quick_measurement")
 
 def made(path, executor=None, **options):
     """Bytes of the rough table."""
-    generate(ROUGH, path, executor=executor, conditions=1, **options)
+    generate(ROUGH, path, executor=executor, conditions=1, samples=MEASURED, **options)
     return path.read_bytes()
 
 
@@ -36,8 +34,7 @@ def made(path, executor=None, **options):
 def rough_bytes(tmp_path_factory):
     """The rough table, made by one worker in one go."""
     path = tmp_path_factory.mktemp("rough") / "rough.h5"
-    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as pool:
-        patch.setattr(GENERATE, "measure", partial(measure, samples=MEASURED))
+    with ThreadPoolExecutor(1) as pool:
         return made(path, pool)
 
 

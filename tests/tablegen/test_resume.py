@@ -19,7 +19,6 @@ from tiny_tables import GENERATE, MEASURED, PLAN, ROUGH
 from sampler.schema import write_table
 from tablegen.fitting.node import fit_node
 from tablegen.generate import generate
-from tablegen.measure import measure
 
 #: Twelve nodes that take some tenths of a second each.
 CONFIG = ROUGH.with_changes(
@@ -37,7 +36,7 @@ NODES = 12
 def generating(folder, *words):
     output = ("--output", folder / "t.h5")
     config = config_file(folder, CONFIG)
-    settings = ("--conditions", 1, "--workers", 1, "--quiet")
+    settings = ("--conditions", 1, "--samples", 1000, "--workers", 1, "--quiet")
     return [*TABLEGEN, "generate", config, *output, *settings, *words]
 
 
@@ -54,8 +53,7 @@ def made_here(path, patch, **options):
         return fit_node(config, alpha_deg, speed, *rest)
 
     patch.setattr(PLAN, "fit_node", counting)
-    patch.setattr(GENERATE, "measure", partial(measure, samples=MEASURED))
-    generate(CONFIG, path, conditions=1, **options)
+    generate(CONFIG, path, conditions=1, samples=MEASURED, **options)
     return fitted
 
 
@@ -187,7 +185,7 @@ def file_system(tmp_path):
     return runner
 
 
-_WORDS = "generate my.toml --output t.h5 --conditions 1 --workers 1 --quiet"
+_WORDS = "generate my.toml --output t.h5 --conditions 1 --samples 1000 --workers 1 --quiet"
 _GENERATE = f"{TABLEGEN[0]} -m tablegen {_WORDS}"
 
 
