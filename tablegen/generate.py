@@ -18,7 +18,7 @@ from tablegen.fitting.axes import make_axes
 from tablegen.measure import measure
 from tablegen.pieces import PieceStore
 from tablegen.plan import make_plan
-from tablegen.processor import processor
+from tablegen.processor_kind import processor_kind
 from tablegen.software import software
 from tablegen.workshop import Workshop
 
@@ -110,7 +110,7 @@ def generate(
     contents = replace(
         contents,
         datasets={**contents.datasets, **measured},
-        processors=tuple(sorted(shop.processors | {processor()})),
+        processors=tuple(sorted(shop.processors | {processor_kind()})),
     )
     write_table(path, contents)
     store.discard()

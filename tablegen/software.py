@@ -1,7 +1,7 @@
 """What decides a piece, besides its arguments: our sources and the libraries below.
 
 Pieces made by other software are neither resumed from nor accepted from a worker. The kind of
-processor (`tablegen.processor`) decides no more than last digits; it is recorded.
+processor (`tablegen.processor_kind`) decides no more than last digits; it is recorded.
 """
 
 import hashlib
@@ -37,6 +37,6 @@ def software() -> str:
     """Versions of all software that a piece depends on, in one line.
 
     Two machines with the same line make the same pieces, and the same bytes if their processors
-    are of one kind: see `tablegen.processor.processor`.
+    are of one kind: see `tablegen.processor_kind.processor_kind`.
     """
     return f"rebound-tables {sampler.__version__} (sources {_sources()}), {_libraries()}"

@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from sampler.errors import InputError
 from tablegen.executors import thread_pool
 from tablegen.pieces import PieceStore
-from tablegen.processor import processor
+from tablegen.processor_kind import processor_kind
 from tablegen.progress import bar
 from tablegen.software import software
 
@@ -69,7 +69,7 @@ def perform(piece: Piece, wanted_software: str) -> Arrays:
     """
     if (ours := software()) != wanted_software:
         raise InputError(f"workers: got one with {ours}, allowed: {wanted_software}")
-    return {**piece.function(*piece.arguments), PROCESSOR: np.array(processor())}
+    return {**piece.function(*piece.arguments), PROCESSOR: np.array(processor_kind())}
 
 
 class Workshop:

@@ -23,7 +23,7 @@ from tablegen.generate import generate
 from tablegen.pieces import PieceStore
 from tablegen.placement import Grid
 from tablegen.plan import fit_nodes, node_key
-from tablegen.processor import processor
+from tablegen.processor_kind import processor_kind
 from tablegen.software import software
 from tablegen.workshop import Workshop
 
@@ -56,9 +56,9 @@ def half_of_the_pieces(path):
 
 
 def test_is_one_line_and_stays_the_same():
-    assert processor() == processor()
-    assert len(processor().splitlines()) == 1
-    libraries = [part.split()[0] for part in processor().split("; ")]
+    assert processor_kind() == processor_kind()
+    assert len(processor_kind().splitlines()) == 1
+    libraries = [part.split()[0] for part in processor_kind().split("; ")]
     assert libraries[0] == "numpy"
     assert libraries[-1] == "libm"
 
@@ -69,12 +69,12 @@ def test_another_processor_is_of_another_kind(name):
     above = processors.SETTINGS[name].above
     if not any(feature.startswith(above) for feature in processors.numpy_features()):
         pytest.skip("this processor is of that kind")
-    script = "from tablegen.processor import processor; print(processor())"
+    script = "from tablegen.processor_kind import processor_kind; print(processor_kind())"
     environment = os.environ | processors.environment(name)
     ended = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
     )
-    assert ended.stdout.strip() != processor()
+    assert ended.stdout.strip() != processor_kind()
 
 
 def test_table_of_one_kind(pieces_of, run, tmp_path):
@@ -119,8 +119,8 @@ def test_pieces_found_again_keep_their_kind(pieces_of, tmp_path):
 
 def test_json_names_the_kinds_and_older_tables_have_none(tiny, run, tmp_path):
     contents = sampler.load(tiny.path).contents
-    assert contents.processors == (processor(),)
-    assert json.loads(run("inspect", tiny.path, "--json").out)["processors"] == [processor()]
+    assert contents.processors == (processor_kind(),)
+    assert json.loads(run("inspect", tiny.path, "--json").out)["processors"] == [processor_kind()]
     older = tmp_path / "older.h5"
     write_table(older, replace(contents, processors=()))
     assert json.loads(run("inspect", older, "--json").out)["processors"] == []
@@ -156,9 +156,9 @@ class TestTwoProcessors:
         store = PieceStore(begun, RECIPE, resume=True)
         there = str(store.load(node_key(*NODES[0], resolution(ROUGH)))[workshop.PROCESSOR])
         generate(ROUGH, begun, conditions=1, resume=True)
-        assert read_table(begun).processors == tuple(sorted({there, processor()}))
+        assert read_table(begun).processors == tuple(sorted({there, processor_kind()}))
         # only a processor that is of the kind by itself makes pieces of that kind
-        assert there != processor() or os.environ[processors.IMITATED] == "avx2"
+        assert there != processor_kind() or os.environ[processors.IMITATED] == "avx2"
 
     def test_pieces_differ_by_no_more_than_steps_of_rounding(self, begun):
         """Particles are the same; a mean at the edge of two steps of 1/4096 may fall on either."""

@@ -46,7 +46,7 @@ def _c_library() -> str:
 
 
 @cache
-def processor() -> str:
+def processor_kind() -> str:
     """Kind of processor, in one line.
 
     Returns
