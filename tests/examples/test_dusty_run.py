@@ -17,6 +17,10 @@ from scipy.stats import binomtest, kstest
 import sampler
 from tablegen.config import load_config
 
+#: A study, because the kernels of the application, with direct simulation inside a tracker, take a
+#: minute to compile. `.ci/run` runs it all the same.
+pytestmark = pytest.mark.study
+
 COUNT = 12_800
 
 

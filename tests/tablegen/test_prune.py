@@ -51,11 +51,12 @@ def _draws(path, alpha_deg=(10.0, 80.0), speed=(60.0, 300.0)):
     [
         STATE,
         ("u", "v", "omega_z"),
-        ("u", "v"),
-        ("u", "v", "w"),
-        ("omega_y",),
         ("v", "rotational_energy"),
-        ("collisions",),
+        # the draw is compiled for each choice
+        *(
+            pytest.param(some, marks=pytest.mark.study)
+            for some in [("u", "v"), ("u", "v", "w"), ("omega_y",), ("collisions",)]
+        ),
     ],
     ids=" ".join,
 )

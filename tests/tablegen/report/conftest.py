@@ -1,12 +1,26 @@
 import pytest
 from tiny_effort import TINY
 
+from tablegen.config import load_config
 from tablegen.report import dossier as dossiers
 from tablegen.report import study
+from tablegen.stability.cases import QUICK, Grid
+from tablegen.stability.report import study_json
+from tablegen.stability.study import run_study
 
 
 @pytest.fixture(scope="session")
-def dossier(tiny):
+def stability_file(tmp_path_factory):
+    """What a study of a few cases of stability writes."""
+    path = tmp_path_factory.mktemp("stability") / "stability.json"
+    grid = QUICK.narrowed(Grid(("prism", "sphere"), (), (45.0,), (200.0,), (0.0,)))
+    made = run_study(load_config("corundum-steel"), list(grid.cases()), count=2, seed=3)
+    path.write_text(study_json(made))
+    return path
+
+
+@pytest.fixture(scope="session")
+def dossier(tiny, stability_file):
     """Everything that a report of the tiny table shows."""
     with pytest.MonkeyPatch.context() as patch:
         for module in (study, dossiers):
@@ -14,4 +28,4 @@ def dossier(tiny):
         path = str(tiny.path)
         evidence = study.gather_evidence(path, [path], quick=True, seed=3)
         atlas = dossiers.map_accuracy(path, True, 3, False)
-        return dossiers.compile_dossier(evidence, atlas, None)
+        return dossiers.compile_dossier(evidence, atlas, stability_file)
