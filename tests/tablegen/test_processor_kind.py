@@ -43,8 +43,8 @@ def pieces_of(monkeypatch):
 
     def of(*kinds):
         turns = cycle(kinds)
-        monkeypatch.setattr(workshop, "processor", lambda: next(turns))
-        monkeypatch.setattr(GENERATE, "processor", lambda: kinds[0])
+        monkeypatch.setattr(workshop, "processor_kind", lambda: next(turns))
+        monkeypatch.setattr(GENERATE, "processor_kind", lambda: kinds[0])
 
     return of
 
@@ -104,7 +104,7 @@ def test_table_of_two_kinds_says_so(pieces_of, run, tmp_path):
 
 def test_kind_of_the_measurement_counts(pieces_of, tmp_path, monkeypatch):
     pieces_of(ONE)
-    monkeypatch.setattr(GENERATE, "processor", lambda: OTHER)
+    monkeypatch.setattr(GENERATE, "processor_kind", lambda: OTHER)
     generate(ROUGH, tmp_path / "t.h5", conditions=1)
     assert read_table(tmp_path / "t.h5").processors == (ONE, OTHER)
 
