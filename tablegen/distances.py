@@ -15,6 +15,9 @@ from threadpoolctl import threadpool_limits
 from sampler.errors import InputError
 from tablegen.samples import FloatArray, as_sample, varies
 
+#: Trees of the classifier.
+TREES = 150
+
 
 def ks_distances(sample: ArrayLike, reference: ArrayLike) -> FloatArray:
     """Two-sample Kolmogorov-Smirnov distance of each component.
@@ -158,7 +161,7 @@ def classifier_scores(
     split_a, split_b = trained or len(a) // 2, trained or len(b) // 2
     train_a, train_b, test_a, test_b = a[:split_a], b[:split_b], a[split_a:], b[split_b:]
     model = HistGradientBoostingClassifier(
-        max_iter=150, max_leaf_nodes=63, early_stopping=False, random_state=seed % 2**32
+        max_iter=TREES, max_leaf_nodes=63, early_stopping=False, random_state=seed % 2**32
     )
     # Its threads wait for each other by spinning: on a machine that is busy with anything else,
     # two of them were forty times slower than one. The result is the same.

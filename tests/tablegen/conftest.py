@@ -19,6 +19,12 @@ def quick_measurement(monkeypatch):
     monkeypatch.setattr(GENERATE, "measure", few)
 
 
+@pytest.fixture
+def quick_classifier(monkeypatch):
+    """Few trees, where it does not matter how well they tell a table from direct simulation."""
+    monkeypatch.setattr("tablegen.distances.TREES", 20)
+
+
 @pytest.fixture(scope="session")
 def tiny(tmp_path_factory):
     """The tiny table, made once."""

@@ -30,6 +30,8 @@ from tablegen.config import load_config
 from tablegen.model.shapes import SHAPE_CODES
 from tablegen.simulate import make_condition, simulate_condition
 
+pytestmark = pytest.mark.usefixtures("quick_classifier")
+
 COMMANDS = sorted(cli.commands)
 
 

@@ -6,6 +6,8 @@ import pytest
 from command_line import SIMULATE, config_file, flags
 from tiny_tables import GENERATE, PLAN, ROUGH
 
+pytestmark = pytest.mark.usefixtures("quick_classifier")
+
 
 class TestWords:
     @pytest.mark.parametrize(

@@ -31,12 +31,13 @@ def assert_left(folder, *names):
 
 
 @pytest.fixture
-def small_demo(monkeypatch, quick_measurement):
+def small_demo(monkeypatch, quick_measurement, quick_classifier):
     """Runs the demonstration on another scene, with a short validation; returns what it says."""
 
     def run(config, output):
         monkeypatch.setattr(demo, "load_config", lambda name: {"demo": config}[name])
         monkeypatch.setattr(demo, "validate", partial(validate, samples=4000))
+        monkeypatch.setattr(demo, "_REPEATS", 1)
         said = []
         return demo.run_demo(output, said.append, progress=False), said
 

@@ -132,8 +132,8 @@ def begun(tmp_path):
     """Half of the pieces of the rough table, from this processor as it is."""
     path = tmp_path / "t.h5"
     script = (
-        "import pathlib, test_processor\n"
-        f"test_processor.half_of_the_pieces(pathlib.Path({str(path)!r}))"
+        "import pathlib, test_processor_kind\n"
+        f"test_processor_kind.half_of_the_pieces(pathlib.Path({str(path)!r}))"
     )
     folders = os.pathsep.join(p for p in sys.path if p)
     ended = subprocess.run(

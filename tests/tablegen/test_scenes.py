@@ -14,7 +14,7 @@ from tablegen.generate import generate
 from tablegen.simulate import simulate
 from tablegen.validate import validate
 
-pytestmark = pytest.mark.usefixtures("quick_measurement")
+pytestmark = pytest.mark.usefixtures("quick_measurement", "quick_classifier")
 
 SCENES = {
     "plane": ({"dimension": 2}, ("u", "v", "omega_z")),

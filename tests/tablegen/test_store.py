@@ -12,6 +12,8 @@ from sampler.schema import read_table, write_table
 from tablegen.store import check_store, store_accuracy
 from tablegen.validate import validate
 
+pytestmark = pytest.mark.usefixtures("quick_classifier")
+
 
 @pytest.fixture
 def copy(tiny, tmp_path):

@@ -22,6 +22,8 @@ from sampler.schema import write_table
 from tablegen.measure import measure
 from tablegen.validate import validate
 
+pytestmark = pytest.mark.usefixtures("quick_classifier")
+
 #: The module; in the package its name stands for the function.
 VALIDATE = sys.modules[validate.__module__]
 
