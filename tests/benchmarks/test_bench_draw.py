@@ -26,6 +26,8 @@ def test_every_row_is_measured(table, tmp_path):
     assert all(0.0 <= row["least_ns"] <= row["median_ns"] for row in rows)
 
 
+# tests/embedding compares the same draws bit for bit
+@pytest.mark.study
 def test_python_and_c_draw_the_same(table, tmp_path):
     toolchain.require("gcc")
     conditions = bench_draw.Conditions(table, 200)

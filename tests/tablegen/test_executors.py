@@ -19,9 +19,6 @@ from tablegen.executors import open_executor
 from tablegen.ranks import asks_for_ranks, on_first_rank
 from tablegen.workshop import SECONDS, Piece, Workshop
 
-#: Kernels that other processes load are in the cache, so that none says that it compiles them.
-pytestmark = pytest.mark.usefixtures("tiny")
-
 #: The measurement at the end is none of the workers'.
 MEASURED = ("--conditions", 1, "--samples", 1000, "--quiet")
 

@@ -20,9 +20,6 @@ from sampler.schema import write_table
 from tablegen.fitting.node import fit_node
 from tablegen.generate import generate
 
-#: Kernels that other processes load are in the cache, so that none says that it compiles them.
-pytestmark = pytest.mark.usefixtures("tiny")
-
 #: Twelve nodes that take some tenths of a second each.
 CONFIG = ROUGH.with_changes(
     {

@@ -41,6 +41,8 @@ def test_missing_file_is_refused(tmp_path):
         read_study(tmp_path / "none.json")
 
 
+# seconds of the model, which tests/tablegen/stability looks at case by case
+@pytest.mark.study
 def test_brief_study_covers_every_shape_at_both_ends():
     found = brief_study(load_config("corundum-steel"), True, 1, False)
     cases = [outcome.case for outcome in found.outcomes]
