@@ -37,7 +37,7 @@ def _compiled(function: _Function, **options: Any) -> _Function:
 
 
 def _inlined(function: _Function, **options: Any) -> _Function:
-    # Neither cached by itself nor callable from Python, which a third of the compiler's time was
+    # Neither cached by itself nor wrapped for Python, which a third of the compiler's time was
     # spent on: its machine code is in the kernels that call it.
     options = {k: v for k, v in _OPTIONS.items() if k != "cache"} | _INLINE | options
     return register_jitable(**options)(function)

@@ -239,10 +239,15 @@ def correlations(values: FloatArray) -> FloatArray:
     -------
     float64 array, shape (d, d)
     """
+    scaled = _standardised(values)
+    return scaled.T @ scaled / len(values)
+
+
+def _standardised(values: FloatArray) -> FloatArray:
+    """Values less their means over their standard deviations; 0 where a component is constant."""
     moving = varies(values)
     centred = np.where(moving, values - values.mean(axis=0), 0.0)
-    scaled = centred / np.where(moving, centred.std(axis=0), 1.0)
-    return scaled.T @ scaled / len(values)
+    return centred / np.where(moving, centred.std(axis=0), 1.0)
 
 
 def correlation_variances(values: FloatArray) -> FloatArray:
@@ -261,10 +266,7 @@ def correlation_variances(values: FloatArray) -> FloatArray:
     float64 array, shape (d, d)
         0 on the diagonal and for constant components.
     """
-    moving = varies(values)
-    z = np.where(moving, values - values.mean(axis=0), 0.0) / np.where(
-        moving, values.std(axis=0), 1.0
-    )
+    z = _standardised(values)
     squares, count = z * z, len(values)
     r, even = z.T @ z / count, squares.T @ squares / count
     odd = (squares * z).T @ z / count
