@@ -16,12 +16,12 @@ import click
 import numpy as np
 
 import sampler
-from sampler.atomic import atomic_output
 from sampler.errors import InputError
+from sampler.files.atomic import atomic_output
 from tablegen import load_config, simulate
-from tablegen.figures.joint import Source, joint_picture
-from tablegen.figures.style import Picture, new_figure, settings, written
-from tablegen.report.looks import LOOKS, Look
+from tablegen.studies.paper_figures.joint_density import Source, joint_picture
+from tablegen.studies.paper_figures.style import Picture, new_figure, settings, written
+from tablegen.studies.report.method_styles import LOOKS, Look
 
 _HERE = Path(__file__).resolve().parent
 

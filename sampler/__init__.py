@@ -14,15 +14,15 @@ same for velocities in the lab frame, ``sampler.draw`` for one particle inside c
 
 from typing import TYPE_CHECKING
 
-from sampler.late import import_late
+from sampler.compilation.late import import_late
 
 if TYPE_CHECKING:
-    from sampler.arrays import TableArrays as TableArrays
+    from sampler.drawing.kernel import draw as draw
     from sampler.errors import InputError as InputError
     from sampler.errors import OutsideTableWarning as OutsideTableWarning
     from sampler.errors import TableError as TableError
-    from sampler.kernel import draw as draw
-    from sampler.locate import data_directory as data_directory
+    from sampler.files.locate import data_directory as data_directory
+    from sampler.formats.table_arrays import TableArrays as TableArrays
     from sampler.table import Table as Table
     from sampler.table import load as load
     from sampler.version import __version__ as __version__
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 import_late(
     __name__,
     {
-        "sampler.arrays": ("TableArrays",),
+        "sampler.formats.table_arrays": ("TableArrays",),
         "sampler.errors": ("InputError", "OutsideTableWarning", "TableError"),
-        "sampler.kernel": ("draw",),
-        "sampler.locate": ("data_directory",),
+        "sampler.drawing.kernel": ("draw",),
+        "sampler.files.locate": ("data_directory",),
         "sampler.table": ("Table", "load"),
         "sampler.version": ("__version__",),
     },

@@ -2,7 +2,7 @@
 
 import sys
 
-from sampler.cli import main
+from sampler.commands.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

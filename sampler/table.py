@@ -12,10 +12,17 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.arrange import kept_beside, table_arrays
-from sampler.arrays import bytes_of
-from sampler.batch import draw_batch
-from sampler.coerce import (
+from sampler.compilation.processors import processors
+from sampler.drawing.batch import draw_batch
+from sampler.drawing.frames import rebound_batch
+from sampler.drawing.kernel import OK
+from sampler.drawing.roughness import MAX_ROUGHNESS, rough_rebound_batch
+from sampler.errors import InputError, OutsideTableWarning
+from sampler.files.locate import find_table
+from sampler.formats.hdf5 import TableContents, read_table
+from sampler.formats.packing import kept_beside, table_arrays
+from sampler.formats.table_arrays import bytes_of
+from sampler.inputs.coerce import (
     as_integer,
     as_keys,
     as_output,
@@ -24,20 +31,13 @@ from sampler.coerce import (
     as_vectors,
     common_length,
 )
-from sampler.errors import InputError, OutsideTableWarning
-from sampler.frames import rebound_batch
-from sampler.kernel import OK
-from sampler.locate import find_table
-from sampler.processors import processors
-from sampler.refusals import (
+from sampler.inputs.refusals import (
     draw_refusal,
     impact_condition,
     outside_refusal,
     outside_warning,
     rebound_refusal,
 )
-from sampler.roughness import MAX_ROUGHNESS, rough_rebound_batch
-from sampler.schema import TableContents, read_table
 
 #: Draws below which a further thread costs more than it saves.
 _DRAWS_PER_THREAD = 20_000
@@ -232,7 +232,7 @@ class Table:
             Velocity of the wall at the point of contact, m/s; at rest if left out.
         roughness : float or array, shape (n,), optional
             Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
-            a smooth wall if left out. See `sampler.roughness`.
+            a smooth wall if left out. See `sampler.drawing.roughness`.
 
         Returns
         -------

@@ -13,8 +13,8 @@ simulation; both are also commands of ``tablegen``.
 
 from typing import TYPE_CHECKING
 
-from sampler.late import import_late
-from tablegen.extra import require_generator
+from sampler.compilation.late import import_late
+from tablegen.configuration.requirements import require_generator
 
 if TYPE_CHECKING:
     from tablegen.config import Config as Config

@@ -2,7 +2,7 @@
 
 import sys
 
-from tablegen.program import main
+from tablegen.commands.program import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -6,21 +6,21 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sampler.atomic import check_output
-from sampler.schema import write_table
+from sampler.files.atomic import check_output
+from sampler.formats.hdf5 import write_table
 from sampler.table import Table
-from tablegen.accuracy import Comparison
-from tablegen.assembly import accuracy_datasets, assemble
-from tablegen.choices import GENERATE_CONDITIONS
-from tablegen.conditions import pick_conditions
+from tablegen.accuracy.comparison import Comparison
+from tablegen.accuracy.conditions import pick_conditions
+from tablegen.accuracy.measure import measure
 from tablegen.config import Config
-from tablegen.fitting.axes import make_axes
-from tablegen.measure import measure
-from tablegen.pieces import PieceStore
-from tablegen.plan import make_plan
-from tablegen.processor_kind import processor_kind
-from tablegen.software import software
-from tablegen.workshop import Workshop
+from tablegen.configuration.defaults import GENERATE_CONDITIONS
+from tablegen.refinement.assembly import accuracy_datasets, assemble
+from tablegen.refinement.axes import make_axes
+from tablegen.refinement.refine import make_plan
+from tablegen.tasks.checkpoint import PieceStore
+from tablegen.tasks.processor_kind import processor_kind
+from tablegen.tasks.runner import Workshop
+from tablegen.tasks.software import software
 
 #: The measurement must not meet the random numbers that a user's validation draws by default.
 _MEASURE_SEED = 0xACC0

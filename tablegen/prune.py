@@ -13,16 +13,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arrange import table_arrays
-from sampler.arrays import Axis
-from sampler.atomic import check_output
-from sampler.channels import channels_for
+from sampler.drawing.kernel import locate
 from sampler.errors import InputError
-from sampler.kernel import locate
-from sampler.schema import TableContents, write_table
+from sampler.files.atomic import check_output
+from sampler.formats.channels import channels_for
+from sampler.formats.hdf5 import TableContents, write_table
+from sampler.formats.packing import table_arrays
+from sampler.formats.table_arrays import Axis
 from sampler.table import load
-from tablegen.choices import METRICS
 from tablegen.config import Config, parse_config
+from tablegen.configuration.defaults import METRICS
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
@@ -86,7 +86,8 @@ def prune(
     name_or_path : str or Path
         Name of a table that comes with the package, or path of a .h5 file.
     scene : Config
-        Complete; `tablegen.config.scene_over` makes one of any scene and the table's own.
+        Complete; `tablegen.config.scene_over` makes one of any scene and the table's
+        own.
     output : str or Path
         The .h5 file to write.
     origin : str

@@ -12,16 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from sampler.processors import processors
 from tablegen.config import Config
+from tablegen.materials.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.batch import simulate_audited, simulate_batch
+from tablegen.model.correctly_rounded import cosine_and_sine
+from tablegen.model.particle_run import simulate_audited, simulate_batch
 from tablegen.model.rebound import COLLISION_ALARM, Condition
-from tablegen.pairs import MaterialPair
-from tablegen.particles import Population
-from tablegen.progress import bar
-from tablegen.rounded import cosine_and_sine
+from tablegen.particles.population import Population
+from tablegen.tasks.progress import bar
 
 #: Particles in one piece of work: small enough to share out, large enough to forget Python.
 BATCH = 5_000

@@ -8,17 +8,17 @@ from typing import Any
 
 import sampler
 from sampler.errors import InputError
-from sampler.locate import find_table
-from sampler.schema import TableContents, read_table
+from sampler.files.locate import find_table
+from sampler.formats.hdf5 import TableContents, read_table
 from sampler.table import Table
-from tablegen.accuracy import Comparison
-from tablegen.asked import asked_accuracy, looser_than_compact
-from tablegen.choices import METRICS, VALIDATE_CONDITIONS
-from tablegen.conditions import check_conditions, pick_conditions
+from tablegen.accuracy.comparison import Comparison
+from tablegen.accuracy.conditions import check_conditions, pick_conditions
+from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, decide, judge, limits
+from tablegen.accuracy.measure import measure
+from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
+from tablegen.accuracy.requested import asked_accuracy, looser_than_compact
 from tablegen.config import AccuracyTargets, Config, parse_config
-from tablegen.decision import FALSE_ALARMS, FALSE_HOLDS, decide, judge, limits
-from tablegen.measure import measure
-from tablegen.screen import SAMPLES, Screening, screen
+from tablegen.configuration.defaults import METRICS, VALIDATE_CONDITIONS
 
 #: Bits of a seed that nobody gave: few enough to type.
 _SEED_BITS = 32

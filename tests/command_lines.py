@@ -9,8 +9,8 @@ from pathlib import Path
 
 import click
 
-from sampler.cli import _parser as sampler_parser
-from tablegen.cli import cli
+from sampler.commands.main import _parser as sampler_parser
+from tablegen.commands.main import cli
 
 PROGRAMS = ("tablegen", "sampler")
 

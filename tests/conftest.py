@@ -2,7 +2,8 @@
 
 A cache folder named after all sources that reach machine code keeps a test run from meeting stale
 kernels, and leaves kernels alone when anything else is edited. Kernels are in the modules that
-import `sampler.jit` or numba; modules of the packages that these import may give them constants.
+import `sampler.compilation.jit` or numba; modules of the packages that these import may give them
+constants.
 """
 
 import hashlib
@@ -12,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 _ROOT = Path(__file__).resolve().parents[1]
-_COMPILES = re.compile(rb"^(from|import) (sampler\.jit|numba)\b", re.MULTILINE)
+_COMPILES = re.compile(rb"^(from|import) (sampler\.compilation\.jit|numba)\b", re.MULTILINE)
 _IMPORTS = re.compile(rb"^from ((?:sampler|tablegen)[.\w]*) import", re.MULTILINE)
 
 

@@ -98,7 +98,7 @@ def test_documents_are_found():
         "README.md",
         "CONTRIBUTING.md",
         "tables/FORMAT.md",
-        "sampler/include/README.md",
+        "sampler/c/README.md",
     }
 
 

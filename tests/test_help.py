@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 from command_lines import calls, logical_lines, parse
 
-from sampler.cli import _parser as sampler_parser
-from tablegen.cli import cli
+from sampler.commands.main import _parser as sampler_parser
+from tablegen.commands.main import cli
 
 
 def tablegen_commands(command, path=()):

@@ -5,9 +5,9 @@ import inspect
 
 import pytest
 
-from sampler.cli import _parser
-from tablegen.choices import SHAPE_NAMES
-from tablegen.cli import cli
+from sampler.commands.main import _parser
+from tablegen.commands.main import cli
+from tablegen.configuration.defaults import SHAPE_NAMES
 from tablegen.model.shapes import SHAPE_CODES
 
 

@@ -6,7 +6,7 @@ import json
 import pytest
 from documents import ROOT
 
-from tablegen.report.looks import LOOKS
+from tablegen.studies.report.method_styles import LOOKS
 
 pytest.importorskip("matplotlib")
 

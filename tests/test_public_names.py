@@ -13,7 +13,7 @@ from documents import ROOT
 
 import sampler
 import tablegen
-from sampler.late import import_late
+from sampler.compilation.late import import_late
 
 PACKAGES = (sampler, tablegen)
 every_package = pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.__name__)
@@ -55,7 +55,7 @@ def test_functions_stay_functions_beside_modules_of_their_names(name):
 
 
 def test_modules_are_found_as_attributes():
-    assert sampler.frames is sys.modules["sampler.frames"]
+    assert sampler.drawing.frames is sys.modules["sampler.drawing.frames"]
 
 
 def test_classes_can_be_pickled():
@@ -78,7 +78,8 @@ def made(tmp_path, monkeypatch):
     folder = tmp_path / "made"
     folder.mkdir()
     (folder / "__init__.py").write_text(
-        "from sampler.late import import_late\nimport_late(__name__, {'made.job': ('job',)})\n"
+        "from sampler.compilation.late import import_late\n"
+        "import_late(__name__, {'made.job': ('job',)})\n"
     )
     (folder / "job.py").write_text("def job():\n    return 'done'\n")
     (folder / "other.py").write_text("from made.job import job\nimport missing_package\n")

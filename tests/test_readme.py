@@ -64,8 +64,8 @@ def test_accuracy_figures_are_those_of_the_shipped_table(metric, name):
 
 
 def test_commands_named_are_commands(capsys):
-    from sampler.cli import main as sampler_main
-    from tablegen.cli import cli
+    from sampler.commands.main import main as sampler_main
+    from tablegen.commands.main import cli
 
     rows = re.findall(r"^\| `(tablegen|sampler) (\w+)", README, re.M)
     assert {name for program, name in rows if program == "tablegen"} == set(cli.commands)

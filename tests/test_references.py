@@ -1,4 +1,4 @@
-"""Names that docstrings and comments refer to, such as `sampler.batch.draw_batch`, exist."""
+"""Names in docstrings and comments, such as `sampler.drawing.batch.draw_batch`, exist."""
 
 import importlib
 import re
@@ -45,7 +45,7 @@ def test_names_referred_to_exist():
 
 
 @pytest.mark.parametrize(
-    "name", ["sampler.kernel.draw_batch", "sampler.nowhere", "sampler.Table.x"]
+    "name", ["sampler.drawing.kernel.draw_batch", "sampler.nowhere", "sampler.Table.x"]
 )
 def test_missing_names_are_seen(name):
     assert not _exists(name)

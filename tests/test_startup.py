@@ -12,7 +12,7 @@ import sys
 import pytest
 from documents import ROOT
 
-from tablegen.cli import cli
+from tablegen.commands.main import cli
 
 #: Packages that take a tenth of a second or more, or that a help page has no use for.
 HEAVY = (
@@ -63,7 +63,7 @@ def step(name, action):
     before = now
 def run(line):
     program, *words = line.split()
-    modules = {"sampler": "sampler.cli", "tablegen": "tablegen.program"}
+    modules = {"sampler": "sampler.commands.main", "tablegen": "tablegen.commands.program"}
     importlib.import_module(modules[program]).main(words)
 for name in %(packages)r:
     step(name, lambda: importlib.import_module(name))

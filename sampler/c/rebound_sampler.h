@@ -172,7 +172,7 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
                                    const double wall_velocity[3], uint64_t seed, uint64_t index,
                                    uint32_t hit, double new_velocity[3], double omega[3]);
 
-/* An axis of the table: see sampler/arrays.py. */
+/* An axis of the table: see sampler/formats/table_arrays.py. */
 typedef struct rbt_axis {
     double first, last, low, high, origin, scale;
     int32_t offset, nodes, grid;
@@ -267,7 +267,7 @@ extern "C" {
 #define RBTI_PREFETCH(place) ((void)(place))
 #endif
 
-/* -- numbers of the law: sampler/kernel.py, sampler/channels.py --------------------------------- */
+/* -- numbers of the law: sampler/drawing/kernel.py, sampler/formats/channels.py --------------------------------- */
 
 #define RBTI_HALF_PI 1.5707963267948966
 #define RBTI_TWO_PI 6.283185307179586
@@ -286,7 +286,7 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
 }
 
-/* -- random words: sampler/philox.py ------------------------------------------------------------ */
+/* -- random words: sampler/drawing/philox.py ------------------------------------------------------------ */
 
 RBTI_INLINE RBT_DEVICE void rbti_philox(uint32_t key0, uint32_t key1, uint32_t c0, uint32_t c1,
                                         uint32_t c2, uint32_t c3, uint32_t words[4])
@@ -314,7 +314,7 @@ RBTI_INLINE RBT_DEVICE void rbti_block_of(uint64_t seed, uint64_t index, uint32_
                 hit, block, words);
 }
 
-/* -- normal numbers: sampler/normal.py ---------------------------------------------------------- */
+/* -- normal numbers: sampler/drawing/normal.py ---------------------------------------------------------- */
 
 /* Row of the table of cubics, place t in its piece and sign. The octave is counted by the exponent
    of a floating-point number, which unlike a count of leading zeros can be vectorised. */
@@ -341,7 +341,7 @@ RBTI_INLINE RBT_DEVICE float rbti_normal(const float *table, uint32_t word)
     return sign * (row[0] + t * (row[1] + t * (row[2] + t * row[3])));
 }
 
-/* -- the steps of a draw: sampler/kernel.py ----------------------------------------------------- */
+/* -- the steps of a draw: sampler/drawing/kernel.py ----------------------------------------------------- */
 
 RBTI_INLINE RBT_DEVICE int rbti_status(const rbt_table *table, double alpha1, double speed)
 {
@@ -483,7 +483,7 @@ RBTI_INLINE RBT_DEVICE double rbti_quantile(const rbt_table *table, int32_t func
     return span[0] + span[1] * (double)((term[0] + term[1]) + (term[2] + term[3]));
 }
 
-/* Channels to components of the state: sampler/channels.py. */
+/* Channels to components of the state: sampler/formats/channels.py. */
 RBTI_INLINE RBT_DEVICE void rbti_to_state(double values[RBT_VALUES])
 {
     const double v = values[0], u_hat = values[1], omega_z = values[2];
@@ -569,7 +569,7 @@ RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, doubl
     return status;
 }
 
-/* -- many draws side by side: sampler/batch.py --------------------------------------------------
+/* -- many draws side by side: sampler/drawing/batch.py --------------------------------------------------
 
    A step at a time for all draws of a block. Each step is a loop over arrays of fixed length without
    branches, which compilers turn into vector instructions; what it reads in memory was asked for by
@@ -944,7 +944,7 @@ RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha
     return code == RBT_OK && found.clamped > 0 ? RBT_CLAMPED : code;
 }
 
-/* -- between the lab frame and the frame of the impact: sampler/frames.py ----------------------- */
+/* -- between the lab frame and the frame of the impact: sampler/drawing/frames.py ----------------------- */
 
 RBTI_INLINE RBT_DEVICE double rbti_dot(const double a[3], const double b[3])
 {
@@ -1153,7 +1153,7 @@ static void rbti_sha_end(rbti_sha *sha, uint8_t digest[32])
         digest[k] = (uint8_t)(sha->state[k / 4] >> (24 - 8 * (k % 4)));
 }
 
-/* -- reading an image: sampler/image_layout.py, sampler/image_checks.py ------------------------- */
+/* -- reading an image: sampler/formats/binary_layout.py, sampler/formats/binary_checks.py ------------------------- */
 
 /* The header of the file: every field naturally aligned, no padding. */
 typedef struct rbti_header {

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sampler.atomic import atomic_output
+from sampler.drawing.kernel import is_outside
 from sampler.errors import InputError, OutsideTableWarning
-from sampler.kernel import is_outside
+from sampler.files.atomic import atomic_output
 from sampler.table import Table, load
 
 

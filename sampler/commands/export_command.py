@@ -3,9 +3,9 @@
 import sys
 from pathlib import Path
 
-from sampler.image import write_image
-from sampler.locate import find_table
-from sampler.schema import read_table
+from sampler.files.locate import find_table
+from sampler.formats.binary import write_image
+from sampler.formats.hdf5 import read_table
 
 
 def run(table: str, output: Path) -> int:

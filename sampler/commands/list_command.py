@@ -3,7 +3,7 @@
 import json
 import sys
 
-from sampler.catalogue import catalogue, catalogue_text
+from sampler.commands.catalogue import catalogue, catalogue_text
 
 
 def run(as_json: bool) -> int:

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import sampler
+from sampler.compilation.late import work
 from sampler.errors import InputError
-from sampler.late import work
-from sampler.locate import include_directory
-from sampler.values import integer, number, output
+from sampler.files.locate import include_directory
+from sampler.inputs.values import integer, number, output
 
 #: Exit status for bad input.
 BAD_INPUT = 2

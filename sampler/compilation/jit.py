@@ -11,7 +11,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.extending import register_jitable
 
-from sampler.compiling import tell_of_compilations
+from sampler.compilation.compiling import tell_of_compilations
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 

@@ -1,8 +1,8 @@
 """What is imported late, when it is first used, so that programs and packages start at once.
 
 Public names of a package are imported by `import_late`, the work of a command by `work`. Nothing
-else delays the import of a module of ours, but for `tablegen.program`, which first looks whether
-what the generator needs is installed.
+else delays the import of a module of ours, but for `tablegen.commands.program`, which first looks
+whether what the generator needs is installed.
 """
 
 import sys

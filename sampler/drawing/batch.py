@@ -1,14 +1,13 @@
-"""Many draws: blocks of them go side by side through the steps of `sampler.lanes`.
+"""Many draws: blocks of them go side by side through the steps of `sampler.drawing.block`.
 
 A draw alone spends most of its time waiting for memory and for itself. A state has the same bits as
-from `sampler.kernel.draw`, which does the same arithmetic one draw at a time.
+from `sampler.drawing.kernel.draw`, which does the same arithmetic one draw at a time.
 """
 
 import numpy as np
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel
-from sampler.kernel import CLAMPED, OK, status_of
-from sampler.lanes import (
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel
+from sampler.drawing.block import (
     BLOCK,
     draw_block,
     fill_words,
@@ -16,6 +15,7 @@ from sampler.lanes import (
     local_values,
     local_words,
 )
+from sampler.drawing.kernel import CLAMPED, OK, status_of
 
 
 @borrowing_inline_kernel

@@ -3,7 +3,7 @@
 Every step is a loop over arrays of `BLOCK` numbers without branches, which the compiler turns into
 vector instructions; where a draw reads many neighbours, its channels go side by side instead. What
 a step reads at scattered places was asked for by the step before. The arithmetic of a draw is that
-of `sampler.kernel`, number by number.
+of `sampler.drawing.kernel`, number by number.
 
 An array of several numbers a draw has number k of draw r at ``k * BLOCK + r``; variates, fractions
 and entries have that of row k at ``r * LANES + k``, weights that of corner c at ``4 r + c``.
@@ -14,11 +14,19 @@ import math
 import numpy as np
 from numba import types
 
-from sampler.channels import END_MIRRORED, FIRST_MIRRORED
-from sampler.intrinsics import local_array, mean_of_corners, mix_rows, prefetch
-from sampler.jit import borrowing_inline_kernel
-from sampler.kernel import CORNER_UNIT, LANES, N_VALUES, REFLECTION_BITS, UNIT, ZERO, local_units
-from sampler.normal import piece_of_word
+from sampler.compilation.jit import borrowing_inline_kernel
+from sampler.drawing.intrinsics import local_array, mean_of_corners, mix_rows, prefetch
+from sampler.drawing.kernel import (
+    CORNER_UNIT,
+    LANES,
+    N_VALUES,
+    REFLECTION_BITS,
+    UNIT,
+    ZERO,
+    local_units,
+)
+from sampler.drawing.normal import piece_of_word
+from sampler.formats.channels import END_MIRRORED, FIRST_MIRRORED
 
 #: Draws of a block.
 BLOCK = 32
@@ -45,7 +53,7 @@ local_entries = local_array(types.int32, LANES * BLOCK)
 
 @borrowing_inline_kernel
 def fill_words(n_channels, seed, index, hit, first, count, words):
-    """Write the random words of a block, as `sampler.philox`; one not full repeats its last draw.
+    """Write the random words of a block, as `sampler.drawing.philox`; spare lanes repeat the last.
 
     Words lie in the lower halves of 64 bits, so that products need no rearrangement.
     """
@@ -158,7 +166,7 @@ def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records
 
 @borrowing_inline_kernel
 def fill_normals(table, words, first_word, normals, first):
-    """Turn words into the normals of a row; see `sampler.normal.normal_of_word`."""
+    """Turn words into the normals of a row; see `sampler.drawing.normal.normal_of_word`."""
     rows, t, sign, cubic = _local_integers(), _local_singles(), _local_singles(), _local_cubics()
     for n in range(BLOCK):
         r = np.uint64(n)
@@ -244,7 +252,7 @@ def quantile_block(arrays, functions, weights, entries, fractions, result):
 
 @borrowing_inline_kernel
 def states_of_block(channels):
-    """Turn channels into components, in place; see `sampler.states.channels_to_state`."""
+    """Turn channels into components, in place; see `sampler.drawing.states.channels_to_state`."""
     for n in range(BLOCK):
         v, u_hat = channels[np.uint64(n)], channels[np.uint64(BLOCK + n)]
         omega_z, w_hat = channels[np.uint64(2 * BLOCK + n)], channels[np.uint64(3 * BLOCK + n)]

@@ -11,11 +11,18 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from sampler.arrays import TableArrays
-from sampler.batch import item
-from sampler.intrinsics import local_array
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
-from sampler.kernel import (
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.drawing.batch import item
+from sampler.drawing.block import (
+    BLOCK,
+    draw_block,
+    fill_words,
+    local_conditions,
+    local_values,
+    local_words,
+)
+from sampler.drawing.intrinsics import local_array
+from sampler.drawing.kernel import (
     CLAMPED,
     HALF_SIZE_NOT_POSITIVE,
     NORMAL_NOT_USABLE,
@@ -25,17 +32,10 @@ from sampler.kernel import (
     draw,
     status_of,
 )
-from sampler.kernel import local_values as local_state
-from sampler.lanes import (
-    BLOCK,
-    draw_block,
-    fill_words,
-    local_conditions,
-    local_values,
-    local_words,
-)
-from sampler.philox import philox_block, uniform
-from sampler.vectors import Vector, combine, cross, dot, is_finite, unit, vector
+from sampler.drawing.kernel import local_values as local_state
+from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
+from sampler.formats.table_arrays import TableArrays
 
 #: Tangential over total speed below which an impact counts as normal: the direction of what is
 #: left is rounding noise.
@@ -210,7 +210,7 @@ def rebound_batch(
     """Rebounds of the rows from start to stop; ends with the block of the first error.
 
     Arrays have n rows or one; `results` has shape (n, 6): velocity and angular velocity.
-    Returns the same four numbers as `sampler.batch.draw_batch`.
+    Returns the same four numbers as `sampler.drawing.batch.draw_batch`.
     """
     words, angles, velocities = local_words(), local_conditions(), local_conditions()
     drawn, result, straight = local_values(), local_state(), _local_flags()

@@ -15,7 +15,7 @@ Conditions, weights and states are in double precision; what lies between random
 quantiles, steps 4 and 5, is in single precision, which moves a state by less than the 16 bits of a
 stored quantile do.
 
-These are the steps of one draw. `sampler.batch` takes many draws through them side by side.
+These are the steps of one draw. `sampler.drawing.batch` takes many draws through them side by side.
 
 Sources: Walker, ACM Trans. Math. Softw. 3 (1977) for aliases; Tewari, Giering & Raghunathan,
 ICDM workshops (2011) for mixture copulas; Salmon et al., SC'11 for the random words.
@@ -26,14 +26,14 @@ import math
 import numpy as np
 from numba import types
 
-from sampler.arrays import LANES, ROUNDING
-from sampler.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED
-from sampler.encoding import MIXTURE_SCALE
-from sampler.intrinsics import local_array, mean_of_corners, mix_rows
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
-from sampler.normal import normal_of_word
-from sampler.philox import philox_block
-from sampler.states import channels_to_state
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.drawing.intrinsics import local_array, mean_of_corners, mix_rows
+from sampler.drawing.normal import normal_of_word
+from sampler.drawing.philox import philox_block
+from sampler.drawing.states import channels_to_state
+from sampler.formats.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED
+from sampler.formats.fixed_point import MIXTURE_SCALE
+from sampler.formats.table_arrays import LANES, ROUNDING
 
 #: Status codes: zero is fine, positive is a warning, negative an error with nothing written.
 OK = 0

@@ -13,9 +13,9 @@ import math
 
 import numpy as np
 
-from sampler.cubics import PIECES
-from sampler.intrinsics import single_bits, single_of_bits
-from sampler.jit import borrowing_inline_kernel, inline_kernel, kernel
+from sampler.compilation.jit import borrowing_inline_kernel, inline_kernel, kernel
+from sampler.drawing.intrinsics import single_bits, single_of_bits
+from sampler.formats.normal_cubics import PIECES
 
 #: Exponent and first three bits of a float32, the number of its piece; that of 1/2.
 _PIECE_SHIFT = np.uint32(20)
@@ -133,7 +133,7 @@ def normal_of_word(table, word):
     Parameters
     ----------
     table : float32 array, shape (257, 4)
-        From `sampler.cubics.normal_table`.
+        From `sampler.formats.normal_cubics.normal_table`.
     word : uint32
 
     Returns

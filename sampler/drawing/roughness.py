@@ -34,9 +34,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arrays import TableArrays
-from sampler.batch import item
-from sampler.frames import (
+from sampler.compilation.jit import borrowing_kernel, inline_kernel, kernel
+from sampler.drawing.batch import item
+from sampler.drawing.frames import (
     AZIMUTH_BLOCK,
     NORMAL_IMPACT,
     along_wall,
@@ -45,14 +45,14 @@ from sampler.frames import (
     perpendicular,
     rebound,
 )
-from sampler.jit import borrowing_kernel, inline_kernel, kernel
-from sampler.kernel import CLAMPED, NOT_APPROACHING, OK, SPEED_NOT_POSITIVE
-from sampler.normal import normal_cdf, normal_quantile
-from sampler.philox import philox_block, uniform
-from sampler.vectors import Vector, combine, dot, unit, vector
+from sampler.drawing.kernel import CLAMPED, NOT_APPROACHING, OK, SPEED_NOT_POSITIVE
+from sampler.drawing.normal import normal_cdf, normal_quantile
+from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.vectors import Vector, combine, dot, unit, vector
+from sampler.formats.table_arrays import TableArrays
 
-#: Status codes beside those of `sampler.kernel`: no tilt was accepted, the particle was sent back
-#: into the wall again and again. Their probabilities are below 1e-50 and 1e-30 a hit.
+#: Status codes beside those of `sampler.drawing.kernel`: no tilt was accepted, the particle was
+#: sent back into the wall again and again. Their probabilities are below 1e-50 and 1e-30 a hit.
 TILT_NOT_FOUND = -6
 CASCADE_NOT_ENDED = -7
 
@@ -262,14 +262,14 @@ def rough_rebound(
 ) -> int:
     """Rebound of one particle from a rough wall, in the lab frame.
 
-    Callable from the user's own compiled code, in place of `sampler.frames.rebound`. At every
-    bounce the particle arrives without spin, as the table has it; the spin after the last one
+    Callable from the user's own compiled code, in place of `sampler.drawing.frames.rebound`. At
+    every bounce the particle arrives without spin, as the table has it; the spin after the last one
     counts.
 
     Parameters
     ----------
     arrays, velocity, normal, half_size, wall_velocity, seed, index, hit
-        As for `sampler.frames.rebound`; the normal is that of the mean wall.
+        As for `sampler.drawing.frames.rebound`; the normal is that of the mean wall.
     roughness : float
         Standard deviation of the tilt of facets, rad, in [0, MAX_ROUGHNESS]; 0: a smooth wall.
     out : float64 array, shape (6,), written
@@ -278,8 +278,8 @@ def rough_rebound(
     Returns
     -------
     int
-        As `sampler.frames.rebound`; `CLAMPED` if any bounce was; also `TILT_NOT_FOUND` (-6) and
-        `CASCADE_NOT_ENDED` (-7), which no run will see.
+        As `sampler.drawing.frames.rebound`; `CLAMPED` if any bounce was; also `TILT_NOT_FOUND` (-6)
+        and `CASCADE_NOT_ENDED` (-7), which no run will see.
     """
     return rough_bounces(
         arrays, velocity, normal, half_size, wall_velocity, roughness, seed, index, hit, out
@@ -301,7 +301,7 @@ def rough_rebound_batch(
     start: int,
     stop: int,
 ) -> tuple[int, int, int, int]:
-    """Rebounds of the rows from start to stop; as `sampler.frames.rebound_batch`."""
+    """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
     first_clamped = -1
     clamped = 0
     for k in range(start, stop):

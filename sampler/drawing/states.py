@@ -1,11 +1,11 @@
-"""From channels to a state, the last step of a draw; `sampler.channels` has the equations."""
+"""From channels to a state, the last step of a draw; equations: `sampler.formats.channels`."""
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.jit import borrowing_inline_kernel
+from sampler.compilation.jit import borrowing_inline_kernel
 
 
 @borrowing_inline_kernel
@@ -15,8 +15,8 @@ def channels_to_state(values: NDArray[np.float64]) -> None:
     Parameters
     ----------
     values : float64 array, shape (8,)
-        On entry the channels in the order of `sampler.channels.CHANNELS`, on return the components
-        in that of `COMPONENTS`.
+        On entry the channels in the order of `sampler.formats.channels.CHANNELS`, on return the
+        components in that of `COMPONENTS`.
     """
     v, u_hat, omega_z = values[0], values[1], values[2]
     w_hat, omega_x, omega_y = values[3], values[4], values[5]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.jit import borrowing_inline_kernel, inline_kernel
+from sampler.compilation.jit import borrowing_inline_kernel, inline_kernel
 
 Vector = tuple[float, float, float]
 

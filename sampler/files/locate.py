@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sampler.errors import InputError
 
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def data_directory() -> Path:
@@ -31,7 +31,7 @@ def data_directory() -> Path:
 
 def include_directory() -> Path:
     """Folder of the C header and the Fortran module, which come inside this package."""
-    return _PACKAGE / "include"
+    return _PACKAGE / "c"
 
 
 def available(suffix: str) -> list[str]:

@@ -1,6 +1,6 @@
 """Images of a table (.rbt), which programs in C and Fortran map into memory; written and read.
 
-The layout is in `sampler.image_layout`. Equal tables give equal bytes on one machine.
+The layout is in `sampler.formats.binary_layout`. Equal tables give equal bytes on one machine.
 """
 
 import hashlib
@@ -12,12 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arrange import aligned, table_arrays
-from sampler.arrays import ANY_SPEED, ROUNDING, Axis, TableArrays
-from sampler.atomic import atomic_output
 from sampler.errors import InputError, TableError
-from sampler.image_checks import RefusedError, check_header, check_start, check_values, lengths_of
-from sampler.image_layout import (
+from sampler.files.atomic import atomic_output
+from sampler.formats.binary_checks import (
+    RefusedError,
+    check_header,
+    check_start,
+    check_values,
+    lengths_of,
+)
+from sampler.formats.binary_layout import (
     ALIGNMENT,
     ARRAYS,
     HEADER_DTYPE,
@@ -29,7 +33,9 @@ from sampler.image_layout import (
     SPEED_INDEPENDENT,
     field_offset,
 )
-from sampler.schema import TableContents
+from sampler.formats.hdf5 import TableContents
+from sampler.formats.packing import aligned, table_arrays
+from sampler.formats.table_arrays import ANY_SPEED, ROUNDING, Axis, TableArrays
 
 _CHECKSUM_AT = field_offset("sha256")
 _CHECKSUM = slice(_CHECKSUM_AT, _CHECKSUM_AT + 32)
@@ -155,7 +161,7 @@ def read_image(path: str | Path) -> Image:
     Raises
     ------
     TableError
-        If it is refused; with one of the texts of `sampler.image_layout.REASONS`.
+        If it is refused; with one of the texts of `sampler.formats.binary_layout.REASONS`.
     """
     source = Path(path)
     try:

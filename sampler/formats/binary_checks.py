@@ -10,11 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arrange import record_stride
-from sampler.arrays import ROUNDING
-from sampler.channels import CHANNELS, COMPONENTS, RANGES, channels_for
-from sampler.encoding import MIXTURE_SCALE
-from sampler.image_layout import (
+from sampler.formats.binary_layout import (
     ALIGNMENT,
     ARRAYS,
     HEADER_DTYPE,
@@ -23,6 +19,10 @@ from sampler.image_layout import (
     MOST_BYTES,
     MOST_NAMES,
 )
+from sampler.formats.channels import CHANNELS, COMPONENTS, RANGES, channels_for
+from sampler.formats.fixed_point import MIXTURE_SCALE
+from sampler.formats.packing import record_stride
+from sampler.formats.table_arrays import ROUNDING
 
 #: Bound on the numbers of a cubic, all together: no word gives a normal number above 6.4.
 _CUBIC = 16.0

@@ -1,9 +1,9 @@
 """The layout of a table image (.rbt): the one description that writer, readers and pages follow.
 
-An image is `sampler.arrays.TableArrays` as the draw wants it in memory, so that a program in C maps
-the file and draws. It begins with a header of fixed size, `HEADER`, of which
-`sampler/include/rebound_sampler.h` has the same as a struct; the arrays of `ARRAYS` follow, each at
-an offset of its own that is a multiple of `ALIGNMENT`. All numbers are little-endian.
+An image is `sampler.formats.table_arrays.TableArrays` as the draw wants it in memory, so that a
+program in C maps the file and draws. It begins with a header of fixed size, `HEADER`, of which
+`sampler/c/rebound_sampler.h` has the same as a struct; the arrays of `ARRAYS` follow, each at an
+offset of its own that is a multiple of `ALIGNMENT`. All numbers are little-endian.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sampler.channels import COMPONENTS
+from sampler.formats.channels import COMPONENTS
 
 #: Begins every image; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"

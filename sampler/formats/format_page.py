@@ -1,16 +1,16 @@
 """Field lists of tables/FORMAT.md, made from the layouts that reader and writer follow.
 
-Run ``python -m tablegen.format_page`` after a change to `sampler.layout` or `sampler.image_layout`;
-everything outside the marked parts of the page is written by hand.
+Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats.hdf5_layout` or
+`sampler.formats.binary_layout`; everything outside the marked parts of the page is written by hand.
 """
 
 import numpy as np
 
-from sampler.atomic import write_text
 from sampler.errors import InputError
-from sampler.image_layout import layout_text
-from sampler.layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, Dataset
-from sampler.locate import data_directory
+from sampler.files.atomic import write_text
+from sampler.files.locate import data_directory
+from sampler.formats.binary_layout import layout_text
+from sampler.formats.hdf5_layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, Dataset
 
 #: File name of the page, in the folder of the tables.
 PAGE = "FORMAT.md"

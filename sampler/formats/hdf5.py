@@ -1,4 +1,4 @@
-r"""Table files written and read as `sampler.layout` describes them.
+r"""Table files written and read as `sampler.formats.hdf5_layout` describes them.
 
 Everything that the layout says is checked before a file is written and after it is read, so that
 the kernels may index without looking.
@@ -21,12 +21,12 @@ from typing import Any
 import h5py
 import numpy as np
 
-from sampler import checks
-from sampler.atomic import atomic_output
-from sampler.channels import CHANNELS, COMPONENTS, RANGES, STATE, channels_for
-from sampler.checks import Array, Check
 from sampler.errors import TableError
-from sampler.layout import (
+from sampler.files.atomic import atomic_output
+from sampler.formats import hdf5_checks as checks
+from sampler.formats.channels import CHANNELS, COMPONENTS, RANGES, STATE, channels_for
+from sampler.formats.hdf5_checks import Array, Check
+from sampler.formats.hdf5_layout import (
     ATTRIBUTES,
     DATASETS,
     FORMAT,

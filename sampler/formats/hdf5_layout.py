@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sampler import checks
-from sampler.checks import Check
-from sampler.encoding import MIXTURE_SCALE
+from sampler.formats import hdf5_checks as checks
+from sampler.formats.fixed_point import MIXTURE_SCALE
+from sampler.formats.hdf5_checks import Check
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.

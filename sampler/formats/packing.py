@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arrays import ANY_SPEED, LANES, ROUNDING, Axis, TableArrays
-from sampler.channels import CHANNELS, COMPONENTS
-from sampler.cubics import normal_table
-from sampler.schema import TableContents
+from sampler.formats.channels import CHANNELS, COMPONENTS
+from sampler.formats.hdf5 import TableContents
+from sampler.formats.normal_cubics import normal_table
+from sampler.formats.table_arrays import ANY_SPEED, LANES, ROUNDING, Axis, TableArrays
 
 #: Numbers of a cache line of 64 bytes, in 16 bits each.
 _LINE = 32

@@ -62,13 +62,13 @@ class TableArrays(NamedTuple):
     n_components, n_classes, n_marginals, stride : int
         K (components of the mixture), Q, M, and the numbers of one component's record.
     channels : tuple of N int
-        Channel (see `sampler.channels`) that each row of a component's factor stands for.
+        Channel (see `sampler.formats.channels`) that each row of a component's factor stands for.
     marginals : tuple of N int
         Row among the M marginals of each channel; -1 for one that only carries dependence.
     columns : tuple of int
         Component of the state in each column that `Table.sample` returns.
     normals : float32 array, shape (257, 4)
-        See `sampler.cubics.normal_table`.
+        See `sampler.formats.normal_cubics.normal_table`.
     alias : uint32 array, I J K
         Upper half: probability to stay in the column, in units of 2**-16; lower half: component
         that takes the rest.

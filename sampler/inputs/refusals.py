@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arrays import TableArrays
-from sampler.kernel import (
+from sampler.drawing.kernel import (
     HALF_SIZE_NOT_POSITIVE,
     NORMAL_NOT_USABLE,
     NOT_APPROACHING,
@@ -20,7 +19,8 @@ from sampler.kernel import (
     SPEED_NOT_POSITIVE,
     is_outside,
 )
-from sampler.roughness import CASCADE_NOT_ENDED, TILT_NOT_FOUND
+from sampler.drawing.roughness import CASCADE_NOT_ENDED, TILT_NOT_FOUND
+from sampler.formats.table_arrays import TableArrays
 
 Inputs = Mapping[str, NDArray[Any]]
 
@@ -46,7 +46,7 @@ def _not_finite(inputs: Inputs, row: int) -> str:
 
 
 def draw_refusal(inputs: Inputs, row: int, code: int) -> str:
-    """Message on a row refused by `sampler.batch.draw_batch`.
+    """Message on a row refused by `sampler.drawing.batch.draw_batch`.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def draw_refusal(inputs: Inputs, row: int, code: int) -> str:
 
 
 def rebound_refusal(inputs: Inputs, row: int, code: int) -> str:
-    """Message on a row refused by `sampler.frames.rebound_batch`.
+    """Message on a row refused by `sampler.drawing.frames.rebound_batch`.
 
     Parameters
     ----------

@@ -5,8 +5,8 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from sampler.atomic import check_output
 from sampler.errors import InputError
+from sampler.files.atomic import check_output
 
 
 def number(low: float, high: float, allowed: str) -> Callable[[str], float]:

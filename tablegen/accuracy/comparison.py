@@ -1,7 +1,7 @@
 """A table against direct simulation at one condition, in every number that we report.
 
-The metrics themselves are in `tablegen.distances` and `tablegen.description` and can be had from
-here as well.
+The metrics themselves are in `tablegen.accuracy.metrics` and `tablegen.accuracy.descriptive` and
+can be had from here as well.
 """
 
 from collections.abc import Collection
@@ -11,22 +11,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sampler.channels import STATE
-from tablegen.description import modes, scattering_angles, translational_energy
-from tablegen.distances import (
+from sampler.formats.channels import STATE
+from tablegen.accuracy.descriptive import modes, scattering_angles, translational_energy
+from tablegen.accuracy.metrics import (
     classifier_auc,
     correlation_error,
     ks_distances,
     sliced_wasserstein,
 )
-from tablegen.estimates import (
+from tablegen.accuracy.noise_corrected import (
     Estimate,
     auc_estimate,
     correlation_estimate,
     ks_estimate,
     sliced_wasserstein_estimate,
 )
-from tablegen.samples import FloatArray, as_sample
+from tablegen.accuracy.samples import FloatArray, as_sample
 
 #: States a side that are projected, and that train and test the classifier, in the generator's
 #: trials. AUC are compared at this size: a classifier learns more from more.

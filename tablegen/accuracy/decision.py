@@ -15,9 +15,9 @@ from typing import Protocol
 import numpy as np
 from scipy.stats import norm
 
-from tablegen.choices import METRICS
+from tablegen.accuracy.noise_corrected import LEAST, MOST, Estimate
 from tablegen.config import AccuracyTargets
-from tablegen.estimates import LEAST, MOST, Estimate
+from tablegen.configuration.defaults import METRICS
 
 #: Probability that a table that has the accuracy is said to miss it; half of it belongs to the
 #: test of the nodes, and half to the comparisons.

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter1d
 
-from tablegen.samples import CONSTANT_SPREAD, FloatArray, as_sample, as_state
+from tablegen.accuracy.samples import CONSTANT_SPREAD, FloatArray, as_sample, as_state
 
 
 def modes(sample: ArrayLike) -> FloatArray:

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from sampler.processors import processors
+from sampler.compilation.processors import processors
 from sampler.table import Table
-from tablegen.accuracy import Comparison, compare, sharpened
-from tablegen.components import simulated_components
+from tablegen.accuracy.comparison import Comparison, compare, sharpened
+from tablegen.accuracy.decision import LOOKS, undecided_metrics
+from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import AccuracyTargets, Config
-from tablegen.decision import LOOKS, undecided_metrics
-from tablegen.progress import bar
 from tablegen.simulate import simulate
+from tablegen.tasks.progress import bar
 
 #: Least number of states a side in a comparison, and this over the square of the declared
 #: Kolmogorov-Smirnov distance where that is more: noise is then a third of what is declared.

@@ -13,7 +13,7 @@ from sklearn.metrics import roc_auc_score
 from threadpoolctl import threadpool_limits
 
 from sampler.errors import InputError
-from tablegen.samples import FloatArray, as_sample, varies
+from tablegen.accuracy.samples import FloatArray, as_sample, varies
 
 #: Trees of the classifier.
 TREES = 150

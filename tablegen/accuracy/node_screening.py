@@ -17,18 +17,18 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
-from sampler.processors import processors
+from sampler.compilation.processors import processors
 from sampler.table import Table
-from tablegen.config import AccuracyTargets, Config
-from tablegen.decision import FALSE_ALARMS
-from tablegen.estimates import (
+from tablegen.accuracy.decision import FALSE_ALARMS
+from tablegen.accuracy.measure import Place
+from tablegen.accuracy.noise_corrected import (
     Estimate,
     correlation_estimate,
     ks_estimate,
     sliced_wasserstein_estimate,
 )
-from tablegen.measure import Place
-from tablegen.progress import bar
+from tablegen.config import AccuracyTargets, Config
+from tablegen.tasks.progress import bar
 
 #: States a side at each node.
 SAMPLES = 20_000
@@ -85,7 +85,7 @@ def screen(
     """Compare a table with direct simulation at every node, coarsely.
 
     A table that has the accuracy at all its nodes is said to miss it with a probability of at most
-    half of `tablegen.decision.FALSE_ALARMS`, over all nodes and distances together.
+    half of `tablegen.accuracy.decision.FALSE_ALARMS`, over all nodes and distances together.
 
     Parameters
     ----------

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import integrate, stats
 
-from tablegen.distances import (
+from tablegen.accuracy.metrics import (
     classifier_scores,
     correlation_variances,
     correlations,
     largest_gap,
     unit_directions,
 )
-from tablegen.samples import FloatArray, varies
+from tablegen.accuracy.samples import FloatArray, varies
 
 #: Equal bins over the range of a projection: a distance of 0.001 changes by less than 1 % with
 #: half as many, and no state has to be sorted.

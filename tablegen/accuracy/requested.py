@@ -3,9 +3,9 @@
 from pydantic import ValidationError
 
 from sampler.errors import InputError
-from tablegen.choices import METRICS, PRESETS
-from tablegen.complaint import complaint
 from tablegen.config import AccuracyTargets
+from tablegen.configuration.defaults import METRICS, PRESETS
+from tablegen.configuration.messages import complaint
 
 #: Preset beyond which a declared accuracy says little.
 _LOOSEST = "compact"

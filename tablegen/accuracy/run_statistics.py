@@ -12,13 +12,13 @@ from functools import partial, reduce
 
 import numpy as np
 
-from tablegen.model.batch import simulate_batch
+from tablegen.accuracy.streaming import RunStatistics, merge, summarise
+from tablegen.materials.pairs import MaterialPair
+from tablegen.model.particle_run import simulate_batch
 from tablegen.model.rebound import Condition
-from tablegen.pairs import MaterialPair
-from tablegen.particles import Population
-from tablegen.progress import bar
-from tablegen.run_statistics import RunStatistics, merge, summarise
+from tablegen.particles.population import Population
 from tablegen.simulate import BATCH, Simulation, check_run, unfinished
+from tablegen.tasks.progress import bar
 
 
 def statistics_of(simulation: Simulation) -> RunStatistics:

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.channels import STATE
 from sampler.errors import InputError
+from sampler.formats.channels import STATE
 
 FloatArray = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ def as_state(values: ArrayLike) -> FloatArray:
     Parameters
     ----------
     values : array_like of float, shape (n, 6)
-        Components in the order of `sampler.channels.STATE`.
+        Components in the order of `sampler.formats.channels.STATE`.
 
     Returns
     -------

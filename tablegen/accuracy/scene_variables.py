@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.channels import CHANNELS, STATE, to_channels
+from sampler.formats.channels import CHANNELS, STATE, to_channels
 from tablegen.simulate import Simulation
 
 FloatArray = NDArray[np.float64]
@@ -22,7 +22,7 @@ def simulated_components(simulation: Simulation, components: Sequence[str]) -> F
     ----------
     simulation : Simulation
     components : sequence of str
-        Some of `sampler.channels.COMPONENTS`.
+        Some of `sampler.formats.channels.COMPONENTS`.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def simulated_channels(
     ----------
     simulation : Simulation
     channels : sequence of str
-        Some of `sampler.channels.CHANNELS`.
+        Some of `sampler.formats.channels.CHANNELS`.
     rng : numpy Generator
         Spreads the numbers of collisions over [N, N + 1).
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.channels import STATE
-from sampler.jit import kernel
+from sampler.compilation.jit import kernel
+from sampler.formats.channels import STATE
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]

@@ -14,7 +14,7 @@ def verdict_words(missed: Sequence[str], undecided: Sequence[str], accuracy: str
     Parameters
     ----------
     missed, undecided : sequence of str
-        As in `tablegen.decision.Verdict`.
+        As in `tablegen.accuracy.decision.Verdict`.
     accuracy : str
         Whose it is: "declared accuracy", or "accuracy asked for".
     """

@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
+from sampler.compilation.late import work
+from tablegen.commands import options
 
 
 @click.command(
@@ -27,4 +27,4 @@ def demo(**given: Any) -> int:
     Beside the table goes a picture of the joint density of u and v, direct simulation beside the
     table, if matplotlib is installed.
     """
-    return work("tablegen.demo_command", **given)
+    return work("tablegen.commands.demo_command", **given)

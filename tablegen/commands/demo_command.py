@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from tablegen.demo import run_demo
-from tablegen.verdict import DONE, MISSED
+from tablegen.accuracy.verdict import DONE, MISSED
+from tablegen.studies.demo_run import run_demo
 
 
 def run(output: Path, progress: bool) -> int:

@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
+from sampler.compilation.late import work
+from tablegen.commands import options
 
 
 @click.command(
@@ -21,4 +21,4 @@ def export(**given: Any) -> int:
 
     The header that reads it lies in the folder that `python -m sampler --include-dir` prints.
     """
-    return work("sampler.export_command", **given)
+    return work("sampler.commands.export_command", **given)

@@ -5,9 +5,9 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
-from tablegen.choices import FIGURES_COUNT, FIGURES_QUICK_COUNT
+from sampler.compilation.late import work
+from tablegen.commands import options
+from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
 
 @click.command(
@@ -39,4 +39,4 @@ def figures(**given: Any) -> int:
     what was measured (statements.md, statements.json). The statements are about the paper's pair
     and particles, corundum-steel: for others they are measured and not judged.
     """
-    return work("tablegen.figures.command", **given)
+    return work("tablegen.commands.figures_command", **given)

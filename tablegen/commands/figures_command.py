@@ -6,13 +6,18 @@ from pathlib import Path
 import click
 
 import sampler
-from sampler.atomic import atomic_output
 from sampler.errors import InputError
-from tablegen.choices import FIGURES_COUNT, FIGURES_QUICK_COUNT
+from sampler.files.atomic import atomic_output
 from tablegen.config import parse_config
-from tablegen.figures.gallery import Gallery, make_gallery
-from tablegen.figures.style import require_matplotlib
-from tablegen.figures.text import laws_json, statements_json, statements_page, statements_text
+from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
+from tablegen.studies.paper_figures.all_figures import Gallery, make_gallery
+from tablegen.studies.paper_figures.statement_text import (
+    laws_json,
+    statements_json,
+    statements_page,
+    statements_text,
+)
+from tablegen.studies.paper_figures.style import require_matplotlib
 
 
 def _folder(path: Path) -> Path:

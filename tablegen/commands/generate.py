@@ -5,10 +5,10 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
-from tablegen.choices import GENERATE_CONDITIONS
-from tablegen.executors import ENGINES, THREADS
+from sampler.compilation.late import work
+from tablegen.commands import options
+from tablegen.configuration.defaults import GENERATE_CONDITIONS
+from tablegen.tasks.executors import ENGINES, THREADS
 
 
 @click.command(
@@ -70,4 +70,4 @@ def generate(ranks: Executor | None, **given: Any) -> int:
     of one kind; made on several kinds it says so. The measured accuracy is stored in it; exit
     status 1 says that it misses the declared one.
     """
-    return work("tablegen.generate_command", ranks, **given)
+    return work("tablegen.commands.generate_command", ranks, **given)

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import click
 
-from sampler.processors import processors
+from sampler.compilation.processors import processors
+from tablegen.accuracy.decision import judge
+from tablegen.accuracy.verdict import verdict
+from tablegen.commands.table_identity import identity_text, several_processors
 from tablegen.config import load_config
-from tablegen.decision import judge
-from tablegen.estimate import cost_text, estimate, rebound_seconds
-from tablegen.executors import MPI, open_executor
 from tablegen.generate import generate as generate_table
-from tablegen.identity import identity_text, several_processors
-from tablegen.summary import accuracy_text, time_text
-from tablegen.verdict import verdict
+from tablegen.refinement.cost_estimate import cost_text, estimate, rebound_seconds
+from tablegen.studies.validation.accuracy_text import accuracy_text, time_text
+from tablegen.tasks.executors import MPI, open_executor
 
 
 def run(

@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
+from sampler.compilation.late import work
+from tablegen.commands import options
 
 
 @click.command(
@@ -21,4 +21,4 @@ from tablegen import options
 @click.option("--config", is_flag=True, help="Print the configuration it was generated from.")
 def inspect(**given: Any) -> int:
     """Say what a table is: provenance, range, nodes, size, measured accuracy."""
-    return work("tablegen.inspect_command", **given)
+    return work("tablegen.commands.inspect_command", **given)

@@ -4,10 +4,10 @@ import json
 
 import click
 
-from sampler.locate import find_table
-from sampler.schema import read_table
-from tablegen.identity import identity, identity_text
-from tablegen.verdict import DONE
+from sampler.files.locate import find_table
+from sampler.formats.hdf5 import read_table
+from tablegen.accuracy.verdict import DONE
+from tablegen.commands.table_identity import identity, identity_text
 
 
 def run(table: str, as_json: bool, config: bool) -> int:

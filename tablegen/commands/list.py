@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
+from sampler.compilation.late import work
+from tablegen.commands import options
 
 
 @click.command(
@@ -19,4 +19,4 @@ def list_names(**given: Any) -> int:
 
     A name stands for its file wherever a command takes a table, a pair or a scene.
     """
-    return work("sampler.list_command", **given)
+    return work("sampler.commands.list_command", **given)

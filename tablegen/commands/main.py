@@ -12,20 +12,20 @@ import click
 
 import sampler
 from sampler.errors import InputError
+from tablegen.accuracy.verdict import DONE
 from tablegen.commands.demo import demo
 from tablegen.commands.export import export
 from tablegen.commands.figures import figures
 from tablegen.commands.generate import generate
 from tablegen.commands.inspect import inspect
 from tablegen.commands.list import list_names
+from tablegen.commands.options import examples
 from tablegen.commands.prune import prune
 from tablegen.commands.report import report
 from tablegen.commands.simulate import simulate
 from tablegen.commands.stability import stability
 from tablegen.commands.validate import validate
-from tablegen.options import examples
-from tablegen.ranks import asks_for_ranks, on_first_rank
-from tablegen.verdict import DONE
+from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
 
 BAD_INPUT, INTERRUPTED = 2, 130
 

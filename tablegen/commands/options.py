@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from sampler.atomic import check_output
 from sampler.errors import InputError
-from sampler.locate import available
+from sampler.files.atomic import check_output
+from sampler.files.locate import available
 
 #: What a decorator of commands is given, and gives back.
 Command = TypeVar("Command", bound=Callable[..., Any])

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from tablegen.extra import require_generator
+from tablegen.configuration.requirements import require_generator
 
 #: Exit status for bad input.
 BAD_INPUT = 2
@@ -23,5 +23,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ImportError as error:
         sys.stderr.write(f"tablegen: error: {error}\n")
         return BAD_INPUT
-    status: int = import_module("tablegen.cli").main(argv)
+    status: int = import_module("tablegen.commands.main").main(argv)
     return status

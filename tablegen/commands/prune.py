@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
-from sampler.components import COMPONENTS
-from sampler.late import work
-from tablegen import options
+from sampler.compilation.late import work
+from sampler.formats.variables import COMPONENTS
+from tablegen.commands import options
 
 
 class Components(click.ParamType):
@@ -57,4 +57,4 @@ def prune(**given: Any) -> int:
     of any pair's table: its components, angles and speeds count, and not the pair that it names.
     Laws, particles and numerical parameters that it states itself must be those of the table.
     """
-    return work("tablegen.prune_command", **given)
+    return work("tablegen.commands.prune_command", **given)

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from sampler.errors import InputError
-from sampler.locate import find_table
-from sampler.schema import read_table
+from sampler.files.locate import find_table
+from sampler.formats.hdf5 import read_table
 from tablegen.config import Config, parse_config, scene_over
 from tablegen.prune import prune as prune_table
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
+from sampler.compilation.late import work
+from tablegen.commands import options
 
 
 @click.command(
@@ -46,4 +46,4 @@ def report(**given: Any) -> int:
     compared with the same large direct sample, beside the noise of direct against direct.
     Times are processor time of one thread: leave the machine to it.
     """
-    return work("tablegen.report.command", **given)
+    return work("tablegen.commands.report_command", **given)

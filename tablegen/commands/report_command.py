@@ -5,12 +5,12 @@ from pathlib import Path
 
 import click
 
-from sampler.atomic import write_text
-from tablegen.report.dossier import compile_dossier, map_accuracy, record
-from tablegen.report.endurance import read_study
-from tablegen.report.page import plotting_library, report_page
-from tablegen.report.study import gather_evidence
-from tablegen.report.text import evidence_text
+from sampler.files.atomic import write_text
+from tablegen.studies.report.error_against_time import gather_evidence
+from tablegen.studies.report.report_data import compile_dossier, map_accuracy, record
+from tablegen.studies.report.report_page import plotting_library, report_page
+from tablegen.studies.report.report_text import evidence_text
+from tablegen.studies.report.stability_results import read_study
 
 
 def run(

@@ -5,9 +5,9 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
-from tablegen.choices import MIXTURE, SHAPE_NAMES
+from sampler.compilation.late import work
+from tablegen.commands import options
+from tablegen.configuration.defaults import MIXTURE, SHAPE_NAMES
 
 
 @click.command(
@@ -69,4 +69,4 @@ def simulate(**given: Any) -> int:
 
     Writes state, collisions, shape, aspect and energy of each, their statistics, or both.
     """
-    return work("tablegen.simulate_command", **given)
+    return work("tablegen.commands.simulate_command", **given)

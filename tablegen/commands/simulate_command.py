@@ -7,15 +7,15 @@ from pathlib import Path
 import click
 import numpy as np
 
-from sampler.atomic import atomic_output, write_text
 from sampler.errors import InputError
-from sampler.locate import find_file
+from sampler.files.atomic import atomic_output, write_text
+from sampler.files.locate import find_file
+from tablegen.accuracy.run_statistics import simulate_statistics, statistics_of
+from tablegen.accuracy.verdict import DONE
 from tablegen.config import load_config
-from tablegen.mesh import read_mesh
-from tablegen.particles import Population
+from tablegen.particles.mesh import read_mesh
+from tablegen.particles.population import Population
 from tablegen.simulate import Simulation, make_condition, simulate_condition
-from tablegen.statistics import simulate_statistics, statistics_of
-from tablegen.verdict import DONE
 
 
 def run(

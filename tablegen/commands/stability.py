@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
-from tablegen.choices import SHAPE_NAMES, STABILITY_COUNT
+from sampler.compilation.late import work
+from tablegen.commands import options
+from tablegen.configuration.defaults import SHAPE_NAMES, STABILITY_COUNT
 
 
 @click.command(
@@ -63,4 +63,4 @@ def stability(**given: Any) -> int:
     and with half the tolerance of the flight. Exit status 1 if a particle is not finite, does not
     finish, gains energy or is not separated from the wall.
     """
-    return work("tablegen.stability.command", **given)
+    return work("tablegen.commands.stability_command", **given)

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from sampler.atomic import write_text
+from sampler.files.atomic import write_text
 from tablegen.config import load_config
-from tablegen.stability.cases import FULL, QUICK, Grid
-from tablegen.stability.page import study_page
-from tablegen.stability.report import study_json, study_text
-from tablegen.stability.study import run_study
+from tablegen.studies.stability.cases import FULL, QUICK, Grid
+from tablegen.studies.stability.stability_page import study_page
+from tablegen.studies.stability.stability_study import run_study
+from tablegen.studies.stability.stability_text import study_json, study_text
 
 HOLDS, FAILS = 0, 1
 

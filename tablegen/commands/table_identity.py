@@ -4,10 +4,10 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from sampler.arrange import kept_beside, table_arrays
-from sampler.arrays import bytes_of
-from sampler.schema import TableContents
-from tablegen.choices import METRICS, declared_accuracy
+from sampler.formats.hdf5 import TableContents
+from sampler.formats.packing import kept_beside, table_arrays
+from sampler.formats.table_arrays import bytes_of
+from tablegen.configuration.defaults import METRICS, declared_accuracy
 
 
 def identity(contents: TableContents) -> dict[str, Any]:

@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
-from sampler.late import work
-from tablegen import options
-from tablegen.choices import VALIDATE_CONDITIONS
+from sampler.compilation.late import work
+from tablegen.commands import options
+from tablegen.configuration.defaults import VALIDATE_CONDITIONS
 
 
 @click.command(
@@ -74,4 +74,4 @@ def validate(**given: Any) -> int:
     tells table from direct; 0.5 = it cannot. Each stands beside the noise that finite samples add.
     Exit status 1 if the accuracy is missed by more than noise.
     """
-    return work("tablegen.validate_command", **given)
+    return work("tablegen.commands.validate_command", **given)

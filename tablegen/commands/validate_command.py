@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from sampler.atomic import write_text
 from sampler.errors import InputError
-from tablegen.page import validation_page
-from tablegen.store import check_store, store_accuracy
-from tablegen.summary import accuracy_text, details_text
+from sampler.files.atomic import write_text
+from tablegen.accuracy.verdict import verdict
+from tablegen.studies.validation.accuracy_text import accuracy_text, details_text
+from tablegen.studies.validation.stored_accuracy import check_store, store_accuracy
+from tablegen.studies.validation.validation_page import validation_page
+from tablegen.studies.validation.validation_text import certainty_line, coverage_lines, whose
 from tablegen.validate import validate
-from tablegen.validation_text import certainty_line, coverage_lines, whose
-from tablegen.verdict import verdict
 
 
 def run(

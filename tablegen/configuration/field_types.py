@@ -1,7 +1,8 @@
 """Building blocks of the configuration records: base class, field types, refusals.
 
 Records are strict (no text where a number belongs), closed (an unknown field is an error) and
-frozen. A field's bounds stand once, in its type; `tablegen.complaint` turns them into words.
+frozen. A field's bounds stand once, in its type; `tablegen.configuration.messages` turns them into
+words.
 """
 
 from collections.abc import Callable
@@ -11,9 +12,10 @@ from typing import Annotated
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-from sampler.channels import COMPONENTS
+from sampler.formats.channels import COMPONENTS
 
-#: Error type of `refusal`; tells `tablegen.complaint` that the context holds the whole message.
+#: Error type of `refusal`; tells `tablegen.configuration.messages` that the context holds the whole
+#: message.
 REFUSED = "refused"
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from tablegen.fields import MISSING, REFUSED
+from tablegen.configuration.field_types import MISSING, REFUSED
 
 #: Most problems that one line names; more would not be read.
 _MOST = 6

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 from threadpoolctl import threadpool_limits
 
-from sampler.channels import MIRRORED, channels_for
-from sampler.encoding import from_steps, to_steps
-from tablegen.components import simulated_channels
+from sampler.formats.channels import MIRRORED, channels_for
+from sampler.formats.fixed_point import from_steps, to_steps
+from tablegen.accuracy.scene_variables import simulated_channels
 from tablegen.config import Config
 from tablegen.fitting.alias import alias_table
 from tablegen.fitting.classes import CLASSES, class_of, shared_out
@@ -23,7 +23,7 @@ from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution
 from tablegen.fitting.scores import mixture_probabilities, normal_scores
 from tablegen.simulate import simulate
-from tablegen.workshop import Stopwatch, stable_number
+from tablegen.tasks.runner import Stopwatch, stable_number
 
 #: Points of the sample that the mixture is fitted to, for each component: more gain nothing.
 _POINTS_PER_COMPONENT = 800

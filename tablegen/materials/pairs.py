@@ -1,7 +1,7 @@
 """Material pairs: what happens at one contact of a given particle material with a given wall.
 
-A pair file names one law of restitution (`tablegen.restitution`) and one of resistance, each with
-its coefficients and its source; tables/LAWS.md shows how.
+A pair file names one law of restitution (`tablegen.materials.restitution`) and one of resistance,
+each with its coefficients and its source; tables/LAWS.md shows how.
 """
 
 from collections.abc import Mapping
@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from tablegen.fields import Name, Record, Text
-from tablegen.model.laws import CONSTANT_RESISTANCE, ORIENTATION, LawArguments
-from tablegen.restitution import RestitutionLaw
+from tablegen.configuration.field_types import Name, Record, Text
+from tablegen.materials.restitution import RestitutionLaw
+from tablegen.model.contact_laws import CONSTANT_RESISTANCE, ORIENTATION, LawArguments
 
 
 class OrientationResistance(Record):

@@ -1,6 +1,6 @@
 """Laws of normal restitution at the contact, as a pair file states them.
 
-`tablegen.model.laws` has the kernel of each; tables/LAWS.md shows how a file names them.
+`tablegen.model.contact_laws` has the kernel of each; tables/LAWS.md shows how a file names them.
 """
 
 from collections.abc import Mapping
@@ -10,8 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from tablegen.fields import Nodes, Positive, Record, SpeedRange, Text, refusal
-from tablegen.model.laws import CONSTANT, EXPONENTIAL, POLYNOMIAL, POWER, TABULATED, pack_table
+from tablegen.configuration.field_types import Nodes, Positive, Record, SpeedRange, Text, refusal
+from tablegen.model.contact_laws import (
+    CONSTANT,
+    EXPONENTIAL,
+    POLYNOMIAL,
+    POWER,
+    TABULATED,
+    pack_table,
+)
 
 FloatArray = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ the contact laws, which are checked on their own.
 
 import math
 
-from sampler.jit import kernel
-from tablegen.model.laws import resistance, restitution
+from sampler.compilation.jit import kernel
+from tablegen.model.contact_laws import resistance, restitution
 
 #: Entries of an audit array.
 ENERGY, ANGULAR, NORMAL, TANGENTIAL, PENETRATION, FLIGHT_ENERGY, FLIGHT_MOMENTUM = range(7)

@@ -6,13 +6,13 @@ leaves a cubic in s with one positive root. Nothing is iterated to a fixed point
 
 Vectors with index 0, 1, 2 are components along the wall axes x (tangential, impact plane),
 y (wall normal), z. The mass is one, so an impulse is a velocity change. Every kernel takes the
-numbers of one particle or of lanes (see `tablegen.model.lanes`).
+numbers of one particle or of lanes (see `tablegen.model.simd`).
 """
 
 import math
 
-from sampler.jit import inline_kernel, kernel
-from tablegen.model.lanes import absolute, any_of, negated, select
+from sampler.compilation.jit import inline_kernel, kernel
+from tablegen.model.simd import absolute, any_of, negated, select
 
 #: Relative Newton step after which the root is exact to rounding: the error of a step is the
 #: square of that of the one before.

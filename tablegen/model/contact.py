@@ -13,15 +13,15 @@ little for a point low under the centre, which turns upwards. In a time s, p . n
 |p| |W| s.
 
 Every kernel takes the numbers and arrays of one particle or of lanes (see
-`tablegen.model.lanes`); a lane that has found its contact waits for the others.
+`tablegen.model.simd`); a lane that has found its contact waits for the others.
 """
 
 import math
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
-from tablegen.model.lanes import any_of, at, fma, largest, least, negated, put, root, select
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from tablegen.model.rotation import NORMAL, ORDER
 from tablegen.model.shapes import hold_lowest, most_held
+from tablegen.model.simd import any_of, at, fma, largest, least, negated, put, root, select
 
 #: Height, in units of a, below which a point counts as touching. The search overshoots a contact
 #: by no more than this.

@@ -3,7 +3,7 @@
 Each law is a small kernel. `restitution` and `resistance` pick the one that a material pair names,
 by a number that is the same for every collision of a run, so the branch is always predicted and
 one compiled model serves all pairs. The paper's laws take the numbers of one particle or of lanes
-(see `tablegen.model.lanes`); the others are worked out lane by lane.
+(see `tablegen.model.simd`); the others are worked out lane by lane.
 """
 
 import math
@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from tablegen.model.elementary import exponential, power
-from tablegen.model.lanes import lane, select, width, with_lane
+from tablegen.model.simd import lane, select, width, with_lane
 
 #: Laws of restitution.
 EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)

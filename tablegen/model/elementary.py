@@ -5,9 +5,9 @@ these are polynomials, with the same bits everywhere. Errors are a few units in 
 far below those of the model.
 """
 
-from sampler.jit import inline_kernel, kernel
+from sampler.compilation.jit import inline_kernel, kernel
 from tablegen.model.float_bits import power_of_two, split_exponent
-from tablegen.model.lanes import fma, largest, select
+from tablegen.model.simd import fma, largest, select
 
 _LOG2_E = 1.4426950408889634
 #: log 2 in two parts: the first has 32 bits, so its product with an exponent is exact.

@@ -3,7 +3,7 @@
 from llvmlite import ir
 from numba import types
 
-from tablegen.model.lanes import WIDTH, elementwise, number_type, operation
+from tablegen.model.simd import WIDTH, elementwise, number_type, operation
 
 _WORDS = ir.VectorType(ir.IntType(64), WIDTH)
 

@@ -10,20 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from tablegen.model.contact import contact_point
-from tablegen.model.lanes import (
-    WIDTH,
-    any_of,
-    at,
-    lane,
-    lane_array,
-    least,
-    mask_of_bits,
-    negated,
-    put,
-    select,
-)
 from tablegen.model.rebound import (
     COLLISION_ALARM,
     HEIGHT,
@@ -47,6 +35,18 @@ from tablegen.model.shapes import (
     inertia,
     mesh_map,
     place_vertices,
+)
+from tablegen.model.simd import (
+    WIDTH,
+    any_of,
+    at,
+    lane,
+    lane_array,
+    least,
+    mask_of_bits,
+    negated,
+    put,
+    select,
 )
 
 #: Rows of the traits of seated particles.

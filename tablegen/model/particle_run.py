@@ -7,10 +7,9 @@ It is a kernel of its own because it takes as long to compile, and few runs are 
 
 import numpy as np
 
-from sampler.jit import borrowing_kernel, kernel
-from tablegen.model.directions import empty_map
+from sampler.compilation.jit import borrowing_kernel, kernel
 from tablegen.model.lockstep import follow, make_seats
-from tablegen.model.population import draw_particles
+from tablegen.model.random_particles import draw_particles
 from tablegen.model.rebound import (
     LEFT,
     MOTION_SIZE,
@@ -24,6 +23,7 @@ from tablegen.model.rebound import (
     workspace,
 )
 from tablegen.model.shapes import FIRST_MESH, MAX_VERTICES, MESH, mesh_body, mesh_map, shaped_body
+from tablegen.model.support_map import empty_map
 
 
 @kernel

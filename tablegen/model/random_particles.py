@@ -2,16 +2,18 @@
 
 A particle is a pure function of (seed, stream, index): block 0 of its counter gives b/a, c/b and
 two orientation numbers, block 1 the third orientation number and the shape. `draw_particle` draws
-one, `draw_particles` a run of them, some at a time in lanes (see `tablegen.model.lanes`), with the
+one, `draw_particles` a run of them, some at a time in lanes (see `tablegen.model.simd`), with the
 same bits.
 """
 
 import numpy as np
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, kernel
-from sampler.normal import central_ratio, normal_quantile
-from sampler.philox import philox_block, uniform
-from tablegen.model.lanes import (
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, kernel
+from sampler.drawing.normal import central_ratio, normal_quantile
+from sampler.drawing.philox import philox_block, uniform
+from tablegen.model.rotation import set_orientation
+from tablegen.model.shapes import FIRST_MESH, SPHERE
+from tablegen.model.simd import (
     WIDTH,
     absolute,
     any_of,
@@ -22,8 +24,6 @@ from tablegen.model.lanes import (
     width,
     with_lane,
 )
-from tablegen.model.rotation import set_orientation
-from tablegen.model.shapes import FIRST_MESH, SPHERE
 
 #: Keeps the direct simulation and the table draws of one seed on different random numbers.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)

@@ -14,7 +14,7 @@ instant: it is the one at which the centre is `CLEARANCE` above the largest radi
 where no point of it can touch the wall any more.
 
 `collide_where` and `fly` are the two steps of a rebound; they take the arrays of one particle or
-of lanes (see `tablegen.model.lanes`). `rebound` follows one particle by them, step by step and
+of lanes (see `tablegen.model.simd`). `rebound` follows one particle by them, step by step and
 audited; `tablegen.model.lockstep` follows many.
 """
 
@@ -23,14 +23,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energy_gain, impulse
 from tablegen.model.contact import contact_point, search
-from tablegen.model.lanes import any_of, at, fma, largest, least, negated, put, root, select
-from tablegen.model.laws import resistance, restitution
+from tablegen.model.contact_laws import resistance, restitution
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
 from tablegen.model.shapes import support_depth
+from tablegen.model.simd import any_of, at, fma, largest, least, negated, put, root, select
 
 MOTION_SIZE = 13
 U, V, W, HEIGHT = 9, 10, 11, 12

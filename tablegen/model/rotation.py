@@ -7,7 +7,7 @@ Euler's equations and the kinematics of the wall axes seen from the body,
 are quadratic, so their Taylor coefficients follow from one convolution an order. The series is
 its own dense output: contact search evaluates a polynomial instead of integrating again.
 
-Every kernel here takes the arrays of one particle or of lanes (see `tablegen.model.lanes`); a
+Every kernel here takes the arrays of one particle or of lanes (see `tablegen.model.simd`); a
 shape such as (9, ORDER + 1) stands for (9, ORDER + 1, WIDTH) too.
 
 Contact search needs W and n only. The axis x is found at the end of a step from the angular
@@ -15,9 +15,9 @@ momentum, whose horizontal part is constant in wall axes; where that part is too
 direction, x has its own series.
 """
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel
 from tablegen.model.elementary import exponential, logarithm, sine_and_cosine
-from tablegen.model.lanes import (
+from tablegen.model.simd import (
     absolute,
     any_of,
     at,

@@ -2,20 +2,20 @@
 
 Half-sizes are a >= b >= c along the principal axes and a = 1 is the unit of length. A shape is
 either an ellipsoid (the sphere included) or a convex polyhedron given by its vertices. A mesh
-(`tablegen.mesh`) is a polyhedron too; it brings its moments with it, and a look-up that spares
-most of its vertices.
+(`tablegen.particles.mesh`) is a polyhedron too; it brings its moments with it, and a look-up that
+spares most of its vertices.
 
 A body of lanes stands for several particles of one shape, whose numbers and vertices are lanes
-(see `tablegen.model.lanes`).
+(see `tablegen.model.simd`).
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from sampler.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel, kernel
-from tablegen.model.directions import NO_MAP, SupportMap, empty_map, support_range
-from tablegen.model.lanes import at, fma, lane, largest, put, put_lane, root, width
+from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel, kernel
+from tablegen.model.simd import at, fma, lane, largest, put, put_lane, root, width
+from tablegen.model.support_map import NO_MAP, SupportMap, empty_map, support_range
 
 #: Code of each shape, in kernels and in the files of `tablegen simulate`. Files written before
 #: must keep their meaning: a new shape takes the next number that is free, and none changes.

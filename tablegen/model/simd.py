@@ -8,8 +8,8 @@ functions below, which take floats and lanes alike.
 Every operation is the IEEE one, lane by lane, and a product and a sum are fused where `fma` says
 so and nowhere else. So a particle has the same bits alone, in any lane and on any processor. On
 processors of another kind last digits may differ for what is computed elsewhere: the arc sine of
-the polynomial and tabulated laws and the power of the power law (`tablegen.model.laws`) are the C
-library's, and the principal axes of a mesh come from linear algebra.
+the polynomial and tabulated laws and the power of the power law (`tablegen.model.contact_laws`) are
+the C library's, and the principal axes of a mesh come from linear algebra.
 
 Arrays hold lanes in their last dimension, of length WIDTH: (13,) is the motion of one particle,
 (13, WIDTH) that of WIDTH. `at` and `put` read and write an entry of either.
@@ -26,7 +26,7 @@ from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
-from sampler.jit import inline_kernel
+from sampler.compilation.jit import inline_kernel
 
 #: Particles followed together: a vector register of 64 bytes, or two of 32.
 WIDTH = 8

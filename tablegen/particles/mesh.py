@@ -20,10 +20,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
-from tablegen.directions import make_map
-from tablegen.model.directions import SupportMap, most_listed
 from tablegen.model.shapes import Body
-from tablegen.solids import FlatError, mass_of, principal_axes, true_vertices
+from tablegen.model.support_map import SupportMap, most_listed
+from tablegen.particles.solids import FlatError, mass_of, principal_axes, true_vertices
+from tablegen.particles.support_map_builder import make_map
 
 FloatArray = NDArray[np.float64]
 

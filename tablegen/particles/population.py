@@ -10,13 +10,13 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, mo
 from scipy.special import ndtr
 
 from sampler.errors import InputError
-from tablegen.choices import MIXTURE, SHAPE_NAMES
-from tablegen.complaint import shown
-from tablegen.directions import SLACK
-from tablegen.fields import AspectPair, AspectRange, Record, Text, refusal
-from tablegen.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
-from tablegen.model.directions import most_listed
+from tablegen.configuration.defaults import MIXTURE, SHAPE_NAMES
+from tablegen.configuration.field_types import AspectPair, AspectRange, Record, Text, refusal
+from tablegen.configuration.messages import shown
 from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES, MeshArguments
+from tablegen.model.support_map import most_listed
+from tablegen.particles.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
+from tablegen.particles.support_map_builder import SLACK
 
 #: Least probability that the range of a truncated normal law must hold. Below it the law would
 #: be all tail, and the normal quantile would lose the digits that tell its ends apart.
@@ -125,7 +125,7 @@ def _solid(vertices: Vertices) -> Vertices:
 
 
 class MeshShape(Record):
-    """A convex particle given by its vertices; `tablegen.config` reads them from a file."""
+    """A convex particle given by its vertices, which `tablegen.config` reads."""
 
     #: Where the vertices come from, for the record only.
     file: Text | None = None
@@ -234,7 +234,7 @@ class Population(Record):
         Parameters
         ----------
         mesh : MeshFile
-            From `tablegen.mesh.read_mesh`.
+            From `tablegen.particles.mesh.read_mesh`.
 
         Returns
         -------

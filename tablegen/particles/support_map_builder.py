@@ -1,4 +1,4 @@
-"""Making the look-up from directions to supporting vertices; `tablegen.model.directions` reads it.
+"""Making the look-up from directions to supporting vertices; `tablegen.model.support_map` reads it.
 
 The directions in which a vertex supports a convex body form its normal cone, on the unit sphere a
 convex polygon whose corners are the normals of the faces around the vertex and whose sides are
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
-from tablegen.model.directions import SupportMap
+from tablegen.model.support_map import SupportMap
 
 FloatArray = NDArray[np.float64]
 

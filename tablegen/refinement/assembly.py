@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sampler
-from sampler.schema import TableContents
-from tablegen.accuracy import Comparison
+from sampler.formats.hdf5 import TableContents
+from tablegen.accuracy.comparison import Comparison
 from tablegen.config import Config
-from tablegen.fitting.axes import Axes
 from tablegen.fitting.marginals import variate_knots
 from tablegen.fitting.node import NodeArrays, law_of
+from tablegen.refinement.axes import Axes
 
 
 def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sampler.errors import InputError
 from tablegen.config import Config
-from tablegen.placement import Grid, Middle, Place
+from tablegen.refinement.intervals import Grid, Middle, Place
 
 FloatArray = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tablegen.accuracy.measure import sample_size
 from tablegen.config import Config
-from tablegen.fitting.axes import first_grid
 from tablegen.fitting.resolution import LADDER, resolution
-from tablegen.measure import sample_size
-from tablegen.placement import Grid
+from tablegen.refinement.axes import first_grid
+from tablegen.refinement.intervals import Grid
 from tablegen.simulate import simulate
 
 #: Seconds of a fit: so many a particle, and as many more for every so many components.

@@ -5,22 +5,22 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sampler.table import Table
-from tablegen.accuracy import CLASSIFIED, PROJECTED
-from tablegen.assembly import assemble
-from tablegen.components import simulated_components
-from tablegen.config import AccuracyTargets, Config
-from tablegen.distances import (
+from tablegen.accuracy.comparison import CLASSIFIED, PROJECTED
+from tablegen.accuracy.measure import FIRST_STREAM, sample_size
+from tablegen.accuracy.metrics import (
     classifier_auc,
     correlation_error,
     ks_distances,
     sliced_wasserstein,
 )
-from tablegen.fitting.axes import make_axes
+from tablegen.accuracy.scene_variables import simulated_components
+from tablegen.config import AccuracyTargets, Config
 from tablegen.fitting.node import NodeArrays
-from tablegen.measure import FIRST_STREAM, sample_size
-from tablegen.placement import Grid, Place
+from tablegen.refinement.assembly import assemble
+from tablegen.refinement.axes import make_axes
+from tablegen.refinement.intervals import Grid, Place
 from tablegen.simulate import simulate
-from tablegen.workshop import SECONDS, Arrays, Stopwatch, stable_number
+from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, stable_number
 
 #: Directions of the sliced Wasserstein distance: fewer than in a report, for the time.
 _DIRECTIONS = 8

@@ -1,8 +1,8 @@
 """From a configuration to a grid of fitted nodes that has the accuracy it asks for.
 
 First the size of the mixture is chosen at a few conditions, by fits that are tried at the very
-condition: there is no interpolation in them. Then nodes are placed by `tablegen.placement`, every
-place being tried against fresh direct simulation.
+condition: there is no interpolation in them. Then nodes are placed by
+`tablegen.refinement.intervals`, every place being tried against fresh direct simulation.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from tablegen.config import Config
-from tablegen.fitting.axes import first_grid, middle_of, middles
 from tablegen.fitting.node import NodeArrays, fit_node
 from tablegen.fitting.resolution import LADDER, Resolution, resolution
-from tablegen.placement import Grid, Place, Placement, refine
-from tablegen.trial import auc_error, error_of, try_nodes
-from tablegen.workshop import SECONDS, Arrays, Piece, Stopwatch, Workshop
+from tablegen.refinement.axes import first_grid, middle_of, middles
+from tablegen.refinement.interpolation_error import auc_error, error_of, try_nodes
+from tablegen.refinement.intervals import Grid, Place, Placement, refine
+from tablegen.tasks.runner import SECONDS, Arrays, Piece, Stopwatch, Workshop
 
 #: Share of the allowed AUC (over 0.5) that the mixture may use up; the rest is for interpolation.
 _CAPACITY = 0.66

@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 
 import sampler
-from sampler.atomic import atomic_output
 from sampler.errors import InputError
+from sampler.files.atomic import atomic_output
+from tablegen.accuracy.samples import FloatArray
+from tablegen.accuracy.verdict import verdict_words
 from tablegen.config import Config, load_config
-from tablegen.figures.joint import Source, joint_picture
-from tablegen.figures.style import require_matplotlib
 from tablegen.generate import generate
-from tablegen.samples import FloatArray
 from tablegen.simulate import simulate
-from tablegen.summary import accuracy_text, details_text
+from tablegen.studies.paper_figures.joint_density import Source, joint_picture
+from tablegen.studies.paper_figures.style import require_matplotlib
+from tablegen.studies.validation.accuracy_text import accuracy_text, details_text
 from tablegen.validate import Validation, validate
-from tablegen.verdict import verdict_words
 
 #: Condition of the example draw, inside the demo scene and at none of its nodes.
 _ALPHA_DEG, _SPEED = 35.0, 130.0

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.atomic import atomic_output
 from sampler.errors import InputError
+from sampler.files.atomic import atomic_output
 
 Arrays = dict[str, NDArray[Any]]
 

@@ -13,7 +13,7 @@ _PATIENCE = 10
 
 
 #: What the scheduler and every worker must be able to do.
-_PROBE = "import tablegen.workshop"
+_PROBE = "import tablegen.tasks.runner"
 
 
 @contextmanager

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
+from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from sampler.processors import processors
-from tablegen.dask_workers import dask_workers
+from tablegen.tasks.dask_workers import dask_workers
 
 THREADS, DASK, MPI = ENGINES = ("threads", "dask", "mpi")
 
@@ -33,7 +33,7 @@ def open_executor(
     scheduler : str, optional
         Address of a running Dask scheduler, whose workers are used.
     ranks : Executor, optional
-        The other ranks of an MPI job, from `tablegen.ranks.on_first_rank`.
+        The other ranks of an MPI job, from `tablegen.tasks.mpi_ranks.on_first_rank`.
     say : callable
         Gets what a user should know, for example that no worker has come yet.
 

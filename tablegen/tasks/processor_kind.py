@@ -3,7 +3,7 @@
 Libraries choose code by the processor, and sum in another order or fuse other products and sums.
 Three of them do so where pieces are made: numpy, the linear algebra of numpy and scipy, and the
 elementary functions of the C library. Compiled kernels do not: they never fuse or reorder by
-themselves (`sampler.jit`).
+themselves (`sampler.compilation.jit`).
 """
 
 import hashlib
@@ -55,6 +55,6 @@ def processor_kind() -> str:
         Instruction sets that numpy uses beyond those that it was built for; the type of processor
         for which the linear algebra library chose its code; and the first digits of a checksum of
         values of the C library's functions. Processors with the same line, and the same
-        `tablegen.software.software`, make the same bytes.
+        `tablegen.tasks.software.software`, make the same bytes.
     """
     return "; ".join((_numpy(), _linear_algebra(), _c_library()))

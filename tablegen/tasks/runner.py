@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sampler.errors import InputError
-from tablegen.executors import thread_pool
-from tablegen.pieces import PieceStore
-from tablegen.processor_kind import processor_kind
-from tablegen.progress import bar
-from tablegen.software import software
+from tablegen.tasks.checkpoint import PieceStore
+from tablegen.tasks.executors import thread_pool
+from tablegen.tasks.processor_kind import processor_kind
+from tablegen.tasks.progress import bar
+from tablegen.tasks.software import software
 
 Arrays = dict[str, NDArray[Any]]
 

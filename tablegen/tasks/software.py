@@ -1,7 +1,7 @@
 """What decides a piece, besides its arguments: our sources and the libraries below.
 
 Pieces made by other software are neither resumed from nor accepted from a worker. The kind of
-processor (`tablegen.processor_kind`) decides no more than last digits; it is recorded.
+processor (`tablegen.tasks.processor_kind`) decides no more than last digits; it is recorded.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ _LIBRARIES = ("llvmlite", "numba", "numpy", "scikit-learn", "scipy")
 def _sources() -> str:
     """First digits of the SHA-256 of all modules of both packages."""
     digest = hashlib.sha256()
-    for package in (Path(sampler.__file__).parent, Path(__file__).parent):
+    for package in (Path(sampler.__file__).parent, Path(__file__).parents[1]):
         for path in sorted(package.rglob("*.py")):
             digest.update(f"{path.relative_to(package.parent)}\0".encode())
             digest.update(path.read_bytes())
@@ -37,6 +37,6 @@ def software() -> str:
     """Versions of all software that a piece depends on, in one line.
 
     Two machines with the same line make the same pieces, and the same bytes if their processors
-    are of one kind: see `tablegen.processor_kind.processor_kind`.
+    are of one kind: see `tablegen.tasks.processor_kind.processor_kind`.
     """
     return f"rebound-tables {sampler.__version__} (sources {_sources()}), {_libraries()}"

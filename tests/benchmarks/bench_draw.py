@@ -29,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "embedding"))
 import toolchain
 
 import sampler
-from sampler.image import write_image
+from sampler.formats.binary import write_image
 
 HERE = Path(__file__).resolve().parent
 ROWS = 10**6

@@ -3,7 +3,8 @@
     python tests/benchmarks/bench_error.py
     python tests/benchmarks/bench_error.py --angles 20 --count 50000 --plot error.png
 
-What is measured, and how, is in `tablegen.report.tolerances`, which ``tablegen report`` shares.
+What is measured, and how, is in `tablegen.studies.report.tolerances`, which ``tablegen report``
+shares.
 """
 
 import argparse
@@ -18,11 +19,11 @@ import checkout  # noqa: F401  (before the imports that it makes possible)
 from bench_model import angle, at_least, machine, output_file
 from tqdm import tqdm
 
-from sampler.atomic import atomic_output
 from sampler.errors import InputError
+from sampler.files.atomic import atomic_output
 from tablegen.config import load_config
-from tablegen.particles import SHAPE_NAMES
-from tablegen.report.tolerances import FINEST, Setting, curve
+from tablegen.particles.population import SHAPE_NAMES
+from tablegen.studies.report.tolerances import FINEST, Setting, curve
 
 
 def row(point: Setting) -> str:

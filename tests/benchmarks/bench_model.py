@@ -29,9 +29,9 @@ from reference_model import Law, Setup, rebounds
 from reference_population import draw_particles
 from tqdm import tqdm
 
-from sampler.atomic import atomic_output, check_output
+from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from sampler.processors import processors
+from sampler.files.atomic import atomic_output, check_output
 from tablegen.config import load_config
 from tablegen.simulate import make_condition, simulate_condition
 

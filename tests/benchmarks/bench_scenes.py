@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import sampler
-from sampler.locate import find_table
+from sampler.files.locate import find_table
 from tablegen.config import load_config
 from tablegen.prune import prune
 

@@ -15,25 +15,25 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ndtr
 
-from sampler.channels import to_channels
+from sampler.formats.channels import to_channels
 from sampler.table import Table
-from tablegen.accuracy import CLASSIFIED, PROJECTED
-from tablegen.assembly import assemble
-from tablegen.config import load_config
-from tablegen.distances import (
+from tablegen.accuracy.comparison import CLASSIFIED, PROJECTED
+from tablegen.accuracy.metrics import (
     classifier_auc,
     correlation_error,
     ks_distances,
     sliced_wasserstein,
 )
-from tablegen.fitting.axes import make_axes
+from tablegen.config import load_config
 from tablegen.fitting.classes import class_of
 from tablegen.fitting.node import fit_node
 from tablegen.fitting.resolution import Resolution
 from tablegen.fitting.scores import normal_scores
-from tablegen.placement import Grid
+from tablegen.refinement.assembly import assemble
+from tablegen.refinement.axes import make_axes
+from tablegen.refinement.intervals import Grid
 from tablegen.simulate import simulate
-from tablegen.workshop import Stopwatch
+from tablegen.tasks.runner import Stopwatch
 
 CONFIG = load_config("corundum-steel")
 COUNT = 400_000

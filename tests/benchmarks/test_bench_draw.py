@@ -6,7 +6,7 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.image import write_image
+from sampler.formats.binary import write_image
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tablegen.config import load_config
-from tablegen.report.tolerances import RESOLUTIONS, TOLERANCES
 from tablegen.simulate import make_condition, simulate_condition
+from tablegen.studies.report.tolerances import RESOLUTIONS, TOLERANCES
 
 POINTS = json.loads(
     (Path(__file__).parents[1] / "data" / "direct.json").read_text(encoding="utf-8")

@@ -5,8 +5,8 @@ The checksum is made right again where not it is the matter, so that every check
 
 import numpy as np
 
-from sampler.image import checksum
-from sampler.image_layout import ARRAYS, HEADER_DTYPE, field_offset
+from sampler.formats.binary import checksum
+from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE, field_offset
 
 NAN = np.nan
 _DTYPES = {array.name: array.dtype for array in ARRAYS}

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import toolchain
 
-from sampler.image import read_image, write_image
-from sampler.image_layout import HEADER_DTYPE, REASONS, field_offset
-from sampler.kernel import draw
-from sampler.schema import read_table
+from sampler.drawing.kernel import draw
+from sampler.formats.binary import read_image, write_image
+from sampler.formats.binary_layout import HEADER_DTYPE, REASONS, field_offset
+from sampler.formats.hdf5 import read_table
 
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"

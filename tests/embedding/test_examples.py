@@ -7,7 +7,7 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.image import write_image
+from sampler.formats.binary import write_image
 from tablegen.config import load_config
 from tablegen.prune import pruned
 

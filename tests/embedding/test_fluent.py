@@ -12,7 +12,7 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.image import write_image
+from sampler.formats.binary import write_image
 
 HERE = Path(__file__).resolve().parent
 FLUENT = toolchain.INCLUDE.parent / "fluent"

@@ -11,7 +11,7 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.image import write_image
+from sampler.formats.binary import write_image
 
 PACKAGE = toolchain.INCLUDE.parent
 #: The same folder in the repository, from which links may lead out.

@@ -8,8 +8,8 @@ import toolchain
 from malformed import MALFORMED, keep, make
 
 from sampler.errors import TableError
-from sampler.image import read_image
-from sampler.image_layout import REASONS
+from sampler.formats.binary import read_image
+from sampler.formats.binary_layout import REASONS
 
 GOOD = (Path(__file__).resolve().parents[1] / "vectors" / "full.rbt").read_bytes()
 

@@ -7,7 +7,7 @@ import small_tables
 import toolchain
 
 import sampler
-from sampler.image import write_image
+from sampler.formats.binary import write_image
 
 SOURCE = Path(__file__).resolve().with_name("reads.c")
 #: Callbacks at every load, in code that keeps each of them.

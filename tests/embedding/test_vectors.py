@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from small_tables import SMALL_TABLES
 
-from sampler.arrange import table_arrays
-from sampler.frames import rebound
-from sampler.image import read_image
-from sampler.kernel import draw
-from sampler.schema import read_table
+from sampler.drawing.frames import rebound
+from sampler.drawing.kernel import draw
+from sampler.formats.binary import read_image
+from sampler.formats.hdf5 import read_table
+from sampler.formats.packing import table_arrays
 
 pytestmark = pytest.mark.processor
 

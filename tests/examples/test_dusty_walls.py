@@ -17,8 +17,8 @@ from dusty_gas.walls import (
 from scipy.spatial.transform import Rotation
 
 import sampler
-from sampler.jit import borrowing_kernel
-from sampler.philox import philox_block, uniform
+from sampler.compilation.jit import borrowing_kernel
+from sampler.drawing.philox import philox_block, uniform
 from tablegen.config import load_config
 from tablegen.simulate import make_condition, simulate_condition
 
@@ -108,7 +108,7 @@ def test_law_is_held_at_the_ends_of_its_range(wall_of, model):
     """Slower than 50 m/s the state is that at 50 m/s, and so on; all models count it."""
     slow, held = [7.0, -7.0, 0.0], [50.0 / np.sqrt(2.0), -50.0 / np.sqrt(2.0), 0.0]
     low, edge = (_rebound(wall_of[model], v, [0.0, 1.0, 0.0], (1, 5, 0)) for v in (slow, held))
-    assert low[0] == sampler.kernel.CLAMPED
+    assert low[0] == sampler.drawing.kernel.CLAMPED
     assert edge[0] == 0
     ratio = np.linalg.norm(slow) / 50.0
     np.testing.assert_allclose(low[1], ratio * edge[1], rtol=1e-6, atol=1e-6)

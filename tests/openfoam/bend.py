@@ -18,7 +18,7 @@ import foam_run
 import numpy as np
 from bend_picture import BEHIND, draw_picture
 
-from sampler.atomic import atomic_output
+from sampler.files.atomic import atomic_output
 
 MODELS = ("standardWallInteraction", "tabulatedRebound")
 SOLVER = "icoUncoupledKinematicParcelFoam"

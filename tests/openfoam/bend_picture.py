@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from sampler.atomic import atomic_output
+from sampler.files.atomic import atomic_output
 
 TITLES = {
     "standardWallInteraction": "standardWallInteraction\n(e = 0.97, mu = 0.09)",

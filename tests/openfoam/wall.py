@@ -16,9 +16,9 @@ import numpy as np
 import shots
 
 import sampler
-from sampler.atomic import atomic_output
+from sampler.files.atomic import atomic_output
 from tablegen import load_config, simulate
-from tablegen.distances import correlation_error, ks_distances
+from tablegen.accuracy.metrics import correlation_error, ks_distances
 
 #: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
 KS, CORRELATION = 0.02, 0.03

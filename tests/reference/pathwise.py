@@ -4,7 +4,7 @@ import numpy as np
 from reference_model import Law, Setup, rebounds
 
 from tablegen.config import load_config
-from tablegen.model.population import draw_particle
+from tablegen.model.random_particles import draw_particle
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.simulate import make_condition, simulate_condition
 

@@ -1,7 +1,7 @@
 """Random particles of the paper's population, drawn with numpy.
 
-Nothing is shared with `tablegen.model.population`: other random numbers, rejection in place of
-quantiles, quaternions in place of Shoemake's formula.
+Nothing is shared with `tablegen.model.random_particles`: other random numbers, rejection in place
+of quantiles, quaternions in place of Shoemake's formula.
 """
 
 import numpy as np

@@ -2,7 +2,7 @@
 
 import math
 
-from sampler.jit import kernel
+from sampler.compilation.jit import kernel
 
 Vector = tuple[float, float, float]
 

@@ -2,7 +2,7 @@ import pytest
 from synthetic_table import make_contents, make_datasets
 
 import sampler
-from sampler.schema import write_table
+from sampler.formats.hdf5 import write_table
 
 
 @pytest.fixture(scope="session")

@@ -2,10 +2,10 @@
 
     python tests/sampler/make_normal_cubics.py
 
-writes sampler/normal_cubics.npy. The last bits of a few coefficients depend on the logarithm and
-the linear algebra of the machine that makes them, so they are made once and shipped: then the same
-keys give the same state on every processor. Run this again only when the draw is meant to change;
-the known-answer vectors and every image (.rbt) hold the same cubics.
+writes sampler/formats/normal_cubics.npy. The last bits of a few coefficients depend on the
+logarithm and the linear algebra of the machine that makes them, so they are made once and shipped:
+then the same keys give the same state on every processor. Run this again only when the draw is
+meant to change; the known-answer vectors and every image (.rbt) hold the same cubics.
 """
 
 from pathlib import Path
@@ -13,7 +13,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sampler.cubics import CUBICS, OCTAVES, PIECES
+from sampler.formats.normal_cubics import CUBICS, OCTAVES, PIECES
 
 
 def cubics():

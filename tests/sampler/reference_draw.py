@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.special import ndtri
 
-from sampler.channels import CHANNELS
+from sampler.formats.channels import CHANNELS
 
 MASK = 0xFFFFFFFF
 

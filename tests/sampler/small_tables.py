@@ -3,7 +3,7 @@
 import numpy as np
 from synthetic_table import make_contents, make_datasets
 
-from sampler.channels import CHANNELS, channels_for
+from sampler.formats.channels import CHANNELS, channels_for
 
 N_KNOTS, N_GRID, N_COMPONENTS, N_CLASSES = 9, 17, 4, 2
 

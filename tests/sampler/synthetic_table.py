@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.special import ndtr
 
-from sampler.schema import TableContents
+from sampler.formats.hdf5 import TableContents
 
 ALPHA_DEG = np.array([20.0, 50.0, 90.0])
 SPEED = np.array([50.0, 120.0, 300.0])

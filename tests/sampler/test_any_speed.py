@@ -9,9 +9,9 @@ import pytest
 
 import sampler
 from sampler import InputError, TableError
-from sampler.image import read_image, write_image
-from sampler.layout import ATTRIBUTES
-from sampler.schema import read_table, write_table
+from sampler.formats.binary import read_image, write_image
+from sampler.formats.hdf5 import read_table, write_table
+from sampler.formats.hdf5_layout import ATTRIBUTES
 
 SPEEDS = np.array([1e-6, 0.3, 49.0, 50.0, 120.0, 300.0, 301.0, 1e5])
 
@@ -71,8 +71,8 @@ def test_another_value_is_refused(path, value):
         file.visititems(lambda name, node: datasets.update({name: node}))
         values = {k: node[()] for k, node in datasets.items() if isinstance(node, h5py.Dataset)}
         file.attrs["speed_independent"] = value
-        attributes = {name: sampler.schema._plain(v) for name, v in file.attrs.items()}
-        file.attrs["content_sha256"] = sampler.schema.content_sha256(values, attributes)
+        attributes = {name: sampler.formats.hdf5._plain(v) for name, v in file.attrs.items()}
+        file.attrs["content_sha256"] = sampler.formats.hdf5.content_sha256(values, attributes)
     with pytest.raises(TableError, match=f"speed_independent: got {value!r}, allowed: 1: "):
         read_table(path)
 

@@ -18,8 +18,8 @@ FOREIGN = ("scipy", "sklearn", "matplotlib", "tablegen", "pydantic", "click", "t
 RUNTIME = ("numpy", "numba", "llvmlite", "h5py", "sampler")
 
 #: Everything that the commands and a draw import.
-ALL_MODULES = "import sampler, sampler.cli, sampler.draw_command, sampler.export_command"
-ALL_MODULES += ", sampler.list_command, sampler.table"
+ALL_MODULES = "import sampler, sampler.commands.main, sampler.commands.draw_command, sampler.table"
+ALL_MODULES += ", sampler.commands.export_command, sampler.commands.list_command"
 
 #: Packages that are not named here are not found, as if they were not installed.
 ALONE = """
@@ -39,7 +39,7 @@ print(sampler.load("PATH").sample(0.5, 100.0, seed=1).shape)
 """
 
 COMMANDS = """
-from sampler.cli import main
+from sampler.commands.main import main
 flags = ["--alpha", "30", "--speed", "100", "--count", "5", "--seed", "1", "--output"]
 assert main(["draw", "PATH", *flags, "a.npz"]) == 0
 assert main(["export", "PATH", "--output", "a.rbt"]) == 0
@@ -47,7 +47,7 @@ assert main(["list"]) == 0
 """
 
 REFUSED = """
-from tablegen.program import main
+from tablegen.commands.program import main
 assert main(["demo"]) == 2
 import tablegen
 try:

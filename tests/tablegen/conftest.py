@@ -4,9 +4,9 @@ import pytest
 from command_line import BAD_INPUT
 from tiny_tables import GENERATE, MEASURED, TINY, Tiny
 
-from tablegen.cli import main
+from tablegen.accuracy.measure import measure
+from tablegen.commands.main import main
 from tablegen.generate import generate
-from tablegen.measure import measure
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def quick_measurement(monkeypatch):
 @pytest.fixture
 def quick_classifier(monkeypatch):
     """Few trees, where it does not matter how well they tell a table from direct simulation."""
-    monkeypatch.setattr("tablegen.distances.TREES", 20)
+    monkeypatch.setattr("tablegen.accuracy.metrics.TREES", 20)
 
 
 @pytest.fixture(scope="session")
@@ -35,7 +35,7 @@ def tiny(tmp_path_factory):
 @pytest.fixture
 def terminal(monkeypatch):
     """Progress is shown as on a terminal."""
-    monkeypatch.setattr("tablegen.progress.draws_over", lambda file: True)
+    monkeypatch.setattr("tablegen.tasks.progress.draws_over", lambda file: True)
 
 
 @pytest.fixture

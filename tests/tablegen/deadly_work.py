@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tablegen.workshop import SECONDS
+from tablegen.tasks.runner import SECONDS
 
 
 def die_once(number, marker):

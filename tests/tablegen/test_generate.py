@@ -12,14 +12,14 @@ from tiny_tables import GENERATE, MEASURED, PLAN, ROUGH, TINY
 
 import sampler
 from sampler.errors import InputError
-from sampler.schema import read_table
+from sampler.formats.hdf5 import read_table
 from tablegen.config import parse_config
-from tablegen.fitting.axes import first_grid
 from tablegen.fitting.node import fit_node
 from tablegen.generate import generate
-from tablegen.plan import fit_nodes
+from tablegen.refinement.axes import first_grid
+from tablegen.refinement.refine import fit_nodes
+from tablegen.tasks.runner import Workshop
 from tablegen.validate import validate
-from tablegen.workshop import Workshop
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
 

@@ -6,13 +6,13 @@ from tiny_tables import ROUGH
 
 import sampler
 from sampler import InputError
-from sampler.channels import STATE
-from sampler.schema import read_table, write_table
+from sampler.formats.channels import STATE
+from sampler.formats.hdf5 import read_table, write_table
 from tablegen.config import parse_config
-from tablegen.fitting.axes import make_axes
 from tablegen.generate import generate
-from tablegen.placement import Grid
 from tablegen.prune import prune, pruned
+from tablegen.refinement.axes import make_axes
+from tablegen.refinement.intervals import Grid
 
 #: Four angles and three speeds, so that a scene can leave some out.
 NODES = {"alpha_nodes_deg": [10.0, 30.0, 50.0, 80.0], "speed_nodes": [60.0, 150.0, 300.0]}

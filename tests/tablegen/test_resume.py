@@ -16,7 +16,7 @@ from command_line import BAD_INPUT, DONE, INTERRUPTED, config_file
 from processes import TABLEGEN, command
 from tiny_tables import GENERATE, MEASURED, PLAN, ROUGH
 
-from sampler.schema import write_table
+from sampler.formats.hdf5 import write_table
 from tablegen.fitting.node import fit_node
 from tablegen.generate import generate
 

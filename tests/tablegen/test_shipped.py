@@ -14,22 +14,22 @@ from wrong_tables import (
 )
 
 import sampler
-from sampler.channels import STATE, to_channels
-from sampler.locate import data_directory
+from sampler.files.locate import data_directory
+from sampler.formats.channels import STATE, to_channels
 from sampler.table import Table
-from tablegen.accuracy import compare
-from tablegen.conditions import pick_conditions
+from tablegen.accuracy.comparison import compare
+from tablegen.accuracy.conditions import pick_conditions
+from tablegen.accuracy.decision import judge
+from tablegen.accuracy.measure import measure
+from tablegen.accuracy.node_screening import screen
 from tablegen.config import load_config
-from tablegen.decision import judge
-from tablegen.fitting.axes import make_axes
 from tablegen.fitting.classes import class_of
 from tablegen.fitting.marginals import quantile_knots
 from tablegen.fitting.mixture import Mixture
 from tablegen.fitting.node import node_stream
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.fitting.scores import mixture_probabilities
-from tablegen.measure import measure
-from tablegen.screen import screen
+from tablegen.refinement.axes import make_axes
 from tablegen.simulate import make_condition, simulate_condition
 from tablegen.validate import validate
 

@@ -11,7 +11,7 @@ from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.shapes import SHAPE_CODES
-from tablegen.particles import SHAPE_NAMES
+from tablegen.particles.population import SHAPE_NAMES
 from tablegen.simulate import BATCH, check_impact_angle, make_condition, simulate_condition
 
 #: The module itself: the package gives its name to the function.

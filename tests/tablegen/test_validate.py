@@ -16,10 +16,10 @@ from wrong_tables import (
 )
 
 import sampler
-from sampler.channels import STATE
 from sampler.errors import InputError, TableError
-from sampler.schema import write_table
-from tablegen.measure import measure
+from sampler.formats.channels import STATE
+from sampler.formats.hdf5 import write_table
+from tablegen.accuracy.measure import measure
 from tablegen.validate import validate
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from tablegen.config import load_config
 from tablegen.generate import Generated, generate
-from tablegen.plan import make_plan
+from tablegen.refinement.refine import make_plan
 
 #: The modules; in the package the name of the first stands for the function.
 GENERATE = sys.modules[generate.__module__]

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sampler.encoding import MIXTURE_SCALE
-from sampler.schema import TableContents
+from sampler.formats.fixed_point import MIXTURE_SCALE
+from sampler.formats.hdf5 import TableContents
 from tablegen.config import parse_config
 
 #: Datasets that have the two node dimensions in front.

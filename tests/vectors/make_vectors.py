@@ -25,10 +25,10 @@ sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent / "sampler")]
 
 from small_tables import SMALL_TABLES  # noqa: E402  (a folder of the tests)
 
-from sampler.frames import rebound  # noqa: E402
-from sampler.image import write_image  # noqa: E402
-from sampler.kernel import draw  # noqa: E402
-from sampler.schema import write_table  # noqa: E402
+from sampler.drawing.frames import rebound  # noqa: E402
+from sampler.drawing.kernel import draw  # noqa: E402
+from sampler.formats.binary import write_image  # noqa: E402
+from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.table import Table  # noqa: E402
 
 MOST = 2**64 - 1

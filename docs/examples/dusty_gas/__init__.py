@@ -1,6 +1,6 @@
 """A dusty gas flows past a cylinder or a sphere, with three models of the wall.
 
-    python tests/examples/dusty_gas
+    python docs/examples/dusty_gas
 
 follows corundum particles in a uniform stream past a blunt body, as flow codes do, and lets them
 rebound as spheres, as non-spherical particles simulated at every hit, and by draws from a table.

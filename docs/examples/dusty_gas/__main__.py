@@ -1,4 +1,4 @@
-"""Lets ``python tests/examples/dusty_gas`` run from a checkout."""
+"""Lets ``python docs/examples/dusty_gas`` run from a checkout."""
 
 import runpy
 import sys

@@ -14,9 +14,9 @@ from dusty_gas.picture import draw_fields, draw_hits
 from dusty_gas.report import make_report
 from dusty_gas.run import BATCHES, Run, follow_all
 from dusty_gas.walls import MODELS, make_wall
-from sampler.atomic import atomic_output, check_output
+from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from sampler.processors import processors
+from sampler.files.atomic import atomic_output, check_output
 from tablegen.config import load_config
 
 DONE, DIFFERS, BAD_INPUT = 0, 1, 2
@@ -129,7 +129,7 @@ def _draw(options: argparse.Namespace, runs: Sequence[Run]) -> list[str]:
 
 def _write(options: argparse.Namespace, words: Sequence[str], runs: Sequence[Run]) -> int:
     """Write report, numbers and pictures; exit status."""
-    command = " ".join(["python tests/examples/dusty_gas", *words])
+    command = " ".join(["python docs/examples/dusty_gas", *words])
     text, numbers, holds = make_report(runs, {"command": f"`{command}`"})
     with atomic_output(options.output / "dusty_gas.md") as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -7,7 +7,7 @@ Batchelor, An Introduction to Fluid Dynamics (1967), sec. 6.6 (cylinder) and 6.8
 import math
 from typing import NamedTuple
 
-from sampler.jit import inline_kernel
+from sampler.compilation.jit import inline_kernel
 
 CYLINDER, SPHERE = 0, 1
 

@@ -8,7 +8,7 @@ towards or away from the body once.
 """
 
 from dusty_gas.gas import SPHERE, acceleration, radius
-from sampler.jit import inline_kernel, kernel
+from sampler.compilation.jit import inline_kernel, kernel
 
 #: Iterations after which a bracket of any length has shrunk to neighbouring numbers.
 _BISECTIONS = 80

@@ -11,15 +11,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sampler.frames import NORMAL_IMPACT, along_wall, impact_angle, perpendicular
-from sampler.frames import rebound as table_rebound
-from sampler.jit import borrowing_kernel, inline_kernel
-from sampler.kernel import CLAMPED, NOT_APPROACHING, OK
-from sampler.philox import philox_block, uniform
+from sampler.compilation.jit import borrowing_kernel, inline_kernel
+from sampler.drawing.frames import NORMAL_IMPACT, along_wall, impact_angle, perpendicular
+from sampler.drawing.frames import rebound as table_rebound
+from sampler.drawing.kernel import CLAMPED, NOT_APPROACHING, OK
+from sampler.drawing.philox import philox_block, uniform
 from sampler.table import Table
 from tablegen.config import Config
-from tablegen.model.directions import empty_map
-from tablegen.model.population import draw_particle
+from tablegen.model.random_particles import draw_particle
 from tablegen.model.rebound import (
     LEFT,
     MOTION_SIZE,
@@ -34,6 +33,7 @@ from tablegen.model.rebound import (
     workspace,
 )
 from tablegen.model.shapes import MAX_VERTICES, shaped_body
+from tablegen.model.support_map import empty_map
 from tablegen.simulate import GRAZING
 
 SPHERES, DIRECT, TABLE = 0, 1, 2

@@ -6,13 +6,13 @@ from typing import Any
 
 from sampler.table import Table
 from tablegen.config import Config
-from tablegen.figures.curves import curve_figures
-from tablegen.figures.densities import density_figures
-from tablegen.figures.laws import ANGLES, DIRECT, SHAPES, Laws, make_laws
-from tablegen.figures.scattering import scattering_figures
-from tablegen.figures.statements import Statement, check_statements, is_of_the_paper
-from tablegen.figures.style import Picture, settings
-from tablegen.progress import bar
+from tablegen.studies.paper_figures.curves import curve_figures
+from tablegen.studies.paper_figures.densities import density_figures
+from tablegen.studies.paper_figures.sample_statistics import ANGLES, DIRECT, SHAPES, Laws, make_laws
+from tablegen.studies.paper_figures.scattering import scattering_figures
+from tablegen.studies.paper_figures.statements import Statement, check_statements, is_of_the_paper
+from tablegen.studies.paper_figures.style import Picture, settings
+from tablegen.tasks.progress import bar
 
 #: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
 PAPER_TABLE = {

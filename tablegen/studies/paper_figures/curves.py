@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from tablegen.figures.laws import DIRECT, TABLE, Law, Laws
-from tablegen.figures.style import (
+from tablegen.studies.paper_figures.sample_statistics import DIRECT, TABLE, Law, Laws
+from tablegen.studies.paper_figures.style import (
     ANGLE_LABEL,
     COLOURS,
     MARKERS,

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from tablegen.figures.laws import DENSITY, DIRECT, TABLE, Law, Laws
-from tablegen.figures.style import MIXTURE, SYMBOLS, Picture, new_figure, written
-from tablegen.samples import FloatArray
+from tablegen.accuracy.samples import FloatArray
+from tablegen.studies.paper_figures.sample_statistics import DENSITY, DIRECT, TABLE, Law, Laws
+from tablegen.studies.paper_figures.style import MIXTURE, SYMBOLS, Picture, new_figure, written
 
 #: Angles that are drawn, and a colour and line style for each; viridis without its yellow end.
 _ANGLES = {

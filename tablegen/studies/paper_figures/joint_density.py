@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tablegen.figures.style import SYMBOLS, Picture, new_figure, settings, written
-from tablegen.samples import FloatArray
+from tablegen.accuracy.samples import FloatArray
+from tablegen.studies.paper_figures.style import SYMBOLS, Picture, new_figure, settings, written
 
 #: Part of a sample that each side of the window may leave out.
 _OUTSIDE = 5e-4

@@ -5,9 +5,16 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from tablegen.figures.laws import DIRECT, SCATTERING_BINS, SPATIAL_BINS, TABLE, Law, Laws
-from tablegen.figures.style import MIXTURE, TABLE_COLOUR, Picture, new_figure, written
-from tablegen.samples import FloatArray
+from tablegen.accuracy.samples import FloatArray
+from tablegen.studies.paper_figures.sample_statistics import (
+    DIRECT,
+    SCATTERING_BINS,
+    SPATIAL_BINS,
+    TABLE,
+    Law,
+    Laws,
+)
+from tablegen.studies.paper_figures.style import MIXTURE, TABLE_COLOUR, Picture, new_figure, written
 
 #: Impact angles of the plane indicatrices.
 _ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)

@@ -11,11 +11,18 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
-from tablegen.choices import MIXTURE
-from tablegen.figures.laws import DENSITY, DIRECT, SCATTERING_BINS, Law, Laws
-from tablegen.samples import FloatArray
+from tablegen.accuracy.samples import FloatArray
+from tablegen.configuration.defaults import MIXTURE
+from tablegen.studies.paper_figures.sample_statistics import (
+    DENSITY,
+    DIRECT,
+    SCATTERING_BINS,
+    Law,
+    Laws,
+)
 
-#: Largest asymmetry that counts as symmetric; see `tablegen.figures.laws.asymmetry`.
+#: Largest asymmetry that counts as symmetric; see
+#: `tablegen.studies.paper_figures.sample_statistics.asymmetry`.
 _SYMMETRIC = 5.0
 
 #: Smoothing of densities before maxima are sought, in bins.

@@ -3,10 +3,15 @@
 import json
 from collections.abc import Sequence
 
-from tablegen.figures.checks import Verdict
-from tablegen.figures.gallery import COLLISION_HEAD, Gallery, collision_rows, to_dict
-from tablegen.figures.laws import SPEED
-from tablegen.figures.statements import NOT_CHECKED, Statement
+from tablegen.studies.paper_figures.all_figures import (
+    COLLISION_HEAD,
+    Gallery,
+    collision_rows,
+    to_dict,
+)
+from tablegen.studies.paper_figures.sample_statistics import SPEED
+from tablegen.studies.paper_figures.statement_checks import Verdict
+from tablegen.studies.paper_figures.statements import NOT_CHECKED, Statement
 
 
 def verdict_word(verdict: Verdict | None) -> str:

@@ -5,9 +5,9 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from tablegen.config import Config, load_config
-from tablegen.figures import checks
-from tablegen.figures.checks import Verdict
-from tablegen.figures.laws import DIRECT, TABLE, Laws
+from tablegen.studies.paper_figures import statement_checks as checks
+from tablegen.studies.paper_figures.sample_statistics import DIRECT, TABLE, Laws
+from tablegen.studies.paper_figures.statement_checks import Verdict
 
 
 @dataclass(frozen=True)

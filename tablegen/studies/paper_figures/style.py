@@ -4,7 +4,7 @@ import io
 from typing import Any, NamedTuple
 
 from sampler.errors import InputError
-from tablegen.figures.laws import MIXTURE
+from tablegen.studies.paper_figures.sample_statistics import MIXTURE
 
 #: Okabe and Ito's colours; each shape has a marker of its own as well.
 COLOURS = {

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sampler.processors import processors
+from sampler.compilation.processors import processors
 from sampler.table import Table
-from tablegen.accuracy import estimate_all
+from tablegen.accuracy.comparison import estimate_all
+from tablegen.accuracy.noise_corrected import Estimate
+from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
-from tablegen.estimates import Estimate
-from tablegen.report.direct import direct_states
-from tablegen.report.effort import Effort
-from tablegen.report.errors import batch_seed
-from tablegen.report.race import Tick
-from tablegen.samples import FloatArray
+from tablegen.studies.report.benchmark import Tick
+from tablegen.studies.report.budget import Effort
+from tablegen.studies.report.direct_method import direct_states
+from tablegen.studies.report.method_errors import batch_seed
 
 #: Purposes of random numbers, beside those of the races.
 _DIRECT, _OTHER, _TABLE = range(200, 203)

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from tablegen.report.ways import CONDITION, Prepared, Scene, Way
-from tablegen.samples import FloatArray
+from tablegen.accuracy.samples import FloatArray
+from tablegen.studies.report.sampling_methods import CONDITION, Prepared, Scene, Way
 
 #: Quantiles of each component in the ways that store marginals.
 QUANTILES = 257

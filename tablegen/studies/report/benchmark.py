@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sampler.processors import processors
+from sampler.compilation.processors import processors
 from tablegen.config import Config
-from tablegen.report.direct import direct_states
-from tablegen.report.effort import Effort
-from tablegen.report.errors import Draw, Estimate, batch_errors, batch_seed, gathered
-from tablegen.report.reference import Reference
-from tablegen.report.ways import Prepared, Scene, Way
+from tablegen.studies.report.budget import Effort
+from tablegen.studies.report.direct_method import direct_states
+from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
+from tablegen.studies.report.reference_sample import Reference
+from tablegen.studies.report.sampling_methods import Prepared, Scene, Way
 
 #: What random numbers are for, so that no two purposes share any.
 REFERENCE, TRAINING, FLOOR, FIT, TIMED, BATCHES = range(6)

@@ -2,12 +2,12 @@
 
 from html import escape
 
-from tablegen.report.dossier import Dossier
-from tablegen.report.markup import Choice, controls, folded, plot, section, table
-from tablegen.report.race import Race
-from tablegen.report.text import HEAD, SETTING_HEAD, race_rows, setting_rows
-from tablegen.report.tolerances import FINEST
-from tablegen.report.words import METRIC_WORDS
+from tablegen.studies.report.benchmark import Race
+from tablegen.studies.report.labels import METRIC_WORDS
+from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_html import Choice, controls, folded, plot, section, table
+from tablegen.studies.report.report_text import HEAD, SETTING_HEAD, race_rows, setting_rows
+from tablegen.studies.report.tolerances import FINEST
 
 _COSTS = {"nanoseconds": "run time of a draw", "bytes": "bytes", "setup_seconds": "set-up time"}
 

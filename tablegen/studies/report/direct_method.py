@@ -4,10 +4,10 @@ from functools import partial
 
 import numpy as np
 
+from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
-from tablegen.report.ways import DOMAIN, Prepared, Scene, Way
-from tablegen.samples import FloatArray
 from tablegen.simulate import make_condition, simulate_condition
+from tablegen.studies.report.sampling_methods import DOMAIN, Prepared, Scene, Way
 
 FAMILY = "direct simulation"
 

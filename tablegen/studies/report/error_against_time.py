@@ -9,18 +9,17 @@ import numpy as np
 from tqdm import tqdm
 
 import sampler
-from sampler.locate import find_table
+from sampler.files.locate import find_table
 from sampler.table import Table
 from tablegen.config import Config, parse_config
-from tablegen.progress import bar
-from tablegen.report.direct import direct_ways
-from tablegen.report.effort import FULL, QUICK, Effort
-from tablegen.report.growth import Sample, sample_sizes
-from tablegen.report.identity import identity
-from tablegen.report.machine import machine
-from tablegen.report.race import Race, make_scene, run_race, steps
-from tablegen.report.rivals import rival_ways
-from tablegen.report.tables import (
+from tablegen.studies.report.baselines import rival_ways
+from tablegen.studies.report.benchmark import Race, make_scene, run_race, steps
+from tablegen.studies.report.budget import FULL, QUICK, Effort
+from tablegen.studies.report.direct_method import direct_ways
+from tablegen.studies.report.file_identity import identity
+from tablegen.studies.report.machine import machine
+from tablegen.studies.report.sample_size_convergence import Sample, sample_sizes
+from tablegen.studies.report.table_sizes import (
     beside_way,
     design_condition,
     design_ways,
@@ -28,7 +27,8 @@ from tablegen.report.tables import (
     table_way,
     whole_table,
 )
-from tablegen.report.tolerances import RESOLUTIONS, TOLERANCES, Setting, curve
+from tablegen.studies.report.tolerances import RESOLUTIONS, TOLERANCES, Setting, curve
+from tablegen.tasks.progress import bar
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def gather_evidence(
     beside : sequence of str
         Names or paths of further tables that are drawn from at the same conditions.
     quick : bool
-        Measure less; see `tablegen.report.effort`.
+        Measure less; see `tablegen.studies.report.budget`.
     seed : int
         Of all random numbers.
     progress : bool

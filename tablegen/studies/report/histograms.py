@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from sampler.channels import STATE
+from sampler.formats.channels import STATE
 from sampler.table import Table
+from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
-from tablegen.report.atlas import grid
-from tablegen.report.direct import direct_states
-from tablegen.report.effort import Effort
-from tablegen.report.errors import batch_seed
-from tablegen.report.race import Tick
-from tablegen.samples import FloatArray
+from tablegen.studies.report.accuracy_map import grid
+from tablegen.studies.report.benchmark import Tick
+from tablegen.studies.report.budget import Effort
+from tablegen.studies.report.direct_method import direct_states
+from tablegen.studies.report.method_errors import batch_seed
 
 _DIRECT, _TABLE = range(300, 302)
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tablegen.report.reference import METRICS, Reference
-from tablegen.samples import FloatArray
+from tablegen.accuracy.samples import FloatArray
+from tablegen.studies.report.reference_sample import METRICS, Reference
 
 #: Draws a batch: number of states and seed to (n, 6) states.
 Draw = Callable[[int, int], FloatArray]

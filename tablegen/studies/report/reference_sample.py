@@ -1,13 +1,13 @@
 """A large direct sample that many small ones are compared with.
 
-The distances are those of `tablegen.distances`. What they need of the reference alone - sorted
-components, sorted projections, correlations - is worked out once.
+The distances are those of `tablegen.accuracy.metrics`. What they need of the reference alone -
+sorted components, sorted projections, correlations - is worked out once.
 """
 
 import numpy as np
 
-from tablegen.distances import classifier_auc, correlations
-from tablegen.samples import FloatArray, as_state, varies
+from tablegen.accuracy.metrics import classifier_auc, correlations
+from tablegen.accuracy.samples import FloatArray, as_state, varies
 
 #: Metrics of an error, in the order of columns.
 METRICS = ("ks", "sliced_wasserstein", "correlation_error", "auc")

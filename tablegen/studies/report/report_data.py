@@ -5,19 +5,19 @@ from pathlib import Path
 from typing import Any
 
 import sampler
-from sampler.locate import find_table
+from sampler.files.locate import find_table
+from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config, parse_config
-from tablegen.figures.gallery import Gallery, make_gallery
-from tablegen.progress import bar
-from tablegen.report import atlas as atlases
-from tablegen.report.atlas import Atlas, make_atlas
-from tablegen.report.effort import FULL, QUICK
-from tablegen.report.endurance import brief_study, read_study
-from tablegen.report.identity import identity
-from tablegen.report.study import Evidence
-from tablegen.report.views import View, make_views
-from tablegen.samples import FloatArray
-from tablegen.stability.study import Study
+from tablegen.studies.paper_figures.all_figures import Gallery, make_gallery
+from tablegen.studies.report import accuracy_map as atlases
+from tablegen.studies.report.accuracy_map import Atlas, make_atlas
+from tablegen.studies.report.budget import FULL, QUICK
+from tablegen.studies.report.error_against_time import Evidence
+from tablegen.studies.report.file_identity import identity
+from tablegen.studies.report.histograms import View, make_views
+from tablegen.studies.report.stability_results import brief_study, read_study
+from tablegen.studies.stability.stability_study import Study
+from tablegen.tasks.progress import bar
 
 
 @dataclass(frozen=True)

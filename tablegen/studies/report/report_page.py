@@ -9,16 +9,23 @@ from html import escape
 from importlib import resources
 from typing import Any
 
-from sampler.channels import STATE
 from sampler.errors import InputError
-from tablegen.figures.gallery import COLLISION_HEAD, collision_rows
-from tablegen.figures.laws import SPEED
-from tablegen.figures.text import STATEMENT_HEAD, statement_rows
-from tablegen.figures.text import counts_text as counts_text_of
-from tablegen.report.dossier import Dossier
-from tablegen.report.looks import LOOKS
-from tablegen.report.markup import folded, packed, picture, section, table
-from tablegen.report.sections import (
+from sampler.formats.channels import STATE
+from tablegen.studies.paper_figures.all_figures import COLLISION_HEAD, collision_rows
+from tablegen.studies.paper_figures.sample_statistics import SPEED
+from tablegen.studies.paper_figures.statement_text import STATEMENT_HEAD, statement_rows
+from tablegen.studies.paper_figures.statement_text import counts_text as counts_text_of
+from tablegen.studies.report.cost_sections import (
+    designs_section,
+    numerics_section,
+    sizes_section,
+    ways_section,
+)
+from tablegen.studies.report.labels import LABELS, SHORT
+from tablegen.studies.report.method_styles import LOOKS
+from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_html import folded, packed, picture, section, table
+from tablegen.studies.report.table_sections import (
     accuracy_section,
     declared,
     footer_text,
@@ -26,10 +33,8 @@ from tablegen.report.sections import (
     summary_section,
     views_section,
 )
-from tablegen.report.words import LABELS, SHORT
-from tablegen.report.work import designs_section, numerics_section, sizes_section, ways_section
-from tablegen.stability.report import counts_text, failure_lines
-from tablegen.stability.summary import HEAD, LEGEND, extremes, group_rows
+from tablegen.studies.stability.stability_summary import HEAD, LEGEND, extremes, group_rows
+from tablegen.studies.stability.stability_text import counts_text, failure_lines
 
 _LINKS = {
     "summary": "Summary",
@@ -64,7 +69,11 @@ def plotting_library() -> str:
 
 
 def _asset(name: str) -> str:
-    return resources.files("tablegen.report").joinpath("assets", name).read_text(encoding="utf-8")
+    return (
+        resources.files("tablegen.studies.report")
+        .joinpath("assets", name)
+        .read_text(encoding="utf-8")
+    )
 
 
 def plot_data(dossier: Dossier) -> dict[str, Any]:

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from tablegen.report.errors import Estimate
-from tablegen.report.race import Race, Runner
-from tablegen.report.reference import METRICS
-from tablegen.report.study import Evidence
+from tablegen.studies.report.benchmark import Race, Runner
+from tablegen.studies.report.error_against_time import Evidence
+from tablegen.studies.report.method_errors import Estimate
+from tablegen.studies.report.reference_sample import METRICS
 
 #: Heads of the columns of `race_rows`.
 HEAD = ("way", "ns/draw", "bytes", "set-up s", "KS", "sliced W", "corr.", "AUC", "forbidden")

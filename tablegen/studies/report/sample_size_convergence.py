@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tablegen.report.effort import Effort
-from tablegen.report.errors import Draw, Estimate, batch_errors, batch_seed, gathered
-from tablegen.report.race import Tick
-from tablegen.report.reference import Reference
+from tablegen.studies.report.benchmark import Tick
+from tablegen.studies.report.budget import Effort
+from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
+from tablegen.studies.report.reference_sample import Reference
 
-#: Purpose of the random numbers, beside those of `tablegen.report.race`.
+#: Purpose of the random numbers, beside those of `tablegen.studies.report.benchmark`.
 _SIZES = 100
 
 

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
-from tablegen.report.errors import Draw
-from tablegen.samples import FloatArray
+from tablegen.studies.report.method_errors import Draw
 
 #: What a way covers once it is set up.
 DOMAIN, CONDITION = "domain", "condition"

@@ -7,9 +7,9 @@ from typing import Any
 
 from sampler.errors import InputError
 from tablegen.config import Config
-from tablegen.stability.cases import QUICK, Case, Grid
-from tablegen.stability.outcome import Change, Figures, Outcome
-from tablegen.stability.study import Study, run_study
+from tablegen.studies.stability.cases import QUICK, Case, Grid
+from tablegen.studies.stability.outcome import Change, Figures, Outcome
+from tablegen.studies.stability.stability_study import Study, run_study
 
 #: What a quick report leaves of the quick study: one third of the angles, one speed.
 _BRIEF = Grid((), (), (0.01, 20.0, 90.0), (200.0,), ())

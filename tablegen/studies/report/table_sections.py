@@ -5,16 +5,24 @@ from html import escape
 
 import numpy as np
 
-from sampler.channels import STATE
-from tablegen.decision import judge, limits
-from tablegen.estimates import LEAST
-from tablegen.report.atlas import Point
-from tablegen.report.dossier import Dossier
-from tablegen.report.markup import Choice, controls, folded, plot, section, table, tiles
-from tablegen.report.race import Race, Runner
-from tablegen.report.text import machine_text, size_text
-from tablegen.report.words import LABELS, METRIC_WORDS, SHORT
-from tablegen.verdict import verdict_words
+from sampler.formats.channels import STATE
+from tablegen.accuracy.decision import judge, limits
+from tablegen.accuracy.noise_corrected import LEAST
+from tablegen.accuracy.verdict import verdict_words
+from tablegen.studies.report.accuracy_map import Point
+from tablegen.studies.report.benchmark import Race, Runner
+from tablegen.studies.report.labels import LABELS, METRIC_WORDS, SHORT
+from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_html import (
+    Choice,
+    controls,
+    folded,
+    plot,
+    section,
+    table,
+    tiles,
+)
+from tablegen.studies.report.report_text import machine_text, size_text
 
 #: Worst cells that are listed.
 _WORST = 8
@@ -42,7 +50,7 @@ def share_of_allowed(
     Returns
     -------
     high, low : float
-        Confidence limits, as `tablegen.decision.limits` has them.
+        Confidence limits, as `tablegen.accuracy.decision.limits` has them.
     name : str
         Of the distance.
     """

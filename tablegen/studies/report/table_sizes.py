@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 import sampler
-from sampler.channels import STATE
 from sampler.errors import InputError
-from sampler.locate import find_table
+from sampler.files.locate import find_table
+from sampler.formats.channels import STATE
 from sampler.table import Table
+from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
 from tablegen.generate import generate
-from tablegen.report.ways import DOMAIN, Prepared, Scene, Way
-from tablegen.samples import FloatArray
+from tablegen.studies.report.sampling_methods import DOMAIN, Prepared, Scene, Way
 
 FAMILY = "table"
 

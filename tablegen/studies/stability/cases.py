@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from sampler.errors import InputError
-from tablegen.choices import SHAPE_NAMES
-from tablegen.complaint import shown
 from tablegen.config import Config
-from tablegen.particles import Population
+from tablegen.configuration.defaults import SHAPE_NAMES
+from tablegen.configuration.messages import shown
+from tablegen.particles.population import Population
 
 #: Ratios b/a and c/b from round to slender and flat.
 _RATIOS = (1.0, 0.999, 0.5, 0.05, 0.02)
@@ -39,7 +39,7 @@ class Case:
     Attributes
     ----------
     shape : str
-        A name of `tablegen.choices.SHAPE_NAMES`.
+        A name of `tablegen.configuration.defaults.SHAPE_NAMES`.
     aspect : tuple of two floats
         b / a and c / b.
     alpha_deg : float

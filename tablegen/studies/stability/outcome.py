@@ -16,7 +16,7 @@ from tablegen.model.audit import (
     TANGENTIAL,
 )
 from tablegen.simulate import Simulation
-from tablegen.stability.cases import Case
+from tablegen.studies.stability.cases import Case
 
 #: Energy that rounding may add, in units of V^2 per unit mass and of the energy before.
 MOST_GROWTH = 1e-12

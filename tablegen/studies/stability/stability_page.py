@@ -2,10 +2,10 @@
 
 from html import escape
 
-from tablegen.markup import html_page, html_table, verdict
-from tablegen.stability.report import counts_text, failure_lines
-from tablegen.stability.study import Study
-from tablegen.stability.summary import HEAD, LEGEND, extremes, group_rows
+from tablegen.studies.html_page import html_page, html_table, verdict
+from tablegen.studies.stability.stability_study import Study
+from tablegen.studies.stability.stability_summary import HEAD, LEGEND, extremes, group_rows
+from tablegen.studies.stability.stability_text import counts_text, failure_lines
 
 
 def study_page(study: Study) -> str:

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 import sampler
+from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from sampler.processors import processors
-from tablegen.choices import STABILITY_COUNT
 from tablegen.config import Config
-from tablegen.pairs import MaterialPair
-from tablegen.progress import bar
+from tablegen.configuration.defaults import STABILITY_COUNT
+from tablegen.materials.pairs import MaterialPair
 from tablegen.simulate import Simulation, make_condition, simulate_condition
-from tablegen.stability.cases import Case
-from tablegen.stability.outcome import Outcome, outcome_of
+from tablegen.studies.stability.cases import Case
+from tablegen.studies.stability.outcome import Outcome, outcome_of
+from tablegen.tasks.progress import bar
 
 #: A call that takes longer [s] than this is timed once; a shorter one is timed again, because
 #: whatever else the machine does shows in it.

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-from tablegen.stability.cases import FORMS, Case
-from tablegen.stability.outcome import Change, Figures, Outcome
+from tablegen.studies.stability.cases import FORMS, Case
+from tablegen.studies.stability.outcome import Change, Figures, Outcome
 
 #: What is shown where nothing was measured.
 _NONE = "-"

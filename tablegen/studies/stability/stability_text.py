@@ -3,9 +3,9 @@
 import json
 from collections.abc import Sequence
 
-from tablegen.stability.outcome import Outcome
-from tablegen.stability.study import Study
-from tablegen.stability.summary import HEAD, LEGEND, extremes, group_rows
+from tablegen.studies.stability.outcome import Outcome
+from tablegen.studies.stability.stability_study import Study
+from tablegen.studies.stability.stability_summary import HEAD, LEGEND, extremes, group_rows
 
 #: Failed cases that are listed by name; the JSON has all.
 _LISTED = 20

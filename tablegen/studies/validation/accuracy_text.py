@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from tablegen.accuracy import Comparison
-from tablegen.choices import METRICS
+from tablegen.accuracy.comparison import Comparison
+from tablegen.accuracy.decision import limits
 from tablegen.config import AccuracyTargets
-from tablegen.decision import limits
+from tablegen.configuration.defaults import METRICS
 
 #: Heads of the columns of `metric_row`, and their widths.
 HEAD = ("alpha", "V", "states", "KS", "noise", "sliced W", "noise", "corr.", "noise", "AUC")

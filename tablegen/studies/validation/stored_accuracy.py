@@ -4,9 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from sampler.errors import InputError
-from sampler.locate import find_table
-from sampler.schema import read_table, write_table
-from tablegen.assembly import accuracy_datasets
+from sampler.files.locate import find_table
+from sampler.formats.hdf5 import read_table, write_table
+from tablegen.refinement.assembly import accuracy_datasets
 from tablegen.validate import Validation
 
 

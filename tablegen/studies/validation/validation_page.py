@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from html import escape
 
-from tablegen.accuracy import Comparison
-from tablegen.markup import html_page, html_table, verdict
-from tablegen.summary import HEAD, closing_rows, metric_row
+from tablegen.accuracy.comparison import Comparison
+from tablegen.accuracy.verdict import verdict_words
+from tablegen.studies.html_page import html_page, html_table, verdict
+from tablegen.studies.validation.accuracy_text import HEAD, closing_rows, metric_row
+from tablegen.studies.validation.validation_text import certainty_line, coverage_lines, whose
 from tablegen.validate import Validation
-from tablegen.validation_text import certainty_line, coverage_lines, whose
-from tablegen.verdict import verdict_words
 
 
 def _distances(comparisons: Sequence[Comparison], validation: Validation) -> str:

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from sampler.cli import main
-from sampler.image import image_bytes, read_image
-from sampler.schema import read_table
-from tablegen.cli import main as tablegen_main
+from sampler.commands.main import main
+from sampler.formats.binary import image_bytes, read_image
+from sampler.formats.hdf5 import read_table
+from tablegen.commands.main import main as tablegen_main
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 

@@ -5,10 +5,10 @@ import json
 import pytest
 
 import sampler
-from sampler.cli import main
-from sampler.locate import available, find_config, find_table
+from sampler.commands.main import main
+from sampler.files.locate import available, find_config, find_table
 from tablegen import load_config
-from tablegen.cli import main as tablegen_main
+from tablegen.commands.main import main as tablegen_main
 
 PROGRAMS = (main, tablegen_main)
 both = pytest.mark.parametrize("program", PROGRAMS, ids=["sampler", "tablegen"])
@@ -66,7 +66,7 @@ def test_json_says_what_the_files_say(program, listed):
 def test_your_own_files_beside_them_are_listed(monkeypatch, tmp_path, listed):
     """Names are those of the folder, whatever is in it."""
     (tmp_path / "mine.toml").write_bytes(find_config("no-spin").read_bytes())
-    monkeypatch.setattr("sampler.locate.data_directory", lambda: tmp_path)
+    monkeypatch.setattr("sampler.files.locate.data_directory", lambda: tmp_path)
     found = json.loads(listed(main, "--json"))
     assert found == {
         "tables": {},

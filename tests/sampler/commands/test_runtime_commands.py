@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import sampler
-from sampler.cli import main
+from sampler.commands.main import main
 
 
 @pytest.fixture

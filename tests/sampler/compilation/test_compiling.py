@@ -8,7 +8,7 @@ import numba
 import pytest
 from numba.core import event
 
-from sampler.compiling import _PARTS, _Teller
+from sampler.compilation.compiling import _PARTS, _Teller
 
 
 @pytest.fixture
@@ -63,8 +63,8 @@ def test_a_kernel_from_the_cache_says_nothing(told, monkeypatch):
 
 def test_it_is_said_on_standard_error_by_default(tmp_path):
     compile_one = (
-        "import numpy, sampler.jit, sampler.philox;"
-        "sampler.jit.kernel(sampler.philox.uniform)(numpy.uint32(1))"
+        "import numpy, sampler.compilation.jit, sampler.drawing.philox;"
+        "sampler.compilation.jit.kernel(sampler.drawing.philox.uniform)(numpy.uint32(1))"
     )
     ended = subprocess.run(
         [sys.executable, "-c", compile_one],

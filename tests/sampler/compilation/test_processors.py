@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from sampler import processors as module
-from sampler.processors import processors
+from sampler.compilation import processors as module
+from sampler.compilation.processors import processors
 
 ROOT = Path(__file__).resolve().parents[2]
 COUNTS = {"cpu_count", "process_cpu_count", "sched_getaffinity"}
@@ -68,8 +68,8 @@ def test_no_other_module_counts():
 
 
 def test_commands_use_those_granted(three_of_eight):
-    from tablegen.report.machine import machine
     from tablegen.simulate import check_run
+    from tablegen.studies.report.machine import machine
 
     assert check_run(1, 1, 0, None) == 3
     assert machine()["cores"] == 3

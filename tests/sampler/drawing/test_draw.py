@@ -9,10 +9,10 @@ from reference_draw import key_words, reference_draw
 from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
 
 import sampler
-from sampler import kernel
-from sampler.arrange import _MARGIN, table_arrays
-from sampler.batch import draw_batch
-from sampler.channels import COMPONENTS
+from sampler.drawing import kernel
+from sampler.drawing.batch import draw_batch
+from sampler.formats.channels import COMPONENTS
+from sampler.formats.packing import _MARGIN, table_arrays
 
 pytestmark = pytest.mark.processor
 

@@ -6,9 +6,9 @@ import pytest
 from make_normal_cubics import cubics
 from scipy.special import ndtr, ndtri
 
-from sampler.cubics import normal_table
-from sampler.jit import kernel
-from sampler.normal import normal_cdf, normal_of_word, normal_quantile
+from sampler.compilation.jit import kernel
+from sampler.drawing.normal import normal_cdf, normal_of_word, normal_quantile
+from sampler.formats.normal_cubics import normal_table
 
 # called from Python here
 normal_of_word = kernel(normal_of_word)

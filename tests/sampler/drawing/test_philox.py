@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from reference_draw import philox
 
-from sampler.jit import kernel
-from sampler.philox import philox4x32, philox_block, uniform
+from sampler.compilation.jit import kernel
+from sampler.drawing.philox import philox4x32, philox_block, uniform
 
 # called from Python here
 philox4x32 = kernel(philox4x32)

@@ -16,8 +16,8 @@ import numba
 import numpy as np
 import pytest
 
-from sampler.jit import kernel
-from sampler.philox import philox_block
+from sampler.compilation.jit import kernel
+from sampler.drawing.philox import philox_block
 
 # called from Python here
 philox_block = kernel(philox_block)

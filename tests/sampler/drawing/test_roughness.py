@@ -10,9 +10,9 @@ from scipy.stats import kstest
 
 import sampler
 from sampler import frames, kernel
-from sampler.frames import rebound
-from sampler.jit import borrowing_kernel
-from sampler.roughness import (
+from sampler.compilation.jit import borrowing_kernel
+from sampler.drawing.frames import rebound
+from sampler.drawing.roughness import (
     CASCADE_NOT_ENDED,
     MAX_ROUGHNESS,
     MAX_TRIALS,

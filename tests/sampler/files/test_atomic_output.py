@@ -3,7 +3,7 @@
 import pytest
 
 from sampler import InputError
-from sampler.atomic import atomic_output, check_output
+from sampler.files.atomic import atomic_output, check_output
 
 
 def test_moved_into_place_at_the_end(tmp_path):

@@ -8,8 +8,9 @@ from synthetic_table import make_contents
 
 import sampler
 from sampler.errors import InputError, TableError
-from sampler.image import image_bytes, read_image, write_image
-from sampler.image_layout import (
+from sampler.files.locate import include_directory
+from sampler.formats.binary import image_bytes, read_image, write_image
+from sampler.formats.binary_layout import (
     ALIGNMENT,
     ARRAYS,
     HEADER_DTYPE,
@@ -17,7 +18,6 @@ from sampler.image_layout import (
     field_offset,
     layout_text,
 )
-from sampler.locate import include_directory
 
 pytestmark = pytest.mark.processor
 

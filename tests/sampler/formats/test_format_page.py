@@ -2,14 +2,14 @@
 
 import pytest
 
-from sampler import layout
 from sampler.errors import InputError
-from sampler.image_layout import ARRAYS, HEADER
-from sampler.locate import data_directory
-from tablegen import format_page
-from tablegen.format_page import PAGE, filled
+from sampler.files.locate import data_directory
+from sampler.formats import format_page
+from sampler.formats import hdf5_layout as layout
+from sampler.formats.binary_layout import ARRAYS, HEADER
+from sampler.formats.format_page import PAGE, filled
 
-COMMAND = "python -m tablegen.format_page"
+COMMAND = "python -m sampler.formats.format_page"
 
 
 @pytest.fixture

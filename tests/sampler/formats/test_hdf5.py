@@ -10,8 +10,8 @@ import pytest
 from synthetic_table import make_contents, make_datasets
 
 from sampler import InputError, TableError
-from sampler.layout import ATTRIBUTES, DATASETS
-from sampler.schema import read_table, write_table
+from sampler.formats.hdf5 import read_table, write_table
+from sampler.formats.hdf5_layout import ATTRIBUTES, DATASETS
 
 
 def _all_datasets(file):

@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import wasserstein_distance
 
 from sampler.errors import InputError
-from tablegen.accuracy import (
+from tablegen.accuracy.comparison import (
     classifier_auc,
     compare,
     correlation_error,
@@ -24,7 +24,7 @@ from tablegen.accuracy import (
     summary,
     translational_energy,
 )
-from tablegen.estimates import auc_estimate
+from tablegen.accuracy.noise_corrected import auc_estimate
 
 COUNT = 20_000
 

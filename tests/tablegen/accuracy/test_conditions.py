@@ -6,7 +6,7 @@ from grids import grid_table
 from scipy.stats import qmc
 
 from sampler.errors import InputError
-from tablegen.conditions import check_conditions, pick_conditions
+from tablegen.accuracy.conditions import check_conditions, pick_conditions
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from tablegen.choices import METRICS
-from tablegen.config import AccuracyTargets
-from tablegen.decision import (
+from tablegen.accuracy.decision import (
     FALSE_ALARMS,
     FALSE_HOLDS,
     HOLDS,
@@ -21,8 +19,10 @@ from tablegen.decision import (
     judge,
     limits,
 )
-from tablegen.estimates import Estimate
-from tablegen.verdict import verdict_words
+from tablegen.accuracy.noise_corrected import Estimate
+from tablegen.accuracy.verdict import verdict_words
+from tablegen.config import AccuracyTargets
+from tablegen.configuration.defaults import METRICS
 
 TARGETS = AccuracyTargets(ks=0.03, sliced_wasserstein=0.02, correlation_error=0.05, auc=0.7)
 

@@ -7,16 +7,16 @@ import pytest
 from tiny_tables import ROUGH, TINY
 
 from sampler.table import Table
-from tablegen.accuracy import compare
-from tablegen.assembly import assemble
-from tablegen.choices import PRESETS
+from tablegen.accuracy.comparison import compare
+from tablegen.accuracy.measure import FIRST_STREAM, Place, measure, sample_size
+from tablegen.configuration.defaults import PRESETS
 from tablegen.fitting import node
-from tablegen.fitting.axes import first_grid, make_axes
 from tablegen.fitting.node import node_stream
-from tablegen.measure import FIRST_STREAM, Place, measure, sample_size
-from tablegen.plan import fit_nodes
+from tablegen.refinement.assembly import assemble
+from tablegen.refinement.axes import first_grid, make_axes
+from tablegen.refinement.refine import fit_nodes
 from tablegen.simulate import make_condition, simulate, simulate_condition
-from tablegen.workshop import Workshop
+from tablegen.tasks.runner import Workshop
 
 MEASURE = sys.modules[measure.__module__]
 SIMULATE = sys.modules[simulate.__module__]

@@ -6,7 +6,7 @@ from tiny_tables import TINY
 from wrong_tables import copied_node, garbage, spin_flipped
 
 from sampler.table import Table
-from tablegen.screen import SAMPLES, WORST, screen
+from tablegen.accuracy.node_screening import SAMPLES, WORST, screen
 
 #: What the nodes of the tiny table hold: fitted to 6000 states, they are off by 0.02 in the
 #: Kolmogorov-Smirnov distance and 0.03 in a correlation.

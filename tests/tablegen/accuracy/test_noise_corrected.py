@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import norm
 from sklearn.metrics import roc_auc_score
 
-from tablegen.distances import (
+from tablegen.accuracy.metrics import (
     classifier_scores,
     correlation_error,
     correlation_variances,
@@ -13,7 +13,7 @@ from tablegen.distances import (
     sliced_wasserstein,
     unit_directions,
 )
-from tablegen.estimates import (
+from tablegen.accuracy.noise_corrected import (
     auc_estimate,
     correlation_estimate,
     ks_estimate,
@@ -53,7 +53,7 @@ def wrong(name, seed, count):
 
 
 class TestValues:
-    """The distances are those of `tablegen.distances`, by other ways."""
+    """The distances are those of `tablegen.accuracy.metrics`, by other ways."""
 
     SAMPLES = normal(1, 3000, shift=0.02), normal(2, 2500)
 

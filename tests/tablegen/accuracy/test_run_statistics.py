@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from command_line import SIMULATE, flags
 
-from sampler.channels import STATE
 from sampler.errors import InputError
+from sampler.formats.channels import STATE
+from tablegen.accuracy.run_statistics import simulate_statistics, statistics_of
+from tablegen.accuracy.streaming import BINS, COLLISION_LABELS, HIGH, LOW, merge, summarise
 from tablegen.config import load_config
-from tablegen.run_statistics import BINS, COLLISION_LABELS, HIGH, LOW, merge, summarise
 from tablegen.simulate import BATCH, make_condition, simulate_condition
-from tablegen.statistics import simulate_statistics, statistics_of
 
 #: The module itself: `tablegen` may give its name to something else.
-MODULE = importlib.import_module("tablegen.statistics")
+MODULE = importlib.import_module("tablegen.accuracy.run_statistics")
 
 _CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
@@ -293,7 +293,7 @@ class TestCommand:
         assert line == f"--statistics: got {file}, allowed: another file than --output"
 
     def test_statistics_file_is_checked_before_any_work(self, refused, tmp_path, monkeypatch):
-        monkeypatch.setattr("tablegen.simulate_command.simulate_statistics", None)
+        monkeypatch.setattr("tablegen.commands.simulate_command.simulate_statistics", None)
         words = flags(SIMULATE, {"--statistics": tmp_path / "none" / "s.json"})
         assert "'--statistics'" in (line := refused("simulate", *words))
         assert "a folder that exists" in line

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from sampler.channels import CHANNELS, COMPONENTS, RANGES, STATE
-from tablegen.components import simulated_channels, simulated_components
+from sampler.formats.channels import CHANNELS, COMPONENTS, RANGES, STATE
+from tablegen.accuracy.scene_variables import simulated_channels, simulated_components
 from tablegen.config import load_config
 from tablegen.simulate import make_condition, simulate_condition
 

@@ -61,7 +61,7 @@ class TestSimulate:
         assert f"'{flag}'" in refused("simulate", *flags(options, {flag: None}))
 
     def test_output_that_cannot_be_is_refused_before_any_work(self, refused, tmp_path, monkeypatch):
-        monkeypatch.setattr("tablegen.simulate_command.simulate_condition", None)
+        monkeypatch.setattr("tablegen.commands.simulate_command.simulate_condition", None)
         for output, reason in (
             (tmp_path / "none" / "r.npz", "a folder that exists"),
             (tmp_path, "a file name"),
@@ -74,7 +74,7 @@ class TestSimulate:
         def unable(*_, **__):
             raise MemoryError
 
-        monkeypatch.setattr("tablegen.simulate_command.simulate_condition", unable)
+        monkeypatch.setattr("tablegen.commands.simulate_command.simulate_condition", unable)
         words = flags(SIMULATE, {"--output": tmp_path / "r.npz"})
         assert "not enough memory, allowed: a smaller count" in refused("simulate", *words)
 
@@ -210,7 +210,7 @@ class TestValidate:
     def test_output_folder_is_checked_before_any_work(
         self, refused, tiny, tmp_path, monkeypatch, flag
     ):
-        monkeypatch.setattr("tablegen.validate_command.validate", None)
+        monkeypatch.setattr("tablegen.commands.validate_command.validate", None)
         line = refused("validate", tiny.path, flag, tmp_path / "none" / "f")
         assert flag in line
 

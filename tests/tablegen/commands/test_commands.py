@@ -24,8 +24,8 @@ from tiny_tables import GENERATE, PLAN, TINY
 from wrong_tables import declaring, independent_channels, lopsided
 
 import sampler
-from sampler.schema import write_table
-from tablegen.cli import cli
+from sampler.formats.hdf5 import write_table
+from tablegen.commands.main import cli
 from tablegen.config import load_config
 from tablegen.model.shapes import SHAPE_CODES
 from tablegen.simulate import make_condition, simulate_condition
@@ -291,7 +291,7 @@ class TestDemo:
             say("what it does")
             return SimpleNamespace(missed=[] if holds else ["ks"])
 
-        monkeypatch.setattr("tablegen.demo_command.run_demo", fake)
+        monkeypatch.setattr("tablegen.commands.demo_command.run_demo", fake)
         ended = run("demo", "--output", tmp_path / "d.h5", "--quiet")
         assert (ended.status, ended.out) == (status, "what it does\n")
         assert calls == [(tmp_path / "d.h5", False)]

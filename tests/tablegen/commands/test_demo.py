@@ -9,8 +9,8 @@ import pytest
 from tiny_tables import ROUGH, TINY
 
 import sampler
-from tablegen import demo
 from tablegen.config import load_config
+from tablegen.studies import demo_run as demo
 from tablegen.validate import validate
 
 #: Steps of the demonstration, in the order in which it speaks of them.

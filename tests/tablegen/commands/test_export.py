@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from command_line import DONE
 
-from sampler.image import read_image
-from sampler.schema import read_table
+from sampler.formats.binary import read_image
+from sampler.formats.hdf5 import read_table
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from tablegen.cli import main
+from tablegen.commands.main import main
 
 SHELLS = ("bash", "zsh", "fish")
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from sampler.channels import COMPONENTS, STATE
 from sampler.errors import InputError
+from sampler.formats.channels import COMPONENTS, STATE
 from tablegen.config import load_config, parse_config
 
 HEAD = 'name = "scene"\npair = "corundum-steel"\n[domain]\n'

@@ -6,10 +6,10 @@ from tiny_tables import TINY
 from wrong_tables import declaring, shifted_speeds
 
 import sampler
-from sampler.channels import COMPONENTS, channels_for
-from sampler.schema import read_table, write_table
-from tablegen.accuracy import ks_distances
-from tablegen.components import simulated_components
+from sampler.formats.channels import COMPONENTS, channels_for
+from sampler.formats.hdf5 import read_table, write_table
+from tablegen.accuracy.comparison import ks_distances
+from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.generate import generate
 from tablegen.simulate import simulate
 from tablegen.validate import validate

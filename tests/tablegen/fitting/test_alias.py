@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from sampler.jit import kernel
-from sampler.kernel import choose_component
+from sampler.compilation.jit import kernel
+from sampler.drawing.kernel import choose_component
 from tablegen.fitting.alias import alias_table
 
 # called from Python here

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from wrong_tables import independent_channels, independent_columns
 
-from sampler.channels import COMPONENTS
+from sampler.formats.channels import COMPONENTS
 from sampler.table import Table
-from tablegen.accuracy import classifier_auc, correlation_error, ks_distances
-from tablegen.assembly import assemble
-from tablegen.components import simulated_components
+from tablegen.accuracy.comparison import classifier_auc, correlation_error, ks_distances
+from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import load_config
-from tablegen.fitting.axes import make_axes
 from tablegen.fitting.node import fit_node, law_of
+from tablegen.refinement.assembly import assemble
+from tablegen.refinement.axes import make_axes
 from tablegen.simulate import make_condition, simulate_condition
 
 ALPHA_DEG, SPEED = 35.0, 150.0

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sampler.channels import MIRRORED
+from sampler.formats.channels import MIRRORED
 from sampler.table import Table
-from tablegen.accuracy import ks_distances
-from tablegen.assembly import assemble
-from tablegen.components import simulated_components
+from tablegen.accuracy.comparison import ks_distances
+from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import load_config
-from tablegen.fitting.axes import make_axes
 from tablegen.fitting.node import fit_node, node_stream
+from tablegen.refinement.assembly import assemble
+from tablegen.refinement.axes import make_axes
 from tablegen.simulate import simulate
 
 ALPHA_DEG, SPEED = 60.0, 200.0

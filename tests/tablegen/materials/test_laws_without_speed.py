@@ -5,15 +5,15 @@ import pytest
 from tiny_tables import ROUGH
 
 import sampler
-from sampler.schema import write_table
-from tablegen.assembly import assemble
+from sampler.formats.hdf5 import write_table
+from tablegen.commands.table_identity import identity, identity_text
 from tablegen.config import load_config
-from tablegen.fitting.axes import first_grid, make_axes
-from tablegen.identity import identity, identity_text
-from tablegen.plan import fit_nodes
 from tablegen.prune import pruned
+from tablegen.refinement.assembly import assemble
+from tablegen.refinement.axes import first_grid, make_axes
+from tablegen.refinement.refine import fit_nodes
 from tablegen.simulate import simulate
-from tablegen.workshop import Workshop
+from tablegen.tasks.runner import Workshop
 
 SOURCE = {"source": "made up"}
 POLYNOMIAL = {"law": "polynomial", "coefficients": [0.9, -0.3], **SOURCE}

@@ -9,15 +9,15 @@ from command_line import SIMULATE, flags
 from tiny_tables import ROUGH
 
 import sampler
-from sampler.channels import STATE
+from sampler.compilation.jit import kernel
 from sampler.errors import InputError
-from sampler.jit import kernel
-from sampler.locate import data_directory
-from tablegen.cli import main
+from sampler.files.locate import data_directory
+from sampler.formats.channels import STATE
+from tablegen.commands.main import main
 from tablegen.config import load_config, parse_config
-from tablegen.fitting.axes import make_axes
 from tablegen.generate import generate
-from tablegen.model.laws import restitution
+from tablegen.model.contact_laws import restitution
+from tablegen.refinement.axes import make_axes
 
 # called from Python here
 restitution = kernel(restitution)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sampler.jit import kernel
+from sampler.compilation.jit import kernel
 from tablegen.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.rebound import (

@@ -8,10 +8,10 @@ import pytest
 from collision_reference import NORMAL, TANGENTIAL, normal_balance, random_impacts, solve
 from motions import LAW, energy_of, motion_of
 
-from sampler.jit import kernel
+from sampler.compilation.jit import kernel
 from tablegen.model.collision import energy_gain, impulse, impulse_cubic, positive_root
-from tablegen.model.laws import exponential_restitution as restitution
-from tablegen.model.laws import orientation_resistance as resistance
+from tablegen.model.contact_laws import exponential_restitution as restitution
+from tablegen.model.contact_laws import orientation_resistance as resistance
 from tablegen.model.rebound import collide
 
 # called from Python here

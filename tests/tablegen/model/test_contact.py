@@ -6,7 +6,7 @@ from motion_reference import FreeRotation
 from motions import NON_SPHERICAL, body_of, motion_of, random_aspect, random_rotations
 from scipy.optimize import brentq
 
-from sampler.jit import kernel
+from sampler.compilation.jit import kernel
 from tablegen.model.contact import CONTACT_HEIGHT, TIE_HEIGHT, contact_point, safe_time
 from tablegen.model.rebound import CLEARANCE, HEIGHT, V, next_contact
 from tablegen.model.rotation import ORDER

@@ -9,9 +9,10 @@ import pytest
 from motions import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
-from sampler.jit import kernel
+from sampler.compilation.jit import kernel
+from tablegen.materials.pairs import MaterialPair
 from tablegen.model.audit import ANGULAR, ENERGY, NORMAL, TANGENTIAL
-from tablegen.model.laws import (
+from tablegen.model.contact_laws import (
     CONSTANT,
     CONSTANT_RESISTANCE,
     EXPONENTIAL,
@@ -30,7 +31,6 @@ from tablegen.model.laws import (
     restitution,
     tabulated_restitution,
 )
-from tablegen.pairs import MaterialPair
 from tablegen.simulate import make_condition, simulate_condition
 
 # called from Python here

@@ -6,7 +6,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from tablegen.rounded import cosine_and_sine
+from tablegen.model.correctly_rounded import cosine_and_sine
 
 pytestmark = pytest.mark.processor
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tablegen.model.elementary import exponential, logarithm, power, sine_and_cosine
-from tablegen.model.lanes import WIDTH, at, put
+from tablegen.model.simd import WIDTH, at, put
 
 pytestmark = pytest.mark.processor
 

@@ -5,11 +5,11 @@ import pytest
 from grains import box, grain
 from motions import PAIR, POPULATION
 
-from tablegen.model.lanes import WIDTH
-from tablegen.model.population import draw_particle, draw_particles
+from tablegen.materials.pairs import MaterialPair
+from tablegen.model.random_particles import draw_particle, draw_particles
 from tablegen.model.rebound import MOTION_SIZE
-from tablegen.pairs import MaterialPair
-from tablegen.particles import MeshShape, Population
+from tablegen.model.simd import WIDTH
+from tablegen.particles.population import MeshShape, Population
 from tablegen.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.processor

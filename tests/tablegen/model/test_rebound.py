@@ -17,7 +17,7 @@ from motions import (
     run_rebound,
 )
 
-from sampler.jit import kernel
+from sampler.compilation.jit import kernel
 from tablegen.model.audit import (
     ANGULAR,
     AUDIT_SIZE,

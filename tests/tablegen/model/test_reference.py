@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from motions import LAW, PAIR, POPULATION, motion_of
 
-from sampler.jit import kernel
+from sampler.compilation.jit import kernel
 from tablegen.model.contact import contact_point
-from tablegen.model.population import draw_particle
+from tablegen.model.random_particles import draw_particle
 from tablegen.model.rebound import (
     HEIGHT,
     U,

@@ -16,7 +16,7 @@ from motions import (
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
-from tablegen.model.population import draw_particle
+from tablegen.model.random_particles import draw_particle
 from tablegen.model.rotation import (
     ORDER,
     evaluate,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tablegen.model.float_bits import power_of_two, split_exponent
-from tablegen.model.lanes import (
+from tablegen.model.simd import (
     WIDTH,
     absolute,
     any_of,

@@ -10,13 +10,13 @@ from motions import PAIR, run_rebound, with_vertices
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from sampler.jit import kernel
-from tablegen.directions import SLACK, cell_frames, make_map
-from tablegen.mesh import mesh_particle
-from tablegen.model.directions import NO_MAP, direction_cell, empty_map, support_range
+from sampler.compilation.jit import kernel
 from tablegen.model.rebound import MOTION_SIZE, next_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth
+from tablegen.model.support_map import NO_MAP, direction_cell, empty_map, support_range
+from tablegen.particles.mesh import mesh_particle
+from tablegen.particles.support_map_builder import SLACK, cell_frames, make_map
 from tablegen.simulate import make_condition
 
 # called from Python here

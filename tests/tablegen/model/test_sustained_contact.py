@@ -16,8 +16,8 @@ from motions import PAIR, body_of, run_rebound
 from planar_reference import impact, mobility, rotation_of_section, section_of
 from scipy.integrate import solve_ivp
 
-from tablegen.pairs import ConstantResistance
-from tablegen.restitution import ConstantRestitution
+from tablegen.materials.pairs import ConstantResistance
+from tablegen.materials.restitution import ConstantRestitution
 from tablegen.simulate import make_condition
 
 #: Half-sizes b and c of ellipsoids, and the principal axis along z.

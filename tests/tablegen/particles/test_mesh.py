@@ -15,13 +15,13 @@ from grains import (
 )
 
 from sampler.errors import InputError
-from tablegen.mesh import SUFFIXES, load_mesh, mesh_particle, read_mesh
 from tablegen.model.shapes import (
     MAX_VERTICES,
     PRISM,
     TETRAHEDRON,
     make_body,
 )
+from tablegen.particles.mesh import SUFFIXES, load_mesh, mesh_particle, read_mesh
 
 
 class TestFiles:
@@ -122,7 +122,7 @@ class TestRefusedFiles:
         assert "\n" not in line
 
     def test_too_many_corners(self, tmp_path, monkeypatch):
-        monkeypatch.setattr("tablegen.mesh.MOST_VERTICES", 50)
+        monkeypatch.setattr("tablegen.particles.mesh.MOST_VERTICES", 50)
         path = written(tmp_path, "grain.ply", surface(grain(60)))
         with pytest.raises(InputError, match="hull has 60 vertices, allowed: up to 50"):
             read_mesh(path)

@@ -12,11 +12,11 @@ from grains import CONFIG, PAIR, POPULATION, box, grain, people_of, surface
 
 import tablegen
 from sampler.errors import InputError
-from sampler.locate import data_directory
+from sampler.files.locate import data_directory
 from tablegen.config import load_config, parse_config
-from tablegen.mesh import MOST_VERTICES, read_mesh
 from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES
-from tablegen.particles import MeshShape, Population
+from tablegen.particles.mesh import MOST_VERTICES, read_mesh
+from tablegen.particles.population import MeshShape, Population
 from tablegen.simulate import make_condition, simulate_condition
 
 

@@ -17,8 +17,7 @@ from grains import (
 )
 from scipy.spatial.transform import Rotation
 
-from sampler.jit import kernel
-from tablegen.mesh import mesh_particle
+from sampler.compilation.jit import kernel
 from tablegen.model.audit import (
     ANGULAR,
     AUDIT_SIZE,
@@ -36,6 +35,7 @@ from tablegen.model.shapes import (
     TETRAHEDRON,
     make_body,
 )
+from tablegen.particles.mesh import mesh_particle
 from tablegen.simulate import make_condition, simulate_condition
 
 # called from Python here

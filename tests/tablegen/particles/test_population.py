@@ -11,7 +11,7 @@ from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.model import shapes
 from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES
-from tablegen.particles import SHAPE_NAMES, FixedAspect, ShapeWeights
+from tablegen.particles.population import SHAPE_NAMES, FixedAspect, ShapeWeights
 
 POPULATION = load_config("corundum-steel").population
 

@@ -5,7 +5,7 @@ import pytest
 from grains import box, cylinder, grain, icosphere, posed, tetrahedron
 from scipy.spatial import ConvexHull
 
-from tablegen.solids import FlatError, mass_of, principal_axes, true_vertices
+from tablegen.particles.solids import FlatError, mass_of, principal_axes, true_vertices
 
 
 def subdivided(points):

@@ -5,8 +5,8 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.fitting.axes import LOOKUP_SIZE, first_grid, make_axes, middle_of, middles
-from tablegen.placement import Place
+from tablegen.refinement.axes import LOOKUP_SIZE, first_grid, make_axes, middle_of, middles
+from tablegen.refinement.intervals import Place
 
 SHIPPED = load_config("corundum-steel")
 

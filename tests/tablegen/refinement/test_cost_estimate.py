@@ -7,10 +7,10 @@ import pytest
 from command_line import config_file
 from tiny_tables import GENERATE, ROUGH
 
-from tablegen import estimate as module
-from tablegen.choices import GENERATE_CONDITIONS as CONDITIONS
 from tablegen.config import load_config
-from tablegen.estimate import cost_text, estimate, rebound_seconds
+from tablegen.configuration.defaults import GENERATE_CONDITIONS as CONDITIONS
+from tablegen.refinement import cost_estimate as module
+from tablegen.refinement.cost_estimate import cost_text, estimate, rebound_seconds
 
 EXPERIMENTS = Path(module.__file__).parent / "fitting" / "EXPERIMENTS.md"
 

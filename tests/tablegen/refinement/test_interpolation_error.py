@@ -8,9 +8,9 @@ from tiny_tables import ROUGH, TINY
 
 from tablegen.config import AccuracyTargets
 from tablegen.fitting.node import fit_node
-from tablegen.placement import Place
-from tablegen.trial import auc_error, error_of, try_nodes
-from tablegen.workshop import SECONDS
+from tablegen.refinement.interpolation_error import auc_error, error_of, try_nodes
+from tablegen.refinement.intervals import Place
+from tablegen.tasks.runner import SECONDS
 
 TRIAL = sys.modules[try_nodes.__module__]
 HERE = Place((35.0,), (150.0,))

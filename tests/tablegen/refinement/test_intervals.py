@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tablegen.placement import CENTRE_LIMIT, EDGE_LIMIT, Grid, Place, refine
+from tablegen.refinement.intervals import CENTRE_LIMIT, EDGE_LIMIT, Grid, Place, refine
 
 START = Grid((0.0, 4.0, 8.0), (0.0, 8.0))
 

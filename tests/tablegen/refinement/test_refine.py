@@ -9,11 +9,11 @@ from tiny_tables import PLAN, ROUGH
 
 from tablegen.config import Config
 from tablegen.fitting.resolution import LADDER, resolution
-from tablegen.pieces import PieceStore
-from tablegen.placement import Grid
-from tablegen.plan import make_plan
-from tablegen.trial import try_nodes
-from tablegen.workshop import Workshop
+from tablegen.refinement.interpolation_error import try_nodes
+from tablegen.refinement.intervals import Grid
+from tablegen.refinement.refine import make_plan
+from tablegen.tasks.checkpoint import PieceStore
+from tablegen.tasks.runner import Workshop
 
 TRIAL = sys.modules[try_nodes.__module__]
 ACCURACY = {"ks": 0.3, "sliced_wasserstein": 1.0, "correlation_error": 1.0, "auc": 0.9}

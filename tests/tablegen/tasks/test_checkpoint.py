@@ -8,12 +8,12 @@ import pytest
 from tiny_tables import PLAN, ROUGH
 
 from sampler.errors import InputError
-from tablegen.fitting.axes import first_grid
 from tablegen.fitting.node import fit_node
 from tablegen.fitting.resolution import resolution
-from tablegen.pieces import PieceStore
-from tablegen.plan import fit_nodes, node_key
-from tablegen.workshop import Workshop
+from tablegen.refinement.axes import first_grid
+from tablegen.refinement.refine import fit_nodes, node_key
+from tablegen.tasks.checkpoint import PieceStore
+from tablegen.tasks.runner import Workshop
 
 KEY = "node 1.0 2.0"
 

@@ -13,11 +13,11 @@ from processes import TABLEGEN, command, mpiexec, needs_dask, needs_mpi, our_lin
 from tiny_tables import ROUGH
 
 from sampler.errors import InputError
-from tablegen import executors
 from tablegen.config import parse_config
-from tablegen.executors import open_executor
-from tablegen.ranks import asks_for_ranks, on_first_rank
-from tablegen.workshop import SECONDS, Piece, Workshop
+from tablegen.tasks import executors
+from tablegen.tasks.executors import open_executor
+from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
+from tablegen.tasks.runner import SECONDS, Piece, Workshop
 
 #: The measurement at the end is none of the workers'.
 MEASURED = ("--conditions", 1, "--samples", 1000, "--quiet")
@@ -139,7 +139,7 @@ class TestDask:
     @needs_dask
     @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "no-such-host.invalid:8786", "?"])
     def test_scheduler_out_of_reach(self, refused, tmp_path, monkeypatch, address):
-        monkeypatch.setattr("tablegen.dask_workers._PATIENCE", 1)
+        monkeypatch.setattr("tablegen.tasks.dask_workers._PATIENCE", 1)
         words = ("--output", tmp_path / "t.h5", "--executor", "dask", "--scheduler", address)
         line = refused("generate", config_file(tmp_path), *words)
         assert line.startswith(f"--scheduler: got {address}, where none answered within 1 s, ")
@@ -148,7 +148,7 @@ class TestDask:
     def test_cluster_without_our_package(self, monkeypatch):
         from distributed import LocalCluster
 
-        monkeypatch.setattr("tablegen.dask_workers._PROBE", "import no_such_package")
+        monkeypatch.setattr("tablegen.tasks.dask_workers._PROBE", "import no_such_package")
         with (
             LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster,
             pytest.raises(InputError, match="No module named 'no_such_package', allowed"),
@@ -245,7 +245,7 @@ class TestArguments:
 def test_worker_with_other_software_is_refused(monkeypatch):
     """Threads stand for workers here; their software changes after the pieces were handed out."""
     said = iter(["rebound-tables 0.1", "rebound-tables 0.2"])
-    monkeypatch.setattr("tablegen.workshop.software", lambda: next(said))
+    monkeypatch.setattr("tablegen.tasks.runner.software", lambda: next(said))
     with pytest.raises(InputError) as caught:
         Workshop().run("squares", {"2": Piece(square, (2,))})
     assert str(caught.value) == (

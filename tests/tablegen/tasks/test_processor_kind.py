@@ -14,18 +14,18 @@ from command_line import DONE, config_file
 from tiny_tables import GENERATE, ROUGH
 
 import sampler
-from sampler.schema import read_table, write_table
-from tablegen import workshop
-from tablegen.fitting.axes import first_grid
+from sampler.formats.hdf5 import read_table, write_table
 from tablegen.fitting.node import fit_node
 from tablegen.fitting.resolution import resolution
 from tablegen.generate import generate
-from tablegen.pieces import PieceStore
-from tablegen.placement import Grid
-from tablegen.plan import fit_nodes, node_key
-from tablegen.processor_kind import processor_kind
-from tablegen.software import software
-from tablegen.workshop import Workshop
+from tablegen.refinement.axes import first_grid
+from tablegen.refinement.intervals import Grid
+from tablegen.refinement.refine import fit_nodes, node_key
+from tablegen.tasks import runner as workshop
+from tablegen.tasks.checkpoint import PieceStore
+from tablegen.tasks.processor_kind import processor_kind
+from tablegen.tasks.runner import Workshop
+from tablegen.tasks.software import software
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
 
@@ -69,7 +69,7 @@ def test_another_processor_is_of_another_kind(name):
     above = processors.SETTINGS[name].above
     if not any(feature.startswith(above) for feature in processors.numpy_features()):
         pytest.skip("this processor is of that kind")
-    script = "from tablegen.processor_kind import processor_kind; print(processor_kind())"
+    script = "from tablegen.tasks.processor_kind import processor_kind; print(processor_kind())"
     environment = os.environ | processors.environment(name)
     ended = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from tablegen import progress
+from tablegen.tasks import progress
 
 
 class Screen(io.StringIO):

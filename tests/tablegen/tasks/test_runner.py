@@ -10,8 +10,8 @@ import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from sampler.errors import InputError
-from tablegen.pieces import PieceStore
-from tablegen.workshop import SECONDS, STAGES, Piece, Stopwatch, Workshop, stable_number
+from tablegen.tasks.checkpoint import PieceStore
+from tablegen.tasks.runner import SECONDS, STAGES, Piece, Stopwatch, Workshop, stable_number
 
 
 def square(number, seconds=(1.0, 2.0, 4.0)):

@@ -3,7 +3,7 @@
 import numpy as np
 
 import sampler
-from tablegen.software import software
+from tablegen.tasks.software import software
 
 
 def test_names_what_decides_bits():
@@ -14,7 +14,7 @@ def test_names_what_decides_bits():
 
 
 def test_changes_with_the_sources(monkeypatch, tmp_path):
-    from tablegen import software as module
+    from tablegen.tasks import software as module
 
     def line_with(text):
         (tmp_path / "kernel.py").write_text(text)

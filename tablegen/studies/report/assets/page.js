@@ -22,7 +22,7 @@
   document.head.append(library);
   for (const note of document.querySelectorAll(".waiting")) note.remove();
 
-  // colours and symbols of the methods: tablegen/report/looks.py
+  // colours and symbols of the methods: tablegen/studies/report/method_styles.py
   const FAMILIES = data.families;
   const darkScheme = window.matchMedia("(prefers-color-scheme: dark)");
   const narrow = window.matchMedia("(max-width: 40rem)");

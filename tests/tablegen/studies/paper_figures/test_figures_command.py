@@ -7,8 +7,8 @@ import sys
 import pytest
 from command_line import DONE
 
-from tablegen.figures import gallery as galleries
-from tablegen.figures.gallery import PAPER_TABLE
+from tablegen.studies.paper_figures import all_figures as galleries
+from tablegen.studies.paper_figures.all_figures import PAPER_TABLE
 
 pytest.importorskip("matplotlib")
 
@@ -22,7 +22,7 @@ NAMES = {
 @pytest.fixture(scope="module")
 def folder(tiny, tmp_path_factory):
     """Figures of few particles, beside the tiny table."""
-    from tablegen.cli import main
+    from tablegen.commands.main import main
 
     place = tmp_path_factory.mktemp("figures") / "made"
     words = ["figures", str(tiny.path), "--output", str(place), "--count", "1000", "--quiet"]

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from tablegen.figures.joint import Source, joint_density, joint_picture, window
+from tablegen.studies.paper_figures.joint_density import (
+    Source,
+    joint_density,
+    joint_picture,
+    window,
+)
 
 
 @pytest.fixture(scope="module")

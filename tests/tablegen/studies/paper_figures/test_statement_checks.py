@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tablegen.config import load_config
-from tablegen.figures import checks
-from tablegen.figures.gallery import collision_rows
-from tablegen.figures.laws import (
+from tablegen.particles.population import MIXTURE
+from tablegen.studies.paper_figures import statement_checks as checks
+from tablegen.studies.paper_figures.all_figures import collision_rows
+from tablegen.studies.paper_figures.sample_statistics import (
     ANGLES,
     DIRECT,
     SCATTERING_BINS,
@@ -18,9 +19,8 @@ from tablegen.figures.laws import (
     asymmetry,
     law_of,
 )
-from tablegen.figures.statements import check_statements, is_of_the_paper
-from tablegen.figures.text import counts_text, statements_text
-from tablegen.particles import MIXTURE
+from tablegen.studies.paper_figures.statement_text import counts_text, statements_text
+from tablegen.studies.paper_figures.statements import check_statements, is_of_the_paper
 
 CONFIG = load_config("corundum-steel")
 COUNT = 5_000

@@ -2,11 +2,11 @@ import pytest
 from tiny_effort import TINY
 
 from tablegen.config import load_config
-from tablegen.report import dossier as dossiers
-from tablegen.report import study
-from tablegen.stability.cases import QUICK, Grid
-from tablegen.stability.report import study_json
-from tablegen.stability.study import run_study
+from tablegen.studies.report import error_against_time as study
+from tablegen.studies.report import report_data as dossiers
+from tablegen.studies.stability.cases import QUICK, Grid
+from tablegen.studies.stability.stability_study import run_study
+from tablegen.studies.stability.stability_text import study_json
 
 
 @pytest.fixture(scope="session")

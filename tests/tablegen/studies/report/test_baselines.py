@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tablegen.config import load_config
-from tablegen.report import rivals
-from tablegen.report.direct import direct_states, direct_ways
-from tablegen.report.ways import CONDITION, Scene
+from tablegen.studies.report import baselines as rivals
+from tablegen.studies.report.direct_method import direct_states, direct_ways
+from tablegen.studies.report.sampling_methods import CONDITION, Scene
 
 CONFIG = load_config("corundum-steel")
 COUNT = 4000

@@ -3,9 +3,9 @@
 import re
 from importlib import resources
 
-from tablegen.report import direct, rivals, tables
-from tablegen.report.looks import LOOKS
-from tablegen.report.page import plot_data
+from tablegen.studies.report import direct, rivals, tables
+from tablegen.studies.report.method_styles import LOOKS
+from tablegen.studies.report.report_page import plot_data
 
 MARKERS = {
     "circle": "o",
@@ -35,7 +35,9 @@ def test_the_page_takes_its_colours_from_there(dossier):
     assert list(given) == list(LOOKS)
     for family, look in LOOKS.items():
         assert given[family] == {"light": look.light, "dark": look.dark, "symbol": look.symbol}
-    script = resources.files("tablegen.report").joinpath("assets", "page.js").read_text("utf-8")
+    script = (
+        resources.files("tablegen.studies.report").joinpath("assets", "page.js").read_text("utf-8")
+    )
     assert "data.families" in script
     # and names no other method in passing, but those that plots single out
     named = {family for family in LOOKS if re.search(f'"{family}": *{{', script)}

@@ -1,10 +1,10 @@
-"""The distances to a prepared reference are those of `tablegen.distances`."""
+"""The distances to a prepared reference are those of `tablegen.accuracy.metrics`."""
 
 import numpy as np
 import pytest
 
-from tablegen import distances
-from tablegen.report.reference import Reference
+from tablegen.accuracy.comparison import metrics as distances
+from tablegen.studies.report.reference_sample import Reference
 
 
 def states(count, seed, shift=0.0):

@@ -7,10 +7,10 @@ import pytest
 from command_line import DONE
 from tiny_effort import TINY
 
-from tablegen.report import command, page, study
-from tablegen.report import dossier as dossiers
-from tablegen.report.reference import METRICS
-from tablegen.report.tables import designs
+from tablegen.studies.report import command, page, study
+from tablegen.studies.report import report_data as dossiers
+from tablegen.studies.report.reference_sample import METRICS
+from tablegen.studies.report.table_sizes import designs
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import time
 import pytest
 from browser import browser, missing, prefer, requested, resize
 
-from tablegen.report.page import report_page
+from tablegen.studies.report.report_page import report_page
 
 pytest.importorskip("plotly")
 pytestmark = pytest.mark.skipif(missing() is not None, reason=str(missing()))

@@ -7,11 +7,11 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.report.endurance import brief_study, read_study
-from tablegen.stability.cases import QUICK, Grid
-from tablegen.stability.report import study_json
-from tablegen.stability.study import run_study
-from tablegen.stability.summary import group_rows
+from tablegen.studies.report.stability_results import brief_study, read_study
+from tablegen.studies.stability.cases import QUICK, Grid
+from tablegen.studies.stability.stability_study import run_study
+from tablegen.studies.stability.stability_summary import group_rows
+from tablegen.studies.stability.stability_text import study_json
 
 
 def test_study_comes_back(tmp_path):
@@ -41,7 +41,7 @@ def test_missing_file_is_refused(tmp_path):
         read_study(tmp_path / "none.json")
 
 
-# seconds of the model, which tests/tablegen/stability looks at case by case
+# seconds of the model, which tests/tablegen/studies/stability looks at case by case
 @pytest.mark.study
 def test_brief_study_covers_every_shape_at_both_ends():
     found = brief_study(load_config("corundum-steel"), True, 1, False)

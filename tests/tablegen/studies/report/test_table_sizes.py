@@ -8,11 +8,12 @@ from tiny_tables import TINY
 
 import sampler
 from sampler.errors import InputError
-from sampler.schema import write_table
+from sampler.formats.hdf5 import write_table
 from tablegen.config import load_config
 from tablegen.prune import prune
-from tablegen.report.direct import direct_states
-from tablegen.report.tables import (
+from tablegen.studies.report.direct_method import direct_states
+from tablegen.studies.report.sampling_methods import DOMAIN, Scene
+from tablegen.studies.report.table_sizes import (
     FAMILY,
     beside_way,
     design_condition,
@@ -23,7 +24,6 @@ from tablegen.report.tables import (
     seconds_at_random,
     whole_table,
 )
-from tablegen.report.ways import DOMAIN, Scene
 
 CONFIG = load_config("corundum-steel")
 

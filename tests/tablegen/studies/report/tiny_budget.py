@@ -1,6 +1,6 @@
 """A report that takes seconds: enough to run every part, and no more."""
 
-from tablegen.report.effort import Effort
+from tablegen.studies.report.budget import Effort
 
 TINY = Effort(
     reference=4_000,

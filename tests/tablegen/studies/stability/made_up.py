@@ -4,9 +4,9 @@ import numpy as np
 
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.simulate import Simulation
-from tablegen.stability.cases import Case
-from tablegen.stability.outcome import Change, Figures, Outcome
-from tablegen.stability.study import Study
+from tablegen.studies.stability.cases import Case
+from tablegen.studies.stability.outcome import Change, Figures, Outcome
+from tablegen.studies.stability.stability_study import Study
 
 CASE = Case("prism", (0.5, 0.02), 20.0, 200.0, -5.0)
 

@@ -8,9 +8,9 @@ import pytest
 from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.model.shapes import SHAPE_CODES
-from tablegen.particles import SHAPE_NAMES
+from tablegen.particles.population import SHAPE_NAMES
 from tablegen.simulate import make_condition, simulate_condition
-from tablegen.stability.cases import FORMS, FULL, QUICK, Case, Grid
+from tablegen.studies.stability.cases import FORMS, FULL, QUICK, Case, Grid
 
 CONFIG = load_config("corundum-steel")
 NOTHING = Grid((), (), (), (), ())

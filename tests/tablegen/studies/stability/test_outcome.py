@@ -16,7 +16,7 @@ from tablegen.model.audit import (
     PENETRATION,
     TANGENTIAL,
 )
-from tablegen.stability.outcome import Change, outcome_of
+from tablegen.studies.stability.outcome import Change, outcome_of
 
 
 def measure(usual, contact=None, flight=None):

@@ -9,9 +9,9 @@ import pytest
 from command_line import DONE, MISSED
 
 from tablegen.config import load_config
-from tablegen.stability import study as module
-from tablegen.stability.cases import QUICK, Grid
-from tablegen.stability.study import run_study
+from tablegen.studies.stability import stability_study as module
+from tablegen.studies.stability.cases import QUICK, Grid
+from tablegen.studies.stability.stability_study import run_study
 
 CONFIG = load_config("corundum-steel")
 
@@ -138,7 +138,7 @@ def test_the_seed_that_is_reported_repeats_the_case_by_simulation(run, tmp_path)
     ],
 )
 def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
-    monkeypatch.setattr("tablegen.stability.command.run_study", None)
+    monkeypatch.setattr("tablegen.commands.stability_command.run_study", None)
     line = refused("stability", *words)
     assert all(part in line for part in parts)
 

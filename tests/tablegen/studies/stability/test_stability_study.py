@@ -10,9 +10,9 @@ from made_up import CASE
 from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.simulate import make_condition, simulate_condition
-from tablegen.stability import study as module
-from tablegen.stability.cases import Case
-from tablegen.stability.study import extrapolates, run_case, run_study
+from tablegen.studies.stability import stability_study as module
+from tablegen.studies.stability.cases import Case
+from tablegen.studies.stability.stability_study import extrapolates, run_case, run_study
 
 CONFIG = load_config("corundum-steel")
 CASES = [

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from made_up import CASE, figures, outcome, study
 
-from tablegen.stability.page import study_page
-from tablegen.stability.report import study_json, study_text
-from tablegen.stability.summary import HEAD, extremes, group_rows
+from tablegen.studies.stability.stability_page import study_page
+from tablegen.studies.stability.stability_summary import HEAD, extremes, group_rows
+from tablegen.studies.stability.stability_text import study_json, study_text
 
 SLOW = outcome(replace(CASE, speed=3000.0), extrapolated=True, cost=5e-5, seed=8)
 GROWS = outcome(replace(CASE, shape="tetrahedron"), measured=figures(growth=0.25), seed=9)

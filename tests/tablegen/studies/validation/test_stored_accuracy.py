@@ -8,8 +8,8 @@ from wrong_tables import shifted_speeds
 
 import sampler
 from sampler.errors import InputError
-from sampler.schema import read_table, write_table
-from tablegen.store import check_store, store_accuracy
+from sampler.formats.hdf5 import read_table, write_table
+from tablegen.studies.validation.stored_accuracy import check_store, store_accuracy
 from tablegen.validate import validate
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")

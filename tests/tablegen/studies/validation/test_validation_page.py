@@ -6,10 +6,10 @@ from html.parser import HTMLParser
 
 import pytest
 
-from sampler.channels import STATE
-from tablegen.page import validation_page
+from sampler.formats.channels import STATE
+from tablegen.studies.validation.validation_page import validation_page
+from tablegen.studies.validation.validation_text import certainty_line, coverage_lines
 from tablegen.validate import validate
-from tablegen.validation_text import certainty_line, coverage_lines
 
 VOID = {"meta", "br", "hr", "img", "input", "link"}
 

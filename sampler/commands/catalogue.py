@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from sampler.locate import available, find_config, find_table
-from sampler.schema import read_table
+from sampler.files.locate import available, find_config, find_table
+from sampler.formats.hdf5 import read_table
 
 
 def _table(path: Path) -> dict[str, Any]:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sampler import InputError
-from sampler.channels import CHANNELS, STATE, channels_for, to_channels
-from sampler.jit import kernel
-from sampler.states import channels_to_state
+from sampler.compilation.jit import kernel
+from sampler.drawing.states import channels_to_state
+from sampler.formats.channels import CHANNELS, STATE, channels_for, to_channels
 
 # called from Python here
 channels_to_state = kernel(channels_to_state)

@@ -14,12 +14,11 @@ import tomli_w
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
-from sampler.channels import COMPONENTS, STATE
 from sampler.errors import InputError
-from sampler.locate import find_config, find_file
-from tablegen.choices import declared_accuracy
-from tablegen.complaint import complaint
-from tablegen.fields import (
+from sampler.files.locate import find_config, find_file
+from sampler.formats.channels import COMPONENTS, STATE
+from tablegen.configuration.defaults import declared_accuracy
+from tablegen.configuration.field_types import (
     MISSING,
     AngleRange,
     ComponentNames,
@@ -29,10 +28,11 @@ from tablegen.fields import (
     SpeedRange,
     refusal,
 )
-from tablegen.merge import Tree, merged
-from tablegen.mesh import read_mesh
-from tablegen.pairs import MaterialPair
-from tablegen.particles import Population
+from tablegen.configuration.messages import complaint
+from tablegen.configuration.scenes import Tree, merged
+from tablegen.materials.pairs import MaterialPair
+from tablegen.particles.mesh import read_mesh
+from tablegen.particles.population import Population
 
 
 def _odd(value: int | None) -> int | None:
@@ -72,7 +72,7 @@ class Domain(Record):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Components of a draw, in the order of `sampler.channels.COMPONENTS`."""
+        """Components of a draw, in the order of `sampler.formats.channels.COMPONENTS`."""
         if self.components is not None:
             return tuple(name for name in COMPONENTS if name in self.components)
         return PLANE if self.dimension == 2 else STATE

@@ -24,9 +24,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.components import COMPONENTS as COMPONENTS
-from sampler.components import STATE
 from sampler.errors import InputError
+from sampler.formats.variables import COMPONENTS as COMPONENTS
+from sampler.formats.variables import STATE
 
 #: Channels; a table holds some of them.
 CHANNELS = ("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y", "energy_hat", "collisions")

@@ -1,8 +1,8 @@
 """Cubics through the normal quantile function, from which a draw takes its normals.
 
-`sampler.normal` evaluates them. tests/sampler/make_normal_cubics.py wrote their coefficients.
-Computed anew while a table is loaded, a few would differ in the last bit between processors, and
-with them every state.
+`sampler.drawing.normal` evaluates them. tests/sampler/make_normal_cubics.py wrote their
+coefficients. Computed anew while a table is loaded, a few would differ in the last bit between
+processors, and with them every state.
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ CUBICS = Path(__file__).with_name("normal_cubics.npy")
 
 
 def normal_table() -> NDArray[np.float32]:
-    """Cubics for `sampler.normal.normal_of_word`, the same bits on every machine.
+    """Cubics for `sampler.drawing.normal.normal_of_word`, the same bits on every machine.
 
     Returns
     -------

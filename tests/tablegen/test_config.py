@@ -11,11 +11,11 @@ import tomli_w
 from pydantic import ValidationError
 
 from sampler.errors import InputError
-from sampler.locate import data_directory
-from tablegen.choices import PRESETS
+from sampler.files.locate import data_directory
 from tablegen.config import AccuracyTargets, Config, load_config, parse_config
-from tablegen.merge import merged
-from tablegen.particles import FixedAspect, TruncatedNormalAspect
+from tablegen.configuration.defaults import PRESETS
+from tablegen.configuration.scenes import merged
+from tablegen.particles.population import FixedAspect, TruncatedNormalAspect
 
 PAIR_TEXT = (data_directory() / "corundum-steel.toml").read_text(encoding="utf-8")
 

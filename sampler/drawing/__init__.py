@@ -1,0 +1,1 @@
+"""The draw of a rebound state: random words, normals, mixture, quantiles, frames, rough walls."""

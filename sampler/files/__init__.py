@@ -1,0 +1,1 @@
+"""Files found by name, and files written whole or not at all."""

@@ -1,0 +1,1 @@
+"""What users pass: turned into what kernels take, or refused in one line."""

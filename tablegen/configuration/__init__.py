@@ -1,0 +1,1 @@
+"""Configurations of tables: TOML files merged, checked and turned into records."""

@@ -1,0 +1,1 @@
+"""Particle populations: shapes, aspect ratios and convex meshes."""

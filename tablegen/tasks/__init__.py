@@ -1,0 +1,1 @@
+"""Long work in pieces: run on any executor, kept on disk, shown by progress bars."""
