@@ -8,7 +8,8 @@ import pytest
 from documents import ROOT
 
 import tablegen
-from tablegen import extra, program
+from tablegen.commands import program
+from tablegen.configuration import requirements
 
 LINE = "the generator is not installed, allowed after: pip install 'rebound-tables[generate]'"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -23,12 +24,12 @@ def without(monkeypatch):
         def find(asked):
             return None if asked == name else SimpleNamespace(name=asked)
 
-        monkeypatch.setattr(extra, "find_spec", find)
+        monkeypatch.setattr(requirements, "find_spec", find)
 
     return hide
 
 
-@pytest.mark.parametrize("name", extra.GENERATOR)
+@pytest.mark.parametrize("name", requirements.GENERATOR)
 def test_the_program_names_the_extra(name, without, capsys):
     without(name)
     assert program.main(["--help"]) == 2
@@ -59,7 +60,7 @@ def test_the_check_is_of_the_packages_that_the_extra_brings():
     brought = packages_distributions()
     checked = {
         name.lower().replace("_", "-")
-        for import_name in extra.GENERATOR
+        for import_name in requirements.GENERATOR
         for name in brought[import_name]
     }
     assert names_of(EXTRAS["generate"]) == checked

@@ -35,7 +35,7 @@ def test_work_of_sampler_takes_the_options():
     (commands,) = (action for action in _parser()._actions if action.dest == "command")
     assert set(commands.choices) == {"draw", "export", "list"}
     for name, parser in commands.choices.items():
-        run = importlib.import_module(f"sampler.{name}_command").run
+        run = importlib.import_module(f"sampler.commands.{name}_command").run
         options = {action.dest for action in parser._actions} - {"help"}
         assert set(inspect.signature(run).parameters) == options
 

@@ -155,7 +155,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         given = vars(_parser().parse_args(argv))
-        return work(f"sampler.{given.pop('command')}_command", **given)
+        return work(f"sampler.commands.{given.pop('command')}_command", **given)
     except InputError as error:
         sys.stderr.write(f"sampler: error: {error}\n")
         return BAD_INPUT

@@ -7,7 +7,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/folder.sh"
 source "$HERE/environment.sh"
-export REBOUND_SAMPLER_INCLUDE="$HERE/../include"
+export REBOUND_SAMPLER_INCLUDE="$HERE/../c"
 
 [ -f "$FOLDER/.wmake-complete" ] || fail "FOLDER: got $FOLDER, allowed: where install.sh was run"
 

@@ -11,7 +11,7 @@ from sampler.formats.binary import write_image
 from tablegen.config import load_config
 from tablegen.prune import pruned
 
-EXAMPLES = toolchain.INCLUDE / "examples"
+FORTRAN = toolchain.INCLUDE.parent / "fortran"
 PARTICLES, HITS = 2000, 6
 WORDS = re.compile(
     r"mean velocity along the plates +(\S+) m/s, mean spin +(\S+) rad/s, failed 0\n"
@@ -80,7 +80,7 @@ def check_count(program, steep):
 @pytest.mark.parametrize("threads", [1, 2])
 def test_c(image, steep, expected, threads, tmp_path):
     program = toolchain.build(
-        "gcc", [EXAMPLES / "particles.c"], tmp_path / "particles", ["-O2", "-fopenmp"]
+        "gcc", [toolchain.INCLUDE / "particles.c"], tmp_path / "particles", ["-O2", "-fopenmp"]
     )
     check(program, image, expected, threads)
     check_count(program, steep)
@@ -94,7 +94,7 @@ def test_fortran(image, steep, expected, threads, tmp_path):
     module = toolchain.INCLUDE / "rebound_sampler.f90"
     program = toolchain.build(
         "gfortran",
-        [module, EXAMPLES / "particles.f90", tmp_path / "library.o"],
+        [module, FORTRAN / "particles.f90", tmp_path / "library.o"],
         tmp_path / "particles",
         ["-O2", "-fopenmp", f"-J{tmp_path}"],
     )

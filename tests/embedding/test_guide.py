@@ -208,7 +208,7 @@ def test_half_size_and_clamping_are_as_said():
 def test_links_and_files_exist():
     for target in re.findall(r"\]\(([^)#]+)\)", GUIDE):
         assert (SOURCE / target).is_file(), target
-    for name in re.findall(r"`((?:fluent|openfoam|include)/[\w./]*)`", GUIDE):
+    for name in re.findall(r"`((?:fluent|openfoam|c|fortran)/[\w./]*)`", GUIDE):
         assert (PACKAGE / name).exists(), name
     headings = {
         re.sub(r"[^a-z0-9 -]", "", h.lower()).replace(" ", "-")

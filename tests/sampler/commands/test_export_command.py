@@ -9,7 +9,7 @@ from sampler.formats.binary import image_bytes, read_image
 from sampler.formats.hdf5 import read_table
 from tablegen.commands.main import main as tablegen_main
 
-VECTORS = Path(__file__).resolve().parents[1] / "vectors"
+VECTORS = Path(__file__).resolve().parents[2] / "vectors"
 
 
 @pytest.mark.parametrize("name", ["full", "plane"])

@@ -9,7 +9,7 @@ import pytest
 from sampler.compilation import processors as module
 from sampler.compilation.processors import processors
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 COUNTS = {"cpu_count", "process_cpu_count", "sched_getaffinity"}
 
 

@@ -8,7 +8,7 @@ from command_line import DONE
 from sampler.formats.binary import read_image
 from sampler.formats.hdf5 import read_table
 
-VECTORS = Path(__file__).resolve().parents[1] / "vectors"
+VECTORS = Path(__file__).resolve().parents[2] / "vectors"
 
 
 @pytest.mark.processor

@@ -12,7 +12,7 @@ from tablegen.configuration.defaults import GENERATE_CONDITIONS as CONDITIONS
 from tablegen.refinement import cost_estimate as module
 from tablegen.refinement.cost_estimate import cost_text, estimate, rebound_seconds
 
-EXPERIMENTS = Path(module.__file__).parent / "fitting" / "EXPERIMENTS.md"
+EXPERIMENTS = Path(module.__file__).parents[1] / "fitting" / "EXPERIMENTS.md"
 
 #: Seconds of a rebound on the machine of that page: 301 s of simulation for the standard preset.
 THERE = 1.15e-6
