@@ -5,13 +5,13 @@ import sys
 from pathlib import Path
 
 _HERE = Path(__file__).resolve().parent
-_TESTS = _HERE.parents[1]
+_ROOT = _HERE.parents[2]
 
 # In place of this folder, whose modules have common names.
 sys.path[0] = str(_HERE.parent)
-sys.path.insert(1, str(_TESTS.parent))
+sys.path.insert(1, str(_ROOT))
 # Compiled kernels are cached in a folder of their own for each state of the sources.
-runpy.run_path(str(_TESTS / "conftest.py"))
+runpy.run_path(str(_ROOT / "tests" / "conftest.py"))
 
 from dusty_gas.command import main  # noqa: E402  (after the paths that it needs)
 
