@@ -58,7 +58,7 @@ def body_of(name, b=1.0, c=1.0, truncation=TRUNCATION):
 def with_vertices(body, vertices):
     """Body with the same moments and half-sizes and other vertices."""
     held, counts = np.ascontiguousarray(vertices), np.array([len(vertices)])
-    return Body(body.moments, held, counts, body.b, body.c, body.reach)
+    return Body(body.moments, held, counts, body.b, body.c, body.bounding_radius)
 
 
 def random_rotations(rng, count):

@@ -262,8 +262,8 @@ def test_flat_on_prism_leaves_straight_up(name, face, speed):
 def single_collision(body, rotation, alpha, speed):
     """State after one collision by matrices, bisection and scipy's integrator."""
     normal = rotation[1]
-    if len(body.held):
-        point = body.held[np.argmin(body.held @ normal)]
+    if len(body.candidates):
+        point = body.candidates[np.argmin(body.candidates @ normal)]
     else:
         stretched = np.array([1.0, body.b, body.c]) * normal
         point = -np.array([1.0, body.b, body.c]) * stretched / np.linalg.norm(stretched)
@@ -274,7 +274,7 @@ def single_collision(body, rotation, alpha, speed):
     spin = impact.inverse_inertia[0] @ np.cross(impact.arm[0], change)
     velocity = velocity + change
     # the state is taken as the centre is clear of the wall
-    time = (body.reach + CLEARANCE + impact.arm[0, 1]) / velocity[1]
+    time = (body.bounding_radius + CLEARANCE + impact.arm[0, 1]) / velocity[1]
     flight = FreeRotation(body.moments, motion_of(rotation, spin), time)
     return np.concatenate([velocity, flight.rotation([time])[0] @ flight.spin([time])[0]])
 
@@ -305,7 +305,7 @@ def test_a_particle_leaves_rising_and_out_of_reach(name):
         assert status == LEFT
         assert collisions >= 1
         assert motion[V] > 0.0
-        assert motion[HEIGHT] == pytest.approx(body.reach + CLEARANCE, abs=1e-12)
+        assert motion[HEIGHT] == pytest.approx(body.bounding_radius + CLEARANCE, abs=1e-12)
 
 
 def test_a_particle_without_spin_starts_at_its_contact_and_another_at_its_reach():
@@ -317,6 +317,6 @@ def test_a_particle_without_spin_starts_at_its_contact_and_another_at_its_reach(
     np.testing.assert_array_equal(motion[0:3], 0.0)
     np.testing.assert_allclose(motion[9:12], [np.cos(0.3), -np.sin(0.3), 0.0], rtol=1e-15)
     approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
-    assert motion[HEIGHT] == body.reach
+    assert motion[HEIGHT] == body.bounding_radius
     np.testing.assert_array_equal(rotation_of(motion), rotation)
     np.testing.assert_allclose(rotation @ motion[0:3], [1.0, 2.0, 3.0], rtol=1e-14)

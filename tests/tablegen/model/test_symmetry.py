@@ -63,7 +63,7 @@ def test_mirrored_orientation_gives_the_mirrored_rebound(name, alpha_deg):
 def test_tetrahedron_and_its_mirror_image_give_mirrored_rebounds(alpha_deg):
     rng = np.random.default_rng(62)
     body = body_of("tetrahedron", *random_aspect(rng))
-    image = with_vertices(body, body.held @ MIRROR)
+    image = with_vertices(body, body.candidates @ MIRROR)
     condition = make_condition(np.radians(alpha_deg), 200.0)
     compared = compare(
         random_rotations(rng, 200),
