@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.contact import contact_point
 from tablegen.model.rebound import (
     COLLISION_ALARM,
@@ -89,7 +89,7 @@ def make_seats(vertices):
     )
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _clear(seats):
     """Empty all seats: nobody sits there, but the numbers are used, so they are those of a body.
 
@@ -108,7 +108,7 @@ def _clear(seats):
         seats.counts[seat] = 0
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _seat_mesh(population, mesh, seats, seat):
     """Give a seat the moments and sizes of a mesh; it holds no vertices yet."""
     for k in range(3):
@@ -120,7 +120,7 @@ def _seat_mesh(population, mesh, seats, seat):
     seats.counts[seat] = 0
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _seat(population, drawn, code, member, seats, seat):
     """Seat a drawn particle; the numbers of a shape other than a mesh follow by `_shape`."""
     axes, kind = drawn
@@ -135,7 +135,7 @@ def _seat(population, drawn, code, member, seats, seat):
     seats.member[seat] = member
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _shape(population, code, seats):
     """Give all seats the moments, reach and vertices of a shape; old ones get what they had."""
     t = seats.traits
@@ -149,7 +149,7 @@ def _shape(population, code, seats):
     put(t, REACH, reach)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _body(seats, held, near):
     """Body of the seated particles."""
     t = seats.traits
@@ -157,7 +157,7 @@ def _body(seats, held, near):
     return Body(moments, held, seats.counts, at(t, B), at(t, C), at(t, REACH), near)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _start(condition, body, seats, fresh):
     """Set up the rebound of those who have just sat down."""
     approach_where(condition, body, seats.motion, fresh)
@@ -165,7 +165,7 @@ def _start(condition, body, seats, fresh):
     put(seats.traits, INITIAL, select(fresh, energy, at(seats.traits, INITIAL)))
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _collide(law, condition, body, seats, touching):
     """Collide those who touch the wall; whether one of them raises the alarm."""
     motion = seats.motion
@@ -180,7 +180,7 @@ def _collide(law, condition, body, seats, touching):
     return count > COLLISION_ALARM
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _hand_in(body, seats, gone, outcome):
     """Write the states of those who have left."""
     motion, result = seats.motion, seats.result
@@ -213,7 +213,7 @@ def _first_of(where, member):
     return member[seat]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def follow(law, population, condition, drawn, code, no_map, members, seats, outcome):
     """Follow particles of one shape from before their first contact until they have left.
 

@@ -7,7 +7,7 @@ It is a kernel of its own because it takes as long to compile, and few runs are 
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_kernel, kernel
+from sampler.compilation.jit import kernel, no_refcount_kernel
 from tablegen.model.lockstep import follow, make_seats
 from tablegen.model.random_particles import draw_particles
 from tablegen.model.rebound import (
@@ -43,7 +43,7 @@ def _sorted_by_shape(kind, codes):
     return order, starts
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _follow_one(law, population, condition, drawn, motion, store, audit):
     """Rebound of a particle drawn with its orientation; its body lives here only.
 
