@@ -18,7 +18,7 @@ Every kernel takes the numbers and arrays of one particle or of lanes (see
 
 import math
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rotation import NORMAL, ORDER
 from tablegen.model.shapes import most_candidates, update_candidates
 from tablegen.model.simd import (
@@ -44,7 +44,7 @@ TIE_HEIGHT = 1e-9
 TINY = 1e-300
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _normal_and_rate(series, t):
     """Wall normal in body axes and its rate at time t, from the series."""
     n1 = load(series, (NORMAL, ORDER))
@@ -76,7 +76,7 @@ def safe_time(gap, rate, acceleration, limit):
     return select(clear, limit, minimum(limit, over / under))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _height_and_rate(points, i, n, d, height, v):
     """Height over the wall of point ``i`` of a body, and its rate."""
     p1, p2, p3 = load(points, (i, 0)), load(points, (i, 1)), load(points, (i, 2))
@@ -108,7 +108,7 @@ def _fall_bound(bounding_radius, bounds, height, limit):
     return constant - half * height + TINY, half
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _safe_step(body, n, d, height, v, bounds, limit):
     """Whether a vertex touches and approaches; the time before which none reaches the wall.
 
@@ -160,7 +160,7 @@ def _safe_step(body, n, d, height, v, bounds, limit):
     return touches, step
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def search_polyhedron(body, series, y, v, bounds, span):
     """First contact of a polyhedron within ``span``.
 
@@ -200,7 +200,7 @@ def search_polyhedron(body, series, y, v, bounds, span):
     return select(found, t, -1.0)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def search_ellipsoid(body, series, y, v, bounds, span):
     """First contact of an ellipsoid within ``span``.
 
@@ -233,7 +233,7 @@ def search_ellipsoid(body, series, y, v, bounds, span):
     return select(found, t, -1.0)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def search(body, series, y, v, bounds, span):
     """First contact of any body within ``span``; -1 if there is none."""
     if body.candidates.shape[0] == 0:
@@ -241,7 +241,7 @@ def search(body, series, y, v, bounds, span):
     return search_polyhedron(body, series, y, v, bounds, span)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _ellipsoid_point(body, n1, n2, n3, point):
     """Lowest point of an ellipsoid, -D^2 n / h; returns its depth h."""
     m2, m3 = body.b * n2, body.c * n3
@@ -252,7 +252,7 @@ def _ellipsoid_point(body, n1, n2, n3, point):
     return depth
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _centre_of_ties(body, n, d, v, lowest, fastest):
     """Sum and number of the vertices as low as the lowest that rise slower than ``fastest``."""
     s1 = s2 = s3 = ties = 0.0
@@ -266,7 +266,7 @@ def _centre_of_ties(body, n, d, v, lowest, fastest):
     return (s1, s2, s3), ties
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def contact_point(body, motion, y, v, point):
     """Put the contact point, from the centre in body axes, into ``point``; return its height.
 

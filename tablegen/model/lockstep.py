@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.contact import contact_point
 from tablegen.model.rebound import (
     COLLISION_ALARM,
@@ -89,7 +89,7 @@ def make_slots(vertices):
     )
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _clear(slots):
     """Fill inactive slots with a unit body, so that arithmetic on them stays finite.
 
@@ -108,7 +108,7 @@ def _clear(slots):
         slots.counts[slot] = 0
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _load_mesh(population, mesh, slots, slot):
     """Load the moments and sizes of a mesh into a slot; it has no candidate vertices yet."""
     for k in range(3):
@@ -120,7 +120,7 @@ def _load_mesh(population, mesh, slots, slot):
     slots.counts[slot] = 0
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _load_slot(population, drawn, code, particle, slots, slot):
     """Load a random particle; `_load_shape` adds the properties of a shape other than a mesh."""
     axes, kind = drawn
@@ -135,7 +135,7 @@ def _load_slot(population, drawn, code, particle, slots, slot):
     slots.particle[slot] = particle
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _load_shape(population, code, slots):
     """Load moments, bounding radius and vertices of a shape into all slots, occupied ones too."""
     t = slots.properties
@@ -149,7 +149,7 @@ def _load_shape(population, code, slots):
     store(t, RADIUS, bounding_radius)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _body(slots, candidates, support_map):
     """Body of the particles in the slots."""
     t = slots.properties
@@ -159,7 +159,7 @@ def _body(slots, candidates, support_map):
     )
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _start(condition, body, slots, loaded):
     """Set up the rebounds of the particles just loaded."""
     approach(condition, body, slots.motion, loaded)
@@ -167,7 +167,7 @@ def _start(condition, body, slots, loaded):
     store(slots.properties, INITIAL, select(loaded, energy, load(slots.properties, INITIAL)))
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _collide(law, condition, body, slots, touching):
     """Collide the particles that touch the wall; tell which have too many collisions."""
     motion = slots.motion
@@ -180,7 +180,7 @@ def _collide(law, condition, body, slots, touching):
     return count > COLLISION_ALARM
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _retire(body, slots, finished, outcome):
     """Store states, energies and collisions of the particles that have left."""
     motion, result = slots.motion, slots.result
@@ -213,7 +213,7 @@ def _first_of(where, particle):
     return particle[slot]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def follow(law, population, condition, drawn, code, no_map, members, slots, outcome):
     """Follow particles of one shape from before their first contact until they have left.
 

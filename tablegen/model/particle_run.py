@@ -7,7 +7,7 @@ same bits. It is a kernel of its own because it takes as long to compile, and fe
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_kernel, kernel
+from sampler.compilation.jit import kernel, no_refcount_kernel
 from tablegen.model.lockstep import follow, make_slots
 from tablegen.model.random_particles import draw_particles
 from tablegen.model.rebound import (
@@ -43,7 +43,7 @@ def _sorted_by_shape(kind, codes):
     return order, starts
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _follow_one(law, population, condition, drawn, motion, storage, audit):
     """Rebound of one random particle with a given orientation.
 

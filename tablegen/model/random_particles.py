@@ -8,7 +8,7 @@ same bits.
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, kernel
+from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.normal import central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from tablegen.model.rotation import set_orientation
@@ -28,7 +28,7 @@ from tablegen.model.simd import (
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def pick_shape(population, u):
     """Shape code for a uniform number u in (0, 1); meshes have FIRST_MESH and what follows."""
     last = population.shape_codes.size - 1
@@ -51,7 +51,7 @@ def quantile(p):
     return value
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def aspect_ratio(law, u):
     """Truncated-normal aspect ratio for u in (0, 1).
 
@@ -64,7 +64,7 @@ def aspect_ratio(law, u):
     return mean + deviation * quantile(low + u * (high - low))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _words(seed, stream, index):
     """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape."""
     key = np.uint64(seed) ^ SIMULATION_KEY
@@ -73,7 +73,7 @@ def _words(seed, stream, index):
     return uniform(w0), uniform(w1), uniform(w2), uniform(w3), uniform(v0), uniform(v1)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _own_sizes(population, shape, b_over_a, c_over_b):
     """Aspect ratios of a particle, which a sphere and a mesh do not draw."""
     if shape == SPHERE:
@@ -85,7 +85,7 @@ def _own_sizes(population, shape, b_over_a, c_over_b):
     return b_over_a, c_over_b
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def draw_particle(population, seed, stream, index, motion):
     """Draw a particle and put its orientation into ``motion``.
 

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energy_gain, impulse
 from tablegen.model.contact import contact_point, search
@@ -89,14 +89,14 @@ def _cross(a1, a2, a3, b1, b2, b3):
     return a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def rotational_energy(moments, motion):
     """Rotational energy per unit mass, in units of V^2."""
     w1, w2, w3 = load(motion, 0), load(motion, 1), load(motion, 2)
     return 0.5 * (moments[0] * w1 * w1 + moments[1] * w2 * w2 + moments[2] * w3 * w3)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _wall_axes(motion):
     """Wall axes x, y = n and z in body axes."""
     x = load(motion, 6), load(motion, 7), load(motion, 8)
@@ -109,7 +109,7 @@ def _dot(a, b):
     return fma(a[2], b[2], fma(a[1], b[1], a[0] * b[0]))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def wall_spin(motion):
     """Angular velocity in wall axes."""
     x, n, z = _wall_axes(motion)
@@ -137,7 +137,7 @@ def _mobility(a, b, c, inverse):
     )
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
     """Impulse for a rebound velocity ``bounce`` of the contact, no smaller than the resolution.
 
@@ -160,7 +160,7 @@ def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
     return s_x, s_y, s_z
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def collide(law, speed, resolution, moments, point, motion, where=True):
     """Apply one collision at the contact ``point`` to ``motion``, in the lanes that collide.
 
@@ -210,7 +210,7 @@ def collide(law, speed, resolution, moments, point, motion, where=True):
         store(motion, i, select(where, turned, w[i]))
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def fly(body, tolerance, motion, series, where):
     """Move ``motion`` along one flight series: to the next contact, off the wall, or to its end.
 
@@ -251,7 +251,7 @@ def fly(body, tolerance, motion, series, where):
     return touches, left
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def next_contact(body, tolerance, motion, series):
     """Move ``motion`` to the next contact, or off the wall if there is none.
 
@@ -275,14 +275,14 @@ def next_contact(body, tolerance, motion, series):
             return touches
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _remember(motion, before):
     """Copy the motion; a slice assignment would make a temporary array."""
     for i in range(MOTION_SIZE):
         before[i] = motion[i]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rebound(law, condition, body, motion, work, audit):
     """Follow a particle from before its first contact until it has left the wall.
 
@@ -336,7 +336,7 @@ def rebound(law, condition, body, motion, work, audit):
             )
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def approach(condition, body, motion, where=True):
     """Set velocity, spin and height of oriented particles before their rebound.
 

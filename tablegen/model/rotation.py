@@ -15,7 +15,7 @@ momentum, whose horizontal part is constant in wall axes; where that part is too
 direction, x has its own series.
 """
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel
+from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.elementary import exponential, logarithm, sine_and_cosine
 from tablegen.model.simd import (
     any_lane,
@@ -43,7 +43,7 @@ HORIZONTAL_SHARE = 0.01
 TINY = 1e-280
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _cross_terms(series, row, j, k, more, less):
     """Add term j of order k of (axis x W) to the positive and negative parts of its sums.
 
@@ -56,7 +56,7 @@ def _cross_terms(series, row, j, k, more, less):
     return more, less
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def expand(moments, motion, series):
     """Taylor coefficients of W and n around the present instant.
 
@@ -92,7 +92,7 @@ def expand(moments, motion, series):
         store(series, (5, k + 1), (more[2] - less[2]) * scale)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def expand_axis(motion, series):
     """Taylor coefficients of x, rows 6 to 8, once those of W are known; arguments as above."""
     for i in range(6, 9):
@@ -107,7 +107,7 @@ def expand_axis(motion, series):
         store(series, (8, k + 1), (more[2] - less[2]) * scale)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _last_terms(series, first):
     """Largest coefficients of the last order and of the one before, of three rows."""
     last = maximum(abs(load(series, (first, ORDER))), abs(load(series, (first + 1, ORDER))))
@@ -118,7 +118,7 @@ def _last_terms(series, first):
     return last, maximum(before, abs(load(series, (first + 2, ORDER - 1))))
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def series_span(series, tolerance):
     """Time over which the truncated series stays within the tolerance.
 
@@ -141,7 +141,7 @@ def series_span(series, tolerance):
     return select(measured, minimum(longest, span), longest)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _polynomial(series, row, t):
     value = load(series, (row, ORDER))
     for k in range(ORDER - 1, -1, -1):
@@ -149,20 +149,20 @@ def _polynomial(series, row, t):
     return value
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _three(motion, first):
     """Three entries of a motion, from ``first`` on."""
     return load(motion, first), load(motion, first + 1), load(motion, first + 2)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _put_three(motion, first, vector):
     """Write three entries of a motion."""
     for i in range(3):
         store(motion, first + i, vector[i])
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _horizontal_momentum(moments, motion):
     """Angular momentum along the wall axes x and z, and its square."""
     w, n, x = _three(motion, 0), _three(motion, 3), _three(motion, 6)
@@ -173,7 +173,7 @@ def _horizontal_momentum(moments, motion):
     return l_x, l_z, a1 * a1 + a2 * a2 + a3 * a3
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _axis_from_momentum(moments, l_x, l_z, w, n):
     """Axis x, not yet of unit length, for the horizontal angular momentum (l_x, l_z).
 
@@ -189,14 +189,14 @@ def _axis_from_momentum(moments, l_x, l_z, w, n):
     )
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _unit(a1, a2, a3):
     """Vector of unit length along a vector."""
     scale = 1.0 / sqrt(a1 * a1 + a2 * a2 + a3 * a3)
     return a1 * scale, a2 * scale, a3 * scale
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def evaluate(moments, series, t, motion):
     """Move the motion by the time ``t`` along its series; its axes come out orthonormal.
 
@@ -225,7 +225,7 @@ def evaluate(moments, series, t, motion):
     _put_three(motion, 6, _unit(x1 - skew * n[0], x2 - skew * n[1], x3 - skew * n[2]))
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rate_bounds(moments, motion):
     """Bounds on |W| and |W'| that hold for the whole free motion.
 
@@ -254,7 +254,7 @@ def rate_bounds(moments, motion):
     return turn, change
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def set_orientation(u1, u2, u3, motion):
     """Write wall axes for a uniformly random rotation (Shoemake's quaternion).
 

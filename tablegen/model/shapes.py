@@ -13,7 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel, kernel
+from sampler.compilation.jit import (
+    inline_kernel,
+    kernel,
+    no_refcount_inline_kernel,
+    no_refcount_kernel,
+)
 from tablegen.model.simd import extract, fma, load, maximum, sqrt, store, store_lane, width
 from tablegen.model.support_map import NO_MAP, SupportMap, empty_map, support_range
 
@@ -106,14 +111,14 @@ def inertia(shape, b, c, truncation):
     return q * (b * b + c * c), q * (1.0 + c * c), q * (1.0 + b * b)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _put_vertex(vertices, i, x, y, z):
     store(vertices, (i, 0), x)
     store(vertices, (i, 1), y)
     store(vertices, (i, 2), z)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def place_vertices(shape, b, c, truncation, vertices):
     """Write the vertices of a shape; return their number and the bounding radius.
 
@@ -158,11 +163,11 @@ def place_vertices(shape, b, c, truncation, vertices):
     return n, sqrt(longest)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
     """Body of a shape other than a mesh; as `make_body`, with an empty map to refer to.
 
-    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+    It counts no references: for kernels without reference counts only, whose caller keeps the arrays.
     """
     counts[0], bounding_radius = place_vertices(shape, b, c, truncation, vertices)
     moments = inertia(shape, b, c, truncation)
@@ -192,11 +197,11 @@ def make_body(shape, b, c, truncation, vertices):
     return Body(moments, vertices[:count], counts, b, c, bounding_radius, empty_map())
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def mesh_map(meshes, i):
     """Look-up of the mesh number ``i`` of a population.
 
-    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+    It counts no references: for kernels without reference counts only, whose caller keeps the arrays.
 
     Parameters
     ----------
@@ -216,11 +221,11 @@ def mesh_map(meshes, i):
     )
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def mesh_body(meshes, i, candidates, counts, support_map):
     """Body of the mesh number ``i`` of a population, without candidate vertices yet.
 
-    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+    It counts no references: for kernels without reference counts only, whose caller keeps the arrays.
 
     Parameters
     ----------
@@ -243,7 +248,7 @@ def mesh_body(meshes, i, candidates, counts, support_map):
     return Body(moments, candidates, counts, b, c, bounding_radius, support_map)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def most_candidates(counts):
     """Count the candidate vertices of the lane that has the most."""
     most = counts[0]
@@ -252,7 +257,7 @@ def most_candidates(counts):
     return most
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def update_candidates(body, n1, n2, n3, where):
     """Write the vertices of a mesh that may be the lowest, and centres in the rows after them.
 
@@ -284,7 +289,7 @@ def update_candidates(body, n1, n2, n3, where):
         body.counts[slot] = end - first
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def support_depth(body, n1, n2, n3):
     """Support function h(-n): how far the particle reaches below its centre.
 
@@ -306,7 +311,7 @@ def support_depth(body, n1, n2, n3):
     return depth
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def lowest_depth(body, n):
     """Support function h(-n) for the wall normal ``n`` (3,) in body axes."""
     return support_depth(body, n[0], n[1], n[2])

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, kernel
+from sampler.compilation.jit import kernel, no_refcount_inline_kernel
 
 
 class SupportMap(NamedTuple):
@@ -45,13 +45,13 @@ def longest_list(support_map: SupportMap) -> int:
     return int(np.diff(support_map.starts).max())
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _square(along, resolution):
     """Index of the interval of [-1, 1] that holds ``along``."""
     return min(int((along + 1.0) * 0.5 * resolution), resolution - 1)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def direction_cell(resolution, d1, d2, d3):
     """Cell of a direction.
 
@@ -84,7 +84,7 @@ def direction_cell(resolution, d1, d2, d3):
     return (side * resolution + row) * resolution + _square(t * scale, resolution)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def support_range(support_map, d1, d2, d3):
     """First and end row in ``support_map.points`` of the vertices to look at for a direction.
 
