@@ -167,7 +167,7 @@ def place_vertices(shape, b, c, truncation, vertices):
 def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
     """Body of a shape other than a mesh; as `make_body`, with an empty map to refer to.
 
-    It counts no references: for kernels without reference counts only, whose caller keeps the arrays.
+    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
     """
     counts[0], bounding_radius = place_vertices(shape, b, c, truncation, vertices)
     moments = inertia(shape, b, c, truncation)
@@ -201,7 +201,7 @@ def make_body(shape, b, c, truncation, vertices):
 def mesh_map(meshes, i):
     """Look-up of the mesh number ``i`` of a population.
 
-    It counts no references: for kernels without reference counts only, whose caller keeps the arrays.
+    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def mesh_map(meshes, i):
 def mesh_body(meshes, i, candidates, counts, support_map):
     """Body of the mesh number ``i`` of a population, without candidate vertices yet.
 
-    It counts no references: for kernels without reference counts only, whose caller keeps the arrays.
+    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
 
     Parameters
     ----------
