@@ -25,8 +25,8 @@ CONDITION = make_condition(np.radians(40.0), 200.0)
 FALSE_ALARM = 1e-6
 
 
-def run(count, seed=7, people=POPULATION, condition=CONDITION, **options):
-    return simulate_condition(PAIR, people, condition, count, seed=seed, **options)
+def run(count, seed=7, population=POPULATION, condition=CONDITION, **options):
+    return simulate_condition(PAIR, population, condition, count, seed=seed, **options)
 
 
 def assert_same(one, other, count=None):
@@ -135,13 +135,13 @@ def test_unequal_shares_are_rejected():
     # 26 : 24 : 25 : 25 per cent
     weights = {"ellipsoid": 0.26, "prism": 0.24, "truncated-prism": 0.25, "tetrahedron": 0.25}
     shapes = type(POPULATION.shapes).model_validate(weights)
-    people = POPULATION.model_copy(update={"shapes": shapes})
-    assert least_share_p_value(run(100_000, people=people).shape, MIXED) < FALSE_ALARM
+    population = POPULATION.model_copy(update={"shapes": shapes})
+    assert least_share_p_value(run(100_000, population=population).shape, MIXED) < FALSE_ALARM
 
 
 @pytest.mark.parametrize("name", SHAPE_NAMES)
 def test_a_population_of_one_shape_holds_that_shape(name):
-    made = run(50, people=POPULATION.restricted_to(name))
+    made = run(50, population=POPULATION.restricted_to(name))
     np.testing.assert_array_equal(made.shape, SHAPE_CODES[name])
 
 
@@ -177,17 +177,17 @@ def test_aspect_ratios_of_a_slightly_other_mean_are_rejected():
 
 
 def test_fixed_aspect_is_kept_exactly():
-    made = run(200, people=POPULATION.with_aspect(0.7, 0.55))
+    made = run(200, population=POPULATION.with_aspect(0.7, 0.55))
     np.testing.assert_array_equal(made.aspect, np.tile([0.7, 0.55], (200, 1)))
 
 
 def test_fixed_aspect_reaches_the_mechanics():
-    slim, round_ = (run(5000, people=POPULATION.with_aspect(x, x)) for x in (0.5, 1.0))
+    slim, round_ = (run(5000, population=POPULATION.with_aspect(x, x)) for x in (0.5, 1.0))
     assert np.abs(slim.state.mean(axis=0) - round_.state.mean(axis=0)).max() > 0.05
 
 
 def test_spheres_rebound_alike():
-    made = run(300, people=POPULATION.restricted_to("sphere"))
+    made = run(300, population=POPULATION.restricted_to("sphere"))
     np.testing.assert_array_equal(made.aspect, 1.0)
     np.testing.assert_array_equal(made.collisions, 1)
     np.testing.assert_allclose(made.state - made.state[0], 0.0, atol=1e-13)

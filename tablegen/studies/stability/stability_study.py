@@ -91,10 +91,10 @@ def _simulated(
         contact * config.model.contact_resolution,
         flight * config.model.tolerance,
     )
-    people = case.population(config)
+    population = case.population(config)
     try:
         return simulate_condition(
-            config.pair, people, condition, count, seed=seed, threads=1, audited=audited
+            config.pair, population, condition, count, seed=seed, threads=1, audited=audited
         )
     except RuntimeError:
         return None

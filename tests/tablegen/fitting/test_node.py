@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from wrong_tables import independent_channels, independent_columns
+from corrupt_tables import independent_channels, independent_columns
 
 from sampler.formats.channels import COMPONENTS
 from sampler.table import Table

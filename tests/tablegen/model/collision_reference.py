@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from motions import random_rotations
+from motion_fixtures import random_rotations
 
 TANGENTIAL = [0, 2]
 NORMAL = 1

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from collision_reference import NORMAL, TANGENTIAL, normal_balance, random_impacts, solve
-from motions import LAW, energy_of, motion_of
+from motion_fixtures import LAW, energy_of, motion_of
 
 from sampler.compilation.jit import kernel
 from tablegen.model.collision import energy_gain, impulse, impulse_cubic, positive_root

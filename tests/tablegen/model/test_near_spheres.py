@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 from collision_reference import Impacts, solve
-from motions import LAW, PAIR, POPULATION
+from motion_fixtures import LAW, PAIR, POPULATION
 
 from tablegen.simulate import make_condition, simulate_condition
 
 
 def rebounds(aspect, alpha_deg, spin, resolution=1e-3):
     """Rebounds of ellipsoids with given ratios b/a and c/b."""
-    people = POPULATION.restricted_to("ellipsoid").with_aspect(*aspect)
+    population = POPULATION.restricted_to("ellipsoid").with_aspect(*aspect)
     condition = make_condition(np.radians(alpha_deg), 200.0, spin, resolution)
-    return simulate_condition(PAIR, people, condition, 400, seed=91, threads=1)
+    return simulate_condition(PAIR, population, condition, 400, seed=91, threads=1)
 
 
 def sphere_state(alpha_deg, spin):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from collision_reference import Impacts, solve
-from motion_reference import FreeRotation
-from motions import (
+from motion_fixtures import (
     LAW,
     PAIR,
     POPULATION,
@@ -16,6 +15,7 @@ from motions import (
     rotation_of,
     run_rebound,
 )
+from motion_reference import FreeRotation
 
 from sampler.compilation.jit import kernel
 from tablegen.model.audit import (
@@ -69,9 +69,9 @@ ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
 @pytest.mark.parametrize(("alpha_deg", "speed", "spin"), CONDITIONS)
 @pytest.mark.parametrize("name", SHAPES)
 def test_every_collision_and_flight_keeps_its_laws(name, alpha_deg, speed, spin):
-    people = POPULATION.restricted_to(name)
+    population = POPULATION.restricted_to(name)
     condition = make_condition(np.radians(alpha_deg), speed, spin)
-    made = simulate_condition(PAIR, people, condition, 20_000, seed=41, audited=True)
+    made = simulate_condition(PAIR, population, condition, 20_000, seed=41, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.all(np.isfinite(made.state))
     assert np.all(np.isfinite(made.energy))
@@ -85,8 +85,8 @@ def test_a_grazing_body_with_spin_keeps_its_laws_at_a_finer_tolerance():
     # It turns thousands of times before it has sunk to the wall; the drift of its angular
     # momentum adds up over the turns and passes 1e-9 at the default tolerance.
     condition = make_condition(np.radians(0.01), 200.0, (2.0, -1.0, -5.0), tolerance=1e-12)
-    people = POPULATION.restricted_to("ellipsoid")
-    made = simulate_condition(PAIR, people, condition, 1000, seed=41, audited=True)
+    population = POPULATION.restricted_to("ellipsoid")
+    made = simulate_condition(PAIR, population, condition, 1000, seed=41, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
 
 
@@ -226,8 +226,8 @@ def test_sphere_follows_its_closed_form(alpha_deg, speed):
     side = -k * s * cos / (1.0 + 0.5 * k * s * 3.5)
     expected = [cos + side, a_nc * sin, 0.0, 0.0, 0.0, side / 0.4]
 
-    people = POPULATION.restricted_to("sphere")
-    made = simulate_condition(PAIR, people, make_condition(alpha, speed), 20, seed=44)
+    population = POPULATION.restricted_to("sphere")
+    made = simulate_condition(PAIR, population, make_condition(alpha, speed), 20, seed=44)
     np.testing.assert_array_equal(made.collisions, 1)
     np.testing.assert_allclose(made.state, np.tile(expected, (20, 1)), rtol=0.0, atol=1e-13)
 
@@ -235,8 +235,8 @@ def test_sphere_follows_its_closed_form(alpha_deg, speed):
 @pytest.mark.parametrize("spin", [(0.0, 0.0, 3.0), (2.0, 1.0, -4.0), (0.0, 5.0, 0.0)])
 def test_sphere_with_spin_follows_the_scalar_equation(spin):
     alpha = np.radians(35.0)
-    people = POPULATION.restricted_to("sphere")
-    made = simulate_condition(PAIR, people, make_condition(alpha, 200.0, spin), 20, seed=45)
+    population = POPULATION.restricted_to("sphere")
+    made = simulate_condition(PAIR, population, make_condition(alpha, 200.0, spin), 20, seed=45)
     velocity = np.array([np.cos(alpha), -np.sin(alpha), 0.0])
     rows = [np.array([row]) for row in (np.eye(3), [0.4] * 3, [0.0, -1.0, 0.0], velocity, spin)]
     change = solve(Impacts(*rows), LAW, 200.0)[0]

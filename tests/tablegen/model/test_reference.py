@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from motions import LAW, PAIR, POPULATION, motion_of
+from motion_fixtures import LAW, PAIR, POPULATION, motion_of
 
 from sampler.compilation.jit import kernel
 from tablegen.model.contact import contact_point
@@ -166,14 +166,14 @@ def simulate_by_hand(point, count, seed, tumbles):
 
     With equal moments of inertia in flight the angular velocity stays constant between collisions.
     """
-    people = POPULATION.restricted_to(point["shape"]).kernel_arguments()
+    population_args = POPULATION.restricted_to(point["shape"]).kernel_arguments()
     condition = make_condition(np.radians(point["alpha_deg"]), point["speed"])
     state, collisions = np.empty((count, 6)), np.zeros(count, dtype=np.int64)
     motion, vertices = motion_of(np.eye(3)), np.empty((MAX_VERTICES, 3))
     series, contact, _ = workspace()
     for i in range(count):
-        shape, ba, cb = draw_particle(people, np.uint64(seed), np.uint32(0), i, motion)
-        body = make_body(shape, ba, ba * cb, people.truncation, vertices)
+        shape, ba, cb = draw_particle(population_args, np.uint64(seed), np.uint32(0), i, motion)
+        body = make_body(shape, ba, ba * cb, population_args.truncation, vertices)
         flying = body if tumbles else body._replace(moments=(1.0, 1.0, 1.0))
         # without spin the particle starts at its contact
         approach(condition, body, motion)

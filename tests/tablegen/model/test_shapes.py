@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from motions import ACHIRAL, SHAPES, TRUNCATION, body_of
+from motion_fixtures import ACHIRAL, SHAPES, TRUNCATION, body_of
 from scipy.spatial import ConvexHull
 from scipy.spatial.distance import pdist
 from scipy.special import roots_legendre

@@ -5,8 +5,8 @@ import math
 import numba
 import numpy as np
 import pytest
-from grains import box, cylinder, directions, grain, icosphere, posed, tetrahedron
-from motions import PAIR, run_rebound, with_vertices
+from mesh_fixtures import box, cylinder, directions, grain, icosphere, posed, tetrahedron
+from motion_fixtures import PAIR, run_rebound, with_vertices
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 

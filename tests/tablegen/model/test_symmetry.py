@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from motions import (
+from motion_fixtures import (
     ACHIRAL,
     NON_SPHERICAL,
     body_of,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
-from grains import (
+from mesh_fixtures import (
     box,
     grain,
     icosphere,

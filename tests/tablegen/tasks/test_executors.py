@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import tomli_w
 from command_line import BAD_INPUT, DONE, config_file
-from deadly_work import die, die_once
+from crashing_tasks import die, die_once
 from processes import TABLEGEN, command, mpiexec, needs_dask, needs_mpi, our_lines
 from tiny_tables import ROUGH
 
