@@ -23,7 +23,7 @@ from tablegen.model.rebound import COLLISION_ALARM, Condition
 from tablegen.particles.population import Population
 from tablegen.tasks.progress import bar
 
-#: Particles in one piece of work: small enough to share out, large enough to forget Python.
+#: Particles of one call of a kernel: few enough to balance threads, enough to amortise the call.
 BATCH = 5_000
 
 #: Default resolution of sustained contact and truncation of the flight series; see

@@ -25,7 +25,6 @@ from tablegen.model.shapes import (
     SPHERE,
     TETRAHEDRON,
     TRUNCATED_PRISM,
-    Body,
     make_body,
 )
 
@@ -34,8 +33,8 @@ rotational_energy = kernel(rotational_energy)
 wall_spin = kernel(wall_spin)
 workspace = kernel(workspace)
 
-_CONFIG = load_config("corundum-steel")
-PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
+CONFIG = load_config("corundum-steel")
+PAIR, POPULATION = CONFIG.pair, CONFIG.population
 LAW = PAIR.kernel_arguments()
 TRUNCATION = POPULATION.truncation
 
@@ -57,8 +56,8 @@ def body_of(name, b=1.0, c=1.0, truncation=TRUNCATION):
 
 def with_vertices(body, vertices):
     """Body with the same moments and half-sizes and other vertices."""
-    held, counts = np.ascontiguousarray(vertices), np.array([len(vertices)])
-    return Body(body.moments, held, counts, body.b, body.c, body.bounding_radius)
+    counts = np.array([len(vertices)])
+    return body._replace(candidates=np.ascontiguousarray(vertices), counts=counts)
 
 
 def random_rotations(rng, count):
