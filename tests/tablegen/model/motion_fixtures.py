@@ -27,6 +27,7 @@ from tablegen.model.shapes import (
     TRUNCATED_PRISM,
     make_body,
 )
+from tablegen.model.support_map import NO_MAP
 
 # called from Python here
 rotational_energy = kernel(rotational_energy)
@@ -57,7 +58,9 @@ def body_of(name, b=1.0, c=1.0, truncation=TRUNCATION):
 def with_vertices(body, vertices):
     """Body with the same moments and half-sizes and other vertices."""
     counts = np.array([len(vertices)])
-    return body._replace(candidates=np.ascontiguousarray(vertices), counts=counts)
+    return body._replace(
+        candidates=np.ascontiguousarray(vertices), counts=counts, support_map=NO_MAP
+    )
 
 
 def random_rotations(rng, count):
