@@ -9,13 +9,8 @@ from scipy.integrate import quad
 from scipy.stats import kstest
 
 import sampler
-<<<<<<< HEAD
-from sampler import frames, kernel
 from sampler.compilation.jit import no_refcount_kernel
-=======
-from sampler.compilation.jit import borrowing_kernel
 from sampler.drawing import frames, kernel
->>>>>>> main
 from sampler.drawing.frames import rebound
 from sampler.drawing.roughness import (
     CASCADE_NOT_ENDED,
