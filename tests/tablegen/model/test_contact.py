@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from free_rotation import FreeRotation
 from motion_fixtures import NON_SPHERICAL, body_of, motion_of, random_aspect, random_rotations
-from motion_reference import FreeRotation
 from scipy.optimize import brentq
 
 from sampler.compilation.jit import kernel

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from free_rotation import FreeRotation
 from motion_fixtures import (
     angular_momentum_of,
     body_of,
@@ -12,7 +13,6 @@ from motion_fixtures import (
     random_rotations,
     rotation_of,
 )
-from motion_reference import FreeRotation
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
