@@ -82,7 +82,7 @@ def test_table_rebounds_are_those_of_the_table(wall_of, table):
             velocity, normal, HALF_SIZE, seed=keys[0], index=keys[1], hit=keys[2]
         )
         _, out = _rebound(wall_of["table"], velocity, normal, keys)
-        np.testing.assert_array_equal(out, [*v[0], *omega[0]])
+        np.testing.assert_array_equal(out, [*v, *omega])
 
 
 @pytest.mark.parametrize("model", MODELS)

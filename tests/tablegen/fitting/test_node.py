@@ -146,7 +146,7 @@ class TestScenes:
         table = {"samples_per_node": N_NODE, "components": 32, "quantile_knots": 129}
         config = node_config(**table).with_changes({"domain": domain})
         made = one_node_table(config)
-        assert made.components == columns
+        assert made.columns == columns
         drawn = made.sample(np.radians(ALPHA_DEG), SPEED, seed=6, index=np.arange(N))
         direct = simulated_components(simulated(config, N, 77), columns)
         assert ks_distances(drawn, direct).max() < TestDraws.KS_BOUND
