@@ -59,7 +59,7 @@ def draw(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutsideTableWarning)  # the note has said it
         state = loaded.sample(alpha1, speed, seed=seed, index=np.arange(count, dtype=np.uint64))
-    write_arrays(output, state=state, columns=loaded.components)
+    write_arrays(output, state=state, columns=loaded.columns)
     return DONE
 
 

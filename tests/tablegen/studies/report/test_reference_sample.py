@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tablegen.accuracy.comparison import metrics as distances
+from tablegen.accuracy import metrics as distances
 from tablegen.studies.report.reference_sample import Reference
 
 
