@@ -131,7 +131,7 @@ def _point_row(point: Point) -> list[str]:
 
 
 def _closing_rows(dossier: Dossier) -> list[list[str]]:
-    """What noise alone leaves, and what is declared."""
+    """Rows of what noise alone leaves, and of what is declared."""
     points, allowed = dossier.atlas.floor, declared(dossier)
     ks, *others = (float(np.mean([getattr(p, name) for p in points])) for name in SHORT)
     first, *rest = (f"{limit:g}" for limit in allowed.values())
@@ -170,7 +170,7 @@ def worst_rows(dossier: Dossier) -> list[list[str]]:
 
 
 def identity_rows(dossier: Dossier) -> list[list[str]]:
-    """What the table is and where it comes from."""
+    """Say what the table is and where it comes from."""
     config, file = dossier.config, dossier.identity
     alpha, speed = config.domain.alpha_deg, config.domain.speed
     made_with = f"rebound-tables {file['software_version']}, format {file['format_version']}"
@@ -188,7 +188,7 @@ def identity_rows(dossier: Dossier) -> list[list[str]]:
 
 
 def sample_rows(dossier: Dossier) -> list[list[str]]:
-    """Samples of growing size: name, milliseconds, and three metrics."""
+    """Cells of samples of growing size: name, milliseconds, and three metrics."""
     metrics = [name for name in SHORT if name != "auc"]
     return [
         [

@@ -1,7 +1,5 @@
 """Error against run time as text for a terminal."""
 
-from collections.abc import Sequence
-
 from tablegen.studies.report.benchmark import Race, Runner
 from tablegen.studies.report.error_against_time import Evidence
 from tablegen.studies.report.method_errors import Estimate
