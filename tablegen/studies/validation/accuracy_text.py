@@ -8,27 +8,27 @@ from tablegen.config import AccuracyTargets
 from tablegen.configuration.defaults import METRICS
 from tablegen.studies.text_table import table_lines
 
-#: Heads of the columns of `metric_row`, and their widths.
-HEAD = ("alpha", "V", "states", "KS", "noise", "sliced W", "noise", "corr.", "noise", "AUC")
-_WIDTHS = (8, 7, 11, 8, 7, 9, 7, 8, 7, 7)
+#: Heads of the columns of `accuracy_rows`.
+HEAD = ("condition", "states", "KS", "noise", "sliced W", "noise", "corr.", "noise", "AUC")
 
 
-def metric_row(comparison: Comparison) -> list[str]:
-    """Condition, states a side, and the four distances, each but the AUC with its noise."""
-    cells = [f"{comparison.alpha_deg:.2f}", f"{comparison.speed:.1f}", f"{comparison.states:,}"]
-    for name in METRICS[:-1]:
-        estimate = comparison.estimates[name]
-        cells += [f"{estimate.value:.4f}", f"{estimate.noise:.4f}"]
-    return [*cells, f"{comparison.auc:.3f}"]
+def _row(title: str, states: str, values: Sequence[float], noise: Sequence[str]) -> list[str]:
+    """Cells of the four distances, each but the AUC with its noise."""
+    cells = [title, states]
+    for value, cell in zip(values[:-1], noise, strict=True):
+        cells += [f"{value:.4f}", cell]
+    return [*cells, f"{values[-1]:.3f}"]
 
 
-def closing_rows(
+def accuracy_rows(
     comparisons: Sequence[Comparison],
     declared: AccuracyTargets,
-    asked: AccuracyTargets | None,
-    together: int | None,
-) -> list[tuple[str, list[float]]]:
-    """Rows below the conditions: what is largest, its confidence limits, what is allowed.
+    asked: AccuracyTargets | None = None,
+    together: int | None = None,
+) -> list[list[str]]:
+    """Cells of every condition; then what is largest, its confidence limits, what is allowed.
+
+    Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
 
     Parameters
     ----------
@@ -40,9 +40,16 @@ def closing_rows(
 
     Returns
     -------
-    list of (str, list of four float)
-        In the order of `METRICS`.
+    list of list of str
+        For the columns of `HEAD`.
     """
+    distances = METRICS[:-1]
+    rows = []
+    for c in comparisons:
+        title, found = f"{c.alpha_deg:.2f}°, {c.speed:.1f} m/s", c.estimates
+        noise = [f"{found[name].noise:.4f}" for name in distances]
+        values = [*(found[name].value for name in distances), c.auc]
+        rows.append(_row(title, f"{c.states:,}", values, noise))
 
     def largest(quantity: Callable[[str, Comparison], float]) -> list[float]:
         return [max(quantity(name, c) for c in comparisons) for name in METRICS]
@@ -50,15 +57,15 @@ def closing_rows(
     def limit(which: int) -> Callable[[str, Comparison], float]:
         return lambda name, c: limits(name, c.estimates[name], together or len(comparisons))[which]
 
-    rows = [
-        ("largest", largest(lambda name, c: c.estimates[name].value)),
-        ("error at least", largest(limit(0))),
-        ("error at most", largest(limit(1))),
-        ("declared", [getattr(declared, name) for name in METRICS]),
-    ]
+    closing = {
+        "largest": largest(lambda name, c: c.estimates[name].value),
+        "error at least": largest(limit(0)),
+        "error at most": largest(limit(1)),
+        "declared": [getattr(declared, name) for name in METRICS],
+    }
     if asked is not None and asked != declared:
-        rows.append(("asked for", [getattr(asked, name) for name in METRICS]))
-    return rows
+        closing["asked for"] = [getattr(asked, name) for name in METRICS]
+    return rows + [_row(name, "", values, [""] * 3) for name, values in closing.items()]
 
 
 def accuracy_text(
@@ -67,22 +74,8 @@ def accuracy_text(
     asked: AccuracyTargets | None = None,
     together: int | None = None,
 ) -> str:
-    """One line a condition with the four distances and their noise, then the rows that close.
-
-    Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
-    """
-    lines = [_aligned(HEAD), *(_aligned(metric_row(c)) for c in comparisons)]
-    for name, values in closing_rows(comparisons, declared, asked, together):
-        cells = ["", "", ""]
-        for value in values[:-1]:
-            cells += [f"{value:.4f}", ""]
-        line = _aligned([*cells, f"{values[-1]:.3f}"])
-        lines.append(name + line[len(name) :])
-    return "\n".join(lines)
-
-
-def _aligned(cells: Sequence[str]) -> str:
-    return " ".join(cell.rjust(width) for cell, width in zip(cells, _WIDTHS, strict=True))
+    """`accuracy_rows` for a terminal."""
+    return "\n".join(table_lines(HEAD, accuracy_rows(comparisons, declared, asked, together)))
 
 
 #: Heads of the columns of `detail_rows`.
