@@ -12,9 +12,9 @@ import numpy as np
 from sampler.formats.channels import STATE
 from sampler.table import Table
 from tablegen.accuracy.descriptive import modes, scattering_angles, translational_energy
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
 from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
 
 #: Impact speed of the paper [m/s], and the impact angles of our curves [degrees].

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from tablegen.accuracy.samples import FloatArray
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.sample_statistics import (
     DIRECT,
     SCATTERING_BINS,

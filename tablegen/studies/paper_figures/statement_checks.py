@@ -11,8 +11,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
-from tablegen.accuracy.samples import FloatArray
 from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.sample_statistics import (
     DENSITY,
     DIRECT,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tablegen.accuracy.samples import FloatArray
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.report.sampling_methods import CONDITION, Prepared, Scene, Way
 
 #: Quantiles of each component in the ways that store marginals.

@@ -10,11 +10,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sampler.compilation.processors import processors
+from tablegen.accuracy.metrics import Reference
 from tablegen.config import Config
 from tablegen.studies.report.budget import Effort
 from tablegen.studies.report.direct_method import direct_states
 from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
-from tablegen.studies.report.reference_sample import Reference
 from tablegen.studies.report.sampling_methods import Prepared, Scene, Way
 
 #: What random numbers are for, so that no two purposes share any.

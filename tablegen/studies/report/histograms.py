@@ -8,8 +8,8 @@ import numpy as np
 
 from sampler.formats.channels import STATE
 from sampler.table import Table
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.report.accuracy_map import grid
 from tablegen.studies.report.benchmark import Tick
 from tablegen.studies.report.budget import Effort

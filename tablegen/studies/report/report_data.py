@@ -6,8 +6,8 @@ from typing import Any
 
 import sampler
 from sampler.files.locate import find_table
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config, parse_config
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.all_figures import Gallery, make_gallery
 from tablegen.studies.report import accuracy_map as atlases
 from tablegen.studies.report.accuracy_map import Atlas, make_atlas

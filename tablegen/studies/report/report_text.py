@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 
+from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report.benchmark import Race, Runner
 from tablegen.studies.report.error_against_time import Evidence
 from tablegen.studies.report.method_errors import Estimate
-from tablegen.studies.report.reference_sample import METRICS
 
 #: Heads of the columns of `race_rows`.
-HEAD = ("way", "ns/draw", "bytes", "set-up s", "KS", "sliced W", "corr.", "AUC", "forbidden")
+_HEADS = [metric.head for metric in METRICS.values()]
+HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
 
 
 def size_text(count: int) -> str:
@@ -23,7 +24,7 @@ def size_text(count: int) -> str:
 
 def error_texts(errors: dict[str, Estimate]) -> list[str]:
     """Mean of each metric, and the share of forbidden states."""
-    cells = [f"{errors[name].mean:.{3 if name == 'auc' else 4}f}" for name in METRICS]
+    cells = [metric.text(errors[name].mean) for name, metric in METRICS.items()]
     share = errors["forbidden"].mean
     return [*cells, f"{share:.1%}" if share >= 5e-4 else f"{share:.0e}" if share else "0"]
 

@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from tablegen.accuracy.metrics import Reference
 from tablegen.studies.report.benchmark import Tick
 from tablegen.studies.report.budget import Effort
 from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
-from tablegen.studies.report.reference_sample import Reference
 
 #: Purpose of the random numbers, beside those of `tablegen.studies.report.benchmark`.
 _SIZES = 100

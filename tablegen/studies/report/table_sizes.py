@@ -15,9 +15,9 @@ from sampler.errors import InputError
 from sampler.files.locate import find_table
 from sampler.formats.channels import STATE
 from sampler.table import Table
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
 from tablegen.generate import generate
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.report.sampling_methods import DOMAIN, Prepared, Scene, Way
 
 FAMILY = "table"

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate_condition
 
 #: Settings compared: one of the two is varied, the other has its default.

@@ -5,20 +5,31 @@ from collections.abc import Callable, Mapping, Sequence
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import limits
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.defaults import METRICS
+from tablegen.configuration.metric_table import METRICS
 
 #: Heads of the columns of `metric_row`, and their widths.
-HEAD = ("alpha", "V", "states", "KS", "noise", "sliced W", "noise", "corr.", "noise", "AUC")
-_WIDTHS = (8, 7, 11, 8, 7, 9, 7, 8, 7, 7)
+HEAD = ["alpha", "V", "states"]
+_WIDTHS = [8, 7, 11]
+for _metric in METRICS.values():
+    HEAD += [_metric.head, "noise"][: 2 - _metric.learned]
+    _WIDTHS += [max(len(_metric.head) + 1, _metric.digits + 4), 7][: 2 - _metric.learned]
 
 
 def metric_row(comparison: Comparison) -> list[str]:
-    """Condition, states a side, and the four distances, each but the AUC with its noise."""
+    """Condition, states a side, and each distance with its noise where that is not known."""
     cells = [f"{comparison.alpha_deg:.2f}", f"{comparison.speed:.1f}", f"{comparison.states:,}"]
-    for name in METRICS[:-1]:
+    for name, metric in METRICS.items():
         estimate = comparison.estimates[name]
-        cells += [f"{estimate.value:.4f}", f"{estimate.noise:.4f}"]
-    return [*cells, f"{comparison.auc:.3f}"]
+        cells += [metric.text(estimate.value), metric.text(estimate.noise)][: 2 - metric.learned]
+    return cells
+
+
+def closing_cells(values: Sequence[float]) -> list[str]:
+    """Cells of a row of `closing_rows`, below those of `metric_row`."""
+    cells = ["", "", ""]
+    for metric, value in zip(METRICS.values(), values, strict=True):
+        cells += [metric.text(value), ""][: 2 - metric.learned]
+    return cells
 
 
 def closing_rows(
@@ -39,7 +50,7 @@ def closing_rows(
 
     Returns
     -------
-    list of (str, list of four float)
+    list of (str, list of float)
         In the order of `METRICS`.
     """
 
@@ -66,16 +77,13 @@ def accuracy_text(
     asked: AccuracyTargets | None = None,
     together: int | None = None,
 ) -> str:
-    """One line a condition with the four distances and their noise, then the rows that close.
+    """One line a condition with the distances and their noise, then the rows that close.
 
     Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
     """
     lines = [_aligned(HEAD), *(_aligned(metric_row(c)) for c in comparisons)]
     for name, values in closing_rows(comparisons, declared, asked, together):
-        cells = ["", "", ""]
-        for value in values[:-1]:
-            cells += [f"{value:.4f}", ""]
-        line = _aligned([*cells, f"{values[-1]:.3f}"])
+        line = _aligned(closing_cells(values))
         lines.append(name + line[len(name) :])
     return "\n".join(lines)
 
@@ -92,9 +100,10 @@ def details_text(comparison: Comparison) -> str:
         "                   table    direct      table    direct        KS",
     ]
     for k, name in enumerate(c.components):
+        ks = c.estimates["ks"].by_variable[k]
         lines.append(
             f"  {name:<12} {c.table.mean[k]:9.4f} {c.direct.mean[k]:9.4f}  "
-            f"{c.table.mode[k]:9.4f} {c.direct.mode[k]:9.4f} {c.ks[k]:9.4f}"
+            f"{c.table.mode[k]:9.4f} {c.direct.mode[k]:9.4f} {ks:9.4f}"
         )
     lines.append(
         f"  {'energy':<12} {c.table.translational_energy:9.4f} "

@@ -6,7 +6,12 @@ from html import escape
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.studies.html_page import html_page, html_table, verdict
-from tablegen.studies.validation.accuracy_text import HEAD, closing_rows, metric_row
+from tablegen.studies.validation.accuracy_text import (
+    HEAD,
+    closing_cells,
+    closing_rows,
+    metric_row,
+)
 from tablegen.studies.validation.validation_text import certainty_line, coverage_lines, whose
 from tablegen.validate import Validation
 
@@ -16,8 +21,7 @@ def _distances(comparisons: Sequence[Comparison], validation: Validation) -> str
     rows = [metric_row(c) for c in comparisons]
     accuracies = validation.declared, validation.asked
     for name, values in closing_rows(comparisons, *accuracies, len(validation.measured)):
-        texts = [cell for value in values[:-1] for cell in (f"{value:.4f}", "")]
-        rows.append([name, "", "", *texts, f"{values[-1]:.3f}"])
+        rows.append([name, *closing_cells(values)[1:]])
     return html_table(head, rows)
 
 
@@ -30,7 +34,7 @@ def _details(c: Comparison) -> str:
             f"{c.direct.mean[k]:.4f}",
             f"{c.table.mode[k]:.4f}",
             f"{c.direct.mode[k]:.4f}",
-            f"{c.ks[k]:.4f}",
+            f"{c.estimates['ks'].by_variable[k]:.4f}",
         ]
         for k, name in enumerate(c.components)
     ]

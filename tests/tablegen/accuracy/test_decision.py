@@ -22,7 +22,7 @@ from tablegen.accuracy.decision import (
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.defaults import METRICS
+from tablegen.configuration.metric_table import METRICS
 
 TARGETS = AccuracyTargets(ks=0.03, sliced_wasserstein=0.02, correlation_error=0.05, auc=0.7)
 

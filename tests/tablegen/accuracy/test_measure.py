@@ -9,7 +9,7 @@ from tiny_tables import ROUGH, TINY
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare
 from tablegen.accuracy.measure import FIRST_STREAM, Place, measure, sample_size
-from tablegen.configuration.defaults import PRESETS
+from tablegen.configuration.metric_table import PRESETS
 from tablegen.fitting import node
 from tablegen.fitting.node import node_stream
 from tablegen.refinement.assembly import assemble
