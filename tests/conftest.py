@@ -20,7 +20,9 @@ _IMPORTS = re.compile(rb"^from ((?:sampler|tablegen)[.\w]*) import", re.MULTILIN
 def kernel_sources():
     """Files whose contents can change what a kernel computes, with these contents."""
     files = [
-        p for d in ("sampler", "tablegen", "docs", "tests") for p in sorted(_ROOT.glob(f"{d}/**/*.py"))
+        p
+        for d in ("sampler", "tablegen", "docs", "tests")
+        for p in sorted(_ROOT.glob(f"{d}/**/*.py"))
     ]
     texts = {path: path.read_bytes() for path in files}
     found = {path for path, text in texts.items() if _COMPILES.search(text)}

@@ -8,7 +8,7 @@ import pytest
 from reference_draw import key_words
 from scipy.spatial.transform import Rotation
 
-from sampler import frames, kernel
+from sampler.drawing import frames, kernel
 
 pytestmark = pytest.mark.processor
 

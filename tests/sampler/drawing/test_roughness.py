@@ -9,8 +9,8 @@ from scipy.integrate import quad
 from scipy.stats import kstest
 
 import sampler
-from sampler import frames, kernel
 from sampler.compilation.jit import borrowing_kernel
+from sampler.drawing import frames, kernel
 from sampler.drawing.frames import rebound
 from sampler.drawing.roughness import (
     CASCADE_NOT_ENDED,

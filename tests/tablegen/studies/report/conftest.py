@@ -1,5 +1,5 @@
 import pytest
-from tiny_effort import TINY
+from tiny_budget import TINY
 
 from tablegen.config import load_config
 from tablegen.studies.report import error_against_time as study

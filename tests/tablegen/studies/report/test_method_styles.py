@@ -3,7 +3,9 @@
 import re
 from importlib import resources
 
-from tablegen.studies.report import direct, rivals, tables
+from tablegen.studies.report import baselines as rivals
+from tablegen.studies.report import direct_method as direct
+from tablegen.studies.report import table_sizes as tables
 from tablegen.studies.report.method_styles import LOOKS
 from tablegen.studies.report.report_page import plot_data
 

@@ -5,10 +5,12 @@ import sys
 
 import pytest
 from command_line import DONE
-from tiny_effort import TINY
+from tiny_budget import TINY
 
-from tablegen.studies.report import command, page, study
+from tablegen.commands import report_command as command
+from tablegen.studies.report import error_against_time as study
 from tablegen.studies.report import report_data as dossiers
+from tablegen.studies.report import report_page as page
 from tablegen.studies.report.reference_sample import METRICS
 from tablegen.studies.report.table_sizes import designs
 
