@@ -108,16 +108,15 @@ class TableSettings(Record):
     mirror: bool = False
 
 
-#: A field for each metric.
-_Limits: Any = create_model(
-    "_Limits",
-    __base__=Record,
-    preset=(Literal[tuple(PRESETS)], "standard"),
-    **{name: (Annotated[float, Field(**metric.allowed)], ...) for name, metric in METRICS.items()},
-)
+#: The preset, and a field for each metric.
+_ACCURACY_FIELDS: dict[str, Any] = {
+    "preset": (Literal[tuple(PRESETS)], "standard"),
+    **{name: (Annotated[float, Field(**m.allowed)], ...) for name, m in METRICS.items()},
+}
+_AccuracyFields: Any = create_model("_AccuracyFields", __base__=Record, **_ACCURACY_FIELDS)
 
 
-class AccuracyTargets(_Limits):
+class AccuracyTargets(_AccuracyFields):
     """Largest distances from direct simulation that a table declares, by metric.
 
     Those that are not given are the preset's.

@@ -44,7 +44,7 @@ class Metric:
     short: str
     head: str
     presets: Mapping[str, float]
-    allowed: Mapping[str, float]
+    allowed: Mapping[str, Any]
     digits: int = 4
     floor: float = 0.0
     per_variable: bool = False
@@ -55,12 +55,12 @@ class Metric:
     @property
     def least(self) -> float:
         """Distance of equal laws."""
-        return self.allowed.get("ge", self.allowed.get("gt", 0.0))
+        return float(self.allowed.get("ge", self.allowed.get("gt", 0.0)))
 
     @property
     def most(self) -> float:
         """Largest distance there can be."""
-        return self.allowed.get("le", float("inf"))
+        return float(self.allowed.get("le", "inf"))
 
     def share(self, distance: float, allowed: float) -> float:
         """Distance from equal laws in units of what is allowed."""

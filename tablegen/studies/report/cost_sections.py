@@ -2,21 +2,21 @@
 
 from html import escape
 
-from tablegen.studies.report.benchmark import Race
+from tablegen.studies.report.benchmark import Benchmark
 from tablegen.studies.report.labels import METRIC_WORDS
-from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_data import ReportData
 from tablegen.studies.report.report_html import Choice, controls, folded, plot, section, table
-from tablegen.studies.report.report_text import HEAD, SETTING_HEAD, race_rows, setting_rows
+from tablegen.studies.report.report_text import HEAD, SETTING_HEAD, benchmark_rows, setting_rows
 from tablegen.studies.report.tolerances import FINEST
 
 _COSTS = {"nanoseconds": "run time of a draw", "bytes": "bytes", "setup_seconds": "set-up time"}
 
 
-def _at(race: Race) -> str:
+def _at(race: Benchmark) -> str:
     return f"{race.alpha_deg:g}°, {race.speed:g} m/s"
 
 
-def ways_section(dossier: Dossier) -> str:
+def ways_section(dossier: ReportData) -> str:
     """Compare every way to get a rebound state."""
     evidence, effort = dossier.evidence, dossier.evidence.effort
     lead = (
@@ -37,7 +37,10 @@ def ways_section(dossier: Dossier) -> str:
     left = "".join(f"<p>{escape(line)}</p>" for line in evidence.left_out)
     conditions = {str(k): _at(race) for k, race in enumerate(evidence.races)}
     tables = "".join(
-        folded(f"Numbers at {_at(race)}", table(f"Every way at {_at(race)}", HEAD, race_rows(race)))
+        folded(
+            f"Numbers at {_at(race)}",
+            table(f"Every way at {_at(race)}", HEAD, benchmark_rows(race)),
+        )
         for race in evidence.races
     )
     last = str(len(evidence.races) - 1)
@@ -58,7 +61,7 @@ def ways_section(dossier: Dossier) -> str:
     )
 
 
-def designs_section(dossier: Dossier) -> str:
+def designs_section(dossier: ReportData) -> str:
     """Compare tables of other sizes on a small domain."""
     race = dossier.evidence.designs
     base = race.runners[0]
@@ -79,11 +82,13 @@ def designs_section(dossier: Dossier) -> str:
             ],
         )
         + plot("plot-designs", "Error against cost, tables of other sizes")
-        + folded("Numbers of every table", table("Tables of other sizes", HEAD, race_rows(race))),
+        + folded(
+            "Numbers of every table", table("Tables of other sizes", HEAD, benchmark_rows(race))
+        ),
     )
 
 
-def sizes_section(dossier: Dossier) -> str:
+def sizes_section(dossier: ReportData) -> str:
     """Show the error of samples of growing size."""
     samples = dossier.evidence.sizes
     rows = [
@@ -115,7 +120,7 @@ def sizes_section(dossier: Dossier) -> str:
     )
 
 
-def numerics_section(dossier: Dossier) -> str:
+def numerics_section(dossier: ReportData) -> str:
     """Show what the numerics of the direct model cost and leave."""
     lead = (
         f"Every setting follows the same {dossier.evidence.effort.paths:,} particles as a much "

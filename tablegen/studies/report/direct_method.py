@@ -1,6 +1,7 @@
 """Direct simulation as a method of sampling: by contact resolution and flight tolerance."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,7 @@ def simulated(case: BenchmarkCase, **numerics: float) -> FittedMethod:
 
 def direct_methods() -> list[SamplingMethod]:
     """Direct simulation as configured, then by resolution, then by tolerance."""
+    varied: list[tuple[str, dict[str, Any]]]
     varied = [("contact resolution", {"contact_resolution": x}) for x in RESOLUTIONS]
     varied += [("flight tolerance", {"tolerance": x}) for x in TOLERANCES]
     methods = [SamplingMethod(FAMILY, "as configured", DOMAIN, simulated)]

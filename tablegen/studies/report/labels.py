@@ -1,20 +1,12 @@
-"""Words for metrics and components, on axes, in tables and in controls."""
+"""Words for metrics and variables, on axes, in tables and in controls."""
+
+from tablegen.configuration.metric_table import METRICS
 
 #: Words for metrics, in the order of `METRICS`.
-METRIC_WORDS = {
-    "ks": "Kolmogorov–Smirnov distance, worst component",
-    "sliced_wasserstein": "sliced Wasserstein distance",
-    "correlation_error": "largest error of a correlation",
-    "auc": "AUC of a classifier (0.5: cannot tell)",
-}
+METRIC_WORDS = {name: metric.label for name, metric in METRICS.items()}
 
 #: Short words for the same.
-SHORT = {
-    "ks": "KS distance",
-    "sliced_wasserstein": "sliced Wasserstein",
-    "correlation_error": "correlation error",
-    "auc": "AUC",
-}
+SHORT = {name: metric.short for name, metric in METRICS.items()}
 
 #: Names of components on axes, and as plain text.
 LABELS = {

@@ -23,7 +23,7 @@ from tablegen.studies.report.cost_sections import (
 )
 from tablegen.studies.report.labels import LABELS, SHORT
 from tablegen.studies.report.method_styles import LOOKS
-from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_data import ReportData
 from tablegen.studies.report.report_html import folded, packed, picture, section, table
 from tablegen.studies.report.table_sections import (
     accuracy_section,
@@ -76,7 +76,7 @@ def _asset(name: str) -> str:
     )
 
 
-def plot_data(dossier: Dossier) -> dict[str, Any]:
+def plot_data(dossier: ReportData) -> dict[str, Any]:
     """Everything that the page's script draws, JSON-ready."""
     evidence = dossier.evidence.to_dict()
     stored = {name: values.tolist() for name, values in dossier.stored.items()}
@@ -102,7 +102,7 @@ def plot_data(dossier: Dossier) -> dict[str, Any]:
     }
 
 
-def stability_section(dossier: Dossier) -> str:
+def stability_section(dossier: ReportData) -> str:
     """Show the stability study of the direct model."""
     study = dossier.stability
     lines = failure_lines(study)
@@ -131,7 +131,7 @@ def stability_section(dossier: Dossier) -> str:
     )
 
 
-def paper_section(dossier: Dossier) -> str:
+def paper_section(dossier: ReportData) -> str:
     """Show the figures and the statements of the paper."""
     gallery = dossier.gallery
     if gallery is None:
@@ -169,12 +169,12 @@ def paper_section(dossier: Dossier) -> str:
     )
 
 
-def report_page(dossier: Dossier) -> str:
+def report_page(dossier: ReportData) -> str:
     """Self-contained HTML of a report.
 
     Parameters
     ----------
-    dossier : Dossier
+    dossier : ReportData
 
     Returns
     -------

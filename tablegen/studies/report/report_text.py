@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 from tablegen.configuration.metric_table import METRICS
-from tablegen.studies.report.benchmark import Race, Runner
-from tablegen.studies.report.error_against_time import Evidence
+from tablegen.studies.report.benchmark import Benchmark, MethodResult
+from tablegen.studies.report.error_against_time import ErrorAgainstTime
 from tablegen.studies.report.method_errors import Estimate
 
-#: Heads of the columns of `race_rows`.
+#: Heads of the columns of `benchmark_rows`.
 _HEADS = [metric.head for metric in METRICS.values()]
 HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
 
@@ -29,7 +29,7 @@ def error_texts(errors: dict[str, Estimate]) -> list[str]:
     return [*cells, f"{share:.1%}" if share >= 5e-4 else f"{share:.0e}" if share else "0"]
 
 
-def runner_row(runner: Runner) -> list[str]:
+def method_row(runner: MethodResult) -> list[str]:
     """Cells of one way, for the columns of `HEAD`."""
     return [
         f"{runner.family}: {runner.name}",
@@ -40,10 +40,10 @@ def runner_row(runner: Runner) -> list[str]:
     ]
 
 
-def race_rows(race: Race) -> list[list[str]]:
+def benchmark_rows(race: Benchmark) -> list[list[str]]:
     """Cells of all ways at one condition, the noise floor first."""
     floor = ["noise floor: direct against direct", "", "", "", *error_texts(race.floor)]
-    return [floor, *(runner_row(runner) for runner in race.runners)]
+    return [floor, *(method_row(runner) for runner in race.runners)]
 
 
 def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -61,7 +61,7 @@ def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]
 SETTING_HEAD = ("angle", "resolution", "tolerance", "ns", "error", "noise", "of")
 
 
-def setting_rows(evidence: Evidence) -> list[list[str]]:
+def setting_rows(evidence: ErrorAgainstTime) -> list[list[str]]:
     """Cells of every setting of the direct model's numerics."""
     return [
         [
@@ -77,7 +77,7 @@ def setting_rows(evidence: Evidence) -> list[list[str]]:
     ]
 
 
-def machine_text(evidence: Evidence) -> str:
+def machine_text(evidence: ErrorAgainstTime) -> str:
     """Say what the timings were measured on."""
     about = evidence.machine
     return (
@@ -85,12 +85,12 @@ def machine_text(evidence: Evidence) -> str:
     )
 
 
-def evidence_text(evidence: Evidence) -> str:
+def error_against_time_text(evidence: ErrorAgainstTime) -> str:
     """Report of a run for a terminal.
 
     Parameters
     ----------
-    evidence : Evidence
+    evidence : ErrorAgainstTime
 
     Returns
     -------
@@ -106,12 +106,12 @@ def evidence_text(evidence: Evidence) -> str:
     ]
     for race in evidence.races:
         lines += ["", f"At {race.alpha_deg:g} degrees, {race.speed:g} m/s"]
-        lines += table_lines(HEAD, race_rows(race))
+        lines += table_lines(HEAD, benchmark_rows(race))
     designs = evidence.designs
     lines += [
         "",
         f"Tables of other sizes at {designs.alpha_deg:g} degrees, {designs.speed:g} m/s",
-        *table_lines(HEAD, race_rows(designs)),
+        *table_lines(HEAD, benchmark_rows(designs)),
         "",
         "Numerics of direct simulation, on the same particles",
         *table_lines(SETTING_HEAD, setting_rows(evidence)),

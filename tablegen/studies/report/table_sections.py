@@ -1,18 +1,19 @@
 """Sections of a report's page on the table itself: summary, identity, accuracy, joint law."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
+from typing import Any
 
 import numpy as np
 
 from sampler.formats.channels import STATE
+from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.decision import judge, limits
-from tablegen.accuracy.noise_corrected import LEAST
 from tablegen.accuracy.verdict import verdict_words
-from tablegen.studies.report.accuracy_map import Point
-from tablegen.studies.report.benchmark import Race, Runner
+from tablegen.configuration.metric_table import METRICS
+from tablegen.studies.report.benchmark import Benchmark, MethodResult
 from tablegen.studies.report.labels import LABELS, METRIC_WORDS, SHORT
-from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_data import ReportData
 from tablegen.studies.report.report_html import (
     Choice,
     controls,
@@ -28,20 +29,20 @@ from tablegen.studies.report.report_text import machine_text, size_text
 _WORST = 8
 
 
-def declared(dossier: Dossier) -> dict[str, float]:
+def declared(dossier: ReportData) -> dict[str, float]:
     """Largest distances that the table declares."""
     targets = dossier.config.accuracy
     return {name: getattr(targets, name) for name in METRIC_WORDS}
 
 
 def share_of_allowed(
-    point: Point, allowed: dict[str, float], count: int
+    point: Measured, allowed: dict[str, float], count: int
 ) -> tuple[float, float, str]:
     """Largest error at a point in units of what is declared, without noise.
 
     Parameters
     ----------
-    point : Point
+    point : Measured
     allowed : dict
         Largest distances that are declared.
     count : int
@@ -57,18 +58,18 @@ def share_of_allowed(
     shares = []
     for name, most in allowed.items():
         low, high = limits(name, point.estimates[name], count)
-        least = LEAST[name]
+        least = METRICS[name].least
         unit = max(most - least, 1e-9)
         shares.append(((high - least) / unit, (low - least) / unit, name))
     return max(shares)
 
 
-def _fastest(race: Race, family: str) -> Runner:
+def _fastest(race: Benchmark, family: str) -> MethodResult:
     """First way of a family: as configured, or the table of the report."""
     return next(runner for runner in race.runners if runner.family == family)
 
 
-def headline(dossier: Dossier) -> str:
+def headline(dossier: ReportData) -> str:
     """Say in one paragraph whether the declared accuracy holds, by this run and by the table."""
     judged = judge(dossier.atlas.points, dossier.config.accuracy)
     stored = [
@@ -83,7 +84,7 @@ def headline(dossier: Dossier) -> str:
     return f'<p class="{kind}">{escape(words)}</p>' + (f"<ul>{items}</ul>" if items else "")
 
 
-def summary_section(dossier: Dossier) -> str:
+def summary_section(dossier: ReportData) -> str:
     """Tell what matters most, in a few figures."""
     evidence, stored, allowed = dossier.evidence, dossier.stored, declared(dossier)
     race = evidence.races[-1]
@@ -124,7 +125,7 @@ def summary_section(dossier: Dossier) -> str:
     return section("summary", "Summary", headline(dossier) + tiles(items))
 
 
-def identity_section(dossier: Dossier) -> str:
+def identity_section(dossier: ReportData) -> str:
     """Tell what the table is and where it comes from."""
     config, file = dossier.config, dossier.identity
     alpha, speed = config.domain.alpha_deg, config.domain.speed
@@ -151,31 +152,27 @@ def identity_section(dossier: Dossier) -> str:
     )
 
 
-def _point_row(point: Point) -> list[str]:
-    worst = STATE[int(np.argmax(point.ks_components))]
-    return [
-        f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s",
-        f"{point.ks:.4f}",
-        worst,
-        f"{point.sliced_wasserstein:.4f}",
-        f"{point.correlation_error:.4f}",
-        f"{point.auc:.3f}",
-    ]
+def _point_row(point: Measured) -> list[str]:
+    return [f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s", *_metric_cells(point.distances())]
 
 
-def _floor_row(points: Sequence[Point]) -> list[str]:
-    means = [
-        float(np.mean([getattr(p, name) for p in points]))
-        for name in ("ks", "sliced_wasserstein", "correlation_error", "auc")
-    ]
-    return [
-        "noise floor (mean)",
-        f"{means[0]:.4f}",
-        "",
-        f"{means[1]:.4f}",
-        f"{means[2]:.4f}",
-        f"{means[3]:.3f}",
-    ]
+def _metric_cells(distances: Mapping[str, Any]) -> list[str]:
+    """Each metric; of one by variable the largest, and of which variable it is."""
+    cells = []
+    for name, metric in METRICS.items():
+        if name in distances:
+            cells.append(metric.text(float(np.max(distances[name]))))
+            if metric.per_variable:
+                cells.append(STATE[int(np.argmax(distances[name]))])
+    return cells
+
+
+def _floor_row(points: Sequence[Measured]) -> list[str]:
+    cells = ["noise floor (mean)"]
+    for name, metric in METRICS.items():
+        mean = float(np.mean([p.estimates[name].value for p in points]))
+        cells += [metric.text(mean), ""][: 1 + metric.per_variable]
+    return cells
 
 
 #: Columns of the tables of accuracy.
@@ -187,25 +184,16 @@ def _declared_row(limits: dict[str, float]) -> list[str]:
     return ["declared", ks, "", *others]
 
 
-def _stored_rows(dossier: Dossier) -> list[list[str]]:
+def _stored_rows(dossier: ReportData) -> list[list[str]]:
     """Cells of the accuracy that the table carries."""
-    columns = ("alpha_deg", "speed", "ks", *list(METRIC_WORDS)[1:])
-    return [
-        [
-            f"{alpha_deg:.2f}°, {speed:.1f} m/s",
-            f"{ks.max():.4f}",
-            STATE[int(ks.argmax())],
-            f"{wasserstein:.4f}",
-            f"{correlation:.4f}",
-            f"{auc:.3f}",
-        ]
-        for alpha_deg, speed, ks, wasserstein, correlation, auc in zip(
-            *(dossier.stored[name] for name in columns), strict=True
-        )
-    ]
+    stored, rows = dossier.stored, []
+    for k, (alpha_deg, speed) in enumerate(zip(stored["alpha_deg"], stored["speed"], strict=True)):
+        cells = _metric_cells({name: values[k] for name, values in stored.items()})
+        rows.append([f"{alpha_deg:.2f}°, {speed:.1f} m/s", *cells])
+    return rows
 
 
-def _worst_cells(dossier: Dossier) -> str:
+def _worst_cells(dossier: ReportData) -> str:
     """Table of the conditions that come nearest to what is declared."""
     allowed, points = declared(dossier), dossier.atlas.points
     ranked = sorted(
@@ -226,7 +214,7 @@ def _worst_cells(dossier: Dossier) -> str:
     )
 
 
-def accuracy_section(dossier: Dossier) -> str:
+def accuracy_section(dossier: ReportData) -> str:
     """Map the accuracy over angle and speed, and list the worst cells."""
     atlas, allowed = dossier.atlas, _declared_row(declared(dossier))
     lead = (
@@ -249,7 +237,7 @@ def accuracy_section(dossier: Dossier) -> str:
     )
 
 
-def views_section(dossier: Dossier) -> str:
+def views_section(dossier: ReportData) -> str:
     """Show marginals and joint densities at a chosen condition."""
     conditions = {
         str(k): f"{view.alpha_deg:g}°, {view.speed:g} m/s" for k, view in enumerate(dossier.views)
@@ -279,7 +267,7 @@ def views_section(dossier: Dossier) -> str:
     )
 
 
-def footer_text(dossier: Dossier) -> str:
+def footer_text(dossier: ReportData) -> str:
     """Say how the page was made."""
     evidence = dossier.evidence
     versions = ", ".join(
