@@ -44,7 +44,7 @@ def run(
         ) from None
     with atomic_output(output) as temporary, open(temporary, "wb") as file:
         # An open file, because numpy would add a suffix to a name.
-        np.savez(file, state=state)
+        np.savez(file, state=state, columns=loaded.columns)
     return 0
 
 

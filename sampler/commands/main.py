@@ -30,8 +30,8 @@ _LIST_EXAMPLES = ("sampler list", "sampler list --json")
 
 _READING = """
 
-The output holds one array, state (N, 6): u, v, w over V and omega_x, omega_y, omega_z times a/V.
-Read it with numpy.load("a.npz")["state"]."""
+The output holds state (N, 6): u, v, w over V and omega_x, omega_y, omega_z times a/V, and the names
+of its columns. Read it with numpy.load("a.npz")["state"]."""
 
 
 class _Parser(argparse.ArgumentParser):

@@ -159,7 +159,7 @@ class ComparedCondition:
         drawn = self.table.sample(
             alpha1, self.speed, seed=self.seed, hit=self.number, index=index, threads=1
         )
-        return drawn, simulated_components(direct, self.table.components)
+        return drawn, simulated_components(direct, self.table.columns)
 
     def compared(self, samples: int, targets: AccuracyTargets) -> Comparison:
         """Compare, with more states until everything is decided or there are too many."""
@@ -169,7 +169,7 @@ class ComparedCondition:
             self.alpha_deg,
             self.speed,
             seed=seed,
-            components=self.table.components,
+            components=self.table.columns,
         )
         for look in range(1, LOOKS):
             count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))

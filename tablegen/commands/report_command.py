@@ -8,7 +8,7 @@ import click
 from sampler.files.atomic import write_text
 from tablegen.studies.report.error_against_time import measure_error_against_time
 from tablegen.studies.report.report_data import collect_report_data, map_accuracy, record
-from tablegen.studies.report.report_page import plotting_library, report_page
+from tablegen.studies.report.report_page import report_page, require_plotly
 from tablegen.studies.report.report_text import error_against_time_text
 from tablegen.studies.report.stability_results import read_study
 
@@ -26,7 +26,7 @@ def run(
     """Run ``tablegen report``; parameters are the options of `tablegen.commands.report`."""
     if html_file:
         # what is missing shows before the work, not after
-        plotting_library()
+        require_plotly()
     if stability_file:
         read_study(stability_file)
     evidence = measure_error_against_time(table, beside, quick=quick, seed=seed, progress=progress)

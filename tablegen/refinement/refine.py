@@ -21,7 +21,7 @@ from tablegen.refinement.interpolation_error import (
     share_of_allowed,
 )
 from tablegen.refinement.intervals import Grid, Place, Placement, refine
-from tablegen.tasks.runner import SECONDS, Arrays, Piece, Stopwatch, Workshop
+from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, Task, TaskRunner
 
 #: Share of the allowed AUC (over 0.5) that the mixture may use up; the rest is for interpolation.
 _CAPACITY = 0.66
@@ -42,7 +42,7 @@ class Plan(NamedTuple):
     nodes: list[NodeArrays]
 
 
-def _node_piece(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
+def _node_task(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
     """Arrays of a node with the seconds it took."""
     watch = Stopwatch()
     arrays = fit_node(config, alpha_deg, speed, size, watch)
@@ -50,14 +50,14 @@ def _node_piece(config: Config, alpha_deg: float, speed: float, size: Resolution
 
 
 def node_key(alpha_deg: float, speed: float, size: Resolution) -> str:
-    """Key of the piece that is a node."""
+    """Key of the task that fits a node."""
     return f"node {alpha_deg!r} {speed!r} {tuple(size)}"
 
 
 class NodeCache:
     """Nodes and interpolation errors of one configuration; none is computed twice."""
 
-    def __init__(self, config: Config, runner: Workshop) -> None:
+    def __init__(self, config: Config, runner: TaskRunner) -> None:
         self.config, self.runner = config, runner
         self._nodes: dict[tuple[Resolution, float, float], NodeArrays] = {}
         self._errors: dict[tuple[Resolution, Place], Arrays] = {}
@@ -66,10 +66,10 @@ class NodeCache:
         """Nodes at conditions (alpha_deg, speed), in their order."""
         wanted = list(conditions)
         missing = [c for c in dict.fromkeys(wanted) if (size, *c) not in self._nodes]
-        pieces = {
-            node_key(a, v, size): Piece(_node_piece, (self.config, a, v, size)) for a, v in missing
+        tasks = {
+            node_key(a, v, size): Task(_node_task, (self.config, a, v, size)) for a, v in missing
         }
-        made = self.runner.run("fitting nodes", pieces)
+        made = self.runner.run("fitting nodes", tasks)
         for (a, v), arrays in zip(missing, made.values(), strict=True):
             node = {name: arrays[name] for name in NodeArrays._fields}
             self._nodes[size, a, v] = NodeArrays(**node)
@@ -82,32 +82,31 @@ class NodeCache:
         wanted = list(places)
         missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._errors]
         self.fit(size, (c for place in missing for c in product(*place)))
-        pieces, owner = {}, {}
+        tasks, owner = {}, {}
         for place in missing:
             nodes = self.fit(size, product(*place))
             arguments = (self.config, place, middle_of(self.config, place), nodes)
             key = f"trial {tuple(place)!r} {tuple(size)}"
-            pieces[key], owner[key] = Piece(interpolation_errors, arguments), place
+            tasks[key], owner[key] = Task(interpolation_errors, arguments), place
         known = {p: error(p, self._errors[size, p]) for p in wanted if p not in missing}
 
-        def see(key: str, arrays: Arrays) -> None:
+        def on_result(key: str, arrays: Arrays) -> None:
             self._errors[size, owner[key]] = arrays
             known[owner[key]] = error(owner[key], arrays)
             self.runner.note = f"worst error {max(known.values()):.2f} of what is allowed"
 
-        self.runner.run("checking", pieces, see)
+        self.runner.run("checking", tasks, on_result)
         return {place: known[place] for place in wanted}
 
 
-def fit_nodes(config: Config, grid: Grid, runner: Workshop) -> list[NodeArrays]:
+def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays]:
     """Fit all nodes of a grid, in the resolution that the configuration names.
 
     Parameters
     ----------
     config : Config
     grid : Grid
-    runner : Workshop
-        Where the nodes are made.
+    runner : TaskRunner
 
     Returns
     -------
@@ -117,14 +116,13 @@ def fit_nodes(config: Config, grid: Grid, runner: Workshop) -> list[NodeArrays]:
     return NodeCache(config, runner).fit(resolution(config), product(*grid))
 
 
-def make_plan(config: Config, runner: Workshop) -> Plan:
+def make_plan(config: Config, runner: TaskRunner) -> Plan:
     """Choose the sizes, place the nodes and fit them.
 
     Parameters
     ----------
     config : Config
-    runner : Workshop
-        Where the pieces are made.
+    runner : TaskRunner
 
     Returns
     -------

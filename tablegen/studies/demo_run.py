@@ -79,7 +79,7 @@ def _draw_both(config: Config, output: Path) -> tuple[FloatArray, FloatArray, st
     table = sampler.load(output)
     alpha1 = math.radians(_ALPHA_DEG)
     count, simulated, timed = 1_000_000, 100_000, 20_000
-    state, index = np.empty((count, len(table.components))), np.arange(count)
+    state, index = np.empty((count, len(table.columns))), np.arange(count)
     rebounds = simulate(config, alpha1, _SPEED, simulated, seed=1)
     draw = _median_seconds(
         lambda: table.sample(alpha1, _SPEED, seed=1, index=index, threads=1, out=state)

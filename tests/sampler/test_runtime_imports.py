@@ -35,7 +35,7 @@ sys.meta_path[:] = map(Only, sys.meta_path)
 
 DRAW = """
 import sampler
-print(sampler.load("PATH").sample(0.5, 100.0, seed=1).shape)
+print(sampler.load("PATH").sample(0.5, 100.0, seed=1, index=[0]).shape)
 """
 
 COMMANDS = """

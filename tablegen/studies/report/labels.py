@@ -1,14 +1,11 @@
-"""Words for metrics and variables, on axes, in tables and in controls."""
+"""Words for metrics and variables, and quantities in the unit that suits them."""
 
 from tablegen.configuration.metric_table import METRICS
 
 #: Words for metrics, in the order of `METRICS`.
-METRIC_WORDS = {name: metric.label for name, metric in METRICS.items()}
-
-#: Short words for the same.
 SHORT = {name: metric.short for name, metric in METRICS.items()}
 
-#: Names of components on axes, and as plain text.
+#: Names of variables on axes.
 LABELS = {
     "u": "u⁺ / V",
     "v": "v⁺ / V",
@@ -17,3 +14,19 @@ LABELS = {
     "omega_y": "Ωy⁺ a / V",
     "omega_z": "Ωz⁺ a / V",
 }
+
+#: Prefixes of units; nobody says kiloseconds.
+_PREFIXES = {
+    "s": ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")),
+    "B": ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")),
+}
+
+
+def quantity_text(value: float, unit: str = "") -> str:
+    """Positive seconds or bytes with the prefix that suits them: "2 µs"; or a plain number."""
+    if not unit:
+        return f"{float(f'{value:.2g}'):g}"
+    # a tick of 1e-6 may be a hair below it
+    prefixes = _PREFIXES[unit]
+    scale, prefix = next((p for p in prefixes if value >= p[0] * (1.0 - 1e-9)), prefixes[-1])
+    return f"{float(f'{value / scale:.3g}'):,g} {prefix}{unit}"

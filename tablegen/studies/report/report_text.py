@@ -1,11 +1,10 @@
 """Error against run time as text for a terminal."""
 
-from collections.abc import Sequence
-
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report.benchmark import Benchmark, MethodResult
 from tablegen.studies.report.error_against_time import ErrorAgainstTime
 from tablegen.studies.report.method_errors import Estimate
+from tablegen.studies.text_table import table_lines
 
 #: Heads of the columns of `benchmark_rows`.
 _HEADS = [metric.head for metric in METRICS.values()]
@@ -44,17 +43,6 @@ def benchmark_rows(race: Benchmark) -> list[list[str]]:
     """Cells of all ways at one condition, the noise floor first."""
     floor = ["noise floor: direct against direct", "", "", "", *error_texts(race.floor)]
     return [floor, *(method_row(runner) for runner in race.runners)]
-
-
-def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table: the first column flush left, the others flush right."""
-    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-    lines = []
-    for row in (head, *rows):
-        cells = [row[0].ljust(widths[0])]
-        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        lines.append("  ".join(cells))
-    return lines
 
 
 #: Heads of the columns of `setting_rows`.

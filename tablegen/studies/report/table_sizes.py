@@ -101,9 +101,9 @@ def whole_table(name_or_path: str) -> Table:
         If it is not a table, or leaves components out.
     """
     table = sampler.load(name_or_path)
-    if table.components != STATE:
+    if table.columns != STATE:
         raise InputError(
-            f"{name_or_path}: got components {', '.join(table.components)}, "
+            f"{name_or_path}: got components {', '.join(table.columns)}, "
             f"allowed: {', '.join(STATE)} ('tablegen validate' judges any table)"
         )
     return table

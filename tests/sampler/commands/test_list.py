@@ -52,7 +52,7 @@ def test_json_says_what_the_files_say(program, listed):
     for name, facts in found["tables"].items():
         table = sampler.load(name)
         assert facts["pair"] == table.pair
-        assert facts["components"] == list(table.components)
+        assert facts["components"] == list(table.columns)
         assert facts["alpha_deg"] == list(table.alpha_nodes_deg[[0, -1]])
         assert facts["speed"] == list(table.speed_range)
         assert facts["bytes"] == find_table(name).stat().st_size

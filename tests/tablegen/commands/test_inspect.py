@@ -38,7 +38,7 @@ def test_json_has_what_the_table_has(run, tiny):
     assert (ended.status, ended.err) == (DONE, "")
     facts, table = json.loads(ended.out), sampler.load(tiny.path)
     assert facts["pair"] == "corundum-steel"
-    assert facts["components"] == list(table.components)
+    assert facts["components"] == list(table.columns)
     assert facts["alpha_deg"] == [35.0, 45.0]
     assert facts["speed"] == [60.0, 300.0]
     assert facts["mixture_components"] == table.arrays.n_components

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from corrupt_tables import declaring, shifted_speeds
 from tiny_tables import TINY
-from wrong_tables import declaring, shifted_speeds
 
 import sampler
 from sampler.formats.channels import COMPONENTS, channels_for
@@ -96,7 +96,7 @@ def test_columns_between_nodes_are_those_of_the_simulation(scene):
 def test_draws_are_possible(scene):
     rng = np.random.default_rng(5)
     alpha1, speed = np.radians(rng.uniform(35.0, 45.0, N)), rng.uniform(60.0, 300.0, N)
-    states = scene.table.sample(alpha1, speed, seed=9)
+    states = scene.table.sample(alpha1, speed, seed=9, index=np.arange(N))
     found = dict(zip(scene.columns, states.T, strict=True))
     assert np.isfinite(states).all()
     assert (found["v"] > 0.0).all()
