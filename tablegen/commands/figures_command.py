@@ -10,7 +10,7 @@ from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
 from tablegen.config import parse_config
 from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
-from tablegen.studies.paper_figures.all_figures import Gallery, make_gallery
+from tablegen.studies.paper_figures.all_figures import PaperFigures, make_paper_figures
 from tablegen.studies.paper_figures.statement_text import (
     laws_json,
     statements_json,
@@ -36,7 +36,7 @@ def _folder(path: Path) -> Path:
     return path
 
 
-def _write_all(gallery: Gallery, folder: Path) -> None:
+def _write_all(gallery: PaperFigures, folder: Path) -> None:
     """Write each file whole."""
     folder.mkdir(exist_ok=True)
     files = {picture.name: picture.data for picture in gallery.pictures}
@@ -58,7 +58,7 @@ def run(table: str, output: Path, count: int | None, quick: bool, seed: int, pro
     loaded = sampler.load(table)
     config = parse_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
-    gallery = make_gallery(loaded, config, particles, seed, progress)
+    gallery = make_paper_figures(loaded, config, particles, seed, progress)
     assert gallery is not None  # matplotlib is there
     _write_all(gallery, folder)
     click.echo(statements_text(gallery.statements))

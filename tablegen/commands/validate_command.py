@@ -48,7 +48,7 @@ def run(
     if result.nodes:
         click.echo("at the nodes that looked worst")
         click.echo(accuracy_text(result.nodes, *allowed))
-    worst = max(result.comparisons, key=lambda c: c.auc)
+    worst = max(result.comparisons, key=lambda c: c.estimates["auc"].value)
     for comparison in result.comparisons if details else [worst]:
         click.echo(details_text(comparison))
     for line in (*coverage_lines(result), certainty_line()):

@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 import plotly.graph_objects as go
 
-from tablegen.studies.report.benchmark import Race
+from tablegen.configuration.metric_table import METRICS
+from tablegen.studies.report.benchmark import Benchmark
 from tablegen.studies.report.labels import SHORT
 from tablegen.studies.report.method_errors import Estimate
 from tablegen.studies.report.method_styles import LOOKS
@@ -63,7 +64,7 @@ def _noise(floor: Estimate) -> list[dict[str, Any]]:
 def _error_button(
     groups: _Groups, metric: str, floor: Mapping[str, Estimate] | None
 ) -> dict[str, Any]:
-    """Entry that shows a metric; the best AUC is 0.5, which is no end of a logarithmic axis."""
+    """Entry that shows a metric; logarithmic if equal laws have none of it."""
     errors = [[item.errors[metric] for item in items] for _, items in groups.values()]
     every = [e for part in errors for e in part] + ([floor[metric]] if floor else [])
     ends = [end for e in every for end in (e.low, e.high)]
@@ -72,7 +73,7 @@ def _error_button(
         f"error: {SHORT[metric]}",
         {"y": [[e.mean for e in part] for part in errors], "error_y": list(map(_bars, errors))},
         {
-            "yaxis": linear if metric == "auc" else log_axis(SHORT[metric], ends),
+            "yaxis": linear if METRICS[metric].least else log_axis(SHORT[metric], ends),
             "shapes": _noise(floor[metric]) if floor else [],
         },
     )
@@ -131,7 +132,7 @@ def error_plot(
     return figure
 
 
-def methods_plot(race: Race) -> go.Figure:
+def methods_plot(race: Benchmark) -> go.Figure:
     """Every method at one condition."""
     groups = {
         family: (family, found)
@@ -142,7 +143,7 @@ def methods_plot(race: Race) -> go.Figure:
     return error_plot(groups, _COSTS, first, lambda r: f"{r.family}: {r.name}", race.floor)
 
 
-def table_sizes_plot(race: Race) -> go.Figure:
+def table_sizes_plot(race: Benchmark) -> go.Figure:
     """Tables of other sizes, by what differs from the base."""
     groups = {
         name: (family, [r for r in race.runners if r.settings["varied"] == name])

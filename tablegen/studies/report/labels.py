@@ -1,12 +1,9 @@
 """Words for metrics and variables, and quantities in the unit that suits them."""
 
+from tablegen.configuration.metric_table import METRICS
+
 #: Words for metrics, in the order of `METRICS`.
-SHORT = {
-    "ks": "KS distance",
-    "sliced_wasserstein": "sliced Wasserstein",
-    "correlation_error": "correlation error",
-    "auc": "AUC",
-}
+SHORT = {name: metric.short for name, metric in METRICS.items()}
 
 #: Names of variables on axes.
 LABELS = {

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from sampler.errors import InputError
 from tablegen.studies.pages.rendering import render_page
-from tablegen.studies.paper_figures.all_figures import COLLISION_HEAD, Gallery, collision_rows
+from tablegen.studies.paper_figures.all_figures import COLLISION_HEAD, PaperFigures, collision_rows
 from tablegen.studies.paper_figures.sample_statistics import SPEED
 from tablegen.studies.paper_figures.statement_text import (
     STATEMENT_HEAD,
@@ -24,12 +24,12 @@ from tablegen.studies.paper_figures.statement_text import (
 )
 from tablegen.studies.paper_figures.style import Picture
 from tablegen.studies.report import report_tables
-from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_data import ReportData
 from tablegen.studies.report.report_text import (
     HEAD,
     SETTING_HEAD,
+    benchmark_rows,
     machine_text,
-    race_rows,
     setting_rows,
 )
 from tablegen.studies.report.tolerances import FINEST
@@ -62,7 +62,7 @@ def _packed_library() -> str:
     return base64.b64encode(gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)).decode("ascii")
 
 
-def _plots(dossier: Dossier) -> dict[str, Markup]:
+def _plots(dossier: ReportData) -> dict[str, Markup]:
     """Every plot as HTML; those of views and of methods are numbered."""
     from tablegen.studies.report import cost_plots, table_plots
     from tablegen.studies.report.plot_style import plot_html
@@ -90,7 +90,7 @@ def _data_address(picture: Picture) -> str:
     return f"data:{picture.media_type};base64,{base64.b64encode(picture.data).decode('ascii')}"
 
 
-def _paper(gallery: Gallery) -> dict[str, Any]:
+def _paper(gallery: PaperFigures) -> dict[str, Any]:
     """Statements, collisions and figures of the paper."""
     return {
         "speed": SPEED,
@@ -105,12 +105,12 @@ def _paper(gallery: Gallery) -> dict[str, Any]:
     }
 
 
-def report_page(dossier: Dossier) -> str:
+def report_page(dossier: ReportData) -> str:
     """Self-contained HTML of a report.
 
     Parameters
     ----------
-    dossier : Dossier
+    dossier : ReportData
 
     Returns
     -------
@@ -133,7 +133,7 @@ def report_page(dossier: Dossier) -> str:
         rows=report_tables,
         machine=machine_text(evidence),
         method_head=HEAD,
-        method_rows=[race_rows(race) for race in races],
+        method_rows=[benchmark_rows(race) for race in races],
         places=[f"{race.alpha_deg:g}°, {race.speed:g} m/s" for race in races],
         views=[f"{view.alpha_deg:g}°, {view.speed:g} m/s" for view in dossier.views],
         setting_head=SETTING_HEAD,

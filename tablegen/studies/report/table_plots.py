@@ -10,8 +10,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from sampler.formats.channels import STATE
-from tablegen.accuracy.samples import FloatArray
-from tablegen.studies.report.accuracy_map import Atlas
+from tablegen.configuration.metric_table import METRICS
+from tablegen.model.float_array import FloatArray
+from tablegen.studies.report.accuracy_map import AccuracyMap
 from tablegen.studies.report.histograms import View
 from tablegen.studies.report.labels import LABELS, SHORT
 from tablegen.studies.report.method_styles import LOOKS
@@ -30,13 +31,13 @@ _LEAST_STATES = 20
 
 
 def accuracy_map(
-    atlas: Atlas, stored: Mapping[str, FloatArray], declared: Mapping[str, float]
+    atlas: AccuracyMap, stored: Mapping[str, FloatArray], declared: Mapping[str, float]
 ) -> go.Figure:
     """Distances over angle and speed: cells of this run, dots that the table stores.
 
     Parameters
     ----------
-    atlas : Atlas
+    atlas : AccuracyMap
     stored : dict from name to array
         Accuracy that the table carries.
     declared : dict from metric to float
@@ -50,8 +51,9 @@ def accuracy_map(
     figure, buttons = go.Figure(), []
     shape = (len(atlas.alpha_deg), len(atlas.speed))
     for k, (metric, limit) in enumerate(declared.items()):
-        cells = np.array([getattr(point, metric) for point in atlas.points]).reshape(shape).T
-        dots = stored[metric].reshape(len(stored["speed"]), -1).max(axis=1, initial=0.0)
+        cells = np.array([point.estimates[metric].value for point in atlas.points]).reshape(shape).T
+        dots = stored.get(metric, 0.0 * stored["speed"])
+        dots = dots.reshape(len(dots), -1).max(axis=1, initial=0.0)
         scale = f"coloraxis{k + 1}" if k else "coloraxis"
         figure.add_heatmap(
             x=np.sqrt(atlas.alpha_deg),
@@ -74,11 +76,17 @@ def accuracy_map(
                 "line": {"color": INK, "width": 1.5},
             },
         )
-        least = 0.5 if metric == "auc" else 0.0
         most = max(limit, cells.max(), dots.max(initial=0.0))
         bar = {"thickness": 12, "xpad": 5}
         figure.update_layout(
-            {scale: {"colorscale": _SHADES, "cmin": least, "cmax": most, "colorbar": bar}}
+            {
+                scale: {
+                    "colorscale": _SHADES,
+                    "cmin": METRICS[metric].least,
+                    "cmax": most,
+                    "colorbar": bar,
+                }
+            }
         )
         shown = [k == other for other in range(len(declared)) for _ in range(2)]
         buttons.append(button(f"{SHORT[metric]}, declared: {limit:g}", {"visible": shown}, {}))

@@ -5,19 +5,25 @@ from collections.abc import Callable, Mapping, Sequence
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import limits
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.defaults import METRICS
+from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.text_table import table_lines
 
-#: Heads of the columns of `accuracy_rows`.
-HEAD = ("condition", "states", "KS", "noise", "sliced W", "noise", "corr.", "noise", "AUC")
+#: Heads of the columns of `accuracy_rows`; where noise is known, it is not listed.
+HEAD = ["condition", "states"]
+for _metric in METRICS.values():
+    HEAD += [_metric.head] if _metric.learned else [_metric.head, "noise"]
 
 
-def _row(title: str, states: str, values: Sequence[float], noise: Sequence[str]) -> list[str]:
-    """Cells of the four distances, each but the AUC with its noise."""
+def _row(
+    title: str, states: str, values: Mapping[str, float], noise: Mapping[str, float]
+) -> list[str]:
+    """Cells for the columns of `HEAD`."""
     cells = [title, states]
-    for value, cell in zip(values[:-1], noise, strict=True):
-        cells += [f"{value:.4f}", cell]
-    return [*cells, f"{values[-1]:.3f}"]
+    for name, metric in METRICS.items():
+        cells.append(metric.text(values[name]))
+        if not metric.learned:
+            cells.append(metric.text(noise[name]) if noise else "")
+    return cells
 
 
 def accuracy_rows(
@@ -43,16 +49,15 @@ def accuracy_rows(
     list of list of str
         For the columns of `HEAD`.
     """
-    distances = METRICS[:-1]
     rows = []
     for c in comparisons:
-        title, found = f"{c.alpha_deg:.2f}°, {c.speed:.1f} m/s", c.estimates
-        noise = [f"{found[name].noise:.4f}" for name in distances]
-        values = [*(found[name].value for name in distances), c.auc]
+        values = {name: estimate.value for name, estimate in c.estimates.items()}
+        noise = {name: estimate.noise for name, estimate in c.estimates.items()}
+        title = f"{c.alpha_deg:.2f}°, {c.speed:.1f} m/s"
         rows.append(_row(title, f"{c.states:,}", values, noise))
 
-    def largest(quantity: Callable[[str, Comparison], float]) -> list[float]:
-        return [max(quantity(name, c) for c in comparisons) for name in METRICS]
+    def largest(quantity: Callable[[str, Comparison], float]) -> dict[str, float]:
+        return {name: max(quantity(name, c) for c in comparisons) for name in METRICS}
 
     def limit(which: int) -> Callable[[str, Comparison], float]:
         return lambda name, c: limits(name, c.estimates[name], together or len(comparisons))[which]
@@ -61,11 +66,11 @@ def accuracy_rows(
         "largest": largest(lambda name, c: c.estimates[name].value),
         "error at least": largest(limit(0)),
         "error at most": largest(limit(1)),
-        "declared": [getattr(declared, name) for name in METRICS],
+        "declared": declared.model_dump(),
     }
     if asked is not None and asked != declared:
-        closing["asked for"] = [getattr(asked, name) for name in METRICS]
-    return rows + [_row(name, "", values, [""] * 3) for name, values in closing.items()]
+        closing["asked for"] = asked.model_dump()
+    return rows + [_row(name, "", values, {}) for name, values in closing.items()]
 
 
 def accuracy_text(
@@ -84,7 +89,7 @@ DETAIL_HEAD = ("", "mean, table", "direct", "most probable, table", "direct", "K
 
 def detail_rows(comparison: Comparison) -> list[list[str]]:
     """Means, modes, energy and scattering angles at one condition, table beside direct."""
-    c = comparison
+    c, distances = comparison, comparison.estimates["ks"].by_variable
     rows = [
         [
             name,
@@ -92,9 +97,9 @@ def detail_rows(comparison: Comparison) -> list[list[str]]:
             f"{c.direct.mean[k]:.4f}",
             f"{c.table.mode[k]:.4f}",
             f"{c.direct.mode[k]:.4f}",
-            f"{c.ks[k]:.4f}",
+            f"{ks:.4f}",
         ]
-        for k, name in enumerate(c.components)
+        for k, (name, ks) in enumerate(zip(c.components, distances, strict=True))
     ]
     energies = (c.table.translational_energy, c.direct.translational_energy)
     rows.append(["translational energy, relative", *(f"{x:.4f}" for x in energies), "", "", ""])
