@@ -22,7 +22,7 @@ from sampler.formats.packing import table_arrays
 from sampler.formats.table_arrays import Axis
 from sampler.table import load
 from tablegen.config import Config, parse_config
-from tablegen.configuration.defaults import METRICS
+from tablegen.configuration.metric_table import METRICS
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:

@@ -8,7 +8,13 @@ from sampler.table import Table
 from tablegen.config import Config
 from tablegen.studies.paper_figures.curves import curve_figures
 from tablegen.studies.paper_figures.densities import density_figures
-from tablegen.studies.paper_figures.sample_statistics import ANGLES, DIRECT, SHAPES, Laws, make_laws
+from tablegen.studies.paper_figures.sample_statistics import (
+    ANGLES,
+    DIRECT,
+    SHAPES,
+    FigureStatistics,
+    make_statistics,
+)
 from tablegen.studies.paper_figures.scattering import scattering_figures
 from tablegen.studies.paper_figures.statements import Statement, check_statements, is_of_the_paper
 from tablegen.studies.paper_figures.style import Picture, settings
@@ -27,28 +33,28 @@ COLLISION_HEAD = ("shape", "source", "1", "2", "3", "4", "5", "> 5")
 
 
 @dataclass(frozen=True)
-class Gallery:
+class PaperFigures:
     """Figures, laws and statements.
 
     Attributes
     ----------
     count : int
         Particles of each shape at each angle.
-    laws : Laws
+    laws : FigureStatistics
     pictures : tuple of Picture
         By the number of the figure.
     statements : tuple of Statement
     """
 
     count: int
-    laws: Laws
+    laws: FigureStatistics
     pictures: tuple[Picture, ...]
     statements: tuple[Statement, ...]
 
 
-def make_gallery(
+def make_paper_figures(
     table: Table, config: Config, count: int, seed: int, progress: bool = False
-) -> Gallery | None:
+) -> PaperFigures | None:
     """Simulate, draw and check everything.
 
     Parameters
@@ -64,21 +70,21 @@ def make_gallery(
 
     Returns
     -------
-    Gallery or None
+    PaperFigures or None
         None where matplotlib is not installed.
     """
     if importlib.util.find_spec("matplotlib") is None:
         return None
     steps = len(ANGLES) * len(SHAPES)
     with bar(progress, total=steps, desc="laws of the figures") as counted:
-        laws = make_laws(table, config, count, seed, counted.update)
+        laws = make_statistics(table, config, count, seed, counted.update)
     with settings():
         pictures = [*curve_figures(laws), *density_figures(laws), *scattering_figures(laws)]
     ordered = sorted(pictures, key=lambda picture: picture.name)
-    return Gallery(count, laws, tuple(ordered), tuple(check_statements(laws)))
+    return PaperFigures(count, laws, tuple(ordered), tuple(check_statements(laws)))
 
 
-def collision_rows(laws: Laws) -> list[list[str]]:
+def collision_rows(laws: FigureStatistics) -> list[list[str]]:
     """Cells of the paper's table in per cent; the paper's too if pair and particles are its own."""
     rows, of_the_paper = [], is_of_the_paper(laws.config)
     for shape, paper in PAPER_TABLE.items():
@@ -90,7 +96,7 @@ def collision_rows(laws: Laws) -> list[list[str]]:
     return rows
 
 
-def to_dict(gallery: Gallery) -> dict[str, Any]:
+def to_dict(gallery: PaperFigures) -> dict[str, Any]:
     """Numbers of all laws, JSON-ready."""
     return {
         "count": gallery.count,

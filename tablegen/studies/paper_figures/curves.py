@@ -2,7 +2,12 @@
 
 from typing import Any
 
-from tablegen.studies.paper_figures.sample_statistics import DIRECT, TABLE, Law, Laws
+from tablegen.studies.paper_figures.sample_statistics import (
+    DIRECT,
+    TABLE,
+    FigureStatistics,
+    SampleStatistics,
+)
 from tablegen.studies.paper_figures.style import (
     ANGLE_LABEL,
     COLOURS,
@@ -28,18 +33,20 @@ _FIGURES = (
 )
 
 
-def _points(curve: list[Law], quantity: str, which: str) -> tuple[list[float], list[float]]:
+def _points(
+    curve: list[SampleStatistics], quantity: str, which: str
+) -> tuple[list[float], list[float]]:
     """Angles and values of those laws that have the quantity."""
     chosen = [law for law in curve if quantity in law.mean]
     return [law.alpha_deg for law in chosen], [getattr(law, which)[quantity] for law in chosen]
 
 
-def _absolute(law: Law, quantity: str, value: float) -> float:
+def _absolute(law: SampleStatistics, quantity: str, value: float) -> float:
     """Of two equal maxima about zero at normal impact the paper shows the positive one."""
     return abs(value) if quantity == "u" and law.alpha_deg == 90.0 else value
 
 
-def _draw_panel(axes: Any, laws: Laws, quantity: str, which: str) -> None:
+def _draw_panel(axes: Any, laws: FigureStatistics, quantity: str, which: str) -> None:
     for shape in laws.shapes(DIRECT):
         curve = laws.curve(DIRECT, shape)
         x, y = _points(curve, quantity, which)
@@ -71,12 +78,12 @@ def _draw_panel(axes: Any, laws: Laws, quantity: str, which: str) -> None:
     axes.set_xticks(range(0, 91, 15))
 
 
-def curve_figures(laws: Laws) -> list[Picture]:
+def curve_figures(laws: FigureStatistics) -> list[Picture]:
     """Draw the figures whose abscissa is the impact angle.
 
     Parameters
     ----------
-    laws : Laws
+    laws : FigureStatistics
 
     Returns
     -------

@@ -5,8 +5,14 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from tablegen.accuracy.samples import FloatArray
-from tablegen.studies.paper_figures.sample_statistics import DENSITY, DIRECT, TABLE, Law, Laws
+from tablegen.model.float_array import FloatArray
+from tablegen.studies.paper_figures.sample_statistics import (
+    DENSITY,
+    DIRECT,
+    TABLE,
+    FigureStatistics,
+    SampleStatistics,
+)
 from tablegen.studies.paper_figures.style import MIXTURE, SYMBOLS, Picture, new_figure, written
 
 #: Angles that are drawn, and a colour and line style for each; viridis without its yellow end.
@@ -28,7 +34,7 @@ _FIGURES = (
 _TITLES = ("(a) ellipsoids, direct", "(b) prisms, direct", "mixture: direct areas, table lines")
 
 
-def _density(law: Law, name: str) -> tuple[FloatArray, FloatArray]:
+def _density(law: SampleStatistics, name: str) -> tuple[FloatArray, FloatArray]:
     """Centres of the bins and density in them."""
     low, high, bins = DENSITY[name]
     edges = np.linspace(low, high, bins + 1)
@@ -36,14 +42,14 @@ def _density(law: Law, name: str) -> tuple[FloatArray, FloatArray]:
     return 0.5 * (edges[1:] + edges[:-1]), smoothed / (law.count * (edges[1] - edges[0]))
 
 
-def _draw_shape(axes: Any, laws: Laws, shape: str, name: str) -> None:
+def _draw_shape(axes: Any, laws: FigureStatistics, shape: str, name: str) -> None:
     for alpha_deg, (colour, style) in _ANGLES.items():
         law = laws.at(DIRECT, shape, alpha_deg)
         if law is not None:
             axes.plot(*_density(law, name), color=colour, linestyle=style, label=f"{alpha_deg:g}°")
 
 
-def _draw_mixture(axes: Any, laws: Laws, name: str) -> None:
+def _draw_mixture(axes: Any, laws: FigureStatistics, name: str) -> None:
     """Direct simulation as areas, the table as lines."""
     for alpha_deg, (colour, _) in _ANGLES.items():
         direct, drawn = (laws.at(source, MIXTURE, alpha_deg) for source in (DIRECT, TABLE))
@@ -53,12 +59,12 @@ def _draw_mixture(axes: Any, laws: Laws, name: str) -> None:
             axes.plot(*_density(drawn, name), color=colour, linewidth=1.1)
 
 
-def density_figures(laws: Laws) -> list[Picture]:
+def density_figures(laws: FigureStatistics) -> list[Picture]:
     """Draw densities of ellipsoids and prisms, as the paper does, and of the mixture.
 
     Parameters
     ----------
-    laws : Laws
+    laws : FigureStatistics
 
     Returns
     -------

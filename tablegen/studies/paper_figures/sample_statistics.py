@@ -1,6 +1,7 @@
 """Statistics of rebounds over the impact angle, by shape, from direct simulation and a table.
 
-One simulation is reduced to a `Law` and forgotten, so that millions of particles need no memory.
+One simulation is reduced to `SampleStatistics` and forgotten, so that millions of particles need
+no memory.
 """
 
 from collections.abc import Callable
@@ -12,9 +13,9 @@ import numpy as np
 from sampler.formats.channels import STATE
 from sampler.table import Table
 from tablegen.accuracy.descriptive import modes, scattering_angles, translational_energy
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
 from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
 
 #: Impact speed of the paper [m/s], and the impact angles of our curves [degrees].
@@ -42,7 +43,7 @@ QUANTITIES = (*STATE, "translational", "rotational")
 
 
 @dataclass(frozen=True)
-class Law:
+class SampleStatistics:
     """What one sample says.
 
     Attributes
@@ -113,14 +114,14 @@ def asymmetry(values: FloatArray) -> float:
     return float(np.abs(walk).max() / np.sqrt(values.size))
 
 
-def law_of(
+def sample_statistics_of(
     source: str,
     shape: str,
     alpha_deg: float,
     state: FloatArray,
     collisions: np.ndarray | None = None,
     rotational: FloatArray | None = None,
-) -> Law:
+) -> SampleStatistics:
     """Reduce a sample to a law.
 
     Parameters
@@ -134,7 +135,7 @@ def law_of(
 
     Returns
     -------
-    Law
+    SampleStatistics
     """
     columns = [*state.T, translational_energy(state)]
     columns += [] if rotational is None else [rotational]
@@ -145,7 +146,7 @@ def law_of(
     if alpha_deg == 90.0:
         limits = ((0.0, np.pi), (-np.pi / 2, np.pi / 2))
         spatial = np.histogram2d(alpha2, beta2, SPATIAL_BINS, limits)[0].astype(np.int64)
-    return Law(
+    return SampleStatistics(
         source=source,
         shape=shape,
         alpha_deg=alpha_deg,
@@ -179,30 +180,30 @@ def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Laws:
-    """Laws of all shapes at all angles, and the direction of rebound of spheres.
+class FigureStatistics:
+    """FigureStatistics of all shapes at all angles, and the direction of rebound of spheres.
 
     Attributes
     ----------
     config : Config
     seed : int
-    laws : dict from (source, shape, angle) to Law
+    laws : dict from (source, shape, angle) to SampleStatistics
     sphere_deg : dict from angle to (float, float)
         Smallest and largest alpha2 of spheres [degrees].
     """
 
     config: Config
     seed: int
-    laws: dict[tuple[str, str, float], Law]
+    laws: dict[tuple[str, str, float], SampleStatistics]
     sphere_deg: dict[float, tuple[float, float]]
 
-    def curve(self, source: str, shape: str) -> list[Law]:
-        """Laws of one shape, by rising angle; none if the source does not have it."""
+    def curve(self, source: str, shape: str) -> list[SampleStatistics]:
+        """FigureStatistics of one shape, by rising angle; none if the source does not have it."""
         found = [law for (s, kind, _), law in self.laws.items() if (s, kind) == (source, shape)]
         return sorted(found, key=lambda law: law.alpha_deg)
 
-    def at(self, source: str, shape: str, alpha_deg: float) -> Law | None:
-        """Law at one angle; None if there is none."""
+    def at(self, source: str, shape: str, alpha_deg: float) -> SampleStatistics | None:
+        """SampleStatistics at one angle; None if there is none."""
         return self.laws.get((source, shape, alpha_deg))
 
     def shapes(self, source: str) -> list[str]:
@@ -212,7 +213,7 @@ class Laws:
 
 def _direct_law(
     config: Config, shape: str, alpha_deg: float, count: int, keys: tuple[int, int]
-) -> Law:
+) -> SampleStatistics:
     made = simulate(
         config,
         np.radians(alpha_deg),
@@ -222,7 +223,9 @@ def _direct_law(
         stream=keys[1],
         population=config.population.restricted_to(shape),
     )
-    return law_of(DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1])
+    return sample_statistics_of(
+        DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1]
+    )
 
 
 def _sphere(config: Config, alpha_deg: float, seed: int) -> tuple[float, float]:
@@ -241,9 +244,9 @@ def table_covers(table: Table, alpha_deg: float) -> bool:
     return bool(first - slack <= alpha_deg <= last + slack and slow <= SPEED <= fast)
 
 
-def make_laws(
+def make_statistics(
     table: Table, config: Config, count: int, seed: int, tick: Callable[[int], Any]
-) -> Laws:
+) -> FigureStatistics:
     """Simulate all shapes at all angles, and draw the mixture from the table.
 
     Parameters
@@ -259,9 +262,9 @@ def make_laws(
 
     Returns
     -------
-    Laws
+    FigureStatistics
     """
-    laws: dict[tuple[str, str, float], Law] = {}
+    laws: dict[tuple[str, str, float], SampleStatistics] = {}
     for i, alpha_deg in enumerate(ANGLES):
         size = count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
         for k, shape in enumerate(SHAPES):
@@ -271,6 +274,6 @@ def make_laws(
         if table_covers(table, alpha_deg):
             index = np.arange(size)
             state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
-            laws[TABLE, MIXTURE, alpha_deg] = law_of(TABLE, MIXTURE, alpha_deg, state)
+            laws[TABLE, MIXTURE, alpha_deg] = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
     spheres = {alpha_deg: _sphere(config, alpha_deg, seed) for alpha_deg in ANGLES}
-    return Laws(config, seed, laws, spheres)
+    return FigureStatistics(config, seed, laws, spheres)

@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from tablegen.accuracy.samples import FloatArray
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.sample_statistics import (
     DIRECT,
     SCATTERING_BINS,
     SPATIAL_BINS,
     TABLE,
-    Law,
-    Laws,
+    FigureStatistics,
+    SampleStatistics,
 )
 from tablegen.studies.paper_figures.style import MIXTURE, TABLE_COLOUR, Picture, new_figure, written
 
@@ -63,7 +63,7 @@ def _angles_figure() -> Picture:
     return written(figure, "figure-11.png", "Figure 11. Angles of the rebound", alternative)
 
 
-def _surface(law: Law) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _surface(law: SampleStatistics) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Points of the spatial indicatrix, and its values."""
     counts = gaussian_filter(law.spatial.astype(np.float64), 1.5, mode="nearest")
     cell = (np.pi / SPATIAL_BINS[0]) * (np.pi / SPATIAL_BINS[1])
@@ -74,7 +74,7 @@ def _surface(law: Law) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     return values * x, values * y, values * z, values
 
 
-def _draw_surface(axes: Any, law: Law, top: float) -> None:
+def _draw_surface(axes: Any, law: SampleStatistics, top: float) -> None:
     from matplotlib import colormaps
 
     x, y, z, values = _surface(law)
@@ -89,7 +89,7 @@ def _draw_surface(axes: Any, law: Law, top: float) -> None:
     axes.view_init(elev=22, azim=-60)
 
 
-def _spatial_figure(laws: Laws) -> Picture | None:
+def _spatial_figure(laws: FigureStatistics) -> Picture | None:
     """Spatial indicatrices at normal impact."""
     panels = [
         ("(a) prisms, direct", laws.at(DIRECT, "prism", 90.0)),
@@ -120,7 +120,7 @@ def _round_ticks(top: float) -> list[float]:
     return [float(k * step) for k in range(1, int(top / step) + 1)]
 
 
-def _draw_plane(axes: Any, laws: Laws, alpha_deg: float) -> None:
+def _draw_plane(axes: Any, laws: FigureStatistics, alpha_deg: float) -> None:
     """One plane indicatrix with the incident and the spherical direction."""
     edges = np.linspace(0.0, np.pi, SCATTERING_BINS + 1)
     centres, top = 0.5 * (edges[1:] + edges[:-1]), 0.0
@@ -152,7 +152,7 @@ def _draw_plane(axes: Any, laws: Laws, alpha_deg: float) -> None:
     axes.set_title(rf"$\alpha_1$ = {alpha_deg:g}°", y=0.98)
 
 
-def _plane_figure(laws: Laws) -> Picture:
+def _plane_figure(laws: FigureStatistics) -> Picture:
     """Plane indicatrices of the mixture."""
     figure = new_figure(11.0, 6.0)
     for k, alpha_deg in enumerate(_ANGLES):
@@ -171,12 +171,12 @@ def _plane_figure(laws: Laws) -> Picture:
     return written(figure, "figure-13.svg", title, alternative)
 
 
-def scattering_figures(laws: Laws) -> list[Picture]:
+def scattering_figures(laws: FigureStatistics) -> list[Picture]:
     """Draw the directions of rebound.
 
     Parameters
     ----------
-    laws : Laws
+    laws : FigureStatistics
 
     Returns
     -------

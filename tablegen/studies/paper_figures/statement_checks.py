@@ -11,14 +11,14 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
-from tablegen.accuracy.samples import FloatArray
 from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.sample_statistics import (
     DENSITY,
     DIRECT,
     SCATTERING_BINS,
-    Law,
-    Laws,
+    FigureStatistics,
+    SampleStatistics,
 )
 
 #: Largest asymmetry that counts as symmetric; see
@@ -37,20 +37,22 @@ class Verdict:
     measured: str
 
 
-def _where(law: Law) -> str:
+def _where(law: SampleStatistics) -> str:
     return f"{law.shape}, {law.alpha_deg:g}°"
 
 
-def _all(laws: Laws, source: str) -> list[Law]:
+def _all(laws: FigureStatistics, source: str) -> list[SampleStatistics]:
     return [law for shape in laws.shapes(source) for law in laws.curve(source, shape)]
 
 
-def _normal(laws: Laws, source: str) -> list[Law]:
+def _normal(laws: FigureStatistics, source: str) -> list[SampleStatistics]:
     found = (laws.at(source, shape, 90.0) for shape in laws.shapes(source))
     return [law for law in found if law is not None]
 
 
-def _worst(laws: Iterable[Law], value: Callable[[Law], float]) -> tuple[float, str]:
+def _worst(
+    laws: Iterable[SampleStatistics], value: Callable[[SampleStatistics], float]
+) -> tuple[float, str]:
     """Smallest value and where it is."""
     law = min(laws, key=value)
     return value(law), _where(law)
@@ -60,14 +62,14 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.1f} %"
 
 
-def means_differ_from_modes(laws: Laws, source: str) -> Verdict | None:
+def means_differ_from_modes(laws: FigureStatistics, source: str) -> Verdict | None:
     """Mean against most probable value of u and v."""
     every, holds, parts = _all(laws, source), True, []
     if not every:
         return None
     for name in ("u", "v"):
 
-        def gap(law: Law, name: str = name) -> float:
+        def gap(law: SampleStatistics, name: str = name) -> float:
             return abs(law.mean[name] - law.mode[name])
 
         least, where = _worst(every, gap)
@@ -79,7 +81,7 @@ def means_differ_from_modes(laws: Laws, source: str) -> Verdict | None:
     return Verdict(holds, "; ".join(parts))
 
 
-def _folded_density(law: Law) -> FloatArray:
+def _folded_density(law: SampleStatistics) -> FloatArray:
     """Smoothed density of |u|, from zero on."""
     low, high, bins = DENSITY["u"]
     counts = law.density["u"].astype(np.float64)
@@ -89,7 +91,7 @@ def _folded_density(law: Law) -> FloatArray:
     return np.asarray(gaussian_filter1d(both, _SMOOTHING, mode="reflect"))
 
 
-def _peak_of_u(law: Law) -> tuple[float, float]:
+def _peak_of_u(law: SampleStatistics) -> tuple[float, float]:
     """Position of the maximum of the density of |u|, and the density at zero over it.
 
     A maximum that exceeds the density at zero by less than four standard errors is at zero.
@@ -106,7 +108,7 @@ def _peak_of_u(law: Law) -> tuple[float, float]:
     return position, float(density[0] / density[top])
 
 
-def tangential_mode_is_zero(laws: Laws, source: str) -> Verdict | None:
+def tangential_mode_is_zero(laws: FigureStatistics, source: str) -> Verdict | None:
     """Most probable u at normal impact, prisms left out."""
     chosen = [law for law in _normal(laws, source) if law.shape != "prism"]
     if not chosen:
@@ -116,7 +118,7 @@ def tangential_mode_is_zero(laws: Laws, source: str) -> Verdict | None:
     return Verdict(not any(peaks.values()), f"peak of |u⁺| at: {text}")
 
 
-def prisms_have_two_maxima(laws: Laws, source: str) -> Verdict | None:
+def prisms_have_two_maxima(laws: FigureStatistics, source: str) -> Verdict | None:
     """Density of u of prisms at normal impact."""
     law = laws.at(source, "prism", 90.0)
     if law is None:
@@ -130,12 +132,12 @@ def prisms_have_two_maxima(laws: Laws, source: str) -> Verdict | None:
     return Verdict(position > 0.0 and ratio < 0.97 and skew <= _SYMMETRIC, text)
 
 
-def _singles(law: Law) -> float:
+def _singles(law: SampleStatistics) -> float:
     assert law.collisions is not None
     return law.collisions[0]
 
 
-def singles_below_half(laws: Laws, source: str) -> Verdict | None:
+def singles_below_half(laws: FigureStatistics, source: str) -> Verdict | None:
     """Share of single collisions at normal impact."""
     if source != DIRECT:
         return None
@@ -144,7 +146,7 @@ def singles_below_half(laws: Laws, source: str) -> Verdict | None:
     return Verdict(max(shares.values()) < 0.5, text)
 
 
-def repeated_prevail(laws: Laws, source: str) -> Verdict | None:
+def repeated_prevail(laws: FigureStatistics, source: str) -> Verdict | None:
     """Share of repeated collisions at normal impact, ellipsoids left out."""
     if source != DIRECT:
         return None
@@ -154,7 +156,7 @@ def repeated_prevail(laws: Laws, source: str) -> Verdict | None:
     return Verdict(min(shares.values()) > 0.5, text)
 
 
-def singles_not_monotonic(laws: Laws, source: str) -> Verdict | None:
+def singles_not_monotonic(laws: FigureStatistics, source: str) -> Verdict | None:
     """Share of single collisions over the angle."""
     if source != DIRECT:
         return None
@@ -183,7 +185,7 @@ def singles_not_monotonic(laws: Laws, source: str) -> Verdict | None:
     return Verdict(holds, "; ".join(parts))
 
 
-def repeated_within_range(laws: Laws, source: str) -> Verdict | None:
+def repeated_within_range(laws: FigureStatistics, source: str) -> Verdict | None:
     """Share of repeated collisions at all angles."""
     if source != DIRECT:
         return None
@@ -194,7 +196,7 @@ def repeated_within_range(laws: Laws, source: str) -> Verdict | None:
     return Verdict(low >= 0.25 and high <= 0.70, text)
 
 
-def spin_not_positive(laws: Laws, source: str) -> Verdict | None:
+def spin_not_positive(laws: FigureStatistics, source: str) -> Verdict | None:
     """Sign of the mean and the most probable spin."""
     every = _all(laws, source)
     if not every:
@@ -209,7 +211,7 @@ def spin_not_positive(laws: Laws, source: str) -> Verdict | None:
     return Verdict(height <= 5.0 and mode.mode["omega_z"] <= 0.02, text)
 
 
-def positive_spin_grows(laws: Laws, source: str) -> Verdict | None:
+def positive_spin_grows(laws: FigureStatistics, source: str) -> Verdict | None:
     """Share of positive spins over the angle."""
     holds, parts = True, []
     for shape in laws.shapes(source):
@@ -227,7 +229,7 @@ def positive_spin_grows(laws: Laws, source: str) -> Verdict | None:
     return Verdict(holds, "; ".join(parts)) if parts else None
 
 
-def normal_spin_is_symmetric(laws: Laws, source: str) -> Verdict | None:
+def normal_spin_is_symmetric(laws: FigureStatistics, source: str) -> Verdict | None:
     """Symmetry of the spin at normal impact."""
     skews = {law.shape: law.asymmetry["omega_z"] for law in _normal(laws, source)}
     if not skews:
@@ -236,7 +238,7 @@ def normal_spin_is_symmetric(laws: Laws, source: str) -> Verdict | None:
     return Verdict(max(skews.values()) <= _SYMMETRIC, f"asymmetry: {text}")
 
 
-def transverse_spin_is_symmetric(laws: Laws, source: str) -> Verdict | None:
+def transverse_spin_is_symmetric(laws: FigureStatistics, source: str) -> Verdict | None:
     """Symmetry of the other spins at all angles."""
     parts, holds = [], True
     for shape in laws.shapes(source):
@@ -253,7 +255,7 @@ def transverse_spin_is_symmetric(laws: Laws, source: str) -> Verdict | None:
     )
 
 
-def energy_is_lost(laws: Laws, source: str) -> Verdict | None:
+def energy_is_lost(laws: FigureStatistics, source: str) -> Verdict | None:
     """Mean loss of kinetic energy."""
     if source != DIRECT:
         return None
@@ -264,7 +266,7 @@ def energy_is_lost(laws: Laws, source: str) -> Verdict | None:
     return Verdict(least > 0.05, f"smallest mean loss {_percent(least)} ({where})")
 
 
-def translational_falls(laws: Laws, source: str) -> Verdict | None:
+def translational_falls(laws: FigureStatistics, source: str) -> Verdict | None:
     """Mean translational energy over the angle."""
     holds, parts = True, []
     for shape in laws.shapes(source):
@@ -275,7 +277,7 @@ def translational_falls(laws: Laws, source: str) -> Verdict | None:
     return Verdict(holds, "; ".join(parts)) if parts else None
 
 
-def _rotational_peak(curve: list[Law]) -> tuple[float, float]:
+def _rotational_peak(curve: list[SampleStatistics]) -> tuple[float, float]:
     """Angle and height of the highest mean rotational energy."""
     means = np.array([law.mean["rotational"] for law in curve])
     top = int(means.argmax())
@@ -287,7 +289,7 @@ def _rotational_peak(curve: list[Law]) -> tuple[float, float]:
     return curve[top].alpha_deg + offset * step, float(middle)
 
 
-def rotational_peak(laws: Laws, source: str) -> Verdict | None:
+def rotational_peak(laws: FigureStatistics, source: str) -> Verdict | None:
     """Angle of the highest mean rotational energy."""
     if source != DIRECT:
         return None
@@ -296,7 +298,7 @@ def rotational_peak(laws: Laws, source: str) -> Verdict | None:
     return Verdict(all(15.0 <= angle <= 20.0 for angle in peaks.values()), f"maximum at: {text}")
 
 
-def greatest_rotational(laws: Laws, source: str) -> Verdict | None:
+def greatest_rotational(laws: FigureStatistics, source: str) -> Verdict | None:
     """Order of the highest mean rotational energies."""
     if source != DIRECT:
         return None
@@ -310,7 +312,7 @@ def greatest_rotational(laws: Laws, source: str) -> Verdict | None:
     return Verdict(set(order[:2]) == {"ellipsoid", "truncated-prism"}, f"maxima: {text}")
 
 
-def energies_differ(laws: Laws, source: str) -> Verdict | None:
+def energies_differ(laws: FigureStatistics, source: str) -> Verdict | None:
     """Mean against most probable energies."""
     every = _all(laws, source)
     if not every:
@@ -319,7 +321,7 @@ def energies_differ(laws: Laws, source: str) -> Verdict | None:
     parts, holds = [], True
     for name in names:
 
-        def gap(law: Law, name: str = name) -> float:
+        def gap(law: SampleStatistics, name: str = name) -> float:
             return abs(law.mean[name] - law.mode[name])
 
         least, where = _worst(every, gap)
@@ -332,7 +334,7 @@ def energies_differ(laws: Laws, source: str) -> Verdict | None:
     return Verdict(holds, "; ".join(parts))
 
 
-def scattered_everywhere(laws: Laws, source: str) -> Verdict | None:
+def scattered_everywhere(laws: FigureStatistics, source: str) -> Verdict | None:
     """Spread of the rebound angle of the mixture."""
     curve = laws.curve(source, MIXTURE)
     if not curve:
@@ -342,7 +344,7 @@ def scattered_everywhere(laws: Laws, source: str) -> Verdict | None:
     return Verdict(least.scattering_deg > 5.0, text)
 
 
-def scattering_strongest_at_normal(laws: Laws, source: str) -> Verdict | None:
+def scattering_strongest_at_normal(laws: FigureStatistics, source: str) -> Verdict | None:
     """Angle of the widest spread of the mixture."""
     curve = laws.curve(source, MIXTURE)
     if not curve:
@@ -355,7 +357,7 @@ def scattering_strongest_at_normal(laws: Laws, source: str) -> Verdict | None:
     return Verdict(most is last and last.alpha_deg == 90.0, text)
 
 
-def indicatrix_maxima(law: Law) -> list[float]:
+def indicatrix_maxima(law: SampleStatistics) -> list[float]:
     """Angles alpha2 [degrees] of the maxima of the 2D indicatrix.
 
     A maximum counts if it stands out by a twentieth of the highest.
@@ -366,7 +368,9 @@ def indicatrix_maxima(law: Law) -> list[float]:
     return [float((k - 0.5) * 180.0 / SCATTERING_BINS) for k in peaks]
 
 
-def _maxima(laws: Laws, source: str, angles: tuple[float, float], number: int) -> Verdict | None:
+def _maxima(
+    laws: FigureStatistics, source: str, angles: tuple[float, float], number: int
+) -> Verdict | None:
     low, high = angles
     chosen = [law for law in laws.curve(source, MIXTURE) if low <= law.alpha_deg <= high]
     if not chosen:
@@ -377,17 +381,17 @@ def _maxima(laws: Laws, source: str, angles: tuple[float, float], number: int) -
     return Verdict(not wrong, text)
 
 
-def one_maximum_below_70(laws: Laws, source: str) -> Verdict | None:
+def one_maximum_below_70(laws: FigureStatistics, source: str) -> Verdict | None:
     """Maxima of the 2D indicatrix of the mixture below 70 degrees."""
     return _maxima(laws, source, (0.0, 69.0), 1)
 
 
-def two_maxima_from_70(laws: Laws, source: str) -> Verdict | None:
+def two_maxima_from_70(laws: FigureStatistics, source: str) -> Verdict | None:
     """Maxima of the 2D indicatrix of the mixture from 70 degrees on."""
     return _maxima(laws, source, (70.0, 90.0), 2)
 
 
-def spheres_are_regular(laws: Laws, source: str) -> Verdict | None:
+def spheres_are_regular(laws: FigureStatistics, source: str) -> Verdict | None:
     """Range of the rebound angle of spheres."""
     if source != DIRECT:
         return None

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from tablegen.studies.paper_figures.all_figures import (
     COLLISION_HEAD,
-    Gallery,
+    PaperFigures,
     collision_rows,
     to_dict,
 )
@@ -80,12 +80,12 @@ def _markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
 
 
-def statements_page(gallery: Gallery) -> str:
+def statements_page(gallery: PaperFigures) -> str:
     """Markdown of the statements, the paper's table and the figures.
 
     Parameters
     ----------
-    gallery : Gallery
+    gallery : PaperFigures
 
     Returns
     -------
@@ -109,7 +109,7 @@ def statements_page(gallery: Gallery) -> str:
     )
 
 
-def statements_json(gallery: Gallery) -> str:
+def statements_json(gallery: PaperFigures) -> str:
     """JSON of the statements."""
     data = {
         "count": gallery.count,
@@ -125,7 +125,7 @@ def statements_json(gallery: Gallery) -> str:
     return json.dumps(data, indent=1, allow_nan=False) + "\n"
 
 
-def laws_json(gallery: Gallery) -> str:
+def laws_json(gallery: PaperFigures) -> str:
     """JSON of the numbers behind the curves."""
     return json.dumps(to_dict(gallery), indent=1, allow_nan=False) + "\n"
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from tablegen.config import Config, load_config
 from tablegen.studies.paper_figures import statement_checks as checks
-from tablegen.studies.paper_figures.sample_statistics import DIRECT, TABLE, Laws
+from tablegen.studies.paper_figures.sample_statistics import DIRECT, TABLE, FigureStatistics
 from tablegen.studies.paper_figures.statement_checks import Verdict
 
 
@@ -38,7 +38,7 @@ class Statement:
 
 
 #: A check of laws of one source; None where the source cannot tell.
-_Check = Callable[[Laws, str], Verdict | None]
+_Check = Callable[[FigureStatistics, str], Verdict | None]
 
 #: Place, text, criterion, check.
 _CHECKS: tuple[tuple[str, str, str, _Check], ...] = (
@@ -196,12 +196,12 @@ def is_of_the_paper(config: Config) -> bool:
     return matter(config) == matter(load_config("corundum-steel"))
 
 
-def check_statements(laws: Laws) -> list[Statement]:
+def check_statements(laws: FigureStatistics) -> list[Statement]:
     """Check every statement against direct simulation and the table.
 
     Parameters
     ----------
-    laws : Laws
+    laws : FigureStatistics
         Of another pair or other particles than the paper's, statements are measured but not judged.
 
     Returns

@@ -12,19 +12,18 @@ import sampler
 from sampler.files.locate import find_table
 from sampler.table import Table
 from tablegen.config import Config, parse_config
-from tablegen.studies.report.baselines import rival_ways
-from tablegen.studies.report.benchmark import Race, make_scene, run_race, steps
-from tablegen.studies.report.budget import FULL, QUICK, Effort
-from tablegen.studies.report.direct_method import direct_ways
-from tablegen.studies.report.file_identity import identity
+from tablegen.studies.report.baselines import baseline_methods
+from tablegen.studies.report.benchmark import Benchmark, make_case, run_benchmark, steps
+from tablegen.studies.report.budget import FULL, QUICK, Budget
+from tablegen.studies.report.direct_method import direct_methods
 from tablegen.studies.report.machine import machine
 from tablegen.studies.report.sample_size_convergence import Sample, sample_sizes
 from tablegen.studies.report.table_sizes import (
-    beside_way,
     design_condition,
-    design_ways,
+    design_methods,
+    other_table,
     seconds_at_random,
-    table_way,
+    table_method,
     whole_table,
 )
 from tablegen.studies.report.tolerances import RESOLUTIONS, TOLERANCES, Setting, curve
@@ -32,7 +31,7 @@ from tablegen.tasks.progress import bar
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ErrorAgainstTime:
     """Error against run time, and what it was measured with.
 
     Attributes
@@ -45,17 +44,17 @@ class Evidence:
         Processor time of a draw from the table at random conditions.
     quick : bool
     seed : int
-    effort : Effort
+    effort : Budget
     machine : dict
-    races : tuple of Race
-        Every way at each condition.
-    designs : Race
+    races : tuple of Benchmark
+        Every method at each condition.
+    designs : Benchmark
         Tables of many sizes on a small domain.
     settings : tuple of Setting
         Numerics of the direct model, on the same particles.
     sizes : tuple of Sample
     left_out : tuple of str
-        One line for each rival that is not installed.
+        One line for each baseline that is not installed.
     seconds : float
         Wall time of the measurement.
     """
@@ -66,10 +65,10 @@ class Evidence:
     random_nanoseconds: float
     quick: bool
     seed: int
-    effort: Effort
+    effort: Budget
     machine: dict[str, Any]
-    races: tuple[Race, ...]
-    designs: Race
+    races: tuple[Benchmark, ...]
+    designs: Benchmark
     settings: tuple[Setting, ...]
     sizes: tuple[Sample, ...]
     left_out: tuple[str, ...]
@@ -80,15 +79,15 @@ class Evidence:
         return {"software_version": sampler.__version__, **asdict(self)}
 
 
-def conditions(table: Table, effort: Effort) -> list[tuple[float, float]]:
-    """Angles [degrees] and speeds at which the ways are compared."""
+def conditions(table: Table, budget: Budget) -> list[tuple[float, float]]:
+    """Angles [degrees] and speeds at which the methods are compared."""
     alpha, speed = np.degrees(table.alpha_range), np.array(table.speed_range)
     return [
         (
             float(np.clip(round(alpha[0] + a * (alpha[1] - alpha[0]), 1), *alpha)),
             float(np.clip(round(speed[0] + v * (speed[1] - speed[0]), 0), *speed)),
         )
-        for a, v in effort.conditions
+        for a, v in budget.conditions
     ]
 
 
@@ -96,23 +95,23 @@ class _Run:
     """One run of all measurements."""
 
     def __init__(
-        self, name: str, beside: Sequence[str], effort: Effort, seed: int, bar: tqdm
+        self, name: str, beside: Sequence[str], budget: Budget, seed: int, bar: tqdm
     ) -> None:
-        self.effort, self.seed, self.bar = effort, seed, bar
+        self.budget, self.seed, self.bar = budget, seed, bar
         self.table = whole_table(name)
-        self.tables = [table_way(name), *(beside_way(other, self.table) for other in beside)]
+        self.tables = [table_method(name), *(other_table(other, self.table) for other in beside)]
         self.config: Config = parse_config(self.table.config, f"{name}: config")
-        self.rivals, self.left_out = rival_ways()
-        self.places = conditions(self.table, effort)
+        self.baselines, self.left_out = baseline_methods()
+        self.places = conditions(self.table, budget)
 
     def total(self) -> int:
         """Count the steps of the progress bar."""
-        ways = len(direct_ways()) + len(self.tables) + len(self.rivals)
-        designs = len(design_ways(1))
+        methods = len(direct_methods()) + len(self.tables) + len(self.baselines)
+        designs = len(design_methods(1))
         return (
-            len(self.places) * (steps(ways, self.effort) + len(RESOLUTIONS) + len(TOLERANCES))
-            + steps(designs, self.effort)
-            + 2 * len(self.effort.sizes)
+            len(self.places) * (steps(methods, self.budget) + len(RESOLUTIONS) + len(TOLERANCES))
+            + steps(designs, self.budget)
+            + 2 * len(self.budget.sizes)
         )
 
     def settings(self) -> list[Setting]:
@@ -120,50 +119,51 @@ class _Run:
         found = []
         for alpha_deg, speed in self.places:
             self.bar.set_description(f"numerics at {alpha_deg:g} deg", refresh=False)
-            points = curve(self.config, "mixture", alpha_deg, speed, self.effort.paths, self.seed)
+            points = curve(self.config, "mixture", alpha_deg, speed, self.budget.paths, self.seed)
             for point in points:
                 found.append(point)
                 self.bar.update()
         return found
 
-    def races(self) -> tuple[list[Race], list[Sample]]:
-        """Every way at each condition; sample sizes at the last one."""
-        ways = [*direct_ways(), *self.tables, *self.rivals]
-        races: list[Race] = []
+    def races(self) -> tuple[list[Benchmark], list[Sample]]:
+        """Every method at each condition; sample sizes at the last one."""
+        methods = [*direct_methods(), *self.tables, *self.baselines]
+        races: list[Benchmark] = []
         for place, (alpha_deg, speed) in enumerate(self.places):
-            self.bar.set_description(f"ways at {alpha_deg:g} deg", refresh=False)
-            scene, reference = make_scene(
-                self.config, alpha_deg, speed, self.effort, self.seed, place
+            self.bar.set_description(f"methods at {alpha_deg:g} deg", refresh=False)
+            case, reference = make_case(
+                self.config, alpha_deg, speed, self.budget, self.seed, place
             )
-            races.append(run_race(ways, scene, reference, self.effort, self.bar.update))
+            races.append(run_benchmark(methods, case, reference, self.budget, self.bar.update))
         self.bar.set_description("sample sizes", refresh=False)
         costs = {(r.family, r.name): r.nanoseconds for r in races[-1].runners}
-        chosen = (ways[0], ways[len(direct_ways())])
+        chosen = (methods[0], methods[len(direct_methods())])
         draws = [
-            (way.family, way.prepare(scene).draw, costs[way.family, way.name]) for way in chosen
+            (method.family, method.prepare(case).draw, costs[method.family, method.name])
+            for method in chosen
         ]
-        return races, sample_sizes(draws, reference, self.effort, self.seed, self.bar.update)
+        return races, sample_sizes(draws, reference, self.budget, self.seed, self.bar.update)
 
-    def designs(self) -> Race:
+    def designs(self) -> Benchmark:
         """Tables of many sizes."""
         self.bar.set_description("table designs", refresh=False)
         alpha_deg, speed = design_condition(self.config)
-        scene, reference = make_scene(
-            self.config, alpha_deg, speed, self.effort, self.seed, len(self.places)
+        case, reference = make_case(
+            self.config, alpha_deg, speed, self.budget, self.seed, len(self.places)
         )
-        ways = design_ways(self.effort.node_samples)
-        return run_race(ways, scene, reference, self.effort, self.bar.update)
+        methods = design_methods(self.budget.node_samples)
+        return run_benchmark(methods, case, reference, self.budget, self.bar.update)
 
 
-def gather_evidence(
+def measure_error_against_time(
     name_or_path: str,
     beside: Sequence[str] = (),
     *,
     quick: bool = False,
     seed: int = 1,
     progress: bool = False,
-) -> Evidence:
-    """Measure error against run time of every way to get a rebound state.
+) -> ErrorAgainstTime:
+    """Measure error against run time of every method of sampling rebound states.
 
     Parameters
     ----------
@@ -180,29 +180,29 @@ def gather_evidence(
 
     Returns
     -------
-    Evidence
+    ErrorAgainstTime
 
     Raises
     ------
     InputError
         If a file is not a table, or does not have what is compared.
     """
-    effort, begin = QUICK if quick else FULL, time.perf_counter()
+    budget, begin = QUICK if quick else FULL, time.perf_counter()
     path = find_table(name_or_path)
     with bar(progress, desc="methods") as counted:
-        run = _Run(name_or_path, beside, effort, seed, counted)
+        run = _Run(name_or_path, beside, budget, seed, counted)
         counted.reset(run.total())
         settings = run.settings()
         races, sizes = run.races()
         designs = run.designs()
-    return Evidence(
+    return ErrorAgainstTime(
         table=name_or_path,
-        content_sha256=identity(path)["content_sha256"],
+        content_sha256=run.table.contents.content_sha256,
         table_bytes=path.stat().st_size,
-        random_nanoseconds=1e9 * seconds_at_random(run.table, effort.timed, seed),
+        random_nanoseconds=1e9 * seconds_at_random(run.table, budget.timed, seed),
         quick=quick,
         seed=seed,
-        effort=effort,
+        effort=budget,
         machine=machine(),
         races=tuple(races),
         designs=designs,

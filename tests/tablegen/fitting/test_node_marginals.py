@@ -11,7 +11,7 @@ import pytest
 
 from sampler.formats.channels import MIRRORED
 from sampler.table import Table
-from tablegen.accuracy.comparison import ks_distances
+from tablegen.accuracy.metrics import ks_distances
 from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import load_config
 from tablegen.fitting.node import fit_node, node_stream

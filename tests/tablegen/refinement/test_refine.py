@@ -8,14 +8,15 @@ import pytest
 from tiny_tables import PLAN, ROUGH
 
 from tablegen.config import Config
+from tablegen.configuration.metric_table import METRICS
 from tablegen.fitting.resolution import LADDER, resolution
-from tablegen.refinement.interpolation_error import try_nodes
+from tablegen.refinement.interpolation_error import interpolation_errors
 from tablegen.refinement.intervals import Grid
 from tablegen.refinement.refine import make_plan
 from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.runner import TaskRunner
 
-TRIAL = sys.modules[try_nodes.__module__]
+MODULE = sys.modules[interpolation_errors.__module__]
 ACCURACY = {"ks": 0.3, "sliced_wasserstein": 1.0, "correlation_error": 1.0, "auc": 0.9}
 
 
@@ -28,7 +29,7 @@ def open_config(accuracy=ACCURACY, **table):
 
 @pytest.fixture(autouse=True)
 def few_states(monkeypatch):
-    monkeypatch.setattr(TRIAL, "sample_size", lambda targets: 2000)
+    monkeypatch.setattr(MODULE, "sample_size", lambda targets: 2000)
 
 
 def mixture_error(components):
@@ -40,17 +41,12 @@ def errors(monkeypatch):
     """Trials by a known law instead of by simulation: quadratic in the steps of the angle."""
 
     def trial(config, place, condition, nodes):
-        step = np.ptp(place.alpha_deg)
-        error = 0.05 * step**2 * config.accuracy.ks
-        return {
-            "ks": np.array([error]),
-            "sliced_wasserstein": np.array(0.0),
-            "correlation_error": np.array(0.0),
-            "auc": np.array(0.5 + mixture_error(nodes[0].mean.shape[0])),
-            "seconds": np.zeros(3),
-        }
+        error = 0.05 * np.ptp(place.alpha_deg) ** 2 * config.accuracy.ks
+        found = {name: np.array(metric.least) for name, metric in METRICS.items()}
+        auc = np.array(0.5 + mixture_error(nodes[0].mean.shape[0]))
+        return found | {"ks": np.array([error]), "auc": auc, "seconds": np.zeros(3)}
 
-    monkeypatch.setattr(PLAN, "try_nodes", trial)
+    monkeypatch.setattr(PLAN, "interpolation_errors", trial)
 
 
 class TestResolution:
@@ -85,7 +81,7 @@ class TestLaw:
         )
 
     def test_named_nodes_are_not_tried(self, monkeypatch):
-        monkeypatch.setattr(PLAN, "try_nodes", None)
+        monkeypatch.setattr(PLAN, "interpolation_errors", None)
         nodes = {"alpha_nodes_deg": (35.0, 45.0), "speed_nodes": (60.0, 300.0)}
         plan = make_plan(open_config(components=4, **nodes), TaskRunner())
         assert plan.placement.grid == Grid((35.0, 45.0), (60.0, 300.0))

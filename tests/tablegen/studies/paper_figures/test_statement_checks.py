@@ -15,9 +15,9 @@ from tablegen.studies.paper_figures.sample_statistics import (
     SCATTERING_BINS,
     SHAPES,
     TABLE,
-    Laws,
+    FigureStatistics,
     asymmetry,
-    law_of,
+    sample_statistics_of,
 )
 from tablegen.studies.paper_figures.statement_text import counts_text, statements_text
 from tablegen.studies.paper_figures.statements import check_statements, is_of_the_paper
@@ -44,15 +44,15 @@ def sample(alpha_deg, seed=1, skew=0.0):
 
 
 def laws(**changes):
-    """Laws of all shapes, which are alike, and of the mixture from both sources."""
+    """FigureStatistics of all shapes, which are alike, and of the mixture from both sources."""
     found = {}
     for alpha_deg in ANGLES:
         state, collisions, rotational = sample(alpha_deg, **changes)
-        law = law_of(DIRECT, MIXTURE, alpha_deg, state, collisions, rotational)
+        law = sample_statistics_of(DIRECT, MIXTURE, alpha_deg, state, collisions, rotational)
         for shape in SHAPES:
             found[DIRECT, shape, alpha_deg] = replace(law, shape=shape)
-        found[TABLE, MIXTURE, alpha_deg] = law_of(TABLE, MIXTURE, alpha_deg, state)
-    return Laws(CONFIG, 1, found, dict.fromkeys(ANGLES, (30.0, 30.0)))
+        found[TABLE, MIXTURE, alpha_deg] = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
+    return FigureStatistics(CONFIG, 1, found, dict.fromkeys(ANGLES, (30.0, 30.0)))
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_maxima_of_an_indicatrix():
 
 
 def laws_at_45():
-    return law_of(DIRECT, MIXTURE, 45.0, *sample(45.0))
+    return sample_statistics_of(DIRECT, MIXTURE, 45.0, *sample(45.0))
 
 
 @pytest.mark.parametrize(
