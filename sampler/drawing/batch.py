@@ -15,7 +15,8 @@ from sampler.drawing.block import (
     local_values,
     local_words,
 )
-from sampler.drawing.kernel import CLAMPED, OK, status_of
+from sampler.drawing.kernel import status_of
+from sampler.errors import CLAMPED, OK
 
 
 @borrowing_inline_kernel

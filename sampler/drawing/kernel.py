@@ -31,18 +31,10 @@ from sampler.drawing.intrinsics import local_array, mean_of_corners, mix_rows
 from sampler.drawing.normal import normal_of_word
 from sampler.drawing.philox import philox_block
 from sampler.drawing.states import channels_to_state
+from sampler.errors import CLAMPED, NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
 from sampler.formats.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED
 from sampler.formats.fixed_point import MIXTURE_SCALE
 from sampler.formats.table_arrays import LANES, ROUNDING
-
-#: Status codes: zero is fine, positive is a warning, negative an error with nothing written.
-OK = 0
-CLAMPED = 1
-NOT_FINITE = -1
-NOT_APPROACHING = -2
-SPEED_NOT_POSITIVE = -3
-NORMAL_NOT_USABLE = -4
-HALF_SIZE_NOT_POSITIVE = -5
 
 #: Most random words that one draw consumes: all of blocks 0 and 1 of its keys, which make six
 #: normals, and two words of block 2 for scenes with further channels.
