@@ -10,7 +10,7 @@ import numpy as np
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output, write_text
 from sampler.files.locate import find_file
-from tablegen.accuracy.run_statistics import simulate_statistics, statistics_of
+from tablegen.accuracy.streaming_statistics import simulate_statistics, statistics_of
 from tablegen.accuracy.verdict import DONE
 from tablegen.config import load_config
 from tablegen.particles.mesh import read_mesh

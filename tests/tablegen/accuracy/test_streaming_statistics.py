@@ -12,13 +12,13 @@ from command_line import SIMULATE, flags
 
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
-from tablegen.accuracy.run_statistics import simulate_statistics, statistics_of
-from tablegen.accuracy.streaming import BINS, COLLISION_LABELS, HIGH, LOW, merge, summarise
+from tablegen.accuracy.streaming_statistics import simulate_statistics, statistics_of
+from tablegen.accuracy.streaming_statistics import BINS, COLLISION_LABELS, HIGH, LOW, merge, summarise
 from tablegen.config import load_config
 from tablegen.simulate import BATCH, make_condition, simulate_condition
 
 #: The module itself: `tablegen` may give its name to something else.
-MODULE = importlib.import_module("tablegen.accuracy.run_statistics")
+MODULE = importlib.import_module("tablegen.accuracy.streaming_statistics")
 
 _CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
