@@ -143,7 +143,9 @@ def _moments(state: FloatArray, mean: FloatArray, comoment: FloatArray) -> None:
 
 
 @kernel
-def _bins(state: FloatArray, low: FloatArray, high: FloatArray, histogram: Counts, outside: Counts) -> None:
+def _bins(
+    state: FloatArray, low: FloatArray, high: FloatArray, histogram: Counts, outside: Counts
+) -> None:
     """Count (n, 6) states into (6, bins) bins, and those (6, 2) below and above them."""
     bins = histogram.shape[1]
     for i in range(state.shape[0]):

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 from command_line import SIMULATE, config_file, flags
-from tiny_tables import GENERATE, PLAN, ROUGH
+from tiny_tables import GENERATE, REFINE, ROUGH
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 
@@ -83,7 +83,7 @@ class TestGenerate:
     @pytest.fixture
     def config_refused(self, refused, tmp_path, monkeypatch):
         """Refuse a configuration of the given text; nothing may be fitted or left."""
-        monkeypatch.setattr(PLAN, "fit_node", None)
+        monkeypatch.setattr(REFINE, "fit_node", None)
 
         def runner(text):
             path = tmp_path / "my.toml"
