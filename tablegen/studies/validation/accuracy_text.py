@@ -8,38 +8,33 @@ from tablegen.config import AccuracyTargets
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.text_table import table_lines
 
-#: Heads of the columns of `metric_row`, and their widths.
-HEAD = ["alpha", "V", "states"]
-_WIDTHS = [8, 7, 11]
+#: Heads of the columns of `accuracy_rows`; where noise is known, it is not listed.
+HEAD = ["condition", "states"]
 for _metric in METRICS.values():
-    HEAD += [_metric.head, "noise"][: 2 - _metric.learned]
-    _WIDTHS += [max(len(_metric.head) + 1, _metric.digits + 4), 7][: 2 - _metric.learned]
+    HEAD += [_metric.head] if _metric.learned else [_metric.head, "noise"]
 
 
-def metric_row(comparison: Comparison) -> list[str]:
-    """Condition, states a side, and each distance with its noise where that is not known."""
-    cells = [f"{comparison.alpha_deg:.2f}", f"{comparison.speed:.1f}", f"{comparison.states:,}"]
+def _row(
+    title: str, states: str, values: Mapping[str, float], noise: Mapping[str, float]
+) -> list[str]:
+    """Cells for the columns of `HEAD`."""
+    cells = [title, states]
     for name, metric in METRICS.items():
-        estimate = comparison.estimates[name]
-        cells += [metric.text(estimate.value), metric.text(estimate.noise)][: 2 - metric.learned]
+        cells.append(metric.text(values[name]))
+        if not metric.learned:
+            cells.append(metric.text(noise[name]) if noise else "")
     return cells
 
 
-def closing_cells(values: Sequence[float]) -> list[str]:
-    """Cells of a row of `closing_rows`, below those of `metric_row`."""
-    cells = ["", "", ""]
-    for metric, value in zip(METRICS.values(), values, strict=True):
-        cells += [metric.text(value), ""][: 2 - metric.learned]
-    return cells
-
-
-def closing_rows(
+def accuracy_rows(
     comparisons: Sequence[Comparison],
     declared: AccuracyTargets,
-    asked: AccuracyTargets | None,
-    together: int | None,
-) -> list[tuple[str, list[float]]]:
-    """Rows below the conditions: what is largest, its confidence limits, what is allowed.
+    asked: AccuracyTargets | None = None,
+    together: int | None = None,
+) -> list[list[str]]:
+    """Cells of every condition; then what is largest, its confidence limits, what is allowed.
+
+    Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
 
     Parameters
     ----------
@@ -51,25 +46,31 @@ def closing_rows(
 
     Returns
     -------
-    list of (str, list of float)
-        In the order of `METRICS`.
+    list of list of str
+        For the columns of `HEAD`.
     """
+    rows = []
+    for c in comparisons:
+        values = {name: estimate.value for name, estimate in c.estimates.items()}
+        noise = {name: estimate.noise for name, estimate in c.estimates.items()}
+        title = f"{c.alpha_deg:.2f}°, {c.speed:.1f} m/s"
+        rows.append(_row(title, f"{c.states:,}", values, noise))
 
-    def largest(quantity: Callable[[str, Comparison], float]) -> list[float]:
-        return [max(quantity(name, c) for c in comparisons) for name in METRICS]
+    def largest(quantity: Callable[[str, Comparison], float]) -> dict[str, float]:
+        return {name: max(quantity(name, c) for c in comparisons) for name in METRICS}
 
     def limit(which: int) -> Callable[[str, Comparison], float]:
         return lambda name, c: limits(name, c.estimates[name], together or len(comparisons))[which]
 
-    rows = [
-        ("largest", largest(lambda name, c: c.estimates[name].value)),
-        ("error at least", largest(limit(0))),
-        ("error at most", largest(limit(1))),
-        ("declared", [getattr(declared, name) for name in METRICS]),
-    ]
+    closing = {
+        "largest": largest(lambda name, c: c.estimates[name].value),
+        "error at least": largest(limit(0)),
+        "error at most": largest(limit(1)),
+        "declared": declared.model_dump(),
+    }
     if asked is not None and asked != declared:
-        rows.append(("asked for", [getattr(asked, name) for name in METRICS]))
-    return rows
+        closing["asked for"] = asked.model_dump()
+    return rows + [_row(name, "", values, {}) for name, values in closing.items()]
 
 
 def accuracy_text(
@@ -78,19 +79,8 @@ def accuracy_text(
     asked: AccuracyTargets | None = None,
     together: int | None = None,
 ) -> str:
-    """One line a condition with the distances and their noise, then the rows that close.
-
-    Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
-    """
-    lines = [_aligned(HEAD), *(_aligned(metric_row(c)) for c in comparisons)]
-    for name, values in closing_rows(comparisons, declared, asked, together):
-        line = _aligned(closing_cells(values))
-        lines.append(name + line[len(name) :])
-    return "\n".join(lines)
-
-
-def _aligned(cells: Sequence[str]) -> str:
-    return " ".join(cell.rjust(width) for cell, width in zip(cells, _WIDTHS, strict=True))
+    """`accuracy_rows` for a terminal."""
+    return "\n".join(table_lines(HEAD, accuracy_rows(comparisons, declared, asked, together)))
 
 
 #: Heads of the columns of `detail_rows`.

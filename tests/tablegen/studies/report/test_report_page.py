@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tablegen.studies.report.report_html import picture, table
+from tablegen.studies.report.table_sections import declared, summary_section
 
 from tablegen.accuracy.noise_corrected import Estimate
-from tablegen.studies.report.report_html import picture, table
 from tablegen.studies.report.report_page import report_page
-from tablegen.studies.report.table_sections import declared, summary_section
 
 pytest.importorskip("plotly")
 pytest.importorskip("matplotlib")
