@@ -100,7 +100,7 @@ def _paper(gallery: PaperFigures) -> dict[str, Any]:
         "statement_head": STATEMENT_HEAD,
         "statements": statement_rows(gallery.statements),
         "collision_head": COLLISION_HEAD,
-        "collisions": collision_rows(gallery.laws),
+        "collisions": collision_rows(gallery.statistics),
         "pictures": [(p.title, p.alternative, _data_address(p)) for p in gallery.pictures],
     }
 
