@@ -23,7 +23,7 @@ from tablegen.model.rebound import COLLISION_ALARM, Condition
 from tablegen.particles.population import Population
 from tablegen.tasks.progress import bar
 
-#: Particles in one piece of work: small enough to share out, large enough to forget Python.
+#: Particles of one call of a kernel: few enough to balance threads, enough to amortise the call.
 BATCH = 5_000
 
 #: Default resolution of sustained contact and truncation of the flight series; see
@@ -217,13 +217,13 @@ def simulate_condition(
     """
     workers = check_run(count, seed, stream, threads)
     result, kind = _allocate(count, audited)
-    law, people = pair.kernel_arguments(), population.kernel_arguments()
+    law, population_args = pair.kernel_arguments(), population.kernel_arguments()
     keys = (np.uint64(seed), np.uint32(stream))
 
     def work(part: slice) -> tuple[int, NDArray[np.float64]]:
         audit = np.zeros_like(result.audit)
         arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
-        run = (law, people, condition, keys, part.start, *arrays)
+        run = (law, population_args, condition, keys, part.start, *arrays)
         stuck = simulate_audited(*run, audit) if audited else simulate_batch(*run)
         if stuck >= 0:
             raise unfinished(stuck, seed, stream)

@@ -6,7 +6,7 @@ from `sampler.drawing.kernel.draw`, which does the same arithmetic one draw at a
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel
+from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import (
     BLOCK,
     draw_block,
@@ -19,13 +19,13 @@ from sampler.drawing.kernel import status_of
 from sampler.errors import CLAMPED, OK
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def item(values, k):
     """Element k of an array, or the only element of an array of one."""
     return values[np.uint64(k)] if values.size > 1 else values[0]
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
     """Copy the conditions of a block; whether all of them lie within the table.
 
@@ -43,7 +43,7 @@ def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
     return outside == 0
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     """Draw the states of the rows from start to stop; ends with the block of the first error.
 

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numba import types
 
-from sampler.compilation.jit import borrowing_inline_kernel
+from sampler.compilation.jit import no_refcount_inline_kernel
 from sampler.drawing.intrinsics import local_array, mean_of_corners, mix_rows, prefetch
 from sampler.drawing.kernel import (
     CORNER_UNIT,
@@ -51,7 +51,7 @@ local_fractions = local_array(types.float32, LANES * BLOCK)
 local_entries = local_array(types.int32, LANES * BLOCK)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def fill_words(n_channels, seed, index, hit, first, count, words):
     """Write the random words of a block, as `sampler.drawing.philox`; spare lanes repeat the last.
 
@@ -86,7 +86,7 @@ def fill_words(n_channels, seed, index, hit, first, count, words):
             words[np.uint64(base + 3 * BLOCK + n)] = np.uint32(c3[at])
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def locate_block(axis, values, nodes, weights):
     """Take step 1: lower node, and weight of the upper one."""
     table = axis.coordinate
@@ -106,7 +106,7 @@ def locate_block(axis, values, nodes, weights):
         weights[r] = min(max(x - (lower + offset), 0.0), most)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records, functions):
     """Take steps 2 and 3: corner weights, record of the component, functions of its class."""
     node, column = _local_integers(), _local_integers()
@@ -164,7 +164,7 @@ def choose_block(arrays, alpha_nodes, t, speed_nodes, s, words, weights, records
         prefetch(arrays.components, np.int64(records[np.uint64(n)]))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def fill_normals(table, words, first_word, normals, first):
     """Turn words into the normals of a row; see `sampler.drawing.normal.normal_of_word`."""
     rows, t, sign, cubic = _local_integers(), _local_singles(), _local_singles(), _local_cubics()
@@ -185,7 +185,7 @@ def fill_normals(table, words, first_word, normals, first):
         normals[np.uint64(first + n)] = sign[r] * x
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def mix_block(arrays, records, functions, words, normals, fractions, entries):
     """Take step 4: normals to fractions between knots; asks for the quantiles there."""
     n_channels = len(arrays.channels)
@@ -229,7 +229,7 @@ def mix_block(arrays, records, functions, words, normals, fractions, entries):
             prefetch(arrays.quantiles, np.int64(entry))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def quantile_block(arrays, functions, weights, entries, fractions, result):
     """Take step 5: channel k of draw r is number ``k * BLOCK + r`` of `result`."""
     means = local_fractions()
@@ -250,7 +250,7 @@ def quantile_block(arrays, functions, weights, entries, fractions, result):
                 result[np.uint64(first + n)] = least + step * mean
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def states_of_block(channels):
     """Turn channels into components, in place; see `sampler.drawing.states.channels_to_state`."""
     for n in range(BLOCK):
@@ -270,7 +270,7 @@ def states_of_block(channels):
         channels[np.uint64(7 * BLOCK + n)] = math.floor(channels[np.uint64(7 * BLOCK + n)])
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def draw_block(arrays, words, alpha1, speed, states):
     """Take all steps for the conditions of a block; `states` gets component k of draw r."""
     n_channels = len(arrays.channels)

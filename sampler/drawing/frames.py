@@ -11,7 +11,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.batch import item
 from sampler.drawing.block import (
     BLOCK,
@@ -112,7 +112,7 @@ def impact(
     return status, alpha1, speed, tangential
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _to_lab(
     velocity: Vector,
     normal: Vector,
@@ -141,7 +141,7 @@ def _to_lab(
         out[axis] += wall_velocity[axis]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rebound(
     arrays: TableArrays,
     velocity: Vector,
@@ -192,7 +192,7 @@ def _azimuth(seed: int, index: int, hit: int) -> float:
     return 2.0 * math.pi * uniform(philox_block(seed, index, hit, AZIMUTH_BLOCK)[0])
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rebound_batch(
     arrays: TableArrays,
     velocity: NDArray[np.float64],

@@ -26,7 +26,7 @@ import math
 import numpy as np
 from numba import types
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.intrinsics import local_array, mean_of_corners, mix_rows
 from sampler.drawing.normal import normal_of_word
 from sampler.drawing.philox import philox_block
@@ -76,13 +76,13 @@ def condition_status(alpha1, speed):
     return OK
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def is_outside(value, axis):
     """Whether a value lies off the axis by more than the rounding of a unit conversion."""
     return value < axis.low or value > axis.high
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def status_of(arrays, alpha1, speed):
     """`OK`, `CLAMPED` or the negative code of a condition."""
     alpha, velocity = arrays.alpha, arrays.speed
@@ -94,7 +94,7 @@ def status_of(arrays, alpha1, speed):
     return CLAMPED if status == OK else status
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def locate(value, axis):
     """Lower node, upper node and weight of the upper one; outside values go to the end."""
     table = axis.coordinate
@@ -125,7 +125,7 @@ def choose_corner(word, weights):
     return upper_alpha, c >= (w0 + w1 + w2 if upper_alpha else w0)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def choose_component(arrays, node, word):
     """Mixture component of a node by the alias method.
 
@@ -139,7 +139,7 @@ def choose_component(arrays, node, word):
     return column
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def class_of(arrays, node, component):
     """Class of rebounds that a component belongs to."""
     kind = 0
@@ -149,7 +149,7 @@ def class_of(arrays, node, component):
     return kind
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def choose(arrays, cell_alpha, cell_speed, weights, w0, w1):
     """Take steps 2 and 3.
 
@@ -170,7 +170,7 @@ def choose(arrays, cell_alpha, cell_speed, weights, w0, w1):
     return record, (cell * arrays.n_classes + kind) * arrays.n_marginals
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def mix(arrays, record, w1, words, variates):
     """Take step 4: variates mean + L n of all rows, reflected or not."""
     normals, units = local_singles(), local_units()
@@ -185,7 +185,7 @@ def mix(arrays, record, w1, words, variates):
     mix_rows(arrays.components, record, arrays.channels, normals, 0, 1, units, turn, variates, 0)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def find_entries(arrays, functions, variates, entries):
     """Replace variates by fractions between knots, in place, and write where step 5 reads.
 
@@ -208,7 +208,7 @@ def find_entries(arrays, functions, variates, entries):
         variates[row] = position - np.float32(k)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def state_of(arrays, functions, weights, entries, fractions, state):
     """Take step 5 for every channel, then make the components of the state.
 
@@ -234,7 +234,7 @@ def state_of(arrays, functions, weights, entries, fractions, state):
     channels_to_state(state)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def draw_from_words(arrays, alpha1, speed, w0, w1, words, state):
     """One rebound from given random words; `draw` says what the rest means.
 
@@ -271,7 +271,7 @@ def draw_from_words(arrays, alpha1, speed, w0, w1, words, state):
     return status
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def draw(arrays, alpha1, speed, seed, index, hit, state):
     """Draw one rebound state; callable from the user's own ``@numba.njit`` code.
 

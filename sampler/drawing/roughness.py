@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import borrowing_kernel, inline_kernel, kernel
+from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
 from sampler.drawing.batch import item
 from sampler.drawing.frames import (
     AZIMUTH_BLOCK,
@@ -175,7 +175,7 @@ def facet_normal(velocity: Vector, e_y: Vector, azimuth: float, tilt: float) -> 
     return combine(math.cos(tilt), e_y, -math.sin(tilt), e_x)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _leave(
     arrays: TableArrays,
     velocity: Vector,
@@ -209,7 +209,7 @@ def _leave(
     return CASCADE_NOT_ENDED, MAX_BOUNCES
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_bounces(
     arrays: TableArrays,
     velocity: Vector,
@@ -249,7 +249,7 @@ def rough_bounces(
     return status, bounces
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_rebound(
     arrays: TableArrays,
     velocity: Vector,
@@ -288,7 +288,7 @@ def rough_rebound(
     )[0]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_rebound_batch(
     arrays: TableArrays,
     velocity: NDArray[np.float64],

@@ -5,10 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import borrowing_inline_kernel
+from sampler.compilation.jit import no_refcount_inline_kernel
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def channels_to_state(values: NDArray[np.float64]) -> None:
     """Turn channels into components, in place; those left out are 0 before and after.
 

@@ -8,7 +8,7 @@ import click
 from sampler.files.atomic import write_text
 from tablegen.studies.report.error_against_time import gather_evidence
 from tablegen.studies.report.report_data import compile_dossier, map_accuracy, record
-from tablegen.studies.report.report_page import plotting_library, report_page
+from tablegen.studies.report.report_page import report_page, require_plotly
 from tablegen.studies.report.report_text import evidence_text
 from tablegen.studies.report.stability_results import read_study
 
@@ -26,7 +26,7 @@ def run(
     """Run ``tablegen report``; parameters are the options of `tablegen.commands.report`."""
     if html_file:
         # what is missing shows before the work, not after
-        plotting_library()
+        require_plotly()
     if stability_file:
         read_study(stability_file)
     evidence = gather_evidence(table, beside, quick=quick, seed=seed, progress=progress)

@@ -1,6 +1,6 @@
 """Quantile functions of the channels at knots that are equally spaced in the mixture's variate.
 
-The variates are nearly standard normal. Knots equally spaced in them put their resolution where
+The variates are nearly standard normal. Knots equally spaced in them are dense where
 the samples are and still reach the tails; the quantile function of a nearly normal channel is
 nearly straight between them.
 """

@@ -10,7 +10,7 @@ from sampler.formats.hdf5 import TableContents
 from tablegen.accuracy.comparison import Comparison
 from tablegen.config import Config
 from tablegen.fitting.marginals import variate_knots
-from tablegen.fitting.node import NodeArrays, law_of
+from tablegen.fitting.node import NodeArrays, fitted_channels
 from tablegen.refinement.axes import Axes
 
 
@@ -73,6 +73,6 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
         seed=config.table.seed,
         software_version=sampler.__version__,
         components=config.domain.columns,
-        channels=law_of(config).channels,
+        channels=fitted_channels(config).names,
         speed_independent=not config.pair.restitution.depends_on_speed,
     )

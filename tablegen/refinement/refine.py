@@ -17,7 +17,7 @@ from tablegen.fitting.resolution import LADDER, Resolution, resolution
 from tablegen.refinement.axes import first_grid, middle_of, middles
 from tablegen.refinement.interpolation_error import auc_error, error_of, try_nodes
 from tablegen.refinement.intervals import Grid, Place, Placement, refine
-from tablegen.tasks.runner import SECONDS, Arrays, Piece, Stopwatch, Workshop
+from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, Task, TaskRunner
 
 #: Share of the allowed AUC (over 0.5) that the mixture may use up; the rest is for interpolation.
 _CAPACITY = 0.66
@@ -38,7 +38,7 @@ class Plan(NamedTuple):
     nodes: list[NodeArrays]
 
 
-def _node_piece(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
+def _node_task(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
     """Arrays of a node with the seconds it took."""
     watch = Stopwatch()
     arrays = fit_node(config, alpha_deg, speed, size, watch)
@@ -46,15 +46,15 @@ def _node_piece(config: Config, alpha_deg: float, speed: float, size: Resolution
 
 
 def node_key(alpha_deg: float, speed: float, size: Resolution) -> str:
-    """Key of the piece that is a node."""
+    """Key of the task that fits a node."""
     return f"node {alpha_deg!r} {speed!r} {tuple(size)}"
 
 
 class _Bench:
     """Nodes and trials of one configuration; none is made twice."""
 
-    def __init__(self, config: Config, shop: Workshop) -> None:
-        self.config, self.shop = config, shop
+    def __init__(self, config: Config, runner: TaskRunner) -> None:
+        self.config, self.runner = config, runner
         self._nodes: dict[tuple[Resolution, float, float], NodeArrays] = {}
         self._trials: dict[tuple[Resolution, Place], Arrays] = {}
 
@@ -62,10 +62,10 @@ class _Bench:
         """Nodes at conditions (alpha_deg, speed), in their order."""
         wanted = list(conditions)
         missing = [c for c in dict.fromkeys(wanted) if (size, *c) not in self._nodes]
-        pieces = {
-            node_key(a, v, size): Piece(_node_piece, (self.config, a, v, size)) for a, v in missing
+        tasks = {
+            node_key(a, v, size): Task(_node_task, (self.config, a, v, size)) for a, v in missing
         }
-        made = self.shop.run("fitting nodes", pieces)
+        made = self.runner.run("fitting nodes", tasks)
         for (a, v), arrays in zip(missing, made.values(), strict=True):
             node = {name: arrays[name] for name in NodeArrays._fields}
             self._nodes[size, a, v] = NodeArrays(**node)
@@ -78,7 +78,7 @@ class _Bench:
         wanted = list(places)
         missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._trials]
         self.fit(size, (c for place in missing for c in product(*place)))
-        pieces, owner = {}, {}
+        tasks, owner = {}, {}
         for place in missing:
             arguments = (
                 self.config,
@@ -87,44 +87,42 @@ class _Bench:
                 self.fit(size, product(*place)),
             )
             key = f"trial {tuple(place)!r} {tuple(size)}"
-            pieces[key], owner[key] = Piece(try_nodes, arguments), place
+            tasks[key], owner[key] = Task(try_nodes, arguments), place
         known = {p: error(p, self._trials[size, p]) for p in wanted if p not in missing}
 
-        def see(key: str, arrays: Arrays) -> None:
+        def on_result(key: str, arrays: Arrays) -> None:
             self._trials[size, owner[key]] = arrays
             known[owner[key]] = error(owner[key], arrays)
-            self.shop.note = f"worst error {max(known.values()):.2f} of what is allowed"
+            self.runner.note = f"worst error {max(known.values()):.2f} of what is allowed"
 
-        self.shop.run("checking", pieces, see)
+        self.runner.run("checking", tasks, on_result)
         return {place: known[place] for place in wanted}
 
 
-def fit_nodes(config: Config, grid: Grid, shop: Workshop) -> list[NodeArrays]:
+def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays]:
     """Fit all nodes of a grid, in the resolution that the configuration names.
 
     Parameters
     ----------
     config : Config
     grid : Grid
-    shop : Workshop
-        Where the nodes are made.
+    runner : TaskRunner
 
     Returns
     -------
     list of NodeArrays
         Row by row: all speeds of the first angle, then of the second.
     """
-    return _Bench(config, shop).fit(resolution(config), product(*grid))
+    return _Bench(config, runner).fit(resolution(config), product(*grid))
 
 
-def make_plan(config: Config, shop: Workshop) -> Plan:
+def make_plan(config: Config, runner: TaskRunner) -> Plan:
     """Choose the sizes, place the nodes and fit them.
 
     Parameters
     ----------
     config : Config
-    shop : Workshop
-        Where the pieces are made.
+    runner : TaskRunner
 
     Returns
     -------
@@ -132,7 +130,7 @@ def make_plan(config: Config, shop: Workshop) -> Plan:
         What the configuration names is taken as it is; if it names both lists of nodes, nothing
         is tried.
     """
-    bench = _Bench(config, shop)
+    bench = _Bench(config, runner)
     size, grid = resolution(config), first_grid(config)
     fixed = config.table.alpha_nodes_deg is not None and config.table.speed_nodes is not None
     if config.table.components is None:

@@ -17,7 +17,7 @@ from dusty_gas.walls import (
 from scipy.spatial.transform import Rotation
 
 import sampler
-from sampler.compilation.jit import borrowing_kernel
+from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing.philox import philox_block, uniform
 from tablegen.config import load_config
 from tablegen.simulate import make_condition, simulate_condition
@@ -134,7 +134,7 @@ def test_azimuth_at_normal_impact_is_uniform(wall_of):
     assert n * np.abs(np.exp(1j * (angle + 0.2 * np.sin(angle))).mean()) ** 2 > np.log(1e6)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _throw(flow, wall, seed, first, count, store, out):
     """Throw particles at the body from close by; how many hits, and how many of them went wrong.
 

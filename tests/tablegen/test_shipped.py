@@ -5,7 +5,7 @@ Every metric is also shown to refuse a wrong sampler made from this very table.
 
 import numpy as np
 import pytest
-from wrong_tables import (
+from corrupt_tables import (
     copied_node,
     garbage,
     independent_columns,

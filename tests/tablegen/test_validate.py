@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tiny_tables import TINY
-from wrong_tables import (
+from corrupt_tables import (
     declaring,
     independent_channels,
     lopsided,
     shifted_speeds,
     spin_flipped,
 )
+from tiny_tables import TINY
 
 import sampler
 from sampler.errors import InputError, TableError

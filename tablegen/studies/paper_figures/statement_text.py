@@ -36,6 +36,17 @@ def statement_rows(statements: Sequence[Statement]) -> list[list[str]]:
     return rows
 
 
+def failing_lines(statements: Sequence[Statement]) -> list[str]:
+    """Name each statement that does not hold, and what it does not hold for."""
+    lines = []
+    for s in statements:
+        sides = (("the direct model", s.direct), ("the table", s.table))
+        fails = [words for words, verdict in sides if verdict and verdict.holds is False]
+        if fails:
+            lines.append(f"{s.text} ({s.place}) Not for {' and '.join(fails)}.")
+    return lines
+
+
 #: Head of `statement_rows`.
 STATEMENT_HEAD = ("statement", "asked for", "direct model", "table (mixture)")
 

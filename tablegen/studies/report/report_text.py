@@ -6,6 +6,7 @@ from tablegen.studies.report.benchmark import Race, Runner
 from tablegen.studies.report.error_against_time import Evidence
 from tablegen.studies.report.method_errors import Estimate
 from tablegen.studies.report.reference_sample import METRICS
+from tablegen.studies.text_table import table_lines
 
 #: Heads of the columns of `race_rows`.
 HEAD = ("way", "ns/draw", "bytes", "set-up s", "KS", "sliced W", "corr.", "AUC", "forbidden")
@@ -43,17 +44,6 @@ def race_rows(race: Race) -> list[list[str]]:
     """Cells of all ways at one condition, the noise floor first."""
     floor = ["noise floor: direct against direct", "", "", "", *error_texts(race.floor)]
     return [floor, *(runner_row(runner) for runner in race.runners)]
-
-
-def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table: the first column flush left, the others flush right."""
-    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-    lines = []
-    for row in (head, *rows):
-        cells = [row[0].ljust(widths[0])]
-        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        lines.append("  ".join(cells))
-    return lines
 
 
 #: Heads of the columns of `setting_rows`.

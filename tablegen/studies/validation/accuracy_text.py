@@ -6,6 +6,7 @@ from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import limits
 from tablegen.config import AccuracyTargets
 from tablegen.configuration.defaults import METRICS
+from tablegen.studies.text_table import table_lines
 
 #: Heads of the columns of `metric_row`, and their widths.
 HEAD = ("alpha", "V", "states", "KS", "noise", "sliced W", "noise", "corr.", "noise", "AUC")
@@ -84,30 +85,40 @@ def _aligned(cells: Sequence[str]) -> str:
     return " ".join(cell.rjust(width) for cell, width in zip(cells, _WIDTHS, strict=True))
 
 
-def details_text(comparison: Comparison) -> str:
+#: Heads of the columns of `detail_rows`.
+DETAIL_HEAD = ("", "mean, table", "direct", "most probable, table", "direct", "KS")
+
+
+def detail_rows(comparison: Comparison) -> list[list[str]]:
     """Means, modes, energy and scattering angles at one condition, table beside direct."""
     c = comparison
-    lines = [
-        f"at {c.alpha_deg:.2f} degrees, {c.speed:.1f} m/s      mean                most probable",
-        "                   table    direct      table    direct        KS",
+    rows = [
+        [
+            name,
+            f"{c.table.mean[k]:.4f}",
+            f"{c.direct.mean[k]:.4f}",
+            f"{c.table.mode[k]:.4f}",
+            f"{c.direct.mode[k]:.4f}",
+            f"{c.ks[k]:.4f}",
+        ]
+        for k, name in enumerate(c.components)
     ]
-    for k, name in enumerate(c.components):
-        lines.append(
-            f"  {name:<12} {c.table.mean[k]:9.4f} {c.direct.mean[k]:9.4f}  "
-            f"{c.table.mode[k]:9.4f} {c.direct.mode[k]:9.4f} {c.ks[k]:9.4f}"
-        )
-    lines.append(
-        f"  {'energy':<12} {c.table.translational_energy:9.4f} "
-        f"{c.direct.translational_energy:9.4f}   translational, over the energy before"
-    )
+    energies = (c.table.translational_energy, c.direct.translational_energy)
+    rows.append(["translational energy, relative", *(f"{x:.4f}" for x in energies), "", "", ""])
     for k, name in enumerate(("alpha2", "beta2")):
-        lines.append(
-            f"  {name:<12} {c.table.scattering_mean_deg[k]:9.2f} "
-            f"{c.direct.scattering_mean_deg[k]:9.2f}   degrees; standard deviation "
-            f"{c.table.scattering_standard_deviation_deg[k]:.2f} and "
-            f"{c.direct.scattering_standard_deviation_deg[k]:.2f}"
-        )
-    return "\n".join(lines)
+        for words, field in (
+            ("mean", "scattering_mean_deg"),
+            ("deviation", "scattering_standard_deviation_deg"),
+        ):
+            angles = (getattr(side, field)[k] for side in (c.table, c.direct))
+            rows.append([f"{name}, {words} [degrees]", *(f"{x:.2f}" for x in angles), "", "", ""])
+    return rows
+
+
+def details_text(comparison: Comparison) -> str:
+    """`detail_rows` for a terminal."""
+    title = f"at {comparison.alpha_deg:.2f} degrees, {comparison.speed:.1f} m/s"
+    return "\n".join([title, *table_lines(DETAIL_HEAD, detail_rows(comparison))])
 
 
 def time_text(seconds: Mapping[str, float]) -> str:

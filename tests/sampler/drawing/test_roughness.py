@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.stats import kstest
 
 import sampler
-from sampler.compilation.jit import borrowing_kernel
+from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing import frames, kernel
 from sampler.drawing.frames import rebound
 from sampler.drawing.roughness import (
@@ -26,8 +26,8 @@ from sampler.drawing.roughness import (
 )
 
 # called from Python here
-bounce_seed = borrowing_kernel(bounce_seed)
-facet_normal = borrowing_kernel(facet_normal)
+bounce_seed = no_refcount_kernel(bounce_seed)
+facet_normal = no_refcount_kernel(facet_normal)
 
 N = 40_000
 #: Kolmogorov's bound: P(D > bound) < 2 exp(-2 n bound^2) = 1e-6 for each comparison.
@@ -60,7 +60,7 @@ def _distribution(alpha1, roughness, weighted=True):
     return lambda g: np.interp(g, knots, cumulative / cumulative[-1])
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _tilts(alpha1, roughness, seed, tilts):
     found = True
     for k in range(tilts.size):
@@ -154,7 +154,7 @@ def test_few_trials_are_needed():
 
 def test_trials_have_blocks_of_their_own():
     """The first tilt comes from block 3 of the keys: draw and azimuth have blocks 0 to 2."""
-    words = [np.uint32(w) for w in borrowing_kernel(kernel.philox_block)(5, 6, 7, TILT_BLOCK)]
+    words = [np.uint32(w) for w in no_refcount_kernel(kernel.philox_block)(5, 6, 7, TILT_BLOCK)]
     accepted, tilt = tilt_from_words(0.6, 0.1, *words)
     assert accepted
     assert draw_tilt(0.6, 0.1, 5, 6, 7) == (True, tilt)

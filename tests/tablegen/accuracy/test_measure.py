@@ -16,7 +16,7 @@ from tablegen.refinement.assembly import assemble
 from tablegen.refinement.axes import first_grid, make_axes
 from tablegen.refinement.refine import fit_nodes
 from tablegen.simulate import make_condition, simulate, simulate_condition
-from tablegen.tasks.runner import Workshop
+from tablegen.tasks.runner import TaskRunner
 
 MEASURE = sys.modules[measure.__module__]
 SIMULATE = sys.modules[simulate.__module__]
@@ -47,7 +47,7 @@ class TestStreams:
         return seen
 
     def test_of_nodes_and_of_measurements_are_apart(self, streams):
-        nodes = fit_nodes(ROUGH, first_grid(ROUGH), Workshop())
+        nodes = fit_nodes(ROUGH, first_grid(ROUGH), TaskRunner())
         table = Table(assemble(ROUGH, make_axes(ROUGH), nodes))
         # the seed of the nodes: only the streams keep the two apart
         conditions = [(40.0, 100.0), (41.0, 120.0), (42.0, 140.0)]

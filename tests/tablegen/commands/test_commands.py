@@ -20,8 +20,8 @@ from command_line import (
     config_file,
     flags,
 )
+from corrupt_tables import declaring, independent_channels, lopsided
 from tiny_tables import GENERATE, PLAN, TINY
-from wrong_tables import declaring, independent_channels, lopsided
 
 import sampler
 from sampler.formats.hdf5 import write_table

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from corrupt_tables import declaring, shifted_speeds
 from tiny_tables import TINY
-from wrong_tables import declaring, shifted_speeds
 
 import sampler
 from sampler.formats.channels import COMPONENTS, channels_for

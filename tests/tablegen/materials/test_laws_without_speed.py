@@ -13,7 +13,7 @@ from tablegen.refinement.assembly import assemble
 from tablegen.refinement.axes import first_grid, make_axes
 from tablegen.refinement.refine import fit_nodes
 from tablegen.simulate import simulate
-from tablegen.tasks.runner import Workshop
+from tablegen.tasks.runner import TaskRunner
 
 SOURCE = {"source": "made up"}
 POLYNOMIAL = {"law": "polynomial", "coefficients": [0.9, -0.3], **SOURCE}
@@ -55,7 +55,7 @@ def test_laws_say_whether_the_speed_matters_and_the_model_agrees(law, depends):
 def contents():
     config = with_law(POLYNOMIAL)
     axes = make_axes(config)
-    nodes = fit_nodes(config, first_grid(config), Workshop())
+    nodes = fit_nodes(config, first_grid(config), TaskRunner())
     return assemble(config, axes, nodes)
 
 

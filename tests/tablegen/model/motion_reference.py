@@ -1,7 +1,7 @@
 """Free motion by other means: scipy's integrator on the rotation matrix itself."""
 
 import numpy as np
-from motions import rotation_of
+from motion_fixtures import rotation_of
 from scipy.integrate import solve_ivp
 
 

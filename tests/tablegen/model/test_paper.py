@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from motions import NON_SPHERICAL
+from motion_fixtures import NON_SPHERICAL
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from motion_reference import FreeRotation
-from motions import (
+from motion_fixtures import (
     angular_momentum_of,
     body_of,
     energy_of,
@@ -13,6 +12,7 @@ from motions import (
     random_rotations,
     rotation_of,
 )
+from motion_reference import FreeRotation
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
@@ -209,11 +209,11 @@ def test_orientation_is_uniform(rotations):
     assert least_p_value(rotations) > FALSE_ALARM
 
 
-def test_orientation_of_drawn_particles_is_uniform(people):
+def test_orientation_of_drawn_particles_is_uniform(population_args):
     made = np.empty((20_000, 3, 3))
     motion = motion_of(np.eye(3))
     for i in range(len(made)):
-        draw_particle(people, np.uint64(5), np.uint32(3), i, motion)
+        draw_particle(population_args, np.uint64(5), np.uint32(3), i, motion)
         made[i] = rotation_of(motion)
     assert least_p_value(made) > FALSE_ALARM
 

@@ -5,8 +5,8 @@ import math
 import numba
 import numpy as np
 import pytest
-from grains import box, cylinder, directions, grain, icosphere, posed, tetrahedron
-from motions import PAIR, run_rebound, with_vertices
+from mesh_fixtures import box, cylinder, directions, grain, icosphere, posed, tetrahedron
+from motion_fixtures import PAIR, run_rebound, with_vertices
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -75,7 +75,7 @@ def test_the_supporting_vertex_is_listed_for_every_direction_within_the_slack(na
     body = mesh_particle(SOLIDS[name])
     at = np.concatenate([directions(rng, 100_000), vicious(rng, body.vertices, 10_000)])
     for angle in (0.0, 0.5 * SLACK, SLACK):
-        assert worst_miss(body.near, body.vertices, at, turned(rng, at, angle)) <= 1e-15
+        assert worst_miss(body.support_map, body.vertices, at, turned(rng, at, angle)) <= 1e-15
 
 
 @pytest.mark.parametrize("name", ["grain", "disc", "sphere"])
@@ -91,8 +91,8 @@ def test_a_list_taken_for_less_slack_is_found_out(name):
 def test_lists_of_a_large_grain_are_short():
     # a fiftieth of the vertices, and most of those lie within the slack of the direction
     body = mesh_particle(SOLIDS["grain"]).body()
-    lengths = np.diff(body.near.starts)
-    assert len(lengths) == 6 * body.near.resolution**2
+    lengths = np.diff(body.support_map.starts)
+    assert len(lengths) == 6 * body.support_map.resolution**2
     assert lengths.mean() < 25.0
     assert lengths.max() < 100
 
@@ -162,7 +162,7 @@ def without_map(particle):
 def test_contacts_are_those_of_a_search_over_all_vertices(name):
     particle = mesh_particle(SOLIDS[name])
     body, plain = particle.body(), without_map(particle)
-    assert plain.near.resolution == 0
+    assert plain.support_map.resolution == 0
     rng = np.random.default_rng(66)
     series = np.empty((9, ORDER + 1))
     touched = 0

@@ -12,8 +12,8 @@ from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.refinement.interpolation_error import try_nodes
 from tablegen.refinement.intervals import Grid
 from tablegen.refinement.refine import make_plan
-from tablegen.tasks.checkpoint import PieceStore
-from tablegen.tasks.runner import Workshop
+from tablegen.tasks.checkpoint import CheckpointStore
+from tablegen.tasks.runner import TaskRunner
 
 TRIAL = sys.modules[try_nodes.__module__]
 ACCURACY = {"ks": 0.3, "sliced_wasserstein": 1.0, "correlation_error": 1.0, "auc": 0.9}
@@ -70,12 +70,12 @@ class TestLaw:
     """The mixture may use up 0.66 of the 0.4 that the AUC is allowed above 0.5."""
 
     def test_smallest_mixture_that_leaves_room_is_chosen(self):
-        plan = make_plan(open_config(), Workshop())
+        plan = make_plan(open_config(), TaskRunner())
         assert plan.size.components == next(k for k in LADDER if mixture_error(k) <= 0.66 * 0.4)
         assert LADDER[0] < plan.size.components < LADDER[-1]
 
     def test_nodes_are_placed_by_the_error(self):
-        plan = make_plan(open_config(components=200), Workshop())
+        plan = make_plan(open_config(components=200), TaskRunner())
         steps = np.diff(plan.placement.grid.alpha_deg)
         # ten degrees would be wrong by 5, five by 1.25, two and a half by 0.3
         assert plan.placement.reached
@@ -87,11 +87,11 @@ class TestLaw:
     def test_named_nodes_are_not_tried(self, monkeypatch):
         monkeypatch.setattr(PLAN, "try_nodes", None)
         nodes = {"alpha_nodes_deg": (35.0, 45.0), "speed_nodes": (60.0, 300.0)}
-        plan = make_plan(open_config(components=4, **nodes), Workshop())
+        plan = make_plan(open_config(components=4, **nodes), TaskRunner())
         assert plan.placement.grid == Grid((35.0, 45.0), (60.0, 300.0))
 
     def test_one_named_axis_is_left_alone(self):
-        plan = make_plan(open_config(components=200, alpha_nodes_deg=(35.0, 45.0)), Workshop())
+        plan = make_plan(open_config(components=200, alpha_nodes_deg=(35.0, 45.0)), TaskRunner())
         assert plan.placement.grid.alpha_deg == (35.0, 45.0)
         assert not plan.placement.reached
 
@@ -102,13 +102,13 @@ class TestSimulated:
         plans = []
         for workers in (1, 3):
             with ThreadPoolExecutor(workers) as pool:
-                plans.append(make_plan(config, Workshop(executor=pool)))
-        store = PieceStore(tmp_path / "t.h5", "recipe", resume=False)
-        make_plan(config, Workshop(store))
+                plans.append(make_plan(config, TaskRunner(executor=pool)))
+        store = CheckpointStore(tmp_path / "t.h5", "fingerprint", resume=False)
+        make_plan(config, TaskRunner(store))
         pieces = sorted(store.folder.glob("piece-*.npz"))
         for piece in pieces[::2]:
             piece.unlink()
-        plans.append(make_plan(config, Workshop(store)))
+        plans.append(make_plan(config, TaskRunner(store)))
         first = plans[0]
         for plan in plans[1:]:
             assert plan.placement == first.placement

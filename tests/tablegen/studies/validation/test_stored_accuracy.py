@@ -4,7 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
-from wrong_tables import shifted_speeds
+from corrupt_tables import shifted_speeds
 
 import sampler
 from sampler.errors import InputError

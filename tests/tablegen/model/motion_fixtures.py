@@ -25,17 +25,17 @@ from tablegen.model.shapes import (
     SPHERE,
     TETRAHEDRON,
     TRUNCATED_PRISM,
-    Body,
     make_body,
 )
+from tablegen.model.support_map import NO_MAP
 
 # called from Python here
 rotational_energy = kernel(rotational_energy)
 wall_spin = kernel(wall_spin)
 workspace = kernel(workspace)
 
-_CONFIG = load_config("corundum-steel")
-PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
+CONFIG = load_config("corundum-steel")
+PAIR, POPULATION = CONFIG.pair, CONFIG.population
 LAW = PAIR.kernel_arguments()
 TRUNCATION = POPULATION.truncation
 
@@ -57,8 +57,10 @@ def body_of(name, b=1.0, c=1.0, truncation=TRUNCATION):
 
 def with_vertices(body, vertices):
     """Body with the same moments and half-sizes and other vertices."""
-    held, counts = np.ascontiguousarray(vertices), np.array([len(vertices)])
-    return Body(body.moments, held, counts, body.b, body.c, body.reach)
+    counts = np.array([len(vertices)])
+    return body._replace(
+        candidates=np.ascontiguousarray(vertices), counts=counts, support_map=NO_MAP
+    )
 
 
 def random_rotations(rng, count):

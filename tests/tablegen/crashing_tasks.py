@@ -1,4 +1,4 @@
-"""Work whose worker dies, in a module that workers can import."""
+"""Tasks that kill their worker, in a module that workers can import."""
 
 import os
 import signal

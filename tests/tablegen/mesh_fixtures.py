@@ -70,7 +70,7 @@ def directions(rng, count):
     return found / np.linalg.norm(found, axis=1, keepdims=True)
 
 
-def people_of(*solids, weights=None, shapes=None):
+def population_of(*solids, weights=None, shapes=None):
     """Population of meshes, and of shapes if there are any."""
     weights = weights or [1.0] * len(solids)
     meshes = [
