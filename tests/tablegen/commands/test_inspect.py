@@ -8,8 +8,8 @@ from command_line import DONE
 from tiny_tables import TINY
 
 import sampler
-from tablegen.commands.table_identity import identity, identity_text
-from tablegen.configuration.defaults import PRESETS
+from tablegen.commands.inspect import identity, identity_text
+from tablegen.configuration.metric_table import PRESETS
 
 
 def test_says_what_the_table_is(run, tiny):
