@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.drawing.kernel import locate
+from sampler.drawing.steps import locate
 from sampler.errors import InputError
 from sampler.files.atomic import check_output
 from sampler.formats.channels import channels_for
@@ -22,7 +22,7 @@ from sampler.formats.packing import table_arrays
 from sampler.formats.table_arrays import Axis
 from sampler.table import load
 from tablegen.config import Config, parse_config
-from tablegen.configuration.defaults import METRICS
+from tablegen.configuration.metric_table import METRICS
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
@@ -143,7 +143,7 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
 
 def _cut(axis: Axis, low: float, high: float) -> slice:
     """Nodes of the cells in which all values from low to high lie."""
-    return slice(locate(low, axis)[0], locate(high, axis)[1] + 1)
+    return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
 
 
 def _config_text(

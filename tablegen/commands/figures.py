@@ -13,7 +13,7 @@ from sampler.files.atomic import atomic_output
 from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
 if TYPE_CHECKING:
-    from tablegen.studies.paper_figures.all_figures import Gallery
+    from tablegen.studies.paper_figures.all_figures import PaperFigures
 
 
 @click.command(
@@ -49,7 +49,7 @@ def figures(
     """
     import sampler
     from tablegen.config import parse_config
-    from tablegen.studies.paper_figures.all_figures import make_gallery
+    from tablegen.studies.paper_figures.all_figures import make_paper_figures
     from tablegen.studies.paper_figures.statement_text import statements_text
     from tablegen.studies.paper_figures.style import require_matplotlib
 
@@ -58,7 +58,7 @@ def figures(
     loaded = sampler.load(table)
     config = parse_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
-    gallery = make_gallery(loaded, config, particles, seed, progress)
+    gallery = make_paper_figures(loaded, config, particles, seed, progress)
     assert gallery is not None  # matplotlib is there
     _write_all(gallery, output)
     click.echo(statements_text(gallery.statements))
@@ -76,7 +76,7 @@ def _check_folder(path: Path) -> None:
         )
 
 
-def _write_all(gallery: "Gallery", folder: Path) -> None:
+def _write_all(gallery: "PaperFigures", folder: Path) -> None:
     """Write each file whole."""
     from tablegen.studies.paper_figures import statement_text as text
 

@@ -9,7 +9,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import DONE
-from tablegen.configuration.defaults import METRICS, declared_accuracy
+from tablegen.configuration.metric_table import METRICS, declared_accuracy
 
 if TYPE_CHECKING:
     from sampler.formats.hdf5 import TableContents
@@ -64,7 +64,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         for path, values in kept.items()
         if path.startswith("accuracy/")
     }
-    measured = accuracy["auc"].size > 0
+    measured = accuracy["alpha_deg"].size > 0
     return {
         "pair": contents.pair,
         "components": list(contents.components),
@@ -79,7 +79,9 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "processors": list(contents.processors),
         "bytes_in_memory": bytes_of((arrays, *kept.values())),
         "declared": _declared(contents.config),
-        "worst": {name: float(accuracy[name].max()) for name in METRICS} if measured else None,
+        "worst": {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
+        if measured
+        else None,
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
 
@@ -105,7 +107,7 @@ def identity_text(contents: "TableContents") -> str:
     anywhere = ", the same at any speed" if facts["speed_independent"] else ""
     measured, declared = "nothing", facts["declared"]
     if worst is not None:
-        count = len(facts["accuracy"]["auc"])
+        count = len(facts["accuracy"]["alpha_deg"])
         measured = f"at {count} conditions between nodes, noise included, worst: {_errors(worst)}"
     return "\n".join(
         [
@@ -127,11 +129,8 @@ def identity_text(contents: "TableContents") -> str:
 
 
 def _errors(values: Mapping[str, float]) -> str:
-    """Put the four errors on one line."""
-    return (
-        f"KS {values['ks']:.4f}, sliced Wasserstein {values['sliced_wasserstein']:.4f}, "
-        f"correlation {values['correlation_error']:.4f}, AUC {values['auc']:.3f}"
-    )
+    """Put the errors on one line."""
+    return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())
 
 
 def _declared(config: str) -> dict[str, float] | None:

@@ -56,10 +56,10 @@ def report(
     compared with the same large direct sample, next to the noise of direct against direct.
     Times are processor time of one thread: leave the machine to it.
     """
-    from tablegen.studies.report.error_against_time import gather_evidence
-    from tablegen.studies.report.report_data import compile_dossier, map_accuracy, record
+    from tablegen.studies.report.error_against_time import measure_error_against_time
+    from tablegen.studies.report.report_data import collect_report_data, map_accuracy, record
     from tablegen.studies.report.report_page import report_page, require_plotly
-    from tablegen.studies.report.report_text import evidence_text
+    from tablegen.studies.report.report_text import error_against_time_text
     from tablegen.studies.report.stability_results import read_study
 
     if html_file:
@@ -67,8 +67,8 @@ def report(
         require_plotly()
     if stability_file:
         read_study(stability_file)
-    evidence = gather_evidence(table, beside, quick=quick, seed=seed, progress=progress)
-    click.echo(evidence_text(evidence))
+    evidence = measure_error_against_time(table, beside, quick=quick, seed=seed, progress=progress)
+    click.echo(error_against_time_text(evidence))
     if json_file is None and html_file is None:
         return DONE
     atlas = map_accuracy(table, quick, seed, progress)
@@ -76,7 +76,7 @@ def report(
         text = json.dumps(record(evidence, atlas), indent=1, allow_nan=False)
         write_text(json_file, text + "\n")
     if html_file:
-        page = report_page(compile_dossier(evidence, atlas, stability_file, progress))
+        page = report_page(collect_report_data(evidence, atlas, stability_file, progress))
         write_text(html_file, page)
         click.echo(f"{html_file}: {len(page.encode()) / 1e6:.1f} MB")
     return DONE

@@ -147,7 +147,7 @@ def _print_comparisons(result: "Validation", details: bool) -> None:
     if result.nodes:
         click.echo("at the nodes that looked worst")
         click.echo(accuracy_text(result.nodes, *allowed))
-    worst = max(result.comparisons, key=lambda c: c.auc)
+    worst = max(result.comparisons, key=lambda c: c.estimates["auc"].value)
     for comparison in result.comparisons if details else [worst]:
         click.echo(details_text(comparison))
     for line in (*coverage_lines(result), certainty_line()):

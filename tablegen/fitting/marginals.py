@@ -6,9 +6,8 @@ nearly straight between them.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tablegen.model.float_array import FloatArray
 
 #: Variate of the last knot; beyond it lies a probability of about 1.3e-5 on either side, and a
 #: draw there has the quantile of the last knot.

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tablegen.model.float_array import FloatArray
 
 #: Monomials of a sample, in double precision where every digit counts, else in single.
 Features = NDArray[np.float64] | NDArray[np.float32]

@@ -6,12 +6,10 @@ F_mixture(z), so that draws have the marginals of the sample.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from tablegen.fitting.mixture import Mixture
-
-FloatArray = NDArray[np.float64]
+from tablegen.model.float_array import FloatArray
 
 
 def _ranks(values: FloatArray) -> FloatArray:

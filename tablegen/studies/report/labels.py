@@ -1,12 +1,9 @@
 """Words for metrics and variables, and quantities in the unit that suits them."""
 
+from tablegen.configuration.metric_table import METRICS
+
 #: Words for metrics, in the order of `METRICS`.
-SHORT = {
-    "ks": "KS distance",
-    "sliced_wasserstein": "sliced Wasserstein",
-    "correlation_error": "correlation error",
-    "auc": "AUC",
-}
+SHORT = {name: metric.short for name, metric in METRICS.items()}
 
 #: Names of variables on axes.
 LABELS = {
@@ -22,14 +19,13 @@ LABELS = {
 _PREFIXES = {
     "s": ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")),
     "B": ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")),
+    "": ((1.0, ""),),
 }
 
 
 def quantity_text(value: float, unit: str = "") -> str:
-    """Positive seconds or bytes with the prefix that suits them: "2 µs"; or a plain number."""
-    if not unit:
-        return f"{float(f'{value:.2g}'):g}"
-    # a tick of 1e-6 may be a hair below it
+    """Positive seconds or bytes with the prefix that suits them, as "2 µs"; or a plain number."""
     prefixes = _PREFIXES[unit]
+    # a tick of 1e-6 may be a hair below it
     scale, prefix = next((p for p in prefixes if value >= p[0] * (1.0 - 1e-9)), prefixes[-1])
-    return f"{float(f'{value / scale:.3g}'):,g} {prefix}{unit}"
+    return f"{float(f'{value / scale:.3g}'):g} {prefix}{unit}".rstrip()

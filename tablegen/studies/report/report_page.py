@@ -7,12 +7,14 @@ tables too.
 import base64
 import gzip
 import importlib.util
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
+
+from markupsafe import Markup
 
 from sampler.errors import InputError
 from tablegen.studies.pages.rendering import render_page
-from tablegen.studies.paper_figures.all_figures import COLLISION_HEAD, Gallery, collision_rows
+from tablegen.studies.paper_figures.all_figures import COLLISION_HEAD, PaperFigures, collision_rows
 from tablegen.studies.paper_figures.sample_statistics import SPEED
 from tablegen.studies.paper_figures.statement_text import (
     STATEMENT_HEAD,
@@ -22,12 +24,12 @@ from tablegen.studies.paper_figures.statement_text import (
 )
 from tablegen.studies.paper_figures.style import Picture
 from tablegen.studies.report import report_tables
-from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_data import ReportData
 from tablegen.studies.report.report_text import (
     HEAD,
     SETTING_HEAD,
+    benchmark_rows,
     machine_text,
-    race_rows,
     setting_rows,
 )
 from tablegen.studies.report.tolerances import FINEST
@@ -35,9 +37,6 @@ from tablegen.studies.stability.stability_page import stability_values
 
 #: Characters of a picture that stand in an address as they are.
 _PLAIN = " ,;:=/'().-+*&?!"
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
 
 
 def require_plotly() -> None:
@@ -63,38 +62,24 @@ def _packed_library() -> str:
     return base64.b64encode(gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)).decode("ascii")
 
 
-def _plots(dossier: Dossier) -> dict[str, Any]:
-    """Every plot as HTML; for `methods` and `views` with the condition that it is of."""
+def _plots(dossier: ReportData) -> dict[str, Markup]:
+    """Every plot as HTML; those of views and of methods are numbered."""
     from tablegen.studies.report import cost_plots, table_plots
     from tablegen.studies.report.plot_style import plot_html
 
-    evidence = dossier.evidence
-    views: list[tuple[str, Markup, Markup]] = []
-    for k, view in enumerate(dossier.views):
-        curves, densities = table_plots.marginals(view), table_plots.joint_densities(view)
-        place = f"{view.alpha_deg:g}°, {view.speed:g} m/s"
-        one, other = (
-            plot_html(curves, f"marginals-{k}", 620),
-            plot_html(densities, f"pair-{k}", 720),
-        )
-        views.append((place, one, other))
-    return {
-        "map": plot_html(
-            table_plots.accuracy_map(
-                dossier.atlas, dossier.stored, report_tables.declared(dossier)
-            ),
-            "map",
-            480,
-        ),
-        "views": views,
-        "methods": [
-            plot_html(cost_plots.methods_plot(race), f"methods-{k}", 540)
-            for k, race in enumerate(evidence.races)
-        ],
-        "table_sizes": plot_html(cost_plots.table_sizes_plot(evidence.designs), "tables", 500),
-        "sample_sizes": plot_html(cost_plots.sample_sizes_plot(evidence.sizes), "samples", 460),
-        "numerics": plot_html(cost_plots.numerics_plot(evidence.settings), "settings", 460),
+    evidence, allowed = dossier.evidence, report_tables.declared(dossier)
+    figures = {
+        "map": table_plots.accuracy_map(dossier.atlas, dossier.stored, allowed),
+        "table-sizes": cost_plots.table_sizes_plot(evidence.designs),
+        "sample-sizes": cost_plots.sample_sizes_plot(evidence.sizes),
+        "numerics": cost_plots.numerics_plot(evidence.settings),
     }
+    for k, view in enumerate(dossier.views):
+        figures[f"marginals-{k}"] = table_plots.marginals(view)
+        figures[f"pairs-{k}"] = table_plots.joint_densities(view)
+    for k, race in enumerate(evidence.races):
+        figures[f"methods-{k}"] = cost_plots.methods_plot(race)
+    return {name: plot_html(figure, name) for name, figure in figures.items()}
 
 
 def _data_address(picture: Picture) -> str:
@@ -105,7 +90,7 @@ def _data_address(picture: Picture) -> str:
     return f"data:{picture.media_type};base64,{base64.b64encode(picture.data).decode('ascii')}"
 
 
-def _paper(gallery: Gallery) -> dict[str, Any]:
+def _paper(gallery: PaperFigures) -> dict[str, Any]:
     """Statements, collisions and figures of the paper."""
     return {
         "speed": SPEED,
@@ -115,17 +100,17 @@ def _paper(gallery: Gallery) -> dict[str, Any]:
         "statement_head": STATEMENT_HEAD,
         "statements": statement_rows(gallery.statements),
         "collision_head": COLLISION_HEAD,
-        "collisions": collision_rows(gallery.laws),
+        "collisions": collision_rows(gallery.statistics),
         "pictures": [(p.title, p.alternative, _data_address(p)) for p in gallery.pictures],
     }
 
 
-def report_page(dossier: Dossier) -> str:
+def report_page(dossier: ReportData) -> str:
     """Self-contained HTML of a report.
 
     Parameters
     ----------
-    dossier : Dossier
+    dossier : ReportData
 
     Returns
     -------
@@ -148,8 +133,9 @@ def report_page(dossier: Dossier) -> str:
         rows=report_tables,
         machine=machine_text(evidence),
         method_head=HEAD,
-        method_rows=[race_rows(race) for race in races],
+        method_rows=[benchmark_rows(race) for race in races],
         places=[f"{race.alpha_deg:g}°, {race.speed:g} m/s" for race in races],
+        views=[f"{view.alpha_deg:g}°, {view.speed:g} m/s" for view in dossier.views],
         setting_head=SETTING_HEAD,
         setting_rows=setting_rows(evidence),
         finest=FINEST,

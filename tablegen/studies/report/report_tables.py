@@ -1,40 +1,47 @@
 """What a report's page says in words and cells: verdict, figures that matter most, tables."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from sampler.formats.channels import STATE
+from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.decision import judge, limits
-from tablegen.accuracy.noise_corrected import LEAST
 from tablegen.accuracy.verdict import verdict_words
-from tablegen.studies.report.accuracy_map import Point
-from tablegen.studies.report.benchmark import Race, Runner
+from tablegen.configuration.metric_table import METRICS
+from tablegen.studies.report.benchmark import Benchmark, MethodResult
 from tablegen.studies.report.labels import SHORT, quantity_text
-from tablegen.studies.report.report_data import Dossier
+from tablegen.studies.report.report_data import ReportData
 from tablegen.studies.report.report_text import size_text
 
 #: Worst cells that are listed.
 _WORST = 8
 
 #: Columns of the tables of accuracy.
-ACCURACY_HEAD = ("condition", "KS", "of", "sliced W.", "corr.", "AUC")
+ACCURACY_HEAD = (
+    "condition",
+    *(cell for m in METRICS.values() for cell in (m.head, "of")[: 1 + m.per_variable]),
+)
+
+#: Columns of `sample_rows`.
+SAMPLE_HEAD = ("sample", "ms", *(m.head for m in METRICS.values() if not m.learned))
 
 
-def declared(dossier: Dossier) -> dict[str, float]:
+def declared(dossier: ReportData) -> dict[str, float]:
     """Largest distances that the table declares."""
     targets = dossier.config.accuracy
-    return {name: getattr(targets, name) for name in SHORT}
+    return {name: getattr(targets, name) for name in METRICS}
 
 
 def share_of_allowed(
-    point: Point, allowed: dict[str, float], count: int
+    point: Measured, allowed: dict[str, float], count: int
 ) -> tuple[float, float, str]:
     """Largest error at a point in units of what is declared, without noise.
 
     Parameters
     ----------
-    point : Point
+    point : Measured
     allowed : dict
         Largest distances that are declared.
     count : int
@@ -50,13 +57,13 @@ def share_of_allowed(
     shares = []
     for name, most in allowed.items():
         low, high = limits(name, point.estimates[name], count)
-        least = LEAST[name]
+        least = METRICS[name].least
         unit = max(most - least, 1e-9)
         shares.append(((high - least) / unit, (low - least) / unit, name))
     return max(shares)
 
 
-def headline(dossier: Dossier) -> tuple[str, str, list[str]]:
+def headline(dossier: ReportData) -> tuple[str, str, list[str]]:
     """Say whether the declared accuracy holds, by this run and by what the table stores.
 
     Returns
@@ -70,26 +77,26 @@ def headline(dossier: Dossier) -> tuple[str, str, list[str]]:
     stored = [
         f"{name}: the table stores {largest:.4f}, noise included, where {most:g} is declared"
         for name, most in declared(dossier).items()
-        if (largest := float(np.max(dossier.stored[name], initial=0.0))) > most
+        if (largest := float(np.max(dossier.stored.get(name, 0.0), initial=0.0))) > most
     ]
     words = verdict_words(judged.missed, [*judged.undecided, *stored], "declared accuracy")
     lines = [*judged.missed, *judged.undecided, *stored]
     return "bad" if judged.missed else "open" if lines else "good", words, lines
 
 
-def _fastest(race: Race, family: str) -> Runner:
+def _fastest(race: Benchmark, family: str) -> MethodResult:
     """First method of a family: as configured, or the table of the report."""
     return next(runner for runner in race.runners if runner.family == family)
 
 
-def key_figures(dossier: Dossier) -> list[tuple[str, str, str]]:
+def key_figures(dossier: ReportData) -> list[tuple[str, str, str]]:
     """Name, figure and remark of what matters most."""
     evidence, stored, allowed = dossier.evidence, dossier.stored, declared(dossier)
     race, points = evidence.races[-1], dossier.atlas.points
     direct, drawn = _fastest(race, "direct simulation"), _fastest(race, "table")
     slow, fast = (quantity_text(1e-9 * runner.nanoseconds, "s") for runner in (direct, drawn))
     high, low, name = max(share_of_allowed(point, allowed, len(points)) for point in points)
-    measured = len(stored["auc"])
+    measured = len(stored["alpha_deg"])
     return [
         ("size of the table", size_text(evidence.table_bytes), "whole range of angles and speeds"),
         (
@@ -105,11 +112,11 @@ def key_figures(dossier: Dossier) -> list[tuple[str, str, str]]:
         *(
             (
                 f"worst {SHORT[metric]}",
-                f"{float(np.max(stored[metric])):.{3 if metric == 'auc' else 4}f}",
+                METRICS[metric].text(float(np.max(stored[metric]))),
                 f"declared at most {limit:g}; {measured} conditions, noise included",
             )
             for metric, limit in allowed.items()
-            if measured
+            if measured and metric in stored
         ),
         (
             "worst cell of this run",
@@ -119,41 +126,46 @@ def key_figures(dossier: Dossier) -> list[tuple[str, str, str]]:
     ]
 
 
-def _row(title: str, ks: float, of: str, others: Sequence[float]) -> list[str]:
-    wasserstein, correlation, auc = others
-    return [title, f"{ks:.4f}", of, f"{wasserstein:.4f}", f"{correlation:.4f}", f"{auc:.3f}"]
+def _cells(distances: Mapping[str, Any], of_variable: bool = True) -> list[str]:
+    """Each metric; of one by variable the largest, and of which variable it is."""
+    cells = []
+    for name, metric in METRICS.items():
+        if name in distances:
+            cells.append(metric.text(float(np.max(distances[name]))))
+            if metric.per_variable:
+                cells.append(STATE[int(np.argmax(distances[name]))] if of_variable else "")
+    return cells
 
 
-def _point_row(point: Point) -> list[str]:
-    title, of = f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s", np.argmax(point.ks_components)
-    ks, *others = (getattr(point, name) for name in SHORT)
-    return _row(title, ks, STATE[int(of)], others)
+def _point_row(point: Measured) -> list[str]:
+    return [f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s", *_cells(point.distances())]
 
 
-def _closing_rows(dossier: Dossier) -> list[list[str]]:
-    """What noise alone leaves, and what is declared."""
-    points, allowed = dossier.atlas.floor, declared(dossier)
-    ks, *others = (float(np.mean([getattr(p, name) for p in points])) for name in SHORT)
-    first, *rest = (f"{limit:g}" for limit in allowed.values())
-    return [_row("noise floor (mean)", ks, "", others), ["declared", first, "", *rest]]
+def _closing_rows(dossier: ReportData) -> list[list[str]]:
+    """Give what noise alone leaves, and what is declared."""
+    points = dossier.atlas.floor
+    floor = {name: np.mean([p.estimates[name].value for p in points]) for name in METRICS}
+    limits_ = ["declared"]
+    for name, limit in declared(dossier).items():
+        limits_ += [f"{limit:g}", ""][: 1 + METRICS[name].per_variable]
+    return [["noise floor (mean)", *_cells(floor, of_variable=False)], limits_]
 
 
-def map_rows(dossier: Dossier) -> list[list[str]]:
+def map_rows(dossier: ReportData) -> list[list[str]]:
     """Every cell of the map, for the columns of `ACCURACY_HEAD`."""
     return [*map(_point_row, dossier.atlas.points), *_closing_rows(dossier)]
 
 
-def stored_rows(dossier: Dossier) -> list[list[str]]:
+def stored_rows(dossier: ReportData) -> list[list[str]]:
     """Accuracy that the table carries, for the columns of `ACCURACY_HEAD`."""
-    columns = [dossier.stored[name] for name in ("alpha_deg", "speed", *SHORT)]
-    rows = [
-        _row(f"{alpha_deg:.2f}°, {speed:.1f} m/s", ks.max(), STATE[int(ks.argmax())], others)
-        for alpha_deg, speed, ks, *others in zip(*columns, strict=True)
-    ]
+    stored, rows = dossier.stored, []
+    for k, (alpha_deg, speed) in enumerate(zip(stored["alpha_deg"], stored["speed"], strict=True)):
+        cells = _cells({name: values[k] for name, values in stored.items()})
+        rows.append([f"{alpha_deg:.2f}°, {speed:.1f} m/s", *cells])
     return [*rows, _closing_rows(dossier)[-1]]
 
 
-def worst_rows(dossier: Dossier) -> list[list[str]]:
+def worst_rows(dossier: ReportData) -> list[list[str]]:
     """Conditions that come nearest to what is declared: `ACCURACY_HEAD`, share, by which metric."""
     allowed, points = declared(dossier), dossier.atlas.points
     ranked = sorted(
@@ -169,8 +181,8 @@ def worst_rows(dossier: Dossier) -> list[list[str]]:
     return [*worst, [*floor, "", ""], [*limit, "1.00", ""]]
 
 
-def identity_rows(dossier: Dossier) -> list[list[str]]:
-    """What the table is and where it comes from."""
+def identity_rows(dossier: ReportData) -> list[list[str]]:
+    """Say what the table is and where it comes from."""
     config, file = dossier.config, dossier.identity
     alpha, speed = config.domain.alpha_deg, config.domain.speed
     made_with = f"rebound-tables {file['software_version']}, format {file['format_version']}"
@@ -187,14 +199,13 @@ def identity_rows(dossier: Dossier) -> list[list[str]]:
     ]
 
 
-def sample_rows(dossier: Dossier) -> list[list[str]]:
-    """Samples of growing size: name, milliseconds, and three metrics."""
-    metrics = [name for name in SHORT if name != "auc"]
+def sample_rows(dossier: ReportData) -> list[list[str]]:
+    """List samples of growing size: name, milliseconds, and the metrics without a classifier."""
     return [
         [
             f"{s.family}, {s.count:,} states",
             f"{1e3 * s.seconds:.3g}",
-            *(f"{s.errors[name].mean:.4f}" for name in metrics),
+            *_cells({name: error.mean for name, error in s.errors.items()}, of_variable=False),
         ]
         for s in dossier.evidence.sizes
     ]

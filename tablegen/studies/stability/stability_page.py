@@ -14,7 +14,7 @@ from tablegen.studies.stability.stability_text import (
 
 
 def stability_values(study: Study) -> dict[str, Any]:
-    """Counts, groups, worst cases and failures, as ``stability_results.html.j2`` shows them."""
+    """Give counts, groups, worst cases and failures for ``stability_results.html.j2``."""
     return {
         "kind": "good" if study.holds else "bad",
         "words": GOOD if study.holds else "The model fails in some cases:",

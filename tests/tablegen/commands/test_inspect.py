@@ -9,7 +9,7 @@ from tiny_tables import TINY
 
 import sampler
 from tablegen.commands.inspect import identity, identity_text
-from tablegen.configuration.defaults import PRESETS
+from tablegen.configuration.metric_table import PRESETS
 
 
 def test_says_what_the_table_is(run, tiny):

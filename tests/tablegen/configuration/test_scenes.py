@@ -8,7 +8,7 @@ from tiny_tables import TINY
 import sampler
 from sampler.formats.channels import COMPONENTS, channels_for
 from sampler.formats.hdf5 import read_table, write_table
-from tablegen.accuracy.comparison import ks_distances
+from tablegen.accuracy.metrics import ks_distances
 from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.generate import generate
 from tablegen.simulate import simulate
@@ -118,6 +118,6 @@ def test_validation_passes_it_and_refuses_another_speeds_law(scene, tmp_path):
     passed = validate(right, conditions=1, samples=4_000, seed=1)
     assert passed.missed == []
     assert passed.comparisons[0].components == scene.columns
-    assert len(passed.comparisons[0].ks) == len(scene.columns)
+    assert len(passed.comparisons[0].distances()["ks"]) == len(scene.columns)
     missed = validate(wrong, conditions=1, samples=4_000, seed=1).missed
     assert any(line.startswith("ks: ") for line in missed)

@@ -6,7 +6,7 @@ from corrupt_tables import independent_channels, independent_columns
 
 from sampler.formats.channels import COMPONENTS
 from sampler.table import Table
-from tablegen.accuracy.comparison import classifier_auc, correlation_error, ks_distances
+from tablegen.accuracy.metrics import classifier_auc, correlation_error, ks_distances
 from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import load_config
 from tablegen.fitting.node import fit_node, fitted_channels
@@ -138,7 +138,7 @@ SCENES = {
 
 
 class TestScenes:
-    """Draws of what a scene asks for, against the simulation; the bound of `TestDraws`."""
+    """Draws of the variables of a scene, against the simulation; the bound of `TestDraws`."""
 
     @pytest.mark.parametrize("scene", SCENES)
     def test_draws_match_the_simulation(self, scene):

@@ -21,7 +21,7 @@ MARKERS = {
 
 
 def test_every_method_has_a_look():
-    families = {way.family for way in (*direct.direct_ways(), *rivals.rival_ways()[0])}
+    families = {way.family for way in (*direct.direct_methods(), *rivals.baseline_methods()[0])}
     families |= {tables.FAMILY, "stored states", *rivals._OPTIONAL}
     assert families == set(LOOKS)
 
