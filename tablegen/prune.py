@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.drawing.kernel import locate
+from sampler.drawing.steps import locate
 from sampler.errors import InputError
 from sampler.files.atomic import check_output
 from sampler.formats.channels import channels_for
