@@ -139,10 +139,6 @@ def validate(
     progress : bool
         Show progress bars on standard error.
 
-    Returns
-    -------
-    Validation
-
     Raises
     ------
     InputError

@@ -101,10 +101,6 @@ def compare(
     components : tuple of d str
         What the columns are.
 
-    Returns
-    -------
-    Comparison
-
     Raises
     ------
     InputError
@@ -140,10 +136,6 @@ def sharpened(
         as before, and is tested with more of them.
     seed : int
         As for `compare`.
-
-    Returns
-    -------
-    Comparison
     """
     before = (comparison.table.count, comparison.direct.count, METRICS["auc"].trial_states)
     trained = min(count for count in before if count is not None) // 2

@@ -26,12 +26,6 @@ def pick_conditions(table: Table, count: int, seed: int) -> list[tuple[float, fl
     of the range of speeds too; exchanges of low discrepancy spread the pairs. A condition is then
     moved inside its cell so that it keeps a fifth of the cell's width from its nodes.
 
-    Parameters
-    ----------
-    table : Table
-    count : int
-    seed : int
-
     Returns
     -------
     list of (alpha_deg, speed)

@@ -123,10 +123,6 @@ def judge(
     targets : AccuracyTargets
     together : int, optional
         How many comparisons are judged together, if more than these.
-
-    Returns
-    -------
-    Verdict
     """
     count = together or len(measured)
     lines: dict[str, list[str]] = {HOLDS: [], MISSED: [], UNDECIDED: []}

@@ -66,14 +66,6 @@ def sample_size(targets: AccuracyTargets) -> int:
 
     Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six components with
     probability q; at q = 1e-3 that is half of the declared distance.
-
-    Parameters
-    ----------
-    targets : AccuracyTargets
-
-    Returns
-    -------
-    int
     """
     return max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2))
 

@@ -92,10 +92,6 @@ def screen(
         States a side at each node.
     progress : bool
         Show a progress bar on standard error.
-
-    Returns
-    -------
-    Screening
     """
     nodes = [(float(a), float(v)) for a in table.alpha_nodes_deg for v in table.speed_nodes]
 

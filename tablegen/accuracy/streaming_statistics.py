@@ -169,10 +169,6 @@ def summarise(state: FloatArray, collisions: Counts, energy: FloatArray) -> RunS
         Finite; n is 1 or more.
     collisions : (n,) int64
     energy : (n, 2) float64
-
-    Returns
-    -------
-    RunStatistics
     """
     mean, comoment = np.empty(6), np.empty((6, 6))
     histogram, outside = np.zeros((6, BINS), dtype=np.int64), np.zeros((6, 2), dtype=np.int64)
@@ -200,14 +196,6 @@ def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
     Means and products of deviations are updated, never differences of large sums (Chan, Golub
     and LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances",
     1979), so nothing cancels however long the run is.
-
-    Parameters
-    ----------
-    first, second : RunStatistics
-
-    Returns
-    -------
-    RunStatistics
     """
     count = first.count + second.count
     share = second.count / count
@@ -229,16 +217,7 @@ def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
 
 
 def statistics_of(simulation: Simulation) -> RunStatistics:
-    """Statistics of a simulation at hand, the same to the last bit as `simulate_statistics`.
-
-    Parameters
-    ----------
-    simulation : Simulation
-
-    Returns
-    -------
-    RunStatistics
-    """
+    """Statistics of a simulation at hand, the same to the last bit as `simulate_statistics`."""
     state, collisions, energy = simulation.state, simulation.collisions, simulation.energy
     parts = (slice(start, start + BATCH) for start in range(0, len(state), BATCH))
     return reduce(merge, (summarise(state[p], collisions[p], energy[p]) for p in parts))
@@ -322,10 +301,6 @@ def simulate_statistics(
         Default: one a processor. The result does not depend on it.
     progress : bool
         Show a progress bar on standard error.
-
-    Returns
-    -------
-    RunStatistics
 
     Raises
     ------

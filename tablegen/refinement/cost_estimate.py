@@ -109,10 +109,6 @@ def estimate(config: Config, rebound: float, conditions: int = 0) -> Cost:
         Processor time of one direct rebound [s], from `rebound_seconds`.
     conditions : int
         At how many conditions the whole table is measured at the end.
-
-    Returns
-    -------
-    Cost
     """
     grid, table = first_grid(config), config.table
     first, most = (len(grid.alpha_deg), len(grid.speed)), _grown(grid, config)
@@ -153,10 +149,6 @@ def cost_text(cost: Cost, workers: int | None) -> str:
     cost : Cost
     workers : int or None
         How many pieces are done side by side; None if it is not known.
-
-    Returns
-    -------
-    str
     """
     (alphas, speeds), (more_alphas, more_speeds) = cost.first, cost.most
     nodes = f"{alphas} x {speeds} nodes"

@@ -79,16 +79,7 @@ def _draw_panel(axes: Any, statistics: FigureStatistics, quantity: str, which: s
 
 
 def curve_figures(statistics: FigureStatistics) -> list[Picture]:
-    """Draw the figures whose abscissa is the impact angle.
-
-    Parameters
-    ----------
-    statistics : FigureStatistics
-
-    Returns
-    -------
-    list of Picture
-    """
+    """Draw the figures whose abscissa is the impact angle."""
     pictures = []
     for number, title, panels in _FIGURES:
         figure = new_figure(9.5, 4.6)

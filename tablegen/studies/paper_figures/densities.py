@@ -61,16 +61,7 @@ def _draw_mixture(axes: Any, statistics: FigureStatistics, name: str) -> None:
 
 
 def density_figures(statistics: FigureStatistics) -> list[Picture]:
-    """Draw densities of ellipsoids and prisms, as the paper does, and of the mixture.
-
-    Parameters
-    ----------
-    statistics : FigureStatistics
-
-    Returns
-    -------
-    list of Picture
-    """
+    """Draw densities of ellipsoids and prisms, as the paper does, and of the mixture."""
     pictures = []
     for number, name, title, limits in _FIGURES:
         figure = new_figure(11.5, 4.3)

@@ -83,10 +83,6 @@ def joint_picture(sources: Sequence[Source], name: str, title: str, alternative:
         The first is a sample.
     name, title, alternative : str
         Of the picture.
-
-    Returns
-    -------
-    Picture
     """
     u, v = window(sources[0].state)
     largest = float(joint_density(sources[0].state, u, v).max())

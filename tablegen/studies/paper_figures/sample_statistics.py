@@ -111,10 +111,6 @@ def asymmetry(values: FloatArray) -> float:
     Parameters
     ----------
     values : float64 array, shape (n,)
-
-    Returns
-    -------
-    float
     """
     walk = np.cumsum(np.sign(values[np.argsort(-np.abs(values))]))
     return float(np.abs(walk).max() / np.sqrt(values.size))
@@ -138,10 +134,6 @@ def sample_statistics_of(
     collisions : int array, shape (n,), optional
     rotational : float64 array, shape (n,), optional
         Rotational energy over the energy before.
-
-    Returns
-    -------
-    SampleStatistics
     """
     columns = [*state.T, translational_energy(state)]
     columns += [] if rotational is None else [rotational]
@@ -265,10 +257,6 @@ def make_statistics(
     seed : int
     tick : callable
         Called with 1 for each sample.
-
-    Returns
-    -------
-    FigureStatistics
     """
     samples: dict[tuple[str, str, float], SampleStatistics] = {}
     for i, alpha_deg in enumerate(ANGLES):

@@ -172,15 +172,6 @@ def _plane_figure(statistics: FigureStatistics) -> Picture:
 
 
 def scattering_figures(statistics: FigureStatistics) -> list[Picture]:
-    """Draw the directions of rebound.
-
-    Parameters
-    ----------
-    statistics : FigureStatistics
-
-    Returns
-    -------
-    list of Picture
-    """
+    """Draw the directions of rebound."""
     pictures = (_angles_figure(), _spatial_figure(statistics), _plane_figure(statistics))
     return [picture for picture in pictures if picture is not None]

@@ -67,10 +67,6 @@ def check_statements(statistics: FigureStatistics) -> list[Statement]:
     ----------
     statistics : FigureStatistics
         Of another pair or other particles than the paper's, statements are measured but not judged.
-
-    Returns
-    -------
-    list of Statement
     """
     judged = is_of_the_paper(statistics.config)
 

@@ -88,10 +88,6 @@ def make_accuracy_map(
     seed : int
     tick : callable
         Called with 1 for each condition.
-
-    Returns
-    -------
-    AccuracyMap
     """
     alpha, speed = grid(table, budget.grid)
     conditions = [(np.radians(a), v) for a in alpha for v in speed]

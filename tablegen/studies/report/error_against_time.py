@@ -174,10 +174,6 @@ def measure_error_against_time(
     progress : bool
         Show a progress bar on standard error.
 
-    Returns
-    -------
-    ErrorAgainstTime
-
     Raises
     ------
     InputError

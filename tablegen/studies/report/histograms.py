@@ -72,10 +72,6 @@ def make_view(drawn: FloatArray, direct: FloatArray, alpha_deg: float, speed: fl
     drawn, direct : float64 arrays, shape (n, 6)
         As many states each.
     alpha_deg, speed : float
-
-    Returns
-    -------
-    View
     """
     low, high = np.quantile(direct, _SHOWN, axis=0)
     # a component that does not vary still needs a bin
@@ -102,10 +98,6 @@ def make_views(table: Table, config: Config, effort: Budget, seed: int, tick: Ti
     seed : int
     tick : callable
         Called with 1 for each condition.
-
-    Returns
-    -------
-    list of View
     """
     alpha, speed = grid(table, effort.views)
     found = []

@@ -91,10 +91,6 @@ def collect_report_data(
     progress : bool
         Show progress bars on standard error.
 
-    Returns
-    -------
-    ReportData
-
     Raises
     ------
     InputError

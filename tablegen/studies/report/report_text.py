@@ -74,16 +74,7 @@ def machine_text(evidence: ErrorAgainstTime) -> str:
 
 
 def error_against_time_text(evidence: ErrorAgainstTime) -> str:
-    """Report of a run for a terminal.
-
-    Parameters
-    ----------
-    evidence : ErrorAgainstTime
-
-    Returns
-    -------
-    str
-    """
+    """Report of a run for a terminal."""
     effort = evidence.effort
     lines = [
         f"{evidence.table}: {size_text(evidence.table_bytes)}, "

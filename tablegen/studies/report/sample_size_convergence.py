@@ -55,10 +55,6 @@ def sample_sizes(
     seed : int
     tick : callable
         Called with 1 for each size of each draw.
-
-    Returns
-    -------
-    list of Sample
     """
     found = []
     for k, (family, draw, cost) in enumerate(draws):
