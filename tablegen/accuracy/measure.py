@@ -117,23 +117,14 @@ def measure(
 
 @dataclass(frozen=True)
 class ComparedCondition:
-    """A condition at which a table is compared with direct simulation.
-
-    Attributes
-    ----------
-    table : Table
-    config : Config
-    alpha_deg, speed : float
-    seed : int
-    number : int
-        Keeps conditions that share a seed apart: of the simulation's stream, and hit of the draws.
-    """
+    """A condition at which a table is compared with direct simulation."""
 
     table: Table
     config: Config
     alpha_deg: float
     speed: float
     seed: int
+    #: Keeps conditions that share a seed apart: of the simulation's stream, and hit of the draws.
     number: int
 
     def states(self, count: int) -> tuple[FloatArray, FloatArray]:

@@ -36,20 +36,14 @@ _FINEST = 1.0 / 256.0
 
 @dataclass(frozen=True)
 class Axes:
-    """Node grid of a table.
+    """Node grid of a table."""
 
-    Attributes
-    ----------
-    alpha_deg : (n_alpha,) float64
-        Impact angles of the nodes [degrees].
-    speed : (n_speed,) float64
-        Speeds of the nodes [m/s].
-    alpha_coordinate, speed_coordinate : (LOOKUP_SIZE,) float64
-        Fractional node index at equal steps between the first and the last node.
-    """
-
+    #: (n_alpha,) float64. Impact angles of the nodes [degrees].
     alpha_deg: FloatArray
+    #: (n_speed,) float64. Speeds of the nodes [m/s].
     speed: FloatArray
+    #: (LOOKUP_SIZE,) float64. Fractional node index at equal steps between the first and the last
+    #: node.
     alpha_coordinate: FloatArray
     speed_coordinate: FloatArray
 

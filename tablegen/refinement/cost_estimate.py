@@ -46,24 +46,16 @@ _TIMED = 2_000
 
 
 class Cost(NamedTuple):
-    """What a table will cost.
+    """What a table will cost."""
 
-    Attributes
-    ----------
-    first : tuple of two int
-        Angles and speeds of the nodes to begin with.
-    most : tuple of two int
-        Those that refinement may end at; the same where the configuration names all nodes.
-    least_seconds, most_seconds : float
-        Time of one processor, all pieces together.
-    memory, worker_memory : float
-        Bytes of a process that makes the table, and of each piece that it has under way.
-    """
-
+    #: Angles and speeds of the nodes to begin with.
     first: tuple[int, int]
+    #: Those that refinement may end at; the same where the configuration names all nodes.
     most: tuple[int, int]
+    #: Time of one processor, all pieces together.
     least_seconds: float
     most_seconds: float
+    #: Bytes of a process that makes the table, and of each piece that it has under way.
     memory: float
     worker_memory: float
 

@@ -22,16 +22,10 @@ _POINT = {"marker": "o", "markersize": 9, "color": "#d55e00", "markeredgecolor":
 
 
 class Source(NamedTuple):
-    """Where states come from, and the states.
-
-    Attributes
-    ----------
-    title : str
-    state : float64 array, shape (n, 6)
-        Of a single state, a point is drawn.
-    """
+    """Where states come from, and the states."""
 
     title: str
+    #: Shape (n, 6). Of a single state, a point is drawn.
     state: FloatArray
 
 

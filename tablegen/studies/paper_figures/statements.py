@@ -11,23 +11,15 @@ from tablegen.studies.paper_figures.sample_statistics import DIRECT, TABLE, Figu
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement, how it was checked, and what came out.
+    """A statement, how it was checked, and what came out."""
 
-    Attributes
-    ----------
-    place : str
-        Where in the paper.
-    text : str
-        In our words.
-    criterion : str
-        What must be found for it to hold.
-    direct, table : Verdict or None
-        None where the source cannot tell.
-    """
-
+    #: Where in the paper.
     place: str
+    #: In our words.
     text: str
+    #: What must be found for it to hold.
     criterion: str
+    #: None where the source cannot tell.
     direct: Verdict | None
     table: Verdict | None
 

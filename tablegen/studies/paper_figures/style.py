@@ -47,20 +47,12 @@ _SETTINGS: Any = {
 
 
 class Picture(NamedTuple):
-    """A figure as a file.
+    """A figure as a file."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the file.
-    title : str
-    alternative : str
-        What it shows, for those who cannot see it.
-    data : bytes
-    """
-
+    #: Name of the file.
     name: str
     title: str
+    #: What it shows, for those who cannot see it.
     alternative: str
     data: bytes
 

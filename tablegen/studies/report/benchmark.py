@@ -31,50 +31,33 @@ Tick = Callable[[int], Any]
 
 @dataclass(frozen=True)
 class MethodResult:
-    """Cost and errors of a method at one condition.
+    """Cost and errors of a method at one condition."""
 
-    Attributes
-    ----------
-    family, name, covers, settings
-        Of the method.
-    alpha_deg, speed : float
-    bytes : int
-        What a draw reads; the whole file of a table.
-    setup_seconds : float
-        Worker seconds to make it ready: fit, generation, or load of an existing table.
-    nanoseconds : float
-        Processor time of one draw on one thread.
-    errors : dict from metric to Estimate
-    facts : dict
-    """
-
+    #: Of the method.
     family: str
     name: str
     covers: str
     settings: dict[str, Any]
     alpha_deg: float
     speed: float
+    #: What a draw reads; the whole file of a table.
     bytes: int
+    #: Worker seconds to make it ready: fit, generation, or load of an existing table.
     setup_seconds: float
+    #: Processor time of one draw on one thread.
     nanoseconds: float
+    #: By metric.
     errors: dict[str, Estimate]
     facts: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """All methods at one condition.
-
-    Attributes
-    ----------
-    alpha_deg, speed : float
-    floor : dict from metric to Estimate
-        Direct batches against the direct reference.
-    runners : tuple of MethodResult
-    """
+    """All methods at one condition."""
 
     alpha_deg: float
     speed: float
+    #: By metric. Direct batches against the direct reference.
     floor: dict[str, Estimate]
     runners: tuple[MethodResult, ...]
 

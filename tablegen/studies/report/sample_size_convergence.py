@@ -19,22 +19,14 @@ _SIZES = 100
 
 @dataclass(frozen=True)
 class Sample:
-    """Error of samples of one size.
-
-    Attributes
-    ----------
-    family : str
-    count : int
-        States in a sample.
-    seconds : float
-        Processor time of such a sample on one thread.
-    errors : dict from metric to Estimate
-        Without AUC, which small samples cannot train.
-    """
+    """Error of samples of one size."""
 
     family: str
+    #: States in a sample.
     count: int
+    #: Processor time of such a sample on one thread.
     seconds: float
+    #: By metric. Without AUC, which small samples cannot train.
     errors: dict[str, Estimate]
 
 
