@@ -36,23 +36,15 @@ _ERRORS = (
 
 
 class Point(NamedTuple):
-    """One way to get a rebound state, and one of its errors.
-
-    Attributes
-    ----------
-    family, name : str
-    anywhere : bool
-        It answers at any angle and speed, and was not fitted at this one.
-    nanoseconds : float
-        Processor time of a draw.
-    error, low, high : float
-        Mean, and its 95 % confidence interval.
-    """
+    """One way to get a rebound state, and one of its errors."""
 
     family: str
     name: str
+    #: It answers at any angle and speed, and was not fitted at this one.
     anywhere: bool
+    #: Processor time of a draw.
     nanoseconds: float
+    #: Mean, and its 95 % confidence interval.
     error: float
     low: float
     high: float

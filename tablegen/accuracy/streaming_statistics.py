@@ -38,40 +38,28 @@ COLLISION_LABELS = ("1", "2", "3", "4", "5", ">5")
 
 @dataclass(frozen=True)
 class RunStatistics:
-    """Statistics of a run of n rebounds; variables in the order of `STATE`.
+    """Statistics of a run of n rebounds; variables in the order of `STATE`."""
 
-    Attributes
-    ----------
-    count : int
-        Number of rebounds n.
-    mean : (6,) float64
-    comoment : (6, 6) float64
-        Sums over the run of products of deviations from the mean.
-    minimum, maximum : (6,) float64
-    histogram : (6, BINS) int64
-        Rebounds in bins of equal width from `LOW` to `HIGH`; a bin holds its lower end, the last
-        one both.
-    outside : (6, 2) int64
-        Rebounds below and above the range of the histogram.
-    collision_counts : (6,) int64
-        Rebounds with 1, 2, 3, 4, 5 and more collisions.
-    collisions : int
-        Collisions of all rebounds together.
-    most_collisions : int
-    energy : (2,) float64
-        Mean translational and rotational energy over the energy before the impact.
-    """
-
+    #: Number of rebounds n.
     count: int
+    #: Shape (6,).
     mean: FloatArray
+    #: Shape (6, 6). Sums over the run of products of deviations from the mean.
     comoment: FloatArray
+    #: Shape (6,).
     minimum: FloatArray
     maximum: FloatArray
+    #: Shape (6, BINS). Rebounds in bins of equal width from `LOW` to `HIGH`; a bin holds its lower
+    #: end, the last one both.
     histogram: Counts
+    #: Shape (6, 2). Rebounds below and above the range of the histogram.
     outside: Counts
+    #: Shape (6,). Rebounds with 1, 2, 3, 4, 5 and more collisions.
     collision_counts: Counts
+    #: Collisions of all rebounds together.
     collisions: int
     most_collisions: int
+    #: Shape (2,). Mean translational and rotational energy over the energy before the impact.
     energy: FloatArray
 
     @property
