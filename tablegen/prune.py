@@ -143,7 +143,7 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
 
 def _cut(axis: Axis, low: float, high: float) -> slice:
     """Nodes of the cells in which all values from low to high lie."""
-    return slice(locate(low, axis)[0], locate(high, axis)[1] + 1)
+    return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
 
 
 def _config_text(
