@@ -17,7 +17,7 @@ from tablegen.studies.paper_figures.style import (
     TABLE_COLOUR,
     Picture,
     new_figure,
-    written,
+    numbered,
 )
 
 #: Panels of each figure: quantity and whether its mean or its most probable value.
@@ -95,7 +95,5 @@ def curve_figures(statistics: FigureStatistics) -> list[Picture]:
             "and their mixture from direct simulation, and of the mixture from the table, as "
             "circles. The numbers are in laws.json."
         )
-        pictures.append(
-            written(figure, f"figure-{number:02d}.svg", f"Figure {number}. {title}", alternative)
-        )
+        pictures.append(numbered(figure, number, title, alternative))
     return pictures

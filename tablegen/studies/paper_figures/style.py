@@ -93,6 +93,11 @@ def settings() -> Any:
     return matplotlib.rc_context(_SETTINGS)
 
 
+def numbered(figure: Any, number: int, title: str, alternative: str, kind: str = "svg") -> Picture:
+    """Figure of the paper as a file in memory."""
+    return written(figure, f"figure-{number:02d}.{kind}", f"Figure {number}. {title}", alternative)
+
+
 def written(figure: Any, name: str, title: str, alternative: str) -> Picture:
     """Figure as a file in memory, the same bytes each time."""
     kind = name.rpartition(".")[2]
