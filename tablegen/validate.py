@@ -117,7 +117,7 @@ def validate(
     at: Sequence[tuple[float, float]] | None = None,
     progress: bool = False,
 ) -> Validation:
-    """Compare a table with fresh direct simulation: every node coarsely, some conditions finely.
+    """Compare a table with new direct simulation: every node coarsely, some conditions finely.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ MARGIN = 0.2
 #: Up to so many, exchanges make the conditions fill the plane more evenly; it takes seconds beyond.
 _EXCHANGED = 256
 
-#: Purpose of the random numbers, beside the seed.
+#: Purpose of the random numbers, next to the seed.
 _KEY = 2**31
 
 

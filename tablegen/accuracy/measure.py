@@ -64,7 +64,7 @@ def in_threads(
 def sample_size(targets: AccuracyTargets) -> int:
     """States a side with which a declared accuracy can be told from noise.
 
-    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six components with
+    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with
     probability q; at q = 1e-3 that is half of the declared distance.
     """
     return max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2))

@@ -16,7 +16,13 @@ from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
 from tablegen.studies.report.budget import Budget
 from tablegen.studies.report.direct_method import simulated
-from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
+from tablegen.studies.report.method_errors import (
+    BatchMean,
+    Draw,
+    batch_errors,
+    batch_seed,
+    gathered,
+)
 from tablegen.studies.report.sampling_methods import BenchmarkCase, FittedMethod, SamplingMethod
 
 #: What random numbers are for, so that no two purposes share any.
@@ -47,7 +53,7 @@ class MethodResult:
     #: Processor time of one draw on one thread.
     nanoseconds: float
     #: By metric.
-    errors: dict[str, Estimate]
+    errors: dict[str, BatchMean]
     facts: dict[str, Any]
 
 
@@ -58,7 +64,7 @@ class Benchmark:
     alpha_deg: float
     speed: float
     #: By metric. Direct batches against the direct reference.
-    floor: dict[str, Estimate]
+    floor: dict[str, BatchMean]
     runners: tuple[MethodResult, ...]
 
 
@@ -113,7 +119,7 @@ def measured_errors(
     budget: Budget,
     seeds: Callable[[int, int], int],
     tick: Tick,
-) -> list[dict[str, Estimate]]:
+) -> list[dict[str, BatchMean]]:
     """Errors of several draws, their batches shared out over the processors.
 
     Parameters

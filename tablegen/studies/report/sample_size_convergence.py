@@ -11,9 +11,15 @@ from typing import Any
 from tablegen.accuracy.metrics import Reference
 from tablegen.studies.report.benchmark import Tick
 from tablegen.studies.report.budget import Budget
-from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
+from tablegen.studies.report.method_errors import (
+    BatchMean,
+    Draw,
+    batch_errors,
+    batch_seed,
+    gathered,
+)
 
-#: Purpose of the random numbers, beside those of `tablegen.studies.report.benchmark`.
+#: Purpose of the random numbers, apart from those of `tablegen.studies.report.benchmark`.
 _SIZES = 100
 
 
@@ -27,7 +33,7 @@ class Sample:
     #: Processor time of such a sample on one thread.
     seconds: float
     #: By metric. Without AUC, which small samples cannot train.
-    errors: dict[str, Estimate]
+    errors: dict[str, BatchMean]
 
 
 def sample_sizes(
