@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report.benchmark import Benchmark
 from tablegen.studies.report.labels import SHORT
-from tablegen.studies.report.method_errors import Estimate
+from tablegen.studies.report.method_errors import BatchMean
 from tablegen.studies.report.method_styles import LOOKS
 from tablegen.studies.report.plot_style import FAINT, INK, button, log_axis, menu, press
 from tablegen.studies.report.sample_size_convergence import Sample
@@ -42,7 +42,7 @@ _VARIED = {
 _Groups = Mapping[str, tuple[str, Sequence[Any]]]
 
 
-def _bars(estimates: Sequence[Estimate]) -> dict[str, Any]:
+def _bars(estimates: Sequence[BatchMean]) -> dict[str, Any]:
     """Confidence intervals as error bars."""
     return {
         "symmetric": False,
@@ -53,7 +53,7 @@ def _bars(estimates: Sequence[Estimate]) -> dict[str, Any]:
     }
 
 
-def _noise(floor: Estimate) -> list[dict[str, Any]]:
+def _noise(floor: BatchMean) -> list[dict[str, Any]]:
     """Band and line at what direct simulation leaves against itself."""
     common = {"xref": "paper", "x0": 0, "x1": 1, "layer": "below"}
     band = {"y0": floor.low, "y1": floor.high, "fillcolor": FAINT, "line": {"width": 0}}
@@ -62,7 +62,7 @@ def _noise(floor: Estimate) -> list[dict[str, Any]]:
 
 
 def _error_button(
-    groups: _Groups, metric: str, floor: Mapping[str, Estimate] | None
+    groups: _Groups, metric: str, floor: Mapping[str, BatchMean] | None
 ) -> dict[str, Any]:
     """Entry that shows a metric; logarithmic if equal laws have none of it."""
     errors = [[item.errors[metric] for item in items] for _, items in groups.values()]
@@ -84,20 +84,20 @@ def error_plot(
     costs: Mapping[str, Cost],
     first: tuple[str, str],
     hover: Callable[[Any], str],
-    floor: Mapping[str, Estimate] | None = None,
+    floor: Mapping[str, BatchMean] | None = None,
 ) -> go.Figure:
     """Errors against costs, as points with bars.
 
     Parameters
     ----------
     groups : dict from name to (family whose look it has, points)
-        Points have ``errors``, a dict from metric to Estimate.
+        Points have ``errors``, a dict from metric to BatchMean.
     costs : dict from name to Cost
     first : (str, str)
         Metric and cost that are shown first.
     hover : callable
         Words for a point.
-    floor : dict from metric to Estimate, optional
+    floor : dict from metric to BatchMean, optional
         Noise floor.
 
     Returns

@@ -108,14 +108,6 @@ def _paper(gallery: PaperFigures) -> dict[str, Any]:
 def report_page(dossier: ReportData) -> str:
     """Self-contained HTML of a report.
 
-    Parameters
-    ----------
-    dossier : ReportData
-
-    Returns
-    -------
-    str
-
     Raises
     ------
     InputError

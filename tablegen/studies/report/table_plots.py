@@ -173,10 +173,6 @@ def _pair(view: View, first: str, second: str) -> tuple[list[dict[str, Any]], di
 def joint_densities(view: View) -> go.Figure:
     """Joint densities of every pair of variables at one condition, and how they differ.
 
-    Parameters
-    ----------
-    view : View
-
     Returns
     -------
     plotly Figure
