@@ -7,8 +7,6 @@ import pytest
 
 from sampler.commands.main import _parser
 from tablegen.commands.main import cli
-from tablegen.configuration.defaults import SHAPE_NAMES
-from tablegen.model.shapes import SHAPE_CODES
 
 
 def work_of(command):
@@ -38,7 +36,3 @@ def test_work_of_sampler_takes_the_options():
         run = importlib.import_module(f"sampler.commands.{name}_command").run
         options = {action.dest for action in parser._actions} - {"help"}
         assert set(inspect.signature(run).parameters) == options
-
-
-def test_shapes_that_are_offered_are_those_of_the_model():
-    assert tuple(name for name in SHAPE_CODES if name != "mesh") == SHAPE_NAMES

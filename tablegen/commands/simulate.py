@@ -7,7 +7,8 @@ import click
 
 from sampler.compilation.late import work
 from tablegen.commands import options
-from tablegen.configuration.defaults import MIXTURE, SHAPE_NAMES
+from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 @click.command(

@@ -6,7 +6,8 @@ import click
 
 from sampler.compilation.late import work
 from tablegen.commands import options
-from tablegen.configuration.defaults import SHAPE_NAMES, STABILITY_COUNT
+from tablegen.configuration.defaults import STABILITY_COUNT
+from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 @click.command(

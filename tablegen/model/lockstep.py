@@ -28,10 +28,9 @@ from tablegen.model.rebound import (
 )
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import (
-    ELLIPSOID,
     FIRST_MESH,
-    SPHERE,
     Body,
+    has_vertices,
     inertia,
     mesh_map,
     place_vertices,
@@ -241,7 +240,7 @@ def follow(law, population, condition, drawn, code, no_map, members, seats, outc
     """
     near = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
     _clear(seats)
-    held = seats.held[:0] if code in (ELLIPSOID, SPHERE) else seats.held
+    held = seats.held if has_vertices(code) else seats.held[:0]
     touching = seated = mask_of_bits(0)
     waiting = 0
     while True:
