@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import borrowing_kernel, inline_kernel, kernel
+from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
 from sampler.drawing.batch import item
 from sampler.drawing.frames import (
     AZIMUTH_BLOCK,
@@ -45,16 +45,18 @@ from sampler.drawing.frames import (
     perpendicular,
     rebound,
 )
-from sampler.drawing.kernel import CLAMPED, NOT_APPROACHING, OK, SPEED_NOT_POSITIVE
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, dot, unit, vector
+from sampler.errors import (
+    CASCADE_NOT_ENDED,
+    CLAMPED,
+    NOT_APPROACHING,
+    OK,
+    SPEED_NOT_POSITIVE,
+    TILT_NOT_FOUND,
+)
 from sampler.formats.table_arrays import TableArrays
-
-#: Status codes beside those of `sampler.drawing.kernel`: no tilt was accepted, the particle was
-#: sent back into the wall again and again. Their probabilities are below 1e-50 and 1e-30 a hit.
-TILT_NOT_FOUND = -6
-CASCADE_NOT_ENDED = -7
 
 #: Largest roughness, rad. Beyond it a normal law of tilts describes no surface.
 MAX_ROUGHNESS = 0.5
@@ -173,7 +175,7 @@ def facet_normal(velocity: Vector, e_y: Vector, azimuth: float, tilt: float) -> 
     return combine(math.cos(tilt), e_y, -math.sin(tilt), e_x)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _leave(
     arrays: TableArrays,
     velocity: Vector,
@@ -207,7 +209,7 @@ def _leave(
     return CASCADE_NOT_ENDED, MAX_BOUNCES
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_bounces(
     arrays: TableArrays,
     velocity: Vector,
@@ -247,7 +249,7 @@ def rough_bounces(
     return status, bounces
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_rebound(
     arrays: TableArrays,
     velocity: Vector,
@@ -286,7 +288,7 @@ def rough_rebound(
     )[0]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_rebound_batch(
     arrays: TableArrays,
     velocity: NDArray[np.float64],

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from grains import (
+from mesh_fixtures import (
     KNOWN,
     PAIR,
     POPULATION,
@@ -12,7 +12,7 @@ from grains import (
     grain,
     icosphere,
     known_body,
-    people_of,
+    population_of,
     posed,
     rebounds,
     tetrahedron,
@@ -114,7 +114,7 @@ def test_fine_meshes_approach_the_ellipsoid():
     expected = rebounds(smooth, 4000, seed=72)
     apart, error = [], 0.0
     for level in (2, 3, 4):
-        made = rebounds(people_of(icosphere(level, (1.0, 0.8, 0.6))), 4000, seed=72)
+        made = rebounds(population_of(icosphere(level, (1.0, 0.8, 0.6))), 4000, seed=72)
         apart.append(np.median(np.abs(made.state - expected.state)))
         error = np.abs(made.state.mean(axis=0) - expected.state.mean(axis=0))
     # edges are half as long at every level, and the contact point is as far off
@@ -125,7 +125,7 @@ def test_fine_meshes_approach_the_ellipsoid():
     assert np.all(error < allowed)
     assert abs(made.collisions.mean() - expected.collisions.mean()) < 0.1
     # and a mesh that is another ellipsoid is told apart by the same measures
-    other = rebounds(people_of(icosphere(4, (1.0, 0.6, 0.4))), 4000, seed=72)
+    other = rebounds(population_of(icosphere(4, (1.0, 0.6, 0.4))), 4000, seed=72)
     assert np.median(np.abs(other.state - expected.state)) > 2.0 * apart[2]
     assert np.any(np.abs(other.state.mean(0) - expected.state.mean(0)) > allowed)
 
@@ -145,7 +145,7 @@ def test_fine_meshes_approach_the_ellipsoid():
     ids=["grazing", "20", "90", "spinning", "disc", "needle", "sphere", "tetrahedron"],
 )
 def test_every_collision_and_flight_keeps_its_laws(points, alpha_deg, spin):
-    made = rebounds(people_of(points), 3000, alpha_deg, spin=spin, seed=73, audited=True)
+    made = rebounds(population_of(points), 3000, alpha_deg, spin=spin, seed=73, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.isfinite(made.state).all()
     assert np.all(made.state[:, 1] > 0.0)
