@@ -7,9 +7,6 @@ import pytest
 from click.testing import CliRunner
 from command_lines import PROGRAMS, calls, logical_lines, parse
 
-from tablegen.configuration.defaults import SHAPE_NAMES
-from tablegen.model.shapes import SHAPE_CODES
-
 #: Commands by path; that of a program has its name alone.
 COMMANDS = {(name,): program for name, program in PROGRAMS.items()}
 COMMANDS |= {(n, c): command for n, cli in PROGRAMS.items() for c, command in cli.commands.items()}
