@@ -26,7 +26,7 @@ from tablegen.studies.report.method_styles import LOOKS, Look
 _HERE = Path(__file__).resolve().parent
 
 #: What a method is drawn as that the report has and this script does not know.
-_UNKNOWN = Look("#777777", "#777777", "star", "*")
+_UNKNOWN = Look("#777777", "star", "*")
 
 #: Errors that are drawn: their names in the report, what is subtracted, and what they are called.
 _ERRORS = (
@@ -134,7 +134,7 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
     points = points_of(race, metric, shift)
     for point in points:
         look = LOOKS.get(point.family, _UNKNOWN)
-        colour, marker = look.light, look.marker
+        colour, marker = look.colour, look.marker
         # what is better than can be seen stands at the lower edge
         ends = np.maximum([point.low, point.error, point.high], 1.4 * lowest)
         axes.plot([point.nanoseconds] * 2, ends[[0, 2]], color=colour, linewidth=1.2)
@@ -157,7 +157,7 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
             ha="center",
             va="top",
             fontsize=9,
-            color=LOOKS[point.family].light,
+            color=LOOKS[point.family].colour,
         )
     axes.set(xscale="log", yscale="log", xlabel="time of a draw [ns, one thread]")
     for axis in (axes.xaxis, axes.yaxis):
@@ -176,7 +176,7 @@ def _legend(figure: Any, families: set[str]) -> None:
         Line2D(
             [],
             [],
-            color=look.light,
+            color=look.colour,
             marker=look.marker,
             markersize=8,
             linestyle="none",

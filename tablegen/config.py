@@ -7,17 +7,23 @@ become a `Config`, whose `text` stands on its own and is what a table stores.
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import tomli_w
 from numpy.typing import ArrayLike, NDArray
-from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    create_model,
+    model_validator,
+)
 
 from sampler.errors import InputError
 from sampler.files.locate import find_config, find_file
 from sampler.formats.channels import COMPONENTS, STATE
-from tablegen.configuration.defaults import declared_accuracy
 from tablegen.configuration.field_types import (
     MISSING,
     AngleRange,
@@ -29,6 +35,7 @@ from tablegen.configuration.field_types import (
     refusal,
 )
 from tablegen.configuration.messages import complaint
+from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.configuration.scenes import Tree, merged
 from tablegen.materials.pairs import MaterialPair
 from tablegen.particles.mesh import read_mesh
@@ -101,20 +108,19 @@ class TableSettings(Record):
     mirror: bool = False
 
 
-class AccuracyTargets(Record):
-    """Largest distances from direct simulation that a table declares.
+#: The preset, and a field for each metric.
+_ACCURACY_FIELDS: dict[str, Any] = {
+    "preset": (Literal[tuple(PRESETS)], "standard"),
+    **{name: (Annotated[float, Field(**m.allowed)], ...) for name, m in METRICS.items()},
+}
+_AccuracyFields: Any = create_model("_AccuracyFields", __base__=Record, **_ACCURACY_FIELDS)
+
+
+class AccuracyTargets(_AccuracyFields):
+    """Largest distances from direct simulation that a table declares, by metric.
 
     Those that are not given are the preset's.
     """
-
-    preset: Literal["compact", "standard", "fine"] = "standard"
-    #: Kolmogorov-Smirnov distance of any one component.
-    ks: Annotated[float, Field(gt=0.0, le=1.0)]
-    sliced_wasserstein: Annotated[float, Field(gt=0.0)]
-    #: Largest difference of a correlation coefficient.
-    correlation_error: Annotated[float, Field(gt=0.0, le=2.0)]
-    #: Area under the ROC curve of a classifier that tells table from direct; 0.5 = cannot tell.
-    auc: Annotated[float, Field(ge=0.5, le=1.0)]
 
     @model_validator(mode="before")
     @classmethod

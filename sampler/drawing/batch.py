@@ -10,7 +10,8 @@ from numba import types
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, MOST_WORDS, N_VALUES, item, state_drawer, word_filler
 from sampler.drawing.intrinsics import local_array
-from sampler.drawing.kernel import CLAMPED, OK, status_of
+from sampler.drawing.kernel import status_of
+from sampler.errors import CLAMPED, OK
 
 local_words = local_array(types.uint32, MOST_WORDS * BLOCK)
 local_conditions = local_array(types.float64, BLOCK)

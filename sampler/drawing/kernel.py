@@ -29,16 +29,8 @@ from numba import types
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import MOST_WORDS, N_VALUES, state_drawer, word_filler
 from sampler.drawing.intrinsics import local_array
+from sampler.errors import CLAMPED, NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
 from sampler.formats.table_arrays import ROUNDING
-
-#: Status codes: zero is fine, positive is a warning, negative an error with nothing written.
-OK = 0
-CLAMPED = 1
-NOT_FINITE = -1
-NOT_APPROACHING = -2
-SPEED_NOT_POSITIVE = -3
-NORMAL_NOT_USABLE = -4
-HALF_SIZE_NOT_POSITIVE = -5
 
 _HALF_PI = 0.5 * math.pi
 

@@ -4,8 +4,8 @@ from pydantic import ValidationError
 
 from sampler.errors import InputError
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.defaults import METRICS, PRESETS
 from tablegen.configuration.messages import complaint
+from tablegen.configuration.metric_table import METRICS, PRESETS
 
 #: Preset beyond which a declared accuracy says little.
 _LOOSEST = "compact"

@@ -1,14 +1,12 @@
-"""What a scene asks for, taken from a direct simulation: components of the state, and channels."""
+"""Variables of the state and channels, of a direct simulation."""
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sampler.formats.channels import CHANNELS, STATE, to_channels
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import Simulation
-
-FloatArray = NDArray[np.float64]
 
 #: Shares of an energy are kept this far inside (0, 1), where single precision can tell them from
 #: the ends: a sphere that meets the wall head-on does not turn at all.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.elementary import exponential, power
-from tablegen.model.simd import lane, select, width, with_lane
+from tablegen.model.simd import extract, insert, select, width
 
 #: Laws of restitution.
 EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
@@ -192,8 +192,8 @@ def _each_other_restitution(law, contact_speed, cosine):
     """Restitution coefficients of lanes by a law that is not the exponential one."""
     value = cosine
     for i in range(width(cosine)):
-        found = other_restitution(law, lane(contact_speed, i), lane(cosine, i))
-        value = with_lane(value, i, found)
+        found = other_restitution(law, extract(contact_speed, i), extract(cosine, i))
+        value = insert(value, i, found)
     return value
 
 

@@ -15,14 +15,13 @@ from tablegen.model.rotation import set_orientation
 from tablegen.model.shapes import FIRST_MESH, SPHERE
 from tablegen.model.simd import (
     WIDTH,
-    absolute,
-    any_of,
-    at,
-    lane,
+    any_lane,
+    extract,
+    insert,
     lane_array,
-    put,
+    load,
+    store,
     width,
-    with_lane,
 )
 
 #: Keeps the direct simulation and the table draws of one seed on different random numbers.
@@ -44,11 +43,11 @@ def quantile(p):
     """Evaluate the standard normal quantile of p in (0, 1), its tails lane by lane."""
     q = p - 0.5
     value = q * central_ratio(0.180625 - q * q)
-    outer = absolute(q) > 0.425
-    if any_of(outer):
+    outer = abs(q) > 0.425
+    if any_lane(outer):
         for i in range(width(p)):
-            if lane(outer, i):
-                value = with_lane(value, i, normal_quantile(lane(p, i)))
+            if extract(outer, i):
+                value = insert(value, i, normal_quantile(extract(p, i)))
     return value
 
 
@@ -135,9 +134,9 @@ def draw_particles(population, keys, first, axes, kind):
             u = _words(seed, stream, first + start + i)
             for k in range(6):
                 words[k, i] = u[k]
-        set_orientation(at(words, 2), at(words, 3), at(words, 4), motion)
-        put(ratio, 0, aspect_ratio(population.aspect[0], at(words, 0)))
-        put(ratio, 1, aspect_ratio(population.aspect[1], at(words, 1)))
+        set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
+        store(ratio, 0, aspect_ratio(population.aspect[0], load(words, 0)))
+        store(ratio, 1, aspect_ratio(population.aspect[1], load(words, 1)))
         for i in range(min(WIDTH, axes.shape[0] - start)):
             shape = pick_shape(population, words[5, i])
             b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])

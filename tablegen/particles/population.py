@@ -14,7 +14,7 @@ from tablegen.configuration.defaults import MIXTURE, SHAPE_NAMES
 from tablegen.configuration.field_types import AspectPair, AspectRange, Record, Text, refusal
 from tablegen.configuration.messages import shown
 from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES, MeshArguments
-from tablegen.model.support_map import most_listed
+from tablegen.model.support_map import longest_list
 from tablegen.particles.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
 from tablegen.particles.support_map_builder import SLACK
 
@@ -140,21 +140,21 @@ class MeshShape(Record):
 
 def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
     """Meshes one after another, for kernels."""
-    maps = [particle.near for particle in particles]
-    lengths = [(len(near.starts), len(near.points)) for near in maps]
+    maps = [particle.support_map for particle in particles]
+    lengths = [(len(found.starts), len(found.points)) for found in maps]
     firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
     np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 2), axis=0, out=firsts[1:])
-    sizes = [(*p.half_sizes[1:], p.reach) for p in particles]
+    sizes = [(*p.half_sizes[1:], p.bounding_radius) for p in particles]
     none = np.empty((0, 3))
     return MeshArguments(
         moments=np.array([p.moments for p in particles]).reshape(-1, 3),
         sizes=np.array(sizes, dtype=np.float64).reshape(-1, 3),
         firsts=firsts,
-        resolutions=np.array([near.resolution for near in maps], dtype=np.int64),
+        resolutions=np.array([found.resolution for found in maps], dtype=np.int64),
         slack=SLACK,
-        longest=max((most_listed(near) for near in maps), default=0),
-        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(near.starts for near in maps)]),
-        points=np.concatenate([none, *(near.points for near in maps)]),
+        longest=max((longest_list(found) for found in maps), default=0),
+        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(found.starts for found in maps)]),
+        points=np.concatenate([none, *(found.points for found in maps)]),
     )
 
 

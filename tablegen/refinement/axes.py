@@ -11,13 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sampler.errors import InputError
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
 from tablegen.refinement.intervals import Grid, Middle, Place
-
-FloatArray = NDArray[np.float64]
 
 #: Monotone function of an angle or speed in which interpolation is linear.
 Abscissa = Callable[[FloatArray], FloatArray]

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from sampler.errors import InputError
 from sampler.files.locate import data_directory
 from tablegen.config import AccuracyTargets, Config, load_config, parse_config
-from tablegen.configuration.defaults import PRESETS
+from tablegen.configuration.metric_table import PRESETS
 from tablegen.configuration.scenes import merged
 from tablegen.particles.population import FixedAspect, TruncatedNormalAspect
 

@@ -14,8 +14,8 @@ import numpy as np
 from sampler.compilation.jit import inline_kernel, no_refcount_kernel
 from sampler.drawing.frames import NORMAL_IMPACT, along_wall, impact_angle, perpendicular
 from sampler.drawing.frames import rebound as table_rebound
-from sampler.drawing.kernel import CLAMPED, NOT_APPROACHING, OK
 from sampler.drawing.philox import philox_block, uniform
+from sampler.errors import CLAMPED, NOT_APPROACHING, OK
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.model.random_particles import draw_particle
@@ -72,7 +72,7 @@ class Store(NamedTuple):
     """Arrays that one thread's rebounds work in."""
 
     motion: np.ndarray
-    held: np.ndarray
+    candidates: np.ndarray
     counts: np.ndarray
     no_map: Any
     work: Any
@@ -138,7 +138,7 @@ def direct_state(wall, alpha1, speed, keys, store, out):
     seed, index, hit = keys
     shape, ba, cb = draw_particle(wall.population, seed, hit, index, motion)
     body = shaped_body(
-        shape, ba, ba * cb, wall.population.truncation, store.held, store.counts, store.no_map
+        shape, ba, ba * cb, wall.population.truncation, store.candidates, store.counts, store.no_map
     )
     cosine, sine = math.cos(alpha1), math.sin(alpha1)
     fine = min(1.0, sine / GRAZING)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tablegen.accuracy.samples import FloatArray
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.style import SYMBOLS, Picture, new_figure, settings, written
 
 #: Part of a sample that each side of the window may leave out.

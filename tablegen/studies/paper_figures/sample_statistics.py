@@ -1,6 +1,7 @@
 """Statistics of rebounds over the impact angle, by shape, from direct simulation and a table.
 
-One simulation is reduced to a `Law` and forgotten, so that millions of particles need no memory.
+One simulation is reduced to `SampleStatistics` and forgotten, so that millions of particles need
+no memory.
 """
 
 from collections.abc import Callable
@@ -12,9 +13,9 @@ import numpy as np
 from sampler.formats.channels import STATE
 from sampler.table import Table
 from tablegen.accuracy.descriptive import modes, scattering_angles, translational_energy
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
 from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
 
 #: Impact speed of the paper [m/s], and the impact angles of our curves [degrees].
@@ -27,7 +28,7 @@ SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", MIXTURE)
 #: At normal impact, of which the paper says most, this many times as many particles.
 NORMAL_FACTOR = 5
 
-#: Sources of a law.
+#: Sources of a sample.
 DIRECT, TABLE = "direct", "table"
 
 #: Bins of densities: range and number.
@@ -42,8 +43,8 @@ QUANTITIES = (*STATE, "translational", "rotational")
 
 
 @dataclass(frozen=True)
-class Law:
-    """What one sample says.
+class SampleStatistics:
+    """Statistics of one sample.
 
     Attributes
     ----------
@@ -86,6 +87,12 @@ class Law:
     density: dict[str, Any]
     spatial: Any
 
+    @property
+    def singles(self) -> float:
+        """Share of particles that collide once."""
+        assert self.collisions is not None
+        return self.collisions[0]
+
     def to_dict(self) -> dict[str, Any]:
         """Numbers but for the histograms, JSON-ready."""
         histograms = ("scattering", "density", "spatial")
@@ -113,15 +120,15 @@ def asymmetry(values: FloatArray) -> float:
     return float(np.abs(walk).max() / np.sqrt(values.size))
 
 
-def law_of(
+def sample_statistics_of(
     source: str,
     shape: str,
     alpha_deg: float,
     state: FloatArray,
     collisions: np.ndarray | None = None,
     rotational: FloatArray | None = None,
-) -> Law:
-    """Reduce a sample to a law.
+) -> SampleStatistics:
+    """Reduce a sample to its statistics.
 
     Parameters
     ----------
@@ -134,7 +141,7 @@ def law_of(
 
     Returns
     -------
-    Law
+    SampleStatistics
     """
     columns = [*state.T, translational_energy(state)]
     columns += [] if rotational is None else [rotational]
@@ -145,7 +152,7 @@ def law_of(
     if alpha_deg == 90.0:
         limits = ((0.0, np.pi), (-np.pi / 2, np.pi / 2))
         spatial = np.histogram2d(alpha2, beta2, SPATIAL_BINS, limits)[0].astype(np.int64)
-    return Law(
+    return SampleStatistics(
         source=source,
         shape=shape,
         alpha_deg=alpha_deg,
@@ -179,40 +186,40 @@ def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Laws:
-    """Laws of all shapes at all angles, and the direction of rebound of spheres.
+class FigureStatistics:
+    """Samples of all shapes at all angles, and the direction of rebound of spheres.
 
     Attributes
     ----------
     config : Config
     seed : int
-    laws : dict from (source, shape, angle) to Law
+    samples : dict from (source, shape, angle) to SampleStatistics
     sphere_deg : dict from angle to (float, float)
         Smallest and largest alpha2 of spheres [degrees].
     """
 
     config: Config
     seed: int
-    laws: dict[tuple[str, str, float], Law]
+    samples: dict[tuple[str, str, float], SampleStatistics]
     sphere_deg: dict[float, tuple[float, float]]
 
-    def curve(self, source: str, shape: str) -> list[Law]:
-        """Laws of one shape, by rising angle; none if the source does not have it."""
-        found = [law for (s, kind, _), law in self.laws.items() if (s, kind) == (source, shape)]
-        return sorted(found, key=lambda law: law.alpha_deg)
+    def curve(self, source: str, shape: str) -> list[SampleStatistics]:
+        """List samples of one shape, by rising angle; none if the source does not have it."""
+        found = [sample for key, sample in self.samples.items() if key[:2] == (source, shape)]
+        return sorted(found, key=lambda sample: sample.alpha_deg)
 
-    def at(self, source: str, shape: str, alpha_deg: float) -> Law | None:
-        """Law at one angle; None if there is none."""
-        return self.laws.get((source, shape, alpha_deg))
+    def at(self, source: str, shape: str, alpha_deg: float) -> SampleStatistics | None:
+        """Sample at one angle; None if there is none."""
+        return self.samples.get((source, shape, alpha_deg))
 
     def shapes(self, source: str) -> list[str]:
         """Shapes that a source has."""
         return [shape for shape in SHAPES if self.curve(source, shape)]
 
 
-def _direct_law(
+def _simulated(
     config: Config, shape: str, alpha_deg: float, count: int, keys: tuple[int, int]
-) -> Law:
+) -> SampleStatistics:
     made = simulate(
         config,
         np.radians(alpha_deg),
@@ -222,7 +229,9 @@ def _direct_law(
         stream=keys[1],
         population=config.population.restricted_to(shape),
     )
-    return law_of(DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1])
+    return sample_statistics_of(
+        DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1]
+    )
 
 
 def _sphere(config: Config, alpha_deg: float, seed: int) -> tuple[float, float]:
@@ -241,9 +250,9 @@ def table_covers(table: Table, alpha_deg: float) -> bool:
     return bool(first - slack <= alpha_deg <= last + slack and slow <= SPEED <= fast)
 
 
-def make_laws(
+def make_statistics(
     table: Table, config: Config, count: int, seed: int, tick: Callable[[int], Any]
-) -> Laws:
+) -> FigureStatistics:
     """Simulate all shapes at all angles, and draw the mixture from the table.
 
     Parameters
@@ -255,22 +264,23 @@ def make_laws(
         Particles of each shape at each angle; `NORMAL_FACTOR` times as many at normal impact.
     seed : int
     tick : callable
-        Called with 1 for each law.
+        Called with 1 for each sample.
 
     Returns
     -------
-    Laws
+    FigureStatistics
     """
-    laws: dict[tuple[str, str, float], Law] = {}
+    samples: dict[tuple[str, str, float], SampleStatistics] = {}
     for i, alpha_deg in enumerate(ANGLES):
         size = count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
         for k, shape in enumerate(SHAPES):
             keys = (seed, i * len(SHAPES) + k)
-            laws[DIRECT, shape, alpha_deg] = _direct_law(config, shape, alpha_deg, size, keys)
+            samples[DIRECT, shape, alpha_deg] = _simulated(config, shape, alpha_deg, size, keys)
             tick(1)
         if table_covers(table, alpha_deg):
             index = np.arange(size)
             state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
-            laws[TABLE, MIXTURE, alpha_deg] = law_of(TABLE, MIXTURE, alpha_deg, state)
+            drawn = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
+            samples[TABLE, MIXTURE, alpha_deg] = drawn
     spheres = {alpha_deg: _sphere(config, alpha_deg, seed) for alpha_deg in ANGLES}
-    return Laws(config, seed, laws, spheres)
+    return FigureStatistics(config, seed, samples, spheres)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Effort:
+class Budget:
     """Sizes of everything that a report measures.
 
     Attributes
@@ -58,7 +58,7 @@ class Effort:
 
 
 #: Below 2 minutes on two cores.
-QUICK = Effort(
+QUICK = Budget(
     reference=100_000,
     batch=20_000,
     batches=4,
@@ -77,7 +77,7 @@ QUICK = Effort(
 )
 
 #: Below 15 minutes on two cores.
-FULL = Effort(
+FULL = Budget(
     reference=400_000,
     batch=50_000,
     batches=5,

@@ -1,19 +1,18 @@
 """Densities of components and of pairs of them, table beside direct, at some conditions."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from sampler.formats.channels import STATE
 from sampler.table import Table
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
+from tablegen.simulate import simulate
 from tablegen.studies.report.accuracy_map import grid
 from tablegen.studies.report.benchmark import Tick
-from tablegen.studies.report.budget import Effort
-from tablegen.studies.report.direct_method import direct_states
+from tablegen.studies.report.budget import Budget
 from tablegen.studies.report.method_errors import batch_seed
 
 _DIRECT, _TABLE = range(300, 302)
@@ -48,10 +47,6 @@ class View:
     table: dict[str, list[int]]
     direct: dict[str, list[int]]
     count: int
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON."""
-        return asdict(self)
 
 
 def _histograms(state: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, list[int]]:
@@ -96,14 +91,14 @@ def make_view(drawn: FloatArray, direct: FloatArray, alpha_deg: float, speed: fl
     )
 
 
-def make_views(table: Table, config: Config, effort: Effort, seed: int, tick: Tick) -> list[View]:
+def make_views(table: Table, config: Config, effort: Budget, seed: int, tick: Tick) -> list[View]:
     """Make views on a coarse grid over the range of a table.
 
     Parameters
     ----------
     table : Table
     config : Config
-    effort : Effort
+    effort : Budget
     seed : int
     tick : callable
         Called with 1 for each condition.
@@ -118,7 +113,8 @@ def make_views(table: Table, config: Config, effort: Effort, seed: int, tick: Ti
         drawn = table.sample(
             np.radians(a), v, seed=batch_seed(seed, _TABLE, k), index=np.arange(effort.viewed)
         )
-        direct = direct_states(config, a, v, effort.viewed, batch_seed(seed, _DIRECT, k))
+        key = batch_seed(seed, _DIRECT, k)
+        direct = simulate(config, np.radians(a), v, effort.viewed, seed=key).state
         found.append(make_view(drawn, direct, a, v))
         tick(1)
     return found

@@ -11,11 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tablegen.accuracy.samples import FloatArray
-from tablegen.studies.report.reference_sample import METRICS, Reference
+from tablegen.accuracy.metrics import DISTANCES, Reference
+from tablegen.configuration.metric_table import METRICS
+from tablegen.model.float_array import FloatArray
 
 #: Draws a batch: number of states and seed to (n, 6) states.
 Draw = Callable[[int, int], FloatArray]
+
+#: Directions of the sliced Wasserstein distance.
+_DIRECTIONS = 32
 
 _RESAMPLES = 2000
 _LEVEL = 0.95
@@ -73,7 +77,7 @@ def batch_errors(
     draw : callable
     reference : Reference
     size : int
-        States in the batch; divides the size of the reference.
+        States in the batch.
     classified : int
         States a side of the classifier; none if 0.
     batch : int
@@ -84,17 +88,23 @@ def batch_errors(
     Returns
     -------
     dict
-        The `METRICS`, without AUC where nothing is classified, and ``forbidden``.
+        The `METRICS`, without those of a classifier where nothing is classified, and
+        ``forbidden``.
     """
     state = draw(size, seed)
-    found = {
-        "ks": reference.ks(state),
-        "sliced_wasserstein": reference.sliced_wasserstein(state),
-        "correlation_error": reference.correlation_error(state),
-        "forbidden": forbidden_share(state),
-    }
-    if classified:
-        found["auc"] = reference.auc(state, batch, classified)
+    few = min(classified, size)
+    # a classifier sees other states of the reference in every batch
+    start = batch * few % (len(reference.states) - few + 1)
+    found = {"forbidden": forbidden_share(state)}
+    for name, metric in METRICS.items():
+        if not metric.learned:
+            distance = DISTANCES[name](state, reference, _DIRECTIONS, 0)
+        elif classified:
+            part = reference.states[start : start + few]
+            distance = DISTANCES[name](state[:few], part, _DIRECTIONS, batch)
+        else:
+            continue
+        found[name] = float(np.max(distance))
     return found
 
 

@@ -1,20 +1,20 @@
-"""Ways to get a rebound state: what each needs beforehand, holds in memory, and draws."""
+"""Methods of sampling rebound states: what each needs beforehand, holds in memory, and draws."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.report.method_errors import Draw
 
-#: What a way covers once it is set up.
+#: What a method covers once it is fitted.
 DOMAIN, CONDITION = "domain", "condition"
 
 
 @dataclass(frozen=True)
-class Scene:
-    """A condition at which ways are compared, and direct states to fit them on.
+class BenchmarkCase:
+    """A condition at which methods are compared, and direct states to fit them to.
 
     Attributes
     ----------
@@ -33,8 +33,8 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """A way that is ready to draw.
+class FittedMethod:
+    """A method that is ready to draw.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Prepared:
     size : int
         Bytes that the draw reads, 0 for none.
     setup : float or None
-        Seconds that the setting-up took, if they are not those of the call that prepared it.
+        Seconds that the fit took, if they are not those of the call that made it.
     facts : dict
         Further figures, for the record.
     """
@@ -55,24 +55,24 @@ class Prepared:
 
 
 @dataclass(frozen=True)
-class Way:
-    """A way to get a rebound state.
+class SamplingMethod:
+    """A method of sampling rebound states.
 
     Attributes
     ----------
     family : str
-        Ways that are drawn alike.
+        Methods that are drawn alike.
     name : str
     covers : str
         ``DOMAIN``: any angle and speed; ``CONDITION``: the one it was fitted at.
     prepare : callable
-        From a `Scene` to a `Prepared` way.
+        From a `BenchmarkCase` to a `FittedMethod`.
     settings : dict
-        What tells it from others of its family.
+        Its differences from others of its family.
     """
 
     family: str
     name: str
     covers: str
-    prepare: Callable[[Scene], Prepared]
+    prepare: Callable[[BenchmarkCase], FittedMethod]
     settings: dict[str, Any] = field(default_factory=dict)

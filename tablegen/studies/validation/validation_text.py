@@ -1,7 +1,7 @@
 """What a validation looked at and how sure its verdict is, in sentences for terminal and page."""
 
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS
-from tablegen.configuration.defaults import PRESETS
+from tablegen.configuration.metric_table import PRESETS
 from tablegen.validate import Validation
 
 

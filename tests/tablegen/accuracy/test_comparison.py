@@ -12,19 +12,24 @@ import pytest
 from scipy.stats import wasserstein_distance
 
 from sampler.errors import InputError
-from tablegen.accuracy.comparison import (
-    classifier_auc,
-    compare,
-    correlation_error,
-    ks_distances,
+from sampler.formats.hdf5_layout import DATASETS
+from tablegen.accuracy.comparison import compare
+from tablegen.accuracy.descriptive import (
     modes,
     profile,
     scattering_angles,
-    sliced_wasserstein,
-    summary,
     translational_energy,
 )
-from tablegen.accuracy.noise_corrected import auc_estimate
+from tablegen.accuracy.metrics import (
+    DISTANCES,
+    Reference,
+    classifier_auc,
+    correlation_error,
+    ks_distances,
+    sliced_wasserstein,
+)
+from tablegen.accuracy.noise_corrected import ESTIMATES, Settings
+from tablegen.configuration.metric_table import METRICS
 
 COUNT = 20_000
 
@@ -237,17 +242,11 @@ class TestComparison:
     def test_holds_what_the_functions_say(self):
         table, direct = states(31, count=2000), states(41, count=1500)
         result = compare(table, direct, alpha_deg=42.5, speed=140.0, seed=3)
-        assert (result.alpha_deg, result.speed) == (42.5, 140.0)
-        np.testing.assert_array_equal(result.ks, ks_distances(table, direct))
-        assert result.sliced_wasserstein == pytest.approx(
-            sliced_wasserstein(table, direct, seed=3), rel=1e-3
-        )
-        assert result.correlation_error == correlation_error(table, direct)
-        # halves of the 1500 pairs of states that both have; other states are not used
-        few = slice(0, 1500)
-        assert result.estimates["auc"] == auc_estimate(table[few], direct[few], 3, 750)
-        assert result.auc == result.estimates["auc"].value
-        assert (result.table, result.direct) == summary(table, direct)
+        assert (result.alpha_deg, result.speed, result.states) == (42.5, 140.0, 1500)
+        settings = Settings(seed=3)
+        assert result.estimates == {n: of(table, direct, settings) for n, of in ESTIMATES.items()}
+        assert result.distances()["ks"] == ks_distances(table, direct).tolist()
+        assert (result.table, result.direct) == (profile(table), profile(direct))
 
     def test_profile(self):
         table = states(31, count=2000)
@@ -268,10 +267,39 @@ class TestComparison:
         assert len(result["ks"]) == len(result["table"]["mode"]) == 6
 
 
-@pytest.mark.parametrize(
-    "metric", [ks_distances, sliced_wasserstein, correlation_error, classifier_auc]
-)
+class TestReference:
+    """One reference for many samples gives what its states give."""
+
+    @pytest.mark.parametrize("name", DISTANCES)
+    def test_distances_are_the_same(self, name):
+        states_, distance = correlated(1, count=3000), DISTANCES[name]
+        reference = Reference(states_)
+        # the second sample repeats a few states, as a store drawn from with replacement does
+        few = correlated(3, count=20)[np.random.default_rng(4).integers(20, size=1000)]
+        for sample in (correlated(2, count=700) + 0.3, few):
+            expected = distance(sample, states_, 32, 5)
+            np.testing.assert_array_equal(distance(sample, reference, 32, 5), expected)
+
+
+def test_every_metric_has_its_functions():
+    assert list(DISTANCES) == list(ESTIMATES) == list(METRICS)
+
+
+def test_what_the_file_format_stores_is_a_metric():
+    """`sampler` cannot import the table of metrics; the format has a list of its own."""
+    stored = {d.path: len(d.dims) for d in DATASETS if d.path.startswith("accuracy/")}
+    known = {f"accuracy/{n}": 1 + m.per_variable for n, m in METRICS.items()}
+    conditions = {"accuracy/alpha_deg": 1, "accuracy/speed": 1}
+    assert stored.items() <= (known | conditions).items()
+    assert len(stored) > len(conditions)
+
+
+@pytest.mark.parametrize("name", DISTANCES)
 class TestBadSamples:
+    @pytest.fixture
+    def metric(self, name):
+        return lambda sample, reference: DISTANCES[name](sample, reference, 64, 0)
+
     def test_not_finite(self, metric):
         sample = correlated(1, count=100)
         broken = sample.copy()

@@ -5,7 +5,7 @@ import pytest
 from sampler.errors import InputError
 from tablegen.accuracy.requested import asked_accuracy, looser_than_compact
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.defaults import METRICS, PRESETS
+from tablegen.configuration.metric_table import METRICS, PRESETS
 
 DECLARED = AccuracyTargets(ks=0.3, sliced_wasserstein=0.2, correlation_error=0.5, auc=0.7)
 

@@ -6,7 +6,7 @@ import math
 import numba
 import numpy as np
 import pytest
-from motions import PAIR, POPULATION
+from motion_fixtures import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
 from sampler.compilation.jit import kernel
@@ -95,8 +95,8 @@ def pair_with(restitution, resistance="orientation"):
 
 def run(pair, alpha_deg=45.0, speed=150.0, count=2000, shape="mixture", seed=31, audited=False):
     condition = make_condition(np.radians(alpha_deg), speed)
-    people = POPULATION.restricted_to(shape)
-    return simulate_condition(pair, people, condition, count, seed=seed, audited=audited)
+    population = POPULATION.restricted_to(shape)
+    return simulate_condition(pair, population, condition, count, seed=seed, audited=audited)
 
 
 class TestRestitution:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
-from grains import (
+from mesh_fixtures import (
     box,
     grain,
     icosphere,
@@ -151,8 +151,8 @@ class TestFrame:
         known = make_body(code, b, c, 0.5, np.empty((MAX_VERTICES, 3)))
         np.testing.assert_allclose(made.moments, known.moments, rtol=1e-10)
         np.testing.assert_allclose(made.half_sizes, [1.0, b, c], rtol=1e-10)
-        assert made.reach == pytest.approx(known.reach, rel=1e-10)
-        assert len(made.vertices) == len(known.held)
+        assert made.bounding_radius == pytest.approx(known.bounding_radius, rel=1e-10)
+        assert len(made.vertices) == len(known.candidates)
         np.testing.assert_allclose(
             np.abs(made.vertices), np.tile([1.0, b, c], (len(made.vertices), 1)), rtol=1e-10
         )
@@ -163,7 +163,7 @@ class TestFrame:
         moved = mesh_particle(posed(points, scale=2e-5, shift=(0.01, -0.02, 0.03)))
         np.testing.assert_allclose(moved.moments, plain.moments, rtol=1e-9)
         np.testing.assert_allclose(moved.half_sizes, plain.half_sizes, rtol=1e-9)
-        assert moved.reach == pytest.approx(plain.reach, rel=1e-9)
+        assert moved.bounding_radius == pytest.approx(plain.bounding_radius, rel=1e-9)
         assert moved.volume == pytest.approx(plain.volume, rel=1e-9)
         assert moved.unit == pytest.approx(2e-5 * plain.unit, rel=1e-9)
         # the corners agree but for half turns about the axes
@@ -187,7 +187,7 @@ class TestFrame:
             made.vertices @ made.axes * made.unit + made.centre, points, rtol=1e-12
         )
         np.testing.assert_allclose(np.ptp(made.vertices, axis=0)[0], 2.0, rtol=1e-13)
-        assert made.reach == pytest.approx(np.linalg.norm(made.vertices, axis=1).max())
+        assert made.bounding_radius == pytest.approx(np.linalg.norm(made.vertices, axis=1).max())
 
     def test_volume_and_moments_of_a_fine_ellipsoid(self):
         made = mesh_particle(icosphere(4, (2.0, 1.6, 1.0)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from command_line import BAD_INPUT, DONE, SIMULATE, flags
-from grains import CONFIG, PAIR, POPULATION, box, grain, people_of, surface
+from mesh_fixtures import CONFIG, PAIR, POPULATION, box, grain, population_of, surface
 
 import tablegen
 from sampler.errors import InputError
@@ -22,8 +22,10 @@ from tablegen.simulate import make_condition, simulate_condition
 
 class TestPopulation:
     def test_shares_codes_and_sizes(self):
-        people = people_of(grain(50), box(0.5, 0.25), weights=[2.0, 1.0], shapes={"prism": 1.0})
-        arguments = people.kernel_arguments()
+        population = population_of(
+            grain(50), box(0.5, 0.25), weights=[2.0, 1.0], shapes={"prism": 1.0}
+        )
+        arguments = population.kernel_arguments()
         mesh = SHAPE_CODES["mesh"]
         assert arguments.shape_codes.tolist() == [
             SHAPE_CODES["prism"],
@@ -32,7 +34,7 @@ class TestPopulation:
         ]
         assert arguments.cumulative_weights.tolist() == [0.25, 0.75, 1.0]
         made = simulate_condition(
-            PAIR, people, make_condition(np.radians(45.0), 200.0), 20_000, seed=75
+            PAIR, population, make_condition(np.radians(45.0), 200.0), 20_000, seed=75
         )
         assert set(made.shape) == {SHAPE_CODES["prism"], mesh}
         boxes = np.isclose(made.aspect, 0.5, rtol=1e-12).all(axis=1)
@@ -43,32 +45,32 @@ class TestPopulation:
     def test_meshes_side_by_side_do_not_disturb_each_other(self):
         condition = make_condition(np.radians(45.0), 200.0)
         together = simulate_condition(
-            PAIR, people_of(grain(50), box(0.5, 0.25)), condition, 2000, seed=76
+            PAIR, population_of(grain(50), box(0.5, 0.25)), condition, 2000, seed=76
         )
         for points in (grain(50), box(0.5, 0.25)):
-            alone = simulate_condition(PAIR, people_of(points), condition, 2000, seed=76)
+            alone = simulate_condition(PAIR, population_of(points), condition, 2000, seed=76)
             same = (together.aspect == alone.aspect[0]).all(axis=1)
             assert 900 < same.sum() < 1100
             np.testing.assert_array_equal(together.state[same], alone.state[same])
 
     def test_mixture_keeps_meshes_and_a_single_shape_does_not(self):
-        people = people_of(grain(50), shapes={"prism": 1.0, "sphere": 1.0})
-        assert people.restricted_to("mixture").kernel_arguments().shape_codes.tolist() == [
+        population = population_of(grain(50), shapes={"prism": 1.0, "sphere": 1.0})
+        assert population.restricted_to("mixture").kernel_arguments().shape_codes.tolist() == [
             1,
             FIRST_MESH,
         ]
-        assert people.restricted_to("prism").meshes == ()
-        only = people_of(grain(50))
+        assert population.restricted_to("prism").meshes == ()
+        only = population_of(grain(50))
         assert only.restricted_to("mixture") == only
         assert only.with_aspect(0.5, 0.5).meshes == only.meshes
 
     def test_weightless_meshes_are_left_out(self):
-        people = people_of(grain(50), box(0.5, 0.25), weights=[0.0, 1.0])
-        assert len(people.kernel_arguments().meshes.moments) == 1
+        population = population_of(grain(50), box(0.5, 0.25), weights=[0.0, 1.0])
+        assert len(population.kernel_arguments().meshes.moments) == 1
         with pytest.raises(
             InputError, match=r"weight above 0 for at least one of ellipsoid, .*mesh"
         ):
-            people_of(grain(50), weights=[0.0])
+            population_of(grain(50), weights=[0.0])
 
     def test_body_without_meshes(self):
         arguments = POPULATION.kernel_arguments().meshes
@@ -197,7 +199,7 @@ class TestConfig:
 
     def test_most_vertices_is_what_the_message_says(self):
         with pytest.raises(InputError, match=f"allowed: 4 to {MOST_VERTICES} points that span a"):
-            people_of(box(0.5, 0.0))
+            population_of(box(0.5, 0.0))
 
 
 class TestCommand:
@@ -209,9 +211,9 @@ class TestCommand:
         assert (ended.status, ended.out, ended.err) == (DONE, "", "")
         with np.load(output) as file:
             assert set(file["shape"]) == {5}
-            people = POPULATION.of_mesh(read_mesh(tmp_path / "grain.stl"))
+            population = POPULATION.of_mesh(read_mesh(tmp_path / "grain.stl"))
             expected = simulate_condition(
-                PAIR, people, make_condition(np.radians(45.0), 200.0), 300, seed=1
+                PAIR, population, make_condition(np.radians(45.0), 200.0), 300, seed=1
             )
             np.testing.assert_array_equal(file["state"], expected.state)
 

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from grains import (
+from mesh_fixtures import (
     PAIR,
     POPULATION,
     box,
     cylinder,
     grain,
     icosphere,
-    people_of,
+    population_of,
     posed,
     tetrahedron,
 )
@@ -121,8 +121,8 @@ def test_fine_meshes_approach_the_ellipsoid():
     expected = simulate_condition(PAIR, smooth, condition, 4000, seed=72)
     apart, error = [], 0.0
     for level in (2, 3, 4):
-        people = people_of(icosphere(level, (1.0, 0.8, 0.6)))
-        made = simulate_condition(PAIR, people, condition, 4000, seed=72)
+        population = population_of(icosphere(level, (1.0, 0.8, 0.6)))
+        made = simulate_condition(PAIR, population, condition, 4000, seed=72)
         apart.append(np.median(np.abs(made.state - expected.state)))
         error = np.abs(made.state.mean(axis=0) - expected.state.mean(axis=0))
     # edges are half as long at every level, and the contact point is as far off
@@ -134,7 +134,7 @@ def test_fine_meshes_approach_the_ellipsoid():
     assert abs(made.collisions.mean() - expected.collisions.mean()) < 0.1
     # and a mesh that is another ellipsoid is told apart by the same measures
     other = simulate_condition(
-        PAIR, people_of(icosphere(4, (1.0, 0.6, 0.4))), condition, 4000, seed=72
+        PAIR, population_of(icosphere(4, (1.0, 0.6, 0.4))), condition, 4000, seed=72
     )
     assert np.median(np.abs(other.state - expected.state)) > 2.0 * apart[2]
     assert np.any(np.abs(other.state.mean(0) - expected.state.mean(0)) > allowed)
@@ -146,7 +146,9 @@ def test_fine_meshes_approach_the_ellipsoid():
 )
 def test_every_collision_and_flight_of_a_large_grain_keeps_its_laws(alpha_deg, spin):
     condition = make_condition(np.radians(alpha_deg), 200.0, spin)
-    made = simulate_condition(PAIR, people_of(grain(1000)), condition, 3000, seed=73, audited=True)
+    made = simulate_condition(
+        PAIR, population_of(grain(1000)), condition, 3000, seed=73, audited=True
+    )
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.isfinite(made.state).all()
     assert np.all(made.state[:, 1] > 0.0)
@@ -160,6 +162,6 @@ def test_every_collision_and_flight_of_a_large_grain_keeps_its_laws(alpha_deg, s
 )
 def test_extreme_meshes_keep_the_laws(points):
     condition = make_condition(np.radians(60.0), 200.0)
-    made = simulate_condition(PAIR, people_of(points), condition, 2000, seed=74, audited=True)
+    made = simulate_condition(PAIR, population_of(points), condition, 2000, seed=74, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.all(made.state[:, 1] > 0.0)

@@ -1,5 +1,5 @@
 import pytest
-from tiny_effort import TINY
+from tiny_budget import TINY
 
 from tablegen.config import load_config
 from tablegen.studies.report import error_against_time as study
@@ -26,6 +26,6 @@ def dossier(tiny, stability_file):
         for module in (study, dossiers):
             patch.setattr(module, "QUICK", TINY)
         path = str(tiny.path)
-        evidence = study.gather_evidence(path, [path], quick=True, seed=3)
+        evidence = study.measure_error_against_time(path, [path], quick=True, seed=3)
         atlas = dossiers.map_accuracy(path, True, 3, False)
-        return dossiers.compile_dossier(evidence, atlas, stability_file)
+        return dossiers.collect_report_data(evidence, atlas, stability_file)

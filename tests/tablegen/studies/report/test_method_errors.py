@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from tablegen.accuracy.metrics import Reference
 from tablegen.studies.report.method_errors import (
     batch_errors,
     batch_seed,
     estimate,
     forbidden_share,
 )
-from tablegen.studies.report.reference_sample import Reference
 
 
 def test_interval_holds_the_mean_as_often_as_it_says():

@@ -3,7 +3,9 @@
 import re
 from importlib import resources
 
-from tablegen.studies.report import direct, rivals, tables
+from tablegen.studies.report import baselines as rivals
+from tablegen.studies.report import direct_method as direct
+from tablegen.studies.report import table_sizes as tables
 from tablegen.studies.report.method_styles import LOOKS
 from tablegen.studies.report.report_page import plot_data
 
@@ -19,7 +21,7 @@ MARKERS = {
 
 
 def test_every_method_has_a_look():
-    families = {way.family for way in (*direct.direct_ways(), *rivals.rival_ways()[0])}
+    families = {way.family for way in (*direct.direct_methods(), *rivals.baseline_methods()[0])}
     families |= {tables.FAMILY, "stored states", *rivals._OPTIONAL}
     assert families == set(LOOKS)
 

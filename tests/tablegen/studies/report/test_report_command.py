@@ -5,11 +5,12 @@ import sys
 
 import pytest
 from command_line import DONE
-from tiny_effort import TINY
+from tiny_budget import TINY
 
-from tablegen.studies.report import command, page, study
+from tablegen.configuration.metric_table import METRICS
+from tablegen.studies.report import error_against_time as study
 from tablegen.studies.report import report_data as dossiers
-from tablegen.studies.report.reference_sample import METRICS
+from tablegen.studies.report import report_page as page
 from tablegen.studies.report.table_sizes import designs
 
 
@@ -59,9 +60,9 @@ def test_json_has_every_number_and_the_same_each_time(run, dossier, tiny, quick,
 
 def test_page_is_written(run, dossier, quick, monkeypatch, tmp_path):
     pytest.importorskip("plotly")
-    monkeypatch.setattr(command, "gather_evidence", lambda *_, **__: dossier.evidence)
-    monkeypatch.setattr(command, "map_accuracy", lambda *_: dossier.atlas)
-    monkeypatch.setattr(command, "compile_dossier", lambda *_: dossier)
+    monkeypatch.setattr(study, "measure_error_against_time", lambda *_, **__: dossier.evidence)
+    monkeypatch.setattr(dossiers, "map_accuracy", lambda *_: dossier.atlas)
+    monkeypatch.setattr(dossiers, "collect_report_data", lambda *_: dossier)
     file = tmp_path / "report.html"
     ended = run("report", dossier.evidence.table, "--quick", "--html", file, "--quiet")
     assert (ended.status, ended.err) == (DONE, "")
@@ -71,7 +72,7 @@ def test_page_is_written(run, dossier, quick, monkeypatch, tmp_path):
 
 def test_without_plotly_nothing_is_measured(refused, tiny, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "plotly.offline", None)
-    monkeypatch.setattr(command, "gather_evidence", None)
+    monkeypatch.setattr(study, "measure_error_against_time", None)
     line = refused("report", tiny.path, "--html", tmp_path / "report.html")
     assert line.startswith("--html: needs plotly, which is not installed")
     with pytest.raises(Exception, match="needs plotly"):
@@ -90,6 +91,6 @@ def test_without_plotly_nothing_is_measured(refused, tiny, monkeypatch, tmp_path
 )
 def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
     if words[0].startswith("--"):
-        monkeypatch.setattr(command, "gather_evidence", None)
+        monkeypatch.setattr(study, "measure_error_against_time", None)
     line = refused("report", *words)
     assert all(part in line for part in parts)

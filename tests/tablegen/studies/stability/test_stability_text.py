@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from made_up import CASE, figures, outcome, study
+from fake_outcomes import CASE, figures, outcome, study
 
 from tablegen.studies.stability.stability_page import study_page
 from tablegen.studies.stability.stability_summary import HEAD, extremes, group_rows

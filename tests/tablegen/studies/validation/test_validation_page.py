@@ -79,8 +79,8 @@ def test_holds_the_numbers(validation):
     assert validation.content_sha256 in texts
     for comparison in validation.comparisons:
         assert f"{comparison.alpha_deg:.2f}" in texts
-        assert f"{max(comparison.ks):.4f}" in texts
-        assert f"{comparison.auc:.3f}" in texts
+        assert f"{comparison.estimates['ks'].value:.4f}" in texts
+        assert f"{comparison.estimates['auc'].value:.3f}" in texts
         assert f"{comparison.direct.mean[0]:.4f}" in texts
         assert f"{comparison.table.scattering_mean_deg[1]:.2f}" in texts
     for comparison in validation.measured:

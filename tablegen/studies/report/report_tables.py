@@ -1,0 +1,211 @@
+"""What a report's page says in words and cells: verdict, figures that matter most, tables."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sampler.formats.channels import STATE
+from tablegen.accuracy.comparison import Measured
+from tablegen.accuracy.decision import judge, limits
+from tablegen.accuracy.verdict import verdict_words
+from tablegen.configuration.metric_table import METRICS
+from tablegen.studies.report.benchmark import Benchmark, MethodResult
+from tablegen.studies.report.labels import SHORT, quantity_text
+from tablegen.studies.report.report_data import ReportData
+from tablegen.studies.report.report_text import size_text
+
+#: Worst cells that are listed.
+_WORST = 8
+
+#: Columns of the tables of accuracy.
+ACCURACY_HEAD = (
+    "condition",
+    *(cell for m in METRICS.values() for cell in (m.head, "of")[: 1 + m.per_variable]),
+)
+
+#: Columns of `sample_rows`.
+SAMPLE_HEAD = ("sample", "ms", *(m.head for m in METRICS.values() if not m.learned))
+
+
+def declared(dossier: ReportData) -> dict[str, float]:
+    """Largest distances that the table declares."""
+    targets = dossier.config.accuracy
+    return {name: getattr(targets, name) for name in METRICS}
+
+
+def share_of_allowed(
+    point: Measured, allowed: dict[str, float], count: int
+) -> tuple[float, float, str]:
+    """Largest error at a point in units of what is declared, without noise.
+
+    Parameters
+    ----------
+    point : Measured
+    allowed : dict
+        Largest distances that are declared.
+    count : int
+        Points that are judged together.
+
+    Returns
+    -------
+    high, low : float
+        Confidence limits, as `tablegen.accuracy.decision.limits` has them.
+    name : str
+        Of the distance.
+    """
+    shares = []
+    for name, most in allowed.items():
+        low, high = limits(name, point.estimates[name], count)
+        least = METRICS[name].least
+        unit = max(most - least, 1e-9)
+        shares.append(((high - least) / unit, (low - least) / unit, name))
+    return max(shares)
+
+
+def headline(dossier: ReportData) -> tuple[str, str, list[str]]:
+    """Say whether the declared accuracy holds, by this run and by what the table stores.
+
+    Returns
+    -------
+    kind, words : str
+        "good", "bad" or "open"; and a sentence.
+    lines : list of str
+        What is missed or undecided.
+    """
+    judged = judge(dossier.atlas.points, dossier.config.accuracy)
+    stored = [
+        f"{name}: the table stores {largest:.4f}, noise included, where {most:g} is declared"
+        for name, most in declared(dossier).items()
+        if (largest := float(np.max(dossier.stored.get(name, 0.0), initial=0.0))) > most
+    ]
+    words = verdict_words(judged.missed, [*judged.undecided, *stored], "declared accuracy")
+    lines = [*judged.missed, *judged.undecided, *stored]
+    return "bad" if judged.missed else "open" if lines else "good", words, lines
+
+
+def _fastest(race: Benchmark, family: str) -> MethodResult:
+    """First method of a family: as configured, or the table of the report."""
+    return next(runner for runner in race.runners if runner.family == family)
+
+
+def key_figures(dossier: ReportData) -> list[tuple[str, str, str]]:
+    """Name, figure and remark of what matters most."""
+    evidence, stored, allowed = dossier.evidence, dossier.stored, declared(dossier)
+    race, points = evidence.races[-1], dossier.atlas.points
+    direct, drawn = _fastest(race, "direct simulation"), _fastest(race, "table")
+    slow, fast = (quantity_text(1e-9 * runner.nanoseconds, "s") for runner in (direct, drawn))
+    high, low, name = max(share_of_allowed(point, allowed, len(points)) for point in points)
+    measured = len(stored["alpha_deg"])
+    return [
+        ("size of the table", size_text(evidence.table_bytes), "whole range of angles and speeds"),
+        (
+            "one draw, one thread",
+            quantity_text(1e-9 * evidence.random_nanoseconds, "s"),
+            "at random conditions",
+        ),
+        (
+            "direct simulation takes",
+            f"{direct.nanoseconds / drawn.nanoseconds:.1f} ×",
+            f"as long: {slow} against {fast} at {race.alpha_deg:g}°, {race.speed:g} m/s",
+        ),
+        *(
+            (
+                f"worst {SHORT[metric]}",
+                METRICS[metric].text(float(np.max(stored[metric]))),
+                f"declared at most {limit:g}; {measured} conditions, noise included",
+            )
+            for metric, limit in allowed.items()
+            if measured and metric in stored
+        ),
+        (
+            "worst cell of this run",
+            f"{low:.0%} to {high:.0%}",
+            f"of what is declared, noise allowed for, by {SHORT[name]}; {len(points)} conditions",
+        ),
+    ]
+
+
+def _cells(distances: Mapping[str, Any], of_variable: bool = True) -> list[str]:
+    """Each metric; of one by variable the largest, and of which variable it is."""
+    cells = []
+    for name, metric in METRICS.items():
+        if name in distances:
+            cells.append(metric.text(float(np.max(distances[name]))))
+            if metric.per_variable:
+                cells.append(STATE[int(np.argmax(distances[name]))] if of_variable else "")
+    return cells
+
+
+def _point_row(point: Measured) -> list[str]:
+    return [f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s", *_cells(point.distances())]
+
+
+def _closing_rows(dossier: ReportData) -> list[list[str]]:
+    """Give what noise alone leaves, and what is declared."""
+    points = dossier.atlas.floor
+    floor = {name: np.mean([p.estimates[name].value for p in points]) for name in METRICS}
+    limits_ = ["declared"]
+    for name, limit in declared(dossier).items():
+        limits_ += [f"{limit:g}", ""][: 1 + METRICS[name].per_variable]
+    return [["noise floor (mean)", *_cells(floor, of_variable=False)], limits_]
+
+
+def map_rows(dossier: ReportData) -> list[list[str]]:
+    """Every cell of the map, for the columns of `ACCURACY_HEAD`."""
+    return [*map(_point_row, dossier.atlas.points), *_closing_rows(dossier)]
+
+
+def stored_rows(dossier: ReportData) -> list[list[str]]:
+    """Accuracy that the table carries, for the columns of `ACCURACY_HEAD`."""
+    stored, rows = dossier.stored, []
+    for k, (alpha_deg, speed) in enumerate(zip(stored["alpha_deg"], stored["speed"], strict=True)):
+        cells = _cells({name: values[k] for name, values in stored.items()})
+        rows.append([f"{alpha_deg:.2f}°, {speed:.1f} m/s", *cells])
+    return [*rows, _closing_rows(dossier)[-1]]
+
+
+def worst_rows(dossier: ReportData) -> list[list[str]]:
+    """Conditions that come nearest to what is declared: `ACCURACY_HEAD`, share, by which metric."""
+    allowed, points = declared(dossier), dossier.atlas.points
+    ranked = sorted(
+        ((*share_of_allowed(point, allowed, len(points)), point) for point in points),
+        key=lambda cell: cell[0],
+        reverse=True,
+    )
+    worst = [
+        [*_point_row(point), f"{low:.2f} to {high:.2f}", SHORT[name]]
+        for high, low, name, point in ranked[:_WORST]
+    ]
+    floor, limit = _closing_rows(dossier)
+    return [*worst, [*floor, "", ""], [*limit, "1.00", ""]]
+
+
+def identity_rows(dossier: ReportData) -> list[list[str]]:
+    """Say what the table is and where it comes from."""
+    config, file = dossier.config, dossier.identity
+    alpha, speed = config.domain.alpha_deg, config.domain.speed
+    made_with = f"rebound-tables {file['software_version']}, format {file['format_version']}"
+    return [
+        ["Particle on wall", f"{config.pair.particle} on {config.pair.wall} ({file['pair']})"],
+        ["Impact angle", f"{alpha[0]:g}° to {alpha[1]:g}°"],
+        ["Speed", f"{speed[0]:g} to {speed[1]:g} m/s"],
+        ["Restitution law", config.pair.restitution.source],
+        ["Resistance law", config.pair.resistance.source],
+        ["Content SHA-256", file["content_sha256"]],
+        ["Seed", file["seed"]],
+        ["Made with", made_with],
+        ["Size of the file", f"{dossier.evidence.table_bytes:,} bytes"],
+    ]
+
+
+def sample_rows(dossier: ReportData) -> list[list[str]]:
+    """List samples of growing size: name, milliseconds, and the metrics without a classifier."""
+    return [
+        [
+            f"{s.family}, {s.count:,} states",
+            f"{1e3 * s.seconds:.3g}",
+            *_cells({name: error.mean for name, error in s.errors.items()}, of_variable=False),
+        ]
+        for s in dossier.evidence.sizes
+    ]
