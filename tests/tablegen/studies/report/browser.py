@@ -74,6 +74,12 @@ def prefer(driver, scheme):
     )
 
 
+def complaints(driver):
+    """What the console says that is not mere information."""
+    entries = driver.get_log("browser")
+    return [entry["message"] for entry in entries if entry["level"] in ("SEVERE", "WARNING")]
+
+
 def requested(driver):
     """Addresses that the page asked for, beside those within it."""
     found = []
