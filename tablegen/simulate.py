@@ -94,7 +94,7 @@ def make_condition(
         Angular velocity before the impact times a / V, wall axes.
     resolution : float
         Smallest rebound speed of a contact point over V, in (0, 0.1]. Below half a degree,
-        where it is no longer small beside the normal speed of the impact, it shrinks with that.
+        where it is no longer small against the normal impact speed, it shrinks with that.
     tolerance : float
         Truncation of the flight series, in [1e-14, 1e-4]. For a particle that turns many times
         before its first contact it counts as that much less.
@@ -142,7 +142,7 @@ def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
 
 
 def unfinished(particle: int, seed: int, stream: int) -> RuntimeError:
-    """Error for a particle that met the collision alarm."""
+    """Error for a particle with too many collisions."""
     return RuntimeError(
         f"particle {particle} of seed {seed}, stream {stream} is still in contact after "
         f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
@@ -179,9 +179,7 @@ def simulate_condition(
     progress: bool = False,
     audited: bool = False,
 ) -> Simulation:
-    """Simulate the rebounds of ``count`` random particles, with every setting given by itself.
-
-    `simulate` takes them from a configuration.
+    """Simulate the rebounds of ``count`` random particles, without a configuration.
 
     Parameters
     ----------

@@ -7,15 +7,10 @@ from `sampler.drawing.kernel.draw`, which does the same arithmetic one draw at a
 import numpy as np
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.block import (
-    BLOCK,
-    draw_block,
-    fill_words,
-    local_conditions,
-    local_values,
-    local_words,
-)
+from sampler.drawing.block import BLOCK, blocks_of, draw_block
 from sampler.drawing.kernel import CLAMPED, OK, status_of
+
+local_block = blocks_of(BLOCK)
 
 
 @no_refcount_inline_kernel
@@ -25,10 +20,18 @@ def item(values, k):
 
 
 @no_refcount_inline_kernel
-def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
+def fill_keys(block, index, hit, first, count):
+    """Copy the keys of a block from row `first` on; one that is not full repeats its last draw."""
+    for r in range(BLOCK):
+        k = first + min(r, count - 1)
+        block.index[np.uint64(r)], block.hit[np.uint64(r)] = item(index, k), item(hit, k)
+
+
+@no_refcount_inline_kernel
+def fill_conditions(arrays, block, alpha1, speed, first, count):
     """Copy the conditions of a block; whether all of them lie within the table.
 
-    A block that is not full repeats its last draw. Without branches; NaN is not within.
+    Without branches; NaN is not within.
     """
     low, high = arrays.alpha.low, arrays.alpha.high
     least, most = arrays.speed.low, arrays.speed.high
@@ -36,7 +39,7 @@ def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
     for r in range(BLOCK):
         k = first + min(r, count - 1)
         angle, velocity = item(alpha1, k), item(speed, k)
-        angles[np.uint64(r)], velocities[np.uint64(r)] = angle, velocity
+        block.alpha1[np.uint64(r)], block.speed[np.uint64(r)] = angle, velocity
         inside = (angle >= low) & (angle <= high) & (velocity >= least) & (velocity <= most)
         outside += np.int64(not inside)
     return outside == 0
@@ -62,24 +65,23 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
         First row with an error (-1: none) and its code; first clamped row (-1: none) and the
         number of clamped rows before the error.
     """
-    words, angles, velocities = local_words(), local_conditions(), local_conditions()
-    result = local_values()
+    block = local_block()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        if not fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
+        if not fill_conditions(arrays, block, alpha1, speed, first, count):
             for r in range(count):
-                status = status_of(arrays, angles[np.uint64(r)], velocities[np.uint64(r)])
+                status = status_of(arrays, block.alpha1[np.uint64(r)], block.speed[np.uint64(r)])
                 if status < OK:
                     return first + r, status, first_clamped, clamped
                 if status == CLAMPED:
                     clamped += 1
                     first_clamped = first + r if first_clamped < 0 else first_clamped
-        fill_words(len(arrays.channels), seed, index, hit, first, count, words)
-        draw_block(arrays, words, angles, velocities, result)
+        fill_keys(block, index, hit, first, count)
+        draw_block(arrays, seed, block)
         for r in range(count):
             for column in range(len(arrays.columns)):
                 component = np.uint64(arrays.columns[column] * BLOCK + r)
-                states[np.uint64(first + r), np.uint64(column)] = result[component]
+                states[np.uint64(first + r), np.uint64(column)] = block.state[component]
     return -1, OK, first_clamped, clamped

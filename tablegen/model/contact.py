@@ -125,7 +125,7 @@ def _safe_step(body, n, d, height, v, bounds, limit):
     bounds : tuple of two floats
         Bounds on |W| and |W'|.
     limit : float
-        Longest time asked for.
+        Longest time of interest.
 
     Returns
     -------

@@ -199,7 +199,7 @@ def make_body(shape, b, c, truncation, vertices):
 
 @no_refcount_inline_kernel
 def mesh_map(meshes, i):
-    """Look-up of the mesh number ``i`` of a population.
+    """Support map of the mesh number ``i`` of a population.
 
     It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
 

@@ -35,34 +35,33 @@ _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _INDEX = ir.IntType(32)
 
 
-class Lanes(types.Type):
+class _VectorType(types.Type):
+    """Numba type of WIDTH values; one value converts to equal lanes."""
+
+    scalars: tuple[type, ...]
+
+    def __init__(self) -> None:
+        super().__init__(name=f"{type(self).__name__.lower()}{WIDTH}")
+
+    def can_convert_from(self, typingctx, other):
+        """Allow one value where lanes are expected."""
+        return Conversion.safe if isinstance(other, self.scalars) else None
+
+    def unify(self, typingctx, other):
+        """Allow a variable to begin as one value and become lanes."""
+        return self if isinstance(other, self.scalars) else None
+
+
+class Lanes(_VectorType):
     """Numba type of WIDTH floats; a number converts to equal lanes."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"lanes{WIDTH}")
-
-    def can_convert_from(self, typingctx, other):
-        """Allow a number where lanes are expected."""
-        return Conversion.safe if isinstance(other, types.Float | types.Integer) else None
-
-    def unify(self, typingctx, other):
-        """Allow a variable to begin as a number and become lanes."""
-        return self if isinstance(other, types.Float | types.Integer) else None
+    scalars = (types.Float, types.Integer)
 
 
-class Mask(types.Type):
-    """Numba type of WIDTH truth values."""
+class Mask(_VectorType):
+    """Numba type of WIDTH truth values; a truth value converts to equal lanes."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"mask{WIDTH}")
-
-    def can_convert_from(self, typingctx, other):
-        """Allow a truth value where a mask is expected."""
-        return Conversion.safe if isinstance(other, types.Boolean) else None
-
-    def unify(self, typingctx, other):
-        """Allow a variable to begin as a truth value and become a mask."""
-        return self if isinstance(other, types.Boolean) else None
+    scalars = (types.Boolean,)
 
 
 lanes, mask = Lanes(), Mask()

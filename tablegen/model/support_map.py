@@ -1,4 +1,4 @@
-"""Look-up from a direction to the few vertices that can lie farthest along it.
+"""Support map: for each direction, the few vertices that can lie farthest along it.
 
 Directions are put into the cells of a cube map: a cube around the origin, each side divided into
 squares. A cell lists every vertex that supports the body in some direction up to ``slack`` away

@@ -72,7 +72,8 @@ def test_a_finer_step_leaves_no_difference(shape, alpha_deg, speed, spin):
     assert differing(fast, states) <= 0.001
     once = (fast.collisions == 1) & (collisions == 1)
     assert np.count_nonzero(once) > 50
-    assert np.abs(states - fast.state)[once].max() <= 1e-8
+    # with spin, the instant of the contact has an error too
+    assert np.abs(states - fast.state)[once].max() <= (1e-7 if any(spin) else 1e-8)
 
 
 @pytest.mark.parametrize(

@@ -293,7 +293,7 @@ class TestCommand:
         assert line == f"--statistics: got {file}, allowed: another file than --output"
 
     def test_statistics_file_is_checked_before_any_work(self, refused, tmp_path, monkeypatch):
-        monkeypatch.setattr("tablegen.commands.simulate_command.simulate_statistics", None)
+        monkeypatch.setattr("tablegen.accuracy.run_statistics.simulate_statistics", None)
         words = flags(SIMULATE, {"--statistics": tmp_path / "none" / "s.json"})
         assert "'--statistics'" in (line := refused("simulate", *words))
         assert "a folder that exists" in line

@@ -8,7 +8,7 @@ from command_line import DONE
 from tiny_tables import TINY
 
 import sampler
-from tablegen.commands.table_identity import identity, identity_text
+from tablegen.commands.inspect import identity, identity_text
 from tablegen.configuration.metric_table import PRESETS
 
 

@@ -40,7 +40,7 @@ def plainly(mixture, signs=None):
 
 
 def expanded(mixture):
-    """The mixture written out without a mirror: every component beside its reflection."""
+    """The mixture without a mirror: every component and its reflection."""
     flip = np.diag(mixture.signs)
     share = mixture.reflection
     return Mixture(

@@ -138,7 +138,7 @@ SCENES = {
 
 
 class TestScenes:
-    """Draws of what a scene asks for, against the simulation; the bound of `TestDraws`."""
+    """Draws of the variables of a scene, against the simulation; the bound of `TestDraws`."""
 
     @pytest.mark.parametrize("scene", SCENES)
     def test_draws_match_the_simulation(self, scene):

@@ -6,7 +6,7 @@ from tiny_tables import ROUGH
 
 import sampler
 from sampler.formats.hdf5 import write_table
-from tablegen.commands.table_identity import identity, identity_text
+from tablegen.commands.inspect import identity, identity_text
 from tablegen.config import load_config
 from tablegen.prune import pruned
 from tablegen.refinement.assembly import assemble

@@ -18,15 +18,7 @@ from tablegen.model.rebound import (
     workspace,
 )
 from tablegen.model.rotation import ORDER, evaluate, expand, series_span
-from tablegen.model.shapes import (
-    ELLIPSOID,
-    MAX_VERTICES,
-    PRISM,
-    SPHERE,
-    TETRAHEDRON,
-    TRUNCATED_PRISM,
-    make_body,
-)
+from tablegen.model.shapes import MAX_VERTICES, SHAPE_CODES, make_body
 from tablegen.model.support_map import NO_MAP
 
 # called from Python here
@@ -39,13 +31,7 @@ PAIR, POPULATION = CONFIG.pair, CONFIG.population
 LAW = PAIR.kernel_arguments()
 TRUNCATION = POPULATION.truncation
 
-SHAPES = {
-    "ellipsoid": ELLIPSOID,
-    "prism": PRISM,
-    "truncated-prism": TRUNCATED_PRISM,
-    "tetrahedron": TETRAHEDRON,
-    "sphere": SPHERE,
-}
+SHAPES = {name: code for name, code in SHAPE_CODES.items() if name != "mesh"}
 NON_SPHERICAL = tuple(name for name in SHAPES if name != "sphere")
 ACHIRAL = ("ellipsoid", "prism", "truncated-prism")
 

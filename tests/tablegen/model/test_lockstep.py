@@ -1,4 +1,4 @@
-"""Many particles at a time: the bits of one at a time, whoever sits beside whom."""
+"""Many particles at a time: the bits of one at a time, whatever is in the other lanes."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from tablegen.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.processor
 
-#: Two meshes of very different vertex counts beside all shapes.
+#: All shapes, and two meshes with very different numbers of vertices.
 CROWD = Population.model_validate(
     POPULATION.model_dump(by_alias=True)
     | {

@@ -39,7 +39,7 @@ def sphere_state(alpha_deg, spin):
     ],
 )
 def test_the_difference_from_a_sphere_is_of_first_order(alpha_deg, spin, flattened):
-    # The lowest point of a spheroid flattened by d is at most 1.5 d beside the vertical through
+    # The lowest point of a spheroid flattened by d is at most 1.5 d from the vertical through
     # its centre, so that it adds a torque of order d (1 + |spin|) to the sphere's collision.
     sphere = sphere_state(alpha_deg, spin)
     misses = []

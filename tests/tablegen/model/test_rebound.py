@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from free_rotation import FreeRotation
 from motion_fixtures import (
     LAW,
     PAIR,
@@ -13,7 +14,6 @@ from motion_fixtures import (
     rotation_of,
     run_rebound,
 )
-from motion_reference import FreeRotation
 
 from sampler.compilation.jit import kernel
 from tablegen.model.audit import (

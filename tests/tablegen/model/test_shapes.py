@@ -1,4 +1,4 @@
-"""Shapes: vertices, moments of inertia, support function, reach."""
+"""Shapes: vertices, moments of inertia, support function, bounding radius."""
 
 import math
 
@@ -47,22 +47,21 @@ def ball_second_moment():
 
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
-@pytest.mark.parametrize("name", POLYHEDRA)
-def test_moments_of_polyhedra_by_decomposition(name, b, c):
-    body = body_of(name, b, c)
+@pytest.mark.parametrize(
+    ("name", "truncation"),
+    [
+        *((name, TRUNCATION) for name in POLYHEDRA),
+        *(("truncated-prism", f) for f in (0.1, 0.5, 2.0 - math.sqrt(2.0), 0.999)),
+    ],
+)
+def test_moments_of_polyhedra_by_decomposition(name, truncation, b, c):
+    body = body_of(name, b, c, truncation)
     second, centre, _ = second_moments(body.candidates)
     expected = np.trace(second) - np.diag(second)
     np.testing.assert_allclose(body.moments, expected, rtol=1e-11)
     # the half-sizes lie along the principal axes, and the centre is the centre of mass
     np.testing.assert_allclose(second, np.diag(np.diag(second)), atol=1e-14)
     np.testing.assert_allclose(centre, 0.0, atol=1e-14)
-
-
-@pytest.mark.parametrize("truncation", [0.1, 0.5, 2.0 - math.sqrt(2.0), 0.999])
-def test_moments_of_truncated_prisms_for_any_truncation(truncation):
-    body = body_of("truncated-prism", 0.8, 0.6, truncation)
-    second, _, _ = second_moments(body.candidates)
-    np.testing.assert_allclose(body.moments, np.trace(second) - np.diag(second), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
@@ -168,14 +167,14 @@ def test_depth_of_ellipsoids_bounds_their_surface_and_is_reached(b, c):
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
 @pytest.mark.parametrize("name", SHAPES)
-def test_no_point_is_farther_than_the_reach_and_one_is_as_far(name, b, c):
+def test_bounding_radius_is_the_largest_depth(name, b, c):
     body = body_of(name, b, c)
     n = np.vstack([directions(300, 9), -body.candidates / body.bounding_radius])
     depths = [lowest_depth(body, direction / np.linalg.norm(direction)) for direction in n]
     assert max(depths) == pytest.approx(body.bounding_radius, rel=1e-14)
 
 
-def test_reach_of_the_prism_is_its_half_diagonal():
+def test_bounding_radius_of_the_prism_is_its_half_diagonal():
     for name in ("prism", "tetrahedron"):
         radius = body_of(name, 0.8, 0.6).bounding_radius
         assert radius == pytest.approx(math.sqrt(2.0), rel=1e-15)

@@ -1,4 +1,4 @@
-"""Look-up of supporting vertices: no vertex that a direction needs is missing from its list."""
+"""Support maps: no vertex that a direction needs is missing from its list."""
 
 import math
 
@@ -35,18 +35,18 @@ SOLIDS = {
 
 
 @numba.njit
-def worst_miss(near, vertices, at, asked):
-    """Most by which the best vertex of a list, found for ``at``, falls short along ``asked``."""
+def worst_miss(support_map, vertices, at, along):
+    """Most by which the best vertex of a list, found for ``at``, falls short of all vertices."""
     worst = 0.0
     for i in range(len(at)):
-        first, end = support_range(near, at[i, 0], at[i, 1], at[i, 2])
+        first, end = support_range(support_map, at[i, 0], at[i, 1], at[i, 2])
         listed = every = -np.inf
         for k in range(first, end):
-            p = near.points[k]
-            listed = max(listed, p[0] * asked[i, 0] + p[1] * asked[i, 1] + p[2] * asked[i, 2])
+            p = support_map.points[k]
+            listed = max(listed, p[0] * along[i, 0] + p[1] * along[i, 1] + p[2] * along[i, 2])
         for k in range(len(vertices)):
             p = vertices[k]
-            every = max(every, p[0] * asked[i, 0] + p[1] * asked[i, 1] + p[2] * asked[i, 2])
+            every = max(every, p[0] * along[i, 0] + p[1] * along[i, 1] + p[2] * along[i, 2])
         worst = max(worst, every - listed)
     return worst
 
@@ -121,7 +121,7 @@ def test_a_direction_is_within_the_radius_of_its_cell(resolution):
 def test_a_finer_map_lists_no_more_than_its_slack_needs():
     # each listed vertex supports the body somewhere within radius + slack of the centre
     hull = ConvexHull(SOLIDS["small-grain"])
-    near = make_map(hull, 0.1, 8)
+    made = make_map(hull, 0.1, 8)
     centres, radii = cell_frames(8)
     rng = np.random.default_rng(64)
     for cell in range(0, len(centres), 37):
@@ -131,7 +131,7 @@ def test_a_finer_map_lists_no_more_than_its_slack_needs():
             (around - math.cos(1.0) * centres[cell]) / math.sin(1.0)
         )
         seen = set(np.argmax(around @ hull.points.T, axis=1).tolist())
-        rows = near.points[near.starts[cell] : near.starts[cell + 1]]
+        rows = made.points[made.starts[cell] : made.starts[cell + 1]]
         listed = {int(np.flatnonzero((hull.points == row).all(axis=1))[0]) for row in rows}
         assert seen <= listed
         # a cone may reach in by less than the samples resolve

@@ -157,10 +157,10 @@ class TestTwoProcessors:
         there = str(store.load(node_key(*NODES[0], resolution(ROUGH)))[runner.PROCESSOR])
         generate(ROUGH, begun, conditions=1, resume=True)
         assert read_table(begun).processors == tuple(sorted({there, processor_kind()}))
-        # only a processor that is of the kind by itself makes pieces of that kind
+        # only a processor that is of the kind by itself computes results of that kind
         assert there != processor_kind() or os.environ[processors.IMITATED] == "avx2"
 
-    def test_pieces_differ_by_no_more_than_steps_of_rounding(self, begun):
+    def test_nodes_differ_by_no_more_than_steps_of_rounding(self, begun):
         """Particles are the same; a mean at the edge of two steps of 1/4096 may fall on either."""
         store = CheckpointStore(begun, FINGERPRINT, resume=True)
         for alpha_deg, speed in NODES:

@@ -1,12 +1,12 @@
 """``tablegen report``: what it prints and writes, and what it refuses."""
 
 import json
+import sys
 
 import pytest
 from command_line import DONE
 from tiny_budget import TINY
 
-from tablegen.commands import report_command as command
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report import error_against_time as study
 from tablegen.studies.report import report_data as dossiers
@@ -60,9 +60,9 @@ def test_json_has_every_number_and_the_same_each_time(run, dossier, tiny, quick,
 
 def test_page_is_written(run, dossier, quick, monkeypatch, tmp_path):
     pytest.importorskip("plotly")
-    monkeypatch.setattr(command, "measure_error_against_time", lambda *_, **__: dossier.evidence)
-    monkeypatch.setattr(command, "map_accuracy", lambda *_: dossier.atlas)
-    monkeypatch.setattr(command, "collect_report_data", lambda *_: dossier)
+    monkeypatch.setattr(study, "measure_error_against_time", lambda *_, **__: dossier.evidence)
+    monkeypatch.setattr(dossiers, "map_accuracy", lambda *_: dossier.atlas)
+    monkeypatch.setattr(dossiers, "collect_report_data", lambda *_: dossier)
     file = tmp_path / "report.html"
     ended = run("report", dossier.evidence.table, "--quick", "--html", file, "--quiet")
     assert (ended.status, ended.err) == (DONE, "")
@@ -71,8 +71,8 @@ def test_page_is_written(run, dossier, quick, monkeypatch, tmp_path):
 
 
 def test_without_plotly_nothing_is_measured(refused, tiny, monkeypatch, tmp_path):
-    monkeypatch.setattr(page.importlib.util, "find_spec", lambda name: None)
-    monkeypatch.setattr(command, "measure_error_against_time", None)
+    monkeypatch.setitem(sys.modules, "plotly", None)
+    monkeypatch.setattr(study, "measure_error_against_time", None)
     line = refused("report", tiny.path, "--html", tmp_path / "report.html")
     assert line.startswith("--html: needs plotly, which is not installed")
 
@@ -89,6 +89,6 @@ def test_without_plotly_nothing_is_measured(refused, tiny, monkeypatch, tmp_path
 )
 def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
     if words[0].startswith("--"):
-        monkeypatch.setattr(command, "measure_error_against_time", None)
+        monkeypatch.setattr(study, "measure_error_against_time", None)
     line = refused("report", *words)
     assert all(part in line for part in parts)

@@ -1,6 +1,7 @@
-"""Types of command-line values that refuse what cannot be used, in one line."""
+"""Options of commands: types of values that refuse, in one line, what cannot be used."""
 
 import math
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -13,63 +14,58 @@ from sampler.files.atomic import check_output
 from sampler.files.locate import available
 
 #: What a decorator of commands is given, and gives back.
-Command = TypeVar("Command", bound=Callable[..., Any])
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+
+#: Settings of the help pages of both programs.
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+class Command(click.Command):
+    """Command of both programs, whose examples name the program that was called."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples, in which PROGRAM stands for the program."""
+        formatter.write_paragraph()
+        with formatter.indentation():
+            program = str(ctx.find_root().info_name)
+            formatter.write_text(str(self.epilog).replace("PROGRAM", program))
 
 
 class Number(click.ParamType):
-    """Finite number in [low, high], or (low, high] where ``open_low``.
+    """Finite number in (low, high].
 
     click's own ranges let NaN pass.
     """
 
     name = "number"
+    kind: type[float] | type[int] = float
 
     def __init__(
-        self, low: float = -math.inf, high: float = math.inf, open_low: bool = False
+        self, allowed: str, low: float = -math.inf, high: float = sys.float_info.max
     ) -> None:
-        self.low, self.high, self.open_low = low, high, open_low
-
-    def _allowed(self) -> str:
-        lower = f"above {self.low:g}" if self.open_low else f"{self.low:g}"
-        if math.isinf(self.low) and math.isinf(self.high):
-            return "a finite number"
-        if math.isinf(self.high):
-            return f"a finite number {lower}" if self.open_low else f"{self.low:g} or more"
-        return f"{lower} and up to {self.high:g}" if self.open_low else f"{lower} to {self.high:g}"
+        self.allowed, self.low, self.high = allowed, low, high
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
         """Parse and check one value."""
         try:
-            number = float(value)
+            number = self.kind(value)
         except ValueError:
             number = math.nan
-        inside = self.low < number if self.open_low else self.low <= number
-        if not (inside and number <= self.high and math.isfinite(number)):
-            self.fail(f"got {value!r}, allowed: {self._allowed()}", param, ctx)
+        if not self.low < number <= self.high:
+            self.fail(f"got {value!r}, allowed: {self.allowed}", param, ctx)
         return number
 
 
-class Whole(click.ParamType):
-    """Whole number in [low, high]."""
+class Integer(Number):
+    """Integer in [first, last]."""
 
     name = "integer"
+    kind = int
 
-    def __init__(self, low: int, high: int) -> None:
-        self.low, self.high = low, high
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Parse and check one value."""
-        try:
-            number = int(value)
-        except ValueError:
-            number = self.low - 1
-        if not self.low <= number <= self.high:
-            self.fail(
-                f"got {value!r}, allowed: a whole number from {self.low} to {self.high}", param, ctx
-            )
-        return number
+    def __init__(self, first: int, last: int) -> None:
+        super().__init__(f"a whole number from {first} to {last}", first - 1, last)
 
 
 class OutputFile(click.ParamType):
@@ -104,35 +100,50 @@ class Named(click.ParamType):
         return [*map(CompletionItem, names), CompletionItem(incomplete, type="file")]
 
 
-SEED = Whole(0, 2**64 - 1)
-COUNT = Whole(1, 2**40)
-ANGLE = Number(0.0, 90.0, open_low=True)
-POSITIVE = Number(0.0, open_low=True)
-RATIO = Number(0.0, 1.0, open_low=True)
-ANY = Number()
+SEED = Integer(0, 2**64 - 1)
+COUNT = Integer(1, 2**40)
+SAMPLES = Integer(1000, 10**9)
+THREADS = Integer(1, 4096)
+CONDITIONS = Integer(1, 10_000)
+ANGLE = Number("above 0 and up to 90", 0.0, 90.0)
+RATIO = Number("above 0 and up to 1", 0.0, 1.0)
+POSITIVE = Number("a finite number above 0", 0.0)
+ANY = Number("a finite number")
 OUTPUT = OutputFile()
 TABLE = Named(".h5")
 CONFIG = Named(".toml")
 
+#: Adds the argument ``table``, which must be given.
+table = click.argument("table", type=TABLE, metavar="T.h5|NAME")
 
-#: Adds the argument ``progress`` to a command: whether it says how far it is.
+#: Adds ``as_json``: whether the result is for a program to read.
+as_json = click.option("--json", "as_json", is_flag=True, help="Print it for a program to read.")
+
+#: Adds ``progress``: whether the command says how far it is.
 progress = click.option(
     "--progress/--quiet",
     default=True,
     help="Say how far it is: a bar on a terminal, else a line every half minute.",
 )
 
-
 #: Adds ``html_file``: where a page is written, if anywhere.
 html_file = click.option("--html", "html_file", type=OUTPUT, metavar="F", help="Write a page.")
 
+#: Adds ``threads``: how many work, if not one a processor.
+threads = click.option("--threads", type=THREADS, help="Default: one a processor.")
 
-def json_file(what: str) -> Callable[[Command], Command]:
+
+def json_file(what: str) -> Callable[[Decorated], Decorated]:
     """Add ``json_file`` to a command: where numbers are written, if anywhere."""
     return click.option("--json", "json_file", type=OUTPUT, metavar="F", help=what)
 
 
-def seed(what: str) -> Callable[[Command], Command]:
+def output(metavar: str, what: str = "File to write.") -> Callable[[Decorated], Decorated]:
+    """Add ``output`` to a command: the file that it writes, which must be given."""
+    return click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=what)
+
+
+def seed(what: str) -> Callable[[Decorated], Decorated]:
     """Add ``seed`` to a command, 1 unless given."""
     return click.option("--seed", type=SEED, default=1, show_default=True, metavar="S", help=what)
 

@@ -1,15 +1,38 @@
-"""What comes with the package by name: tables, material pairs and scenes."""
+"""``sampler list`` and ``tablegen list``: what comes with the package by name."""
 
+import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import click
+
+from sampler.commands import options
+from sampler.commands.program import DONE
 from sampler.files.locate import available, find_config, find_table
-from sampler.formats.hdf5 import read_table
+
+
+@click.command(
+    "list",
+    cls=options.Command,
+    short_help="List tables, pairs and scenes that have a name.",
+    epilog=options.examples("PROGRAM list", "PROGRAM list --json"),
+)
+@options.as_json
+def list_names(as_json: bool) -> int:
+    """List the tables, material pairs and scenes that come with the package, by name.
+
+    A name stands for its file wherever a command takes a table, a pair or a scene.
+    """
+    found = catalogue()
+    click.echo(json.dumps(found, indent=1) if as_json else catalogue_text(found))
+    return DONE
 
 
 def _table(path: Path) -> dict[str, Any]:
+    from sampler.formats.hdf5 import read_table
+
     contents = read_table(path)
     return {
         "pair": contents.pair,
