@@ -1,8 +1,7 @@
 """Densities of components and of pairs of them, table beside direct, at some conditions."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -48,10 +47,6 @@ class View:
     table: dict[str, list[int]]
     direct: dict[str, list[int]]
     count: int
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON."""
-        return asdict(self)
 
 
 def _histograms(state: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, list[int]]:

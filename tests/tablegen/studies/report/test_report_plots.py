@@ -13,43 +13,44 @@ pytest.importorskip("plotly")
 from tablegen.studies.report import cost_plots, plot_style, table_plots
 
 
+COSTS = ("nanoseconds", "bytes", "setup_seconds")
+
+
 @pytest.fixture
 def race(dossier):
     return dossier.evidence.races[-1]
 
 
-def test_methods_are_points_at_the_numbers_of_the_json(race):
+def test_menus_lead_to_the_numbers_of_the_json(race):
     figure = cost_plots.methods_plot(race)
-    assert [trace.name for trace in figure.data] == [
-        family for family in LOOKS if any(r.family == family for r in race.runners)
-    ]
-    for trace in figure.data:
-        runners = [r for r in race.runners if r.family == trace.name]
-        errors = [r.errors["sliced_wasserstein"] for r in runners]
-        assert trace.mode == "markers"
-        assert trace.marker.color == LOOKS[trace.name].colour
-        assert trace.marker.symbol == LOOKS[trace.name].symbol
-        assert np.allclose(trace.x, [1e-9 * r.nanoseconds for r in runners])
-        assert list(trace.y) == [e.mean for e in errors]
-        assert np.allclose(np.add(trace.y, trace.error_y.array), [e.high for e in errors])
-        assert np.allclose(np.subtract(trace.y, trace.error_y.arrayminus), [e.low for e in errors])
-    floor = race.floor["sliced_wasserstein"]
-    assert (figure.layout.shapes[0].y0, figure.layout.shapes[0].y1) == (floor.low, floor.high)
-
-
-def test_menus_lead_to_every_error_and_cost(race):
-    figure = cost_plots.methods_plot(race)
+    parts = [[r for r in race.runners if r.family == trace.name] for trace in figure.data]
+    assert sum(map(len, parts)) == len(race.runners)
     errors, costs = figure.layout.updatemenus
     for name, entry in zip(METRICS, errors.buttons, strict=True):
         plot_style.press(figure, {"args": entry.args})
-        shown = [y for trace in figure.data for y in trace.y]
-        assert sorted(shown) == sorted(r.errors[name].mean for r in race.runners)
+        for trace, runners in zip(figure.data, parts, strict=True):
+            found = [r.errors[name] for r in runners]
+            assert list(trace.y) == [e.mean for e in found]
+            assert np.allclose(np.add(trace.y, trace.error_y.array), [e.high for e in found])
+            assert np.allclose(
+                np.subtract(trace.y, trace.error_y.arrayminus), [e.low for e in found]
+            )
+        band = figure.layout.shapes[0]
+        assert (band.y0, band.y1) == (race.floor[name].low, race.floor[name].high)
         assert figure.layout.yaxis.type == ("linear" if name == "auc" else "log")
-    shown = []
-    for entry in costs.buttons:
+    for entry, name, unit in zip(costs.buttons, COSTS, "sBs", strict=True):
         plot_style.press(figure, {"args": entry.args})
-        shown.append({text.split()[1].lstrip("kMGmµn") for text in figure.layout.xaxis.ticktext})
-    assert shown == [{"s"}, {"B"}, {"s"}]
+        shown = [x for trace in figure.data for x in trace.x if x]
+        scale = 1e-9 if name == "nanoseconds" else 1.0
+        wanted = [scale * value for r in race.runners if (value := getattr(r, name))]
+        assert sorted(shown) == pytest.approx(sorted(wanted))
+        assert all(text.endswith(unit) for text in figure.layout.xaxis.ticktext)
+
+
+def test_methods_look_as_in_the_picture_of_the_readme(race):
+    for trace in cost_plots.methods_plot(race).data:
+        look = LOOKS[trace.name]
+        assert (trace.mode, trace.marker.color, trace.marker.symbol) == ("markers", *look[:2])
 
 
 def test_times_are_no_curves(dossier):
