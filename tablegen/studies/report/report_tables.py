@@ -15,14 +15,14 @@ from tablegen.studies.report.labels import SHORT, quantity_text
 from tablegen.studies.report.report_data import ReportData
 from tablegen.studies.report.report_text import size_text
 
-#: Worst cells that are listed.
-_WORST = 8
-
-#: Columns of the tables of accuracy.
+#: Columns of `stored_rows`.
 ACCURACY_HEAD = (
     "condition",
     *(cell for m in METRICS.values() for cell in (m.head, "of")[: 1 + m.per_variable]),
 )
+
+#: Columns of `map_rows`.
+MAP_HEAD = (*ACCURACY_HEAD, "share of declared", "by")
 
 #: Columns of `sample_rows`.
 SAMPLE_HEAD = ("sample", "ms", *(m.head for m in METRICS.values() if not m.learned))
@@ -123,11 +123,6 @@ def _closing_rows(dossier: ReportData) -> list[list[str]]:
     return [["noise floor (mean)", *_cells(floor, of_variable=False)], limits_]
 
 
-def map_rows(dossier: ReportData) -> list[list[str]]:
-    """Every cell of the map, for the columns of `ACCURACY_HEAD`."""
-    return [*map(_point_row, dossier.atlas.points), *_closing_rows(dossier)]
-
-
 def stored_rows(dossier: ReportData) -> list[list[str]]:
     """Accuracy that the table carries, for the columns of `ACCURACY_HEAD`."""
     stored, rows = dossier.stored, []
@@ -137,16 +132,16 @@ def stored_rows(dossier: ReportData) -> list[list[str]]:
     return [*rows, _closing_rows(dossier)[-1]]
 
 
-def worst_rows(dossier: ReportData) -> list[list[str]]:
-    """Conditions that come nearest to what is declared: `ACCURACY_HEAD`, share, by which metric."""
+def map_rows(dossier: ReportData, count: int | None = None) -> list[list[str]]:
+    """Cells of the map that come nearest to what is declared first: `MAP_HEAD`."""
     points = dossier.atlas.points
     ranked = sorted(((*_worst_share(p, dossier), k) for k, p in enumerate(points)), reverse=True)
-    worst = [
+    rows = [
         [*_point_row(points[k]), f"{low:.2f} to {high:.2f}", SHORT[name]]
-        for high, low, name, k in ranked[:_WORST]
+        for high, low, name, k in ranked[:count]
     ]
     floor, limit = _closing_rows(dossier)
-    return [*worst, [*floor, "", ""], [*limit, "1.00", ""]]
+    return [*rows, [*floor, "", ""], [*limit, "1.00", ""]]
 
 
 def identity_rows(dossier: ReportData) -> list[list[str]]:

@@ -12,7 +12,6 @@ pytest.importorskip("plotly")
 
 from tablegen.studies.report import cost_plots, plot_style, table_plots
 
-
 COSTS = ("nanoseconds", "bytes", "setup_seconds")
 
 
