@@ -16,7 +16,7 @@ from tablegen.config import Config
 from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.refinement.assembly import accuracy_datasets, assemble
 from tablegen.refinement.axes import make_axes
-from tablegen.refinement.refine import make_plan
+from tablegen.refinement.refine import refine_grid
 from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.processor_kind import processor_kind
 from tablegen.tasks.runner import TaskRunner
@@ -94,8 +94,8 @@ def generate(
     store = CheckpointStore(path, f"{software()}\n{config.text}", resume)
     runner = TaskRunner(store, executor, progress)
     before()
-    plan = make_plan(config, runner)
-    contents = assemble(config, make_axes(config, plan.placement.grid), plan.nodes)
+    refined = refine_grid(config, runner)
+    contents = assemble(config, make_axes(config, refined.placement.grid), refined.nodes)
     table = Table(contents)
     begin = time.perf_counter()
     comparisons = measure(

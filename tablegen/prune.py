@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.drawing.kernel import locate
+from sampler.drawing.steps import locate
 from sampler.errors import InputError
 from sampler.files.atomic import check_output
 from sampler.formats.channels import channels_for
@@ -143,7 +143,7 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
 
 def _cut(axis: Axis, low: float, high: float) -> slice:
     """Nodes of the cells in which all values from low to high lie."""
-    return slice(locate(low, axis)[0], locate(high, axis)[1] + 1)
+    return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
 
 
 def _config_text(

@@ -8,7 +8,8 @@ import numpy as np
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, blocks_of, draw_block
-from sampler.drawing.kernel import CLAMPED, OK, status_of
+from sampler.drawing.kernel import status_of
+from sampler.errors import CLAMPED, OK
 
 local_block = blocks_of(BLOCK)
 

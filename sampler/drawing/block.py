@@ -10,6 +10,7 @@ that of corner c at ``4 r + c``.
 """
 
 from collections import namedtuple
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -46,7 +47,7 @@ _ZERO = np.float32(0.0)
 _REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
 
 #: Type and count of the numbers of a draw.
-_NUMBERS = {
+_NUMBERS: dict[str, tuple[Any, int]] = {
     "index": (types.uint64, 1),
     "hit": (types.uint32, 1),
     "alpha1": (types.float64, 1),
@@ -79,8 +80,11 @@ _NUMBERS = {
     "state": (types.float64, N_VALUES),
 }
 #: Of the table: units without and with reflection, first entry of the rows' quantile functions.
-_OF_TABLE = {"units": (types.float32, 2 * LANES), "firsts": (types.int32, LANES)}
-Block = namedtuple("Block", [*_NUMBERS, *_OF_TABLE])
+_OF_TABLE: dict[str, tuple[Any, int]] = {
+    "units": (types.float32, 2 * LANES),
+    "firsts": (types.int32, LANES),
+}
+Block = namedtuple("Block", [*_NUMBERS, *_OF_TABLE])  # type: ignore[misc]
 
 
 def blocks_of(width):
@@ -124,9 +128,7 @@ def fill_words(n_channels, seed, block):
         for k in range(ROUNDS):
             for n in range(width):
                 r = np.uint64(n)
-                c0[r], c1[r], c2[r], c3[r] = philox_round(
-                    k, key0, key1, c0[r], c1[r], c2[r], c3[r]
-                )
+                c0[r], c1[r], c2[r], c3[r] = philox_round(k, key0, key1, c0[r], c1[r], c2[r], c3[r])
         for n in range(width):
             r, first = np.uint64(n), 4 * number * width + n
             if number == 2:  # the azimuth of a normal impact is made of word 8

@@ -13,18 +13,17 @@ from numpy.typing import NDArray
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.batch import fill_keys, item, local_block
 from sampler.drawing.block import BLOCK, draw_block
-from sampler.drawing.kernel import (
+from sampler.drawing.kernel import draw, status_of
+from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
+from sampler.errors import (
     CLAMPED,
     HALF_SIZE_NOT_POSITIVE,
     NORMAL_NOT_USABLE,
     NOT_FINITE,
     OK,
     SPEED_NOT_POSITIVE,
-    draw,
-    status_of,
 )
-from sampler.drawing.philox import philox_block, uniform
-from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
 from sampler.formats.table_arrays import TableArrays
 
 #: Tangential over total speed below which an impact counts as normal: the direction of what is

@@ -27,16 +27,8 @@ import numpy as np
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import N_VALUES, blocks_of, draw_block
+from sampler.errors import CLAMPED, NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
 from sampler.formats.table_arrays import ROUNDING
-
-#: Status codes: zero is fine, positive is a warning, negative an error with nothing written.
-OK = 0
-CLAMPED = 1
-NOT_FINITE = -1
-NOT_APPROACHING = -2
-SPEED_NOT_POSITIVE = -3
-NORMAL_NOT_USABLE = -4
-HALF_SIZE_NOT_POSITIVE = -5
 
 _HALF_PI = 0.5 * math.pi
 

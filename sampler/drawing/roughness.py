@@ -45,16 +45,18 @@ from sampler.drawing.frames import (
     perpendicular,
     rebound,
 )
-from sampler.drawing.kernel import CLAMPED, NOT_APPROACHING, OK, SPEED_NOT_POSITIVE
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, dot, unit, vector
+from sampler.errors import (
+    CASCADE_NOT_ENDED,
+    CLAMPED,
+    NOT_APPROACHING,
+    OK,
+    SPEED_NOT_POSITIVE,
+    TILT_NOT_FOUND,
+)
 from sampler.formats.table_arrays import TableArrays
-
-#: Status codes beside those of `sampler.drawing.kernel`: no tilt was accepted, the particle was
-#: sent back into the wall again and again. Their probabilities are below 1e-50 and 1e-30 a hit.
-TILT_NOT_FOUND = -6
-CASCADE_NOT_ENDED = -7
 
 #: Largest roughness, rad. Beyond it a normal law of tilts describes no surface.
 MAX_ROUGHNESS = 0.5

@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from sampler.compilation.processors import processors
-from sampler.drawing.kernel import OK
+from sampler.errors import OK
 
 #: Draws below which a further thread costs more than it saves.
 _DRAWS_PER_THREAD = 20_000

@@ -272,6 +272,7 @@ def _file_image(contents: TableContents) -> bytes:
     with h5py.File("table", "w", driver="core", backing_store=False, libver="earliest") as file:
         for dataset in DATASETS:
             _write_dataset(file, dataset, contents[dataset.path])
+        _name_axes(file)
         for name, value in contents.attributes.items():
             # An unsigned type only where it is needed: the seed may exceed int64.
             file.attrs[name] = np.uint64(value) if name == "seed" else value
@@ -288,6 +289,28 @@ def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
     written = file.create_dataset(dataset.path, data=values, **storage)
     written.attrs["units"] = dataset.units
     written.attrs["long_name"] = dataset.long_name
+
+
+def _name_axes(file: h5py.File) -> None:
+    """Label every axis by its dimension, and make scales, from which xarray takes its names.
+
+    The first dataset of a group with one axis is the scale of that axis. Only datasets with one
+    axis get it attached: readers of netCDF want scales in the group of a dataset, for all of its
+    axes or for none, and most axes of a table are no dataset.
+    """
+    scales: dict[tuple[str, str], h5py.Dataset] = {}
+    for dataset in DATASETS:
+        node = file[dataset.path]
+        named = [(axis, dim) for axis, dim in enumerate(dataset.dims) if isinstance(dim, str)]
+        for axis, dim in named:
+            node.dims[axis].label = dim
+        if len(dataset.dims) == len(named) == 1:
+            group, _, name = dataset.path.rpartition("/")
+            scale = scales.setdefault((group, named[0][1]), node)
+            if scale is node:
+                node.make_scale(name)
+            else:
+                node.dims[0].attach_scale(scale)
 
 
 def read_table(path: str | Path) -> TableContents:

@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from sampler.drawing.kernel import (
+from sampler.drawing.kernel import is_outside
+from sampler.errors import (
+    CASCADE_NOT_ENDED,
     HALF_SIZE_NOT_POSITIVE,
     NORMAL_NOT_USABLE,
     NOT_APPROACHING,
     NOT_FINITE,
     SPEED_NOT_POSITIVE,
-    is_outside,
+    TILT_NOT_FOUND,
 )
-from sampler.drawing.roughness import CASCADE_NOT_ENDED, TILT_NOT_FOUND
 from sampler.formats.table_arrays import TableArrays
 from sampler.inputs.rows import Rows, place
 

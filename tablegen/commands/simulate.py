@@ -92,7 +92,7 @@ def simulate(
 
     Writes state, collisions, shape, aspect and energy of each, their statistics, or both.
     """
-    from tablegen.accuracy.run_statistics import simulate_statistics, statistics_of
+    from tablegen.accuracy.streaming_statistics import simulate_statistics, statistics_of
     from tablegen.config import load_config
     from tablegen.simulate import make_condition, simulate_condition
 

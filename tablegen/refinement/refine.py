@@ -34,7 +34,7 @@ _DECAY = 0.75
 _PROBES = (0.1, 0.6, 0.98)
 
 
-class Plan(NamedTuple):
+class RefinedGrid(NamedTuple):
     """Outcome: sizes, nodes row by row, and how the placement ended."""
 
     size: Resolution
@@ -116,7 +116,7 @@ def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays
     return NodeCache(config, runner).fit(resolution(config), product(*grid))
 
 
-def make_plan(config: Config, runner: TaskRunner) -> Plan:
+def refine_grid(config: Config, runner: TaskRunner) -> RefinedGrid:
     """Choose the sizes, place the nodes and fit them.
 
     Parameters
@@ -126,7 +126,7 @@ def make_plan(config: Config, runner: TaskRunner) -> Plan:
 
     Returns
     -------
-    Plan
+    RefinedGrid
         What the configuration names is taken as it is; if it names both lists of nodes, no
         interpolation error is measured.
     """
@@ -143,7 +143,7 @@ def make_plan(config: Config, runner: TaskRunner) -> Plan:
             return cache.errors(size, places, lambda p, found: error_of(found, config.accuracy, p))
 
         placement = refine(grid, measure, *middles(config))
-    return Plan(size, placement, cache.fit(size, product(*placement.grid)))
+    return RefinedGrid(size, placement, cache.fit(size, product(*placement.grid)))
 
 
 def _choose_components(cache: NodeCache) -> Resolution:

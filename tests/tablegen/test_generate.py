@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import h5py
 import numpy as np
 import pytest
-from tiny_tables import GENERATE, MEASURED, PLAN, ROUGH, TINY
+from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH, TINY
 
 import sampler
 from sampler.errors import InputError
@@ -59,7 +59,7 @@ def failing_last_node(monkeypatch, tmp_path):
             time.sleep(0.01)
         raise InterruptedRunError
 
-    monkeypatch.setattr(PLAN, "fit_node", failing)
+    monkeypatch.setattr(REFINE, "fit_node", failing)
 
 
 class TestFile:
@@ -161,7 +161,7 @@ class TestSameBytes:
             conditions.append((alpha_deg, speed))
             return fit_node(config, alpha_deg, speed, *rest)
 
-        monkeypatch.setattr(PLAN, "fit_node", counting)
+        monkeypatch.setattr(REFINE, "fit_node", counting)
         assert made(path, resume=True) == rough_bytes
         assert conditions == [LAST]
         assert [p.name for p in tmp_path.iterdir()] == ["t.h5"]
@@ -189,7 +189,7 @@ class TestInterruption:
                 gone.wait(60.0)
             raise InterruptedRunError
 
-        monkeypatch.setattr(PLAN, "fit_node", failing)
+        monkeypatch.setattr(REFINE, "fit_node", failing)
         with ThreadPoolExecutor(1) as pool:
             with pytest.raises(InterruptedRunError):
                 fit_nodes(ROUGH, first_grid(ROUGH), TaskRunner(executor=pool))
@@ -214,7 +214,7 @@ class TestInterruption:
 
 class TestRefusals:
     def test_folder_that_does_not_exist(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(PLAN, "fit_node", None)
+        monkeypatch.setattr(REFINE, "fit_node", None)
         with pytest.raises(InputError, match="allowed: a file in a folder that exists"):
             made(tmp_path / "none" / "t.h5")
         assert list(tmp_path.iterdir()) == []

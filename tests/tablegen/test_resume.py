@@ -14,7 +14,7 @@ from typing import NamedTuple
 import pytest
 from command_line import BAD_INPUT, DONE, INTERRUPTED, config_file
 from processes import TABLEGEN, command
-from tiny_tables import GENERATE, MEASURED, PLAN, ROUGH
+from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH
 
 from sampler.formats.hdf5 import write_table
 from tablegen.fitting.node import fit_node
@@ -52,7 +52,7 @@ def made_here(path, patch, **options):
         fitted.append((alpha_deg, speed))
         return fit_node(config, alpha_deg, speed, *rest)
 
-    patch.setattr(PLAN, "fit_node", counting)
+    patch.setattr(REFINE, "fit_node", counting)
     generate(CONFIG, path, conditions=1, samples=MEASURED, **options)
     return fitted
 

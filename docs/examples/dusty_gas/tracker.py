@@ -14,8 +14,8 @@ from dusty_gas.gas import CYLINDER, outward
 from dusty_gas.motion import advance
 from dusty_gas.walls import rebound_at_wall
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.kernel import CLAMPED, OK
 from sampler.drawing.philox import philox_block, uniform
+from sampler.errors import CLAMPED, OK
 
 #: Keeps places in the stream and rebounds on different random numbers.
 _STREAM_KEY = np.uint64(0x4455_5354_5947_4153)

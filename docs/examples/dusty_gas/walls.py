@@ -14,8 +14,8 @@ import numpy as np
 from sampler.compilation.jit import inline_kernel, no_refcount_kernel
 from sampler.drawing.frames import NORMAL_IMPACT, along_wall, impact_angle, perpendicular
 from sampler.drawing.frames import rebound as table_rebound
-from sampler.drawing.kernel import CLAMPED, NOT_APPROACHING, OK
 from sampler.drawing.philox import philox_block, uniform
+from sampler.errors import CLAMPED, NOT_APPROACHING, OK
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.model.random_particles import draw_particle

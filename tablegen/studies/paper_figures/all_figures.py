@@ -2,6 +2,7 @@
 
 import importlib.util
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from sampler.table import Table
@@ -34,20 +35,20 @@ COLLISION_HEAD = ("shape", "source", "1", "2", "3", "4", "5", "> 5")
 
 @dataclass(frozen=True)
 class PaperFigures:
-    """Figures, laws and statements.
+    """Figures, statistics and statements.
 
     Attributes
     ----------
     count : int
         Particles of each shape at each angle.
-    laws : FigureStatistics
+    statistics : FigureStatistics
     pictures : tuple of Picture
         By the number of the figure.
     statements : tuple of Statement
     """
 
     count: int
-    laws: FigureStatistics
+    statistics: FigureStatistics
     pictures: tuple[Picture, ...]
     statements: tuple[Statement, ...]
 
@@ -76,34 +77,34 @@ def make_paper_figures(
     if importlib.util.find_spec("matplotlib") is None:
         return None
     steps = len(ANGLES) * len(SHAPES)
-    with bar(progress, total=steps, desc="laws of the figures") as counted:
-        laws = make_statistics(table, config, count, seed, counted.update)
+    with bar(progress, total=steps, desc="samples of the figures") as counted:
+        statistics = make_statistics(table, config, count, seed, counted.update)
     with settings():
-        pictures = [*curve_figures(laws), *density_figures(laws), *scattering_figures(laws)]
-    ordered = sorted(pictures, key=lambda picture: picture.name)
-    return PaperFigures(count, laws, tuple(ordered), tuple(check_statements(laws)))
+        made = (draw(statistics) for draw in (curve_figures, density_figures, scattering_figures))
+        ordered = sorted(chain(*made), key=lambda picture: picture.name)
+    return PaperFigures(count, statistics, tuple(ordered), tuple(check_statements(statistics)))
 
 
-def collision_rows(laws: FigureStatistics) -> list[list[str]]:
+def collision_rows(statistics: FigureStatistics) -> list[list[str]]:
     """Cells of the paper's table in per cent; the paper's too if pair and particles are its own."""
-    rows, of_the_paper = [], is_of_the_paper(laws.config)
+    rows, of_the_paper = [], is_of_the_paper(statistics.config)
     for shape, paper in PAPER_TABLE.items():
-        law = laws.at(DIRECT, shape, 90.0)
-        if law is not None and law.collisions is not None:
-            rows.append([shape, "direct", *(f"{100.0 * share:.1f}" for share in law.collisions)])
+        sample = statistics.at(DIRECT, shape, 90.0)
+        if sample is not None and sample.collisions is not None:
+            rows.append([shape, "direct", *(f"{100.0 * share:.1f}" for share in sample.collisions)])
         if of_the_paper:
             rows.append([shape, "paper", *(f"{share:.1f}" for share in paper)])
     return rows
 
 
 def to_dict(gallery: PaperFigures) -> dict[str, Any]:
-    """Numbers of all laws, JSON-ready."""
+    """Numbers of all samples, JSON-ready."""
     return {
         "count": gallery.count,
-        "seed": gallery.laws.seed,
-        "laws": [law.to_dict() for law in gallery.laws.laws.values()],
+        "seed": gallery.statistics.seed,
+        "laws": [sample.to_dict() for sample in gallery.statistics.samples.values()],
         "sphere_alpha2_deg": [
             {"alpha_deg": alpha_deg, "alpha2_deg": low}
-            for alpha_deg, (low, _) in gallery.laws.sphere_deg.items()
+            for alpha_deg, (low, _) in gallery.statistics.sphere_deg.items()
         ],
     }

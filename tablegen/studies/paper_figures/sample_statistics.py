@@ -28,7 +28,7 @@ SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", MIXTURE)
 #: At normal impact, of which the paper says most, this many times as many particles.
 NORMAL_FACTOR = 5
 
-#: Sources of a law.
+#: Sources of a sample.
 DIRECT, TABLE = "direct", "table"
 
 #: Bins of densities: range and number.
@@ -44,7 +44,7 @@ QUANTITIES = (*STATE, "translational", "rotational")
 
 @dataclass(frozen=True)
 class SampleStatistics:
-    """What one sample says.
+    """Statistics of one sample.
 
     Attributes
     ----------
@@ -87,6 +87,12 @@ class SampleStatistics:
     density: dict[str, Any]
     spatial: Any
 
+    @property
+    def singles(self) -> float:
+        """Share of particles that collide once."""
+        assert self.collisions is not None
+        return self.collisions[0]
+
     def to_dict(self) -> dict[str, Any]:
         """Numbers but for the histograms, JSON-ready."""
         histograms = ("scattering", "density", "spatial")
@@ -122,7 +128,7 @@ def sample_statistics_of(
     collisions: np.ndarray | None = None,
     rotational: FloatArray | None = None,
 ) -> SampleStatistics:
-    """Reduce a sample to a law.
+    """Reduce a sample to its statistics.
 
     Parameters
     ----------
@@ -181,37 +187,37 @@ def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class FigureStatistics:
-    """FigureStatistics of all shapes at all angles, and the direction of rebound of spheres.
+    """Samples of all shapes at all angles, and the direction of rebound of spheres.
 
     Attributes
     ----------
     config : Config
     seed : int
-    laws : dict from (source, shape, angle) to SampleStatistics
+    samples : dict from (source, shape, angle) to SampleStatistics
     sphere_deg : dict from angle to (float, float)
         Smallest and largest alpha2 of spheres [degrees].
     """
 
     config: Config
     seed: int
-    laws: dict[tuple[str, str, float], SampleStatistics]
+    samples: dict[tuple[str, str, float], SampleStatistics]
     sphere_deg: dict[float, tuple[float, float]]
 
     def curve(self, source: str, shape: str) -> list[SampleStatistics]:
-        """FigureStatistics of one shape, by rising angle; none if the source does not have it."""
-        found = [law for (s, kind, _), law in self.laws.items() if (s, kind) == (source, shape)]
-        return sorted(found, key=lambda law: law.alpha_deg)
+        """List samples of one shape, by rising angle; none if the source does not have it."""
+        found = [sample for key, sample in self.samples.items() if key[:2] == (source, shape)]
+        return sorted(found, key=lambda sample: sample.alpha_deg)
 
     def at(self, source: str, shape: str, alpha_deg: float) -> SampleStatistics | None:
-        """SampleStatistics at one angle; None if there is none."""
-        return self.laws.get((source, shape, alpha_deg))
+        """Sample at one angle; None if there is none."""
+        return self.samples.get((source, shape, alpha_deg))
 
     def shapes(self, source: str) -> list[str]:
         """Shapes that a source has."""
         return [shape for shape in SHAPES if self.curve(source, shape)]
 
 
-def _direct_law(
+def _simulated(
     config: Config, shape: str, alpha_deg: float, count: int, keys: tuple[int, int]
 ) -> SampleStatistics:
     made = simulate(
@@ -258,22 +264,23 @@ def make_statistics(
         Particles of each shape at each angle; `NORMAL_FACTOR` times as many at normal impact.
     seed : int
     tick : callable
-        Called with 1 for each law.
+        Called with 1 for each sample.
 
     Returns
     -------
     FigureStatistics
     """
-    laws: dict[tuple[str, str, float], SampleStatistics] = {}
+    samples: dict[tuple[str, str, float], SampleStatistics] = {}
     for i, alpha_deg in enumerate(ANGLES):
         size = count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
         for k, shape in enumerate(SHAPES):
             keys = (seed, i * len(SHAPES) + k)
-            laws[DIRECT, shape, alpha_deg] = _direct_law(config, shape, alpha_deg, size, keys)
+            samples[DIRECT, shape, alpha_deg] = _simulated(config, shape, alpha_deg, size, keys)
             tick(1)
         if table_covers(table, alpha_deg):
             index = np.arange(size)
             state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
-            laws[TABLE, MIXTURE, alpha_deg] = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
+            drawn = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
+            samples[TABLE, MIXTURE, alpha_deg] = drawn
     spheres = {alpha_deg: _sphere(config, alpha_deg, seed) for alpha_deg in ANGLES}
-    return FigureStatistics(config, seed, laws, spheres)
+    return FigureStatistics(config, seed, samples, spheres)

@@ -9,8 +9,8 @@ from tablegen.studies.paper_figures.all_figures import (
     collision_rows,
     to_dict,
 )
+from tablegen.studies.paper_figures.checked_statement import Verdict
 from tablegen.studies.paper_figures.sample_statistics import SPEED
-from tablegen.studies.paper_figures.statement_checks import Verdict
 from tablegen.studies.paper_figures.statements import NOT_CHECKED, Statement
 
 
@@ -99,12 +99,12 @@ def statements_page(gallery: PaperFigures) -> str:
     return (
         "# Panfilov & Tsirkunov (2022), checked\n\n"
         f"{counts_text(gallery.statements)} {gallery.count:,} particles of each shape at each "
-        f"angle, {SPEED:g} m/s, seed {gallery.laws.seed}. A table holds the mixture, without "
+        f"angle, {SPEED:g} m/s, seed {gallery.statistics.seed}. A table holds the mixture, without "
         "collisions and rotational energies.\n\n## Statements\n\n"
         f"{_markdown_table(STATEMENT_HEAD, statement_rows(gallery.statements))}\n\n"
         f"Not checked:\n\n{unchecked}\n\n"
         "## Collisions in a rebound at normal impact, in per cent of the particles\n\n"
-        f"{_markdown_table(COLLISION_HEAD, collision_rows(gallery.laws))}\n\n"
+        f"{_markdown_table(COLLISION_HEAD, collision_rows(gallery.statistics))}\n\n"
         f"## Figures\n\n{figures}\n"
     )
 
@@ -113,13 +113,14 @@ def statements_json(gallery: PaperFigures) -> str:
     """JSON of the statements."""
     data = {
         "count": gallery.count,
-        "seed": gallery.laws.seed,
+        "seed": gallery.statistics.seed,
         "speed": SPEED,
         "judged": are_judged(gallery.statements),
         "statements": [statement.to_dict() for statement in gallery.statements],
         "not_checked": list(NOT_CHECKED),
         "collisions": [
-            dict(zip(COLLISION_HEAD, row, strict=True)) for row in collision_rows(gallery.laws)
+            dict(zip(COLLISION_HEAD, row, strict=True))
+            for row in collision_rows(gallery.statistics)
         ],
     }
     return json.dumps(data, indent=1, allow_nan=False) + "\n"

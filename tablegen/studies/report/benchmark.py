@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -77,10 +77,6 @@ class Benchmark:
     speed: float
     floor: dict[str, Estimate]
     runners: tuple[MethodResult, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and names, for JSON."""
-        return asdict(self)
 
 
 def make_case(

@@ -11,6 +11,7 @@ from tqdm import tqdm
 import sampler
 from sampler.files.locate import find_table
 from sampler.table import Table
+from tablegen.accuracy.metrics import Reference
 from tablegen.config import Config, parse_config
 from tablegen.studies.report.baselines import baseline_methods
 from tablegen.studies.report.benchmark import Benchmark, make_case, run_benchmark, steps
@@ -18,6 +19,7 @@ from tablegen.studies.report.budget import FULL, QUICK, Budget
 from tablegen.studies.report.direct_method import direct_methods
 from tablegen.studies.report.machine import machine
 from tablegen.studies.report.sample_size_convergence import Sample, sample_sizes
+from tablegen.studies.report.sampling_methods import BenchmarkCase, SamplingMethod
 from tablegen.studies.report.table_sizes import (
     design_condition,
     design_methods,
@@ -92,67 +94,61 @@ def conditions(table: Table, budget: Budget) -> list[tuple[float, float]]:
 
 
 class _Run:
-    """One run of all measurements."""
+    """One run of all measurements, with a step of the progress bar for each."""
 
     def __init__(
         self, name: str, beside: Sequence[str], budget: Budget, seed: int, bar: tqdm
     ) -> None:
         self.budget, self.seed, self.bar = budget, seed, bar
         self.table = whole_table(name)
-        self.tables = [table_method(name), *(other_table(other, self.table) for other in beside)]
         self.config: Config = parse_config(self.table.config, f"{name}: config")
-        self.baselines, self.left_out = baseline_methods()
-        self.places = conditions(self.table, budget)
-
-    def total(self) -> int:
-        """Count the steps of the progress bar."""
-        methods = len(direct_methods()) + len(self.tables) + len(self.baselines)
-        designs = len(design_methods(1))
-        return (
-            len(self.places) * (steps(methods, self.budget) + len(RESOLUTIONS) + len(TOLERANCES))
-            + steps(designs, self.budget)
-            + 2 * len(self.budget.sizes)
-        )
+        tables = [table_method(name), *(other_table(other, self.table) for other in beside)]
+        baselines, self.left_out = baseline_methods()
+        self.methods = [*direct_methods(), *tables, *baselines]
+        #: direct simulation as configured, and the table
+        self.main = (self.methods[0], tables[0])
+        self.designs = design_methods(budget.node_samples)
+        self.conditions = conditions(self.table, budget)
+        at_each = steps(len(self.methods), budget) + len(RESOLUTIONS) + len(TOLERANCES)
+        last = steps(len(self.designs), budget) + len(self.main) * len(budget.sizes)
+        bar.reset(len(self.conditions) * at_each + last)
 
     def settings(self) -> list[Setting]:
         """Numerics of the direct model at every condition."""
         found = []
-        for alpha_deg, speed in self.places:
+        for alpha_deg, speed in self.conditions:
             self.bar.set_description(f"numerics at {alpha_deg:g} deg", refresh=False)
-            points = curve(self.config, "mixture", alpha_deg, speed, self.budget.paths, self.seed)
-            for point in points:
+            paths = self.budget.paths
+            for point in curve(self.config, "mixture", alpha_deg, speed, paths, self.seed):
                 found.append(point)
                 self.bar.update()
         return found
 
-    def races(self) -> tuple[list[Benchmark], list[Sample]]:
-        """Every method at each condition; sample sizes at the last one."""
-        methods = [*direct_methods(), *self.tables, *self.baselines]
-        races: list[Benchmark] = []
-        for place, (alpha_deg, speed) in enumerate(self.places):
-            self.bar.set_description(f"methods at {alpha_deg:g} deg", refresh=False)
-            case, reference = make_case(
-                self.config, alpha_deg, speed, self.budget, self.seed, place
-            )
-            races.append(run_benchmark(methods, case, reference, self.budget, self.bar.update))
-        self.bar.set_description("sample sizes", refresh=False)
-        costs = {(r.family, r.name): r.nanoseconds for r in races[-1].runners}
-        chosen = (methods[0], methods[len(direct_methods())])
-        draws = [
-            (method.family, method.prepare(case).draw, costs[method.family, method.name])
-            for method in chosen
-        ]
-        return races, sample_sizes(draws, reference, self.budget, self.seed, self.bar.update)
+    def benchmark(
+        self, methods: Sequence[SamplingMethod], condition: tuple[float, float], number: int
+    ) -> tuple[Benchmark, BenchmarkCase, Reference]:
+        """Compare methods at a condition, whose number keeps its random numbers apart."""
+        case, reference = make_case(self.config, *condition, self.budget, self.seed, number)
+        made = run_benchmark(methods, case, reference, self.budget, self.bar.update)
+        return made, case, reference
 
-    def designs(self) -> Benchmark:
+    def benchmarks(self) -> tuple[list[Benchmark], list[Sample]]:
+        """Every method at each condition; sample sizes at the last one."""
+        made = []
+        for number, condition in enumerate(self.conditions):
+            self.bar.set_description(f"methods at {condition[0]:g} deg", refresh=False)
+            benchmark, case, reference = self.benchmark(self.methods, condition, number)
+            made.append(benchmark)
+        self.bar.set_description("sample sizes", refresh=False)
+        costs = {(r.family, r.name): r.nanoseconds for r in made[-1].runners}
+        draws = [(m.family, m.prepare(case).draw, costs[m.family, m.name]) for m in self.main]
+        return made, sample_sizes(draws, reference, self.budget, self.seed, self.bar.update)
+
+    def table_sizes(self) -> Benchmark:
         """Tables of many sizes."""
         self.bar.set_description("table designs", refresh=False)
-        alpha_deg, speed = design_condition(self.config)
-        case, reference = make_case(
-            self.config, alpha_deg, speed, self.budget, self.seed, len(self.places)
-        )
-        methods = design_methods(self.budget.node_samples)
-        return run_benchmark(methods, case, reference, self.budget, self.bar.update)
+        number = len(self.conditions)
+        return self.benchmark(self.designs, design_condition(self.config), number)[0]
 
 
 def measure_error_against_time(
@@ -191,10 +187,9 @@ def measure_error_against_time(
     path = find_table(name_or_path)
     with bar(progress, desc="methods") as counted:
         run = _Run(name_or_path, beside, budget, seed, counted)
-        counted.reset(run.total())
         settings = run.settings()
-        races, sizes = run.races()
-        designs = run.designs()
+        races, sizes = run.benchmarks()
+        designs = run.table_sizes()
     return ErrorAgainstTime(
         table=name_or_path,
         content_sha256=run.table.contents.content_sha256,

@@ -5,7 +5,7 @@ simulation falls on; that of a table falls as fast, sooner, until its own error 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from tablegen.accuracy.metrics import Reference
@@ -36,10 +36,6 @@ class Sample:
     count: int
     seconds: float
     errors: dict[str, Estimate]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and names, for JSON."""
-        return asdict(self)
 
 
 def sample_sizes(

@@ -8,7 +8,8 @@ import pytest
 from reference_draw import key_words
 from scipy.spatial.transform import Rotation
 
-from sampler.drawing import frames, kernel
+from sampler import errors
+from sampler.drawing import frames
 
 pytestmark = pytest.mark.processor
 
@@ -220,17 +221,17 @@ GOOD = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
 @pytest.mark.parametrize(
     ("place", "value", "code"),
     [
-        (0, (np.nan, -1.0, 0.0), kernel.NOT_FINITE),
-        (1, (0.0, np.inf, 0.0), kernel.NOT_FINITE),
-        (2, np.nan, kernel.NOT_FINITE),
-        (3, (0.0, 0.0, np.nan), kernel.NOT_FINITE),
-        (0, (1e200, -1e200, 0.0), kernel.NOT_FINITE),
-        (1, (0.0, 0.0, 0.0), kernel.NORMAL_NOT_USABLE),
-        (2, 0.0, kernel.HALF_SIZE_NOT_POSITIVE),
-        (2, -1.0, kernel.HALF_SIZE_NOT_POSITIVE),
-        (0, (0.0, 0.0, 0.0), kernel.SPEED_NOT_POSITIVE),
-        (0, (60.0, 80.0, 0.0), kernel.NOT_APPROACHING),
-        (0, (60.0, 0.0, 0.0), kernel.NOT_APPROACHING),
+        (0, (np.nan, -1.0, 0.0), errors.NOT_FINITE),
+        (1, (0.0, np.inf, 0.0), errors.NOT_FINITE),
+        (2, np.nan, errors.NOT_FINITE),
+        (3, (0.0, 0.0, np.nan), errors.NOT_FINITE),
+        (0, (1e200, -1e200, 0.0), errors.NOT_FINITE),
+        (1, (0.0, 0.0, 0.0), errors.NORMAL_NOT_USABLE),
+        (2, 0.0, errors.HALF_SIZE_NOT_POSITIVE),
+        (2, -1.0, errors.HALF_SIZE_NOT_POSITIVE),
+        (0, (0.0, 0.0, 0.0), errors.SPEED_NOT_POSITIVE),
+        (0, (60.0, 80.0, 0.0), errors.NOT_APPROACHING),
+        (0, (60.0, 0.0, 0.0), errors.NOT_APPROACHING),
     ],
 )
 def test_refused_impacts_write_nothing(table, place, value, code):

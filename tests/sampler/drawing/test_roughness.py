@@ -13,7 +13,6 @@ from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing import frames, kernel
 from sampler.drawing.frames import rebound
 from sampler.drawing.roughness import (
-    CASCADE_NOT_ENDED,
     MAX_ROUGHNESS,
     MAX_TRIALS,
     TILT_BLOCK,
@@ -368,4 +367,4 @@ def test_kernel_inside_compiled_code(shipped):
     assert rough_rebound(*arguments) == kernel.OK
     v, omega = shipped.rebound([90.0, -90.0, 0.0], UP, 1e-5, seed=1, index=2, hit=3, roughness=0.1)
     np.testing.assert_array_equal(out, [*v, *omega])
-    assert CASCADE_NOT_ENDED < 0
+    assert sampler.CASCADE_NOT_ENDED < 0

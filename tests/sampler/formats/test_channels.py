@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
+from sampler.drawing.states import channels_to_state
 
 from sampler import InputError
 from sampler.compilation.jit import kernel
-from sampler.drawing.states import channels_to_state
 from sampler.formats.channels import CHANNELS, STATE, channels_for, to_channels
 
 # called from Python here

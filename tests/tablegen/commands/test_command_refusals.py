@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from command_line import SIMULATE, config_file, flags
-from tiny_tables import GENERATE, PLAN, ROUGH
+from tiny_tables import GENERATE, REFINE, ROUGH
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 
@@ -75,7 +75,7 @@ def test_not_enough_memory_is_one_line(refused, tmp_path, monkeypatch):
 def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, words, flag):
     for module, work in ((SIMULATION, "simulate_condition"), (VALIDATION, "validate")):
         monkeypatch.setattr(module, work, None)
-    monkeypatch.setattr(PLAN, "fit_node", None)
+    monkeypatch.setattr(REFINE, "fit_node", None)
     for path, reason in (
         (tmp_path / "none" / "f", "a folder that exists"),
         (tmp_path, "a file name"),
@@ -97,7 +97,7 @@ class TestGenerate:
         ],
     )
     def test_field_and_value(self, refused, tmp_path, monkeypatch, old, new, named):
-        monkeypatch.setattr(PLAN, "fit_node", None)
+        monkeypatch.setattr(REFINE, "fit_node", None)
         assert old in ROUGH.text
         path = tmp_path / "my.toml"
         path.write_text(ROUGH.text.replace(old, new), errors="surrogateescape")

@@ -21,7 +21,7 @@ from command_line import (
     flags,
 )
 from corrupt_tables import declaring, independent_channels, lopsided
-from tiny_tables import GENERATE, PLAN, TINY
+from tiny_tables import GENERATE, REFINE, TINY
 
 import sampler
 from sampler.formats.hdf5 import write_table
@@ -167,7 +167,7 @@ class TestGenerate:
             assert ended.err.startswith("tablegen: interrupted: the same command with --resume ")
             assert ended.err.endswith(f" {output}.parts\n")
         assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5.parts"]
-        monkeypatch.setattr(PLAN, "fit_node", None)  # all four are there already
+        monkeypatch.setattr(REFINE, "fit_node", None)  # all four are there already
         assert run(*words, "--resume").status == DONE
         assert output.read_bytes() == whole
         assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5"]

@@ -5,14 +5,14 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from tiny_tables import PLAN, ROUGH
+from tiny_tables import REFINE, ROUGH
 
 from tablegen.config import Config
 from tablegen.configuration.metric_table import METRICS
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.refinement.interpolation_error import interpolation_errors
 from tablegen.refinement.intervals import Grid
-from tablegen.refinement.refine import make_plan
+from tablegen.refinement.refine import refine_grid
 from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.runner import TaskRunner
 
@@ -46,7 +46,7 @@ def errors(monkeypatch):
         auc = np.array(0.5 + mixture_error(nodes[0].mean.shape[0]))
         return found | {"ks": np.array([error]), "auc": auc, "seconds": np.zeros(3)}
 
-    monkeypatch.setattr(PLAN, "interpolation_errors", trial)
+    monkeypatch.setattr(REFINE, "interpolation_errors", trial)
 
 
 class TestResolution:
@@ -66,49 +66,49 @@ class TestLaw:
     """The mixture may use up 0.66 of the 0.4 that the AUC is allowed above 0.5."""
 
     def test_smallest_mixture_that_leaves_room_is_chosen(self):
-        plan = make_plan(open_config(), TaskRunner())
-        assert plan.size.components == next(k for k in LADDER if mixture_error(k) <= 0.66 * 0.4)
-        assert LADDER[0] < plan.size.components < LADDER[-1]
+        refined = refine_grid(open_config(), TaskRunner())
+        assert refined.size.components == next(k for k in LADDER if mixture_error(k) <= 0.66 * 0.4)
+        assert LADDER[0] < refined.size.components < LADDER[-1]
 
     def test_nodes_are_placed_by_the_error(self):
-        plan = make_plan(open_config(components=200), TaskRunner())
-        steps = np.diff(plan.placement.grid.alpha_deg)
+        refined = refine_grid(open_config(components=200), TaskRunner())
+        steps = np.diff(refined.placement.grid.alpha_deg)
         # ten degrees would be wrong by 5, five by 1.25, two and a half by 0.3
-        assert plan.placement.reached
+        assert refined.placement.reached
         assert 2.0 < steps.min() <= steps.max() < 4.2
-        assert len(plan.nodes) == len(plan.placement.grid.alpha_deg) * len(
-            plan.placement.grid.speed
-        )
+        assert len(refined.nodes) == np.prod([len(axis) for axis in refined.placement.grid])
 
     def test_named_nodes_are_not_tried(self, monkeypatch):
-        monkeypatch.setattr(PLAN, "interpolation_errors", None)
+        monkeypatch.setattr(REFINE, "interpolation_errors", None)
         nodes = {"alpha_nodes_deg": (35.0, 45.0), "speed_nodes": (60.0, 300.0)}
-        plan = make_plan(open_config(components=4, **nodes), TaskRunner())
-        assert plan.placement.grid == Grid((35.0, 45.0), (60.0, 300.0))
+        refined = refine_grid(open_config(components=4, **nodes), TaskRunner())
+        assert refined.placement.grid == Grid((35.0, 45.0), (60.0, 300.0))
 
     def test_one_named_axis_is_left_alone(self):
-        plan = make_plan(open_config(components=200, alpha_nodes_deg=(35.0, 45.0)), TaskRunner())
-        assert plan.placement.grid.alpha_deg == (35.0, 45.0)
-        assert not plan.placement.reached
+        refined = refine_grid(
+            open_config(components=200, alpha_nodes_deg=(35.0, 45.0)), TaskRunner()
+        )
+        assert refined.placement.grid.alpha_deg == (35.0, 45.0)
+        assert not refined.placement.reached
 
 
 class TestSimulated:
     def test_same_plan_on_any_number_of_workers_and_when_resumed(self, tmp_path):
         config = open_config(components=8).with_changes({"domain": {"speed": [150.0, 150.0]}})
-        plans = []
+        made = []
         for workers in (1, 3):
             with ThreadPoolExecutor(workers) as pool:
-                plans.append(make_plan(config, TaskRunner(executor=pool)))
+                made.append(refine_grid(config, TaskRunner(executor=pool)))
         store = CheckpointStore(tmp_path / "t.h5", "fingerprint", resume=False)
-        make_plan(config, TaskRunner(store))
+        refine_grid(config, TaskRunner(store))
         pieces = sorted(store.folder.glob("piece-*.npz"))
         for piece in pieces[::2]:
             piece.unlink()
-        plans.append(make_plan(config, TaskRunner(store)))
-        first = plans[0]
-        for plan in plans[1:]:
-            assert plan.placement == first.placement
-            assert plan.size == first.size
-            for a, b in zip(plan.nodes, first.nodes, strict=True):
+        made.append(refine_grid(config, TaskRunner(store)))
+        first = made[0]
+        for refined in made[1:]:
+            assert refined.placement == first.placement
+            assert refined.size == first.size
+            for a, b in zip(refined.nodes, first.nodes, strict=True):
                 for x, y in zip(a, b, strict=True):
                     np.testing.assert_array_equal(x, y)
