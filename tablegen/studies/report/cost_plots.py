@@ -38,7 +38,7 @@ _VARIED = {
     "knots": "vine copula",
 }
 
-#: Points with errors, by name, with the family whose look they have.
+#: What has ``errors`` by metric, by name, with the family whose look it has.
 _Groups = Mapping[str, tuple[str, Sequence[Any]]]
 
 
@@ -79,32 +79,14 @@ def _error_button(
     )
 
 
-def error_plot(
+def _error_plot(
     groups: _Groups,
     costs: Mapping[str, Cost],
     first: tuple[str, str],
     hover: Callable[[Any], str],
     floor: Mapping[str, BatchMean] | None = None,
 ) -> go.Figure:
-    """Errors against costs, as points with bars.
-
-    Parameters
-    ----------
-    groups : dict from name to (family whose look it has, points)
-        Points have ``errors``, a dict from metric to BatchMean.
-    costs : dict from name to Cost
-    first : (str, str)
-        Metric and cost that are shown first.
-    hover : callable
-        Words for a point.
-    floor : dict from metric to BatchMean, optional
-        Noise floor.
-
-    Returns
-    -------
-    plotly Figure
-        Menus choose the error and what it is drawn against.
-    """
+    """Errors as points with bars; menus choose metric and cost, of which `first` come first."""
     figure = go.Figure()
     for name, (family, items) in groups.items():
         look = LOOKS[family]
@@ -140,7 +122,7 @@ def methods_plot(race: Benchmark) -> go.Figure:
         if (found := [r for r in race.runners if r.family == family])
     }
     first = ("sliced_wasserstein", "run time")
-    return error_plot(groups, _COSTS, first, lambda r: f"{r.family}: {r.name}", race.floor)
+    return _error_plot(groups, _COSTS, first, lambda r: f"{r.family}: {r.name}", race.floor)
 
 
 def table_sizes_plot(race: Benchmark) -> go.Figure:
@@ -149,7 +131,7 @@ def table_sizes_plot(race: Benchmark) -> go.Figure:
         name: (family, [r for r in race.runners if r.settings["varied"] == name])
         for name, family in _VARIED.items()
     }
-    return error_plot(groups, _COSTS, ("auc", "bytes"), lambda r: r.name, race.floor)
+    return _error_plot(groups, _COSTS, ("auc", "bytes"), lambda r: r.name, race.floor)
 
 
 def sample_sizes_plot(samples: Sequence[Sample]) -> go.Figure:
@@ -157,7 +139,7 @@ def sample_sizes_plot(samples: Sequence[Sample]) -> go.Figure:
     families = dict.fromkeys(sample.family for sample in samples)
     groups = {name: (name, [s for s in samples if s.family == name]) for name in families}
     first = ("ks", "run time")
-    return error_plot(groups, _SAMPLE, first, lambda s: f"{s.family}, {s.count:,} states")
+    return _error_plot(groups, _SAMPLE, first, lambda s: f"{s.family}, {s.count:,} states")
 
 
 def numerics_plot(settings: Sequence[Setting]) -> go.Figure:
