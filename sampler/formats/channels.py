@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
-from sampler.formats.variables import COMPONENTS as COMPONENTS
 from sampler.formats.variables import STATE
+from sampler.formats.variables import VARIABLES as VARIABLES
 
 #: Channels; a table holds some of them.
 CHANNELS = ("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y", "energy_hat", "collisions")
@@ -51,9 +51,9 @@ _NEEDS = {
 }
 
 
-def channels_for(components: Iterable[str]) -> tuple[str, ...]:
-    """Channels from which components of a state are made, in the order `CHANNELS`."""
-    needed = {channel for component in components for channel in _NEEDS[component]}
+def channels_for(variables: Iterable[str]) -> tuple[str, ...]:
+    """Channels from which variables of a state are made, in the order `CHANNELS`."""
+    needed = {channel for variable in variables for channel in _NEEDS[variable]}
     return tuple(channel for channel in CHANNELS if channel in needed)
 
 
