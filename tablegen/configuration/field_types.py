@@ -10,7 +10,7 @@ from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from sampler.formats.variables import COMPONENTS
+from sampler.formats.channels import COMPONENTS
 
 Item = TypeVar("Item")
 
