@@ -8,7 +8,7 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE, note
 from sampler.errors import InputError
-from sampler.formats.variables import VARIABLES
+from sampler.formats.channels import VARIABLES
 
 if TYPE_CHECKING:
     from tablegen.config import Config

@@ -10,7 +10,7 @@ from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from sampler.formats.variables import VARIABLES
+from sampler.formats.channels import VARIABLES
 
 Item = TypeVar("Item")
 
