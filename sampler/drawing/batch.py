@@ -5,31 +5,22 @@ from `sampler.drawing.kernel.draw`, which does the same arithmetic one draw at a
 """
 
 import numpy as np
+from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.block import BLOCK, blocks_of, draw_block
+from sampler.drawing.block import BLOCK, MOST_WORDS, N_VALUES, item, state_drawer, word_filler
+from sampler.drawing.intrinsics import local_array
 from sampler.drawing.kernel import status_of
 from sampler.errors import CLAMPED, OK
 
-local_block = blocks_of(BLOCK)
+local_words = local_array(types.uint32, MOST_WORDS * BLOCK)
+local_conditions = local_array(types.float64, BLOCK)
+local_states = local_array(types.float64, N_VALUES * BLOCK)
+fill_words, draw_states = word_filler(BLOCK), state_drawer(BLOCK)
 
 
 @no_refcount_inline_kernel
-def item(values, k):
-    """Element k of an array, or the only element of an array of one."""
-    return values[np.uint64(k)] if values.size > 1 else values[0]
-
-
-@no_refcount_inline_kernel
-def fill_keys(block, index, hit, first, count):
-    """Copy the keys of a block from row `first` on; one that is not full repeats its last draw."""
-    for r in range(BLOCK):
-        k = first + min(r, count - 1)
-        block.index[np.uint64(r)], block.hit[np.uint64(r)] = item(index, k), item(hit, k)
-
-
-@no_refcount_inline_kernel
-def fill_conditions(arrays, block, alpha1, speed, first, count):
+def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
     """Copy the conditions of a block; whether all of them lie within the table.
 
     Without branches; NaN is not within.
@@ -40,7 +31,7 @@ def fill_conditions(arrays, block, alpha1, speed, first, count):
     for r in range(BLOCK):
         k = first + min(r, count - 1)
         angle, velocity = item(alpha1, k), item(speed, k)
-        block.alpha1[np.uint64(r)], block.speed[np.uint64(r)] = angle, velocity
+        angles[np.uint64(r)], velocities[np.uint64(r)] = angle, velocity
         inside = (angle >= low) & (angle <= high) & (velocity >= least) & (velocity <= most)
         outside += np.int64(not inside)
     return outside == 0
@@ -66,23 +57,24 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
         First row with an error (-1: none) and its code; first clamped row (-1: none) and the
         number of clamped rows before the error.
     """
-    block = local_block()
+    words, drawn = local_words(), local_states()
+    angles, velocities = local_conditions(), local_conditions()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        if not fill_conditions(arrays, block, alpha1, speed, first, count):
+        if not fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
             for r in range(count):
-                status = status_of(arrays, block.alpha1[np.uint64(r)], block.speed[np.uint64(r)])
+                status = status_of(arrays, angles[np.uint64(r)], velocities[np.uint64(r)])
                 if status < OK:
                     return first + r, status, first_clamped, clamped
                 if status == CLAMPED:
                     clamped += 1
                     first_clamped = first + r if first_clamped < 0 else first_clamped
-        fill_keys(block, index, hit, first, count)
-        draw_block(arrays, seed, block)
+        fill_words(len(arrays.channels), seed, index, hit, first, count, words)
+        draw_states(arrays, words, angles, velocities, drawn)
         for r in range(count):
             for column in range(len(arrays.columns)):
                 component = np.uint64(arrays.columns[column] * BLOCK + r)
-                states[np.uint64(first + r), np.uint64(column)] = block.state[component]
+                states[np.uint64(first + r), np.uint64(column)] = drawn[component]
     return -1, OK, first_clamped, clamped

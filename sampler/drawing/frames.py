@@ -11,8 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.batch import fill_keys, item, local_block
-from sampler.drawing.block import BLOCK, draw_block
+from sampler.drawing.batch import (
+    draw_states,
+    fill_words,
+    local_conditions,
+    local_states,
+    local_words,
+)
+from sampler.drawing.block import BLOCK, item
 from sampler.drawing.kernel import draw, status_of
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
@@ -199,7 +205,8 @@ def rebound_batch(
     Arrays have n rows or one; `results` has shape (n, 6): velocity and angular velocity.
     Returns the same four numbers as `sampler.drawing.batch.draw_batch`.
     """
-    block = local_block()
+    words, drawn = local_words(), local_states()
+    angles, velocities = local_conditions(), local_conditions()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
@@ -215,13 +222,13 @@ def rebound_batch(
             if status == CLAMPED and r < count:
                 clamped += 1
                 first_clamped = k if first_clamped < 0 else first_clamped
-            block.alpha1[np.uint64(r)], block.speed[np.uint64(r)] = alpha1, speed
-        fill_keys(block, index, hit, first, count)
-        draw_block(arrays, seed, block)
+            angles[np.uint64(r)], velocities[np.uint64(r)] = alpha1, speed
+        fill_words(len(arrays.channels), seed, index, hit, first, count, words)
+        draw_states(arrays, words, angles, velocities, drawn)
         for r in range(count):
             k = first + r
             for variable in range(6):
-                results[k, variable] = block.state[np.uint64(variable * BLOCK + r)]
+                results[k, variable] = drawn[np.uint64(variable * BLOCK + r)]
             given = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
             _to_lab(*given, vector(wall_velocity, k), *keys, results[k])

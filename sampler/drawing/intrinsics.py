@@ -29,56 +29,49 @@ _WORD = ir.IntType(32)
 _LINE = 64
 
 
-def local_arrays(record: type[tuple[Any, ...]], kinds: dict[str, tuple[types.Type, int]]) -> Any:
-    """Make a kernel function that returns a record of arrays on the caller's stack, all zeros.
+def local_array(dtype: types.Type, length: int) -> Callable[[], Any]:
+    """Make a kernel function that returns an uninitialised array on the caller's stack.
 
-    Such arrays cost nothing to make and end with the function that made them: they must not be
-    returned. Functions that make them must be inlined into, or be, the function that uses them.
+    Such an array costs nothing to make and ends with the function that made it: it must not be
+    returned. Functions that make one must be inlined into, or be, the function that uses it.
 
     Parameters
     ----------
-    record : named tuple
-    kinds : dict of str to (numba type, int)
-        Type and number of the elements of the array in each field.
+    dtype : numba type
+    length : int
 
     Returns
     -------
     callable
-        Without arguments; gives the record.
+        Without arguments; gives an array of shape (length,).
     """
-    arrays = [types.Array(dtype, 1, "C") for dtype, _ in kinds.values()]
+    array_type = types.Array(dtype, 1, "C")
 
     @_operation
     def make(typingctx):
         def emit(context, builder, sig, args):
-            made = [_local_array(context, builder, *kind) for kind in kinds.values()]
-            return context.make_tuple(builder, sig.return_type, made)
+            element = context.get_data_type(dtype)
+            room = ir.ArrayType(element, length)
+            with builder.goto_entry_block():
+                place = builder.alloca(room)
+                # rows that a table lacks are read as well, and must be finite
+                builder.store(room(None), place)
+            place.align = _LINE
+            count = context.get_constant(types.intp, length)
+            size = context.get_constant(types.intp, context.get_abi_sizeof(element))
+            one = ir.ArrayType(count.type, 1)
+            array = _array(context, builder, array_type)
+            array.data = builder.bitcast(place, element.as_pointer())
+            array.shape, array.strides = ir.Constant(one, [count]), ir.Constant(one, [size])
+            array.nitems, array.itemsize = count, size
+            # nobody owns it
+            array.meminfo = context.get_value_type(types.MemInfoPointer(types.voidptr))(None)
+            array.parent = context.get_value_type(types.pyobject)(None)
+            return array._getvalue()
 
-        return types.NamedTuple(arrays, record)(), emit
+        return array_type(), emit
 
     return make
-
-
-def _local_array(context, builder, dtype, length):
-    """Array of zeros on the stack."""
-    element = context.get_data_type(dtype)
-    room = ir.ArrayType(element, length)
-    with builder.goto_entry_block():
-        place = builder.alloca(room)
-        # rows that a table lacks are read as well, and must be finite
-        builder.store(room(None), place)
-    place.align = _LINE
-    count = context.get_constant(types.intp, length)
-    size = context.get_constant(types.intp, context.get_abi_sizeof(element))
-    one = ir.ArrayType(count.type, 1)
-    array = _array(context, builder, types.Array(dtype, 1, "C"))
-    array.data = builder.bitcast(place, element.as_pointer())
-    array.shape, array.strides = ir.Constant(one, [count]), ir.Constant(one, [size])
-    array.nitems, array.itemsize = count, size
-    # nobody owns it
-    array.meminfo = context.get_value_type(types.MemInfoPointer(types.voidptr))(None)
-    array.parent = context.get_value_type(types.pyobject)(None)
-    return array._getvalue()
 
 
 @_operation

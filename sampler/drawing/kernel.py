@@ -24,15 +24,21 @@ ICDM workshops (2011) for mixture copulas; Salmon et al., SC'11 for the random w
 import math
 
 import numpy as np
+from numba import types
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.block import N_VALUES, blocks_of, draw_block
+from sampler.drawing.block import MOST_WORDS, N_VALUES, state_drawer, word_filler
+from sampler.drawing.intrinsics import local_array
 from sampler.errors import CLAMPED, NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
 from sampler.formats.table_arrays import ROUNDING
 
 _HALF_PI = 0.5 * math.pi
 
-_one_draw = blocks_of(1)
+_local_index, _local_hit = local_array(types.uint64, 1), local_array(types.uint32, 1)
+_local_words = local_array(types.uint32, MOST_WORDS)
+_local_condition = local_array(types.float64, 1)
+_local_state = local_array(types.float64, N_VALUES)
+_fill_words, draw_one = word_filler(1), state_drawer(1)
 
 
 @inline_kernel
@@ -100,10 +106,12 @@ def draw(arrays, alpha1, speed, seed, index, hit, state):
     status = status_of(arrays, alpha1, speed)
     if status < OK:
         return status
-    block = _one_draw()
-    block.alpha1[0], block.speed[0] = alpha1, speed
-    block.index[0], block.hit[0] = np.uint64(index), np.uint32(hit)
-    draw_block(arrays, seed, block)
+    indices, hits, words = _local_index(), _local_hit(), _local_words()
+    angles, speeds, values = _local_condition(), _local_condition(), _local_state()
+    indices[0], hits[0] = np.uint64(index), np.uint32(hit)
+    angles[0], speeds[0] = alpha1, speed
+    _fill_words(len(arrays.channels), seed, indices, hits, 0, 1, words)
+    draw_one(arrays, words, angles, speeds, values)
     for k in range(min(state.size, N_VALUES)):
-        state[k] = block.state[k]
+        state[k] = values[k]
     return status

@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
-from sampler.drawing.batch import item
+from sampler.drawing.block import item
 from sampler.drawing.frames import (
     AZIMUTH_BLOCK,
     NORMAL_IMPACT,

@@ -68,7 +68,7 @@ def choose_component(column, fraction, entry):
 
 
 @no_refcount_inline_kernel
-def channels_to_state(values):
+def channels_to_state(values, width):
     """Turn channels into the variables of a state, in place; those left out are 0 before and after.
 
     Parameters
@@ -76,8 +76,8 @@ def channels_to_state(values):
     values : float64 array, shape (8 * width,)
         Number k of draw r at k * width + r: on entry channels in the order of
         `sampler.formats.channels.CHANNELS`, on return variables in that of `COMPONENTS`.
+    width : int
     """
-    width = values.size // 8
     for r in range(width):
         v, u_hat = values[np.uint64(r)], values[np.uint64(width + r)]
         omega_z, w_hat = values[np.uint64(2 * width + r)], values[np.uint64(3 * width + r)]

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report.benchmark import Benchmark
-from tablegen.studies.report.method_errors import Estimate
+from tablegen.studies.report.method_errors import BatchMean
 from tablegen.studies.report.method_styles import LOOKS
 from tablegen.studies.report.plot_style import FAINT, INK, button, log_axis, menu, press
 from tablegen.studies.report.sample_size_convergence import Sample
@@ -41,7 +41,7 @@ _VARIED = {
 _Groups = Mapping[str, tuple[str, Sequence[Any]]]
 
 
-def _bars(estimates: Sequence[Estimate]) -> dict[str, Any]:
+def _bars(estimates: Sequence[BatchMean]) -> dict[str, Any]:
     """Confidence intervals as error bars."""
     return {
         "symmetric": False,
@@ -52,7 +52,7 @@ def _bars(estimates: Sequence[Estimate]) -> dict[str, Any]:
     }
 
 
-def _noise(floor: Estimate) -> list[dict[str, Any]]:
+def _noise(floor: BatchMean) -> list[dict[str, Any]]:
     """Band and line at what direct simulation leaves against itself."""
     common = {"xref": "paper", "x0": 0, "x1": 1, "layer": "below"}
     band = {"y0": floor.low, "y1": floor.high, "fillcolor": FAINT, "line": {"width": 0}}
@@ -61,7 +61,7 @@ def _noise(floor: Estimate) -> list[dict[str, Any]]:
 
 
 def _error_button(
-    groups: _Groups, metric: str, floor: Mapping[str, Estimate] | None
+    groups: _Groups, metric: str, floor: Mapping[str, BatchMean] | None
 ) -> dict[str, Any]:
     """Entry that shows a metric; logarithmic if equal laws have none of it."""
     errors = [[item.errors[metric] for item in items] for _, items in groups.values()]
@@ -83,7 +83,7 @@ def _error_plot(
     costs: Mapping[str, Cost],
     first: tuple[str, str],
     hover: Callable[[Any], str],
-    floor: Mapping[str, Estimate] | None = None,
+    floor: Mapping[str, BatchMean] | None = None,
 ) -> go.Figure:
     """Errors as points with bars; menus choose metric and cost, of which `first` come first."""
     figure = go.Figure()

@@ -79,14 +79,6 @@ def data_address(picture: Picture) -> str:
 def report_page(report: ReportData) -> str:
     """Self-contained HTML of a report.
 
-    Parameters
-    ----------
-    report : ReportData
-
-    Returns
-    -------
-    str
-
     Raises
     ------
     InputError

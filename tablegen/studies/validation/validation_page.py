@@ -8,16 +8,7 @@ from tablegen.validate import Validation
 
 
 def validation_page(validation: Validation) -> str:
-    """Self-contained HTML of a validation.
-
-    Parameters
-    ----------
-    validation : Validation
-
-    Returns
-    -------
-    str
-    """
+    """Self-contained HTML of a validation."""
     missed, undecided = validation.missed, validation.undecided
     return render_page(
         "validation",

@@ -26,7 +26,7 @@ from tiny_tables import GENERATE, REFINE, TINY
 import sampler
 from sampler.formats.hdf5 import write_table
 from tablegen.config import load_config
-from tablegen.model.shapes import SHAPE_CODES
+from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
