@@ -10,8 +10,9 @@ from scipy.stats import kstest
 
 import sampler
 from sampler.compilation.jit import no_refcount_kernel
-from sampler.drawing import frames, kernel
+from sampler.drawing import frames
 from sampler.drawing.frames import rebound
+from sampler.drawing.philox import philox_block
 from sampler.drawing.roughness import (
     MAX_ROUGHNESS,
     MAX_TRIALS,
@@ -154,7 +155,7 @@ def test_few_trials_are_needed():
 
 def test_trials_have_blocks_of_their_own():
     """The first tilt comes from block 3 of the keys: draw and azimuth have blocks 0 to 2."""
-    words = [np.uint32(w) for w in no_refcount_kernel(kernel.philox_block)(5, 6, 7, TILT_BLOCK)]
+    words = [np.uint32(w) for w in no_refcount_kernel(philox_block)(5, 6, 7, TILT_BLOCK)]
     accepted, tilt = tilt_from_words(0.6, 0.1, *words)
     assert accepted
     assert draw_tilt(0.6, 0.1, 5, 6, 7) == (True, tilt)
@@ -169,7 +170,7 @@ def test_facet_is_tilted_in_the_plane_of_incidence():
         e_y /= np.linalg.norm(e_y)
         velocity *= -np.sign(velocity @ e_y)
         tilt = rng.uniform(-0.5, 0.5)
-        normal = np.array(facet_normal(tuple(velocity), tuple(e_y), 0.0, tilt))
+        normal = np.array(facet_normal(tuple(velocity), tuple(e_y), tilt, 0, 0, 0))
         assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-14)
         assert abs(np.cross(velocity, e_y) @ normal) < 1e-13 * np.linalg.norm(velocity)
         # The facet meets the path at alpha + tilt.
@@ -198,10 +199,11 @@ def test_a_single_bounce_is_the_smooth_rebound_from_the_facet(shipped):
     compared = 0
     for index in range(50):
         status, bounces, out = _rough(shipped, velocity, UP, 0.1, (3, index, 2))
-        assert status == kernel.OK
+        assert status == sampler.OK
         if bounces == 1:
             angle = math.atan2(100.0, math.hypot(100.0, 30.0))
-            facet = facet_normal(velocity, UP, 0.0, draw_tilt(angle, 0.1, 3, index, 2)[1])
+            tilt = draw_tilt(angle, 0.1, 3, index, 2)[1]
+            facet = facet_normal(velocity, UP, tilt, 3, index, 2)
             smooth = np.empty(6)
             rebound(shipped.arrays, velocity, facet, 1e-5, AT_REST, 3, index, 2, smooth)
             np.testing.assert_array_equal(out, smooth)
@@ -221,7 +223,8 @@ def test_further_bounces_have_numbers_of_their_own(shipped):
             for k in range(2):
                 key = np.uint64(bounce_seed(3, k))
                 angle = frames.impact_angle(before, UP)[0]
-                facet = facet_normal(before, UP, 0.0, draw_tilt(angle, 0.5, key, index, 0)[1])
+                tilt = draw_tilt(angle, 0.5, key, index, 0)[1]
+                facet = facet_normal(before, UP, tilt, key, index, 0)
                 step = np.empty(6)
                 rebound(shipped.arrays, before, facet, 1e-5, AT_REST, key, index, 0, step)
                 before = tuple(step[:3])
@@ -364,7 +367,7 @@ def test_facets_outside_of_the_table_are_counted_or_refused():
 def test_kernel_inside_compiled_code(shipped):
     out = np.empty(6)
     arguments = (shipped.arrays, (90.0, -90.0, 0.0), UP, 1e-5, AT_REST, 0.1, 1, 2, 3, out)
-    assert rough_rebound(*arguments) == kernel.OK
+    assert rough_rebound(*arguments) == sampler.OK
     v, omega = shipped.rebound([90.0, -90.0, 0.0], UP, 1e-5, seed=1, index=2, hit=3, roughness=0.1)
     np.testing.assert_array_equal(out, [*v, *omega])
     assert sampler.CASCADE_NOT_ENDED < 0
