@@ -25,16 +25,14 @@ from sampler.errors import InputError
 from sampler.files.locate import find_config, find_file
 from sampler.formats.channels import COMPONENTS, STATE
 from tablegen.configuration.field_types import (
-    MISSING,
     AngleRange,
     ComponentNames,
+    Increasing,
     Name,
-    Nodes,
     Record,
     SpeedRange,
-    refusal,
 )
-from tablegen.configuration.messages import complaint
+from tablegen.configuration.messages import MISSING, complaint, refusal
 from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.configuration.scenes import Tree, merged
 from tablegen.materials.pairs import MaterialPair
@@ -44,8 +42,8 @@ from tablegen.particles.population import Population
 
 def _odd(value: int | None) -> int | None:
     """Refuse an even number of knots: the median would fall between two."""
-    if value is not None and (value < 17 or value % 2 == 0):
-        raise refusal("an odd whole number, at least 17")
+    if value is not None and value % 2 == 0:
+        raise ValueError("an odd number")
     return value
 
 
@@ -70,11 +68,8 @@ class Domain(Record):
     def _plane(self) -> Self:
         extra = [name for name in self.columns if self.dimension == 2 and name in _OUT_OF_PLANE]
         if extra:
-            raise refusal(
-                f"without {', '.join(extra)} in a plane flow (dimension = 2)",
-                given=self.components,
-                field="components",
-            )
+            allowed = f"without {', '.join(extra)} in a plane flow (dimension = 2)"
+            raise refusal("components", self.components, allowed)
         return self
 
     @property
@@ -99,11 +94,11 @@ class TableSettings(Record):
 
     seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = 1
     samples_per_node: Annotated[int | None, Field(ge=100, le=10**9)] = None
-    alpha_nodes_deg: Nodes | None = None
-    speed_nodes: Nodes | None = None
+    alpha_nodes_deg: Increasing[float] | None = None
+    speed_nodes: Increasing[float] | None = None
     #: Components of the mixture that carries the dependence.
     components: Annotated[int | None, Field(ge=1, le=4096)] = None
-    quantile_knots: Annotated[int | None, AfterValidator(_odd)] = None
+    quantile_knots: Annotated[int | None, Field(ge=17), AfterValidator(_odd)] = None
     #: Make the law exactly symmetric about the impact plane.
     mirror: bool = False
 
@@ -149,11 +144,8 @@ class Config(Record):
     @model_validator(mode="after")
     def _aspect_where_needed(self) -> Self:
         if self.population.lacks_aspect:
-            raise refusal(
-                "a law of the aspect ratios, which all shapes but spheres and meshes need",
-                given=MISSING,
-                field="population.aspect",
-            )
+            allowed = "a law of the aspect ratios, which all shapes but spheres and meshes need"
+            raise refusal("population.aspect", MISSING, allowed)
         return self
 
     @model_validator(mode="after")
@@ -162,34 +154,29 @@ class Config(Record):
         if self.domain.extrapolate:
             return self
         if valid is None:
-            raise refusal(
-                "true, because the restitution law states no validity range (valid_speed)",
-                given=False,
-                field="domain.extrapolate",
-            )
+            allowed = "true, because the restitution law states no validity range (valid_speed)"
+            raise refusal("domain.extrapolate", False, allowed)
         low, high = valid
         if not low <= first <= last <= high:
-            raise refusal(
+            allowed = (
                 f"inside the restitution law's validity range [{low:g}, {high:g}] m/s, "
-                "or set domain.extrapolate = true",
-                given=self.domain.speed,
-                field="domain.speed",
+                "or set domain.extrapolate = true"
             )
+            raise refusal("domain.speed", self.domain.speed, allowed)
         return self
 
     @model_validator(mode="after")
     def _nodes_span_domain(self) -> Self:
-        for field, nodes, ends in (
-            ("alpha_nodes_deg", self.table.alpha_nodes_deg, self.domain.alpha_deg),
-            ("speed_nodes", self.table.speed_nodes, self.domain.speed),
+        for field, nodes, source, ends in (
+            ("alpha_nodes_deg", self.table.alpha_nodes_deg, "alpha_deg", self.domain.alpha_deg),
+            ("speed_nodes", self.table.speed_nodes, "speed", self.domain.speed),
         ):
             if nodes is not None and (nodes[0], nodes[-1]) != ends:
-                source = "domain.alpha_deg" if field == "alpha_nodes_deg" else "domain.speed"
-                raise refusal(
-                    f"the ends of {source}, [{ends[0]:g}, {ends[1]:g}], as first and last node",
-                    given=nodes,
-                    field=f"table.{field}",
+                low, high = ends
+                allowed = (
+                    f"the ends of domain.{source}, [{low:g}, {high:g}], as first and last node"
                 )
+                raise refusal(f"table.{field}", nodes, allowed)
         return self
 
     @property
@@ -380,7 +367,7 @@ def _parse(text: str, origin: str) -> Tree:
 def _checked(tree: Tree, origin: str, text: str | None) -> Config:
     """Validate a tree, and keep the text it was read from if that says everything."""
     try:
-        config = Config.model_validate(tree)
+        config = Config.from_tree(tree)
     except ValidationError as error:
         raise InputError(f"{origin}: {complaint(error, Config)}") from error
     if text is not None:

@@ -49,7 +49,7 @@ class Simulation:
     collisions : (n,) int64
         Number of collisions of each rebound.
     shape : (n,) int64
-        Codes of `tablegen.model.shapes.SHAPE_CODES`.
+        Codes of `tablegen.model.shape_codes.SHAPE_CODES`.
     aspect : (n, 2) float64
         b / a and c / b.
     energy : (n, 2) float64

@@ -117,7 +117,7 @@ def validate(
     at: Sequence[tuple[float, float]] | None = None,
     progress: bool = False,
 ) -> Validation:
-    """Compare a table with fresh direct simulation: every node coarsely, some conditions finely.
+    """Compare a table with new direct simulation: every node coarsely, some conditions finely.
 
     Parameters
     ----------
@@ -138,10 +138,6 @@ def validate(
         Only these conditions, angles in degrees and speeds in m/s; nodes are not tested then.
     progress : bool
         Show progress bars on standard error.
-
-    Returns
-    -------
-    Validation
 
     Raises
     ------

@@ -7,9 +7,6 @@ import pytest
 from click.testing import CliRunner
 from command_lines import PROGRAMS, calls, logical_lines, parse
 
-from tablegen.configuration.defaults import SHAPE_NAMES
-from tablegen.model.shapes import SHAPE_CODES
-
 #: Commands by path; that of a program has its name alone.
 COMMANDS = {(name,): program for name, program in PROGRAMS.items()}
 COMMANDS |= {(n, c): command for n, cli in PROGRAMS.items() for c, command in cli.commands.items()}
@@ -55,7 +52,3 @@ def test_list_of_commands_is_whole(program):
     _, listed = page_of((program,)).split("Commands:")
     assert "..." not in listed
     assert all(f"  {name} " in listed for name in PROGRAMS[program].commands)
-
-
-def test_shapes_that_are_offered_are_those_of_the_model():
-    assert tuple(name for name in SHAPE_CODES if name != "mesh") == SHAPE_NAMES

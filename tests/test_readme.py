@@ -17,12 +17,16 @@ def test_example_runs(capsys):
     assert len(blocks) == 1
     exec(compile(blocks[0], "README.md", "exec"), {})
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 3
+    assert len(lines) == 5
     # the particles leave the wall slower than they came, forwards, spinning backwards
     u, v, w = (float(x) for x in re.findall(r"-?\d+\.\d*", lines[0]))
     assert 0.0 < u < 120.0
     assert 0.0 < v < 90.0
     assert abs(w) < 1.0
+    # restitution in the normal falls with the angle: grazing grains turn what they carry
+    restitution = [float(x) for x in re.findall(r"\d+\.\d*", lines[3])]
+    assert restitution == sorted(restitution, reverse=True)
+    assert len(restitution) == 4
 
 
 def test_half_sizes_are_those_of_the_shipped_population():

@@ -10,7 +10,7 @@ from sampler.commands.program import DONE
 
 @click.command(
     cls=options.Command,
-    short_help="Write a table as an image for C, C++, Fortran and OpenFOAM.",
+    short_help="Write a table as a binary table for C, C++, Fortran and OpenFOAM.",
     epilog=options.examples(
         "PROGRAM export corundum-steel --output corundum-steel.rbt",
         "PROGRAM export my-table.h5 --output my-table.rbt",
@@ -19,7 +19,7 @@ from sampler.commands.program import DONE
 @options.table
 @options.output("T.rbt")
 def export(table: str, output: Path) -> int:
-    """Write a table as an image (.rbt) that C, C++ and Fortran map into memory.
+    """Write a table as a binary table (.rbt) that C, C++ and Fortran map into memory.
 
     The header that reads it lies in the folder that `python -m sampler --include-dir` prints.
     """

@@ -11,7 +11,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.extending import register_jitable
 
-from sampler.compilation.compiling import tell_of_compilations
+from sampler.compilation.compiling import log_compilations
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -28,7 +28,7 @@ _INLINE: dict[str, Any] = {"forceinline": True, "no_cfunc_wrapper": True}
 _NO_REFCOUNT: dict[str, Any] = {"_nrt": False}
 
 
-tell_of_compilations()
+log_compilations()
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:

@@ -16,18 +16,12 @@ from tablegen.model.float_array import FloatArray
 
 @dataclass(frozen=True)
 class Measured:
-    """Distances of two samples at one condition.
+    """Distances of two samples at one condition."""
 
-    Attributes
-    ----------
-    alpha_deg, speed : float
-        Impact angle [degrees] and speed [m/s].
-    estimates : dict from metric to Estimate
-        The distances of the samples, and what is known of those of the laws.
-    """
-
+    #: Impact angle [degrees] and speed [m/s].
     alpha_deg: float
     speed: float
+    #: By metric: the distance of the samples, and what is known of that of the laws.
     estimates: dict[str, Estimate]
 
     def distances(self) -> dict[str, Any]:
@@ -43,21 +37,14 @@ class Measured:
 
 @dataclass(frozen=True)
 class Comparison(Measured):
-    """A table against direct simulation at one condition.
+    """A table against direct simulation at one condition."""
 
-    Attributes
-    ----------
-    table, direct : Profile
-        Each sample by itself, as many states of it as were drawn at first.
-    components : tuple of str
-        Variables of a state.
-    states : int
-        States a side of the distances that needed most; those of the others are in `table`.
-    """
-
+    #: Each sample by itself, as many states of it as were drawn at first.
     table: Profile
     direct: Profile
+    #: Variables of a state.
     components: tuple[str, ...] = field(default=STATE)
+    #: States a side of the distances that needed most; those of the others are in `table`.
     states: int = 0
 
     def to_dict(self) -> dict[str, Any]:
@@ -101,10 +88,6 @@ def compare(
     components : tuple of d str
         What the columns are.
 
-    Returns
-    -------
-    Comparison
-
     Raises
     ------
     InputError
@@ -140,10 +123,6 @@ def sharpened(
         as before, and is tested with more of them.
     seed : int
         As for `compare`.
-
-    Returns
-    -------
-    Comparison
     """
     before = (comparison.table.count, comparison.direct.count, METRICS["auc"].trial_states)
     trained = min(count for count in before if count is not None) // 2

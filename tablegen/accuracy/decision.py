@@ -95,14 +95,9 @@ def undecided_metrics(comparison: Measured, targets: AccuracyTargets) -> list[st
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was missed and what could not be decided, a line for each distance.
+    """What was missed and what could not be decided, a line for each distance."""
 
-    Attributes
-    ----------
-    missed, undecided : list of str
-        The worst condition of each distance, with what was measured there.
-    """
-
+    #: The worst condition of each distance, with what was measured there.
     missed: list[str]
     undecided: list[str]
 
@@ -123,10 +118,6 @@ def judge(
     targets : AccuracyTargets
     together : int, optional
         How many comparisons are judged together, if more than these.
-
-    Returns
-    -------
-    Verdict
     """
     count = together or len(measured)
     lines: dict[str, list[str]] = {HOLDS: [], MISSED: [], UNDECIDED: []}

@@ -36,10 +36,6 @@ def profile(state: ArrayLike, components: tuple[str, ...] = STATE) -> Profile:
     components : tuple of d str
         What the columns are. Energy and angles are those of u, v, w, with 0 for what is missing.
 
-    Returns
-    -------
-    Profile
-
     Raises
     ------
     InputError

@@ -64,16 +64,8 @@ def in_threads(
 def sample_size(targets: AccuracyTargets) -> int:
     """States a side with which a declared accuracy can be told from noise.
 
-    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six components with
+    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with
     probability q; at q = 1e-3 that is half of the declared distance.
-
-    Parameters
-    ----------
-    targets : AccuracyTargets
-
-    Returns
-    -------
-    int
     """
     return max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2))
 
@@ -125,23 +117,14 @@ def measure(
 
 @dataclass(frozen=True)
 class ComparedCondition:
-    """A condition at which a table is compared with direct simulation.
-
-    Attributes
-    ----------
-    table : Table
-    config : Config
-    alpha_deg, speed : float
-    seed : int
-    number : int
-        Keeps conditions that share a seed apart: of the simulation's stream, and hit of the draws.
-    """
+    """A condition at which a table is compared with direct simulation."""
 
     table: Table
     config: Config
     alpha_deg: float
     speed: float
     seed: int
+    #: Keeps conditions that share a seed apart: of the simulation's stream, and hit of the draws.
     number: int
 
     def states(self, count: int) -> tuple[FloatArray, FloatArray]:

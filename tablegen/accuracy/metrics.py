@@ -281,11 +281,6 @@ def _quantile_pieces(n: int, m: int) -> tuple[NDArray[np.int64], NDArray[np.int6
 def unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
     """Directions uniform on the unit sphere.
 
-    Parameters
-    ----------
-    count, dimension : int
-    seed : int
-
     Returns
     -------
     float64 array, shape (count, dimension)

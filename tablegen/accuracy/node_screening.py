@@ -41,23 +41,15 @@ FIRST_NODE = 2**30
 
 @dataclass(frozen=True)
 class Screening:
-    """What the coarse test found.
+    """What the coarse test found."""
 
-    Attributes
-    ----------
-    nodes : int
-        Nodes of the table, all of which were looked at.
-    samples : int
-        States a side at each.
-    suspects : tuple of (alpha_deg, speed)
-        The nodes that look worst, the worst first.
-    missed : tuple of str
-        One line for each distance that some node misses.
-    """
-
+    #: Nodes of the table, all of which were looked at.
     nodes: int
+    #: States a side at each.
     samples: int
+    #: Tuple of (alpha_deg, speed). The nodes that look worst, the worst first.
     suspects: tuple[tuple[float, float], ...]
+    #: One line for each distance that some node misses.
     missed: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -92,10 +84,6 @@ def screen(
         States a side at each node.
     progress : bool
         Show a progress bar on standard error.
-
-    Returns
-    -------
-    Screening
     """
     nodes = [(float(a), float(v)) for a in table.alpha_nodes_deg for v in table.speed_nodes]
 

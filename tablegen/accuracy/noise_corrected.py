@@ -36,30 +36,20 @@ _FOR_VARIANCE = 50_000
 
 @dataclass(frozen=True)
 class Estimate:
-    """A distance between two samples, and what is known of that between their laws.
+    """A distance between two samples, and what is known of that between their laws."""
 
-    Attributes
-    ----------
-    value : float
-        Distance of the samples. On average it is not below that of the laws.
-    standard_error : float
-        Of the value, where the laws differ by about as much.
-    held_out : float
-        Difference, in one half of the states, at the place where the other half differs most. On
-        average it is not above the distance of the laws.
-    held_out_error : float
-        Its standard error.
-    noise : float
-        What the value would be on average if both samples had one law.
-    by_variable : tuple of float
-        Distance of each variable, the largest of which is the value; empty for the joint law.
-    """
-
+    #: Distance of the samples. On average it is not below that of the laws.
     value: float
+    #: Of the value, where the laws differ by about as much.
     standard_error: float
+    #: Difference, in one half of the states, at the place where the other half differs most. On
+    #: average it is not above the distance of the laws.
     held_out: float
+    #: Its standard error.
     held_out_error: float
+    #: What the value would be on average if both samples had one law.
     noise: float
+    #: Distance of each variable, the largest of which is the value; empty for the joint law.
     by_variable: tuple[float, ...] = ()
 
     @property
@@ -82,23 +72,15 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Settings:
-    """How the metrics are estimated that leave a choice.
+    """How the metrics are estimated that leave a choice."""
 
-    Attributes
-    ----------
-    seed : int
-        Selects the directions, and seeds the classifier.
-    directions : int
-        Of the sliced Wasserstein distance.
-    classified : int or None
-        States a side, at most, that the classifier learns from and is tested with; None: all.
-    trained : int or None
-        Of these, those that it learns from; None: half of them.
-    """
-
+    #: Selects the directions, and seeds the classifier.
     seed: int = 0
+    #: Of the sliced Wasserstein distance.
     directions: int = DIRECTIONS
+    #: States a side, at most, that the classifier learns from and is tested with; None: all.
     classified: int | None = METRICS["auc"].trial_states
+    #: Of these, those that it learns from; None: half of them.
     trained: int | None = None
 
 

@@ -26,10 +26,6 @@ def asked_accuracy(declared: AccuracyTargets, text: str | None) -> AccuracyTarge
         A preset, limits, or both, with commas between: "fine", "ks=0.01,auc=0.56",
         "standard,auc=0.6".
 
-    Returns
-    -------
-    AccuracyTargets
-
     Raises
     ------
     InputError

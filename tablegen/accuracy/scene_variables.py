@@ -27,7 +27,7 @@ def simulated_components(simulation: Simulation, components: Sequence[str]) -> F
     (n, len(components)) float64
         Rotational energy over the kinetic energy before the impact; collisions as numbers.
     """
-    return np.column_stack([_component(simulation, name) for name in components])
+    return np.column_stack([_variable(simulation, name) for name in components])
 
 
 def simulated_channels(
@@ -59,7 +59,7 @@ def simulated_channels(
     return np.column_stack([columns[name] for name in channels])
 
 
-def _component(simulation: Simulation, name: str) -> FloatArray:
+def _variable(simulation: Simulation, name: str) -> FloatArray:
     if name == "rotational_energy":
         return simulation.energy[:, 1]
     if name == "collisions":

@@ -38,40 +38,28 @@ COLLISION_LABELS = ("1", "2", "3", "4", "5", ">5")
 
 @dataclass(frozen=True)
 class RunStatistics:
-    """Statistics of a run of n rebounds; variables in the order of `STATE`.
+    """Statistics of a run of n rebounds; variables in the order of `STATE`."""
 
-    Attributes
-    ----------
-    count : int
-        Number of rebounds n.
-    mean : (6,) float64
-    comoment : (6, 6) float64
-        Sums over the run of products of deviations from the mean.
-    minimum, maximum : (6,) float64
-    histogram : (6, BINS) int64
-        Rebounds in bins of equal width from `LOW` to `HIGH`; a bin holds its lower end, the last
-        one both.
-    outside : (6, 2) int64
-        Rebounds below and above the range of the histogram.
-    collision_counts : (6,) int64
-        Rebounds with 1, 2, 3, 4, 5 and more collisions.
-    collisions : int
-        Collisions of all rebounds together.
-    most_collisions : int
-    energy : (2,) float64
-        Mean translational and rotational energy over the energy before the impact.
-    """
-
+    #: Number of rebounds n.
     count: int
+    #: Shape (6,).
     mean: FloatArray
+    #: Shape (6, 6). Sums over the run of products of deviations from the mean.
     comoment: FloatArray
+    #: Shape (6,).
     minimum: FloatArray
     maximum: FloatArray
+    #: Shape (6, BINS). Rebounds in bins of equal width from `LOW` to `HIGH`; a bin holds its lower
+    #: end, the last one both.
     histogram: Counts
+    #: Shape (6, 2). Rebounds below and above the range of the histogram.
     outside: Counts
+    #: Shape (6,). Rebounds with 1, 2, 3, 4, 5 and more collisions.
     collision_counts: Counts
+    #: Collisions of all rebounds together.
     collisions: int
     most_collisions: int
+    #: Shape (2,). Mean translational and rotational energy over the energy before the impact.
     energy: FloatArray
 
     @property
@@ -169,10 +157,6 @@ def summarise(state: FloatArray, collisions: Counts, energy: FloatArray) -> RunS
         Finite; n is 1 or more.
     collisions : (n,) int64
     energy : (n, 2) float64
-
-    Returns
-    -------
-    RunStatistics
     """
     mean, comoment = np.empty(6), np.empty((6, 6))
     histogram, outside = np.zeros((6, BINS), dtype=np.int64), np.zeros((6, 2), dtype=np.int64)
@@ -200,14 +184,6 @@ def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
     Means and products of deviations are updated, never differences of large sums (Chan, Golub
     and LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances",
     1979), so nothing cancels however long the run is.
-
-    Parameters
-    ----------
-    first, second : RunStatistics
-
-    Returns
-    -------
-    RunStatistics
     """
     count = first.count + second.count
     share = second.count / count
@@ -229,16 +205,7 @@ def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
 
 
 def statistics_of(simulation: Simulation) -> RunStatistics:
-    """Statistics of a simulation at hand, the same to the last bit as `simulate_statistics`.
-
-    Parameters
-    ----------
-    simulation : Simulation
-
-    Returns
-    -------
-    RunStatistics
-    """
+    """Statistics of a simulation at hand, the same to the last bit as `simulate_statistics`."""
     state, collisions, energy = simulation.state, simulation.collisions, simulation.energy
     parts = (slice(start, start + BATCH) for start in range(0, len(state), BATCH))
     return reduce(merge, (summarise(state[p], collisions[p], energy[p]) for p in parts))
@@ -322,10 +289,6 @@ def simulate_statistics(
         Default: one a processor. The result does not depend on it.
     progress : bool
         Show a progress bar on standard error.
-
-    Returns
-    -------
-    RunStatistics
 
     Raises
     ------

@@ -24,8 +24,8 @@ from sampler.commands.program import DONE, MISSED
 def demo(output: Path, progress: bool) -> int:
     """Generate a small table, draw from it, validate it: the main job in one go.
 
-    Next to the table goes a picture of the joint density of u and v, direct simulation beside the
-    table, if matplotlib is installed.
+    Next to the table goes a picture of the joint density of u and v, from direct simulation and
+    from the table, if matplotlib is installed.
     """
     from tablegen.studies.demo_run import run_demo
 

@@ -9,7 +9,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import note
-from tablegen.commands.validate import say_verdict
+from tablegen.commands.validate import print_verdict
 from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.tasks.executors import ENGINES, MPI, THREADS
 
@@ -134,4 +134,4 @@ def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
     judged = judge(made.comparisons, settings.accuracy)
-    return say_verdict(judged.missed, judged.undecided)
+    return print_verdict(judged.missed, judged.undecided)

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from tablegen.config import Config
 
 
-class Components(click.ParamType):
-    """Names of components, with commas between them."""
+class Variables(click.ParamType):
+    """Names of variables of a state, with commas between them."""
 
     name = "components"
 
@@ -50,7 +50,7 @@ class Components(click.ParamType):
 )
 @click.option(
     "--components",
-    type=Components(),
+    type=Variables(),
     metavar="NAME,NAME,...",
     help=f"Keep these of {', '.join(COMPONENTS)}.",
 )
@@ -62,10 +62,10 @@ def prune(
     components: list[str] | None,
     output: Path,
 ) -> int:
-    """Cut a table to the components, angles and speeds that are needed.
+    """Cut a table to the variables, angles and speeds that are needed.
 
     What stays gives the same draws as the full table for the same keys. A scene says what to keep
-    of any pair's table: its components, angles and speeds count, and not the pair that it names.
+    of any pair's table: its variables, angles and speeds count, and not the pair that it names.
     Laws, particles and numerical parameters that it states itself must be those of the table.
     """
     from sampler.files.locate import find_table

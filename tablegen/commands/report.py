@@ -11,7 +11,7 @@ from sampler.files.atomic import write_text
 
 
 @click.command(
-    short_help="Measure error against run time beside other methods.",
+    short_help="Measure error against run time next to other methods.",
     epilog=options.examples(
         "tablegen report --quick",
         "tablegen report my-pair.h5 --json report.json --html report.html",
@@ -51,9 +51,9 @@ def report(
     """Measure error against run time for every way to get a rebound state.
 
     Direct simulation by contact resolution, flight tolerance and sample size; draws from the
-    table, and from tables of other numbers of nodes, components and knots; stored states,
+    table, and from tables of other numbers of nodes, mixture components and knots; stored states,
     independent marginals, a vine copula, a Gaussian mixture and kernel resampling. All are
-    compared with the same large direct sample, beside the noise of direct against direct.
+    compared with the same large direct sample, next to the noise of direct against direct.
     Times are processor time of one thread: leave the machine to it.
     """
     from tablegen.studies.report.error_against_time import measure_error_against_time

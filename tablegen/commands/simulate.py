@@ -13,7 +13,8 @@ from sampler.errors import InputError
 from sampler.files.atomic import write_arrays, write_text
 from sampler.files.locate import find_file
 from sampler.formats.variables import STATE
-from tablegen.configuration.defaults import MIXTURE, SHAPE_NAMES
+from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.shape_codes import SHAPE_NAMES
 
 if TYPE_CHECKING:
     from tablegen.particles.population import Population

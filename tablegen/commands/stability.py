@@ -7,7 +7,8 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE, MISSED
 from sampler.files.atomic import write_text
-from tablegen.configuration.defaults import SHAPE_NAMES, STABILITY_COUNT
+from tablegen.configuration.defaults import STABILITY_COUNT
+from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 @click.command(

@@ -91,9 +91,9 @@ def validate(
 ) -> int:
     """Compare a table with fresh direct simulation: all nodes coarsely, some conditions closely.
 
-    KS: largest Kolmogorov-Smirnov distance of a component. Sliced W: sliced Wasserstein distance
+    KS: largest Kolmogorov-Smirnov distance of a variable. Sliced W: sliced Wasserstein distance
     of the standardised states. Corr.: largest error of a correlation. AUC: how well a classifier
-    tells table from direct; 0.5 = it cannot. Each stands beside the noise that finite samples add.
+    tells table from direct; 0.5 = it cannot. Each stands next to the noise that finite samples add.
     Exit status 1 if the accuracy is missed by more than noise.
     """
     from tablegen.studies.validation.stored_accuracy import check_store, store_accuracy
@@ -120,7 +120,7 @@ def validate(
         write_text(html_file, validation_page(result))
     if store:
         click.echo(f"{table}: accuracy stored, content SHA-256 {store_accuracy(table, result)}")
-    return say_verdict(result.missed, result.undecided, whose(result))
+    return print_verdict(result.missed, result.undecided, whose(result))
 
 
 def _conditions(alpha: Sequence[float], speed: Sequence[float]) -> list[tuple[float, float]] | None:
@@ -154,7 +154,7 @@ def _print_comparisons(result: "Validation", details: bool) -> None:
         click.echo(line)
 
 
-def say_verdict(
+def print_verdict(
     missed: Sequence[str], undecided: Sequence[str] = (), accuracy: str = "declared accuracy"
 ) -> int:
     """Print what was missed and what could not be decided; returns the exit status.

@@ -3,9 +3,6 @@
 They lie here, where nothing is imported, so that a help page need not load what does the work.
 """
 
-#: Shapes that a population may hold by name; meshes it holds besides.
-SHAPE_NAMES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", "sphere")
-
 #: Name of the non-spherical shapes together, with the weights of the population.
 MIXTURE = "mixture"
 

@@ -14,42 +14,28 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Metric:
-    """A distance between two samples of states.
+    """A distance between two samples of states."""
 
-    Attributes
-    ----------
-    label, short, head : str
-        In full, in a sentence, and at the head of a column.
-    presets : dict from preset to float
-        Largest distance that a table declares.
-    allowed : dict
-        Bounds of what may be declared, as pydantic names them: ``gt`` or ``ge``, ``le``.
-    digits : int
-        Decimal places.
-    floor : float
-        Least distance above that of equal laws that can be told from noise.
-    per_variable : bool
-        A number for each variable of a state, of which the largest counts, or one for the joint
-        law.
-    learned : bool
-        Found by a classifier: it needs many states, and equal laws give its least value exactly.
-    trial_states : int or None
-        States a side, at most, from which the refinement of the grid takes it. None: all; such a
-        metric is cheap, and is taken first.
-    on_edges : bool
-        Whether it counts on the edges of the grid, or in the centres of cells only.
-    """
-
+    #: In full, in a sentence, and at the head of a column.
     label: str
     short: str
     head: str
+    #: By preset. Largest distance that a table declares.
     presets: Mapping[str, float]
+    #: Bounds of what may be declared, as pydantic names them: ``gt`` or ``ge``, ``le``.
     allowed: Mapping[str, Any]
+    #: Decimal places.
     digits: int = 4
+    #: Least distance above that of equal laws that can be told from noise.
     floor: float = 0.0
+    #: A number for each variable of a state, of which the largest counts, or one for the joint law.
     per_variable: bool = False
+    #: Found by a classifier: it needs many states, and equal laws give its least value exactly.
     learned: bool = False
+    #: States a side, at most, from which the refinement of the grid takes it. None: all; such a
+    #: metric is cheap, and is taken first.
     trial_states: int | None = None
+    #: Whether it counts on the edges of the grid, or in the centres of cells only.
     on_edges: bool = True
 
     @property

@@ -28,10 +28,9 @@ from tablegen.model.rebound import (
 )
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import (
-    ELLIPSOID,
     FIRST_MESH,
-    SPHERE,
     Body,
+    has_vertices,
     inertia,
     mesh_map,
     place_vertices,
@@ -241,7 +240,7 @@ def follow(law, population, condition, drawn, code, no_map, members, slots, outc
     """
     support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
     _clear(slots)
-    candidates = slots.candidates[:0] if code in (ELLIPSOID, SPHERE) else slots.candidates
+    candidates = slots.candidates if has_vertices(code) else slots.candidates[:0]
     touching = active = mask_from_bits(0)
     upcoming = 0
     while True:

@@ -19,19 +19,9 @@ from sampler.compilation.jit import (
     no_refcount_inline_kernel,
     no_refcount_kernel,
 )
+from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.simd import extract, fma, load, maximum, sqrt, store, store_lane, width
 from tablegen.model.support_map import NO_MAP, SupportMap, empty_map, support_range
-
-#: Code of each shape, in kernels and in the files of `tablegen simulate`. Files written before
-#: must keep their meaning: a new shape takes the next number that is free, and none changes.
-SHAPE_CODES = {
-    "ellipsoid": 0,
-    "prism": 1,
-    "truncated-prism": 2,
-    "tetrahedron": 3,
-    "sphere": 4,
-    "mesh": 5,
-}
 
 ELLIPSOID, PRISM = SHAPE_CODES["ellipsoid"], SHAPE_CODES["prism"]
 TRUNCATED_PRISM, TETRAHEDRON = SHAPE_CODES["truncated-prism"], SHAPE_CODES["tetrahedron"]
@@ -94,6 +84,12 @@ def _truncated_moment(truncation):
     return (1.0 / 3.0 - f**3 * m2 / 6.0) / (1.0 - f**3 / 6.0)
 
 
+@inline_kernel
+def has_vertices(shape):
+    """Whether a shape is a polyhedron, and no ellipsoid."""
+    return shape not in (ELLIPSOID, SPHERE)
+
+
 @kernel
 def inertia(shape, b, c, truncation):
     """Principal moments of inertia per unit mass for half-sizes (1, b, c).
@@ -139,7 +135,7 @@ def place_vertices(shape, b, c, truncation, vertices):
     -------
     tuple (int, float)
     """
-    if shape in (ELLIPSOID, SPHERE):
+    if not has_vertices(shape):
         return 0, 1.0 + 0.0 * b
     n = 0
     cut = 1.0 - truncation

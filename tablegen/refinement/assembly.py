@@ -54,10 +54,6 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
     axes : Axes
     nodes : list of NodeArrays
         Row by row: all speeds of the first angle, then of the second.
-
-    Returns
-    -------
-    TableContents
     """
     return TableContents(
         datasets={

@@ -102,12 +102,6 @@ class NodeCache:
 def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays]:
     """Fit all nodes of a grid, in the resolution that the configuration names.
 
-    Parameters
-    ----------
-    config : Config
-    grid : Grid
-    runner : TaskRunner
-
     Returns
     -------
     list of NodeArrays
@@ -118,11 +112,6 @@ def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays
 
 def refine_grid(config: Config, runner: TaskRunner) -> RefinedGrid:
     """Choose the sizes, place the nodes and fit them.
-
-    Parameters
-    ----------
-    config : Config
-    runner : TaskRunner
 
     Returns
     -------

@@ -8,6 +8,9 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from tablegen.config import load_config
+from tablegen.model.shape_codes import SHAPE_CODES
+from tablegen.model.shapes import MAX_VERTICES, make_body
+from tablegen.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = CONFIG.pair, CONFIG.population
@@ -22,11 +25,30 @@ def box(b, c):
 
 def tetrahedron(b, c):
     """Corners of the tetrahedron in that box, with the handedness of the model's."""
-    return np.array([(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)]) * [
-        1.0,
-        b,
-        c,
-    ]
+    return box(b, c)[[0, 3, 5, 6]]
+
+
+#: Shapes whose meshes are known, with their corners for half-sizes b and c.
+KNOWN = {"prism": box, "tetrahedron": tetrahedron}
+
+
+def known_body(shape, b, c):
+    """Body of a shape with half-sizes (1, b, c)."""
+    return make_body(SHAPE_CODES[shape], b, c, 0.5, np.empty((MAX_VERTICES, 3)))
+
+
+def two_cubes():
+    """Surface of two unit cubes with a gap of one between them: two thirds of their hull."""
+    first = surface(0.5 * box(1.0, 1.0))
+    second = first.copy()
+    second.apply_translation([2.0, 0.0, 0.0])
+    return trimesh.util.concatenate([first, second])
+
+
+def rebounds(population, count, alpha_deg=45.0, speed=200.0, spin=(0.0, 0.0, 0.0), **settings):
+    """Direct simulation of a population under the shipped pair's laws."""
+    condition = make_condition(np.radians(alpha_deg), speed, spin)
+    return simulate_condition(PAIR, population, condition, count, **settings)
 
 
 def grain(count, seed=1, sizes=(1.0, 0.8, 0.6)):

@@ -10,8 +10,7 @@ import tablegen
 from sampler.errors import InputError
 from tablegen.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.shapes import SHAPE_CODES
-from tablegen.particles.population import SHAPE_NAMES
+from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.simulate import BATCH, check_impact_angle, make_condition, simulate_condition
 
 #: The module itself: the package gives its name to the function.

@@ -35,20 +35,12 @@ COLLISION_HEAD = ("shape", "source", "1", "2", "3", "4", "5", "> 5")
 
 @dataclass(frozen=True)
 class PaperFigures:
-    """Figures, statistics and statements.
+    """Figures, statistics and statements."""
 
-    Attributes
-    ----------
-    count : int
-        Particles of each shape at each angle.
-    statistics : FigureStatistics
-    pictures : tuple of Picture
-        By the number of the figure.
-    statements : tuple of Statement
-    """
-
+    #: Particles of each shape at each angle.
     count: int
     statistics: FigureStatistics
+    #: By the number of the figure.
     pictures: tuple[Picture, ...]
     statements: tuple[Statement, ...]
 

@@ -24,19 +24,13 @@ class Verdict:
 
 
 class Check(NamedTuple):
-    """A statement of the paper and its check.
+    """A statement of the paper and its check."""
 
-    Attributes
-    ----------
-    place, text, criterion : str
-        Where in the paper; the statement in our words; what must be found for it to hold.
-    verdict : callable
-        From the statistics and a source to a `Verdict`, or None where the source cannot tell.
-    """
-
+    #: Where in the paper; the statement in our words; what must be found for it to hold.
     place: str
     text: str
     criterion: str
+    #: From the statistics and a source to a `Verdict`, or None where the source cannot tell.
     verdict: Callable[[FigureStatistics, str], Verdict | None]
 
 

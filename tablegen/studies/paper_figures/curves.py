@@ -17,7 +17,7 @@ from tablegen.studies.paper_figures.style import (
     TABLE_COLOUR,
     Picture,
     new_figure,
-    written,
+    numbered,
 )
 
 #: Panels of each figure: quantity and whether its mean or its most probable value.
@@ -79,16 +79,7 @@ def _draw_panel(axes: Any, statistics: FigureStatistics, quantity: str, which: s
 
 
 def curve_figures(statistics: FigureStatistics) -> list[Picture]:
-    """Draw the figures whose abscissa is the impact angle.
-
-    Parameters
-    ----------
-    statistics : FigureStatistics
-
-    Returns
-    -------
-    list of Picture
-    """
+    """Draw the figures whose abscissa is the impact angle."""
     pictures = []
     for number, title, panels in _FIGURES:
         figure = new_figure(9.5, 4.6)
@@ -104,7 +95,5 @@ def curve_figures(statistics: FigureStatistics) -> list[Picture]:
             "and their mixture from direct simulation, and of the mixture from the table, as "
             "circles. The numbers are in laws.json."
         )
-        pictures.append(
-            written(figure, f"figure-{number:02d}.svg", f"Figure {number}. {title}", alternative)
-        )
+        pictures.append(numbered(figure, number, title, alternative))
     return pictures

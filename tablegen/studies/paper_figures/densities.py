@@ -13,7 +13,7 @@ from tablegen.studies.paper_figures.sample_statistics import (
     FigureStatistics,
     SampleStatistics,
 )
-from tablegen.studies.paper_figures.style import MIXTURE, SYMBOLS, Picture, new_figure, written
+from tablegen.studies.paper_figures.style import MIXTURE, SYMBOLS, Picture, new_figure, numbered
 
 #: Angles that are drawn, and a colour and line style for each; viridis without its yellow end.
 _ANGLES = {
@@ -61,16 +61,7 @@ def _draw_mixture(axes: Any, statistics: FigureStatistics, name: str) -> None:
 
 
 def density_figures(statistics: FigureStatistics) -> list[Picture]:
-    """Draw densities of ellipsoids and prisms, as the paper does, and of the mixture.
-
-    Parameters
-    ----------
-    statistics : FigureStatistics
-
-    Returns
-    -------
-    list of Picture
-    """
+    """Draw densities of ellipsoids and prisms, as the paper does, and of the mixture."""
     pictures = []
     for number, name, title, limits in _FIGURES:
         figure = new_figure(11.5, 4.3)
@@ -96,7 +87,5 @@ def density_figures(statistics: FigureStatistics) -> list[Picture]:
             "plots: ellipsoids and prisms from direct simulation, and the mixture from direct "
             "simulation as areas with the table's as lines on their edges."
         )
-        pictures.append(
-            written(figure, f"figure-{number:02d}.svg", f"Figure {number}. {title}", alternative)
-        )
+        pictures.append(numbered(figure, number, title, alternative))
     return pictures

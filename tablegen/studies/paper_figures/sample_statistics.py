@@ -44,47 +44,33 @@ QUANTITIES = (*STATE, "translational", "rotational")
 
 @dataclass(frozen=True)
 class SampleStatistics:
-    """Statistics of one sample.
+    """Statistics of one sample."""
 
-    Attributes
-    ----------
-    source : str
-        `DIRECT` or `TABLE`.
-    shape : str
-    alpha_deg : float
-    count : int
-    mean, error, mode : dict from quantity to float
-        Mean, its standard error, most probable value, of the `QUANTITIES` that the source has.
-    collisions : tuple of float or None
-        Share of particles with 1, 2, 3, 4, 5 and more collisions; a table does not tell.
-    positive_spin : float
-        Share with Omega_z > 0.
-    asymmetry : dict from component to float
-        Largest difference between the distribution functions of x and -x, times the root of the
-        count. For a symmetric law it exceeds t with probability 4 (1 - Phi(t)).
-    scattering_deg : float
-        Standard deviation of alpha2.
-    scattering : int array, shape (SCATTERING_BINS,)
-        Counts of alpha2 over 0 to pi.
-    density : dict from component to int array
-        Counts in the bins of `DENSITY`.
-    spatial : int array, shape SPATIAL_BINS, or None
-        Counts over alpha2 and beta2; at normal impact only.
-    """
-
+    #: `DIRECT` or `TABLE`.
     source: str
     shape: str
     alpha_deg: float
     count: int
+    #: By quantity. Mean, its standard error, most probable value, of the
+    #: `QUANTITIES` that the source has.
     mean: dict[str, float]
     error: dict[str, float]
     mode: dict[str, float]
+    #: Share of particles with 1, 2, 3, 4, 5 and more collisions; a table does not tell.
     collisions: tuple[float, ...] | None
+    #: Share with Omega_z > 0.
     positive_spin: float
+    #: By variable. Largest difference between the distribution functions of x and
+    #: -x, times the root of the count; for a symmetric law it exceeds t with probability
+    #: 4 (1 - Phi(t)).
     asymmetry: dict[str, float]
+    #: Standard deviation of alpha2.
     scattering_deg: float
+    #: Shape (SCATTERING_BINS,). Counts of alpha2 over 0 to pi.
     scattering: Any
+    #: By variable. Counts in the bins of `DENSITY`.
     density: dict[str, Any]
+    #: Int array, shape SPATIAL_BINS, or None. Counts over alpha2 and beta2; at normal impact only.
     spatial: Any
 
     @property
@@ -111,10 +97,6 @@ def asymmetry(values: FloatArray) -> float:
     Parameters
     ----------
     values : float64 array, shape (n,)
-
-    Returns
-    -------
-    float
     """
     walk = np.cumsum(np.sign(values[np.argsort(-np.abs(values))]))
     return float(np.abs(walk).max() / np.sqrt(values.size))
@@ -138,10 +120,6 @@ def sample_statistics_of(
     collisions : int array, shape (n,), optional
     rotational : float64 array, shape (n,), optional
         Rotational energy over the energy before.
-
-    Returns
-    -------
-    SampleStatistics
     """
     columns = [*state.T, translational_energy(state)]
     columns += [] if rotational is None else [rotational]
@@ -187,20 +165,13 @@ def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class FigureStatistics:
-    """Samples of all shapes at all angles, and the direction of rebound of spheres.
-
-    Attributes
-    ----------
-    config : Config
-    seed : int
-    samples : dict from (source, shape, angle) to SampleStatistics
-    sphere_deg : dict from angle to (float, float)
-        Smallest and largest alpha2 of spheres [degrees].
-    """
+    """Samples of all shapes at all angles, and the direction of rebound of spheres."""
 
     config: Config
     seed: int
+    #: By (source, shape, angle).
     samples: dict[tuple[str, str, float], SampleStatistics]
+    #: By angle. Smallest and largest alpha2 of spheres [degrees].
     sphere_deg: dict[float, tuple[float, float]]
 
     def curve(self, source: str, shape: str) -> list[SampleStatistics]:
@@ -265,10 +236,6 @@ def make_statistics(
     seed : int
     tick : callable
         Called with 1 for each sample.
-
-    Returns
-    -------
-    FigureStatistics
     """
     samples: dict[tuple[str, str, float], SampleStatistics] = {}
     for i, alpha_deg in enumerate(ANGLES):

@@ -14,7 +14,13 @@ from tablegen.studies.paper_figures.sample_statistics import (
     FigureStatistics,
     SampleStatistics,
 )
-from tablegen.studies.paper_figures.style import MIXTURE, TABLE_COLOUR, Picture, new_figure, written
+from tablegen.studies.paper_figures.style import (
+    MIXTURE,
+    TABLE_COLOUR,
+    Picture,
+    new_figure,
+    numbered,
+)
 
 #: Impact angles of the plane indicatrices.
 _ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
@@ -60,7 +66,7 @@ def _angles_figure() -> Picture:
         "leaves in a direction whose projection on that plane makes the angle alpha 2 with x; beta "
         "2 is the angle between the direction and the plane."
     )
-    return written(figure, "figure-11.png", "Figure 11. Angles of the rebound", alternative)
+    return numbered(figure, 11, "Angles of the rebound", alternative, "png")
 
 
 def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -109,8 +115,8 @@ def _spatial_figure(statistics: FigureStatistics) -> Picture | None:
         "rebound in alpha 2 and beta 2, at normal impact and 200 m/s: prisms, truncated prisms, "
         "and the mixture from direct simulation and from the table."
     )
-    title = "Figure 12. Spatial scattering indicatrices at normal impact"
-    return written(figure, "figure-12.png", title, alternative)
+    title = "Spatial scattering indicatrices at normal impact"
+    return numbered(figure, 12, title, alternative, "png")
 
 
 def _round_ticks(top: float) -> list[float]:
@@ -167,20 +173,10 @@ def _plane_figure(statistics: FigureStatistics) -> Picture:
         "and the table as a line; a black arrow shows the incident particles, a red dashed line "
         "the direction in which spheres leave."
     )
-    title = "Figure 13. Scattering indicatrices in the impact plane"
-    return written(figure, "figure-13.svg", title, alternative)
+    return numbered(figure, 13, "Scattering indicatrices in the impact plane", alternative)
 
 
 def scattering_figures(statistics: FigureStatistics) -> list[Picture]:
-    """Draw the directions of rebound.
-
-    Parameters
-    ----------
-    statistics : FigureStatistics
-
-    Returns
-    -------
-    list of Picture
-    """
+    """Draw the directions of rebound."""
     pictures = (_angles_figure(), _spatial_figure(statistics), _plane_figure(statistics))
     return [picture for picture in pictures if picture is not None]

@@ -81,16 +81,7 @@ def _markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def statements_page(gallery: PaperFigures) -> str:
-    """Markdown of the statements, the paper's table and the figures.
-
-    Parameters
-    ----------
-    gallery : PaperFigures
-
-    Returns
-    -------
-    str
-    """
+    """Markdown of the statements, the paper's table and the figures."""
     figures = "\n\n".join(
         f"### {picture.title}\n\n![{picture.alternative}]({picture.name})"
         for picture in gallery.pictures

@@ -11,23 +11,15 @@ from tablegen.studies.paper_figures.sample_statistics import DIRECT, TABLE, Figu
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement, how it was checked, and what came out.
+    """A statement, how it was checked, and what came out."""
 
-    Attributes
-    ----------
-    place : str
-        Where in the paper.
-    text : str
-        In our words.
-    criterion : str
-        What must be found for it to hold.
-    direct, table : Verdict or None
-        None where the source cannot tell.
-    """
-
+    #: Where in the paper.
     place: str
+    #: In our words.
     text: str
+    #: What must be found for it to hold.
     criterion: str
+    #: None where the source cannot tell.
     direct: Verdict | None
     table: Verdict | None
 
@@ -67,10 +59,6 @@ def check_statements(statistics: FigureStatistics) -> list[Statement]:
     ----------
     statistics : FigureStatistics
         Of another pair or other particles than the paper's, statements are measured but not judged.
-
-    Returns
-    -------
-    list of Statement
     """
     judged = is_of_the_paper(statistics.config)
 

@@ -25,24 +25,16 @@ _DIRECTIONS = 8
 
 @dataclass(frozen=True)
 class AccuracyMap:
-    """Accuracy map.
+    """Accuracy map."""
 
-    Attributes
-    ----------
-    alpha_deg, speed : tuple of float
-        The grid.
-    points : tuple of Measured
-        All speeds of the first angle, then of the second.
-    floor : tuple of Measured
-        Direct against direct on the diagonal of the grid, with as many states.
-    samples : int
-        States a side.
-    """
-
+    #: The grid.
     alpha_deg: tuple[float, ...]
     speed: tuple[float, ...]
+    #: All speeds of the first angle, then of the second.
     points: tuple[Measured, ...]
+    #: Direct against direct on the diagonal of the grid, with as many states.
     floor: tuple[Measured, ...]
+    #: States a side.
     samples: int
 
     def to_dict(self) -> dict[str, Any]:
@@ -88,10 +80,6 @@ def make_accuracy_map(
     seed : int
     tick : callable
         Called with 1 for each condition.
-
-    Returns
-    -------
-    AccuracyMap
     """
     alpha, speed = grid(table, budget.grid)
     conditions = [(np.radians(a), v) for a in alpha for v in speed]

@@ -16,7 +16,13 @@ from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
 from tablegen.studies.report.budget import Budget
 from tablegen.studies.report.direct_method import simulated
-from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
+from tablegen.studies.report.method_errors import (
+    BatchMean,
+    Draw,
+    batch_errors,
+    batch_seed,
+    gathered,
+)
 from tablegen.studies.report.sampling_methods import BenchmarkCase, FittedMethod, SamplingMethod
 
 #: What random numbers are for, so that no two purposes share any.
@@ -31,51 +37,34 @@ Tick = Callable[[int], Any]
 
 @dataclass(frozen=True)
 class MethodResult:
-    """Cost and errors of a method at one condition.
+    """Cost and errors of a method at one condition."""
 
-    Attributes
-    ----------
-    family, name, covers, settings
-        Of the method.
-    alpha_deg, speed : float
-    bytes : int
-        What a draw reads; the whole file of a table.
-    setup_seconds : float
-        Worker seconds to make it ready: fit, generation, or load of an existing table.
-    nanoseconds : float
-        Processor time of one draw on one thread.
-    errors : dict from metric to Estimate
-    facts : dict
-    """
-
+    #: Of the method.
     family: str
     name: str
     covers: str
     settings: dict[str, Any]
     alpha_deg: float
     speed: float
+    #: What a draw reads; the whole file of a table.
     bytes: int
+    #: Worker seconds to make it ready: fit, generation, or load of an existing table.
     setup_seconds: float
+    #: Processor time of one draw on one thread.
     nanoseconds: float
-    errors: dict[str, Estimate]
+    #: By metric.
+    errors: dict[str, BatchMean]
     facts: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """All methods at one condition.
-
-    Attributes
-    ----------
-    alpha_deg, speed : float
-    floor : dict from metric to Estimate
-        Direct batches against the direct reference.
-    runners : tuple of MethodResult
-    """
+    """All methods at one condition."""
 
     alpha_deg: float
     speed: float
-    floor: dict[str, Estimate]
+    #: By metric. Direct batches against the direct reference.
+    floor: dict[str, BatchMean]
     runners: tuple[MethodResult, ...]
 
 
@@ -130,7 +119,7 @@ def measured_errors(
     budget: Budget,
     seeds: Callable[[int, int], int],
     tick: Tick,
-) -> list[dict[str, Estimate]]:
+) -> list[dict[str, BatchMean]]:
     """Errors of several draws, their batches shared out over the processors.
 
     Parameters

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report.benchmark import Benchmark
 from tablegen.studies.report.labels import SHORT
-from tablegen.studies.report.method_errors import Estimate
+from tablegen.studies.report.method_errors import BatchMean
 from tablegen.studies.report.method_styles import LOOKS
 from tablegen.studies.report.plot_style import FAINT, INK, button, log_axis, menu, press
 from tablegen.studies.report.sample_size_convergence import Sample
@@ -38,11 +38,11 @@ _VARIED = {
     "knots": "vine copula",
 }
 
-#: Points with errors, by name, with the family whose look they have.
+#: What has ``errors`` by metric, by name, with the family whose look it has.
 _Groups = Mapping[str, tuple[str, Sequence[Any]]]
 
 
-def _bars(estimates: Sequence[Estimate]) -> dict[str, Any]:
+def _bars(estimates: Sequence[BatchMean]) -> dict[str, Any]:
     """Confidence intervals as error bars."""
     return {
         "symmetric": False,
@@ -53,7 +53,7 @@ def _bars(estimates: Sequence[Estimate]) -> dict[str, Any]:
     }
 
 
-def _noise(floor: Estimate) -> list[dict[str, Any]]:
+def _noise(floor: BatchMean) -> list[dict[str, Any]]:
     """Band and line at what direct simulation leaves against itself."""
     common = {"xref": "paper", "x0": 0, "x1": 1, "layer": "below"}
     band = {"y0": floor.low, "y1": floor.high, "fillcolor": FAINT, "line": {"width": 0}}
@@ -62,7 +62,7 @@ def _noise(floor: Estimate) -> list[dict[str, Any]]:
 
 
 def _error_button(
-    groups: _Groups, metric: str, floor: Mapping[str, Estimate] | None
+    groups: _Groups, metric: str, floor: Mapping[str, BatchMean] | None
 ) -> dict[str, Any]:
     """Entry that shows a metric; logarithmic if equal laws have none of it."""
     errors = [[item.errors[metric] for item in items] for _, items in groups.values()]
@@ -79,32 +79,14 @@ def _error_button(
     )
 
 
-def error_plot(
+def _error_plot(
     groups: _Groups,
     costs: Mapping[str, Cost],
     first: tuple[str, str],
     hover: Callable[[Any], str],
-    floor: Mapping[str, Estimate] | None = None,
+    floor: Mapping[str, BatchMean] | None = None,
 ) -> go.Figure:
-    """Errors against costs, as points with bars.
-
-    Parameters
-    ----------
-    groups : dict from name to (family whose look it has, points)
-        Points have ``errors``, a dict from metric to Estimate.
-    costs : dict from name to Cost
-    first : (str, str)
-        Metric and cost that are shown first.
-    hover : callable
-        Words for a point.
-    floor : dict from metric to Estimate, optional
-        Noise floor.
-
-    Returns
-    -------
-    plotly Figure
-        Menus choose the error and what it is drawn against.
-    """
+    """Errors as points with bars; menus choose metric and cost, of which `first` come first."""
     figure = go.Figure()
     for name, (family, items) in groups.items():
         look = LOOKS[family]
@@ -140,7 +122,7 @@ def methods_plot(race: Benchmark) -> go.Figure:
         if (found := [r for r in race.runners if r.family == family])
     }
     first = ("sliced_wasserstein", "run time")
-    return error_plot(groups, _COSTS, first, lambda r: f"{r.family}: {r.name}", race.floor)
+    return _error_plot(groups, _COSTS, first, lambda r: f"{r.family}: {r.name}", race.floor)
 
 
 def table_sizes_plot(race: Benchmark) -> go.Figure:
@@ -149,7 +131,7 @@ def table_sizes_plot(race: Benchmark) -> go.Figure:
         name: (family, [r for r in race.runners if r.settings["varied"] == name])
         for name, family in _VARIED.items()
     }
-    return error_plot(groups, _COSTS, ("auc", "bytes"), lambda r: r.name, race.floor)
+    return _error_plot(groups, _COSTS, ("auc", "bytes"), lambda r: r.name, race.floor)
 
 
 def sample_sizes_plot(samples: Sequence[Sample]) -> go.Figure:
@@ -157,7 +139,7 @@ def sample_sizes_plot(samples: Sequence[Sample]) -> go.Figure:
     families = dict.fromkeys(sample.family for sample in samples)
     groups = {name: (name, [s for s in samples if s.family == name]) for name in families}
     first = ("ks", "run time")
-    return error_plot(groups, _SAMPLE, first, lambda s: f"{s.family}, {s.count:,} states")
+    return _error_plot(groups, _SAMPLE, first, lambda s: f"{s.family}, {s.count:,} states")
 
 
 def numerics_plot(settings: Sequence[Setting]) -> go.Figure:

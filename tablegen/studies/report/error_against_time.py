@@ -34,46 +34,28 @@ from tablegen.tasks.progress import bar
 
 @dataclass(frozen=True)
 class ErrorAgainstTime:
-    """Error against run time, and what it was measured with.
+    """Error against run time, and what it was measured with."""
 
-    Attributes
-    ----------
-    table : str
-        Name or path that was given.
-    content_sha256 : str
-    table_bytes : int
-    random_nanoseconds : float
-        Processor time of a draw from the table at random conditions.
-    quick : bool
-    seed : int
-    effort : Budget
-    machine : dict
-    races : tuple of Benchmark
-        Every method at each condition.
-    designs : Benchmark
-        Tables of many sizes on a small domain.
-    settings : tuple of Setting
-        Numerics of the direct model, on the same particles.
-    sizes : tuple of Sample
-    left_out : tuple of str
-        One line for each baseline that is not installed.
-    seconds : float
-        Wall time of the measurement.
-    """
-
+    #: Name or path that was given.
     table: str
     content_sha256: str
     table_bytes: int
+    #: Processor time of a draw from the table at random conditions.
     random_nanoseconds: float
     quick: bool
     seed: int
     effort: Budget
     machine: dict[str, Any]
+    #: Every method at each condition.
     races: tuple[Benchmark, ...]
+    #: Tables of many sizes on a small domain.
     designs: Benchmark
+    #: Numerics of the direct model, on the same particles.
     settings: tuple[Setting, ...]
     sizes: tuple[Sample, ...]
+    #: One line for each baseline that is not installed.
     left_out: tuple[str, ...]
+    #: Wall time of the measurement.
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
@@ -173,10 +155,6 @@ def measure_error_against_time(
         Of all random numbers.
     progress : bool
         Show a progress bar on standard error.
-
-    Returns
-    -------
-    ErrorAgainstTime
 
     Raises
     ------

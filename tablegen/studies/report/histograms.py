@@ -26,26 +26,18 @@ _SHOWN = (0.001, 0.999)
 
 @dataclass(frozen=True)
 class View:
-    """Histograms of both samples at one condition.
-
-    Attributes
-    ----------
-    alpha_deg, speed : float
-    low, high : list of float
-        What the bins of each component cover.
-    table, direct : dict
-        ``"u"``: counts in `BINS` bins; ``"u v"``: counts in `PAIR_BINS` squared bins, all bins of
-        the second component for the first bin of the first, and so on.
-    count : int
-        States a side; those outside the bins are counted in none.
-    """
+    """Histograms of both samples at one condition."""
 
     alpha_deg: float
     speed: float
+    #: What the bins of each component cover.
     low: list[float]
     high: list[float]
+    #: ``"u"``: counts in `BINS` bins; ``"u v"``: counts in `PAIR_BINS` squared bins, all bins
+    #: of the second component for the first bin of the first, and so on.
     table: dict[str, list[int]]
     direct: dict[str, list[int]]
+    #: States a side; those outside the bins are counted in none.
     count: int
 
 
@@ -72,10 +64,6 @@ def make_view(drawn: FloatArray, direct: FloatArray, alpha_deg: float, speed: fl
     drawn, direct : float64 arrays, shape (n, 6)
         As many states each.
     alpha_deg, speed : float
-
-    Returns
-    -------
-    View
     """
     low, high = np.quantile(direct, _SHOWN, axis=0)
     # a component that does not vary still needs a bin
@@ -102,10 +90,6 @@ def make_views(table: Table, config: Config, effort: Budget, seed: int, tick: Ti
     seed : int
     tick : callable
         Called with 1 for each condition.
-
-    Returns
-    -------
-    list of View
     """
     alpha, speed = grid(table, effort.views)
     found = []

@@ -1,9 +1,9 @@
-"""The error of a way to get rebound states, with what chance leaves of it.
+"""The error of a method of sampling rebound states, with what chance leaves of it.
 
-A way gives several independent batches. Each is compared with the same large direct reference; the
-error is the mean over the batches, and its confidence interval comes from a bootstrap over them.
-Direct batches, compared with the reference in the same manner, are the noise floor: no way can be
-seen to be better than that.
+A method gives several independent batches. Each is compared with the same large direct reference;
+the error is the mean over the batches, and its confidence interval comes from a bootstrap over
+them. Direct batches, compared with the reference in the same manner, are the noise floor: no method
+can be seen to be better than that.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ _LEVEL = 0.95
 
 
 @dataclass(frozen=True)
-class Estimate:
+class BatchMean:
     """Mean over batches and its 95 % confidence interval."""
 
     mean: float
@@ -35,7 +35,7 @@ class Estimate:
     values: tuple[float, ...]
 
 
-def estimate(values: Sequence[float]) -> Estimate:
+def batch_mean(values: Sequence[float]) -> BatchMean:
     """Mean of some batches with a percentile interval of bootstrapped means.
 
     Parameters
@@ -45,7 +45,7 @@ def estimate(values: Sequence[float]) -> Estimate:
 
     Returns
     -------
-    Estimate
+    BatchMean
         The interval has no width where there is one batch.
     """
     array = np.asarray(values, dtype=np.float64)
@@ -53,7 +53,7 @@ def estimate(values: Sequence[float]) -> Estimate:
     means = array[picks].mean(axis=1)
     tail = 0.5 * (1.0 - _LEVEL)
     low, high = np.quantile(means, (tail, 1.0 - tail))
-    return Estimate(float(array.mean()), float(low), float(high), tuple(array.tolist()))
+    return BatchMean(float(array.mean()), float(low), float(high), tuple(array.tolist()))
 
 
 def batch_seed(seed: int, *purpose: int) -> int:
@@ -108,10 +108,10 @@ def batch_errors(
     return found
 
 
-def gathered(batches: Sequence[dict[str, float]]) -> dict[str, Estimate]:
+def gathered(batches: Sequence[dict[str, float]]) -> dict[str, BatchMean]:
     """Estimates of every metric from the errors of the batches."""
     return {
-        name: estimate([batch[name] for batch in batches])
+        name: batch_mean([batch[name] for batch in batches])
         for name in (*METRICS, "forbidden")
         if name in batches[0]
     }

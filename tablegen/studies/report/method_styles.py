@@ -4,20 +4,13 @@ from typing import NamedTuple
 
 
 class Look(NamedTuple):
-    """Colour and symbol of a method; the symbol says again what the colour says.
+    """Colour and symbol of a method; the symbol says again what the colour says."""
 
-    Attributes
-    ----------
-    colour : str
-        Okabe and Ito's. The dark page turns lightness around and leaves the hue.
-    symbol : str
-        Name of the symbol in plotly.
-    marker : str
-        The same symbol in matplotlib.
-    """
-
+    #: Okabe and Ito's. The dark page turns lightness around and leaves the hue.
     colour: str
+    #: Name of the symbol in plotly.
     symbol: str
+    #: The same symbol in matplotlib.
     marker: str
 
 

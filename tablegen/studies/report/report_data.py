@@ -20,31 +20,19 @@ from tablegen.tasks.progress import bar
 
 @dataclass(frozen=True)
 class ReportData:
-    """What the page of a report shows.
-
-    Attributes
-    ----------
-    evidence : ErrorAgainstTime
-    config : Config
-        Of the table.
-    identity : dict
-        Attributes of the table's file.
-    stored : dict from name to array
-        Accuracy that the table carries.
-    atlas : AccuracyMap
-    views : tuple of View
-    stability : Study
-    gallery : PaperFigures or None
-        Figures of the paper; None where matplotlib is not installed.
-    """
+    """What the page of a report shows."""
 
     evidence: ErrorAgainstTime
+    #: Of the table.
     config: Config
+    #: Attributes of the table's file.
     identity: dict[str, str]
+    #: By name. Accuracy that the table carries.
     stored: dict[str, FloatArray]
     atlas: AccuracyMap
     views: tuple[View, ...]
     stability: Study
+    #: Figures of the paper; None where matplotlib is not installed.
     gallery: PaperFigures | None
 
 
@@ -90,10 +78,6 @@ def collect_report_data(
         What ``tablegen stability --json`` wrote; a brief study is run if None.
     progress : bool
         Show progress bars on standard error.
-
-    Returns
-    -------
-    ReportData
 
     Raises
     ------

@@ -7,31 +7,17 @@ tables too.
 import base64
 import gzip
 import importlib.util
-from typing import Any
 from urllib.parse import quote
 
 from markupsafe import Markup
 
 from sampler.errors import InputError
 from tablegen.studies.pages.rendering import render_page
-from tablegen.studies.paper_figures.all_figures import COLLISION_HEAD, PaperFigures, collision_rows
+from tablegen.studies.paper_figures import statement_text
 from tablegen.studies.paper_figures.sample_statistics import SPEED
-from tablegen.studies.paper_figures.statement_text import (
-    STATEMENT_HEAD,
-    counts_text,
-    failing_lines,
-    statement_rows,
-)
 from tablegen.studies.paper_figures.style import Picture
-from tablegen.studies.report import report_tables
+from tablegen.studies.report import report_tables, report_text
 from tablegen.studies.report.report_data import ReportData
-from tablegen.studies.report.report_text import (
-    HEAD,
-    SETTING_HEAD,
-    benchmark_rows,
-    machine_text,
-    setting_rows,
-)
 from tablegen.studies.report.tolerances import FINEST
 from tablegen.studies.stability.stability_page import stability_values
 
@@ -82,7 +68,7 @@ def _plots(dossier: ReportData) -> dict[str, Markup]:
     return {name: plot_html(figure, name) for name, figure in figures.items()}
 
 
-def _data_address(picture: Picture) -> str:
+def data_address(picture: Picture) -> str:
     """Address that holds a picture; SVG as text, which takes a quarter less than base 64."""
     if picture.name.endswith(".svg"):
         text = picture.data.decode("utf-8").replace("\n", " ")
@@ -90,31 +76,8 @@ def _data_address(picture: Picture) -> str:
     return f"data:{picture.media_type};base64,{base64.b64encode(picture.data).decode('ascii')}"
 
 
-def _paper(gallery: PaperFigures) -> dict[str, Any]:
-    """Statements, collisions and figures of the paper."""
-    return {
-        "speed": SPEED,
-        "count": gallery.count,
-        "counts": counts_text(gallery.statements),
-        "failing": failing_lines(gallery.statements),
-        "statement_head": STATEMENT_HEAD,
-        "statements": statement_rows(gallery.statements),
-        "collision_head": COLLISION_HEAD,
-        "collisions": collision_rows(gallery.statistics),
-        "pictures": [(p.title, p.alternative, _data_address(p)) for p in gallery.pictures],
-    }
-
-
 def report_page(dossier: ReportData) -> str:
     """Self-contained HTML of a report.
-
-    Parameters
-    ----------
-    dossier : ReportData
-
-    Returns
-    -------
-    str
 
     Raises
     ------
@@ -123,24 +86,20 @@ def report_page(dossier: ReportData) -> str:
     """
     require_plotly()
     evidence = dossier.evidence
-    races = (*evidence.races, evidence.designs)
     return render_page(
         "report",
         title=f"Rebound table {evidence.table}",
         dossier=dossier,
         evidence=evidence,
         effort=evidence.effort,
-        rows=report_tables,
-        machine=machine_text(evidence),
-        method_head=HEAD,
-        method_rows=[benchmark_rows(race) for race in races],
-        places=[f"{race.alpha_deg:g}°, {race.speed:g} m/s" for race in races],
-        views=[f"{view.alpha_deg:g}°, {view.speed:g} m/s" for view in dossier.views],
-        setting_head=SETTING_HEAD,
-        setting_rows=setting_rows(evidence),
+        tables=report_tables,
+        text=report_text,
         finest=FINEST,
         stability=stability_values(dossier.stability),
-        paper=None if dossier.gallery is None else _paper(dossier.gallery),
+        gallery=dossier.gallery,
+        speed=SPEED,
+        statements=statement_text,
+        data_address=data_address,
         plots=_plots(dossier),
         library=_packed_library(),
     )

@@ -15,14 +15,14 @@ from tablegen.studies.report.labels import SHORT, quantity_text
 from tablegen.studies.report.report_data import ReportData
 from tablegen.studies.report.report_text import size_text
 
-#: Worst cells that are listed.
-_WORST = 8
-
-#: Columns of the tables of accuracy.
+#: Columns of `stored_rows`.
 ACCURACY_HEAD = (
     "condition",
     *(cell for m in METRICS.values() for cell in (m.head, "of")[: 1 + m.per_variable]),
 )
+
+#: Columns of `map_rows`.
+MAP_HEAD = (*ACCURACY_HEAD, "share of declared", "by")
 
 #: Columns of `sample_rows`.
 SAMPLE_HEAD = ("sample", "ms", *(m.head for m in METRICS.values() if not m.learned))
@@ -34,45 +34,17 @@ def declared(dossier: ReportData) -> dict[str, float]:
     return {name: getattr(targets, name) for name in METRICS}
 
 
-def share_of_allowed(
-    point: Measured, allowed: dict[str, float], count: int
-) -> tuple[float, float, str]:
-    """Largest error at a point in units of what is declared, without noise.
-
-    Parameters
-    ----------
-    point : Measured
-    allowed : dict
-        Largest distances that are declared.
-    count : int
-        Points that are judged together.
-
-    Returns
-    -------
-    high, low : float
-        Confidence limits, as `tablegen.accuracy.decision.limits` has them.
-    name : str
-        Of the distance.
-    """
-    shares = []
-    for name, most in allowed.items():
+def _worst_share(point: Measured, dossier: ReportData) -> tuple[float, float, str]:
+    """Limits of the error in units of what is declared, high and low; and of which metric."""
+    count, shares = len(dossier.atlas.points), []
+    for name, most in declared(dossier).items():
         low, high = limits(name, point.estimates[name], count)
-        least = METRICS[name].least
-        unit = max(most - least, 1e-9)
-        shares.append(((high - least) / unit, (low - least) / unit, name))
+        shares.append((METRICS[name].share(high, most), METRICS[name].share(low, most), name))
     return max(shares)
 
 
 def headline(dossier: ReportData) -> tuple[str, str, list[str]]:
-    """Say whether the declared accuracy holds, by this run and by what the table stores.
-
-    Returns
-    -------
-    kind, words : str
-        "good", "bad" or "open"; and a sentence.
-    lines : list of str
-        What is missed or undecided.
-    """
+    """Kind, sentence and lines: whether the declared accuracy holds, by this run and as stored."""
     judged = judge(dossier.atlas.points, dossier.config.accuracy)
     stored = [
         f"{name}: the table stores {largest:.4f}, noise included, where {most:g} is declared"
@@ -91,11 +63,11 @@ def _fastest(race: Benchmark, family: str) -> MethodResult:
 
 def key_figures(dossier: ReportData) -> list[tuple[str, str, str]]:
     """Name, figure and remark of what matters most."""
-    evidence, stored, allowed = dossier.evidence, dossier.stored, declared(dossier)
-    race, points = evidence.races[-1], dossier.atlas.points
+    evidence, stored, points = dossier.evidence, dossier.stored, dossier.atlas.points
+    race = evidence.races[-1]
     direct, drawn = _fastest(race, "direct simulation"), _fastest(race, "table")
     slow, fast = (quantity_text(1e-9 * runner.nanoseconds, "s") for runner in (direct, drawn))
-    high, low, name = max(share_of_allowed(point, allowed, len(points)) for point in points)
+    high, low, name = max(_worst_share(point, dossier) for point in points)
     measured = len(stored["alpha_deg"])
     return [
         ("size of the table", size_text(evidence.table_bytes), "whole range of angles and speeds"),
@@ -115,7 +87,7 @@ def key_figures(dossier: ReportData) -> list[tuple[str, str, str]]:
                 METRICS[metric].text(float(np.max(stored[metric]))),
                 f"declared at most {limit:g}; {measured} conditions, noise included",
             )
-            for metric, limit in allowed.items()
+            for metric, limit in declared(dossier).items()
             if measured and metric in stored
         ),
         (
@@ -151,11 +123,6 @@ def _closing_rows(dossier: ReportData) -> list[list[str]]:
     return [["noise floor (mean)", *_cells(floor, of_variable=False)], limits_]
 
 
-def map_rows(dossier: ReportData) -> list[list[str]]:
-    """Every cell of the map, for the columns of `ACCURACY_HEAD`."""
-    return [*map(_point_row, dossier.atlas.points), *_closing_rows(dossier)]
-
-
 def stored_rows(dossier: ReportData) -> list[list[str]]:
     """Accuracy that the table carries, for the columns of `ACCURACY_HEAD`."""
     stored, rows = dossier.stored, []
@@ -165,20 +132,16 @@ def stored_rows(dossier: ReportData) -> list[list[str]]:
     return [*rows, _closing_rows(dossier)[-1]]
 
 
-def worst_rows(dossier: ReportData) -> list[list[str]]:
-    """Conditions that come nearest to what is declared: `ACCURACY_HEAD`, share, by which metric."""
-    allowed, points = declared(dossier), dossier.atlas.points
-    ranked = sorted(
-        ((*share_of_allowed(point, allowed, len(points)), point) for point in points),
-        key=lambda cell: cell[0],
-        reverse=True,
-    )
-    worst = [
-        [*_point_row(point), f"{low:.2f} to {high:.2f}", SHORT[name]]
-        for high, low, name, point in ranked[:_WORST]
+def map_rows(dossier: ReportData, count: int | None = None) -> list[list[str]]:
+    """Cells of the map that come nearest to what is declared first: `MAP_HEAD`."""
+    points = dossier.atlas.points
+    ranked = sorted(((*_worst_share(p, dossier), k) for k, p in enumerate(points)), reverse=True)
+    rows = [
+        [*_point_row(points[k]), f"{low:.2f} to {high:.2f}", SHORT[name]]
+        for high, low, name, k in ranked[:count]
     ]
     floor, limit = _closing_rows(dossier)
-    return [*worst, [*floor, "", ""], [*limit, "1.00", ""]]
+    return [*rows, [*floor, "", ""], [*limit, "1.00", ""]]
 
 
 def identity_rows(dossier: ReportData) -> list[list[str]]:

@@ -3,7 +3,7 @@
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report.benchmark import Benchmark, MethodResult
 from tablegen.studies.report.error_against_time import ErrorAgainstTime
-from tablegen.studies.report.method_errors import Estimate
+from tablegen.studies.report.method_errors import BatchMean
 from tablegen.studies.text_table import table_lines
 
 #: Heads of the columns of `benchmark_rows`.
@@ -21,7 +21,7 @@ def size_text(count: int) -> str:
     return f"{count} B"
 
 
-def error_texts(errors: dict[str, Estimate]) -> list[str]:
+def error_texts(errors: dict[str, BatchMean]) -> list[str]:
     """Mean of each metric, and the share of forbidden states."""
     cells = [metric.text(errors[name].mean) for name, metric in METRICS.items()]
     share = errors["forbidden"].mean
@@ -29,7 +29,7 @@ def error_texts(errors: dict[str, Estimate]) -> list[str]:
 
 
 def method_row(runner: MethodResult) -> list[str]:
-    """Cells of one way, for the columns of `HEAD`."""
+    """Cells of one method, for the columns of `HEAD`."""
     return [
         f"{runner.family}: {runner.name}",
         f"{runner.nanoseconds:,.0f}",
@@ -40,7 +40,7 @@ def method_row(runner: MethodResult) -> list[str]:
 
 
 def benchmark_rows(race: Benchmark) -> list[list[str]]:
-    """Cells of all ways at one condition, the noise floor first."""
+    """Cells of all methods at one condition, the noise floor first."""
     floor = ["noise floor: direct against direct", "", "", "", *error_texts(race.floor)]
     return [floor, *(method_row(runner) for runner in race.runners)]
 
@@ -74,16 +74,7 @@ def machine_text(evidence: ErrorAgainstTime) -> str:
 
 
 def error_against_time_text(evidence: ErrorAgainstTime) -> str:
-    """Report of a run for a terminal.
-
-    Parameters
-    ----------
-    evidence : ErrorAgainstTime
-
-    Returns
-    -------
-    str
-    """
+    """Report of a run for a terminal."""
     effort = evidence.effort
     lines = [
         f"{evidence.table}: {size_text(evidence.table_bytes)}, "

@@ -11,31 +11,29 @@ from typing import Any
 from tablegen.accuracy.metrics import Reference
 from tablegen.studies.report.benchmark import Tick
 from tablegen.studies.report.budget import Budget
-from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
+from tablegen.studies.report.method_errors import (
+    BatchMean,
+    Draw,
+    batch_errors,
+    batch_seed,
+    gathered,
+)
 
-#: Purpose of the random numbers, beside those of `tablegen.studies.report.benchmark`.
+#: Purpose of the random numbers, apart from those of `tablegen.studies.report.benchmark`.
 _SIZES = 100
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Error of samples of one size.
-
-    Attributes
-    ----------
-    family : str
-    count : int
-        States in a sample.
-    seconds : float
-        Processor time of such a sample on one thread.
-    errors : dict from metric to Estimate
-        Without AUC, which small samples cannot train.
-    """
+    """Error of samples of one size."""
 
     family: str
+    #: States in a sample.
     count: int
+    #: Processor time of such a sample on one thread.
     seconds: float
-    errors: dict[str, Estimate]
+    #: By metric. Without AUC, which small samples cannot train.
+    errors: dict[str, BatchMean]
 
 
 def sample_sizes(
@@ -55,10 +53,6 @@ def sample_sizes(
     seed : int
     tick : callable
         Called with 1 for each size of each draw.
-
-    Returns
-    -------
-    list of Sample
     """
     found = []
     for k, (family, draw, cost) in enumerate(draws):

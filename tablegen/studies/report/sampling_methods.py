@@ -14,65 +14,40 @@ DOMAIN, CONDITION = "domain", "condition"
 
 @dataclass(frozen=True)
 class BenchmarkCase:
-    """A condition at which methods are compared, and direct states to fit them to.
-
-    Attributes
-    ----------
-    config : Config
-    alpha_deg, speed : float
-    training : float64 array, shape (n, 6)
-        Independent of the reference.
-    seed : int
-    """
+    """A condition at which methods are compared, and direct states to fit them to."""
 
     config: Config
     alpha_deg: float
     speed: float
+    #: Shape (n, 6). Independent of the reference.
     training: FloatArray
     seed: int
 
 
 @dataclass(frozen=True)
 class FittedMethod:
-    """A method that is ready to draw.
+    """A method that is ready to draw."""
 
-    Attributes
-    ----------
-    draw : callable
-        Number of states and seed to (n, 6) states, on one thread.
-    size : int
-        Bytes that the draw reads, 0 for none.
-    setup : float or None
-        Seconds that the fit took, if they are not those of the call that made it.
-    facts : dict
-        Further figures, for the record.
-    """
-
+    #: Number of states and seed to (n, 6) states, on one thread.
     draw: Draw
+    #: Bytes that the draw reads, 0 for none.
     size: int
+    #: Seconds that the fit took, if they are not those of the call that made it.
     setup: float | None = None
+    #: Further figures, for the record.
     facts: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class SamplingMethod:
-    """A method of sampling rebound states.
+    """A method of sampling rebound states."""
 
-    Attributes
-    ----------
-    family : str
-        Methods that are drawn alike.
-    name : str
-    covers : str
-        ``DOMAIN``: any angle and speed; ``CONDITION``: the one it was fitted at.
-    prepare : callable
-        From a `BenchmarkCase` to a `FittedMethod`.
-    settings : dict
-        Its differences from others of its family.
-    """
-
+    #: Methods that are drawn alike.
     family: str
     name: str
+    #: ``DOMAIN``: any angle and speed; ``CONDITION``: the one it was fitted at.
     covers: str
+    #: From a `BenchmarkCase` to a `FittedMethod`.
     prepare: Callable[[BenchmarkCase], FittedMethod]
+    #: Its differences from others of its family.
     settings: dict[str, Any] = field(default_factory=dict)

@@ -17,14 +17,6 @@ _BRIEF = Grid((), (), (0.01, 20.0, 90.0), (200.0,), ())
 def read_study(path: Path) -> Study:
     """Read a study from the JSON that ``tablegen stability --json`` wrote.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    Study
-
     Raises
     ------
     InputError
@@ -54,10 +46,6 @@ def brief_study(config: Config, quick: bool, seed: int, progress: bool) -> Study
     seed : int
     progress : bool
         Show a progress bar on standard error.
-
-    Returns
-    -------
-    Study
     """
     grid = QUICK.narrowed(_BRIEF) if quick else QUICK
     return run_study(config, list(grid.cases()), seed=seed, progress=progress)

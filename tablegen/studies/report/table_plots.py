@@ -33,21 +33,7 @@ _LEAST_STATES = 20
 def accuracy_map(
     atlas: AccuracyMap, stored: Mapping[str, FloatArray], declared: Mapping[str, float]
 ) -> go.Figure:
-    """Distances over angle and speed: cells of this run, dots that the table stores.
-
-    Parameters
-    ----------
-    atlas : AccuracyMap
-    stored : dict from name to array
-        Accuracy that the table carries.
-    declared : dict from metric to float
-        Largest distances that the table declares.
-
-    Returns
-    -------
-    plotly Figure
-        A menu chooses the metric.
-    """
+    """Distances over angle and speed: cells of this run, dots that the table stores; by metric."""
     figure, buttons = go.Figure(), []
     shape = (len(atlas.alpha_deg), len(atlas.speed))
     for k, (metric, limit) in enumerate(declared.items()):
@@ -171,17 +157,7 @@ def _pair(view: View, first: str, second: str) -> tuple[list[dict[str, Any]], di
 
 
 def joint_densities(view: View) -> go.Figure:
-    """Joint densities of every pair of variables at one condition, and how they differ.
-
-    Parameters
-    ----------
-    view : View
-
-    Returns
-    -------
-    plotly Figure
-        A menu chooses the pair.
-    """
+    """Joint densities of a pair of variables at one condition, and how they differ; by pair."""
     figure = make_subplots(
         rows=2,
         cols=2,

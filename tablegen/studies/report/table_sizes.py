@@ -36,7 +36,7 @@ JUDGED = (0.25, 0.25)
 #: The design from which each sweep changes one number.
 BASE = {"angles": 3, "speeds": 2, "components": 128, "knots": 65}
 
-#: Angles and speeds, components and knots that take the place of the base's.
+#: Angles and speeds, mixture components and knots that take the place of the base's.
 NODES = ((2, 2), (4, 3), (7, 4))
 COMPONENTS = (4, 16, 32, 64, 256, 512)
 KNOTS = (17, 33, 129)
@@ -93,12 +93,12 @@ def table_method(name_or_path: str) -> SamplingMethod:
 
 
 def whole_table(name_or_path: str) -> Table:
-    """Load a table that gives all components of a state.
+    """Load a table that gives all variables of a state.
 
     Raises
     ------
     InputError
-        If it is not a table, or leaves components out.
+        If it is not a table, or leaves variables out.
     """
     table = sampler.load(name_or_path)
     if table.columns != STATE:
@@ -115,7 +115,7 @@ def other_table(name_or_path: str, table: Table) -> SamplingMethod:
     Raises
     ------
     InputError
-        If it is of another pair, leaves components out, or does not cover that table's range.
+        If it is of another pair, leaves variables out, or does not cover that table's range.
     """
     other = whole_table(name_or_path)
     if other.pair != table.pair:

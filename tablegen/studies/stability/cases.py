@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from sampler.errors import InputError
 from tablegen.config import Config
-from tablegen.configuration.defaults import SHAPE_NAMES
 from tablegen.configuration.messages import shown
+from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.particles.population import Population
 
 #: Ratios b/a and c/b from round to slender and flat.
@@ -39,7 +39,7 @@ class Case:
     Attributes
     ----------
     shape : str
-        A name of `tablegen.configuration.defaults.SHAPE_NAMES`.
+        A name of `tablegen.model.shape_codes.SHAPE_NAMES`.
     aspect : tuple of two floats
         b / a and c / b.
     alpha_deg : float

@@ -12,16 +12,7 @@ def whose(validation: Validation) -> str:
 
 
 def coverage_lines(validation: Validation) -> list[str]:
-    """Say what was looked at, with which seed, and whether the table declares little.
-
-    Parameters
-    ----------
-    validation : Validation
-
-    Returns
-    -------
-    list of str
-    """
+    """Say what was looked at, with which seed, and whether the table declares little."""
     screening, count = validation.screening, len(validation.comparisons)
     conditions = f"{count} condition{'s' if count > 1 else ''}"
     if screening is None:

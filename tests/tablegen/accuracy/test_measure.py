@@ -61,12 +61,9 @@ class TestStreams:
         assert sorted(measured) == [FIRST_STREAM, FIRST_STREAM + 1, FIRST_STREAM + 2]
 
     def test_hold_other_particles(self):
-        condition = make_condition(0.7, 100.0)
-        keys = {"seed": ROUGH.table.seed, "threads": 1}
+        run = 0.7, 100.0, 100
         a, b = (
-            simulate_condition(
-                ROUGH.pair, ROUGH.population, condition, 100, stream=stream, **keys
-            ).state
+            simulate(ROUGH, *run, seed=ROUGH.table.seed, stream=stream).state
             for stream in (0, FIRST_STREAM)
         )
         assert not np.isin(a, b).any()
@@ -80,14 +77,7 @@ class TestMeasure:
         found = measure(table, TINY, self.CONDITIONS, seed=9, samples=500, targets=lax())
         for k, (alpha_deg, speed) in enumerate(self.CONDITIONS):
             alpha1 = np.radians(alpha_deg)
-            direct = simulate_condition(
-                TINY.pair,
-                TINY.population,
-                make_condition(alpha1, speed),
-                500,
-                seed=9,
-                stream=FIRST_STREAM + k,
-            )
+            direct = simulate(TINY, alpha1, speed, 500, seed=9, stream=FIRST_STREAM + k)
             drawn = table.sample(alpha1, speed, seed=9, hit=k, index=range(500))
             assert found[k] == compare(drawn, direct.state, alpha_deg, speed, seed=9)
 
@@ -100,15 +90,10 @@ class TestMeasure:
             return simulate_condition(pair, population, condition, *arguments, **options)
 
         monkeypatch.setattr(SIMULATE, "simulate_condition", recording)
-        config = TINY.with_changes(
-            {
-                "model": {"contact_resolution": 0.01, "tolerance": 1e-8},
-                "population": {"shapes": {"prism": 0.0}},
-            }
-        )
-        measure(
-            tiny.generated.table, config, self.CONDITIONS[:1], seed=1, samples=100, targets=lax()
-        )
+        numerics = {"contact_resolution": 0.01, "tolerance": 1e-8}
+        changes = {"model": numerics, "population": {"shapes": {"prism": 0.0}}}
+        config, place = TINY.with_changes(changes), self.CONDITIONS[:1]
+        measure(tiny.generated.table, config, place, seed=1, samples=100, targets=lax())
         ((pair, population, condition),) = seen
         assert (pair, population) == (config.pair, config.population)
         expected = make_condition(np.radians(40.0), 100.0, resolution=0.01, tolerance=1e-8)

@@ -7,16 +7,15 @@ from scipy.stats import kstest
 from sampler.formats.channels import CHANNELS, COMPONENTS, RANGES, STATE
 from tablegen.accuracy.scene_variables import simulated_channels, simulated_components
 from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulate import simulate
 
 CONFIG = load_config("corundum-steel")
 COUNT = 20_000
 
 
 def simulated(shape, alpha_deg=35.0, count=COUNT):
-    condition = make_condition(np.radians(alpha_deg), 150.0)
-    people = CONFIG.population.restricted_to(shape)
-    return simulate_condition(CONFIG.pair, people, condition, count, seed=2, threads=1)
+    particles = CONFIG.population.restricted_to(shape)
+    return simulate(CONFIG, np.radians(alpha_deg), 150.0, count, seed=2, population=particles)
 
 
 @pytest.fixture(scope="module")

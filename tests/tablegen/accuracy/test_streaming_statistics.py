@@ -278,11 +278,9 @@ class TestCommand:
         mean = list(json.loads(files[0].read_text())["mean"].values())
         np.testing.assert_allclose(mean, state.mean(axis=0), rtol=0.0, atol=1e-14)
 
-    def test_one_of_the_outputs_is_needed(self, refused):
+    def test_one_of_the_outputs_is_needed_and_not_both_in_one(self, refused, tmp_path):
         line = refused("simulate", *flags(SIMULATE, {}))
         assert line == "Missing option '--output' or '--statistics', allowed: one or both"
-
-    def test_both_outputs_cannot_be_one_file(self, refused, tmp_path):
         file = tmp_path / "x"
         line = refused("simulate", *flags(SIMULATE, {"--output": file, "--statistics": file}))
         assert line == f"--statistics: got {file}, allowed: another file than --output"

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contact_law_samples import RESTITUTION, SOURCE
 from tiny_tables import ROUGH
 
 import sampler
@@ -15,8 +16,7 @@ from tablegen.refinement.refine import fit_nodes
 from tablegen.simulate import simulate
 from tablegen.tasks.runner import TaskRunner
 
-SOURCE = {"source": "made up"}
-POLYNOMIAL = {"law": "polynomial", "coefficients": [0.9, -0.3], **SOURCE}
+POLYNOMIAL = RESTITUTION["polynomial"] | SOURCE
 
 
 def tabulated(*rows):
@@ -26,15 +26,12 @@ def tabulated(*rows):
 
 LAWS = [
     (POLYNOMIAL, False),
-    ({"law": "constant", "value": 0.5, **SOURCE}, False),
+    (RESTITUTION["constant"] | SOURCE, False),
     (tabulated([0.9], [0.5]), False),
     (tabulated([0.9, 0.9], [0.5, 0.5]), False),
     (tabulated([0.9, 0.9], [0.5, 0.4]), True),
-    ({"law": "exponential", "coefficient": 0.1, "exponent": 0.61, **SOURCE}, True),
-    (
-        {"law": "power", "coefficient": 0.7, "reference_speed": 1.0, "exponent": 0.25, **SOURCE},
-        True,
-    ),
+    (RESTITUTION["exponential"] | SOURCE, True),
+    (RESTITUTION["power"] | SOURCE, True),
 ]
 
 

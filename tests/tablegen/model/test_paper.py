@@ -9,7 +9,7 @@ from motion_fixtures import CONFIG
 
 import sampler
 from tablegen.configuration.defaults import MIXTURE
-from tablegen.studies.paper_figures.sample_statistics import DIRECT, make_laws
+from tablegen.studies.paper_figures.sample_statistics import DIRECT, make_statistics
 from tablegen.studies.paper_figures.statement_checks import indicatrix_maxima
 from tablegen.studies.paper_figures.statements import check_statements
 
@@ -20,26 +20,26 @@ FALSE = [1, 6, 7, 11, 14, 16, 20]
 
 
 @pytest.fixture(scope="module")
-def laws():
-    return make_laws(sampler.load("corundum-steel"), CONFIG, 10_000, 71, lambda _: None)
+def figures():
+    return make_statistics(sampler.load("corundum-steel"), CONFIG, 10_000, 71, lambda _: None)
 
 
-def test_other_statements_hold(laws):
-    found = [statement.direct.holds for statement in check_statements(laws)]
+def test_other_statements_hold(figures):
+    found = [statement.direct.holds for statement in check_statements(figures)]
     assert [k for k, holds in enumerate(found, 1) if not holds] == FALSE
 
 
-def test_rotational_energy_peaks_between_15_and_30_degrees(laws):
-    for shape in laws.shapes(DIRECT):
-        highest = max(laws.curve(DIRECT, shape), key=lambda law: law.mean["rotational"])
+def test_rotational_energy_peaks_between_15_and_30_degrees(figures):
+    for shape in figures.shapes(DIRECT):
+        highest = max(figures.curve(DIRECT, shape), key=lambda sample: sample.mean["rotational"])
         assert 15.0 <= highest.alpha_deg <= 30.0
 
 
-def test_indicatrix_has_two_peaks_towards_normal_impact(laws):
-    steep = [law for law in laws.curve(DIRECT, MIXTURE) if law.alpha_deg >= 75.0]
-    for law in steep:
-        forward, backward = indicatrix_maxima(law)
+def test_indicatrix_has_two_peaks_towards_normal_impact(figures):
+    steep = [sample for sample in figures.curve(DIRECT, MIXTURE) if sample.alpha_deg >= 75.0]
+    for sample in steep:
+        forward, backward = indicatrix_maxima(sample)
         assert forward < 60.0
         assert backward > 120.0
-    grazing = [law for law in laws.curve(DIRECT, MIXTURE) if law.alpha_deg <= 55.0]
-    assert np.all([max(indicatrix_maxima(law)) < 45.0 for law in grazing])
+    grazing = [sample for sample in figures.curve(DIRECT, MIXTURE) if sample.alpha_deg <= 55.0]
+    assert np.all([max(indicatrix_maxima(sample)) < 45.0 for sample in grazing])

@@ -24,7 +24,7 @@ def open_config(accuracy=ACCURACY, **table):
     """The rough scene with nodes left to the generator."""
     tree = ROUGH.model_dump(mode="json", by_alias=True, exclude_none=True)
     tree["table"] = {"seed": 5, "samples_per_node": 2000, "quantile_knots": 33, **table}
-    return Config.model_validate({**tree, "accuracy": accuracy})
+    return Config.from_tree({**tree, "accuracy": accuracy})
 
 
 @pytest.fixture(autouse=True)

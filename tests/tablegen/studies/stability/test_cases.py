@@ -7,8 +7,7 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.model.shapes import SHAPE_CODES
-from tablegen.particles.population import SHAPE_NAMES
+from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.simulate import make_condition, simulate_condition
 from tablegen.studies.stability.cases import FORMS, FULL, QUICK, Case, Grid
 
