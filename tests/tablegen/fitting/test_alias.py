@@ -23,18 +23,18 @@ LAWS = {
 
 
 @numba.njit
-def components_of_words(entries, words, components):
+def components_of_words(aliases, words, components):
     """Component that the sampler's own rule chooses for each random word."""
     for k in range(words.size):
-        column, fraction = choose_column(words[k], entries.size)
-        components[k] = choose_component(column, fraction, entries[column])
+        column, fraction = choose_column(words[k], aliases.size)
+        components[k] = choose_component(column, fraction, aliases[column])
 
 
 def chosen(weight, words):
     probability, alias = alias_table(weight)
-    entries = (probability.astype(np.uint32) << 16) | alias
     components = np.empty(len(words), dtype=np.int64)
-    components_of_words(entries, np.asarray(words, dtype=np.uint32), components)
+    aliases = (probability.astype(np.uint32) << 16) | alias
+    components_of_words(aliases, np.asarray(words, dtype=np.uint32), components)
     return components
 
 
