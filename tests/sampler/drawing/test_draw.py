@@ -13,7 +13,7 @@ from sampler import errors
 from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing import kernel, steps
 from sampler.drawing.batch import draw_batch
-from sampler.formats.channels import COMPONENTS
+from sampler.formats.channels import VARIABLES
 from sampler.formats.packing import _MARGIN, table_arrays
 
 pytestmark = pytest.mark.processor
@@ -150,8 +150,8 @@ def test_reflection_is_exact(contents):
         _, state = _draw(arrays, 0.9, 130.0, words)
         words[1] -= 1
         _, image = _draw(arrays, 0.9, 130.0, words)
-        plane = [COMPONENTS.index(name) for name in ("u", "v", "omega_z")]
-        odd = [COMPONENTS.index(name) for name in ("w", "omega_x", "omega_y")]
+        plane = [VARIABLES.index(name) for name in ("u", "v", "omega_z")]
+        odd = [VARIABLES.index(name) for name in ("w", "omega_x", "omega_y")]
         np.testing.assert_array_equal(image[plane], state[plane])
         # The quantile functions were rounded on either side of zero.
         np.testing.assert_allclose(image[odd], -state[odd], rtol=0, atol=2 * TOLERANCE)
