@@ -156,12 +156,12 @@ def mixer(width):
         """Write the variates mean + L n of all rows, reflected or not."""
         normals, units, z = local_normals(), _local_units(), _local_row()
         n_channels = len(arrays.channels)
-        for k in range(len(arrays.channels) * width):
-            word = words[np.uint64(2 * width + k)]
-            normals[np.uint64(k)] = normal_of_word(arrays.normals, word)
+        for number in range(n_channels * width):
+            word = words[np.uint64(2 * width + number)]
+            normals[np.uint64(number)] = normal_of_word(arrays.normals, word)
         for row in range(LANES):
             units[np.uint64(row)] = units[np.uint64(LANES + row)] = _UNIT
-        for row in range(len(arrays.channels)):
+        for row in range(n_channels):
             if FIRST_MIRRORED <= arrays.channels[row] < END_MIRRORED:
                 units[np.uint64(LANES + row)] = -_UNIT
         for n in range(width):
@@ -173,9 +173,9 @@ def mixer(width):
             for column in range(n_channels):
                 normal = normals[np.uint64(column * width + n)]
                 # the columns of L, from the diagonal down, follow each other
-                first = 1 + n_channels * (column + 1) - column * (column + 1) // 2
+                start = 1 + n_channels * (column + 1) - column * (column + 1) // 2
                 for row in range(LANES):
-                    factor = np.float32(arrays.components[np.uint64(record + first + row)])
+                    factor = np.float32(arrays.components[np.uint64(record + start + row)])
                     z[np.uint64(row)] += factor * (normal if row >= column else _ZERO)
             for row in range(LANES):
                 k = np.uint64(n * LANES + row)

@@ -166,38 +166,6 @@ def facet_normal(
 
 
 @no_refcount_kernel
-def _leave(
-    arrays: TableArrays,
-    velocity: Vector,
-    e_y: Vector,
-    half_size: float,
-    roughness: float,
-    seed: int,
-    index: int,
-    hit: int,
-    out: NDArray[np.float64],
-) -> tuple[int, int]:
-    """Bounce, relative to the wall, until the particle leaves; status and number of bounces."""
-    clamped = OK
-    for bounce in range(MAX_BOUNCES):
-        key = bounce_seed(seed, bounce)
-        alpha1, _ = impact_angle(velocity, e_y)
-        found, tilt = draw_tilt(max(alpha1, 0.0), roughness, key, index, hit)
-        if not found:
-            return TILT_NOT_FOUND, bounce
-        normal = facet_normal(velocity, e_y, tilt, key, index, hit)
-        at_rest = (0.0, 0.0, 0.0)
-        status = rebound(arrays, velocity, normal, half_size, at_rest, key, index, hit, out)
-        if status < OK:
-            return status, bounce
-        clamped = max(clamped, status)
-        velocity = (out[0], out[1], out[2])
-        if dot(velocity, e_y) > 0.0:
-            return clamped, bounce + 1
-    return CASCADE_NOT_ENDED, MAX_BOUNCES
-
-
-@no_refcount_kernel
 def rough_bounces(
     arrays: TableArrays,
     velocity: Vector,
@@ -223,18 +191,31 @@ def rough_bounces(
     status = impact_status(velocity, normal, half_size, wall_velocity)
     if status != OK:
         return status, 0
-    relative = combine(1.0, velocity, -1.0, wall_velocity)
-    if dot(relative, relative) == 0.0:
+    # until it leaves, the particle moves relative to the wall
+    moving = combine(1.0, velocity, -1.0, wall_velocity)
+    if dot(moving, moving) == 0.0:
         return SPEED_NOT_POSITIVE, 0
-    e_y = unit(normal)
-    if not dot(relative, e_y) < 0.0:
+    e_y, at_rest = unit(normal), (0.0, 0.0, 0.0)
+    if not dot(moving, e_y) < 0.0:
         return NOT_APPROACHING, 0
-    status, bounces = _leave(arrays, relative, e_y, half_size, roughness, seed, index, hit, out)
-    if status < OK:
-        return status, bounces
-    for axis in range(3):
-        out[axis] += wall_velocity[axis]
-    return status, bounces
+    clamped = OK
+    for bounce in range(MAX_BOUNCES):
+        key = bounce_seed(seed, bounce)
+        alpha1 = max(impact_angle(moving, e_y)[0], 0.0)
+        found, tilt = draw_tilt(alpha1, roughness, key, index, hit)
+        if not found:
+            return TILT_NOT_FOUND, bounce
+        facet = facet_normal(moving, e_y, tilt, key, index, hit)
+        status = rebound(arrays, moving, facet, half_size, at_rest, key, index, hit, out)
+        if status < OK:
+            return status, bounce
+        clamped = max(clamped, status)
+        moving = (out[0], out[1], out[2])
+        if dot(moving, e_y) > 0.0:
+            for axis in range(3):
+                out[axis] += wall_velocity[axis]
+            return clamped, bounce + 1
+    return CASCADE_NOT_ENDED, MAX_BOUNCES
 
 
 @no_refcount_kernel
@@ -269,7 +250,7 @@ def rough_rebound(
     -------
     int
         As `sampler.drawing.frames.rebound`; `CLAMPED` if any bounce was; also `TILT_NOT_FOUND` (-6)
-        and `CASCADE_NOT_ENDED` (-7), which no run will see.
+        and `CASCADE_NOT_ENDED` (-7), with probabilities below 1e-50 and 1e-30 a hit.
     """
     return rough_bounces(
         arrays, velocity, normal, half_size, wall_velocity, roughness, seed, index, hit, out
