@@ -23,7 +23,7 @@ from pydantic import (
 
 from sampler.errors import InputError
 from sampler.files.locate import find_config, find_file
-from sampler.formats.channels import COMPONENTS, STATE
+from sampler.formats.channels import STATE, VARIABLES
 from tablegen.configuration.field_types import (
     AngleRange,
     ComponentNames,
@@ -74,9 +74,9 @@ class Domain(Record):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Components of a draw, in the order of `sampler.formats.channels.COMPONENTS`."""
+        """Components of a draw, in the order of `sampler.formats.channels.VARIABLES`."""
         if self.components is not None:
-            return tuple(name for name in COMPONENTS if name in self.components)
+            return tuple(name for name in VARIABLES if name in self.components)
         return PLANE if self.dimension == 2 else STATE
 
 

@@ -141,3 +141,13 @@ def test_blocks_links_and_anchors_are_read():
     ]
     assert documents.links(text) == ["a.md#b"]
     assert documents.anchors(text) == {"a-b-c"}
+
+
+def test_table_of_changes_names_few_files_that_exist():
+    section = read(ROOT / "CONTRIBUTING.md").partition("## Where to change what")[2]
+    rows = re.findall(r"^\| [^|`]+ \| (.*`.*) \|$", section.partition("\n## ")[0], re.M)
+    assert 0 < len(rows) <= 12
+    for row in rows:
+        paths = [name for name in re.findall(r"`([^`]+)`", row) if "/" in name]
+        assert len(paths) <= 4, row
+        assert all((ROOT / path).exists() for path in paths), row

@@ -1,7 +1,7 @@
 """Many draws: blocks of them go side by side through the steps of `sampler.drawing.block`.
 
-A draw alone spends most of its time waiting for memory and for itself. A state has the same bits as
-from `sampler.drawing.kernel.draw`, which does the same arithmetic one draw at a time.
+A draw alone is bound by latency, of memory and of operations that depend on each other. A state
+has the same bits as from `sampler.drawing.kernel.draw`, which is a block of one.
 """
 
 import numpy as np

@@ -13,7 +13,7 @@ import numpy as np
 from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel
-from sampler.drawing.intrinsics import local_array, mean_of_corners, mix_rows, prefetch
+from sampler.drawing.intrinsics import local_array, mean_of_corners, prefetch
 from sampler.drawing.normal import normal_of_word
 from sampler.drawing.philox import ROUNDS, philox_round
 from sampler.drawing.steps import (
@@ -42,6 +42,7 @@ _ZERO = np.float32(0.0)
 _REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
 _LOW, _HALF = np.uint64(0xFFFFFFFF), np.uint64(32)
 
+_local_row = local_array(types.float32, LANES)
 _local_units = local_array(types.float32, 2 * LANES)
 
 
@@ -153,31 +154,32 @@ def mixer(width):
     @no_refcount_inline_kernel
     def mix(arrays, words, records, variates):
         """Write the variates mean + L n of all rows, reflected or not."""
-        normals, units = local_normals(), _local_units()
-        for k in range(len(arrays.channels) * width):
-            word = words[np.uint64(2 * width + k)]
-            normals[np.uint64(k)] = normal_of_word(arrays.normals, word)
+        normals, units, z = local_normals(), _local_units(), _local_row()
+        n_channels = len(arrays.channels)
+        for number in range(n_channels * width):
+            word = words[np.uint64(2 * width + number)]
+            normals[np.uint64(number)] = normal_of_word(arrays.normals, word)
         for row in range(LANES):
             units[np.uint64(row)] = units[np.uint64(LANES + row)] = _UNIT
-        for row in range(len(arrays.channels)):
+        for row in range(n_channels):
             if FIRST_MIRRORED <= arrays.channels[row] < END_MIRRORED:
                 units[np.uint64(LANES + row)] = -_UNIT
         for n in range(width):
             record = np.int64(records[np.uint64(n)])
             bits = np.int32(words[np.uint64(width + n)] & _REFLECTION_BITS)
             turn = LANES if bits < np.int32(arrays.components[np.uint64(record)]) else 0
-            mix_rows(
-                arrays.components,
-                record,
-                arrays.channels,
-                normals,
-                n,
-                width,
-                units,
-                turn,
-                variates,
-                n * LANES,
-            )
+            for row in range(LANES):
+                z[np.uint64(row)] = np.float32(arrays.components[np.uint64(record + 1 + row)])
+            for column in range(n_channels):
+                normal = normals[np.uint64(column * width + n)]
+                # the columns of L, from the diagonal down, follow each other
+                start = 1 + n_channels * (column + 1) - column * (column + 1) // 2
+                for row in range(LANES):
+                    factor = np.float32(arrays.components[np.uint64(record + start + row)])
+                    z[np.uint64(row)] += factor * (normal if row >= column else _ZERO)
+            for row in range(LANES):
+                k = np.uint64(n * LANES + row)
+                variates[k] = z[np.uint64(row)] * units[np.uint64(turn + row)]
 
     return mix
 

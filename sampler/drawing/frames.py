@@ -106,7 +106,7 @@ def impact(
 
 
 @inline_kernel
-def in_plane(relative: Vector, e_y: Vector, seed: int, index: int, hit: int) -> Vector:
+def tangent(relative: Vector, e_y: Vector, seed: int, index: int, hit: int) -> Vector:
     """Return the unit vector e_x along the tangential velocity.
 
     At normal impact, where there is none, its azimuth is drawn, uniform in [0, 2 pi).
@@ -133,7 +133,7 @@ def _to_lab(
     relative = combine(1.0, velocity, -1.0, wall_velocity)
     speed = math.sqrt(dot(relative, relative))
     e_y = unit(normal)
-    e_x = in_plane(relative, e_y, seed, index, hit)
+    e_x = tangent(relative, e_y, seed, index, hit)
     e_z = cross(e_x, e_y)
     for part in range(2):
         scale = speed if part == 0 else speed / half_size

@@ -15,7 +15,9 @@ Conditions, weights and states are in double precision; what lies between random
 quantiles, steps 4 and 5, is in single precision, which moves a state by less than the 16 bits of a
 stored quantile do.
 
-These are the steps of one draw. `sampler.drawing.batch` takes many draws through them side by side.
+The arithmetic of the steps is in `sampler.drawing.steps`. `sampler.drawing.block` takes one draw
+through them here, and a block of draws side by side in `sampler.drawing.batch`. All of it once more
+in plain Python, as the executable specification: `tests/sampler/reference_draw.py`.
 
 Sources: Walker, ACM Trans. Math. Softw. 3 (1977) for aliases; Tewari, Giering & Raghunathan,
 ICDM workshops (2011) for mixture copulas; Salmon et al., SC'11 for the random words.

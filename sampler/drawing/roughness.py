@@ -36,15 +36,7 @@ from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
 from sampler.drawing.block import item
-from sampler.drawing.frames import (
-    AZIMUTH_BLOCK,
-    NORMAL_IMPACT,
-    along_wall,
-    impact_angle,
-    impact_status,
-    perpendicular,
-    rebound,
-)
+from sampler.drawing.frames import impact_angle, impact_status, rebound, tangent
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, dot, unit, vector
@@ -162,51 +154,15 @@ def draw_tilt(
 
 
 @inline_kernel
-def facet_normal(velocity: Vector, e_y: Vector, azimuth: float, tilt: float) -> Vector:
-    """Return the normal e_y of the mean wall tilted in the plane of incidence.
+def facet_normal(
+    velocity: Vector, e_y: Vector, tilt: float, seed: int, index: int, hit: int
+) -> Vector:
+    """Return the normal e_y of the mean wall tilted (rad) in the plane of incidence.
 
-    At normal impact, where there is no such plane, in one at the azimuth.
+    At normal impact, where there is no such plane, in one at the azimuth of the keys.
     """
-    _, tangential = impact_angle(velocity, e_y)
-    if tangential <= NORMAL_IMPACT * math.sqrt(dot(velocity, velocity)):
-        e_x = perpendicular(e_y, azimuth)
-    else:
-        e_x = along_wall(velocity, e_y)
+    e_x = tangent(velocity, e_y, seed, index, hit)
     return combine(math.cos(tilt), e_y, -math.sin(tilt), e_x)
-
-
-@no_refcount_kernel
-def _leave(
-    arrays: TableArrays,
-    velocity: Vector,
-    e_y: Vector,
-    half_size: float,
-    roughness: float,
-    seed: int,
-    index: int,
-    hit: int,
-    out: NDArray[np.float64],
-) -> tuple[int, int]:
-    """Bounce, relative to the wall, until the particle leaves; status and number of bounces."""
-    clamped = OK
-    for bounce in range(MAX_BOUNCES):
-        key = bounce_seed(seed, bounce)
-        # Only the first bounce can come along the wall's own normal by more than chance.
-        azimuth = 2.0 * math.pi * uniform(philox_block(key, index, hit, AZIMUTH_BLOCK)[0])
-        alpha1, _ = impact_angle(velocity, e_y)
-        found, tilt = draw_tilt(max(alpha1, 0.0), roughness, key, index, hit)
-        if not found:
-            return TILT_NOT_FOUND, bounce
-        normal = facet_normal(velocity, e_y, azimuth, tilt)
-        at_rest = (0.0, 0.0, 0.0)
-        status = rebound(arrays, velocity, normal, half_size, at_rest, key, index, hit, out)
-        if status < OK:
-            return status, bounce
-        clamped = max(clamped, status)
-        velocity = (out[0], out[1], out[2])
-        if dot(velocity, e_y) > 0.0:
-            return clamped, bounce + 1
-    return CASCADE_NOT_ENDED, MAX_BOUNCES
 
 
 @no_refcount_kernel
@@ -235,18 +191,31 @@ def rough_bounces(
     status = impact_status(velocity, normal, half_size, wall_velocity)
     if status != OK:
         return status, 0
-    relative = combine(1.0, velocity, -1.0, wall_velocity)
-    if dot(relative, relative) == 0.0:
+    # until it leaves, the particle moves relative to the wall
+    moving = combine(1.0, velocity, -1.0, wall_velocity)
+    if dot(moving, moving) == 0.0:
         return SPEED_NOT_POSITIVE, 0
-    e_y = unit(normal)
-    if not dot(relative, e_y) < 0.0:
+    e_y, at_rest = unit(normal), (0.0, 0.0, 0.0)
+    if not dot(moving, e_y) < 0.0:
         return NOT_APPROACHING, 0
-    status, bounces = _leave(arrays, relative, e_y, half_size, roughness, seed, index, hit, out)
-    if status < OK:
-        return status, bounces
-    for axis in range(3):
-        out[axis] += wall_velocity[axis]
-    return status, bounces
+    clamped = OK
+    for bounce in range(MAX_BOUNCES):
+        key = bounce_seed(seed, bounce)
+        alpha1 = max(impact_angle(moving, e_y)[0], 0.0)
+        found, tilt = draw_tilt(alpha1, roughness, key, index, hit)
+        if not found:
+            return TILT_NOT_FOUND, bounce
+        facet = facet_normal(moving, e_y, tilt, key, index, hit)
+        status = rebound(arrays, moving, facet, half_size, at_rest, key, index, hit, out)
+        if status < OK:
+            return status, bounce
+        clamped = max(clamped, status)
+        moving = (out[0], out[1], out[2])
+        if dot(moving, e_y) > 0.0:
+            for axis in range(3):
+                out[axis] += wall_velocity[axis]
+            return clamped, bounce + 1
+    return CASCADE_NOT_ENDED, MAX_BOUNCES
 
 
 @no_refcount_kernel
@@ -281,7 +250,7 @@ def rough_rebound(
     -------
     int
         As `sampler.drawing.frames.rebound`; `CLAMPED` if any bounce was; also `TILT_NOT_FOUND` (-6)
-        and `CASCADE_NOT_ENDED` (-7), which no run will see.
+        and `CASCADE_NOT_ENDED` (-7), with probabilities below 1e-50 and 1e-30 a hit.
     """
     return rough_bounces(
         arrays, velocity, normal, half_size, wall_velocity, roughness, seed, index, hit, out

@@ -75,7 +75,7 @@ def channels_to_state(values, width):
     ----------
     values : float64 array, shape (8 * width,)
         Number k of draw r at k * width + r: on entry channels in the order of
-        `sampler.formats.channels.CHANNELS`, on return variables in that of `COMPONENTS`.
+        `sampler.formats.channels.CHANNELS`, on return variables in that of `VARIABLES`.
     width : int
     """
     for r in range(width):

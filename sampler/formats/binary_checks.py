@@ -19,7 +19,7 @@ from sampler.formats.binary_layout import (
     MOST_BYTES,
     MOST_NAMES,
 )
-from sampler.formats.channels import CHANNELS, COMPONENTS, RANGES, channels_for
+from sampler.formats.channels import CHANNELS, RANGES, VARIABLES, channels_for
 from sampler.formats.fixed_point import MIXTURE_SCALE
 from sampler.formats.packing import record_stride
 from sampler.formats.table_arrays import ROUNDING
@@ -105,7 +105,7 @@ def _check_names(header: np.void) -> None:
     with_quantiles = [
         CHANNELS[c] for c, m in zip(channels, marginals, strict=True) if c >= 0 and m >= 0
     ]
-    needed = channels_for(COMPONENTS[k] for k in columns[:n_columns])
+    needed = channels_for(VARIABLES[k] for k in columns[:n_columns])
     _need(set(with_quantiles) == set(needed), -19)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sampler.formats.channels import COMPONENTS
+from sampler.formats.channels import VARIABLES
 
 #: Begins every image; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
@@ -22,7 +22,7 @@ ALIGNMENT = 64
 #: Images are smaller than this, so that 32-bit indices reach everything in them.
 MOST_BYTES = 2**31
 #: Room for the names of channels and components.
-MOST_NAMES = len(COMPONENTS)
+MOST_NAMES = len(VARIABLES)
 
 
 @dataclass(frozen=True)

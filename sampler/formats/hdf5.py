@@ -24,7 +24,7 @@ import numpy as np
 from sampler.errors import TableError
 from sampler.files.atomic import atomic_output
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.channels import CHANNELS, COMPONENTS, RANGES, STATE, channels_for
+from sampler.formats.channels import CHANNELS, RANGES, STATE, VARIABLES, channels_for
 from sampler.formats.hdf5_checks import Array, Check
 from sampler.formats.hdf5_layout import (
     ATTRIBUTES,
@@ -96,15 +96,15 @@ def _check_values(arrays: Mapping[str, Array]) -> None:
             raise TableError(f"{path}: {problem}")
 
 
-def _check_names(components: tuple[str, ...], channels: tuple[str, ...]) -> None:
+def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
     """Components and channels known, in order, and enough of them."""
     for name, given, known in (
-        ("components", components, COMPONENTS),
+        ("components", variables, VARIABLES),
         ("channels", channels, CHANNELS),
     ):
         if not given or not set(given) <= set(known) or len(set(given)) < len(given):
             raise TableError(f"{name}: got {' '.join(given)!r}, allowed: some of {' '.join(known)}")
-    missing = [name for name in channels_for(components) if name not in channels]
+    missing = [name for name in channels_for(variables) if name not in channels]
     if missing:
         raise TableError(f"channels: {' '.join(missing)} missing, allowed: all the components need")
 
@@ -134,7 +134,7 @@ class TableContents:
     pair, config, software_version : str
     seed : int
     components, channels, processors : tuple of str
-        See `ATTRIBUTES`.
+        See `ATTRIBUTES`; components are the variables of a state that the table has.
     speed_independent : bool
         Whether rebounds do not depend on the speed.
 
@@ -194,7 +194,7 @@ class TableContents:
 
     @property
     def marginals(self) -> tuple[str, ...]:
-        """Channels with quantile functions: those that the components are made of."""
+        """Channels with quantile functions: those that the variables are made of."""
         needed = channels_for(self.components)
         return tuple(name for name in self.channels if name in needed)
 

@@ -111,7 +111,7 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     shape: Shape = ()
     for name, own in shapes.items():
         try:
-            shape = np.broadcast_shapes(shape, own)
+            shape = np.broadcast_shapes(shape, own) if shape and own else shape or own
         except ValueError:
             allowed = f"one that broadcasts with {shape}"
             raise InputError(f"{name}: got shape {own}, allowed: {allowed}") from None

@@ -20,7 +20,7 @@ def simulated_components(simulation: Simulation, components: Sequence[str]) -> F
     ----------
     simulation : Simulation
     components : sequence of str
-        Some of `sampler.formats.channels.COMPONENTS`.
+        Some of `sampler.formats.channels.VARIABLES`.
 
     Returns
     -------

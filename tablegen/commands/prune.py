@@ -8,7 +8,7 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE, note
 from sampler.errors import InputError
-from sampler.formats.variables import COMPONENTS
+from sampler.formats.channels import VARIABLES
 
 if TYPE_CHECKING:
     from tablegen.config import Config
@@ -24,8 +24,8 @@ class Variables(click.ParamType):
     ) -> list[str]:
         """Parse and check the list."""
         names = [name.strip() for name in value.split(",")]
-        if len(set(names)) < len(names) or not set(names) <= set(COMPONENTS):
-            allowed = f"some of {','.join(COMPONENTS)}, each once"
+        if len(set(names)) < len(names) or not set(names) <= set(VARIABLES):
+            allowed = f"some of {','.join(VARIABLES)}, each once"
             self.fail(f"got {value!r}, allowed: {allowed}", param, ctx)
         return names
 
@@ -52,7 +52,7 @@ class Variables(click.ParamType):
     "--components",
     type=Variables(),
     metavar="NAME,NAME,...",
-    help=f"Keep these of {', '.join(COMPONENTS)}.",
+    help=f"Keep these of {', '.join(VARIABLES)}.",
 )
 @options.output("S.h5")
 def prune(

@@ -12,7 +12,7 @@ from sampler.commands.program import DONE, note
 from sampler.errors import InputError
 from sampler.files.atomic import write_arrays, write_text
 from sampler.files.locate import find_file
-from sampler.formats.variables import STATE
+from sampler.formats.channels import STATE
 from tablegen.configuration.defaults import MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 

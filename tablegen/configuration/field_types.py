@@ -10,7 +10,7 @@ from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from sampler.formats.variables import COMPONENTS
+from sampler.formats.channels import VARIABLES
 
 Item = TypeVar("Item")
 
@@ -60,8 +60,8 @@ def _strictly_increasing(values: tuple[float, ...]) -> tuple[float, ...]:
 
 def _known_component(name: str) -> str:
     """Refuse a name that no variable has."""
-    if name not in COMPONENTS:
-        raise ValueError(", ".join(COMPONENTS))
+    if name not in VARIABLES:
+        raise ValueError(", ".join(VARIABLES))
     return name
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field, field_validator, model_validator
 
 from tablegen.configuration.field_types import Increasing, Positive, Record, SpeedRange, Text
@@ -20,8 +20,7 @@ from tablegen.model.contact_laws import (
     TABULATED,
     pack_table,
 )
-
-FloatArray = NDArray[np.float64]
+from tablegen.model.float_array import FloatArray
 
 #: How far rounding may carry a restitution coefficient out of [0, 1].
 _ROUNDING = 1e-12

@@ -20,12 +20,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
+from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import Body
 from tablegen.model.support_map import SupportMap, longest_list
 from tablegen.particles.solids import FlatError, mass_of, principal_axes, true_vertices
 from tablegen.particles.support_map_builder import make_map
-
-FloatArray = NDArray[np.float64]
 
 #: Kinds of files that can be read, by suffix.
 SUFFIXES = (".stl", ".obj", ".ply")

@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, create_model, model_validator
 from scipy.special import ndtr
 
 from sampler.errors import InputError
@@ -84,14 +84,14 @@ class FixedAspect(Record):
         return np.array([(value, 0.0, 0.0, 1.0) for value in self.values], dtype=np.float64)
 
 
-class ShapeWeights(Record):
-    """Weight of each shape; shares are weights over their sum, and zero leaves a shape out."""
+_WEIGHTS: dict[str, Any] = {
+    name.replace("-", "_"): (Weight, Field(default=0.0, alias=name)) for name in SHAPE_NAMES
+}
+_Weights: Any = create_model("_Weights", __base__=Record, **_WEIGHTS)
 
-    ellipsoid: Weight = 0.0
-    prism: Weight = 0.0
-    truncated_prism: Weight = Field(default=0.0, alias="truncated-prism")
-    tetrahedron: Weight = 0.0
-    sphere: Weight = 0.0
+
+class ShapeWeights(_Weights):
+    """Weight of each shape; shares are weights over their sum, and zero leaves a shape out."""
 
     def positive(self) -> dict[str, float]:
         """Shapes with positive weight, in the order of `SHAPE_CODES`."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-FloatArray = NDArray[np.float64]
+from tablegen.model.float_array import FloatArray
 
 #: Least thickness of a solid over its largest extent; below it a solid counts as flat.
 THINNEST = 1e-6

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
+from tablegen.model.float_array import FloatArray
 from tablegen.model.support_map import SupportMap
-
-FloatArray = NDArray[np.float64]
 
 #: Angle [rad] by which a direction may turn before its list is taken anew. Measured on grains of
 #: 100 to 4,000 vertices: less shortens the steps of the contact search, more lengthens the lists.

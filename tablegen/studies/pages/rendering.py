@@ -1,4 +1,4 @@
-"""HTML pages from the templates beside this file. A page needs no network."""
+"""HTML pages from the templates next to this file. A page needs no network."""
 
 from functools import cache
 from typing import Any

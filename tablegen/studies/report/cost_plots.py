@@ -7,7 +7,6 @@ import plotly.graph_objects as go
 
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report.benchmark import Benchmark
-from tablegen.studies.report.labels import SHORT
 from tablegen.studies.report.method_errors import BatchMean
 from tablegen.studies.report.method_styles import LOOKS
 from tablegen.studies.report.plot_style import FAINT, INK, button, log_axis, menu, press
@@ -68,12 +67,12 @@ def _error_button(
     errors = [[item.errors[metric] for item in items] for _, items in groups.values()]
     every = [e for part in errors for e in part] + ([floor[metric]] if floor else [])
     ends = [end for e in every for end in (e.low, e.high)]
-    linear = {"type": "linear", "title": {"text": SHORT[metric]}}
+    linear = {"type": "linear", "title": {"text": METRICS[metric].short}}
     return button(
-        f"error: {SHORT[metric]}",
+        f"error: {METRICS[metric].short}",
         {"y": [[e.mean for e in part] for part in errors], "error_y": list(map(_bars, errors))},
         {
-            "yaxis": linear if METRICS[metric].least else log_axis(SHORT[metric], ends),
+            "yaxis": linear if METRICS[metric].least else log_axis(METRICS[metric].short, ends),
             "shapes": _noise(floor[metric]) if floor else [],
         },
     )
@@ -98,7 +97,7 @@ def _error_plot(
             hovertemplate="%{text}<br>error %{y:.3g}<extra></extra>",
         )
     parts = [items for _, items in groups.values()]
-    metrics = [name for name in SHORT if name in parts[0][0].errors]
+    metrics = [name for name in METRICS if name in parts[0][0].errors]
     errors = [_error_button(groups, name, floor) for name in metrics]
     # there is no place for nothing on a logarithmic axis
     against = []

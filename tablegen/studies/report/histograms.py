@@ -1,4 +1,4 @@
-"""Densities of components and of pairs of them, table beside direct, at some conditions."""
+"""Densities of variables and of pairs of them, table next to direct, at some conditions."""
 
 from dataclasses import dataclass
 from itertools import combinations
@@ -17,7 +17,7 @@ from tablegen.studies.report.method_errors import batch_seed
 
 _DIRECT, _TABLE = range(300, 302)
 
-#: Bins of a density of one component, and of each of a pair.
+#: Bins of a density of one variable, and of each of a pair.
 BINS, PAIR_BINS = 80, 32
 
 #: Part of the direct states that the axes show; the rest is in the tails.
@@ -30,11 +30,11 @@ class View:
 
     alpha_deg: float
     speed: float
-    #: What the bins of each component cover.
+    #: What the bins of each variable cover.
     low: list[float]
     high: list[float]
     #: ``"u"``: counts in `BINS` bins; ``"u v"``: counts in `PAIR_BINS` squared bins, all bins
-    #: of the second component for the first bin of the first, and so on.
+    #: of the second variable for the first bin of the first, and so on.
     table: dict[str, list[int]]
     direct: dict[str, list[int]]
     #: States a side; those outside the bins are counted in none.
@@ -42,7 +42,7 @@ class View:
 
 
 def _histograms(state: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, list[int]]:
-    """Count in bins of each component and of each pair of components."""
+    """Count in bins of each variable and of each pair of variables."""
     found = {}
     for k, name in enumerate(STATE):
         counts, _ = np.histogram(state[:, k], BINS, (low[k], high[k]))
@@ -66,7 +66,7 @@ def make_view(drawn: FloatArray, direct: FloatArray, alpha_deg: float, speed: fl
     alpha_deg, speed : float
     """
     low, high = np.quantile(direct, _SHOWN, axis=0)
-    # a component that does not vary still needs a bin
+    # a variable that does not vary still needs a bin
     high = np.maximum(high, low + 1e-6)
     return View(
         alpha_deg=alpha_deg,

@@ -1,9 +1,4 @@
-"""Words for metrics and variables, and quantities in the unit that suits them."""
-
-from tablegen.configuration.metric_table import METRICS
-
-#: Words for metrics, in the order of `METRICS`.
-SHORT = {name: metric.short for name, metric in METRICS.items()}
+"""Names of variables, and quantities in the unit that suits them."""
 
 #: Names of variables on axes.
 LABELS = {

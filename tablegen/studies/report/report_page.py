@@ -48,19 +48,19 @@ def _packed_library() -> str:
     return base64.b64encode(gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)).decode("ascii")
 
 
-def _plots(dossier: ReportData) -> dict[str, Markup]:
+def _plots(report: ReportData) -> dict[str, Markup]:
     """Every plot as HTML; those of views and of methods are numbered."""
     from tablegen.studies.report import cost_plots, table_plots
     from tablegen.studies.report.plot_style import plot_html
 
-    evidence, allowed = dossier.evidence, report_tables.declared(dossier)
+    evidence, allowed = report.evidence, report_tables.declared(report)
     figures = {
-        "map": table_plots.accuracy_map(dossier.atlas, dossier.stored, allowed),
+        "map": table_plots.accuracy_map(report.atlas, report.stored, allowed),
         "table-sizes": cost_plots.table_sizes_plot(evidence.designs),
         "sample-sizes": cost_plots.sample_sizes_plot(evidence.sizes),
         "numerics": cost_plots.numerics_plot(evidence.settings),
     }
-    for k, view in enumerate(dossier.views):
+    for k, view in enumerate(report.views):
         figures[f"marginals-{k}"] = table_plots.marginals(view)
         figures[f"pairs-{k}"] = table_plots.joint_densities(view)
     for k, race in enumerate(evidence.races):
@@ -76,7 +76,7 @@ def data_address(picture: Picture) -> str:
     return f"data:{picture.media_type};base64,{base64.b64encode(picture.data).decode('ascii')}"
 
 
-def report_page(dossier: ReportData) -> str:
+def report_page(report: ReportData) -> str:
     """Self-contained HTML of a report.
 
     Raises
@@ -85,21 +85,21 @@ def report_page(dossier: ReportData) -> str:
         If plotly is not installed.
     """
     require_plotly()
-    evidence = dossier.evidence
+    evidence = report.evidence
     return render_page(
         "report",
         title=f"Rebound table {evidence.table}",
-        dossier=dossier,
+        report=report,
         evidence=evidence,
         effort=evidence.effort,
         tables=report_tables,
         text=report_text,
         finest=FINEST,
-        stability=stability_values(dossier.stability),
-        gallery=dossier.gallery,
+        stability=stability_values(report.stability),
+        gallery=report.gallery,
         speed=SPEED,
         statements=statement_text,
         data_address=data_address,
-        plots=_plots(dossier),
+        plots=_plots(report),
         library=_packed_library(),
     )

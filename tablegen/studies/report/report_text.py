@@ -3,6 +3,7 @@
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report.benchmark import Benchmark, MethodResult
 from tablegen.studies.report.error_against_time import ErrorAgainstTime
+from tablegen.studies.report.labels import quantity_text
 from tablegen.studies.report.method_errors import BatchMean
 from tablegen.studies.text_table import table_lines
 
@@ -13,12 +14,7 @@ HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
 
 def size_text(count: int) -> str:
     """Bytes in the unit that suits them."""
-    if count == 0:
-        return "-"
-    for unit, scale in (("MB", 1e6), ("kB", 1e3)):
-        if count >= scale:
-            return f"{count / scale:.3g} {unit}"
-    return f"{count} B"
+    return quantity_text(count, "B") if count else "-"
 
 
 def error_texts(errors: dict[str, BatchMean]) -> list[str]:

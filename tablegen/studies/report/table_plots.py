@@ -14,7 +14,7 @@ from tablegen.configuration.metric_table import METRICS
 from tablegen.model.float_array import FloatArray
 from tablegen.studies.report.accuracy_map import AccuracyMap
 from tablegen.studies.report.histograms import View
-from tablegen.studies.report.labels import LABELS, SHORT
+from tablegen.studies.report.labels import LABELS
 from tablegen.studies.report.method_styles import LOOKS
 from tablegen.studies.report.plot_style import FAINT, INK, button, menu, press
 
@@ -75,7 +75,9 @@ def accuracy_map(
             }
         )
         shown = [k == other for other in range(len(declared)) for _ in range(2)]
-        buttons.append(button(f"{SHORT[metric]}, declared: {limit:g}", {"visible": shown}, {}))
+        buttons.append(
+            button(f"{METRICS[metric].short}, declared: {limit:g}", {"visible": shown}, {})
+        )
     ticks = {"tickvals": np.sqrt(_ANGLES), "ticktext": _ANGLES}
     figure.update_layout(
         height=480,

@@ -88,7 +88,7 @@ DETAIL_HEAD = ("", "mean, table", "direct", "most probable, table", "direct", "K
 
 
 def detail_rows(comparison: Comparison) -> list[list[str]]:
-    """Means, modes, energy and scattering angles at one condition, table beside direct."""
+    """Means, modes, energy and scattering angles at one condition, table next to direct."""
     c, distances = comparison, comparison.estimates["ks"].by_variable
     rows = [
         [

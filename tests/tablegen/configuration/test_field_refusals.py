@@ -6,7 +6,7 @@ import pytest
 from contact_law_samples import RESISTANCE, RESTITUTION, SOURCE
 
 from sampler.errors import InputError
-from sampler.formats.channels import COMPONENTS
+from sampler.formats.channels import VARIABLES
 from tablegen.config import load_config, parse_config
 from tablegen.particles.mesh import MOST_VERTICES
 
@@ -113,7 +113,7 @@ orientation: factor = 101.0 => factor: got 101, ... 100
 
 def cases(text):
     """Changes, how the line begins, and a bound, from every line of a list."""
-    text = text.replace("{SOME}", ", ".join(COMPONENTS)).replace("{MOST}", f"4 to {MOST_VERTICES}")
+    text = text.replace("{SOME}", ", ".join(VARIABLES)).replace("{MOST}", f"4 to {MOST_VERTICES}")
     rows = (line.partition(" => ") for line in text.strip().splitlines())
     return [(toml, *rest.split(" ... ")) for toml, _, rest in rows]
 

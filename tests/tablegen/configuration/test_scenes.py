@@ -6,7 +6,7 @@ from corrupt_tables import declaring, shifted_speeds
 from tiny_tables import TINY
 
 import sampler
-from sampler.formats.channels import COMPONENTS, channels_for
+from sampler.formats.channels import VARIABLES, channels_for
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.accuracy.scene_variables import simulated_components
@@ -20,7 +20,7 @@ SCENES = {
     "plane": ({"dimension": 2}, ("u", "v", "omega_z")),
     "two": ({"components": ["u", "v"]}, ("u", "v")),
     "velocity": ({"components": ["u", "v", "w"]}, ("u", "v", "w")),
-    "everything": ({"components": list(COMPONENTS)}, COMPONENTS),
+    "everything": ({"components": list(VARIABLES)}, VARIABLES),
 }
 #: A node, where there is no interpolation, and a condition between the nodes.
 NODE, BETWEEN = (45.0, 60.0), (39.0, 120.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from corrupt_tables import independent_channels, independent_columns
 
-from sampler.formats.channels import COMPONENTS
+from sampler.formats.channels import VARIABLES
 from sampler.table import Table
 from tablegen.accuracy.metrics import classifier_auc, correlation_error, ks_distances
 from tablegen.accuracy.scene_variables import simulated_components
@@ -133,7 +133,7 @@ SCENES = {
     "two": ({"components": ["v", "u"]}, ("u", "v")),
     "no spin": ({"components": ["u", "v", "w"]}, ("u", "v", "w")),
     "spin only": ({"components": ["omega_x", "omega_z"]}, ("omega_x", "omega_z")),
-    "everything": ({"components": list(COMPONENTS)}, COMPONENTS),
+    "everything": ({"components": list(VARIABLES)}, VARIABLES),
 }
 
 
@@ -159,7 +159,7 @@ class TestScenes:
         assert ks_distances(moved, direct).max() > TestDraws.KS_BOUND
 
     def test_energies_and_collisions_are_possible_ones(self):
-        domain = {"components": list(COMPONENTS)}
+        domain = {"components": list(VARIABLES)}
         config = node_config(**SMALL).with_changes({"domain": domain})
         states = one_node_table(config).sample(np.radians(ALPHA_DEG), SPEED, seed=1, index=range(N))
         energy, collisions = states[:, 6], states[:, 7]

@@ -10,7 +10,7 @@ from motion_fixtures import CONFIG
 import sampler
 from tablegen.configuration.defaults import MIXTURE
 from tablegen.studies.paper_figures.sample_statistics import DIRECT, make_statistics
-from tablegen.studies.paper_figures.statement_checks import indicatrix_maxima
+from tablegen.studies.paper_figures.scattering_checks import indicatrix_maxima
 from tablegen.studies.paper_figures.statements import check_statements
 
 #: Numbers of the statements that do not hold: differences of means from modes (1, 16), shares of

@@ -9,7 +9,7 @@ from tiny_budget import TINY
 
 from tablegen.configuration.metric_table import METRICS
 from tablegen.studies.report import error_against_time as study
-from tablegen.studies.report import report_data as dossiers
+from tablegen.studies.report import report_data
 from tablegen.studies.report import report_page as page
 from tablegen.studies.report.table_sizes import designs
 
@@ -17,11 +17,11 @@ from tablegen.studies.report.table_sizes import designs
 @pytest.fixture
 def quick(monkeypatch):
     """Make ``--quick`` quicker."""
-    for module in (study, dossiers):
+    for module in (study, report_data):
         monkeypatch.setattr(module, "QUICK", TINY)
 
 
-def test_json_has_every_number_and_the_same_each_time(run, dossier, tiny, quick, tmp_path):
+def test_json_has_every_number_and_the_same_each_time(run, report, tiny, quick, tmp_path):
     file = tmp_path / "report.json"
     words = ("--quick", "--beside", tiny.path, "--seed", 3, "--json", file, "--quiet")
     ended = run("report", tiny.path, *words)
@@ -52,21 +52,21 @@ def test_json_has_every_number_and_the_same_each_time(run, dossier, tiny, quick,
     assert {s["varied"] for s in data["settings"]} == {"resolution", "tolerance"}
     assert "noise floor" in ended.out
     # times differ from run to run, errors do not
-    for race, before in zip(data["races"], dossier.evidence.races, strict=True):
+    for race, before in zip(data["races"], report.evidence.races, strict=True):
         for runner, same in zip(race["runners"], before.runners, strict=True):
             for name in METRICS:
                 assert runner["errors"][name]["mean"] == same.errors[name].mean
 
 
-def test_page_is_written(run, dossier, quick, monkeypatch, tmp_path):
+def test_page_is_written(run, report, quick, monkeypatch, tmp_path):
     pytest.importorskip("plotly")
-    monkeypatch.setattr(study, "measure_error_against_time", lambda *_, **__: dossier.evidence)
-    monkeypatch.setattr(dossiers, "map_accuracy", lambda *_: dossier.atlas)
-    monkeypatch.setattr(dossiers, "collect_report_data", lambda *_: dossier)
+    monkeypatch.setattr(study, "measure_error_against_time", lambda *_, **__: report.evidence)
+    monkeypatch.setattr(report_data, "map_accuracy", lambda *_: report.atlas)
+    monkeypatch.setattr(report_data, "collect_report_data", lambda *_: report)
     file = tmp_path / "report.html"
-    ended = run("report", dossier.evidence.table, "--quick", "--html", file, "--quiet")
+    ended = run("report", report.evidence.table, "--quick", "--html", file, "--quiet")
     assert (ended.status, ended.err) == (DONE, "")
-    assert file.read_text() == page.report_page(dossier)
+    assert file.read_text() == page.report_page(report)
     assert f"{file}: " in ended.out
 
 

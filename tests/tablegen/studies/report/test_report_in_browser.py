@@ -31,11 +31,11 @@ const done = arguments[0];
 
 
 @pytest.fixture(scope="module")
-def page(dossier, tmp_path_factory):
+def page(report, tmp_path_factory):
     """The page, opened and drawn."""
     folder = tmp_path_factory.mktemp("browser")
     file = folder / "report.html"
-    file.write_text(report_page(dossier), encoding="utf-8")
+    file.write_text(report_page(report), encoding="utf-8")
     with browser(folder / "profile") as driver:
         resize(driver, 1280)
         driver.get(file.as_uri())

@@ -17,8 +17,8 @@ FOLDED = ["tables", "samples", "numerics", "stability", "paper"]
 
 
 @pytest.fixture(scope="module")
-def text(dossier):
-    return report_page(dossier)
+def text(report):
+    return report_page(report)
 
 
 @pytest.fixture(scope="module")
@@ -43,21 +43,21 @@ def test_pictures_and_plots_have_words(page):
     assert len(plots) == names.count("figure") - names.count("img")
 
 
-def test_holds_the_numbers(page, dossier):
+def test_holds_the_numbers(page, report):
     texts = page.texts
-    assert dossier.identity["content_sha256"] in texts
-    for race in (*dossier.evidence.races, dossier.evidence.designs):
+    assert report.identity["content_sha256"] in texts
+    for race in (*report.evidence.races, report.evidence.designs):
         for runner in race.runners:
             assert f"{runner.family}: {runner.name}" in texts
             assert f"{runner.errors['ks'].mean:.4f}" in texts
-    for point in dossier.atlas.points:
+    for point in report.atlas.points:
         assert f"{point.estimates['ks'].value:.4f}" in texts
     assert "The model holds in every case." in texts
 
 
-def test_statements_that_do_not_hold_are_in_the_summary(text, dossier):
+def test_statements_that_do_not_hold_are_in_the_summary(text, report):
     summary = text[: text.index('id="identity"')]
-    statements = dossier.gallery.statements
+    statements = report.gallery.statements
     failing = [s for s in statements if s.direct is not None and s.direct.holds is False]
     assert failing
     for statement in statements:
@@ -66,32 +66,32 @@ def test_statements_that_do_not_hold_are_in_the_summary(text, dossier):
         )
 
 
-def test_the_same_report_is_the_same_page(text, dossier):
-    assert report_page(dossier) == text
+def test_the_same_report_is_the_same_page(text, report):
+    assert report_page(report) == text
 
 
-def test_names_are_escaped(dossier):
+def test_names_are_escaped(report):
     name = "<b>&.h5"
-    spoiled = replace(dossier, evidence=replace(dossier.evidence, table=name))
+    spoiled = replace(report, evidence=replace(report.evidence, table=name))
     assert read_page(report_page(spoiled)).texts.count(f"Rebound table {name}") == 2
 
 
-def with_errors(dossier, **errors):
+def with_errors(report, **errors):
     """The report of a run in which every point of the map has these errors, without noise."""
     nothing = {"ks": 0.0, "sliced_wasserstein": 0.0, "correlation_error": 0.0}
     exact = {
         name: Estimate(value, 0.0, value, 0.0, 0.0) for name, value in (nothing | errors).items()
     }
-    points = tuple(replace(p, estimates=p.estimates | exact) for p in dossier.atlas.points)
-    return replace(dossier, atlas=replace(dossier.atlas, points=points))
+    points = tuple(replace(p, estimates=p.estimates | exact) for p in report.atlas.points)
+    return replace(report, atlas=replace(report.atlas, points=points))
 
 
 class TestHeadline:
     """The headline and the share of the worst cell come from one verdict."""
 
-    def test_holds_only_with_shares_of_at_most_one(self, dossier):
-        allowed = declared(dossier)
-        good = with_errors(dossier, auc=0.5, ks=allowed["ks"])
+    def test_holds_only_with_shares_of_at_most_one(self, report):
+        allowed = declared(report)
+        good = with_errors(report, auc=0.5, ks=allowed["ks"])
         stored = {
             n: np.minimum(v, allowed[n]) if n in allowed else v for n, v in good.stored.items()
         }
@@ -100,14 +100,14 @@ class TestHeadline:
         assert headline(good) == ("good", holds, [])
         assert key_figures(good)[-1][1] == "100% to 100%"
 
-    def test_missed(self, dossier):
-        bad = with_errors(dossier, auc=0.5, ks=1.15 * declared(dossier)["ks"])
+    def test_missed(self, report):
+        bad = with_errors(report, auc=0.5, ks=1.15 * declared(report)["ks"])
         assert headline(bad)[:2] == ("bad", "The declared accuracy is missed:")
         assert key_figures(bad)[-1][1] == "115% to 115%"
 
-    def test_noise_that_leaves_it_open_is_no_good_news(self, dossier):
-        most = declared(dossier)["ks"]
-        bad = with_errors(dossier, auc=0.5)
+    def test_noise_that_leaves_it_open_is_no_good_news(self, report):
+        most = declared(report)["ks"]
+        bad = with_errors(report, auc=0.5)
         points = tuple(
             replace(p, estimates=p.estimates | {"ks": Estimate(most, most, most, most, 0.0)})
             for p in bad.atlas.points
@@ -116,8 +116,8 @@ class TestHeadline:
         assert kind == "open"
         assert "leaves open whether it holds" in words
 
-    def test_stored_distances_above_the_declared_are_said(self, dossier):
-        good = with_errors(dossier, auc=0.5)
+    def test_stored_distances_above_the_declared_are_said(self, report):
+        good = with_errors(report, auc=0.5)
         stored = {**good.stored, "auc": good.stored["auc"] * 0.0 + 0.99}
         kind, _, lines = headline(replace(good, stored=stored))
         assert kind == "open"

@@ -16,8 +16,8 @@ COSTS = ("nanoseconds", "bytes", "setup_seconds")
 
 
 @pytest.fixture
-def race(dossier):
-    return dossier.evidence.races[-1]
+def race(report):
+    return report.evidence.races[-1]
 
 
 def test_menus_lead_to_the_numbers_of_the_json(race):
@@ -52,8 +52,8 @@ def test_methods_look_as_in_the_picture_of_the_readme(race):
         assert (trace.mode, trace.marker.color, trace.marker.symbol) == ("markers", *look[:2])
 
 
-def test_times_are_no_curves(dossier):
-    evidence = dossier.evidence
+def test_times_are_no_curves(report):
+    evidence = report.evidence
     for figure in (
         cost_plots.table_sizes_plot(evidence.designs),
         cost_plots.sample_sizes_plot(evidence.sizes),
@@ -88,14 +88,14 @@ def test_ticks_are_few_and_in_range(ends):
     assert all(low / 1.3 <= tick <= 1.3 * high for tick in axis["tickvals"])
 
 
-def test_the_map_shows_cells_and_what_the_table_stores(dossier):
-    figure = table_plots.accuracy_map(dossier.atlas, dossier.stored, dict.fromkeys(METRICS, 0.1))
+def test_the_map_shows_cells_and_what_the_table_stores(report):
+    figure = table_plots.accuracy_map(report.atlas, report.stored, dict.fromkeys(METRICS, 0.1))
     cells, dots = figure.data[:2]
-    columns = len(dossier.atlas.speed)
-    for k, point in enumerate(dossier.atlas.points):
+    columns = len(report.atlas.speed)
+    for k, point in enumerate(report.atlas.points):
         assert cells.z[k % columns][k // columns] == point.estimates["ks"].value
         assert cells.customdata[k % columns][k // columns] == point.alpha_deg
-    assert list(dots.marker.color) == list(dossier.stored["ks"].max(axis=1))
+    assert list(dots.marker.color) == list(report.stored["ks"].max(axis=1))
     assert [trace.visible for trace in figure.data] == [True, True] + 6 * [False]
 
 
