@@ -77,15 +77,16 @@ class TestSimulate:
         np.testing.assert_allclose(result.energy[:, 0], speed2, rtol=1e-12)
         assert (result.energy.sum(axis=1) <= 1.0 + 1e-12).all()
 
-    def test_is_the_simulation(self, simulated):
+    @pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (0.5, -0.25, 1.0)])
+    def test_is_the_simulation(self, simulated, spin):
         config = load_config("corundum-steel")
-        condition = make_condition(np.radians(45.0), 200.0)
+        condition = make_condition(np.radians(45.0), 200.0, spin)
         expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
-        result = simulated()
-        np.testing.assert_array_equal(result.state, expected.state)
-        np.testing.assert_array_equal(result.collisions, expected.collisions)
-        np.testing.assert_array_equal(simulated(threads=3).state, expected.state)
-        assert not np.array_equal(simulated(seed=2).state, expected.state)
+        result = simulated(spin=spin)
+        for name in ("state", "collisions", "energy"):
+            np.testing.assert_array_equal(getattr(result, name), getattr(expected, name))
+        np.testing.assert_array_equal(simulated(spin=spin, threads=3).state, expected.state)
+        assert not np.array_equal(simulated(spin=spin, seed=2).state, expected.state)
 
     @pytest.mark.parametrize(
         "shape", ["sphere", "ellipsoid", "prism", "truncated-prism", "tetrahedron"]
@@ -100,14 +101,6 @@ class TestSimulate:
     def test_aspect(self, simulated):
         result = simulated(shape="prism", aspect=(0.8, 0.5), count=20)
         np.testing.assert_array_equal(result.aspect, [[0.8, 0.5]] * 20)
-
-    def test_spin(self, simulated):
-        config = load_config("corundum-steel")
-        condition = make_condition(np.radians(45.0), 200.0, (0.5, -0.25, 1.0))
-        expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
-        result = simulated(spin=(0.5, -0.25, 1.0))
-        np.testing.assert_array_equal(result.state, expected.state)
-        np.testing.assert_array_equal(result.energy, expected.energy)
 
     def test_speed_outside_the_law_is_simulated_with_a_note(self, simulated):
         assert simulated(speed=300).err == ""
