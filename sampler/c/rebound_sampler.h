@@ -1120,7 +1120,7 @@ typedef struct rbti_header {
     DO(n_channels, 1, 8)                                                                           \
     DO(n_marginals, 1, 8)                                                                          \
     DO(n_columns, 1, 8)
-/* DO(array, member of rbt_table, type, rows, numbers of a row, numbers behind the last) */
+/* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */
 #define RBTI_ARRAYS(DO)                                                                            \
     DO(alpha_coordinate, alpha.coordinate, double, h->n_alpha_grid, 1, 0)                          \
     DO(speed_coordinate, speed.coordinate, double, h->n_speed_grid, 1, 0)                          \

@@ -75,7 +75,7 @@ def filled(
 
 
 def filled_page(page: str) -> str:
-    """The page with its marked parts brought up to date; errors as `filled`."""
+    """Bring the marked parts of the page up to date; errors as `filled`."""
     parts = {"attributes": attributes_text, "datasets": datasets_text, "binary": layout_text}
     return filled(page, PAGE, parts)
 

@@ -1,7 +1,7 @@
 """Parts of the C header and of the Fortran module, made from the layout of a binary table.
 
-Run ``python -m sampler.formats.generated_code`` after a change to `sampler.formats.binary_layout` or
-`sampler.formats.channels`; everything outside the marked parts is written by hand.
+Run ``python -m sampler.formats.generated_code`` after a change to `sampler.formats.channels` or
+`sampler.formats.binary_layout`; everything outside the marked parts is written by hand.
 """
 
 import itertools
@@ -61,7 +61,7 @@ def _number(number: int) -> str:
 
 
 def header_struct() -> str:
-    """The header of the file as a C struct: every field naturally aligned, no padding."""
+    """Write the header of the file as a C struct: every field naturally aligned, no padding."""
     lines = ["typedef struct rbti_header {"]
     for kind, fields in itertools.groupby(HEADER, lambda field: _c_type(field.dtype)):
         names = ", ".join(f"{f.name}{_extent(f)}" for f in fields)
@@ -75,7 +75,7 @@ def _extent(field: Field) -> str:
 
 
 def checked_constants() -> str:
-    """What the reader checks a file against: limits, and extents of arrays, as lists of macros."""
+    """Write what the reader checks a file against: limits and extents of arrays, as macros."""
     magic = "".join(f"\\{byte:03o}" for byte in MAGIC)
     needs = ", ".join(
         f"0x{sum(1 << CHANNELS.index(c) for c in channels_for([variable])):02x}"
@@ -92,7 +92,7 @@ def checked_constants() -> str:
         f"#define RBTI_NEEDS {{{needs}}}",
         "/* DO(dimension, least, most) */",
         *_macro("RBTI_DIMENSIONS", [f"{n}, {a}, {b}" for n, (_, a, b) in DIMENSIONS.items()]),
-        "/* DO(array, member of rbt_table, type, rows, numbers of a row, numbers behind the last) */",
+        "/* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */",
         *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
     ]
     return "\n".join(lines) + "\n"
@@ -119,7 +119,7 @@ def _array_arguments(array: StoredArray) -> str:
 
 
 def code_texts() -> str:
-    """What `rbt_strerror` says, as rows of a C array."""
+    """Write what `rbt_strerror` says, as rows of a C array."""
     lines = []
     for code in CODES:
         first, *rest = textwrap.wrap(code.text, _WIDTH - 36, drop_whitespace=False)
@@ -129,11 +129,13 @@ def code_texts() -> str:
 
 
 def fortran_constants() -> str:
-    """The codes and the most variables of a state, in Fortran."""
-    codes = [f"      RBT_{code.name} = {code.number}" for code in CODES]
+    """Write the codes and the most variables of a state in Fortran."""
+    codes = ", ".join(f"RBT_{code.name}\0=\0{code.number}" for code in CODES)
+    indent = " " * 6
+    lines = textwrap.wrap(codes, _WIDTH - 2, initial_indent=indent, subsequent_indent=indent)
     return (
         "  integer(c_int), parameter, public :: &\n"
-        + ", &\n".join(codes)
+        + " &\n".join(lines).replace("\0", " ")
         + f"\n  integer, parameter, public :: RBT_VALUES = {MOST_NAMES}\n"
     )
 

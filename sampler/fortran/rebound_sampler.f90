@@ -27,31 +27,14 @@ module rebound_sampler
   ! `python -m sampler.formats.generated_code`.
   ! begin constants
   integer(c_int), parameter, public :: &
-      RBT_OK = 0, &
-      RBT_CLAMPED = 1, &
-      RBT_ERR_NOT_FINITE = -1, &
-      RBT_ERR_NOT_APPROACHING = -2, &
-      RBT_ERR_SPEED_NOT_POSITIVE = -3, &
-      RBT_ERR_NORMAL_NOT_USABLE = -4, &
-      RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, &
-      RBT_ERR_NOT_OPENED = -10, &
-      RBT_ERR_NOT_READ = -11, &
-      RBT_ERR_NO_MEMORY = -12, &
-      RBT_ERR_BIG_ENDIAN = -13, &
-      RBT_ERR_FORMAT = -14, &
-      RBT_ERR_VERSION = -15, &
-      RBT_ERR_SIZE = -16, &
-      RBT_ERR_CHECKSUM = -17, &
-      RBT_ERR_DIMENSIONS = -18, &
-      RBT_ERR_NAMES = -19, &
-      RBT_ERR_OFFSETS = -20, &
-      RBT_ERR_AXES = -21, &
-      RBT_ERR_COORDINATES = -22, &
-      RBT_ERR_NORMALS = -23, &
-      RBT_ERR_ALIAS = -24, &
-      RBT_ERR_CLASSES = -25, &
-      RBT_ERR_COMPONENTS = -26, &
-      RBT_ERR_SPANS = -27, &
+      RBT_OK = 0, RBT_CLAMPED = 1, RBT_ERR_NOT_FINITE = -1, RBT_ERR_NOT_APPROACHING = -2, &
+      RBT_ERR_SPEED_NOT_POSITIVE = -3, RBT_ERR_NORMAL_NOT_USABLE = -4, &
+      RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, RBT_ERR_NOT_OPENED = -10, RBT_ERR_NOT_READ = -11, &
+      RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, RBT_ERR_FORMAT = -14, &
+      RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
+      RBT_ERR_DIMENSIONS = -18, RBT_ERR_NAMES = -19, RBT_ERR_OFFSETS = -20, RBT_ERR_AXES = -21, &
+      RBT_ERR_COORDINATES = -22, RBT_ERR_NORMALS = -23, RBT_ERR_ALIAS = -24, &
+      RBT_ERR_CLASSES = -25, RBT_ERR_COMPONENTS = -26, RBT_ERR_SPANS = -27, &
       RBT_ERR_QUANTILES = -28
   integer, parameter, public :: RBT_VALUES = 8
   ! end constants
