@@ -986,12 +986,6 @@ RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impact
 
 /* -- SHA-256 (FIPS 180-4) ---------------------------------------------------------------------- */
 
-typedef struct rbti_sha {
-    uint32_t state[8];
-    uint8_t block[64];
-    uint64_t bytes;
-} rbti_sha;
-
 RBTI_INLINE uint32_t rbti_rotated(uint32_t x, unsigned n)
 {
     return x >> n | x << (32 - n);
@@ -1034,47 +1028,29 @@ static void rbti_sha_block(uint32_t state[8], const uint8_t *block)
         state[k] += a[k];
 }
 
-static void rbti_sha_start(rbti_sha *sha)
+/* Digest of two ranges of bytes, one behind the other. */
+static void rbti_sha256(const uint8_t *first, size_t n_first, const uint8_t *rest, size_t n_rest,
+                        uint8_t digest[32])
 {
-    static const uint32_t start[8] = {0x6a09e667u, 0xbb67ae85u, 0x3c6ef372u, 0xa54ff53au,
-                                      0x510e527fu, 0x9b05688cu, 0x1f83d9abu, 0x5be0cd19u};
-    memcpy(sha->state, start, sizeof start);
-    sha->bytes = 0;
-}
-
-static void rbti_sha_add(rbti_sha *sha, const uint8_t *bytes, size_t size)
-{
-    while (size > 0) {
-        const size_t filled = (size_t)(sha->bytes % 64);
-        if (filled == 0 && size >= 64) {
-            rbti_sha_block(sha->state, bytes);
-            sha->bytes += 64;
-            bytes += 64;
-            size -= 64;
+    uint32_t state[8] = {0x6a09e667u, 0xbb67ae85u, 0x3c6ef372u, 0xa54ff53au,
+                         0x510e527fu, 0x9b05688cu, 0x1f83d9abu, 0x5be0cd19u};
+    const size_t n = n_first + n_rest, padded = (n + 8) / 64 * 64 + 64;
+    for (size_t at = 0; at < padded; at += 64) {
+        uint8_t block[64];
+        if (at >= n_first && at + 64 <= n) {
+            rbti_sha_block(state, rest + (at - n_first));
             continue;
         }
-        const size_t part = size < 64 - filled ? size : 64 - filled;
-        memcpy(sha->block + filled, bytes, part);
-        sha->bytes += part;
-        bytes += part;
-        size -= part;
-        if (filled + part == 64)
-            rbti_sha_block(sha->state, sha->block);
+        for (size_t k = at; k < at + 64; k++)
+            block[k - at] = k < n_first        ? first[k]
+                            : k < n            ? rest[k - n_first]
+                            : k == n           ? 0x80
+                            : k >= padded - 8 ? (uint8_t)((uint64_t)n * 8 >> 8 * (padded - 1 - k))
+                                               : 0;
+        rbti_sha_block(state, block);
     }
-}
-
-static void rbti_sha_end(rbti_sha *sha, uint8_t digest[32])
-{
-    static const uint8_t padding[64] = {0x80};
-    const uint64_t bits = sha->bytes * 8;
-    const size_t filled = (size_t)(sha->bytes % 64);
-    uint8_t length[8];
-    for (int k = 0; k < 8; k++)
-        length[k] = (uint8_t)(bits >> (56 - 8 * k));
-    rbti_sha_add(sha, padding, filled < 56 ? 56 - filled : 120 - filled);
-    rbti_sha_add(sha, length, 8);
     for (int k = 0; k < 32; k++)
-        digest[k] = (uint8_t)(sha->state[k / 4] >> (24 - 8 * (k % 4)));
+        digest[k] = (uint8_t)(state[k / 4] >> (24 - 8 * (k % 4)));
 }
 
 /* -- reading a binary table: sampler/formats/binary_layout.py ----------------------------------- */
@@ -1177,11 +1153,8 @@ static int rbti_check_sum(const char *image, size_t size, const rbti_header *hea
 {
     const size_t at = offsetof(rbti_header, sha256);
     uint8_t digest[32];
-    rbti_sha sha;
-    rbti_sha_start(&sha);
-    rbti_sha_add(&sha, (const uint8_t *)image, at);
-    rbti_sha_add(&sha, (const uint8_t *)image + at + 32, size - at - 32);
-    rbti_sha_end(&sha, digest);
+    const uint8_t *bytes = (const uint8_t *)image;
+    rbti_sha256(bytes, at, bytes + at + 32, size - at - 32, digest);
     return memcmp(digest, header->sha256, 32) == 0 ? RBT_OK : RBT_ERR_CHECKSUM;
 }
 

@@ -8,6 +8,7 @@ return, `sampler.formats.generated_code` writes into them.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,53 +71,30 @@ class StoredArray:
     extra: int = 0
 
 
+_NODES, _CELLS = ("n_alpha", "n_speed"), ("n_cells", "n_classes", "n_marginals")
+_COORDINATE = "fractional number of the node at equal steps of the impact "
+_ALIAS = "upper half: probability to stay in the column, 1/65536; lower half: the other component"
+_RECORDS = (
+    "records: probability of reflection, means, factors (columns packed), padding; 1/4096; "
+    "8 zeros behind the last record"
+)
+
 ARRAYS = (
-    StoredArray(
-        "alpha_coordinate",
-        "<f8",
-        ("n_alpha_grid",),
-        "fractional number of the node at equal steps of the impact angle",
-    ),
-    StoredArray(
-        "speed_coordinate",
-        "<f8",
-        ("n_speed_grid",),
-        "fractional number of the node at equal steps of the impact speed",
-    ),
+    StoredArray("alpha_coordinate", "<f8", ("n_alpha_grid",), _COORDINATE + "angle"),
+    StoredArray("speed_coordinate", "<f8", ("n_speed_grid",), _COORDINATE + "speed"),
     StoredArray("normals", "<f4", (257, 4), "cubics through the normal quantile function"),
+    StoredArray("alias", "<u4", (*_NODES, "n_components"), _ALIAS),
     StoredArray(
-        "alias",
-        "<u4",
-        ("n_alpha", "n_speed", "n_components"),
-        "upper half: probability to stay in the column, 1/65536; lower half: the other component",
-    ),
-    StoredArray(
-        "first_of_class",
-        "<u2",
-        ("n_alpha", "n_speed", "n_classes"),
+        "first_of_class", "<u2", (*_NODES, "n_classes"),
         "first mixture component of each class of rebounds",
     ),
+    StoredArray("components", "<i2", (*_NODES, "n_components", "stride"), _RECORDS, extra=8),
+    StoredArray("spans", "<f8", (*_CELLS, 2), "least quantile of a cell, and size of its steps"),
     StoredArray(
-        "components",
-        "<i2",
-        ("n_alpha", "n_speed", "n_components", "stride"),
-        "records: probability of reflection, means, factors (columns packed), padding; 1/4096; "
-        "8 zeros behind the last record",
-        extra=8,
-    ),
-    StoredArray(
-        "spans",
-        "<f8",
-        ("n_cells", "n_classes", "n_marginals", 2),
-        "least quantile of a cell, and size of its steps",
-    ),
-    StoredArray(
-        "quantiles",
-        "<u2",
-        ("n_cells", "n_classes", "n_marginals", "n_knots", 4),
+        "quantiles", "<u2", (*_CELLS, "n_knots", 4),
         "steps of the quantiles at the four nodes of a cell",
     ),
-)
+)  # fmt: skip
 
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
@@ -178,18 +156,8 @@ def field_offset(name: str) -> int:
     return fields[name][1]
 
 
-@dataclass(frozen=True)
-class Code:
-    """What a function of the C header returns.
-
-    Attributes
-    ----------
-    name : str
-        Without the prefix ``RBT_``.
-    number : int
-    text : str
-        What `rbt_strerror` says.
-    """
+class Code(NamedTuple):
+    """What a function of the C header returns: ``RBT_`` + name, and what `rbt_strerror` says."""
 
     name: str
     number: int
