@@ -26,7 +26,7 @@ from tablegen.studies.report.method_styles import LOOKS, Look
 _HERE = Path(__file__).resolve().parent
 
 #: What a method is drawn as that the report has and this script does not know.
-_UNKNOWN = Look("#777777", "#777777", "star", "*")
+_UNKNOWN = Look("#777777", "star", "*")
 
 #: Errors that are drawn: their names in the report, what is subtracted, and what they are called.
 _ERRORS = (
@@ -36,30 +36,22 @@ _ERRORS = (
 
 
 class Point(NamedTuple):
-    """One way to get a rebound state, and one of its errors.
-
-    Attributes
-    ----------
-    family, name : str
-    anywhere : bool
-        It answers at any angle and speed, and was not fitted at this one.
-    nanoseconds : float
-        Processor time of a draw.
-    error, low, high : float
-        Mean, and its 95 % confidence interval.
-    """
+    """A sampling method, and one of its errors."""
 
     family: str
     name: str
+    #: It answers at any angle and speed, and was not fitted at this one.
     anywhere: bool
+    #: Processor time of a draw.
     nanoseconds: float
+    #: Mean, and its 95 % confidence interval.
     error: float
     low: float
     high: float
 
 
 def read_report(path: Path) -> dict[str, Any]:
-    """Read the race of a report in which its table does worst, by its AUC.
+    """Read the benchmark of a report in which its table does worst, by its AUC.
 
     Parameters
     ----------
@@ -78,31 +70,31 @@ def read_report(path: Path) -> dict[str, Any]:
     """
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
-        race: dict[str, Any] = max(report["races"], key=_table_auc)
+        benchmark: dict[str, Any] = max(report["races"], key=_table_auc)
         for metric, shift, _ in _ERRORS:
-            floor_of(race, metric, shift), points_of(race, metric, shift)
+            floor_of(benchmark, metric, shift), points_of(benchmark, metric, shift)
     except (OSError, UnicodeDecodeError, ValueError, LookupError, TypeError) as error:
         raise InputError(
             f"REPORT: got {path} ({type(error).__name__}: {error}), "
             "allowed: what tablegen report --json wrote"
         ) from error
-    return race
+    return benchmark
 
 
-def _table_auc(race: dict[str, Any]) -> float:
+def _table_auc(benchmark: dict[str, Any]) -> float:
     """AUC of the report's own table, which comes before tables beside it."""
-    tables = [runner for runner in race["runners"] if runner["family"] == "table"]
+    tables = [runner for runner in benchmark["runners"] if runner["family"] == "table"]
     mean: float = tables[0]["errors"]["auc"]["mean"]
     return mean
 
 
-def floor_of(race: dict[str, Any], metric: str, shift: float) -> float:
+def floor_of(benchmark: dict[str, Any], metric: str, shift: float) -> float:
     """Upper end of what direct simulation leaves against itself."""
-    return max(race["floor"][metric]["high"] - shift, 1e-4)
+    return max(benchmark["floor"][metric]["high"] - shift, 1e-4)
 
 
-def points_of(race: dict[str, Any], metric: str, shift: float) -> list[Point]:
-    """Every way of a race with one of its errors, less `shift`."""
+def points_of(benchmark: dict[str, Any], metric: str, shift: float) -> list[Point]:
+    """Every method of a benchmark with one of its errors, less `shift`."""
     return [
         Point(
             runner["family"],
@@ -111,7 +103,7 @@ def points_of(race: dict[str, Any], metric: str, shift: float) -> list[Point]:
             runner["nanoseconds"],
             *(runner["errors"][metric][key] - shift for key in ("mean", "low", "high")),
         )
-        for runner in race["runners"]
+        for runner in benchmark["runners"]
     ]
 
 
@@ -124,17 +116,19 @@ def _named(points: list[Point], floor: float) -> list[tuple[Point, str]]:
     return found + (list(zip(tables, names, strict=True)) if len(tables) > 1 else [])
 
 
-def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, title: str) -> None:
-    """Draw one error of every way against its time."""
+def _draw_error(
+    axes: Any, benchmark: dict[str, Any], metric: str, shift: float, title: str
+) -> None:
+    """Draw one error of every method against its time."""
     from matplotlib.ticker import LogLocator, NullLocator
 
-    floor = floor_of(race, metric, shift)
+    floor = floor_of(benchmark, metric, shift)
     lowest = 0.4 * floor
     axes.axhspan(lowest, floor, color="#dddddd", linewidth=0)
-    points = points_of(race, metric, shift)
+    points = points_of(benchmark, metric, shift)
     for point in points:
         look = LOOKS.get(point.family, _UNKNOWN)
-        colour, marker = look.light, look.marker
+        colour, marker = look.colour, look.marker
         # what is better than can be seen stands at the lower edge
         ends = np.maximum([point.low, point.error, point.high], 1.4 * lowest)
         axes.plot([point.nanoseconds] * 2, ends[[0, 2]], color=colour, linewidth=1.2)
@@ -157,7 +151,7 @@ def _draw_error(axes: Any, race: dict[str, Any], metric: str, shift: float, titl
             ha="center",
             va="top",
             fontsize=9,
-            color=LOOKS[point.family].light,
+            color=LOOKS[point.family].colour,
         )
     axes.set(xscale="log", yscale="log", xlabel="time of a draw [ns, one thread]")
     for axis in (axes.xaxis, axes.yaxis):
@@ -176,7 +170,7 @@ def _legend(figure: Any, families: set[str]) -> None:
         Line2D(
             [],
             [],
-            color=look.light,
+            color=look.colour,
             marker=look.marker,
             markersize=8,
             linestyle="none",
@@ -193,14 +187,14 @@ def _legend(figure: Any, families: set[str]) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
 
 
-def error_picture(race: dict[str, Any]) -> Picture:
+def error_picture(benchmark: dict[str, Any]) -> Picture:
     """Draw error against time of every way at one condition."""
-    condition = f"{race['alpha_deg']:g}° and {race['speed']:g} m/s"
+    condition = f"{benchmark['alpha_deg']:g}° and {benchmark['speed']:g} m/s"
     with settings():
         figure = new_figure(9.0, 5.0)
         for axes, (metric, shift, title) in zip(figure.subplots(1, 2), _ERRORS, strict=True):
-            _draw_error(axes, race, metric, shift, title)
-        _legend(figure, {runner["family"] for runner in race["runners"]})
+            _draw_error(axes, benchmark, metric, shift, title)
+        _legend(figure, {runner["family"] for runner in benchmark["runners"]})
         figure.suptitle(f"Error against direct simulation at {condition}", fontsize=12)
         return written(
             figure,

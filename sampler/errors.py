@@ -1,4 +1,26 @@
-"""Errors that a user can cause, each with one line: what, what was given, what is allowed."""
+"""Errors that a user can cause, each with one line: what, what was given, what is allowed.
+
+Kernels return status codes in their place: 0 is fine, positive is a warning, negative an error.
+"""
+
+OK = 0
+"""Status code: fine."""
+CLAMPED = 1
+"""Status code: outside the table, whose nearest condition was used."""
+NOT_FINITE = -1
+"""Status code: NaN or infinity in the arguments; nothing was written, as for all that follow."""
+NOT_APPROACHING = -2
+"""Status code: the particle does not approach the wall."""
+SPEED_NOT_POSITIVE = -3
+"""Status code: at rest relative to the wall."""
+NORMAL_NOT_USABLE = -4
+"""Status code: a normal of length zero."""
+HALF_SIZE_NOT_POSITIVE = -5
+"""Status code: a half-size that is not positive."""
+TILT_NOT_FOUND = -6
+"""Status code of rough walls: no tilt was accepted, with a probability below 1e-50 a hit."""
+CASCADE_NOT_ENDED = -7
+"""Status code of rough walls: bounces without end, with a probability below 1e-30 a hit."""
 
 
 class InputError(ValueError):

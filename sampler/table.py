@@ -4,52 +4,47 @@ import os
 import threading
 import warnings
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.compilation.processors import processors
 from sampler.drawing.batch import draw_batch
 from sampler.drawing.frames import rebound_batch
-from sampler.drawing.kernel import OK
+from sampler.drawing.law import states_of_law
 from sampler.drawing.roughness import MAX_ROUGHNESS, rough_rebound_batch
+from sampler.drawing.threads import merge, run_rows
 from sampler.errors import InputError, OutsideTableWarning
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.packing import kept_beside, table_arrays
 from sampler.formats.table_arrays import bytes_of
-from sampler.inputs.coerce import (
+from sampler.inputs.messages import outside_message, outside_warning, row_message
+from sampler.inputs.rows import (
+    Keys,
+    Rows,
     as_integer,
-    as_keys,
     as_output,
-    as_reals,
-    as_seed,
-    as_vectors,
-    common_length,
-)
-from sampler.inputs.refusals import (
-    draw_refusal,
-    impact_condition,
-    outside_refusal,
-    outside_warning,
-    rebound_refusal,
+    as_reals_up_to,
+    broadcast,
+    common_shape,
 )
 
-#: Draws below which a further thread costs more than it saves.
-_DRAWS_PER_THREAD = 20_000
 
+class Rebound(NamedTuple):
+    """What `Table.rebound` returns.
 
-class _Report(NamedTuple):
-    """What a batch kernel says of its slice; rows are -1 for none."""
+    Attributes
+    ----------
+    velocity : float64 array, shape (..., 3)
+        Velocity after the rebound, m/s, lab frame.
+    omega : float64 array, shape (..., 3)
+        Angular velocity after the rebound, rad/s, lab frame.
+    """
 
-    bad_row: int
-    code: int
-    clamped_row: int
-    clamped: int
+    velocity: NDArray[np.float64]
+    omega: NDArray[np.float64]
 
 
 class Table:
@@ -69,9 +64,9 @@ class Table:
     ----------
     arrays : TableArrays
         For `sampler.draw` in the user's own compiled code.
-    components : tuple of str
-        What the columns of a sample are: u, v, w, omega_x, omega_y, omega_z, or those of them (and
-        rotational_energy, collisions) that the table was made for.
+    columns : tuple of str
+        The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z, or those of
+        them (and rotational_energy, collisions) that the table was made for.
     pair, config : str
         Name of the material pair; TOML text from which the table was generated.
     speed_independent : bool
@@ -86,7 +81,7 @@ class Table:
             raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
         self.outside = outside
         self.arrays = table_arrays(contents)
-        self.components = contents.components
+        self.columns = contents.components
         self.pair, self.config = contents.pair, contents.config
         self.speed_independent = contents.speed_independent
         self._small = kept_beside(contents)
@@ -140,7 +135,7 @@ class Table:
 
         Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_columns), ``sliced_wasserstein``,
         ``correlation_error``, ``auc``, all (n,) but ks, which has a column for each of
-        `components`; n = 0 if nothing was measured.
+        `columns`; n = 0 if nothing was measured.
         """
         paths = (path for path in self._small if path.startswith("accuracy/"))
         return {path.removeprefix("accuracy/"): self._small[path].copy() for path in paths}
@@ -155,52 +150,58 @@ class Table:
         alpha1: ArrayLike,
         speed: ArrayLike,
         *,
-        seed: int,
+        seed: int | None = None,
         index: ArrayLike | None = None,
-        hit: ArrayLike = 0,
+        hit: ArrayLike | None = None,
+        rng: np.random.Generator | None = None,
+        size: int | tuple[int, ...] | None = None,
         threads: int | None = None,
         out: NDArray[Any] | None = None,
     ) -> NDArray[Any]:
         """Draw rebound states.
 
+        Keys, ``seed``, ``index`` and ``hit``, give equal states in any call. A generator, ``rng``,
+        gives others in each: a call takes one 64-bit number from it.
+
         Parameters
         ----------
-        alpha1 : float or array, shape (n,)
+        alpha1 : float or array
             Impact angle in rad from the wall, in (0, pi/2].
-        speed : float or array, shape (n,)
-            Impact speed V in m/s, > 0.
+        speed : float or array
+            Impact speed V in m/s, > 0. All arrays broadcast, as in numpy.
         seed : int
             Seed of the run, uint64.
-        index : int or array of int, shape (n,), optional
-            Identity of each particle, uint64; 0, 1, ..., n - 1 if left out.
-        hit : int or array of int, shape (n,)
-            How many walls each particle has met before, uint32.
+        index : int or array of int
+            Identity of each particle, uint64.
+        hit : int or array of int, optional
+            How many walls each particle has met before, uint32; 0, the first, if left out.
+        rng : numpy.random.Generator
+            In place of the keys. Its number becomes the seed, rows are counted by index, hit is 0.
+        size : int or tuple of int, optional
+            With ``rng``: shape of the result without its last axis; that of the arrays if left out.
         threads : int, optional
             Threads to use; by default as many as the number of draws is worth. The states do
             not depend on it.
-        out : float64 or float32 array, shape (n, n_columns), optional
+        out : float64 or float32 array, shape (..., n_columns), optional
             Where to write the states.
 
         Returns
         -------
-        float64 array, shape (n, n_columns), or `out`
-            The table's `components`, u, v, w over V and omega_x, omega_y, omega_z times a/V unless
+        float64 array, shape (..., n_columns), or `out`
+            The table's `columns`: u, v, w over V and omega_x, omega_y, omega_z times a/V unless
             it was made for fewer or others, in the wall frame: x along the tangential velocity
-            before impact, y into the gas.
+            before impact, y into the gas. Numbers in give one state, shape (n_columns,).
 
         Raises
         ------
         InputError
-            If an input has a wrong type or shape, is not finite, or is outside of what is
-            allowed (with ``outside="raise"`` also: outside the table). Names the first row.
+            If an input has a wrong type or shape, is not finite or not allowed (with
+            ``outside="raise"`` also: outside the table). Names the first row.
         """
-        rows = {"alpha1": as_reals("alpha1", alpha1), "speed": as_reals("speed", speed)}
-        n, keys = _keys(rows, seed, index, hit)
-        states = as_output(out, (n, len(self.components)))
-        report = self._run(draw_batch, (*rows.values(), *keys, states), n, threads)
-        if report.bad_row >= 0:
-            raise InputError(draw_refusal(rows, report.bad_row, report.code))
-        self._account(report, lambda k: {name: float(v[k % len(v)]) for name, v in rows.items()})
+        keys = Keys(seed, index, hit, rng, size)
+        rows = broadcast({"alpha1": alpha1, "speed": speed}, keys)
+        states = as_output(out, (*rows.shape, len(self.columns)))
+        self._draw(draw_batch, rows, states.reshape(rows.n, len(self.columns)), threads)
         return states
 
     def rebound(
@@ -209,123 +210,162 @@ class Table:
         normal: ArrayLike,
         half_size: ArrayLike,
         *,
-        seed: int,
+        seed: int | None = None,
         index: ArrayLike | None = None,
-        hit: ArrayLike = 0,
+        hit: ArrayLike | None = None,
+        rng: np.random.Generator | None = None,
+        size: int | tuple[int, ...] | None = None,
         wall_velocity: ArrayLike | None = None,
         roughness: ArrayLike | None = None,
         threads: int | None = None,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    ) -> Rebound:
         """Rebound particles from a wall, in the lab frame.
 
         Parameters
         ----------
-        velocity : array, shape (3,) or (n, 3)
+        velocity : array, shape (..., 3)
             Velocity before impact, m/s.
-        normal : array, shape (3,) or (n, 3)
+        normal : array, shape (..., 3)
             Wall normal into the gas, of any length but zero.
-        half_size : float or array, shape (n,)
+        half_size : float or array, shape (...)
             Largest half-size a of the particle, m.
-        seed, index, hit, threads
+        seed, index, hit, rng, size, threads
             As for `sample`.
-        wall_velocity : array, shape (3,) or (n, 3), optional
+        wall_velocity : array, shape (..., 3), optional
             Velocity of the wall at the point of contact, m/s; at rest if left out.
-        roughness : float or array, shape (n,), optional
+        roughness : float or array, shape (...), optional
             Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
-            a smooth wall if left out. See `sampler.drawing.roughness`.
+            a smooth wall if left out. See `sampler.rough_rebound`.
 
         Returns
         -------
-        velocity, omega : float64 arrays, shape (n, 3)
-            Velocity (m/s) and angular velocity (rad/s) after the rebound. At exactly normal
-            impact the direction along the wall is uniform.
+        Rebound
+            ``velocity, omega``, both of shape (..., 3). At exactly normal impact the direction
+            along the wall is uniform.
 
         Raises
         ------
         InputError
             As `sample`; also if a particle does not approach the wall or a normal is zero.
         """
-        wall_velocity = np.zeros(3) if wall_velocity is None else wall_velocity
-        rows = {
-            "velocity": as_vectors("velocity", velocity),
-            "normal": as_vectors("normal", normal),
-            "half_size": as_reals("half_size", half_size),
-            "wall_velocity": as_vectors("wall_velocity", wall_velocity),
+        arguments: dict[str, ArrayLike] = {
+            "velocity": velocity,
+            "normal": normal,
+            "half_size": half_size,
+            "wall_velocity": np.zeros(3) if wall_velocity is None else wall_velocity,
         }
         batch: Callable[..., Any] = rebound_batch
         if roughness is not None:
-            batch, rows["roughness"] = rough_rebound_batch, _roughness(roughness)
-        n, keys = _keys(rows, seed, index, hit)
-        results = np.empty((n, 6))
-        report = self._run(batch, (*rows.values(), *keys, results), n, threads)
+            batch = rough_rebound_batch
+            arguments["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
+        rows = broadcast(arguments, Keys(seed, index, hit, rng, size))
+        results = np.empty((rows.n, 6))
+        self._draw(batch, rows, results, threads)
+        parts = (results[:, :3], results[:, 3:])
+        return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
+
+    def mean(self, alpha1: ArrayLike, speed: ArrayLike) -> NDArray[np.float64]:
+        """Return the mean of each variable of the law at a condition.
+
+        Like `std` and `quantile` it is that of 2**18 draws with keys that are always the same:
+        a pure function of the condition, whose error varies slowly along angle and speed; its
+        standard error is 0.002 standard deviations of the variable. A condition takes some 15 ms.
+
+        Parameters
+        ----------
+        alpha1 : float or array
+            Impact angle in rad from the wall, in (0, pi/2].
+        speed : float or array
+            Impact speed V in m/s, > 0. Both broadcast.
+
+        Returns
+        -------
+        float64 array, shape (..., n_columns)
+            In the order of `columns`, in the units of `sample`. Errors are those of `sample`; a
+            condition outside the table counts as one draw there.
+        """
+        return self._of_law(alpha1, speed, lambda states: states.mean(axis=0))
+
+    def std(self, alpha1: ArrayLike, speed: ArrayLike) -> NDArray[np.float64]:
+        """Return the standard deviation of each variable of the law at a condition; see `mean`."""
+        return self._of_law(alpha1, speed, lambda states: states.std(axis=0))
+
+    def quantile(
+        self, p: ArrayLike, variable: str, alpha1: ArrayLike, speed: ArrayLike
+    ) -> NDArray[np.float64]:
+        """Return quantiles of one variable of the law at a condition.
+
+        Parameters
+        ----------
+        p : float or array
+            Probabilities, from 0 to 1.
+        variable : str
+            One of `columns`.
+        alpha1, speed : float or array
+            As for `mean`; they broadcast with each other and with `p`.
+
+        Returns
+        -------
+        float64 array, shape of all three broadcast
+            What the variable stays below with probability p. The probability to stay below what is
+            returned has a standard error of sqrt(p (1 - p) / 2**18), at most 0.001; see `mean`.
+        """
+        if variable not in self.columns:
+            raise InputError(
+                f"variable: got {variable!r}, allowed: one of {', '.join(self.columns)}"
+            )
+        column = self.columns.index(variable)
+        probability = as_reals_up_to("p", p, 1.0)
+        given = {"p": probability, "alpha1": np.asarray(alpha1), "speed": np.asarray(speed)}
+        shape = common_shape({name: values.shape for name, values in given.items()})
+        probabilities = np.unique(probability)
+        found = self._of_law(
+            alpha1, speed, lambda states: np.quantile(states[:, column], probabilities)
+        )
+        # of all probabilities at each condition, those that belong to it
+        which = np.broadcast_to(np.searchsorted(probabilities, probability), shape)
+        found = np.broadcast_to(found, (*shape, probabilities.size))
+        return np.take_along_axis(found, which[..., None], axis=-1)[..., 0]
+
+    def _of_law(
+        self,
+        alpha1: ArrayLike,
+        speed: ArrayLike,
+        reduce: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    ) -> NDArray[np.float64]:
+        """Reduce the draws at each condition to some numbers."""
+        rows = broadcast({"alpha1": alpha1, "speed": speed}, Keys(seed=0, index=0))
+        drawn = np.empty((rows.n, len(self.columns)))
+        self._draw(draw_batch, rows, drawn, 1, stacklevel=4)  # one each, to check the conditions
+        conditions = ((rows.at("alpha1", k), rows.at("speed", k)) for k in range(rows.n))
+        results = [reduce(states) for states in states_of_law(self.arrays, conditions)]
+        return np.array(results).reshape(*rows.shape, *reduce(np.zeros((1, drawn.shape[1]))).shape)
+
+    def _draw(
+        self,
+        batch: Callable[..., Any],
+        rows: Rows,
+        results: NDArray[Any],
+        threads: int | None,
+        stacklevel: int = 3,
+    ) -> None:
+        """Write the results of all rows; refuse the first bad row, or count what is outside."""
+        if threads is not None:
+            threads = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
+        arguments = (self.arrays, *rows.values.values(), *rows.keys, results)
+        report = merge(run_rows(batch, arguments, rows.n, threads), self.outside == "raise")
         if report.bad_row >= 0:
-            raise InputError(rebound_refusal(rows, report.bad_row, report.code))
-        self._account(report, lambda k: impact_condition(rows, k))
-        return results[:, :3].copy(), results[:, 3:].copy()
-
-    def _run(
-        self, batch: Callable[..., Any], arguments: tuple[Any, ...], n: int, threads: int | None
-    ) -> _Report:
-        """Run a batch kernel over slices of the rows, and merge what the slices report."""
-        if threads is None:
-            worth = n // _DRAWS_PER_THREAD
-            workers = min(processors(), worth) if worth > 1 else 1
-        else:
-            workers = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
-        if workers == 1:
-            return self._merge([_Report(*batch(self.arrays, *arguments, 0, n))])
-        bounds = [n * k // workers for k in range(workers + 1)]
-        with ThreadPoolExecutor(workers) as pool:
-            slices = [
-                pool.submit(batch, self.arrays, *arguments, start, stop)
-                for start, stop in pairwise(bounds)
-            ]
-        return self._merge([_Report(*part.result()) for part in slices])
-
-    def _merge(self, parts: list[_Report]) -> _Report:
-        """First error and first clamped row of slices in order; an error hides what follows."""
-        clamped_row = next((part.clamped_row for part in parts if part.clamped_row >= 0), -1)
-        bad = next((part for part in parts if part.bad_row >= 0), None)
-        if bad is not None and not (self.outside == "raise" and 0 <= clamped_row < bad.bad_row):
-            return bad
-        return _Report(-1, OK, clamped_row, sum(part.clamped for part in parts))
-
-    def _account(self, report: _Report, condition: Callable[[int], dict[str, float]]) -> None:
-        """Count clamped draws and warn of a table's first, or refuse the first of them."""
+            raise InputError(row_message(rows, report.bad_row, report.code))
         if report.clamped == 0:
             return
         row = report.clamped_row
         if self.outside == "raise":
-            raise InputError(outside_refusal(self.arrays, condition(row), row))
+            raise InputError(outside_message(self.arrays, rows, row))
         with self._lock:
             first, self._clamped = self._clamped == 0, self._clamped + report.clamped
         if first:
-            told = outside_warning(self.arrays, condition(row), row, report.clamped)
-            warnings.warn(told, OutsideTableWarning, stacklevel=3)  # the line that drew
-
-
-def _roughness(values: ArrayLike) -> NDArray[np.float64]:
-    """Roughness of walls, within what is allowed."""
-    rows = as_reals("roughness", values)
-    refused = ~((rows >= 0.0) & (rows <= MAX_ROUGHNESS))
-    if refused.any():
-        k = int(refused.argmax())
-        raise InputError(
-            f"roughness: got {rows[k]:.9g} at index {k}, allowed: 0 to {MAX_ROUGHNESS:g} rad"
-        )
-    return rows
-
-
-def _keys(
-    rows: dict[str, NDArray[Any]], seed: int, index: ArrayLike | None, hit: ArrayLike
-) -> tuple[int, tuple[np.uint64, NDArray[np.uint64], NDArray[np.uint32]]]:
-    """Return the number of rows and the keys of their random numbers: seed, index and hit."""
-    hits = as_keys("hit", hit, 32)
-    if index is None:
-        n = common_length(**rows, hit=hits)
-        return n, (as_seed(seed), np.arange(n, dtype=np.uint64), hits)
-    indices = as_keys("index", index, 64)
-    return common_length(**rows, hit=hits, index=indices), (as_seed(seed), indices, hits)
+            told = outside_warning(self.arrays, rows, row, report.clamped)
+            warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)  # the line that drew
 
 
 def load(
@@ -351,8 +391,6 @@ def load(
     InputError
         If there is no table of that name.
     """
-    if outside not in ("clamp", "raise"):
-        raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
     path = find_table(name_or_path)
     table = Table(read_table(path), outside=outside)
     table._source = path.resolve()  # its contents would take as much memory again

@@ -2,7 +2,7 @@
 
 import sys
 
-from tablegen.commands.program import main
+from tablegen.commands.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -7,28 +7,33 @@ become a `Config`, whose `text` stands on its own and is what a table stores.
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import tomli_w
 from numpy.typing import ArrayLike, NDArray
-from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    create_model,
+    model_validator,
+)
 
 from sampler.errors import InputError
 from sampler.files.locate import find_config, find_file
-from sampler.formats.channels import COMPONENTS, STATE
-from tablegen.configuration.defaults import declared_accuracy
+from sampler.formats.channels import STATE, VARIABLES
 from tablegen.configuration.field_types import (
-    MISSING,
     AngleRange,
     ComponentNames,
+    Increasing,
     Name,
-    Nodes,
     Record,
     SpeedRange,
-    refusal,
 )
-from tablegen.configuration.messages import complaint
+from tablegen.configuration.messages import MISSING, complaint, refusal
+from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.configuration.scenes import Tree, merged
 from tablegen.materials.pairs import MaterialPair
 from tablegen.particles.mesh import read_mesh
@@ -37,8 +42,8 @@ from tablegen.particles.population import Population
 
 def _odd(value: int | None) -> int | None:
     """Refuse an even number of knots: the median would fall between two."""
-    if value is not None and (value < 17 or value % 2 == 0):
-        raise refusal("an odd whole number, at least 17")
+    if value is not None and value % 2 == 0:
+        raise ValueError("an odd number")
     return value
 
 
@@ -63,18 +68,15 @@ class Domain(Record):
     def _plane(self) -> Self:
         extra = [name for name in self.columns if self.dimension == 2 and name in _OUT_OF_PLANE]
         if extra:
-            raise refusal(
-                f"without {', '.join(extra)} in a plane flow (dimension = 2)",
-                given=self.components,
-                field="components",
-            )
+            allowed = f"without {', '.join(extra)} in a plane flow (dimension = 2)"
+            raise refusal("components", self.components, allowed)
         return self
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Components of a draw, in the order of `sampler.formats.channels.COMPONENTS`."""
+        """Components of a draw, in the order of `sampler.formats.channels.VARIABLES`."""
         if self.components is not None:
-            return tuple(name for name in COMPONENTS if name in self.components)
+            return tuple(name for name in VARIABLES if name in self.components)
         return PLANE if self.dimension == 2 else STATE
 
 
@@ -92,29 +94,28 @@ class TableSettings(Record):
 
     seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = 1
     samples_per_node: Annotated[int | None, Field(ge=100, le=10**9)] = None
-    alpha_nodes_deg: Nodes | None = None
-    speed_nodes: Nodes | None = None
+    alpha_nodes_deg: Increasing[float] | None = None
+    speed_nodes: Increasing[float] | None = None
     #: Components of the mixture that carries the dependence.
     components: Annotated[int | None, Field(ge=1, le=4096)] = None
-    quantile_knots: Annotated[int | None, AfterValidator(_odd)] = None
+    quantile_knots: Annotated[int | None, Field(ge=17), AfterValidator(_odd)] = None
     #: Make the law exactly symmetric about the impact plane.
     mirror: bool = False
 
 
-class AccuracyTargets(Record):
-    """Largest distances from direct simulation that a table declares.
+#: The preset, and a field for each metric.
+_ACCURACY_FIELDS: dict[str, Any] = {
+    "preset": (Literal[tuple(PRESETS)], "standard"),
+    **{name: (Annotated[float, Field(**m.allowed)], ...) for name, m in METRICS.items()},
+}
+_AccuracyFields: Any = create_model("_AccuracyFields", __base__=Record, **_ACCURACY_FIELDS)
+
+
+class AccuracyTargets(_AccuracyFields):
+    """Largest distances from direct simulation that a table declares, by metric.
 
     Those that are not given are the preset's.
     """
-
-    preset: Literal["compact", "standard", "fine"] = "standard"
-    #: Kolmogorov-Smirnov distance of any one component.
-    ks: Annotated[float, Field(gt=0.0, le=1.0)]
-    sliced_wasserstein: Annotated[float, Field(gt=0.0)]
-    #: Largest difference of a correlation coefficient.
-    correlation_error: Annotated[float, Field(gt=0.0, le=2.0)]
-    #: Area under the ROC curve of a classifier that tells table from direct; 0.5 = cannot tell.
-    auc: Annotated[float, Field(ge=0.5, le=1.0)]
 
     @model_validator(mode="before")
     @classmethod
@@ -143,11 +144,8 @@ class Config(Record):
     @model_validator(mode="after")
     def _aspect_where_needed(self) -> Self:
         if self.population.lacks_aspect:
-            raise refusal(
-                "a law of the aspect ratios, which all shapes but spheres and meshes need",
-                given=MISSING,
-                field="population.aspect",
-            )
+            allowed = "a law of the aspect ratios, which all shapes but spheres and meshes need"
+            raise refusal("population.aspect", MISSING, allowed)
         return self
 
     @model_validator(mode="after")
@@ -156,34 +154,29 @@ class Config(Record):
         if self.domain.extrapolate:
             return self
         if valid is None:
-            raise refusal(
-                "true, because the restitution law states no validity range (valid_speed)",
-                given=False,
-                field="domain.extrapolate",
-            )
+            allowed = "true, because the restitution law states no validity range (valid_speed)"
+            raise refusal("domain.extrapolate", False, allowed)
         low, high = valid
         if not low <= first <= last <= high:
-            raise refusal(
+            allowed = (
                 f"inside the restitution law's validity range [{low:g}, {high:g}] m/s, "
-                "or set domain.extrapolate = true",
-                given=self.domain.speed,
-                field="domain.speed",
+                "or set domain.extrapolate = true"
             )
+            raise refusal("domain.speed", self.domain.speed, allowed)
         return self
 
     @model_validator(mode="after")
     def _nodes_span_domain(self) -> Self:
-        for field, nodes, ends in (
-            ("alpha_nodes_deg", self.table.alpha_nodes_deg, self.domain.alpha_deg),
-            ("speed_nodes", self.table.speed_nodes, self.domain.speed),
+        for field, nodes, source, ends in (
+            ("alpha_nodes_deg", self.table.alpha_nodes_deg, "alpha_deg", self.domain.alpha_deg),
+            ("speed_nodes", self.table.speed_nodes, "speed", self.domain.speed),
         ):
             if nodes is not None and (nodes[0], nodes[-1]) != ends:
-                source = "domain.alpha_deg" if field == "alpha_nodes_deg" else "domain.speed"
-                raise refusal(
-                    f"the ends of {source}, [{ends[0]:g}, {ends[1]:g}], as first and last node",
-                    given=nodes,
-                    field=f"table.{field}",
+                low, high = ends
+                allowed = (
+                    f"the ends of domain.{source}, [{low:g}, {high:g}], as first and last node"
                 )
+                raise refusal(f"table.{field}", nodes, allowed)
         return self
 
     @property
@@ -374,7 +367,7 @@ def _parse(text: str, origin: str) -> Tree:
 def _checked(tree: Tree, origin: str, text: str | None) -> Config:
     """Validate a tree, and keep the text it was read from if that says everything."""
     try:
-        config = Config.model_validate(tree)
+        config = Config.from_tree(tree)
     except ValidationError as error:
         raise InputError(f"{origin}: {complaint(error, Config)}") from error
     if text is not None:

@@ -16,19 +16,19 @@ from tablegen.config import Config
 from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.refinement.assembly import accuracy_datasets, assemble
 from tablegen.refinement.axes import make_axes
-from tablegen.refinement.refine import make_plan
-from tablegen.tasks.checkpoint import PieceStore
+from tablegen.refinement.refine import refine_grid
+from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.processor_kind import processor_kind
-from tablegen.tasks.runner import Workshop
+from tablegen.tasks.runner import TaskRunner
 from tablegen.tasks.software import software
 
-#: The measurement must not meet the random numbers that a user's validation draws by default.
+#: Seed of the measurement: not one that a user's validation has by default.
 _MEASURE_SEED = 0xACC0
 
 
 @dataclass(frozen=True)
 class Generated:
-    """A new table and what was measured of it.
+    """A new table and its measured accuracy.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ def generate(
 ) -> Generated:
     """Generate a table and write it.
 
-    Finished nodes and trials are kept in ``OUTPUT.parts`` until the table is complete, so that an
+    Checkpoints of nodes and trials stay in ``OUTPUT.parts`` until the table is complete, so that an
     interrupted run can be resumed. The bytes of the table depend on the configuration, the versions
     of the software and the kind of processor. The kinds that took part are written into it; if
     there are several, another run may differ from it in last digits.
@@ -69,9 +69,9 @@ def generate(
     output : str or Path
         The .h5 file; it appears when it is complete.
     resume : bool
-        Use the finished pieces of an interrupted run.
+        Use the checkpoints of an interrupted run.
     executor : concurrent.futures.Executor, optional
-        Runs the pieces; by default one thread a processor.
+        Runs the tasks; by default one thread a processor.
     conditions : int
         Number of conditions between the nodes at which the accuracy is measured and stored.
     samples : int, optional
@@ -79,7 +79,7 @@ def generate(
     progress : bool
         Show progress bars on standard error.
     before : callable
-        Called once everything is checked, before any work is done.
+        Called after all checks, before any work is done.
 
     Returns
     -------
@@ -88,14 +88,14 @@ def generate(
     Raises
     ------
     InputError
-        If the output cannot be written, or parts of another configuration shall be resumed.
+        If the output cannot be written, or the checkpoints are those of another configuration.
     """
     path = check_output(output)
-    store = PieceStore(path, f"{software()}\n{config.text}", resume)
-    shop = Workshop(store, executor, progress)
+    store = CheckpointStore(path, f"{software()}\n{config.text}", resume)
+    runner = TaskRunner(store, executor, progress)
     before()
-    plan = make_plan(config, shop)
-    contents = assemble(config, make_axes(config, plan.placement.grid), plan.nodes)
+    refined = refine_grid(config, runner)
+    contents = assemble(config, make_axes(config, refined.placement.grid), refined.nodes)
     table = Table(contents)
     begin = time.perf_counter()
     comparisons = measure(
@@ -110,9 +110,9 @@ def generate(
     contents = replace(
         contents,
         datasets={**contents.datasets, **measured},
-        processors=tuple(sorted(shop.processors | {processor_kind()})),
+        processors=tuple(sorted(runner.processors | {processor_kind()})),
     )
     write_table(path, contents)
     store.discard()
-    seconds = {**shop.seconds, "measurement": time.perf_counter() - begin}
+    seconds = {**runner.seconds, "measurement": time.perf_counter() - begin}
     return Generated(Table(contents), comparisons, seconds)

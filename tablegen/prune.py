@@ -1,9 +1,9 @@
 """Cut a table to what a scene needs; what stays gives the same draws as before.
 
-Components that a scene leaves out take their quantile functions with them. A row of the mixture's
-factors stays as long as a later one belongs to a channel that is needed: every channel keeps its
-random word. Nodes stay that surround a condition of the scene, and the look-up of the axes stays
-whole, so a condition finds the same cell with the same weights.
+Quantile functions go with the variables that a scene leaves out. A row of the mixture's factors
+stays if a later one belongs to a channel that is needed: every channel keeps its random word. Nodes
+around a condition of the scene stay, and the look-up of the axes is unchanged, so that a condition
+finds the same cell with the same weights.
 """
 
 import math
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.drawing.kernel import locate
+from sampler.drawing.steps import locate
 from sampler.errors import InputError
 from sampler.files.atomic import check_output
 from sampler.formats.channels import channels_for
@@ -22,7 +22,7 @@ from sampler.formats.packing import table_arrays
 from sampler.formats.table_arrays import Axis
 from sampler.table import load
 from tablegen.config import Config, parse_config
-from tablegen.configuration.defaults import METRICS
+from tablegen.configuration.metric_table import METRICS
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
@@ -33,19 +33,19 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     contents : TableContents
         Of a table that covers the scene.
     scene : Config
-        Its domain says which components, angles and speeds stay.
+        Its domain says which variables, angles and speeds stay.
     origin : str
         Where the scene comes from, to open an error message.
 
     Returns
     -------
     TableContents
-        Nothing is declared to have been measured: the measurements were of the whole state.
+        Without measured accuracy, which was that of the whole state.
 
     Raises
     ------
     InputError
-        If the scene asks for what the table does not have.
+        If the scene needs what the table does not have.
     """
     own = parse_config(contents.config, "config of the table")
     _check_scene(contents, own, scene, origin)
@@ -110,7 +110,7 @@ def prune(
 
 
 def _check_scene(contents: TableContents, own: Config, scene: Config, origin: str) -> None:
-    """Refuse a scene that asks for more than the table has."""
+    """Refuse a scene that needs more than the table has."""
     if scene.pair_name != contents.pair:
         raise InputError(f"{origin}: pair: got '{scene.pair_name}', allowed: '{contents.pair}'")
     for part in ("pair", "population", "model"):
@@ -143,13 +143,13 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
 
 def _cut(axis: Axis, low: float, high: float) -> slice:
     """Nodes of the cells in which all values from low to high lie."""
-    return slice(locate(low, axis)[0], locate(high, axis)[1] + 1)
+    return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
 
 
 def _config_text(
     own: Config, components: tuple[str, ...], datasets: dict[str, NDArray[np.float64]]
 ) -> str:
-    """Write the configuration of the table that is left: its own range and components."""
+    """Write the configuration of the pruned table, with its own range and variables."""
     alpha, speed = datasets["axes/alpha_deg"], datasets["axes/speed"]
     domain = {
         "alpha_deg": [float(alpha[0]), float(alpha[-1])],

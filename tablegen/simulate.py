@@ -23,7 +23,7 @@ from tablegen.model.rebound import COLLISION_ALARM, Condition
 from tablegen.particles.population import Population
 from tablegen.tasks.progress import bar
 
-#: Particles in one piece of work: small enough to share out, large enough to forget Python.
+#: Particles of one call of a kernel: few enough to balance threads, enough to amortise the call.
 BATCH = 5_000
 
 #: Default resolution of sustained contact and truncation of the flight series; see
@@ -49,7 +49,7 @@ class Simulation:
     collisions : (n,) int64
         Number of collisions of each rebound.
     shape : (n,) int64
-        Codes of `tablegen.model.shapes.SHAPE_CODES`.
+        Codes of `tablegen.model.shape_codes.SHAPE_CODES`.
     aspect : (n, 2) float64
         b / a and c / b.
     energy : (n, 2) float64
@@ -94,7 +94,7 @@ def make_condition(
         Angular velocity before the impact times a / V, wall axes.
     resolution : float
         Smallest rebound speed of a contact point over V, in (0, 0.1]. Below half a degree,
-        where it is no longer small beside the normal speed of the impact, it shrinks with that.
+        where it is no longer small against the normal impact speed, it shrinks with that.
     tolerance : float
         Truncation of the flight series, in [1e-14, 1e-4]. For a particle that turns many times
         before its first contact it counts as that much less.
@@ -142,7 +142,7 @@ def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
 
 
 def unfinished(particle: int, seed: int, stream: int) -> RuntimeError:
-    """Error for a particle that met the collision alarm."""
+    """Error for a particle with too many collisions."""
     return RuntimeError(
         f"particle {particle} of seed {seed}, stream {stream} is still in contact after "
         f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
@@ -179,9 +179,7 @@ def simulate_condition(
     progress: bool = False,
     audited: bool = False,
 ) -> Simulation:
-    """Simulate the rebounds of ``count`` random particles, with every setting given by itself.
-
-    `simulate` takes them from a configuration.
+    """Simulate the rebounds of ``count`` random particles, without a configuration.
 
     Parameters
     ----------
@@ -217,13 +215,13 @@ def simulate_condition(
     """
     workers = check_run(count, seed, stream, threads)
     result, kind = _allocate(count, audited)
-    law, people = pair.kernel_arguments(), population.kernel_arguments()
+    law, population_args = pair.kernel_arguments(), population.kernel_arguments()
     keys = (np.uint64(seed), np.uint32(stream))
 
     def work(part: slice) -> tuple[int, NDArray[np.float64]]:
         audit = np.zeros_like(result.audit)
         arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
-        run = (law, people, condition, keys, part.start, *arrays)
+        run = (law, population_args, condition, keys, part.start, *arrays)
         stuck = simulate_audited(*run, audit) if audited else simulate_batch(*run)
         if stuck >= 0:
             raise unfinished(stuck, seed, stream)

@@ -18,7 +18,7 @@ from tablegen.accuracy.measure import measure
 from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
 from tablegen.accuracy.requested import asked_accuracy, looser_than_compact
 from tablegen.config import AccuracyTargets, Config, parse_config
-from tablegen.configuration.defaults import METRICS, VALIDATE_CONDITIONS
+from tablegen.configuration.defaults import VALIDATE_CONDITIONS
 
 #: Bits of a seed that nobody gave: few enough to type.
 _SEED_BITS = 32
@@ -100,8 +100,7 @@ class Validation:
 def _record(comparison: Comparison, asked: AccuracyTargets, count: int) -> dict[str, Any]:
     """Record a comparison for JSON, with confidence limits and verdict of each distance."""
     record = comparison.to_dict()
-    for name in METRICS:
-        estimate = comparison.estimates[name]
+    for name, estimate in comparison.estimates.items():
         low, high = limits(name, estimate, count)
         verdict = decide(name, estimate, getattr(asked, name), count)
         record["estimates"][name] |= {"low": low, "high": high, "verdict": verdict}
@@ -118,7 +117,7 @@ def validate(
     at: Sequence[tuple[float, float]] | None = None,
     progress: bool = False,
 ) -> Validation:
-    """Compare a table with fresh direct simulation: every node coarsely, some conditions finely.
+    """Compare a table with new direct simulation: every node coarsely, some conditions finely.
 
     Parameters
     ----------
@@ -139,10 +138,6 @@ def validate(
         Only these conditions, angles in degrees and speeds in m/s; nodes are not tested then.
     progress : bool
         Show progress bars on standard error.
-
-    Returns
-    -------
-    Validation
 
     Raises
     ------

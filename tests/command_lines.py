@@ -9,10 +9,10 @@ from pathlib import Path
 
 import click
 
-from sampler.commands.main import _parser as sampler_parser
-from tablegen.commands.main import cli
+from sampler.commands.main import cli as sampler
+from tablegen.commands.main import cli as tablegen
 
-PROGRAMS = ("tablegen", "sampler")
+PROGRAMS = {"tablegen": tablegen, "sampler": sampler}
 
 
 def logical_lines(text):
@@ -69,23 +69,14 @@ def parse(words, folder):
     Raises
     ------
     click.ClickException
-        If tablegen refuses it.
-    sampler.errors.InputError
-        If sampler does.
+        If the program refuses it.
     """
     for word in words[1:]:
         if not word.startswith("-") and not Path(word).is_absolute():
             (folder / word).parent.mkdir(parents=True, exist_ok=True)
-    with contextlib.chdir(folder):
-        _parse_here(words[0], words[1:])
-
-
-def _parse_here(program, words):
+    program = PROGRAMS[words[0]]
     # --help, --version and --include-dir end a program at once
-    with contextlib.suppress(SystemExit, click.exceptions.Exit):
-        if program == "sampler":
-            sampler_parser().parse_args(words)
-            return
-        with cli.make_context(program, words[:1]) as context:
-            _, command, rest = cli.resolve_command(context, list(words))
-            command.make_context(command.name, rest, parent=context).close()
+    with contextlib.chdir(folder), contextlib.suppress(click.exceptions.Exit):
+        context = program.make_context(words[0], words[1:2])
+        _, command, rest = program.resolve_command(context, words[1:])
+        command.make_context(command.name, rest, parent=context).close()

@@ -8,7 +8,7 @@ import pytest
 from documents import ROOT
 
 import tablegen
-from tablegen.commands import program
+from tablegen.commands.main import main
 from tablegen.configuration import requirements
 
 LINE = "the generator is not installed, allowed after: pip install 'rebound-tables[generate]'"
@@ -32,7 +32,7 @@ def without(monkeypatch):
 @pytest.mark.parametrize("name", requirements.GENERATOR)
 def test_the_program_names_the_extra(name, without, capsys):
     without(name)
-    assert program.main(["--help"]) == 2
+    assert main(["--help"]) == 2
     assert capsys.readouterr() == ("", f"tablegen: error: {LINE}\n")
 
 
@@ -48,7 +48,7 @@ def test_the_package_names_the_extra(without, monkeypatch):
 
 def test_with_everything_the_program_runs(without, capsys):
     without("none of them")
-    assert program.main(["--version"]) == 0
+    assert main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("tablegen, version ")
 
 
@@ -66,8 +66,8 @@ def test_the_check_is_of_the_packages_that_the_extra_brings():
     assert names_of(EXTRAS["generate"]) == checked
 
 
-def test_the_runtime_brings_its_three_and_the_compiler():
-    assert names_of(PROJECT["dependencies"]) == {"h5py", "llvmlite", "numba", "numpy"}
+def test_the_runtime_brings_its_three_the_compiler_and_the_command_line():
+    assert names_of(PROJECT["dependencies"]) == {"click", "h5py", "llvmlite", "numba", "numpy"}
 
 
 @pytest.mark.parametrize("name", ["plot", "report", "dask", "mpi", "docs"])

@@ -90,7 +90,7 @@ def test_error_picture_changes_with_the_figures(pictures):
     assert pictures.error_picture(race(45.0, 0.56)).data != made.data
 
 
-@pytest.mark.parametrize("change", [{"light": "#123456"}, {"marker": "*"}])
+@pytest.mark.parametrize("change", [{"colour": "#123456"}, {"marker": "*"}])
 def test_methods_are_drawn_as_on_the_page_of_the_report(pictures, monkeypatch, change):
     before = pictures.error_picture(race(45.0, 0.53)).data
     monkeypatch.setitem(LOOKS, "stored states", LOOKS["stored states"]._replace(**change))

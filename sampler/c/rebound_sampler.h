@@ -319,7 +319,7 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
 }
 
-/* -- a draw, step by step: sampler/drawing/kernel.py, sampler/drawing/block.py -------------------
+/* -- a draw, step by step: sampler/drawing/steps.py, sampler/drawing/block.py -------------------
 
    Each step is written once, for m draws side by side; the compiler knows m, which is 1 for a
    single draw and RBTI_BLOCK for a batch. A step is a loop over arrays of fixed length without

@@ -1,1 +1,1 @@
-"""The command line of the runtime."""
+"""The command line of the runtime, and what that of the generator shares with it."""

@@ -1,1 +1,1 @@
-"""How kernels are compiled, what is imported late, and on how many processors they run."""
+"""How kernels are compiled, on how many processors they run, and public names imported late."""

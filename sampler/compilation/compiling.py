@@ -1,4 +1,4 @@
-"""A word when kernels are about to be compiled, which takes a while the first time.
+"""A line in the log when kernels are about to be compiled, which takes a while the first time.
 
 It goes to the log ``sampler`` as a warning, which Python prints on standard error unless the
 program has set up logging otherwise.
@@ -18,28 +18,28 @@ _PARTS = {
 }
 
 
-class _Teller(event.Listener):
-    """Says once a process and part what is being compiled; kernels from the cache say nothing."""
+class _CompilationLogger(event.Listener):
+    """Logs once a process and part what is being compiled; kernels from the cache are not."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
-        self._say = say
-        self._told: set[str] = set()
+    def __init__(self, log: Callable[[str], None]) -> None:
+        self._log = log
+        self._logged: set[str] = set()
 
     def on_start(self, event: event.Event) -> None:
-        """Hear that a kernel is being compiled."""
+        """Log the part of a kernel that is being compiled."""
         kernel = event.data["dispatcher"].py_func
         # code that was made by exec may belong to no module
         package = (kernel.__module__ or "").partition(".")[0]
-        if package not in _PARTS or package in self._told:
+        if package not in _PARTS or package in self._logged:
             return
-        self._told.add(package)
+        self._logged.add(package)
         part, time = _PARTS[package]
-        self._say(f"compiling {part} for this processor, which takes {time} and happens once")
+        self._log(f"compiling {part} for this processor, which takes {time} and happens once")
 
     def on_end(self, event: event.Event) -> None:
-        """Hear that a kernel has been compiled."""
+        """Do nothing when a kernel has been compiled."""
 
 
-def tell_of_compilations() -> None:
-    """Say from now on when kernels are being compiled."""
-    event.register("numba:compile", _Teller(_LOG.warning))
+def log_compilations() -> None:
+    """Log from now on when kernels are being compiled."""
+    event.register("numba:compile", _CompilationLogger(_LOG.warning))

@@ -11,7 +11,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.extending import register_jitable
 
-from sampler.compilation.compiling import tell_of_compilations
+from sampler.compilation.compiling import log_compilations
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -25,10 +25,10 @@ _INLINE: dict[str, Any] = {"forceinline": True, "no_cfunc_wrapper": True}
 #: Count no references. Numba counts those to every array that a function gets, with atomic
 #: operations; for eight arrays that costs as much as a draw, and threads wait for each other.
 #: Only for functions that neither make nor return arrays: then the caller's references suffice.
-_BORROW: dict[str, Any] = {"_nrt": False}
+_NO_REFCOUNT: dict[str, Any] = {"_nrt": False}
 
 
-tell_of_compilations()
+log_compilations()
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:
@@ -53,11 +53,11 @@ def inline_kernel(function: _Function) -> _Function:
     return _inlined(function)
 
 
-def borrowing_kernel(function: _Function) -> _Function:
+def no_refcount_kernel(function: _Function) -> _Function:
     """Compile a kernel that only reads and writes arrays of its caller: it makes none."""
-    return _compiled(function, **_BORROW)
+    return _compiled(function, **_NO_REFCOUNT)
 
 
-def borrowing_inline_kernel(function: _Function) -> _Function:
-    """Compile a small `borrowing_kernel` that must dissolve in its caller."""
-    return _inlined(function, **_BORROW)
+def no_refcount_inline_kernel(function: _Function) -> _Function:
+    """Compile a small `no_refcount_kernel` that must dissolve in its caller."""
+    return _inlined(function, **_NO_REFCOUNT)

@@ -1,8 +1,6 @@
-"""What is imported late, when it is first used, so that programs and packages start at once.
+"""Public names of a package, imported when they are first used, so that it is imported at once.
 
-Public names of a package are imported by `import_late`, the work of a command by `work`. Nothing
-else delays the import of a module of ours, but for `tablegen.commands.program`, which first looks
-whether what the generator needs is installed.
+Commands import what does their work in their own functions.
 """
 
 import sys
@@ -71,22 +69,3 @@ def import_late(
     module.__dict__["_homes"] = {name: home for home, names in homes.items() for name in names}
     module.__dict__["_ready"] = ready
     module.__class__ = _Package
-
-
-def work(module: str, *context: Any, **given: Any) -> int:
-    """Run a command, whose options are defined elsewhere.
-
-    Parameters
-    ----------
-    module : str
-        Module whose function ``run`` does the work.
-    *context, **given
-        What that function gets: an object of the program, and the values of the options.
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
-    status: int = import_module(module).run(*context, **given)
-    return status

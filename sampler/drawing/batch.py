@@ -1,34 +1,29 @@
 """Many draws: blocks of them go side by side through the steps of `sampler.drawing.block`.
 
-A draw alone spends most of its time waiting for memory and for itself. A state has the same bits as
-from `sampler.drawing.kernel.draw`, which does the same arithmetic one draw at a time.
+A draw alone is bound by latency, of memory and of operations that depend on each other. A state
+has the same bits as from `sampler.drawing.kernel.draw`, which is a block of one.
 """
 
 import numpy as np
+from numba import types
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel
-from sampler.drawing.block import (
-    BLOCK,
-    draw_block,
-    fill_words,
-    local_conditions,
-    local_values,
-    local_words,
-)
-from sampler.drawing.kernel import CLAMPED, OK, status_of
+from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.block import BLOCK, MOST_WORDS, N_VALUES, item, state_drawer, word_filler
+from sampler.drawing.intrinsics import local_array
+from sampler.drawing.kernel import status_of
+from sampler.errors import CLAMPED, OK
 
-
-@borrowing_inline_kernel
-def item(values, k):
-    """Element k of an array, or the only element of an array of one."""
-    return values[np.uint64(k)] if values.size > 1 else values[0]
+local_words = local_array(types.uint32, MOST_WORDS * BLOCK)
+local_conditions = local_array(types.float64, BLOCK)
+local_states = local_array(types.float64, N_VALUES * BLOCK)
+fill_words, draw_states = word_filler(BLOCK), state_drawer(BLOCK)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
     """Copy the conditions of a block; whether all of them lie within the table.
 
-    A block that is not full repeats its last draw. Without branches; NaN is not within.
+    Without branches; NaN is not within.
     """
     low, high = arrays.alpha.low, arrays.alpha.high
     least, most = arrays.speed.low, arrays.speed.high
@@ -42,7 +37,7 @@ def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
     return outside == 0
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     """Draw the states of the rows from start to stop; ends with the block of the first error.
 
@@ -62,8 +57,8 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
         First row with an error (-1: none) and its code; first clamped row (-1: none) and the
         number of clamped rows before the error.
     """
-    words, angles, velocities = local_words(), local_conditions(), local_conditions()
-    result = local_values()
+    words, drawn = local_words(), local_states()
+    angles, velocities = local_conditions(), local_conditions()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
@@ -77,9 +72,9 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
                     clamped += 1
                     first_clamped = first + r if first_clamped < 0 else first_clamped
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
-        draw_block(arrays, words, angles, velocities, result)
+        draw_states(arrays, words, angles, velocities, drawn)
         for r in range(count):
             for column in range(len(arrays.columns)):
                 component = np.uint64(arrays.columns[column] * BLOCK + r)
-                states[np.uint64(first + r), np.uint64(column)] = result[component]
+                states[np.uint64(first + r), np.uint64(column)] = drawn[component]
     return -1, OK, first_clamped, clamped

@@ -8,33 +8,28 @@ tangential part and the law is symmetric about y, so the direction of x is drawn
 import math
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
-from sampler.drawing.batch import item
-from sampler.drawing.block import (
-    BLOCK,
-    draw_block,
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.batch import (
+    draw_states,
     fill_words,
     local_conditions,
-    local_values,
+    local_states,
     local_words,
 )
-from sampler.drawing.intrinsics import local_array
-from sampler.drawing.kernel import (
+from sampler.drawing.block import BLOCK, item
+from sampler.drawing.kernel import draw, status_of
+from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
+from sampler.errors import (
     CLAMPED,
     HALF_SIZE_NOT_POSITIVE,
     NORMAL_NOT_USABLE,
     NOT_FINITE,
     OK,
     SPEED_NOT_POSITIVE,
-    draw,
-    status_of,
 )
-from sampler.drawing.kernel import local_values as local_state
-from sampler.drawing.philox import philox_block, uniform
-from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
 from sampler.formats.table_arrays import TableArrays
 
 #: Tangential over total speed below which an impact counts as normal: the direction of what is
@@ -43,8 +38,6 @@ NORMAL_IMPACT = 1e-12
 
 #: Block of the keys' random words that gives the azimuth at normal impact.
 AZIMUTH_BLOCK = 2
-
-_local_flags = local_array(types.boolean, BLOCK)
 
 
 @inline_kernel
@@ -100,37 +93,47 @@ def impact_angle(relative: Vector, e_y: Vector) -> tuple[float, float]:
 @inline_kernel
 def impact(
     velocity: Vector, normal: Vector, half_size: float, wall_velocity: Vector
-) -> tuple[int, float, float, float]:
-    """Condition of an impact: status, angle (rad), speed and tangential speed (m/s)."""
+) -> tuple[int, float, float]:
+    """Condition of an impact: status, angle (rad) and speed (m/s)."""
     status = impact_status(velocity, normal, half_size, wall_velocity)
     relative = combine(1.0, velocity, -1.0, wall_velocity)
     speed = math.sqrt(dot(relative, relative))
     if status == OK and speed == 0.0:
         status = SPEED_NOT_POSITIVE
     if status != OK:
-        return status, 0.0, 0.0, 0.0
-    alpha1, tangential = impact_angle(relative, unit(normal))
-    return status, alpha1, speed, tangential
+        return status, 0.0, 0.0
+    return status, impact_angle(relative, unit(normal))[0], speed
 
 
-@borrowing_inline_kernel
+@inline_kernel
+def tangent(relative: Vector, e_y: Vector, seed: int, index: int, hit: int) -> Vector:
+    """Return the unit vector e_x along the tangential velocity.
+
+    At normal impact, where there is none, its azimuth is drawn, uniform in [0, 2 pi).
+    """
+    along = combine(1.0, relative, -dot(relative, e_y), e_y)
+    if math.sqrt(dot(along, along)) > NORMAL_IMPACT * math.sqrt(dot(relative, relative)):
+        return along_wall(relative, e_y)
+    word = philox_block(seed, index, hit, AZIMUTH_BLOCK)[0]
+    return perpendicular(e_y, 2.0 * math.pi * uniform(word))
+
+
+@no_refcount_inline_kernel
 def _to_lab(
     velocity: Vector,
     normal: Vector,
     half_size: float,
     wall_velocity: Vector,
-    straight: bool,
-    azimuth: float,
+    seed: int,
+    index: int,
+    hit: int,
     out: NDArray[np.float64],
 ) -> None:
-    """Replace a state by velocity (m/s) and angular velocity (rad/s) in the lab frame, in place.
-
-    x points along the tangential velocity; at an impact straight on, to the azimuth (rad).
-    """
+    """Replace a state by velocity (m/s) and angular velocity (rad/s) in the lab frame, in place."""
     relative = combine(1.0, velocity, -1.0, wall_velocity)
     speed = math.sqrt(dot(relative, relative))
     e_y = unit(normal)
-    e_x = perpendicular(e_y, azimuth) if straight else along_wall(relative, e_y)
+    e_x = tangent(relative, e_y, seed, index, hit)
     e_z = cross(e_x, e_y)
     for part in range(2):
         scale = speed if part == 0 else speed / half_size
@@ -142,7 +145,7 @@ def _to_lab(
         out[axis] += wall_velocity[axis]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rebound(
     arrays: TableArrays,
     velocity: Vector,
@@ -175,25 +178,15 @@ def rebound(
     int
         As `sampler.draw`; also `NORMAL_NOT_USABLE` (-4) and `HALF_SIZE_NOT_POSITIVE` (-5).
     """
-    status, alpha1, speed, tangential = impact(velocity, normal, half_size, wall_velocity)
-    if status < OK:
-        return status
-    status = draw(arrays, alpha1, speed, seed, index, hit, out)
-    if status < OK:
-        return status
-    straight = tangential <= NORMAL_IMPACT * speed
-    azimuth = _azimuth(seed, index, hit) if straight else 0.0
-    _to_lab(velocity, normal, half_size, wall_velocity, straight, azimuth, out)
+    status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
+    if status == OK:
+        status = draw(arrays, alpha1, speed, seed, index, hit, out)
+    if status >= OK:
+        _to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
     return status
 
 
-@inline_kernel
-def _azimuth(seed: int, index: int, hit: int) -> float:
-    """Azimuth of x at normal impact, uniform in [0, 2 pi), rad."""
-    return 2.0 * math.pi * uniform(philox_block(seed, index, hit, AZIMUTH_BLOCK)[0])
-
-
-@borrowing_kernel
+@no_refcount_kernel
 def rebound_batch(
     arrays: TableArrays,
     velocity: NDArray[np.float64],
@@ -212,8 +205,8 @@ def rebound_batch(
     Arrays have n rows or one; `results` has shape (n, 6): velocity and angular velocity.
     Returns the same four numbers as `sampler.drawing.batch.draw_batch`.
     """
-    words, angles, velocities = local_words(), local_conditions(), local_conditions()
-    drawn, result, straight = local_values(), local_state(), _local_flags()
+    words, drawn = local_words(), local_states()
+    angles, velocities = local_conditions(), local_conditions()
     first_clamped = -1
     clamped = 0
     for first in range(start, stop, BLOCK):
@@ -222,24 +215,21 @@ def rebound_batch(
             # a block that is not full repeats its last draw
             k = first + min(r, count - 1)
             given = (vector(velocity, k), vector(normal, k), item(half_size, k))
-            status, alpha1, speed, tangential = impact(*given, vector(wall_velocity, k))
+            status, alpha1, speed = impact(*given, vector(wall_velocity, k))
             status = status_of(arrays, alpha1, speed) if status == OK else status
             if status < OK:
                 return k, status, first_clamped, clamped
             if status == CLAMPED and r < count:
                 clamped += 1
                 first_clamped = k if first_clamped < 0 else first_clamped
-            straight[r] = tangential <= NORMAL_IMPACT * speed
             angles[np.uint64(r)], velocities[np.uint64(r)] = alpha1, speed
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
-        draw_block(arrays, words, angles, velocities, drawn)
+        draw_states(arrays, words, angles, velocities, drawn)
         for r in range(count):
             k = first + r
-            for component in range(6):
-                result[component] = drawn[np.uint64(component * BLOCK + r)]
-            azimuth = _azimuth(seed, item(index, k), item(hit, k)) if straight[r] else 0.0
+            for variable in range(6):
+                results[k, variable] = drawn[np.uint64(variable * BLOCK + r)]
             given = (vector(velocity, k), vector(normal, k), item(half_size, k))
-            _to_lab(*given, vector(wall_velocity, k), straight[r], azimuth, result)
-            for column in range(6):
-                results[k, column] = result[column]
+            keys = (seed, item(index, k), item(hit, k))
+            _to_lab(*given, vector(wall_velocity, k), *keys, results[k])
     return -1, OK, first_clamped, clamped

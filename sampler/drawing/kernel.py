@@ -15,7 +15,9 @@ Conditions, weights and states are in double precision; what lies between random
 quantiles, steps 4 and 5, is in single precision, which moves a state by less than the 16 bits of a
 stored quantile do.
 
-These are the steps of one draw. `sampler.drawing.batch` takes many draws through them side by side.
+The arithmetic of the steps is in `sampler.drawing.steps`. `sampler.drawing.block` takes one draw
+through them here, and a block of draws side by side in `sampler.drawing.batch`. All of it once more
+in plain Python, as the executable specification: `tests/sampler/reference_draw.py`.
 
 Sources: Walker, ACM Trans. Math. Softw. 3 (1977) for aliases; Tewari, Giering & Raghunathan,
 ICDM workshops (2011) for mixture copulas; Salmon et al., SC'11 for the random words.
@@ -26,50 +28,19 @@ import math
 import numpy as np
 from numba import types
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
-from sampler.drawing.intrinsics import local_array, mean_of_corners, mix_rows
-from sampler.drawing.normal import normal_of_word
-from sampler.drawing.philox import philox_block
-from sampler.drawing.states import channels_to_state
-from sampler.formats.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED
-from sampler.formats.fixed_point import MIXTURE_SCALE
-from sampler.formats.table_arrays import LANES, ROUNDING
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.block import MOST_WORDS, N_VALUES, state_drawer, word_filler
+from sampler.drawing.intrinsics import local_array
+from sampler.errors import CLAMPED, NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
+from sampler.formats.table_arrays import ROUNDING
 
-#: Status codes: zero is fine, positive is a warning, negative an error with nothing written.
-OK = 0
-CLAMPED = 1
-NOT_FINITE = -1
-NOT_APPROACHING = -2
-SPEED_NOT_POSITIVE = -3
-NORMAL_NOT_USABLE = -4
-HALF_SIZE_NOT_POSITIVE = -5
-
-#: Most random words that one draw consumes: all of blocks 0 and 1 of its keys, which make six
-#: normals, and two words of block 2 for scenes with further channels.
-MOST_WORDS = 10
-
-N_VALUES = len(CHANNELS)
 _HALF_PI = 0.5 * math.pi
-#: Unit of the stored means and factors, a power of two: exact.
-UNIT = np.float32(1.0 / MIXTURE_SCALE)
-ZERO = np.float32(0.0)
-#: Bits of word 1 that decide on reflection; the others choose the node.
-REFLECTION_BITS = np.uint32(MIXTURE_SCALE - 1)
-_CORNER_SHIFT = np.uint32(12)
-CORNER_UNIT = 2.0**-20
-_LOW = np.uint64(0xFFFFFFFF)
-_HALF_WORD = np.uint64(32)
-_HALF = np.uint32(16)
-_LOW_HALF = np.uint32(0xFFFF)
 
-#: An array for the channels of one draw.
-local_values = local_array(types.float64, N_VALUES)
-
-#: Arrays for its rows, for units without and with reflection, for weights of the four nodes.
-local_singles = local_array(types.float32, LANES)
-local_entries = local_array(types.int32, LANES)
-local_units = local_array(types.float32, 2 * LANES)
-local_corners = local_array(types.float32, 4)
+_local_index, _local_hit = local_array(types.uint64, 1), local_array(types.uint32, 1)
+_local_words = local_array(types.uint32, MOST_WORDS)
+_local_condition = local_array(types.float64, 1)
+_local_state = local_array(types.float64, N_VALUES)
+_fill_words, draw_one = word_filler(1), state_drawer(1)
 
 
 @inline_kernel
@@ -84,13 +55,13 @@ def condition_status(alpha1, speed):
     return OK
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def is_outside(value, axis):
     """Whether a value lies off the axis by more than the rounding of a unit conversion."""
     return value < axis.low or value > axis.high
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def status_of(arrays, alpha1, speed):
     """`OK`, `CLAMPED` or the negative code of a condition."""
     alpha, velocity = arrays.alpha, arrays.speed
@@ -102,184 +73,7 @@ def status_of(arrays, alpha1, speed):
     return CLAMPED if status == OK else status
 
 
-@borrowing_inline_kernel
-def locate(value, axis):
-    """Lower node, upper node and weight of the upper one; outside values go to the end."""
-    table = axis.coordinate
-    position = (min(max(value, axis.first), axis.last) - axis.origin) * axis.scale
-    position = min(max(position, 0.0), table.size - 1.0)
-    k = min(int(position), table.size - 2)
-    below = table[np.uint64(k)]
-    x = below + (position - k) * (table[np.uint64(k + 1)] - below)
-    # On an axis of one node both neighbours are that node, with weight 0 for the upper one.
-    lower = max(min(int(x) - axis.offset, axis.nodes - 2), 0)
-    upper = min(lower + 1, axis.nodes - 1)
-    # the ends of an axis are nodes, but their coordinate is rounded
-    return lower, upper, min(max(x - (lower + axis.offset), 0.0), 1.0 * (upper - lower))
-
-
-@inline_kernel
-def corner_weights(t, r):
-    """Bilinear weights of the four nodes of a cell, in the order of `TableArrays.quantiles`."""
-    return (1.0 - t) * (1.0 - r), (1.0 - t) * r, t * (1.0 - r), t * r
-
-
-@inline_kernel
-def choose_corner(word, weights):
-    """Corner of the cell, each with its bilinear weight, from the upper 20 bits of a word."""
-    c = (np.float64(word >> _CORNER_SHIFT) + 0.5) * CORNER_UNIT
-    w0, w1, w2, _ = weights
-    upper_alpha = c >= w0 + w1
-    return upper_alpha, c >= (w0 + w1 + w2 if upper_alpha else w0)
-
-
-@borrowing_inline_kernel
-def choose_component(arrays, node, word):
-    """Mixture component of a node by the alias method.
-
-    The high half of word * n picks the column, the low half is the fraction within it.
-    """
-    product = np.uint64(word) * np.uint64(arrays.n_components)
-    column = np.int64(product >> _HALF_WORD)
-    entry = arrays.alias[np.uint64(node * arrays.n_components + column)]
-    if (np.uint32(product & _LOW) >> _HALF) >= (entry >> _HALF):
-        column = np.int64(entry & _LOW_HALF)
-    return column
-
-
-@borrowing_inline_kernel
-def class_of(arrays, node, component):
-    """Class of rebounds that a component belongs to."""
-    kind = 0
-    for k in range(1, arrays.n_classes):
-        if component >= arrays.first_of_class[np.uint64(node * arrays.n_classes + k)]:
-            kind = k
-    return kind
-
-
-@borrowing_inline_kernel
-def choose(arrays, cell_alpha, cell_speed, weights, w0, w1):
-    """Take steps 2 and 3.
-
-    Returns
-    -------
-    tuple of two int
-        First number of the component's record; first function of its class among the quantile
-        functions of the cell.
-    """
-    i0, i1, _ = cell_alpha
-    j0, j1, _ = cell_speed
-    upper_alpha, upper_speed = choose_corner(w1, weights)
-    node = (i1 if upper_alpha else i0) * arrays.speed.nodes + (j1 if upper_speed else j0)
-    component = choose_component(arrays, node, w0)
-    kind = class_of(arrays, node, component)
-    record = (node * arrays.n_components + component) * arrays.stride
-    cell = i0 * max(arrays.speed.nodes - 1, 1) + j0
-    return record, (cell * arrays.n_classes + kind) * arrays.n_marginals
-
-
-@borrowing_inline_kernel
-def mix(arrays, record, w1, words, variates):
-    """Take step 4: variates mean + L n of all rows, reflected or not."""
-    normals, units = local_singles(), local_units()
-    for row in range(LANES):
-        units[row] = units[LANES + row] = UNIT
-    for row in range(len(arrays.channels)):
-        normals[row] = normal_of_word(arrays.normals, words[row])
-        if FIRST_MIRRORED <= arrays.channels[row] < END_MIRRORED:
-            units[LANES + row] = -UNIT
-    reflected = np.int32(w1 & REFLECTION_BITS) < np.int32(arrays.components[np.uint64(record)])
-    turn = LANES if reflected else 0
-    mix_rows(arrays.components, record, arrays.channels, normals, 0, 1, units, turn, variates, 0)
-
-
-@borrowing_inline_kernel
-def find_entries(arrays, functions, variates, entries):
-    """Replace variates by fractions between knots, in place, and write where step 5 reads.
-
-    Parameters
-    ----------
-    functions : int
-        First function of the class among the quantile functions of the cell.
-    variates : float32 array, shape (8,), changed in place
-    entries : int32 array, shape (8,), written
-        First of the eight numbers that step 5 reads for each channel.
-    """
-    last = np.float32(arrays.n_knots - 1)
-    most, scale = np.float32(arrays.variate_max), np.float32(arrays.variate_scale)
-    for row in range(len(arrays.channels)):
-        position = min(max((variates[row] + most) * scale, ZERO), last)
-        k = min(int(position), arrays.n_knots - 2)
-        # a channel without quantiles reads those of another, to no end
-        function = functions + max(arrays.marginals[row], 0)
-        entries[row] = np.int32((function * arrays.n_knots + k) * 4)
-        variates[row] = position - np.float32(k)
-
-
-@borrowing_inline_kernel
-def state_of(arrays, functions, weights, entries, fractions, state):
-    """Take step 5 for every channel, then make the components of the state.
-
-    Parameters
-    ----------
-    entries, fractions : int32 and float32 arrays, shape (8,)
-        From `find_entries`.
-    weights : tuple of four float
-    state : float64 array, shape (8,), written
-    """
-    corners, means = local_corners(), local_singles()
-    corners[0], corners[1] = np.float32(weights[0]), np.float32(weights[1])
-    corners[2], corners[3] = np.float32(weights[2]), np.float32(weights[3])
-    mean_of_corners(arrays.quantiles, arrays.channels, entries, fractions, corners, 0, means)
-    for k in range(N_VALUES):
-        state[k] = 0.0
-    for row in range(len(arrays.channels)):
-        marginal = arrays.marginals[row]
-        if marginal >= 0:
-            span = np.uint64(2 * (functions + marginal))
-            least, step = arrays.spans[span], arrays.spans[span + np.uint64(1)]
-            state[arrays.channels[row]] = least + step * np.float64(means[row])
-    channels_to_state(state)
-
-
-@borrowing_kernel
-def draw_from_words(arrays, alpha1, speed, w0, w1, words, state):
-    """One rebound from given random words; `draw` says what the rest means.
-
-    Kept apart from the generator so that every branch can be tested with scripted words.
-
-    Parameters
-    ----------
-    arrays : TableArrays
-    alpha1, speed : float
-        Impact angle from the wall in rad, impact speed in m/s.
-    w0, w1 : uint32
-        w0: component; w1: reflection (lower 12 bits) and corner.
-    words : tuple of eight uint32
-        Normals; as many are used as the table has channels.
-    state : float64 array, shape (6,) or more, written
-
-    Returns
-    -------
-    int
-        `OK`, `CLAMPED` or a negative code.
-    """
-    status = status_of(arrays, alpha1, speed)
-    if status < OK:
-        return status
-    cell_alpha, cell_speed = locate(alpha1, arrays.alpha), locate(speed, arrays.speed)
-    weights = corner_weights(cell_alpha[2], cell_speed[2])
-    record, functions = choose(arrays, cell_alpha, cell_speed, weights, w0, w1)
-    variates, entries, values = local_singles(), local_entries(), local_values()
-    mix(arrays, record, w1, words, variates)
-    find_entries(arrays, functions, variates, entries)
-    state_of(arrays, functions, weights, entries, variates, values)
-    for k in range(min(state.size, N_VALUES)):
-        state[k] = values[k]
-    return status
-
-
-@borrowing_kernel
+@no_refcount_kernel
 def draw(arrays, alpha1, speed, seed, index, hit, state):
     """Draw one rebound state; callable from the user's own ``@numba.njit`` code.
 
@@ -311,10 +105,15 @@ def draw(arrays, alpha1, speed, seed, index, hit, state):
         its edge was used; else, with nothing written, `NOT_FINITE` (-1), `NOT_APPROACHING`
         (-2: alpha1 outside (0, pi/2]) or `SPEED_NOT_POSITIVE` (-3).
     """
-    n = len(arrays.channels)
-    zero = np.uint32(0)
-    w0, w1, w2, w3 = philox_block(seed, index, hit, 0)
-    w4, w5, w6, w7 = philox_block(seed, index, hit, 1) if n > 2 else (zero, zero, zero, zero)
-    _, w8, w9, _ = philox_block(seed, index, hit, 2) if n > 6 else (zero, zero, zero, zero)
-    words = (w2, w3, w4, w5, w6, w7, w8, w9)
-    return draw_from_words(arrays, alpha1, speed, w0, w1, words, state)
+    status = status_of(arrays, alpha1, speed)
+    if status < OK:
+        return status
+    indices, hits, words = _local_index(), _local_hit(), _local_words()
+    angles, speeds, values = _local_condition(), _local_condition(), _local_state()
+    indices[0], hits[0] = np.uint64(index), np.uint32(hit)
+    angles[0], speeds[0] = alpha1, speed
+    _fill_words(len(arrays.channels), seed, indices, hits, 0, 1, words)
+    draw_one(arrays, words, angles, speeds, values)
+    for k in range(min(state.size, N_VALUES)):
+        state[k] = values[k]
+    return status

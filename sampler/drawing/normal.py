@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, inline_kernel, kernel
+from sampler.compilation.jit import inline_kernel, kernel, no_refcount_inline_kernel
 from sampler.drawing.intrinsics import single_bits, single_of_bits
 from sampler.formats.normal_cubics import PIECES
 
@@ -109,7 +109,7 @@ def normal_cdf(x):
     return 0.5 * math.erfc(-x * 0.7071067811865476)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def piece_of_word(word):
     """Row of the cubic of a random word, place in its piece, and sign.
 
@@ -126,7 +126,7 @@ def piece_of_word(word):
     return row, t, _ONE - _TWO * np.float32(upper)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def normal_of_word(table, word):
     """Give the standard normal number of a random word, the quantile of (word + 1/2) 2**-32.
 

@@ -10,10 +10,8 @@ import numpy as np
 
 from sampler.compilation.jit import inline_kernel
 
-_M0 = np.uint64(0xD2511F53)
-_M1 = np.uint64(0xCD9E8D57)
-_W0 = np.uint32(0x9E3779B9)
-_W1 = np.uint32(0xBB67AE85)
+_M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+_W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 _LOW = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 
@@ -21,33 +19,34 @@ _HALF = np.uint64(32)
 _STEP = 2.0**-32
 
 
+#: Rounds of a block.
+ROUNDS = 10
+
+
 @inline_kernel
-def philox4x32(key0, key1, c0, c1, c2, c3):
-    """Ten rounds of Philox4x32.
+def philox_round(number, key0, key1, c0, c1, c2, c3):
+    """One round of Philox4x32 on words in the lower halves of 64 bits.
+
+    Products of such words need no conversion. What is in the upper halves of the counter does not
+    matter, neither before nor after.
 
     Parameters
     ----------
-    key0, key1 : uint32
-        Low and high half of the key.
-    c0, c1, c2, c3 : uint32
-        Counter words.
+    number : int
+        Round, from 0 on.
+    key0, key1 : uint64
+        Low and high half of the key, each below 2**32.
+    c0, c1, c2, c3 : uint64
+        Counter, or what the round before returned.
 
     Returns
     -------
-    tuple of four uint32
+    tuple of four uint64
     """
-    for _ in range(10):
-        p0 = _M0 * np.uint64(c0)
-        p1 = _M1 * np.uint64(c2)
-        hi0, lo0 = np.uint32(p0 >> _HALF), np.uint32(p0 & _LOW)
-        hi1, lo1 = np.uint32(p1 >> _HALF), np.uint32(p1 & _LOW)
-        c0 = np.uint32(hi1 ^ c1 ^ key0)
-        c1 = lo1
-        c2 = np.uint32(hi0 ^ c3 ^ key1)
-        c3 = lo0
-        key0 = np.uint32(key0 + _W0)
-        key1 = np.uint32(key1 + _W1)
-    return c0, c1, c2, c3
+    k = np.uint64(number)
+    p0, p1 = (c0 & _LOW) * _M0, (c2 & _LOW) * _M1
+    high0, high1 = p0 >> _HALF, p1 >> _HALF
+    return high1 ^ c1 ^ (key0 + k * _W0), p1, high0 ^ c3 ^ (key1 + k * _W1), p0
 
 
 @inline_kernel
@@ -65,16 +64,12 @@ def philox_block(seed, index, hit, block):
     -------
     tuple of four uint32
     """
-    s = np.uint64(seed)
-    i = np.uint64(index)
-    return philox4x32(
-        np.uint32(s & _LOW),
-        np.uint32(s >> _HALF),
-        np.uint32(i & _LOW),
-        np.uint32(i >> _HALF),
-        np.uint32(hit),
-        np.uint32(block),
-    )
+    key, i = np.uint64(seed), np.uint64(index)
+    key0, key1 = key & _LOW, key >> _HALF
+    c0, c1, c2, c3 = i, i >> _HALF, np.uint64(np.uint32(hit)), np.uint64(block)
+    for number in range(ROUNDS):
+        c0, c1, c2, c3 = philox_round(number, key0, key1, c0, c1, c2, c3)
+    return np.uint32(c0), np.uint32(c1), np.uint32(c2), np.uint32(c3)
 
 
 @inline_kernel

@@ -34,27 +34,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import borrowing_kernel, inline_kernel, kernel
-from sampler.drawing.batch import item
-from sampler.drawing.frames import (
-    AZIMUTH_BLOCK,
-    NORMAL_IMPACT,
-    along_wall,
-    impact_angle,
-    impact_status,
-    perpendicular,
-    rebound,
-)
-from sampler.drawing.kernel import CLAMPED, NOT_APPROACHING, OK, SPEED_NOT_POSITIVE
+from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
+from sampler.drawing.block import item
+from sampler.drawing.frames import impact_angle, impact_status, rebound, tangent
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, dot, unit, vector
+from sampler.errors import (
+    CASCADE_NOT_ENDED,
+    CLAMPED,
+    NOT_APPROACHING,
+    OK,
+    SPEED_NOT_POSITIVE,
+    TILT_NOT_FOUND,
+)
 from sampler.formats.table_arrays import TableArrays
-
-#: Status codes beside those of `sampler.drawing.kernel`: no tilt was accepted, the particle was
-#: sent back into the wall again and again. Their probabilities are below 1e-50 and 1e-30 a hit.
-TILT_NOT_FOUND = -6
-CASCADE_NOT_ENDED = -7
 
 #: Largest roughness, rad. Beyond it a normal law of tilts describes no surface.
 MAX_ROUGHNESS = 0.5
@@ -160,20 +154,18 @@ def draw_tilt(
 
 
 @inline_kernel
-def facet_normal(velocity: Vector, e_y: Vector, azimuth: float, tilt: float) -> Vector:
-    """Return the normal e_y of the mean wall tilted in the plane of incidence.
+def facet_normal(
+    velocity: Vector, e_y: Vector, tilt: float, seed: int, index: int, hit: int
+) -> Vector:
+    """Return the normal e_y of the mean wall tilted (rad) in the plane of incidence.
 
-    At normal impact, where there is no such plane, in one at the azimuth.
+    At normal impact, where there is no such plane, in one at the azimuth of the keys.
     """
-    _, tangential = impact_angle(velocity, e_y)
-    if tangential <= NORMAL_IMPACT * math.sqrt(dot(velocity, velocity)):
-        e_x = perpendicular(e_y, azimuth)
-    else:
-        e_x = along_wall(velocity, e_y)
+    e_x = tangent(velocity, e_y, seed, index, hit)
     return combine(math.cos(tilt), e_y, -math.sin(tilt), e_x)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _leave(
     arrays: TableArrays,
     velocity: Vector,
@@ -189,13 +181,11 @@ def _leave(
     clamped = OK
     for bounce in range(MAX_BOUNCES):
         key = bounce_seed(seed, bounce)
-        # Only the first bounce can come along the wall's own normal by more than chance.
-        azimuth = 2.0 * math.pi * uniform(philox_block(key, index, hit, AZIMUTH_BLOCK)[0])
         alpha1, _ = impact_angle(velocity, e_y)
         found, tilt = draw_tilt(max(alpha1, 0.0), roughness, key, index, hit)
         if not found:
             return TILT_NOT_FOUND, bounce
-        normal = facet_normal(velocity, e_y, azimuth, tilt)
+        normal = facet_normal(velocity, e_y, tilt, key, index, hit)
         at_rest = (0.0, 0.0, 0.0)
         status = rebound(arrays, velocity, normal, half_size, at_rest, key, index, hit, out)
         if status < OK:
@@ -207,7 +197,7 @@ def _leave(
     return CASCADE_NOT_ENDED, MAX_BOUNCES
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_bounces(
     arrays: TableArrays,
     velocity: Vector,
@@ -247,7 +237,7 @@ def rough_bounces(
     return status, bounces
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_rebound(
     arrays: TableArrays,
     velocity: Vector,
@@ -286,7 +276,7 @@ def rough_rebound(
     )[0]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rough_rebound_batch(
     arrays: TableArrays,
     velocity: NDArray[np.float64],

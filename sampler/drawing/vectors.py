@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import borrowing_inline_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel
 
 Vector = tuple[float, float, float]
 
@@ -49,7 +49,7 @@ def is_finite(a: Vector) -> bool:
     return math.isfinite(a[0]) and math.isfinite(a[1]) and math.isfinite(a[2])
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def vector(values: NDArray[np.float64], k: int) -> Vector:
     """Row k of an (n, 3) array, or the only row of an array of one."""
     k = k if values.shape[0] > 1 else 0

@@ -5,6 +5,7 @@ import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from sampler.errors import InputError
 
@@ -77,3 +78,12 @@ def write_text(path: str | Path, text: str) -> None:
     """Write a text file in UTF-8, whole or not at all; errors as `atomic_output`."""
     with atomic_output(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_arrays(path: str | Path, **arrays: Any) -> None:
+    """Write arrays by name as .npz, whole or not at all; errors as `atomic_output`."""
+    import numpy as np  # not before it is needed: commands check their outputs without it
+
+    with atomic_output(path) as temporary, open(temporary, "wb") as file:
+        # an open file, because numpy would add a suffix to a name
+        np.savez(file, **arrays)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.formats.channels import COMPONENTS
+from sampler.formats.channels import VARIABLES
 
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
@@ -25,7 +25,7 @@ ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
 MOST_BYTES = 2**31
 #: Room for the names of channels and variables.
-MOST_NAMES = len(COMPONENTS)
+MOST_NAMES = len(VARIABLES)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Channels: the numbers in which a table describes one rebound.
+"""Variables of a state, and channels: the numbers in which a table describes one rebound.
 
 A table does not hold u, v, w themselves but shares of the translational energy that is still
 to be given out ("stick-breaking"): v is taken as it is, then
@@ -20,13 +20,19 @@ number in [N, N + 1).
 """
 
 from collections.abc import Iterable
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from sampler.errors import InputError
-from sampler.formats.variables import COMPONENTS as COMPONENTS
-from sampler.formats.variables import STATE
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+#: Variables of a state, in the order of every public array and file.
+VARIABLES = ("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions")
+
+#: Variables that every table has unless its scene says otherwise: u to omega_z.
+STATE = VARIABLES[:6]
 
 #: Channels; a table holds some of them.
 CHANNELS = ("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y", "energy_hat", "collisions")
@@ -51,13 +57,13 @@ _NEEDS = {
 }
 
 
-def channels_for(components: Iterable[str]) -> tuple[str, ...]:
-    """Channels from which components of a state are made, in the order `CHANNELS`."""
-    needed = {channel for component in components for channel in _NEEDS[component]}
+def channels_for(variables: Iterable[str]) -> tuple[str, ...]:
+    """Channels from which variables of a state are made, in the order `CHANNELS`."""
+    needed = {channel for variable in variables for channel in _NEEDS[variable]}
     return tuple(channel for channel in CHANNELS if channel in needed)
 
 
-def to_channels(state: NDArray[np.float64]) -> NDArray[np.float64]:
+def to_channels(state: "NDArray[np.float64]") -> "NDArray[np.float64]":
     """Channels of rebound states; the inverse of what a draw does last.
 
     Parameters
@@ -76,6 +82,9 @@ def to_channels(state: NDArray[np.float64]) -> NDArray[np.float64]:
         If a state does not leave the wall (v <= 0) or carries all of the translational energy
         or more (u^2 + v^2 + w^2 >= 1), for which the channels are not defined.
     """
+    # here, because help pages show the names above and need no numpy
+    import numpy as np
+
     state = np.asarray(state, dtype=np.float64)
     if state.ndim != 2 or state.shape[1] != len(STATE):
         raise InputError(f"state: got shape {state.shape}, allowed: (n, 6)")

@@ -27,9 +27,9 @@ from sampler.formats.binary_layout import (
 )
 from sampler.formats.channels import (
     CHANNELS,
-    COMPONENTS,
     END_MIRRORED,
     FIRST_MIRRORED,
+    VARIABLES,
     channels_for,
 )
 from sampler.formats.format_page import filled
@@ -51,7 +51,7 @@ def public_constants() -> str:
         f"#define RBT_VERSION_MAJOR {major}",
         f"#define RBT_VERSION_MINOR {minor}",
         *(f"#define RBT_{code.name} {_number(code.number)}" for code in CODES),
-        f"#define RBT_VALUES {MOST_NAMES} /* {', '.join(COMPONENTS)} */",
+        f"#define RBT_VALUES {MOST_NAMES} /* {', '.join(VARIABLES)} */",
     ]
     return "\n".join(lines) + "\n"
 
@@ -79,7 +79,7 @@ def checked_constants() -> str:
     magic = "".join(f"\\{byte:03o}" for byte in MAGIC)
     needs = ", ".join(
         f"0x{sum(1 << CHANNELS.index(c) for c in channels_for([variable])):02x}"
-        for variable in COMPONENTS
+        for variable in VARIABLES
     )
     lines = [
         f'#define RBTI_MAGIC "{magic}"',

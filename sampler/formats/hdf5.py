@@ -24,7 +24,7 @@ import numpy as np
 from sampler.errors import TableError
 from sampler.files.atomic import atomic_output
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.channels import CHANNELS, COMPONENTS, RANGES, STATE, channels_for
+from sampler.formats.channels import CHANNELS, RANGES, STATE, VARIABLES, channels_for
 from sampler.formats.hdf5_checks import Array, Check
 from sampler.formats.hdf5_layout import (
     ATTRIBUTES,
@@ -43,16 +43,7 @@ def _shape_text(dims: tuple[str | int, ...], lengths: Mapping[str, int]) -> str:
 
 
 def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
-    """Lengths of the named dimensions, if all datasets are there and agree on them.
-
-    Parameters
-    ----------
-    shapes : mapping from path to shape
-
-    Returns
-    -------
-    dict
-        Length of every named dimension.
+    """Lengths of the named dimensions, from the shapes of all datasets by path.
 
     Raises
     ------
@@ -105,28 +96,17 @@ def _check_values(arrays: Mapping[str, Array]) -> None:
             raise TableError(f"{path}: {problem}")
 
 
-def _check_names(components: tuple[str, ...], channels: tuple[str, ...]) -> None:
+def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
     """Components and channels known, in order, and enough of them."""
     for name, given, known in (
-        ("components", components, COMPONENTS),
+        ("components", variables, VARIABLES),
         ("channels", channels, CHANNELS),
     ):
         if not given or not set(given) <= set(known) or len(set(given)) < len(given):
             raise TableError(f"{name}: got {' '.join(given)!r}, allowed: some of {' '.join(known)}")
-    missing = [name for name in channels_for(components) if name not in channels]
+    missing = [name for name in channels_for(variables) if name not in channels]
     if missing:
         raise TableError(f"channels: {' '.join(missing)} missing, allowed: all the components need")
-
-
-def _check_lengths(lengths: Mapping[str, int], contents: "TableContents") -> None:
-    """Dimensions as long as the names of components and channels say."""
-    for dim, names in (
-        ("n_columns", contents.components),
-        ("n_channels", contents.channels),
-        ("n_marginals", contents.marginals),
-    ):
-        if lengths[dim] != len(names):
-            raise TableError(f"{dim}: got {lengths[dim]}, allowed: {len(names)}, one for each name")
 
 
 def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
@@ -154,7 +134,7 @@ class TableContents:
     pair, config, software_version : str
     seed : int
     components, channels, processors : tuple of str
-        See `ATTRIBUTES`.
+        See `ATTRIBUTES`; components are the variables of a state that the table has.
     speed_independent : bool
         Whether rebounds do not depend on the speed.
 
@@ -194,7 +174,16 @@ class TableContents:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
         _check_names(self.components, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
-        _check_lengths(check_shapes(shapes), self)
+        lengths = check_shapes(shapes)
+        names = {
+            "n_columns": self.components,
+            "n_channels": self.channels,
+            "n_marginals": self.marginals,
+        }
+        for dim, held in names.items():
+            if lengths[dim] != len(held):
+                allowed = f"{len(held)}, one for each name"
+                raise TableError(f"{dim}: got {lengths[dim]}, allowed: {allowed}")
         arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in DATASETS}
         _check_values(arrays)
         _check_ranges(arrays["marginals/quantiles"], self.marginals)
@@ -205,7 +194,7 @@ class TableContents:
 
     @property
     def marginals(self) -> tuple[str, ...]:
-        """Channels with quantile functions: those that the components are made of."""
+        """Channels with quantile functions: those that the variables are made of."""
         needed = channels_for(self.components)
         return tuple(name for name in self.channels if name in needed)
 
@@ -247,20 +236,10 @@ def content_sha256(datasets: Mapping[str, Array], attributes: Mapping[str, Any])
 
 
 def write_table(path: str | Path, contents: TableContents) -> None:
-    """Write a table file, whole or not at all.
+    """Write a table file, whole or not at all; raises `InputError` if that cannot be.
 
-    Equal contents give equal bytes: nothing in the file tells when or where it was written.
-
-    Parameters
-    ----------
-    path : str or Path
-        Ends in .h5 by custom; a file of that name is replaced.
-    contents : TableContents
-
-    Raises
-    ------
-    InputError
-        If the path cannot be written.
+    Equal contents give equal bytes: nothing in the file tells when or where it was written. A file
+    of that name is replaced.
     """
     image = _file_image(contents)
     with atomic_output(path) as temporary:
@@ -272,6 +251,7 @@ def _file_image(contents: TableContents) -> bytes:
     with h5py.File("table", "w", driver="core", backing_store=False, libver="earliest") as file:
         for dataset in DATASETS:
             _write_dataset(file, dataset, contents[dataset.path])
+        _name_axes(file)
         for name, value in contents.attributes.items():
             # An unsigned type only where it is needed: the seed may exceed int64.
             file.attrs[name] = np.uint64(value) if name == "seed" else value
@@ -290,16 +270,30 @@ def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
     written.attrs["long_name"] = dataset.long_name
 
 
+def _name_axes(file: h5py.File) -> None:
+    """Label every axis by its dimension, and make scales, from which xarray takes its names.
+
+    The first dataset of a group with one axis is the scale of that axis. Only datasets with one
+    axis get it attached: readers of netCDF want scales in the group of a dataset, for all of its
+    axes or for none, and most axes of a table are no dataset.
+    """
+    scales: dict[tuple[str, str], h5py.Dataset] = {}
+    for dataset in DATASETS:
+        node = file[dataset.path]
+        named = [(axis, dim) for axis, dim in enumerate(dataset.dims) if isinstance(dim, str)]
+        for axis, dim in named:
+            node.dims[axis].label = dim
+        if len(dataset.dims) == len(named) == 1:
+            group, _, name = dataset.path.rpartition("/")
+            scale = scales.setdefault((group, named[0][1]), node)
+            if scale is node:
+                node.make_scale(name)
+            else:
+                node.dims[0].attach_scale(scale)
+
+
 def read_table(path: str | Path) -> TableContents:
     """Read a table file and check everything in it.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    TableContents
 
     Raises
     ------
@@ -326,8 +320,10 @@ def read_table(path: str | Path) -> TableContents:
             software_version=attributes["software_version"],
             components=tuple(attributes["components"].split()),
             channels=tuple(attributes["channels"].split()),
-            speed_independent=_speed_independent(attributes),
-            processors=tuple(_lines(attributes.get("processors"))),
+            speed_independent="speed_independent" in attributes,
+            processors=tuple(attributes["processors"].split("\n"))
+            if "processors" in attributes
+            else (),
         )
     except TableError as error:
         raise TableError(f"{source}: {error}") from error.__cause__
@@ -347,15 +343,6 @@ def _one_line_errors() -> Iterator[None]:
     except (OSError, KeyError, RuntimeError, ValueError, TypeError, MemoryError) as error:
         reason = str(error).strip("'\"").partition("\n")[0] or type(error).__name__
         raise TableError(f"cannot be read as HDF5, truncated or damaged? ({reason})") from error
-
-
-def _speed_independent(attributes: Mapping[str, Any]) -> bool:
-    """Whether a file says that rebounds do not depend on the speed."""
-    given = attributes.get("speed_independent", 0)
-    if "speed_independent" in attributes and given != 1:
-        meaning = OPTIONAL_ATTRIBUTES["speed_independent"][1]
-        raise TableError(f"speed_independent: got {given!r}, allowed: {meaning}")
-    return given == 1
 
 
 def _plain(value: Any) -> Any:
@@ -383,13 +370,10 @@ def _read_attributes(file: h5py.File) -> dict[str, Any]:
             if name in OPTIONAL_ATTRIBUTES:
                 continue
             raise TableError(f"{name}: is missing, allowed: {meaning}")
-        if type(attributes[name]) is not kind:
+        wrong = name == "speed_independent" and attributes[name] != 1
+        if wrong or type(attributes[name]) is not kind:
             raise TableError(f"{name}: got {attributes[name]!r}, allowed: {meaning}")
     return attributes
-
-
-def _lines(text: str | None) -> list[str]:
-    return [] if text is None else text.split("\n")
 
 
 def _read_datasets(file: h5py.File) -> dict[str, Array]:

@@ -15,7 +15,7 @@ MARGIN = 0.2
 #: Up to so many, exchanges make the conditions fill the plane more evenly; it takes seconds beyond.
 _EXCHANGED = 256
 
-#: Purpose of the random numbers, beside the seed.
+#: Purpose of the random numbers, next to the seed.
 _KEY = 2**31
 
 
@@ -25,12 +25,6 @@ def pick_conditions(table: Table, count: int, seed: int) -> list[tuple[float, fl
     A Latin hypercube: of ``count`` equal parts of the range of angles each has one condition, and
     of the range of speeds too; exchanges of low discrepancy spread the pairs. A condition is then
     moved inside its cell so that it keeps a fifth of the cell's width from its nodes.
-
-    Parameters
-    ----------
-    table : Table
-    count : int
-    seed : int
 
     Returns
     -------

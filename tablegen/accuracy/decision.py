@@ -8,16 +8,16 @@ probability that a table is said to hold, although it misses somewhere that was 
 every single distance must, so that no further correction than for the looks is needed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.stats import norm
 
-from tablegen.accuracy.noise_corrected import LEAST, MOST, Estimate
+from tablegen.accuracy.comparison import Measured
+from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.defaults import METRICS
+from tablegen.configuration.metric_table import METRICS
 
 #: Probability that a table that has the accuracy is said to miss it; half of it belongs to the
 #: test of the nodes, and half to the comparisons.
@@ -34,22 +34,6 @@ _MANY = 100
 LOOKS = 3
 
 HOLDS, MISSED, UNDECIDED = "holds", "missed", "undecided"
-
-
-class Measured(Protocol):
-    """Whatever was measured at a condition: a comparison, a point of a map."""
-
-    @property
-    def alpha_deg(self) -> float:
-        """Impact angle, degrees."""
-
-    @property
-    def speed(self) -> float:
-        """Impact speed, m/s."""
-
-    @property
-    def estimates(self) -> Mapping[str, Estimate]:
-        """Distances by name."""
 
 
 def deviations_down(comparisons: int) -> float:
@@ -79,7 +63,8 @@ def limits(name: str, estimate: Estimate, comparisons: int) -> tuple[float, floa
     """
     low = estimate.at_least(deviations_down(comparisons))
     high = estimate.at_most(deviations_up())
-    return float(np.clip(low, LEAST[name], MOST[name])), float(min(high, MOST[name]))
+    metric = METRICS[name]
+    return float(np.clip(low, metric.least, metric.most)), float(min(high, metric.most))
 
 
 def decide(name: str, estimate: Estimate, allowed: float, comparisons: int) -> str:
@@ -110,14 +95,9 @@ def undecided_metrics(comparison: Measured, targets: AccuracyTargets) -> list[st
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was missed and what could not be decided, a line for each distance.
+    """What was missed and what could not be decided, a line for each distance."""
 
-    Attributes
-    ----------
-    missed, undecided : list of str
-        The worst condition of each distance, with what was measured there.
-    """
-
+    #: The worst condition of each distance, with what was measured there.
     missed: list[str]
     undecided: list[str]
 
@@ -138,10 +118,6 @@ def judge(
     targets : AccuracyTargets
     together : int, optional
         How many comparisons are judged together, if more than these.
-
-    Returns
-    -------
-    Verdict
     """
     count = together or len(measured)
     lines: dict[str, list[str]] = {HOLDS: [], MISSED: [], UNDECIDED: []}

@@ -1,14 +1,65 @@
-"""What one sample of rebound states says by itself: modes, energy, scattering angles."""
+"""One sample of rebound states by itself: moments, modes, energy, scattering angles."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter1d
 
-from tablegen.accuracy.samples import CONSTANT_SPREAD, FloatArray, as_sample, as_state
+from sampler.formats.channels import STATE
+from tablegen.accuracy.samples import CONSTANT_SPREAD, as_sample, as_state
+from tablegen.model.float_array import FloatArray
+
+
+@dataclass(frozen=True)
+class Profile:
+    """One sample of states by itself; tuples are in the order of its variables."""
+
+    count: int
+    mean: tuple[float, ...]
+    standard_deviation: tuple[float, ...]
+    #: Most probable values, see `modes`.
+    mode: tuple[float, ...]
+    #: Mean translational energy over the initial kinetic energy.
+    translational_energy: float
+    #: Means and standard deviations of alpha2 and beta2, degrees.
+    scattering_mean_deg: tuple[float, float]
+    scattering_standard_deviation_deg: tuple[float, float]
+
+
+def profile(state: ArrayLike, components: tuple[str, ...] = STATE) -> Profile:
+    """Describe one sample by itself.
+
+    Parameters
+    ----------
+    state : array_like of float, shape (n, d)
+    components : tuple of d str
+        What the columns are. Energy and angles are those of u, v, w, with 0 for what is missing.
+
+    Raises
+    ------
+    InputError
+        As for `modes` and `scattering_angles`.
+    """
+    states = as_sample("state", state)
+    full = np.zeros((len(states), len(STATE)))
+    for k, name in enumerate(components):
+        if name in STATE:
+            full[:, STATE.index(name)] = states[:, k]
+    angles = np.degrees(scattering_angles(full))
+    return Profile(
+        count=len(states),
+        mean=tuple(states.mean(axis=0).tolist()),
+        standard_deviation=tuple(states.std(axis=0).tolist()),
+        mode=tuple(modes(states).tolist()),
+        translational_energy=float(translational_energy(full).mean()),
+        scattering_mean_deg=(float(angles[0].mean()), float(angles[1].mean())),
+        scattering_standard_deviation_deg=(float(angles[0].std()), float(angles[1].std())),
+    )
 
 
 def modes(sample: ArrayLike) -> FloatArray:
-    """Most probable value of each component.
+    """Most probable value of each variable.
 
     The peak of a kernel density estimate: a fine histogram, smoothed with a Gaussian, and a
     parabola through its highest three bins. A peak is a root of the density's slope, so the
@@ -82,7 +133,7 @@ def translational_energy(state: ArrayLike) -> FloatArray:
 
 
 def _mode(values: FloatArray) -> float:
-    """Most probable value of one component; see `modes`."""
+    """Most probable value of one variable; see `modes`."""
     lower, median, upper = np.quantile(values, (0.25, 0.5, 0.75))
     if np.count_nonzero(np.abs(values - median) <= CONSTANT_SPREAD) > values.size / 2:
         return float(median)

@@ -1,11 +1,11 @@
-"""Accuracy of a table at some conditions, against fresh direct simulation."""
+"""Accuracy of a table at some conditions, against direct simulation with new particles."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sampler.compilation.processors import processors
@@ -14,6 +14,7 @@ from tablegen.accuracy.comparison import Comparison, compare, sharpened
 from tablegen.accuracy.decision import LOOKS, undecided_metrics
 from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import AccuracyTargets, Config
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
 from tablegen.tasks.progress import bar
 
@@ -30,22 +31,41 @@ _MOST_SAMPLES = 4_000_000
 #: Streams from here on belong to measurements; nodes use those below.
 FIRST_STREAM = 2**31
 
-FloatArray = NDArray[np.float64]
+_Result = TypeVar("_Result")
+
+
+def in_threads(
+    work: Callable[[int], _Result], numbers: Iterable[int], tick: Callable[[int], Any]
+) -> list[_Result]:
+    """Work on numbers side by side, one thread each.
+
+    More threads would sum in another order, which changes the last bit of what a table stores.
+
+    Parameters
+    ----------
+    work : callable
+    numbers : iterable of int
+    tick : callable
+        Called with 1 as each is done, in their order.
+
+    Returns
+    -------
+    list
+        Results in the order of the numbers.
+    """
+    found = []
+    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
+        for result in pool.map(work, numbers):
+            found.append(result)
+            tick(1)
+    return found
 
 
 def sample_size(targets: AccuracyTargets) -> int:
     """States a side with which a declared accuracy can be told from noise.
 
-    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six components with
+    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with
     probability q; at q = 1e-3 that is half of the declared distance.
-
-    Parameters
-    ----------
-    targets : AccuracyTargets
-
-    Returns
-    -------
-    int
     """
     return max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2))
 
@@ -88,37 +108,23 @@ def measure(
     samples = samples or sample_size(targets)
 
     def compared(k: int) -> Comparison:
-        return Place(table, config, *conditions[k], seed, k).compared(samples, targets)
+        place = ComparedCondition(table, config, *conditions[k], seed, k)
+        return place.compared(samples, targets)
 
-    counted = bar(progress, "condition", total=len(conditions), desc="validating")
-    found = []
-    # one thread each: sums in another order would change the last bit of what a table stores
-    with counted, threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
-        for comparison in pool.map(compared, range(len(conditions))):
-            found.append(comparison)
-            counted.update()
-    return found
+    with bar(progress, "condition", total=len(conditions), desc="validating") as counted:
+        return in_threads(compared, range(len(conditions)), counted.update)
 
 
 @dataclass(frozen=True)
-class Place:
-    """A condition at which a table is compared with direct simulation.
-
-    Attributes
-    ----------
-    table : Table
-    config : Config
-    alpha_deg, speed : float
-    seed : int
-    number : int
-        Keeps places that share a seed apart: of the stream of the simulation, and hit of the draws.
-    """
+class ComparedCondition:
+    """A condition at which a table is compared with direct simulation."""
 
     table: Table
     config: Config
     alpha_deg: float
     speed: float
     seed: int
+    #: Keeps conditions that share a seed apart: of the simulation's stream, and hit of the draws.
     number: int
 
     def states(self, count: int) -> tuple[FloatArray, FloatArray]:
@@ -136,7 +142,7 @@ class Place:
         drawn = self.table.sample(
             alpha1, self.speed, seed=self.seed, hit=self.number, index=index, threads=1
         )
-        return drawn, simulated_components(direct, self.table.components)
+        return drawn, simulated_components(direct, self.table.columns)
 
     def compared(self, samples: int, targets: AccuracyTargets) -> Comparison:
         """Compare, with more states until everything is decided or there are too many."""
@@ -146,7 +152,7 @@ class Place:
             self.alpha_deg,
             self.speed,
             seed=seed,
-            components=self.table.components,
+            components=self.table.columns,
         )
         for look in range(1, LOOKS):
             count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))

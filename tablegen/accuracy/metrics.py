@@ -1,10 +1,14 @@
 """Distances between two samples of rebound states.
 
 No single number tells whether two laws are the same. The Kolmogorov-Smirnov distance sees each
-component alone and is blind to how they depend on each other; the sliced Wasserstein distance,
+variable alone and is blind to how they depend on each other; the sliced Wasserstein distance,
 the correlations and a classifier see the joint law. The sample to be judged comes first, the
-reference second.
+reference second. `DISTANCES` has the function of each of
+`tablegen.configuration.metric_table.METRICS`.
 """
+
+from collections.abc import Callable, Mapping
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,21 +17,74 @@ from sklearn.metrics import roc_auc_score
 from threadpoolctl import threadpool_limits
 
 from sampler.errors import InputError
-from tablegen.accuracy.samples import FloatArray, as_sample, varies
+from tablegen.accuracy.samples import as_sample, varies
+from tablegen.model.float_array import FloatArray
 
 #: Trees of the classifier.
 TREES = 150
 
+#: Directions of the sliced Wasserstein distance.
+DIRECTIONS = 64
 
-def ks_distances(sample: ArrayLike, reference: ArrayLike) -> FloatArray:
-    """Two-sample Kolmogorov-Smirnov distance of each component.
+
+class Reference:
+    """A reference that many samples are compared with: what they need of it is found once.
+
+    Parameters
+    ----------
+    states : array_like of float, shape (m, d)
+
+    Raises
+    ------
+    InputError
+        If it has fewer than two rows, or a number is not finite.
+    """
+
+    def __init__(self, states: ArrayLike) -> None:
+        self.states = as_sample("reference", states)
+        self._projections: dict[tuple[int, int], FloatArray] = {}
+
+    @cached_property
+    def sorted_columns(self) -> FloatArray:
+        """Each variable sorted, shape (d, m)."""
+        return np.sort(self.states.T)
+
+    @cached_property
+    def correlations(self) -> FloatArray:
+        """Correlation matrix, shape (d, d)."""
+        return correlations(self.states)
+
+    @cached_property
+    def moments(self) -> tuple[FloatArray, FloatArray]:
+        """Means and standard deviations, (d,) each; 1 in place of that of a constant."""
+        scale = np.where(varies(self.states), self.states.std(axis=0), 1.0)
+        return self.states.mean(axis=0), scale
+
+    def standardised(self, states: FloatArray) -> FloatArray:
+        """States less the reference's means, over its standard deviations."""
+        mean, scale = self.moments
+        return (states - mean) / scale
+
+    def projections(self, directions: int, seed: int) -> FloatArray:
+        """Sorted projections of the standardised reference, shape (directions, m)."""
+        found = self._projections.get((directions, seed))
+        if found is None:
+            along = unit_directions(directions, self.states.shape[1], seed)
+            scaled = self.standardised(self.states)
+            found = np.stack([np.sort(scaled @ direction) for direction in along])
+            self._projections[directions, seed] = found
+        return found
+
+
+def ks_distances(sample: ArrayLike, reference: ArrayLike | Reference) -> FloatArray:
+    """Two-sample Kolmogorov-Smirnov distance of each variable.
 
     The largest difference between the two empirical distribution functions.
 
     Parameters
     ----------
     sample, reference : array_like of float, shapes (n, d) and (m, d)
-        States; n and m may differ.
+        States; n and m may differ. The second may be a `Reference`.
 
     Returns
     -------
@@ -40,11 +97,12 @@ def ks_distances(sample: ArrayLike, reference: ArrayLike) -> FloatArray:
         If the shapes do not fit, a sample has fewer than two rows, or a number is not finite.
     """
     a, b = _checked(sample, reference)
-    return np.array([abs(largest_gap(a[:, k], b[:, k])[1]) for k in range(a.shape[1])])
+    gaps = (largest_gap(x, y) for x, y in zip(a.T, b.sorted_columns, strict=True))
+    return np.array([abs(gap) for _, gap in gaps])
 
 
 def sliced_wasserstein(
-    sample: ArrayLike, reference: ArrayLike, directions: int = 64, seed: int = 0
+    sample: ArrayLike, reference: ArrayLike | Reference, directions: int = DIRECTIONS, seed: int = 0
 ) -> float:
     """Sliced Wasserstein-1 distance of the standardised states.
 
@@ -56,7 +114,8 @@ def sliced_wasserstein(
     Parameters
     ----------
     sample, reference : array_like of float, shapes (n, d) and (m, d)
-        States. A component that is constant in the reference is centred but not scaled.
+        States; the second may be a `Reference`. A variable that is constant in the reference is
+        centred but not scaled.
     directions : int
         Number of directions, uniform on the unit sphere.
     seed : int
@@ -70,29 +129,32 @@ def sliced_wasserstein(
     Raises
     ------
     InputError
-        As for `ks_distances`; also if no direction is asked for.
+        As for `ks_distances`; also if there are no directions.
     """
     a, b = _checked(sample, reference)
     if directions < 1:
         raise InputError(f"directions: got {directions}, allowed: at least 1")
-    mean, scale = b.mean(axis=0), np.where(varies(b), b.std(axis=0), 1.0)
-    a, b = (a - mean) / scale, (b - mean) / scale
-    at_a, at_b, width = _quantile_pieces(len(a), len(b))
-    total = 0.0
-    for direction in unit_directions(directions, a.shape[1], seed):
+    along, projected = (
+        unit_directions(directions, a.shape[1], seed),
+        b.projections(directions, seed),
+    )
+    at_a, at_b, width = _quantile_pieces(len(a), projected.shape[1])
+    scaled, total = b.standardised(a), 0.0
+    for direction, other in zip(along, projected, strict=True):
         # On the line the distance is the area between the two quantile functions.
-        gap = np.sort(a @ direction)[at_a] - np.sort(b @ direction)[at_b]
+        gap = np.sort(scaled @ direction)[at_a] - other[at_b]
         total += float(np.abs(gap) @ width)
     return total / directions
 
 
-def correlation_error(sample: ArrayLike, reference: ArrayLike) -> float:
+def correlation_error(sample: ArrayLike, reference: ArrayLike | Reference) -> float:
     """Largest absolute difference of a Pearson correlation between two samples.
 
     Parameters
     ----------
     sample, reference : array_like of float, shapes (n, d) and (m, d)
-        States. A component that is constant correlates with nothing: its correlations are 0.
+        States; the second may be a `Reference`. A variable that is constant correlates with
+        nothing: its correlations are 0.
 
     Returns
     -------
@@ -105,10 +167,10 @@ def correlation_error(sample: ArrayLike, reference: ArrayLike) -> float:
         As for `ks_distances`.
     """
     a, b = _checked(sample, reference)
-    return float(np.abs(correlations(a) - correlations(b)).max())
+    return float(np.abs(correlations(a) - b.correlations).max())
 
 
-def classifier_auc(sample: ArrayLike, reference: ArrayLike, seed: int = 0) -> float:
+def classifier_auc(sample: ArrayLike, reference: ArrayLike | Reference, seed: int = 0) -> float:
     """How well gradient-boosted trees tell the two samples apart.
 
     A classifier of 150 trees with at most 63 leaves learns on a random half of each sample; the
@@ -135,7 +197,7 @@ def classifier_auc(sample: ArrayLike, reference: ArrayLike, seed: int = 0) -> fl
     """
     a, b = _checked(sample, reference, rows=4)
     rng = np.random.default_rng(seed)
-    of_a, of_b = classifier_scores(rng.permutation(a), rng.permutation(b), seed)
+    of_a, of_b = classifier_scores(rng.permutation(a), rng.permutation(b.states), seed)
     return float(roc_auc_score(_labels(of_a, of_b), np.concatenate((of_a, of_b))))
 
 
@@ -172,13 +234,16 @@ def classifier_scores(
 
 
 def _checked(
-    sample: ArrayLike, reference: ArrayLike, rows: int = 2
-) -> tuple[FloatArray, FloatArray]:
-    """Two samples of the same components."""
-    a, b = as_sample("sample", sample, rows), as_sample("reference", reference, rows)
-    if a.shape[1] != b.shape[1]:
-        raise InputError(f"sample: got {a.shape[1]} columns, allowed: {b.shape[1]} (the reference)")
-    return a, b
+    sample: ArrayLike, reference: ArrayLike | Reference, rows: int = 2
+) -> tuple[FloatArray, Reference]:
+    """Two samples of the same variables."""
+    a = as_sample("sample", sample, rows)
+    if not isinstance(reference, Reference):
+        reference = Reference(as_sample("reference", reference, rows))
+    columns = reference.states.shape[1]
+    if a.shape[1] != columns:
+        raise InputError(f"sample: got {a.shape[1]} columns, allowed: {columns} (the reference)")
+    return a, reference
 
 
 def largest_gap(a: FloatArray, b: FloatArray) -> tuple[float, float]:
@@ -201,6 +266,7 @@ def largest_gap(a: FloatArray, b: FloatArray) -> tuple[float, float]:
     return float(points[worst]), float(below_a[worst] - below_b[worst])
 
 
+@lru_cache(maxsize=4)
 def _quantile_pieces(n: int, m: int) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
     """Pieces of (0, 1) on which the quantile functions of n and of m values are both constant.
 
@@ -215,11 +281,6 @@ def _quantile_pieces(n: int, m: int) -> tuple[NDArray[np.int64], NDArray[np.int6
 def unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
     """Directions uniform on the unit sphere.
 
-    Parameters
-    ----------
-    count, dimension : int
-    seed : int
-
     Returns
     -------
     float64 array, shape (count, dimension)
@@ -229,7 +290,7 @@ def unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
 
 
 def correlations(values: FloatArray) -> FloatArray:
-    """Correlation matrix, with zeros in the rows and columns of constant components.
+    """Correlation matrix, with zeros in the rows and columns of constant variables.
 
     Parameters
     ----------
@@ -244,7 +305,7 @@ def correlations(values: FloatArray) -> FloatArray:
 
 
 def _standardised(values: FloatArray) -> FloatArray:
-    """Values less their means over their standard deviations; 0 where a component is constant."""
+    """Values less their means over their standard deviations; 0 where a variable is constant."""
     moving = varies(values)
     centred = np.where(moving, values - values.mean(axis=0), 0.0)
     return centred / np.where(moving, centred.std(axis=0), 1.0)
@@ -253,7 +314,7 @@ def _standardised(values: FloatArray) -> FloatArray:
 def correlation_variances(values: FloatArray) -> FloatArray:
     """Variances of the estimates of correlations, times the number of states.
 
-    With z the standardised components, an estimate of r_jk moves by the mean of
+    With z the standardised variables, an estimate of r_jk moves by the mean of
     z_j z_k - r_jk (z_j^2 + z_k^2) / 2, whose variance this is; normality is not assumed.
     Source: Ferguson, A Course in Large Sample Theory (1996), chapter 8.
 
@@ -264,7 +325,7 @@ def correlation_variances(values: FloatArray) -> FloatArray:
     Returns
     -------
     float64 array, shape (d, d)
-        0 on the diagonal and for constant components.
+        0 on the diagonal and for constant variables.
     """
     z = _standardised(values)
     squares, count = z * z, len(values)
@@ -278,3 +339,15 @@ def correlation_variances(values: FloatArray) -> FloatArray:
 def _labels(ones: FloatArray, zeros: FloatArray) -> NDArray[np.int64]:
     """Class of each row of two samples stacked."""
     return np.repeat(np.array([1, 0]), [len(ones), len(zeros)])
+
+
+#: From a sample, a reference (states, or a `Reference`), a number of directions and a seed to the
+#: distance of each metric: an array of shape (d,) where it has a number for each variable.
+DISTANCES: Mapping[
+    str, Callable[[ArrayLike, ArrayLike | Reference, int, int], FloatArray | float]
+] = {
+    "ks": lambda a, b, directions, seed: ks_distances(a, b),
+    "sliced_wasserstein": sliced_wasserstein,
+    "correlation_error": lambda a, b, directions, seed: correlation_error(a, b),
+    "auc": lambda a, b, directions, seed: classifier_auc(a, b, seed),
+}

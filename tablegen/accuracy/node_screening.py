@@ -7,27 +7,20 @@ worst, wrong or not, are afterwards compared finely, with other random numbers, 
 errors are found as well.
 """
 
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
-from threadpoolctl import threadpool_limits
 
-from sampler.compilation.processors import processors
 from sampler.table import Table
 from tablegen.accuracy.decision import FALSE_ALARMS
-from tablegen.accuracy.measure import Place
-from tablegen.accuracy.noise_corrected import (
-    Estimate,
-    correlation_estimate,
-    ks_estimate,
-    sliced_wasserstein_estimate,
-)
+from tablegen.accuracy.measure import ComparedCondition, in_threads
+from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
 from tablegen.config import AccuracyTargets, Config
+from tablegen.configuration.metric_table import METRICS
 from tablegen.tasks.progress import bar
 
 #: States a side at each node.
@@ -37,34 +30,26 @@ SAMPLES = 20_000
 WORST = 4
 
 #: Distances that the coarse test takes; a classifier learns little from so few states.
-NAMES = ("ks", "sliced_wasserstein", "correlation_error")
+NAMES = tuple(name for name, metric in METRICS.items() if not metric.learned)
 
 #: Directions of the sliced Wasserstein distance: fewer than in a comparison, for the time.
 _DIRECTIONS = 8
 
-#: Numbers of the nodes, as places, begin here; those of conditions are below.
+#: Numbers of the nodes, as compared conditions, begin here; those of conditions are below.
 FIRST_NODE = 2**30
 
 
 @dataclass(frozen=True)
 class Screening:
-    """What the coarse test found.
+    """What the coarse test found."""
 
-    Attributes
-    ----------
-    nodes : int
-        Nodes of the table, all of which were looked at.
-    samples : int
-        States a side at each.
-    suspects : tuple of (alpha_deg, speed)
-        The nodes that look worst, the worst first.
-    missed : tuple of str
-        One line for each distance that some node misses.
-    """
-
+    #: Nodes of the table, all of which were looked at.
     nodes: int
+    #: States a side at each.
     samples: int
+    #: Tuple of (alpha_deg, speed). The nodes that look worst, the worst first.
     suspects: tuple[tuple[float, float], ...]
+    #: One line for each distance that some node misses.
     missed: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -99,27 +84,17 @@ def screen(
         States a side at each node.
     progress : bool
         Show a progress bar on standard error.
-
-    Returns
-    -------
-    Screening
     """
     nodes = [(float(a), float(v)) for a in table.alpha_nodes_deg for v in table.speed_nodes]
 
-    def estimates(k: int) -> list[Estimate]:
-        drawn, direct = Place(table, config, *nodes[k], seed, FIRST_NODE + k).states(samples)
-        return [
-            ks_estimate(drawn, direct)[0],
-            sliced_wasserstein_estimate(drawn, direct, _DIRECTIONS, seed % 2**32),
-            correlation_estimate(drawn, direct),
-        ]
+    settings = Settings(seed % 2**32, _DIRECTIONS)
 
-    counted = bar(progress, "node", total=len(nodes), desc="all nodes")
-    found = []
-    with counted, threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
-        for at_node in pool.map(estimates, range(len(nodes))):
-            found.append(at_node)
-            counted.update()
+    def estimates(k: int) -> dict[str, Estimate]:
+        node = ComparedCondition(table, config, *nodes[k], seed, FIRST_NODE + k)
+        return estimated(*node.states(samples), settings, NAMES)
+
+    with bar(progress, "node", total=len(nodes), desc="all nodes") as counted:
+        found = in_threads(estimates, range(len(nodes)), counted.update)
     order = np.argsort([-_suspicion(at_node, targets) for at_node in found], kind="stable")
     return Screening(
         nodes=len(nodes),
@@ -129,34 +104,34 @@ def screen(
     )
 
 
-def _suspicion(found: Sequence[Estimate], targets: AccuracyTargets) -> float:
+def _suspicion(found: Mapping[str, Estimate], targets: AccuracyTargets) -> float:
     """Largest excess over what is allowed and over noise, in standard errors."""
     excess = [
         (estimate.value - estimate.noise - getattr(targets, name))
         / max(estimate.standard_error, 1e-9)
-        for name, estimate in zip(NAMES, found, strict=True)
+        for name, estimate in found.items()
     ]
     return float(np.max(np.nan_to_num(excess, nan=np.inf)))
 
 
 def _missed(
     nodes: Sequence[tuple[float, float]],
-    found: Sequence[Sequence[Estimate]],
+    found: Sequence[Mapping[str, Estimate]],
     targets: AccuracyTargets,
 ) -> list[str]:
     """Write a line for each distance that is certainly above what is allowed at some node."""
     deviations = float(norm.isf(FALSE_ALARMS / 2 / (len(NAMES) * len(nodes))))
     lines = []
-    for j, name in enumerate(NAMES):
-        allowed = getattr(targets, name)
-        low = np.array([at_node[j].at_least(deviations) for at_node in found])
+    for name in NAMES:
+        allowed, here = getattr(targets, name), [at_node[name] for at_node in found]
+        low = np.array([estimate.at_least(deviations) for estimate in here])
         beyond: NDArray[np.bool_] = ~(low <= allowed)
         if beyond.any():
-            worst = int(np.argmax(np.where(beyond, [f[j].value for f in found], -np.inf)))
+            worst = int(np.argmax(np.where(beyond, [e.value for e in here], -np.inf)))
             alpha_deg, speed = nodes[worst]
             lines.append(
                 f"{name}: at {int(beyond.sum())} of {len(nodes)} nodes, worst "
-                f"{found[worst][j].value:.4f}, where {allowed:g} is allowed, at {alpha_deg:.2f} "
+                f"{here[worst].value:.4f}, where {allowed:g} is allowed, at {alpha_deg:.2f} "
                 f"degrees, {speed:.1f} m/s"
             )
     return lines

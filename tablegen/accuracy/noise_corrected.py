@@ -1,26 +1,30 @@
 """Distances between two samples with the noise of the samples told apart from the error.
 
 Every distance here is the largest of many differences of means: over places of a distribution
-function, pairs of components, functions of slope one, or classifiers. Two finite samples of one law
+function, pairs of variables, functions of slope one, or classifiers. Two finite samples of one law
 differ somewhere by chance, so the distance measured is, on average, at least the true one. The
 place where half of the states differ most, looked at in the other half, gives a number that is on
 average at most the true one, and has a normal error of known size. The two bracket the error.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from scipy import integrate, stats
 
 from tablegen.accuracy.metrics import (
+    DIRECTIONS,
     classifier_scores,
     correlation_variances,
     correlations,
     largest_gap,
     unit_directions,
 )
-from tablegen.accuracy.samples import FloatArray, varies
+from tablegen.accuracy.samples import varies
+from tablegen.configuration.metric_table import METRICS
+from tablegen.model.float_array import FloatArray
 
 #: Equal bins over the range of a projection: a distance of 0.001 changes by less than 1 % with
 #: half as many, and no state has to be sorted.
@@ -29,36 +33,33 @@ _BINS = 8192
 #: States a side from which the variance of a mean over directions is taken.
 _FOR_VARIANCE = 50_000
 
-#: Largest value that each distance can have.
-MOST = {"ks": 1.0, "sliced_wasserstein": np.inf, "correlation_error": 2.0, "auc": 1.0}
-#: Least value: that of a table without error.
-LEAST = {"ks": 0.0, "sliced_wasserstein": 0.0, "correlation_error": 0.0, "auc": 0.5}
-
 
 @dataclass(frozen=True)
 class Estimate:
-    """A distance between two samples, and what is known of that between their laws.
+    """A distance between two samples, and what is known of that between their laws."""
 
-    Attributes
-    ----------
-    value : float
-        Distance of the samples. On average it is not below that of the laws.
-    standard_error : float
-        Of the value, where the laws differ by about as much.
-    held_out : float
-        Difference, in one half of the states, at the place where the other half differs most. On
-        average it is not above the distance of the laws.
-    held_out_error : float
-        Its standard error.
-    noise : float
-        What the value would be on average if both samples had one law.
-    """
-
+    #: Distance of the samples. On average it is not below that of the laws.
     value: float
+    #: Of the value, where the laws differ by about as much.
     standard_error: float
+    #: Difference, in one half of the states, at the place where the other half differs most. On
+    #: average it is not above the distance of the laws.
     held_out: float
+    #: Its standard error.
     held_out_error: float
+    #: What the value would be on average if both samples had one law.
     noise: float
+    #: Distance of each variable, the largest of which is the value; empty for the joint law.
+    by_variable: tuple[float, ...] = ()
+
+    @property
+    def distance(self) -> float | tuple[float, ...]:
+        """What was measured: the distance of each variable, or that of the joint law."""
+        return self.by_variable or self.value
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON, but the distances of each variable."""
+        return {name: value for name, value in asdict(self).items() if name != "by_variable"}
 
     def at_least(self, deviations: float) -> float:
         """Lower confidence limit of the distance of the laws, some standard errors down."""
@@ -69,22 +70,30 @@ class Estimate:
         return self.value + deviations * self.standard_error
 
 
-def ks_estimate(table: FloatArray, direct: FloatArray) -> tuple[Estimate, FloatArray]:
-    """Largest Kolmogorov-Smirnov distance of a component.
+@dataclass(frozen=True)
+class Settings:
+    """How the metrics are estimated that leave a choice."""
+
+    #: Selects the directions, and seeds the classifier.
+    seed: int = 0
+    #: Of the sliced Wasserstein distance.
+    directions: int = DIRECTIONS
+    #: States a side, at most, that the classifier learns from and is tested with; None: all.
+    classified: int | None = METRICS["auc"].trial_states
+    #: Of these, those that it learns from; None: half of them.
+    trained: int | None = None
+
+
+def ks_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
+    """Largest Kolmogorov-Smirnov distance of a variable.
 
     A value of a distribution function has a standard error of at most half of one over the root
     of the number of states, which is used throughout. The noise is the mean of Kolmogorov's
-    distribution, for the largest of d independent components.
+    distribution, for the largest of d independent variables.
 
     Parameters
     ----------
     table, direct : float64 arrays, shapes (n, d) and (m, d)
-
-    Returns
-    -------
-    Estimate
-    float64 array, shape (d,)
-        Distance of each component.
     """
     (learn_a, test_a), (learn_b, test_b) = _halves(table), _halves(direct)
     d = table.shape[1]
@@ -94,14 +103,14 @@ def ks_estimate(table: FloatArray, direct: FloatArray) -> tuple[Estimate, FloatA
     place, gap = found[worst]
     beyond = (test_a[:, worst] <= place).mean() - (test_b[:, worst] <= place).mean()
     root = np.sqrt(1.0 / len(table) + 1.0 / len(direct))
-    estimate = Estimate(
+    return Estimate(
         value=float(values.max()),
         standard_error=0.5 * root,
         held_out=float(np.sign(gap) * beyond),
         held_out_error=0.5 * np.sqrt(1.0 / len(test_a) + 1.0 / len(test_b)),
         noise=root * _mean_of_largest(stats.kstwobign.cdf, d),
+        by_variable=tuple(values.tolist()),
     )
-    return estimate, values
 
 
 def correlation_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
@@ -137,7 +146,7 @@ def correlation_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
 
 
 def sliced_wasserstein_estimate(
-    table: FloatArray, direct: FloatArray, directions: int = 64, seed: int = 0
+    table: FloatArray, direct: FloatArray, directions: int = DIRECTIONS, seed: int = 0
 ) -> Estimate:
     """Sliced Wasserstein-1 distance of the standardised states, as `sliced_wasserstein` defines it.
 
@@ -185,7 +194,7 @@ def sliced_wasserstein_estimate(
     )
 
 
-def auc_estimate(table: FloatArray, direct: FloatArray, seed: int, trained: int) -> Estimate:
+def auc_estimate(table: FloatArray, direct: FloatArray, settings: Settings) -> Estimate:
     """Area under the ROC curve of a classifier, on states that it has not seen.
 
     Source of the standard error: DeLong, DeLong, Clarke-Pearson, Biometrics 44 (1988) 837-845.
@@ -193,17 +202,50 @@ def auc_estimate(table: FloatArray, direct: FloatArray, seed: int, trained: int)
     Parameters
     ----------
     table, direct : float64 arrays, shapes (n, d) and (m, d)
-    seed : int
-    trained : int
-        States a side to learn from; all others are told apart.
+    settings : Settings
     """
-    of_table, of_direct = classifier_scores(table, direct, seed, trained)
+    few = min(len(table), len(direct), settings.classified or len(table))
+    of_table, of_direct = classifier_scores(
+        table[:few], direct[:few], settings.seed, settings.trained or few // 2
+    )
     ranks = stats.rankdata(np.concatenate((of_table, of_direct)))
     above = (ranks[: len(of_table)] - stats.rankdata(of_table)) / len(of_direct)
     below = 1.0 - (ranks[len(of_table) :] - stats.rankdata(of_direct)) / len(of_table)
     error = float(np.sqrt(above.var() / len(above) + below.var() / len(below)))
     area = float(above.mean())
     return Estimate(area, error, area, error, 0.5)
+
+
+#: From the states of table and direct simulation and `Settings` to the estimate of each metric.
+ESTIMATES: Mapping[str, Callable[[FloatArray, FloatArray, Settings], Estimate]] = {
+    "ks": lambda a, b, _: ks_estimate(a, b),
+    "sliced_wasserstein": lambda a, b, how: sliced_wasserstein_estimate(
+        a, b, how.directions, how.seed
+    ),
+    "correlation_error": lambda a, b, _: correlation_estimate(a, b),
+    "auc": auc_estimate,
+}
+
+
+def estimated(
+    table: FloatArray,
+    direct: FloatArray,
+    settings: Settings,
+    metrics: Iterable[str] = tuple(METRICS),
+) -> dict[str, Estimate]:
+    """Metrics of two samples with the noise told apart, by name.
+
+    Parameters
+    ----------
+    table, direct : float64 arrays, shapes (n, d) and (m, d)
+    settings : Settings
+    metrics : iterable of str
+
+    Returns
+    -------
+    dict from name to Estimate
+    """
+    return {name: ESTIMATES[name](table, direct, settings) for name in metrics}
 
 
 def _halves(states: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -4,8 +4,8 @@ from pydantic import ValidationError
 
 from sampler.errors import InputError
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.defaults import METRICS, PRESETS
 from tablegen.configuration.messages import complaint
+from tablegen.configuration.metric_table import METRICS, PRESETS
 
 #: Preset beyond which a declared accuracy says little.
 _LOOSEST = "compact"
@@ -25,10 +25,6 @@ def asked_accuracy(declared: AccuracyTargets, text: str | None) -> AccuracyTarge
     text : str, optional
         A preset, limits, or both, with commas between: "fine", "ks=0.01,auc=0.56",
         "standard,auc=0.6".
-
-    Returns
-    -------
-    AccuracyTargets
 
     Raises
     ------

@@ -1,14 +1,13 @@
-"""Samples of rebound states: what the statistics of this package take as input."""
+"""Checks of samples of rebound states, before anything is computed from them."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
+from tablegen.model.float_array import FloatArray
 
-FloatArray = NDArray[np.float64]
-
-#: Spread (largest minus smallest value) up to which a component counts as constant. Components
+#: Spread (largest minus smallest value) up to which a variable counts as constant. Variables
 #: are of order one, so this is rounding.
 CONSTANT_SPREAD = 1e-12
 
@@ -50,7 +49,7 @@ def as_state(values: ArrayLike) -> FloatArray:
     Parameters
     ----------
     values : array_like of float, shape (n, 6)
-        Components in the order of `sampler.formats.channels.STATE`.
+        Variables in the order of `sampler.formats.channels.STATE`.
 
     Returns
     -------
@@ -68,7 +67,7 @@ def as_state(values: ArrayLike) -> FloatArray:
 
 
 def varies(values: FloatArray) -> NDArray[np.bool_]:
-    """Tell which components are more than rounding around one value.
+    """Tell which variables are more than rounding around one value.
 
     Parameters
     ----------

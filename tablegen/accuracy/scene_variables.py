@@ -1,14 +1,12 @@
-"""What a scene asks for, taken from a direct simulation: components of the state, and channels."""
+"""Variables of the state and channels, of a direct simulation."""
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sampler.formats.channels import CHANNELS, STATE, to_channels
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import Simulation
-
-FloatArray = NDArray[np.float64]
 
 #: Shares of an energy are kept this far inside (0, 1), where single precision can tell them from
 #: the ends: a sphere that meets the wall head-on does not turn at all.
@@ -22,14 +20,14 @@ def simulated_components(simulation: Simulation, components: Sequence[str]) -> F
     ----------
     simulation : Simulation
     components : sequence of str
-        Some of `sampler.formats.channels.COMPONENTS`.
+        Some of `sampler.formats.channels.VARIABLES`.
 
     Returns
     -------
     (n, len(components)) float64
         Rotational energy over the kinetic energy before the impact; collisions as numbers.
     """
-    return np.column_stack([_component(simulation, name) for name in components])
+    return np.column_stack([_variable(simulation, name) for name in components])
 
 
 def simulated_channels(
@@ -61,7 +59,7 @@ def simulated_channels(
     return np.column_stack([columns[name] for name in channels])
 
 
-def _component(simulation: Simulation, name: str) -> FloatArray:
+def _variable(simulation: Simulation, name: str) -> FloatArray:
     if name == "rotational_energy":
         return simulation.energy[:, 1]
     if name == "collisions":

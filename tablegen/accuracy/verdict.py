@@ -1,11 +1,6 @@
-"""How a command that measures an accuracy ends."""
+"""Whether an accuracy holds, in words."""
 
 from collections.abc import Sequence
-
-import click
-
-#: Exit statuses.
-DONE, MISSED = 0, 1
 
 
 def verdict_words(missed: Sequence[str], undecided: Sequence[str], accuracy: str) -> str:
@@ -23,27 +18,3 @@ def verdict_words(missed: Sequence[str], undecided: Sequence[str], accuracy: str
     if undecided:
         return f"The {accuracy} is not missed, but the noise leaves open whether it holds:"
     return f"The {accuracy} holds at every condition."
-
-
-def verdict(
-    missed: Sequence[str], undecided: Sequence[str] = (), accuracy: str = "declared accuracy"
-) -> int:
-    """Say what was missed and what could not be decided.
-
-    Parameters
-    ----------
-    missed, undecided, accuracy
-        As for `verdict_words`.
-
-    Returns
-    -------
-    int
-        Exit status: `MISSED` if something was missed.
-    """
-    for line in missed:
-        click.echo(f"missed: {line}")
-    for line in undecided:
-        click.echo(f"undecided: {line}")
-    if not missed:
-        click.echo(verdict_words(missed, undecided, accuracy).rstrip(":") + "." * bool(undecided))
-    return MISSED if missed else DONE

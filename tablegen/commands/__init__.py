@@ -1,1 +1,1 @@
-"""Options and help of each command of ``tablegen``; nothing here imports what does the work."""
+"""The command line of the generator: a file a command, which imports its work when it runs."""

@@ -1,11 +1,11 @@
-"""``tablegen demo``: its options and its help."""
+"""``tablegen demo``: the main job in one go."""
 
-from typing import Any
+from pathlib import Path
 
 import click
 
-from sampler.compilation.late import work
-from tablegen.commands import options
+from sampler.commands import options
+from sampler.commands.program import DONE, MISSED
 
 
 @click.command(
@@ -21,10 +21,12 @@ from tablegen.commands import options
     help="Table to write.",
 )
 @options.progress
-def demo(**given: Any) -> int:
+def demo(output: Path, progress: bool) -> int:
     """Generate a small table, draw from it, validate it: the main job in one go.
 
-    Beside the table goes a picture of the joint density of u and v, direct simulation beside the
-    table, if matplotlib is installed.
+    Next to the table goes a picture of the joint density of u and v, from direct simulation and
+    from the table, if matplotlib is installed.
     """
-    return work("tablegen.commands.demo_command", **given)
+    from tablegen.studies.demo_run import run_demo
+
+    return MISSED if run_demo(output, click.echo, progress).missed else DONE

@@ -1,13 +1,19 @@
-"""``tablegen figures``: its options and its help."""
+"""``tablegen figures``: the figures and statements of the paper."""
 
+import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
-from sampler.compilation.late import work
-from tablegen.commands import options
+from sampler.commands import options
+from sampler.commands.program import DONE
+from sampler.errors import InputError
+from sampler.files.atomic import atomic_output
 from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
+
+if TYPE_CHECKING:
+    from tablegen.studies.paper_figures.all_figures import PaperFigures
 
 
 @click.command(
@@ -23,14 +29,16 @@ from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 )
 @click.option(
     "--count",
-    type=options.Whole(1000, 10**9),
+    type=options.SAMPLES,
     metavar="N",
     help=f"Particles of each shape at each angle; {FIGURES_COUNT} by default.",
 )
 @click.option("--quick", is_flag=True, help=f"{FIGURES_QUICK_COUNT} particles.")
 @options.seed("Seed of the simulations and draws.")
 @options.progress
-def figures(**given: Any) -> int:
+def figures(
+    table: str, output: Path, count: int | None, quick: bool, seed: int, progress: bool
+) -> int:
     """Draw Figures 3 to 13 of Panfilov & Tsirkunov (2022), and check what the paper says.
 
     Each shape and the mixture come from direct simulation at 200 m/s and angles from 5 to 90
@@ -39,4 +47,44 @@ def figures(**given: Any) -> int:
     what was measured (statements.md, statements.json). The statements are about the paper's pair
     and particles, corundum-steel: for others they are measured and not judged.
     """
-    return work("tablegen.commands.figures_command", **given)
+    import sampler
+    from tablegen.config import parse_config
+    from tablegen.studies.paper_figures.all_figures import make_paper_figures
+    from tablegen.studies.paper_figures.statement_text import statements_text
+    from tablegen.studies.paper_figures.style import require_matplotlib
+
+    require_matplotlib("tablegen figures")
+    _check_folder(output)
+    loaded = sampler.load(table)
+    config = parse_config(loaded.config, f"{table}: config")
+    particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
+    gallery = make_paper_figures(loaded, config, particles, seed, progress)
+    assert gallery is not None  # matplotlib is there
+    _write_all(gallery, output)
+    click.echo(statements_text(gallery.statements))
+    files = f"{len(gallery.pictures)} figures, statements.md, statements.json, laws.json"
+    click.echo(f"{output}: {files}")
+    return DONE
+
+
+def _check_folder(path: Path) -> None:
+    """Check that a folder can be written, or made in a folder that exists."""
+    parent = path if path.exists() else path.absolute().parent
+    if not (parent.is_dir() and os.access(parent, os.W_OK)):
+        raise InputError(
+            f"--output: got {path}, allowed: a folder that can be written, or a new one in such"
+        )
+
+
+def _write_all(gallery: "PaperFigures", folder: Path) -> None:
+    """Write each file whole."""
+    from tablegen.studies.paper_figures import statement_text as text
+
+    folder.mkdir(exist_ok=True)
+    files = {picture.name: picture.data for picture in gallery.pictures}
+    files["statements.md"] = text.statements_page(gallery).encode()
+    files["statements.json"] = text.statements_json(gallery).encode()
+    files["laws.json"] = text.laws_json(gallery).encode()
+    for name, data in files.items():
+        with atomic_output(folder / name) as temporary:
+            temporary.write_bytes(data)

@@ -1,14 +1,21 @@
-"""``tablegen generate``: its options and its help."""
+"""``tablegen generate``: a table from a configuration."""
 
 from concurrent.futures import Executor
-from typing import Any
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from sampler.compilation.late import work
-from tablegen.commands import options
+from sampler.commands import options
+from sampler.commands.program import note
+from tablegen.commands.validate import print_verdict
 from tablegen.configuration.defaults import GENERATE_CONDITIONS
-from tablegen.tasks.executors import ENGINES, THREADS
+from tablegen.tasks.executors import ENGINES, MPI, THREADS
+
+if TYPE_CHECKING:
+    from tablegen.config import Config
+    from tablegen.generate import Generated
 
 
 @click.command(
@@ -22,20 +29,18 @@ from tablegen.tasks.executors import ENGINES, THREADS
     ),
 )
 @click.argument("config", type=options.CONFIG, metavar="CONFIG.toml")
-@click.option(
-    "--output", required=True, type=options.OUTPUT, metavar="T.h5", help="Table to write."
-)
+@options.output("T.h5", "Table to write.")
 @click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
 @click.option(
     "--conditions",
-    type=options.Whole(1, 10_000),
+    type=options.CONDITIONS,
     default=GENERATE_CONDITIONS,
     show_default=True,
     help="Conditions between nodes at which the accuracy is measured and stored.",
 )
 @click.option(
     "--samples",
-    type=options.Whole(1000, 10**9),
+    type=options.SAMPLES,
     help="States a side there; by default as many as the declared accuracy needs.",
 )
 @click.option(
@@ -52,12 +57,23 @@ from tablegen.tasks.executors import ENGINES, THREADS
 )
 @click.option(
     "--workers",
-    type=options.Whole(1, 4096),
+    type=options.THREADS,
     help="Threads, or processes of Dask on this machine; by default one a processor.",
 )
 @options.progress
 @click.pass_obj
-def generate(ranks: Executor | None, **given: Any) -> int:
+def generate(
+    ranks: Executor | None,
+    config: str,
+    output: Path,
+    resume: bool,
+    conditions: int,
+    samples: int | None,
+    executor: str,
+    scheduler: str | None,
+    workers: int | None,
+    progress: bool,
+) -> int:
     """Generate a table from a material pair or scene (a name, or the path of a .toml file).
 
     Unless it is --quiet, it says beforehand what the table will cost: nodes, minutes and memory.
@@ -70,4 +86,52 @@ def generate(ranks: Executor | None, **given: Any) -> int:
     of one kind; made on several kinds it says so. The measured accuracy is stored in it; exit
     status 1 says that it misses the declared one.
     """
-    return work("tablegen.commands.generate_command", ranks, **given)
+    from sampler.compilation.processors import processors
+    from tablegen.config import load_config
+    from tablegen.generate import generate as generate_table
+    from tablegen.refinement.cost_estimate import cost_text, estimate, rebound_seconds
+    from tablegen.tasks.executors import open_executor
+
+    settings = load_config(config)
+
+    # how many work elsewhere is not known here
+    here = workers or processors() if executor != MPI and scheduler is None else None
+
+    def note_cost() -> None:
+        if progress:
+            cost = estimate(settings, rebound_seconds(settings), conditions)
+            note("tablegen", cost_text(cost, here))
+
+    say = partial(note, "tablegen")
+    opened = open_executor(executor, workers=workers, scheduler=scheduler, ranks=ranks, say=say)
+    try:
+        with opened as pool:
+            made = generate_table(
+                settings,
+                output,
+                resume=resume,
+                executor=pool,
+                conditions=conditions,
+                samples=samples,
+                progress=progress,
+                before=note_cost,
+            )
+    except KeyboardInterrupt:
+        raise click.Abort(f"the same command with --resume continues from {output}.parts") from None
+    return _summarise(made, settings, output)
+
+
+def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
+    """Print what a new table is and how accurate; returns the exit status."""
+    from tablegen.accuracy.decision import judge
+    from tablegen.commands.inspect import identity_text, several_processors
+    from tablegen.studies.validation.accuracy_text import accuracy_text, time_text
+
+    contents = made.table.contents
+    if len(contents.processors) > 1:
+        note("tablegen", several_processors(contents))
+    click.echo(identity_text(contents))
+    click.echo(accuracy_text(made.comparisons, settings.accuracy))
+    click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
+    judged = judge(made.comparisons, settings.accuracy)
+    return print_verdict(judged.missed, judged.undecided)

@@ -1,11 +1,18 @@
-"""``tablegen inspect``: its options and its help."""
+"""``tablegen inspect``: what a table is."""
 
-from typing import Any
+import json
+import tomllib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from sampler.compilation.late import work
-from tablegen.commands import options
+from sampler.commands import options
+from sampler.commands.program import DONE
+from tablegen.configuration.metric_table import METRICS, declared_accuracy
+
+if TYPE_CHECKING:
+    from sampler.formats.hdf5 import TableContents
 
 
 @click.command(
@@ -16,9 +23,120 @@ from tablegen.commands import options
         "tablegen inspect my-pair.h5 --config > my-pair.toml",
     ),
 )
-@click.argument("table", type=options.TABLE, metavar="T.h5|NAME")
-@click.option("--json", "as_json", is_flag=True, help="Print it for a program to read.")
+@options.table
+@options.as_json
 @click.option("--config", is_flag=True, help="Print the configuration it was generated from.")
-def inspect(**given: Any) -> int:
+def inspect(table: str, as_json: bool, config: bool) -> int:
     """Say what a table is: provenance, range, nodes, size, measured accuracy."""
-    return work("tablegen.commands.inspect_command", **given)
+    from sampler.files.locate import find_table
+    from sampler.formats.hdf5 import read_table
+
+    if as_json and config:
+        raise click.UsageError("--json: got it with --config, allowed: one of them")
+    contents = read_table(find_table(table))
+    if as_json:
+        click.echo(json.dumps(identity(contents), indent=1, allow_nan=False))
+    else:
+        click.echo(contents.config if config else identity_text(contents))
+    return DONE
+
+
+def identity(contents: "TableContents") -> dict[str, Any]:
+    """Say what a table is: provenance, nodes, size in memory, measured accuracy.
+
+    Parameters
+    ----------
+    contents : TableContents
+
+    Returns
+    -------
+    dict
+        Numbers, texts and lists, for JSON. Angles in degrees, speeds in m/s, sizes in bytes.
+        ``declared`` has the largest errors that the configuration allows, or is None if it cannot
+        be read; ``worst`` has the largest of each in ``accuracy``, or is None if there is nothing.
+    """
+    from sampler.formats.packing import kept_beside, table_arrays
+    from sampler.formats.table_arrays import bytes_of
+
+    arrays, kept = table_arrays(contents), kept_beside(contents)
+    accuracy = {
+        path.removeprefix("accuracy/"): values
+        for path, values in kept.items()
+        if path.startswith("accuracy/")
+    }
+    measured = accuracy["alpha_deg"].size > 0
+    return {
+        "pair": contents.pair,
+        "components": list(contents.components),
+        "alpha_deg": contents["axes/alpha_deg"].tolist(),
+        "speed": contents["axes/speed"].tolist(),
+        "speed_independent": contents.speed_independent,
+        "mixture_components": arrays.n_components,
+        "quantile_knots": arrays.n_knots,
+        "seed": contents.seed,
+        "software_version": contents.software_version,
+        "content_sha256": contents.content_sha256,
+        "processors": list(contents.processors),
+        "bytes_in_memory": bytes_of((arrays, *kept.values())),
+        "declared": _declared(contents.config),
+        "worst": {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
+        if measured
+        else None,
+        "accuracy": {name: values.tolist() for name, values in accuracy.items()},
+    }
+
+
+def several_processors(contents: "TableContents") -> str:
+    """Say that processors of several kinds made a table, and what follows from it."""
+    count = len(contents.processors)
+    return f"made on processors of {count} kinds: made again, last digits may differ"
+
+
+def _processor_lines(contents: "TableContents") -> list[str]:
+    """Kinds of processor that made a table, for people."""
+    kinds = contents.processors or ("not recorded",)
+    if len(kinds) == 1:
+        return [f"made on           {kinds[0]}"]
+    return [several_processors(contents), *(f"made on           {kind}" for kind in kinds)]
+
+
+def identity_text(contents: "TableContents") -> str:
+    """Say what a table is, as `identity` does, for people."""
+    facts = identity(contents)
+    alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
+    anywhere = ", the same at any speed" if facts["speed_independent"] else ""
+    measured, declared = "nothing", facts["declared"]
+    if worst is not None:
+        count = len(facts["accuracy"]["alpha_deg"])
+        measured = f"at {count} conditions between nodes, noise included, worst: {_errors(worst)}"
+    return "\n".join(
+        [
+            f"pair              {facts['pair']}",
+            f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
+            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}",
+            f"a draw gives      {', '.join(facts['components'])}",
+            f"mixture           {facts['mixture_components']} components a node",
+            f"quantile knots    {facts['quantile_knots']}",
+            f"seed              {facts['seed']}",
+            f"software          rebound-tables {facts['software_version']}",
+            f"content SHA-256   {facts['content_sha256']}",
+            *_processor_lines(contents),
+            f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
+            f"declared          at most {_errors(declared)}" if declared else "declared          ?",
+            f"measured          {measured}",
+        ]
+    )
+
+
+def _errors(values: Mapping[str, float]) -> str:
+    """Put the errors on one line."""
+    return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())
+
+
+def _declared(config: str) -> dict[str, float] | None:
+    """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
+    try:
+        found = declared_accuracy(tomllib.loads(config).get("accuracy", {}))
+        return {name: float(found[name]) for name in METRICS}
+    except (tomllib.TOMLDecodeError, AttributeError, TypeError, ValueError):
+        return None

@@ -1,16 +1,21 @@
-"""``tablegen prune``: its options and its help."""
+"""``tablegen prune``: a table cut to what a scene needs."""
 
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from sampler.compilation.late import work
-from sampler.formats.variables import COMPONENTS
-from tablegen.commands import options
+from sampler.commands import options
+from sampler.commands.program import DONE, note
+from sampler.errors import InputError
+from sampler.formats.channels import VARIABLES
+
+if TYPE_CHECKING:
+    from tablegen.config import Config
 
 
-class Components(click.ParamType):
-    """Names of components, with commas between them."""
+class Variables(click.ParamType):
+    """Names of variables of a state, with commas between them."""
 
     name = "components"
 
@@ -19,8 +24,8 @@ class Components(click.ParamType):
     ) -> list[str]:
         """Parse and check the list."""
         names = [name.strip() for name in value.split(",")]
-        if len(set(names)) < len(names) or not set(names) <= set(COMPONENTS):
-            allowed = f"some of {','.join(COMPONENTS)}, each once"
+        if len(set(names)) < len(names) or not set(names) <= set(VARIABLES):
+            allowed = f"some of {','.join(VARIABLES)}, each once"
             self.fail(f"got {value!r}, allowed: {allowed}", param, ctx)
         return names
 
@@ -34,7 +39,7 @@ class Components(click.ParamType):
         "tablegen prune my-pair.h5 --scene my-scene.toml --output small.h5",
     ),
 )
-@click.argument("table", type=options.TABLE, metavar="T.h5|NAME")
+@options.table
 @click.option(
     "--scene", type=options.CONFIG, metavar="SCENE.toml", help="What to keep: a name, or a path."
 )
@@ -45,16 +50,63 @@ class Components(click.ParamType):
 )
 @click.option(
     "--components",
-    type=Components(),
+    type=Variables(),
     metavar="NAME,NAME,...",
-    help=f"Keep these of {', '.join(COMPONENTS)}.",
+    help=f"Keep these of {', '.join(VARIABLES)}.",
 )
-@click.option("--output", required=True, type=options.OUTPUT, metavar="S.h5", help="File to write.")
-def prune(**given: Any) -> int:
-    """Cut a table to the components, angles and speeds that are needed.
+@options.output("S.h5")
+def prune(
+    table: str,
+    scene: str | None,
+    dimension: str | None,
+    components: list[str] | None,
+    output: Path,
+) -> int:
+    """Cut a table to the variables, angles and speeds that are needed.
 
     What stays gives the same draws as the full table for the same keys. A scene says what to keep
-    of any pair's table: its components, angles and speeds count, and not the pair that it names.
+    of any pair's table: its variables, angles and speeds count, and not the pair that it names.
     Laws, particles and numerical parameters that it states itself must be those of the table.
     """
-    return work("tablegen.commands.prune_command", **given)
+    from sampler.files.locate import find_table
+    from sampler.formats.hdf5 import read_table
+    from tablegen.config import parse_config
+    from tablegen.prune import prune as prune_table
+
+    if scene is None and dimension is None and components is None:
+        raise InputError(
+            "Missing option '--scene', '--dimension' or '--components', allowed: one or more"
+        )
+    source = find_table(table)
+    config = parse_config(read_table(source).config, "config of the table")
+    wanted = _wanted(config, scene, dimension, components)
+    contents = prune_table(source, wanted, output, scene or "flags")
+    alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]
+    click.echo(
+        f"{output}: {', '.join(contents.components)}; {alpha[0]:g} to {alpha[-1]:g} degrees, "
+        f"{speed[0]:g} to {speed[-1]:g} m/s; {output.stat().st_size / 1e3:.0f} kB "
+        f"of {source.stat().st_size / 1e3:.0f} kB"
+    )
+    return DONE
+
+
+def _wanted(
+    config: "Config", scene: str | None, dimension: str | None, components: list[str] | None
+) -> "Config":
+    """Lay the scene over the configuration of the table, and the flags over both."""
+    from tablegen.config import scene_over
+
+    if scene is not None:
+        pair = config.pair_name
+        config, named = scene_over(config, scene)
+        if named is not None and Path(named).stem != pair:
+            note(
+                "tablegen",
+                f"{scene} is a scene of {named}; what it keeps is kept of the table of {pair}",
+            )
+    domain: dict[str, object] = {}
+    if dimension is not None:
+        domain["dimension"] = int(dimension)
+    if components is not None:
+        domain["components"] = components
+    return config.with_changes({"domain": domain}) if domain else config

@@ -1,16 +1,17 @@
-"""``tablegen report``: its options and its help."""
+"""``tablegen report``: error against run time."""
 
+import json
 from pathlib import Path
-from typing import Any
 
 import click
 
-from sampler.compilation.late import work
-from tablegen.commands import options
+from sampler.commands import options
+from sampler.commands.program import DONE
+from sampler.files.atomic import write_text
 
 
 @click.command(
-    short_help="Measure error against run time beside other methods.",
+    short_help="Measure error against run time next to other methods.",
     epilog=options.examples(
         "tablegen report --quick",
         "tablegen report my-pair.h5 --json report.json --html report.html",
@@ -37,13 +38,45 @@ from tablegen.commands import options
     help="Show this result of 'tablegen stability --json' on the page; else a brief study is run.",
 )
 @options.progress
-def report(**given: Any) -> int:
+def report(
+    table: str,
+    quick: bool,
+    beside: tuple[str, ...],
+    seed: int,
+    json_file: Path | None,
+    html_file: Path | None,
+    stability_file: Path | None,
+    progress: bool,
+) -> int:
     """Measure error against run time for every way to get a rebound state.
 
     Direct simulation by contact resolution, flight tolerance and sample size; draws from the
-    table, and from tables of other numbers of nodes, components and knots; stored states,
+    table, and from tables of other numbers of nodes, mixture components and knots; stored states,
     independent marginals, a vine copula, a Gaussian mixture and kernel resampling. All are
-    compared with the same large direct sample, beside the noise of direct against direct.
+    compared with the same large direct sample, next to the noise of direct against direct.
     Times are processor time of one thread: leave the machine to it.
     """
-    return work("tablegen.commands.report_command", **given)
+    from tablegen.studies.report.error_against_time import measure_error_against_time
+    from tablegen.studies.report.report_data import collect_report_data, map_accuracy, record
+    from tablegen.studies.report.report_page import report_page, require_plotly
+    from tablegen.studies.report.report_text import error_against_time_text
+    from tablegen.studies.report.stability_results import read_study
+
+    if html_file:
+        # what is missing shows before the work, not after
+        require_plotly()
+    if stability_file:
+        read_study(stability_file)
+    evidence = measure_error_against_time(table, beside, quick=quick, seed=seed, progress=progress)
+    click.echo(error_against_time_text(evidence))
+    if json_file is None and html_file is None:
+        return DONE
+    atlas = map_accuracy(table, quick, seed, progress)
+    if json_file:
+        text = json.dumps(record(evidence, atlas), indent=1, allow_nan=False)
+        write_text(json_file, text + "\n")
+    if html_file:
+        page = report_page(collect_report_data(evidence, atlas, stability_file, progress))
+        write_text(html_file, page)
+        click.echo(f"{html_file}: {len(page.encode()) / 1e6:.1f} MB")
+    return DONE

@@ -1,13 +1,23 @@
-"""``tablegen simulate``: its options and its help."""
+"""``tablegen simulate``: rebounds by direct simulation."""
 
+import json
+import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
-from sampler.compilation.late import work
-from tablegen.commands import options
-from tablegen.configuration.defaults import MIXTURE, SHAPE_NAMES
+from sampler.commands import options
+from sampler.commands.program import DONE, note
+from sampler.errors import InputError
+from sampler.files.atomic import write_arrays, write_text
+from sampler.files.locate import find_file
+from sampler.formats.channels import STATE
+from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.shape_codes import SHAPE_NAMES
+
+if TYPE_CHECKING:
+    from tablegen.particles.population import Population
 
 
 @click.command(
@@ -62,11 +72,84 @@ from tablegen.configuration.defaults import MIXTURE, SHAPE_NAMES
     metavar="WX WY WZ",
     help="Angular velocity before the impact, times a/V.",
 )
-@click.option("--threads", type=options.Whole(1, 4096), help="Default: one a processor.")
+@options.threads
 @options.progress
-def simulate(**given: Any) -> int:
+def simulate(
+    pair: str,
+    shape: str | None,
+    particle: Path | None,
+    alpha: float,
+    speed: float,
+    count: int,
+    seed: int,
+    output: Path | None,
+    statistics_file: Path | None,
+    aspect: tuple[float, float] | None,
+    spin: tuple[float, float, float],
+    threads: int | None,
+    progress: bool,
+) -> int:
     """Simulate rebounds directly.
 
     Writes state, collisions, shape, aspect and energy of each, their statistics, or both.
     """
-    return work("tablegen.commands.simulate_command", **given)
+    from tablegen.accuracy.streaming_statistics import simulate_statistics, statistics_of
+    from tablegen.config import load_config
+    from tablegen.simulate import make_condition, simulate_condition
+
+    if output is None and statistics_file is None:
+        raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
+    if output == statistics_file:
+        raise InputError(f"--statistics: got {output}, allowed: another file than --output")
+    config = load_config(find_file("--pair", pair, ".toml"))
+    population = _chosen_particles(config.population, shape, particle, aspect)
+    condition = make_condition(
+        math.radians(alpha), speed, spin, config.model.contact_resolution, config.model.tolerance
+    )
+    if warning := config.pair.extrapolation(speed):
+        note("tablegen", warning)
+    task = config.pair, population, condition, count
+    if output is None:
+        statistics = simulate_statistics(*task, seed=seed, threads=threads, progress=progress)
+    else:
+        result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
+        statistics = statistics_of(result)
+        fields = ("state", "collisions", "shape", "aspect", "energy")
+        arrays = {name: getattr(result, name) for name in fields}
+        write_arrays(output, **arrays, columns=STATE)
+    if statistics_file is not None:
+        about: dict[str, object] = {"pair": config.pair_name, "shape": shape, "aspect": aspect}
+        about |= {"alpha_deg": alpha, "speed": speed, "spin": spin, "seed": seed}
+        write_text(statistics_file, json.dumps(about | statistics.to_dict(), indent=1) + "\n")
+    return DONE
+
+
+def _chosen_particles(
+    population: "Population",
+    shape: str | None,
+    particle: Path | None,
+    aspect: tuple[float, float] | None,
+) -> "Population":
+    """Part of a population, or the particle of a mesh, that the flags of `simulate` ask for."""
+    from tablegen.particles.mesh import read_mesh
+
+    if (shape is None) == (particle is None):
+        given = "missing" if shape is None else "got both"
+        raise InputError(f"'--shape' or '--particle': {given}, allowed: one of them")
+    if shape is not None:
+        population = population.restricted_to(shape)
+        return population if aspect is None else population.with_aspect(*aspect)
+    assert particle is not None
+    if aspect is not None:
+        raise InputError(
+            f"aspect: got [{aspect[0]:g}, {aspect[1]:g}] with --particle, "
+            "allowed with --shape only: a mesh has its own"
+        )
+    mesh = read_mesh(particle)
+    if not mesh.is_convex:
+        note(
+            "tablegen",
+            f"{mesh.name} is not convex; its convex hull, which has "
+            f"{1.0 / mesh.solidity:.4g} times its volume, takes its place",
+        )
+    return population.of_mesh(mesh)

@@ -1,12 +1,14 @@
-"""``tablegen stability``: its options and its help."""
+"""``tablegen stability``: the model on extreme particles and impacts."""
 
-from typing import Any
+from pathlib import Path
 
 import click
 
-from sampler.compilation.late import work
-from tablegen.commands import options
-from tablegen.configuration.defaults import SHAPE_NAMES, STABILITY_COUNT
+from sampler.commands import options
+from sampler.commands.program import DONE, MISSED
+from sampler.files.atomic import write_text
+from tablegen.configuration.defaults import STABILITY_COUNT
+from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 @click.command(
@@ -21,7 +23,7 @@ from tablegen.configuration.defaults import SHAPE_NAMES, STABILITY_COUNT
 @click.option("--quick", is_flag=True, help="2,368 cases: some 20 seconds on two cores.")
 @click.option(
     "--count",
-    type=options.Whole(1, 10**9),
+    type=options.COUNT,
     default=STABILITY_COUNT,
     show_default=True,
     metavar="N",
@@ -46,11 +48,25 @@ from tablegen.configuration.defaults import SHAPE_NAMES, STABILITY_COUNT
 @click.option(
     "--spin", type=options.ANY, multiple=True, metavar="WZ", help="Only this spin, times a/V."
 )
-@click.option("--threads", type=options.Whole(1, 4096), help="Default: one a processor.")
+@options.threads
 @options.json_file("Write every case.")
 @options.html_file
 @options.progress
-def stability(**given: Any) -> int:
+def stability(
+    pair: str,
+    quick: bool,
+    count: int,
+    seed: int,
+    shape: tuple[str, ...],
+    aspect: tuple[tuple[float, float], ...],
+    alpha: tuple[float, ...],
+    speed: tuple[float, ...],
+    spin: tuple[float, ...],
+    threads: int | None,
+    json_file: Path | None,
+    html_file: Path | None,
+    progress: bool,
+) -> int:
     """Simulate extreme particles and impacts, and check the model in each.
 
     The whole study has 28,280 cases: five shapes; b/a and c/b of 1, 0.999, 0.5, 0.05 and 0.02;
@@ -63,4 +79,24 @@ def stability(**given: Any) -> int:
     and with half the tolerance of the flight. Exit status 1 if a particle is not finite, does not
     finish, gains energy or is not separated from the wall.
     """
-    return work("tablegen.commands.stability_command", **given)
+    from tablegen.config import load_config
+    from tablegen.studies.stability.cases import FULL, QUICK, Grid
+    from tablegen.studies.stability.stability_page import study_page
+    from tablegen.studies.stability.stability_study import run_study
+    from tablegen.studies.stability.stability_text import study_json, study_text
+
+    axes = Grid(shape, aspect, alpha, speed, spin)
+    study = run_study(
+        load_config(pair),
+        list((QUICK if quick else FULL).narrowed(axes).cases()),
+        count=count,
+        seed=seed,
+        threads=threads,
+        progress=progress,
+    )
+    click.echo(study_text(study))
+    if json_file:
+        write_text(json_file, study_json(study))
+    if html_file:
+        write_text(html_file, study_page(study))
+    return DONE if study.holds else MISSED

@@ -1,12 +1,21 @@
-"""``tablegen validate``: its options and its help."""
+"""``tablegen validate``: a table compared with fresh direct simulation."""
 
-from typing import Any
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from sampler.compilation.late import work
-from tablegen.commands import options
+from sampler.commands import options
+from sampler.commands.program import DONE, MISSED
+from sampler.errors import InputError
+from sampler.files.atomic import write_text
+from tablegen.accuracy.verdict import verdict_words
 from tablegen.configuration.defaults import VALIDATE_CONDITIONS
+
+if TYPE_CHECKING:
+    from tablegen.validate import Validation
 
 
 @click.command(
@@ -17,10 +26,10 @@ from tablegen.configuration.defaults import VALIDATE_CONDITIONS
         "tablegen validate my-pair.h5 --alpha 30 --speed 120 --alpha 45 --speed 260",
     ),
 )
-@click.argument("table", type=options.TABLE, metavar="T.h5")
+@options.table
 @click.option(
     "--conditions",
-    type=options.Whole(1, 10_000),
+    type=options.CONDITIONS,
     default=VALIDATE_CONDITIONS,
     show_default=True,
     help="Conditions between nodes to compare at, spread evenly over angle and speed.",
@@ -53,7 +62,7 @@ from tablegen.configuration.defaults import VALIDATE_CONDITIONS
 )
 @click.option(
     "--samples",
-    type=options.Whole(1000, 10**9),
+    type=options.SAMPLES,
     help="States a side at first; by default as many as the accuracy needs, at least 100000. "
     "Where noise leaves the verdict open, up to nine times as many.",
 )
@@ -66,12 +75,100 @@ from tablegen.configuration.defaults import VALIDATE_CONDITIONS
 @options.html_file
 @click.option("--details", is_flag=True, help="Means and modes at every condition.")
 @options.progress
-def validate(**given: Any) -> int:
+def validate(
+    table: str,
+    conditions: int,
+    alpha: Sequence[float],
+    speed: Sequence[float],
+    accuracy: str | None,
+    seed: int | None,
+    samples: int | None,
+    store: bool,
+    json_file: Path | None,
+    html_file: Path | None,
+    details: bool,
+    progress: bool,
+) -> int:
     """Compare a table with fresh direct simulation: all nodes coarsely, some conditions closely.
 
-    KS: largest Kolmogorov-Smirnov distance of a component. Sliced W: sliced Wasserstein distance
+    KS: largest Kolmogorov-Smirnov distance of a variable. Sliced W: sliced Wasserstein distance
     of the standardised states. Corr.: largest error of a correlation. AUC: how well a classifier
-    tells table from direct; 0.5 = it cannot. Each stands beside the noise that finite samples add.
+    tells table from direct; 0.5 = it cannot. Each stands next to the noise that finite samples add.
     Exit status 1 if the accuracy is missed by more than noise.
     """
-    return work("tablegen.commands.validate_command", **given)
+    from tablegen.studies.validation.stored_accuracy import check_store, store_accuracy
+    from tablegen.studies.validation.validation_page import validation_page
+    from tablegen.studies.validation.validation_text import whose
+    from tablegen.validate import validate as compare
+
+    at = _conditions(alpha, speed)
+    if store:
+        check_store(table, at is not None)
+    result = compare(
+        table,
+        conditions=conditions,
+        seed=seed,
+        samples=samples,
+        accuracy=accuracy,
+        at=at,
+        progress=progress,
+    )
+    _print_comparisons(result, details)
+    if json_file:
+        write_text(json_file, json.dumps(result.to_dict(), indent=1) + "\n")
+    if html_file:
+        write_text(html_file, validation_page(result))
+    if store:
+        click.echo(f"{table}: accuracy stored, content SHA-256 {store_accuracy(table, result)}")
+    return print_verdict(result.missed, result.undecided, whose(result))
+
+
+def _conditions(alpha: Sequence[float], speed: Sequence[float]) -> list[tuple[float, float]] | None:
+    """Pair the angles with the speeds; one of either goes with all of the other."""
+    if not alpha and not speed:
+        return None
+    count = max(len(alpha), len(speed))
+    if {len(alpha), len(speed)} - {1, count} or not alpha or not speed:
+        raise InputError(
+            f"--alpha and --speed: got {len(alpha)} and {len(speed)}, allowed: as many of both, "
+            "or one of either"
+        )
+    alphas, speeds = (list(given) * (count // len(given)) for given in (alpha, speed))
+    return list(zip(alphas, speeds, strict=True))
+
+
+def _print_comparisons(result: "Validation", details: bool) -> None:
+    """Print every comparison, details of the worst or of all, and what was looked at."""
+    from tablegen.studies.validation.accuracy_text import accuracy_text, details_text
+    from tablegen.studies.validation.validation_text import certainty_line, coverage_lines
+
+    allowed = result.declared, result.asked, len(result.measured)
+    click.echo(accuracy_text(result.comparisons, *allowed))
+    if result.nodes:
+        click.echo("at the nodes that looked worst")
+        click.echo(accuracy_text(result.nodes, *allowed))
+    worst = max(result.comparisons, key=lambda c: c.estimates["auc"].value)
+    for comparison in result.comparisons if details else [worst]:
+        click.echo(details_text(comparison))
+    for line in (*coverage_lines(result), certainty_line()):
+        click.echo(line)
+
+
+def print_verdict(
+    missed: Sequence[str], undecided: Sequence[str] = (), accuracy: str = "declared accuracy"
+) -> int:
+    """Print what was missed and what could not be decided; returns the exit status.
+
+    Parameters
+    ----------
+    missed, undecided, accuracy
+        As for `tablegen.accuracy.verdict.verdict_words`.
+    """
+    for line in missed:
+        click.echo(f"missed: {line}")
+    for line in undecided:
+        click.echo(f"undecided: {line}")
+    if missed:
+        return MISSED
+    click.echo(verdict_words(missed, undecided, accuracy).rstrip(":") + "." * bool(undecided))
+    return DONE

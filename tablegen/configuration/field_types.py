@@ -1,26 +1,18 @@
-"""Building blocks of the configuration records: base class, field types, refusals.
+"""Building blocks of the configuration records: base class and field types.
 
 Records are strict (no text where a number belongs), closed (an unknown field is an error) and
-frozen. A field's bounds stand once, in its type; `tablegen.configuration.messages` turns them into
-words.
+frozen. A field's bounds stand once, in its type; `tablegen.configuration.messages` tells a user.
 """
 
-from collections.abc import Callable
+import json
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from sampler.formats.channels import COMPONENTS
+from sampler.formats.channels import VARIABLES
 
-#: Error type of `refusal`; tells `tablegen.configuration.messages` that the context holds the whole
-#: message.
-REFUSED = "refused"
-
-
-#: What `refusal` is given for a field that must be there.
-MISSING = object()
+Item = TypeVar("Item")
 
 
 class Record(BaseModel):
@@ -28,60 +20,55 @@ class Record(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
+    @classmethod
+    def from_tree(cls, tree: object) -> Self:
+        """Validate a tree of TOML tables.
 
-def refusal(allowed: str, *, given: object = None, field: str = "") -> PydanticCustomError:
-    """Error for a value that a rule of our own refuses.
+        It goes through JSON, where a strict record of tuples takes the lists of a file.
 
-    Parameters
-    ----------
-    allowed : str
-        What the rule allows, to follow the word "allowed:".
-    given : object, optional
-        The value to report; that of the validated field or record if None. `MISSING` for none.
-    field : str, optional
-        Dotted path of the offending field, relative to the validated record.
+        Parameters
+        ----------
+        tree : dict
+            Nested as in the file.
 
-    Returns
-    -------
-    PydanticCustomError
-        To be raised inside a validator.
-    """
-    # Braces would be read as placeholders of the template, so the text travels as context.
-    return PydanticCustomError(
-        REFUSED, "{allowed}", {"allowed": allowed, "given": given, "field": field}
-    )
+        Returns
+        -------
+        Record
 
-
-def _as_tuple(value: object) -> object:
-    """TOML arrays arrive as lists; a frozen record holds tuples."""
-    return tuple(value) if isinstance(value, list) else value
+        Raises
+        ------
+        ValidationError
+            If it is not such a record.
+        """
+        # no field takes a date, which JSON does not have; a list with its text is refused as well
+        return cls.model_validate_json(json.dumps(tree, default=lambda value: [str(value)]))
 
 
-def _ordered(allowed: str, low: float, high: float) -> Callable[..., tuple[float, float]]:
-    """Make a validator of pairs low < first <= second <= high."""
-
-    def check(pair: tuple[float, float]) -> tuple[float, float]:
-        if not low < pair[0] <= pair[1] <= high:
-            raise refusal(allowed, given=pair)
-        return pair
-
-    return check
+def _rising(pair: tuple[float, float]) -> tuple[float, float]:
+    """Refuse a range whose ends are exchanged."""
+    if pair[0] > pair[1]:
+        raise ValueError("a range [low, high] with low <= high")
+    return pair
 
 
 def _strictly_increasing(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuse an empty list of nodes and one that stalls or turns back."""
-    if not values or any(b <= a for a, b in pairwise(values)):
-        raise refusal("at least one number, each larger than the one before", given=values)
+    """Refuse a list of nodes that stalls or turns back."""
+    if any(b <= a for a, b in pairwise(values)):
+        raise ValueError("numbers each larger than the one before")
     return values
 
 
-def _known_components(given: object) -> object:
-    """Refuse anything but a list of names of components, each once."""
-    names = _as_tuple(given)
-    if not isinstance(names, tuple) or not names or any(name not in COMPONENTS for name in names):
-        raise refusal(f"a list of some of {', '.join(COMPONENTS)}", given=given)
+def _known_component(name: str) -> str:
+    """Refuse a name that no variable has."""
+    if name not in VARIABLES:
+        raise ValueError(", ".join(VARIABLES))
+    return name
+
+
+def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse a list that repeats itself."""
     if len(set(names)) < len(names):
-        raise refusal("each component once", given=given)
+        raise ValueError("each name once")
     return names
 
 
@@ -89,14 +76,14 @@ def _plain_name(value: str) -> str:
     """Refuse a name that could not serve as a file name everywhere."""
     stem = value.translate(str.maketrans("", "", "._-"))
     if not (value[:1].isalnum() and stem.isalnum() and value.isascii()):
-        raise refusal("letters, digits, '.', '_' and '-', the first a letter or digit")
+        raise ValueError("letters, digits, '.', '_' and '-', the first a letter or digit")
     return value
 
 
 def _not_blank(value: str) -> str:
     """Refuse text that says nothing."""
     if not value.strip():
-        raise refusal("text that is not blank")
+        raise ValueError("text that is not blank")
     return value
 
 
@@ -113,38 +100,29 @@ Positive = Annotated[float, Field(gt=0.0)]
 AspectRatio = Annotated[float, Field(gt=0.0, le=1.0)]
 
 #: Values b/a and c/b.
-AspectPair = Annotated[tuple[AspectRatio, AspectRatio], BeforeValidator(_as_tuple)]
+AspectPair = tuple[AspectRatio, AspectRatio]
 
 #: Range of an aspect ratio.
-AspectRange = Annotated[
-    tuple[float, float],
-    BeforeValidator(_as_tuple),
-    AfterValidator(_ordered("two ratios, low <= high, above 0 and up to 1", 0.0, 1.0)),
+AspectRange = Annotated[AspectPair, AfterValidator(_rising)]
+
+#: Impact angle from the wall, degrees.
+Angle = Annotated[float, Field(gt=0.0, le=90.0)]
+
+#: Range of the impact angle; equal ends stand for one angle.
+AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(_rising)]
+
+#: Speed, m/s, up to what is far above any flow and far below overflow.
+Speed = Annotated[float, Field(gt=0.0, le=1e5)]
+
+#: Range of speeds; equal ends stand for one speed.
+SpeedRange = Annotated[tuple[Speed, Speed], AfterValidator(_rising)]
+
+#: List of increasing numbers, at least one.
+Increasing = Annotated[tuple[Item, ...], Field(min_length=1), AfterValidator(_strictly_increasing)]
+
+#: Variables of the state that a scene asks for.
+ComponentNames = Annotated[
+    tuple[Annotated[str, AfterValidator(_known_component)], ...],
+    Field(min_length=1),
+    AfterValidator(_each_once),
 ]
-
-#: Range of the impact angle from the wall, degrees; equal ends stand for one angle.
-AngleRange = Annotated[
-    tuple[float, float],
-    BeforeValidator(_as_tuple),
-    AfterValidator(_ordered("two angles, low <= high, above 0 and up to 90 degrees", 0.0, 90.0)),
-]
-
-#: Fastest speed that a configuration may name, m/s: far above any flow, far below overflow.
-_FASTEST = 1e5
-
-#: Range of speeds, m/s; equal ends stand for one speed.
-SpeedRange = Annotated[
-    tuple[float, float],
-    BeforeValidator(_as_tuple),
-    AfterValidator(
-        _ordered(f"two speeds, low <= high, above 0 and up to {_FASTEST:g} m/s", 0.0, _FASTEST)
-    ),
-]
-
-#: Nodes of a table axis.
-Nodes = Annotated[
-    tuple[float, ...], BeforeValidator(_as_tuple), AfterValidator(_strictly_increasing)
-]
-
-#: Components of the state that a scene asks for.
-ComponentNames = Annotated[tuple[str, ...], BeforeValidator(_known_components)]

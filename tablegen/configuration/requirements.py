@@ -4,7 +4,7 @@ from importlib.util import find_spec
 
 #: Names under which the packages of the extra ``generate`` are imported.
 GENERATOR = (
-    "click",
+    "jinja2",
     "pydantic",
     "scipy",
     "sklearn",

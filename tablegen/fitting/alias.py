@@ -1,4 +1,4 @@
-"""Alias tables: draw from K weights with one uniform number and one comparison.
+"""Alias tables: draws from K weights with one uniform number and one comparison.
 
 Source: Walker, ACM Trans. Math. Softw. 3 (1977) 253-256; built by Vose's linear method.
 """
@@ -21,7 +21,7 @@ def alias_table(weight: NDArray[np.float64]) -> tuple[NDArray[np.uint16], NDArra
     Returns
     -------
     tuple (probability (K,) uint16, alias (K,) uint16)
-        Probabilities in units of 2**-16; a column kept for certain has itself as its alias.
+        Probabilities in units of 2**-16; a column that is always kept has itself as its alias.
     """
     count = len(weight)
     scaled = np.asarray(weight, dtype=np.float64) * (count / np.sum(weight))
@@ -35,6 +35,6 @@ def alias_table(weight: NDArray[np.float64]) -> tuple[NDArray[np.uint16], NDArra
         alias[low] = high
         scaled[high] -= 1.0 - scaled[low]
         (small if scaled[high] < 1.0 else large).append(high)
-    # What is left differs from one by rounding only and keeps its column.
+    # the remaining columns differ from one by rounding only and are always kept
     steps = np.minimum(np.rint(probability * 65536.0), 65535.0)
     return steps.astype(np.uint16), alias.astype(np.uint16)

@@ -1,10 +1,9 @@
-"""Two classes of rebounds: those that left at the first collision, and those that struck again.
+"""Two classes of rebounds: one collision, or several.
 
-At steep angles the density of the normal velocity jumps at the largest value that a single
-collision can give, which moves with the speed, and so does the share of single collisions. A
-quantile function of all rebounds together carries that jump at another probability at every
-node, and an average of nodes smears it. Within a class the law changes slowly and nodes can be
-averaged. Measured: EXPERIMENTS.md.
+At steep angles the density of the normal velocity jumps at the largest value that one collision
+can give. That value and the share of single collisions depend on the speed. A quantile function of
+all rebounds has the jump at another probability at every node, and averaging nodes smears it.
+Within a class the law changes slowly, so that nodes can be averaged. Measured: EXPERIMENTS.md.
 """
 
 from collections.abc import Sequence
@@ -15,8 +14,8 @@ from numpy.typing import NDArray
 #: Names of the classes, in the order of the table's arrays.
 CLASSES = ("single", "repeated")
 
-#: A class with a smaller share of the sample, or fewer points, than this is counted as the other:
-#: it moves no distribution function by more, and has too few points for a law of its own.
+#: A class with a smaller share of the sample, or fewer points, than this is merged with the other:
+#: it changes no distribution function by more, and has too few points for a fit.
 LEAST_SHARE = 0.005
 _LEAST_POINTS = 40
 
@@ -34,7 +33,7 @@ def class_of(collisions: NDArray[np.int64]) -> NDArray[np.int64]:
     Returns
     -------
     (n,) int64
-        Index into `CLASSES`; a class too small to be fitted is joined to the other.
+        Index into `CLASSES`; a class too small to be fitted is merged with the other.
     """
     kind = np.where(collisions > 1, 1, 0)
     count = np.bincount(kind, minlength=len(CLASSES))
@@ -43,13 +42,13 @@ def class_of(collisions: NDArray[np.int64]) -> NDArray[np.int64]:
     return kind
 
 
-def shared_out(components: int, count: Sequence[int]) -> list[int]:
-    """Share out the components of a node between classes.
+def allocate_components(components: int, count: Sequence[int]) -> list[int]:
+    """Divide the mixture components of a node between the classes.
 
     Parameters
     ----------
     components : int
-        To be shared out, all of them; at least one for each class that is not empty.
+        Components of the node; at least one for each class that is not empty.
     count : sequence of int
         Points of each class.
 

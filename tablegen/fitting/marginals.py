@@ -1,14 +1,13 @@
 """Quantile functions of the channels at knots that are equally spaced in the mixture's variate.
 
-The variates are nearly standard normal. Knots equally spaced in them put their resolution where
+The variates are nearly standard normal. Knots equally spaced in them are dense where
 the samples are and still reach the tails; the quantile function of a nearly normal channel is
 nearly straight between them.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tablegen.model.float_array import FloatArray
 
 #: Variate of the last knot; beyond it lies a probability of about 1.3e-5 on either side, and a
 #: draw there has the quantile of the last knot.

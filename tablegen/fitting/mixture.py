@@ -24,17 +24,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tablegen.model.float_array import FloatArray
 
 #: Monomials of a sample, in double precision where every digit counts, else in single.
 Features = NDArray[np.float64] | NDArray[np.float32]
 
-#: Rows of one block: its responsibilities stay in the cache.
+#: Rows of one block: its responsibilities fit into the cache.
 _BLOCK = 1024
 
-#: Log-densities this far below the largest of a point count as this far: their share of e^-40 is
-#: lost in rounding, while exponentials near the smallest floating-point numbers are ten times
-#: slower to compute with.
+#: Least log-density of a component at a point, relative to the largest: a share of e^-40 is lost in
+#: rounding, while subnormal numbers are ten times slower to compute with.
 _DEPTH = -40.0
 
 #: Stepwise EM: points of a block for each component and at least, passes over the sample, and the
@@ -45,10 +44,10 @@ _PASSES = 3
 _DELAY = 2.0
 _DECAY = 0.6
 
-#: A component keeps this much of a chance to be reflected, or not to be, while it is fitted.
+#: Least probability of a component to be reflected, and not to be, during the fit.
 _LEAST_PART = 1e-3
 
-#: Added to every variance (normal scores have variance one). It keeps components that sit on a
+#: Added to every variance (normal scores have variance one). It keeps components on a
 #: lower-dimensional part of the law, such as near-spheres, from collapsing.
 RIDGE = 1e-4
 
@@ -267,7 +266,7 @@ def fit_mixture(
 
 
 def sample_mixture(mixture: Mixture, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw from a mixture; for tests and for judging a fit, not for tables."""
+    """Draw from a mixture; for tests of a fit, not for tables."""
     component = rng.choice(len(mixture.weight), size=count, p=mixture.weight)
     factor = np.linalg.cholesky(mixture.covariance)
     z = mixture.mean[component]

@@ -1,7 +1,7 @@
 """One node of a table: simulate the condition, fit the law, pack the arrays.
 
-A node is a pure function of the configuration and its condition, so nodes can be made in any
-order, on any number of workers, with the same bytes on processors of one kind.
+A node is a pure function of the configuration and its condition, so nodes can be fitted in any
+order, by any number of workers, with the same bytes on processors of one kind.
 """
 
 from dataclasses import replace
@@ -17,7 +17,7 @@ from sampler.formats.fixed_point import from_steps, to_steps
 from tablegen.accuracy.scene_variables import simulated_channels
 from tablegen.config import Config
 from tablegen.fitting.alias import alias_table
-from tablegen.fitting.classes import CLASSES, class_of, shared_out
+from tablegen.fitting.classes import CLASSES, allocate_components, class_of
 from tablegen.fitting.marginals import quantile_knots, variate_knots
 from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution
@@ -25,7 +25,7 @@ from tablegen.fitting.scores import mixture_probabilities, normal_scores
 from tablegen.simulate import simulate
 from tablegen.tasks.runner import Stopwatch, stable_number
 
-#: Points of the sample that the mixture is fitted to, for each component: more gain nothing.
+#: Points of the sample used for each mixture component: more improve no fit.
 _POINTS_PER_COMPONENT = 800
 
 
@@ -41,10 +41,10 @@ class NodeArrays(NamedTuple):
     cholesky: NDArray[np.int16]
 
 
-class Law(NamedTuple):
-    """What is to be fitted: channels, their signs under reflection, and whether it is exact."""
+class FittedChannels(NamedTuple):
+    """Channels to fit, their signs under reflection, and whether that symmetry is exact."""
 
-    channels: tuple[str, ...]
+    names: tuple[str, ...]
     signs: NDArray[np.float64]
     symmetric: bool
 
@@ -54,11 +54,11 @@ class Law(NamedTuple):
         return self.signs if self.symmetric else np.ones_like(self.signs)
 
 
-def law_of(config: Config) -> Law:
-    """Channels that a configuration needs."""
-    channels = channels_for(config.domain.columns)
-    signs = np.array([-1.0 if name in MIRRORED else 1.0 for name in channels])
-    return Law(channels, signs, config.table.mirror and bool((signs < 0.0).any()))
+def fitted_channels(config: Config) -> FittedChannels:
+    """Channels that the variables of a configuration need."""
+    names = channels_for(config.domain.columns)
+    signs = np.array([-1.0 if name in MIRRORED else 1.0 for name in names])
+    return FittedChannels(names, signs, config.table.mirror and bool((signs < 0.0).any()))
 
 
 def _pack_mixture(
@@ -77,7 +77,7 @@ def _pack_mixture(
 
 
 def _as_stored(mixture: Mixture) -> Mixture:
-    """Give the mixture that the rounded numbers stand for."""
+    """Mixture with its numbers rounded as in the file."""
     factor = from_steps(to_steps(np.linalg.cholesky(mixture.covariance)))
     return replace(
         mixture,
@@ -121,11 +121,11 @@ def fit_node(
         config, np.radians(alpha_deg), speed, size.samples, seed=seed, stream=stream, threads=1
     )
     watch.stage("simulation")
-    rng, law = np.random.Generator(np.random.Philox(key=[seed, stream])), law_of(config)
-    channels = simulated_channels(simulation, law.channels, rng)
+    rng, fitted = np.random.Generator(np.random.Philox(key=[seed, stream])), fitted_channels(config)
+    channels = simulated_channels(simulation, fitted.names, rng)
     # one BLAS thread: the nodes are the parallel work, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
-        node = _fit_classes(channels, class_of(simulation.collisions), size, law, rng)
+        node = _fit_classes(channels, class_of(simulation.collisions), size, fitted, rng)
     watch.stage("fit")
     return node
 
@@ -134,27 +134,27 @@ def _fit_classes(
     channels: NDArray[np.float64],
     kind: NDArray[np.int64],
     size: Resolution,
-    law: Law,
+    fitted: FittedChannels,
     rng: np.random.Generator,
 ) -> NodeArrays:
-    """Fit every class of a sample and put them together."""
+    """Fit each class of a sample and concatenate the arrays."""
     knots = variate_knots(size.knots)
     count = [int(np.sum(kind == k)) for k in range(len(CLASSES))]
-    shares = shared_out(size.components, count)
+    shares = allocate_components(size.components, count)
     packed, quantiles = [], []
     for k, share in enumerate(shares):
         if share == 0:
-            # never drawn from here, but averaged with nodes that have such rebounds
-            normal = np.broadcast_to(ndtr(knots), (len(law.channels), len(knots)))
-            quantiles.append(quantile_knots(channels, normal, law.mirror))
+            # never drawn at this node, but averaged with neighbours that have such rebounds
+            normal = np.broadcast_to(ndtr(knots), (len(fitted.names), len(knots)))
+            quantiles.append(quantile_knots(channels, normal, fitted.mirror))
             continue
         part = channels[kind == k]
-        points = normal_scores(part, law.mirror)[: _POINTS_PER_COMPONENT * share]
-        mixture = fit_mixture(points, share, rng, law.signs, law.symmetric)
+        points = normal_scores(part, fitted.mirror)[: _POINTS_PER_COMPONENT * share]
+        mixture = fit_mixture(points, share, rng, fitted.signs, fitted.symmetric)
         weight, *numbers = _pack_mixture(mixture, share)
         packed.append((weight * count[k], *numbers))
         probabilities = mixture_probabilities(_as_stored(mixture), knots)
-        quantiles.append(quantile_knots(part, probabilities, law.mirror))
+        quantiles.append(quantile_knots(part, probabilities, fitted.mirror))
     weight, reflection, mean, factor = (
         np.concatenate(parts) for parts in zip(*packed, strict=True)
     )

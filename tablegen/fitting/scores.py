@@ -1,17 +1,15 @@
 """Normal scores of a sample, and the probabilities that belong to a mixture's variates.
 
-The copula lives in normal-score space. A fitted mixture has marginals that are close to normal
-but not exactly so. The quantile that is stored for a variate z is therefore that of probability
-F_mixture(z), so that the marginals of a draw are those of the sample.
+The copula is fitted to normal scores. The marginals of a fitted mixture are close to normal, but
+not exactly normal. The quantile stored for a variate z is therefore that of the probability
+F_mixture(z), so that draws have the marginals of the sample.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from tablegen.fitting.mixture import Mixture
-
-FloatArray = NDArray[np.float64]
+from tablegen.model.float_array import FloatArray
 
 
 def _ranks(values: FloatArray) -> FloatArray:
@@ -23,7 +21,7 @@ def _ranks(values: FloatArray) -> FloatArray:
 
 
 def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
-    """Give the normal scores of each channel of a sample.
+    """Compute the normal scores of each channel of a sample.
 
     A channel that changes sign under the mirror is scored by the rank of its absolute value, so
     that its scores are those of the sample together with its reflection.

@@ -8,9 +8,10 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from tablegen.configuration.field_types import Nodes, Positive, Record, SpeedRange, Text, refusal
+from tablegen.configuration.field_types import Increasing, Positive, Record, SpeedRange, Text
+from tablegen.configuration.messages import refusal
 from tablegen.model.contact_laws import (
     CONSTANT,
     EXPONENTIAL,
@@ -28,42 +29,8 @@ _ROUNDING = 1e-12
 #: Exponent of the abscissa of laws that ignore the speed: so small that two nodes span any range.
 _FAINT = 0.01
 
-#: Most terms of a polynomial; more say nothing about measurements.
-_TERMS = 16
-
-
-def _as_tuples(value: object) -> object:
-    """TOML arrays arrive as lists, perhaps of lists; a frozen record holds tuples."""
-    return tuple(_as_tuples(item) for item in value) if isinstance(value, list) else value
-
-
-def _some_terms(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuse a polynomial with no terms, or with too many."""
-    if not 1 <= len(values) <= _TERMS:
-        raise refusal(f"1 to {_TERMS} numbers", given=values)
-    return values
-
-
-def _within_right_angle(nodes: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuse angles that no impact has."""
-    if not 0.0 <= nodes[0] <= nodes[-1] <= 90.0:
-        raise refusal("angles from 0 to 90 degrees, each larger than the one before", given=nodes)
-    return nodes
-
-
-def _positive_speeds(nodes: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuse speeds at or below rest."""
-    if not nodes[0] > 0.0:
-        raise refusal("speeds above 0 m/s, each larger than the one before", given=nodes)
-    return nodes
-
-
-def _rows(value: object) -> object:
-    """Refuse what is not a table of numbers before its items are looked at."""
-    rows = _as_tuples(value)
-    if not isinstance(rows, tuple) or not all(isinstance(row, tuple) for row in rows):
-        raise refusal("a list of rows of numbers, [[...], [...]]", given=value)
-    return rows
+#: Restitution coefficient.
+Coefficient = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class _Restitution(Record):
@@ -80,10 +47,7 @@ class _Restitution(Record):
         return False
 
     def coordinate(self, speed: ArrayLike) -> FloatArray:
-        """Abscissa for interpolation in impact speed; here for a law that ignores the speed.
-
-        Speed enters the model only through the law of restitution, so without it every speed has
-        the same rebound statistics, any abscissa serves, and nodes at the ends are enough.
+        """Abscissa for interpolation in impact speed; rebound statistics are nearly linear in it.
 
         Parameters
         ----------
@@ -93,10 +57,15 @@ class _Restitution(Record):
         Returns
         -------
         float64 array
-            Shape of `speed`; positive, strictly falling with the speed. Default nodes are equally
-            spaced in its logarithm.
+            Shape of `speed`; positive, dimensionless, strictly falling with the speed. Default
+            nodes are equally spaced in its logarithm.
         """
-        return np.asarray(speed, dtype=np.float64) ** -_FAINT
+        return self._abscissa(np.asarray(speed, dtype=np.float64))
+
+    def _abscissa(self, speed: FloatArray) -> FloatArray:
+        # Speed enters the model only through the law of restitution, so without it every speed has
+        # the same rebound statistics, any abscissa serves, and nodes at the ends are enough.
+        return speed**-_FAINT
 
 
 class ExponentialRestitution(_Restitution):
@@ -120,23 +89,9 @@ class ExponentialRestitution(_Restitution):
         """Whether a_nc depends on the contact speed: yes."""
         return True
 
-    def coordinate(self, speed: ArrayLike) -> FloatArray:
-        """Abscissa for interpolation in impact speed: exp(-coefficient speed^exponent).
-
-        It is a_nc at normal impact, in which rebound statistics are nearly linear; it falls from 1
-        at rest towards 0.
-
-        Parameters
-        ----------
-        speed : array_like of float
-            Impact speed, m/s, not negative.
-
-        Returns
-        -------
-        float64 array
-            Shape of `speed`, dimensionless.
-        """
-        return np.exp(-self.coefficient * np.asarray(speed, dtype=np.float64) ** self.exponent)
+    def _abscissa(self, speed: FloatArray) -> FloatArray:
+        # a_nc at normal impact, which falls from 1 at rest towards 0
+        return np.exp(-self.coefficient * speed**self.exponent)
 
     def kernel_entries(self) -> Mapping[str, Any]:
         """Entries of `LawArguments` that the law sets."""
@@ -157,15 +112,14 @@ class PolynomialRestitution(_Restitution):
 
     law: Literal["polynomial"]
     #: c_0, c_1, ...: lowest power first.
-    coefficients: Annotated[
-        tuple[float, ...], BeforeValidator(_as_tuples), AfterValidator(_some_terms)
-    ]
+    coefficients: Annotated[tuple[float, ...], Field(min_length=1, max_length=16)]
     valid_speed: SpeedRange | None = None
     source: Text
 
-    @model_validator(mode="after")
-    def _physical(self) -> Self:
-        polynomial = np.polynomial.Polynomial(self.coefficients)
+    @field_validator("coefficients")
+    @classmethod
+    def _physical(cls, coefficients: tuple[float, ...]) -> tuple[float, ...]:
+        polynomial = np.polynomial.Polynomial(coefficients)
         # Extremes lie at the ends or where the slope is zero; the grid stands in for turning
         # points that a root finder loses to a vanishing leading coefficient.
         turns = polynomial.trim().deriv().roots().real
@@ -174,13 +128,11 @@ class PolynomialRestitution(_Restitution):
         values = polynomial(angles)
         worst = int(np.argmax(np.abs(values - 0.5)))
         if not abs(values[worst] - 0.5) <= 0.5 + _ROUNDING:
-            raise refusal(
+            raise ValueError(
                 "a polynomial within 0 to 1 from 0 to 90 degrees; this one is "
-                f"{values[worst]:.4g} at {np.degrees(angles[worst]):.3g} degrees",
-                given=self.coefficients,
-                field="coefficients",
+                f"{values[worst]:.4g} at {np.degrees(angles[worst]):.3g} degrees"
             )
-        return self
+        return coefficients
 
     def kernel_entries(self) -> Mapping[str, Any]:
         """Entries of `LawArguments` that the law sets."""
@@ -191,7 +143,7 @@ class ConstantRestitution(_Restitution):
     """The same restitution at every contact: a_nc = value."""
 
     law: Literal["constant"]
-    value: Annotated[float, Field(ge=0.0, le=1.0)]
+    value: Coefficient
     valid_speed: SpeedRange | None = None
     source: Text
 
@@ -224,23 +176,9 @@ class PowerRestitution(_Restitution):
         """Whether a_nc depends on the contact speed: yes."""
         return True
 
-    def coordinate(self, speed: ArrayLike) -> FloatArray:
-        """Abscissa for interpolation in impact speed: (speed / reference_speed)^(-exponent).
-
-        It is proportional to a_nc at normal impact where that is below 1.
-
-        Parameters
-        ----------
-        speed : array_like of float
-            Impact speed, m/s, positive.
-
-        Returns
-        -------
-        float64 array
-            Shape of `speed`, dimensionless, strictly falling.
-        """
-        ratio = np.asarray(speed, dtype=np.float64) / self.reference_speed
-        return ratio**-self.exponent
+    def _abscissa(self, speed: FloatArray) -> FloatArray:
+        # proportional to a_nc at normal impact where that is below 1
+        return (speed / self.reference_speed) ** -self.exponent
 
     def kernel_entries(self) -> Mapping[str, Any]:
         """Entries of `LawArguments` that the law sets."""
@@ -259,28 +197,20 @@ class TabulatedRestitution(_Restitution):
     """
 
     law: Literal["tabulated"]
-    angle_deg: Annotated[Nodes, AfterValidator(_within_right_angle)]
+    angle_deg: Increasing[Annotated[float, Field(ge=0.0, le=90.0)]]
     #: Contact speeds, m/s.
-    speed: Annotated[Nodes, AfterValidator(_positive_speeds)]
+    speed: Increasing[Positive]
     #: One row for each angle, with one number for each speed.
-    value: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_rows)]
+    value: tuple[tuple[Coefficient, ...], ...]
     valid_speed: SpeedRange | None = None
     source: Text
 
     @model_validator(mode="after")
     def _table_fits(self) -> Self:
         rows, columns = len(self.angle_deg), len(self.speed)
-        widths = {len(row) for row in self.value}
-        if len(self.value) != rows or widths != {columns}:
-            raise refusal(
-                f"{rows} rows (angle_deg) of {columns} numbers (speed)",
-                given=self.value,
-                field="value",
-            )
-        for i, row in enumerate(self.value):
-            for j, number in enumerate(row):
-                if not 0.0 <= number <= 1.0:
-                    raise refusal("a number from 0 to 1", given=number, field=f"value[{i}][{j}]")
+        if len(self.value) != rows or any(len(row) != columns for row in self.value):
+            allowed = f"{rows} rows (angle_deg) of {columns} numbers (speed)"
+            raise refusal("value", self.value, allowed)
         return self
 
     @property
@@ -288,25 +218,9 @@ class TabulatedRestitution(_Restitution):
         """Whether a_nc depends on the contact speed: where a row has two values."""
         return any(len(set(row)) > 1 for row in self.value)
 
-    def coordinate(self, speed: ArrayLike) -> FloatArray:
-        """Abscissa for interpolation in impact speed: 1 / speed.
-
-        Default nodes then lie a factor of at most 1.43 apart. A table that ignores the speed has
-        the abscissa of such laws.
-
-        Parameters
-        ----------
-        speed : array_like of float
-            Impact speed, m/s, positive.
-
-        Returns
-        -------
-        float64 array
-            Shape of `speed`, strictly falling.
-        """
-        if not self.depends_on_speed:
-            return super().coordinate(speed)
-        return 1.0 / np.asarray(speed, dtype=np.float64)
+    def _abscissa(self, speed: FloatArray) -> FloatArray:
+        # default nodes lie a factor of at most 1.43 apart
+        return 1.0 / speed if self.depends_on_speed else super()._abscissa(speed)
 
     def kernel_entries(self) -> Mapping[str, Any]:
         """Entries of `LawArguments` that the law sets."""

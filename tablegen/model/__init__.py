@@ -1,11 +1,15 @@
 """The direct model of a rebound: numba kernels on floats and arrays, nothing else.
 
-collision   one collision, equations (1)-(7) of the paper
-shapes      vertices, moments of inertia, support function
-rotation    free rotation of an asymmetric body as a Taylor series
-contact     when and where a free particle next touches the wall
-rebound     a whole rebound: collisions and flights until the particle has left
-audit       every law checked on every collision and flight
-population  random shape, aspect ratios and orientation
-batch       many particles at one condition
+contact_laws      restitution and resistance at the contact point
+collision         one collision, equations (1)-(7) of the paper
+shapes            vertices, moments of inertia, support function
+support_map       the few vertices of a mesh that may lie farthest along a direction
+rotation          free rotation of an asymmetric body as a Taylor series
+contact           when and where a free particle next touches the wall
+rebound           a whole rebound: collisions and flights until the particle has left
+lockstep          many particles of one shape, eight at a time
+audit             every law checked on every collision and flight
+random_particles  random shape, aspect ratios and orientation
+particle_run      many particles at one condition
+simd              vector values of eight floats, and what they share with floats
 """

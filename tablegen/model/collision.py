@@ -12,7 +12,7 @@ numbers of one particle or of lanes (see `tablegen.model.simd`).
 import math
 
 from sampler.compilation.jit import inline_kernel, kernel
-from tablegen.model.simd import absolute, any_of, negated, select
+from tablegen.model.simd import any_lane, logical_not, select
 
 #: Relative Newton step after which the root is exact to rounding: the error of a step is the
 #: square of that of the one before.
@@ -65,9 +65,9 @@ def impulse_cubic(k, jump, mobility, u_t, w_t):
     # adj(A_tt) applied to A_tn
     px = azz * axy - axz * ayz
     pz = axx * ayz - axz * axy
-    catch = axy * u_t + ayz * w_t
+    coupling = axy * u_t + ayz * w_t
     c0 = -jump
-    c1 = ayy - 0.5 * k * jump * trace - k * catch
+    c1 = ayy - 0.5 * k * jump * trace - k * coupling
     c2 = 0.5 * k * (ayy * trace - axy * axy - ayz * ayz) - 0.25 * k * k * jump * det
     c2 -= 0.5 * k * k * (px * u_t + pz * w_t)
     c3 = 0.25 * k * k * (ayy * det - axy * px - ayz * pz)
@@ -84,25 +84,27 @@ def positive_root(c0, c1, c2, c3, start):
     low = 0.0
     high = start
     short = c0 + high * (c1 + high * (c2 + high * c3)) < 0.0
-    while any_of(short):
+    while any_lane(short):
         low = select(short, high, low)
         high = select(short, 2.0 * high, high)
         short = c0 + high * (c1 + high * (c2 + high * c3)) < 0.0
     s = high
     searching = s == s
-    while any_of(searching):
+    while any_lane(searching):
         value = c0 + s * (c1 + s * (c2 + s * c3))
         slope = c1 + s * (2.0 * c2 + s * 3.0 * c3)
         step = select(slope == 0.0, math.inf, value / slope)
-        # in this form a number that is none ends the search
-        far = absolute(step) > CONVERGED * s
+        # in this form a NaN ends the search
+        far = abs(step) > CONVERGED * s
         low = select(value < 0.0, s, low)
         high = select(value < 0.0, high, s)
         middle = 0.5 * (low + high)
         newton = s - step
-        leaves = far & negated((low < newton) & (newton < high))
+        leaves = far & logical_not((low < newton) & (newton < high))
         s = select(searching, select(leaves, middle, newton), s)
-        searching = searching & far & negated(leaves & negated((low < middle) & (middle < high)))
+        searching = (
+            searching & far & logical_not(leaves & logical_not((low < middle) & (middle < high)))
+        )
     return s
 
 

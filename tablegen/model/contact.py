@@ -18,10 +18,20 @@ Every kernel takes the numbers and arrays of one particle or of lanes (see
 
 import math
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rotation import NORMAL, ORDER
-from tablegen.model.shapes import hold_lowest, most_held
-from tablegen.model.simd import any_of, at, fma, largest, least, negated, put, root, select
+from tablegen.model.shapes import most_candidates, update_candidates
+from tablegen.model.simd import (
+    any_lane,
+    fma,
+    load,
+    logical_not,
+    maximum,
+    minimum,
+    select,
+    sqrt,
+    store,
+)
 
 #: Height, in units of a, below which a point counts as touching. The search overshoots a contact
 #: by no more than this.
@@ -34,20 +44,20 @@ TIE_HEIGHT = 1e-9
 TINY = 1e-300
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _normal_and_rate(series, t):
     """Wall normal in body axes and its rate at time t, from the series."""
-    n1 = at(series, (NORMAL, ORDER))
-    n2 = at(series, (NORMAL + 1, ORDER))
-    n3 = at(series, (NORMAL + 2, ORDER))
+    n1 = load(series, (NORMAL, ORDER))
+    n2 = load(series, (NORMAL + 1, ORDER))
+    n3 = load(series, (NORMAL + 2, ORDER))
     d1 = d2 = d3 = 0.0
     for k in range(ORDER - 1, -1, -1):
         d1 = fma(d1, t, n1)
         d2 = fma(d2, t, n2)
         d3 = fma(d3, t, n3)
-        n1 = fma(n1, t, at(series, (NORMAL, k)))
-        n2 = fma(n2, t, at(series, (NORMAL + 1, k)))
-        n3 = fma(n3, t, at(series, (NORMAL + 2, k)))
+        n1 = fma(n1, t, load(series, (NORMAL, k)))
+        n2 = fma(n2, t, load(series, (NORMAL + 1, k)))
+        n3 = fma(n3, t, load(series, (NORMAL + 2, k)))
     return (n1, n2, n3), (d1, d2, d3)
 
 
@@ -59,28 +69,28 @@ def safe_time(gap, rate, acceleration, limit):
     without a root.
     """
     clear = gap + limit * (rate - 0.5 * acceleration * limit) > 0.0
-    length = root(rate * rate + 2.0 * acceleration * gap)
+    length = sqrt(rate * rate + 2.0 * acceleration * gap)
     rising = rate >= 0.0
     over = select(rising, rate + length, 2.0 * gap)
     under = select(rising, acceleration, length - rate)
-    return select(clear, limit, least(limit, over / under))
+    return select(clear, limit, minimum(limit, over / under))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _height_and_rate(points, i, n, d, height, v):
     """Height over the wall of point ``i`` of a body, and its rate."""
-    p1, p2, p3 = at(points, (i, 0)), at(points, (i, 1)), at(points, (i, 2))
+    p1, p2, p3 = load(points, (i, 0)), load(points, (i, 1)), load(points, (i, 2))
     gap = fma(p3, n[2], fma(p2, n[1], fma(p1, n[0], height)))
     return gap, fma(p3, d[2], fma(p2, d[1], fma(p1, d[0], v)))
 
 
 @inline_kernel
-def _fall_bound(reach, bounds, height, limit):
+def _fall_bound(bounding_radius, bounds, height, limit):
     """Bound on the downward acceleration of a vertex over ``limit``: constant, share of its height.
 
     Parameters
     ----------
-    reach : float
+    bounding_radius : float
     bounds : tuple of two floats
         Bounds on |W| and |W'|.
     height, limit : float
@@ -94,10 +104,11 @@ def _fall_bound(reach, bounds, height, limit):
     turn, change = bounds
     half = 0.5 * turn * turn
     # p . n = h - height, and the mean of what it may grow by counts a third
-    return reach * (half + half * turn * limit * (1.0 / 3.0) + change) - half * height + TINY, half
+    constant = bounding_radius * (half + half * turn * limit * (1.0 / 3.0) + change)
+    return constant - half * height + TINY, half
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _safe_step(body, n, d, height, v, bounds, limit):
     """Whether a vertex touches and approaches; the time before which none reaches the wall.
 
@@ -114,19 +125,19 @@ def _safe_step(body, n, d, height, v, bounds, limit):
     bounds : tuple of two floats
         Bounds on |W| and |W'|.
     limit : float
-        Longest time asked for.
+        Longest time of interest.
 
     Returns
     -------
     tuple (bool, float)
     """
-    count = most_held(body.counts)
-    constant, share = _fall_bound(body.reach, bounds, height, limit)
+    count = most_candidates(body.counts)
+    constant, share = _fall_bound(body.bounding_radius, bounds, height, limit)
     touches = False
     lowest = gap = rate = math.inf
     drop = 0.5 * limit * limit
     for i in range(count):
-        h, r = _height_and_rate(body.held, i, n, d, height, v)
+        h, r = _height_and_rate(body.candidates, i, n, d, height, v)
         touches = touches | ((h <= CONTACT_HEIGHT) & (r < 0.0))
         end = fma(-drop, fma(share, h, constant), fma(limit, r, h))
         lower = end < lowest
@@ -135,21 +146,21 @@ def _safe_step(body, n, d, height, v, bounds, limit):
         rate = select(lower, r, rate)
     # the vertex that would be lowest at the limit settles most cases; the few that are earlier
     # correct it
-    gap = largest(gap, CONTACT_HEIGHT)
+    gap = maximum(gap, CONTACT_HEIGHT)
     step = safe_time(gap, rate, fma(share, gap, constant), limit)
     half = 0.5 * step
     for i in range(count):
-        h, r = _height_and_rate(body.held, i, n, d, height, v)
-        h = largest(h, CONTACT_HEIGHT)
+        h, r = _height_and_rate(body.candidates, i, n, d, height, v)
+        h = maximum(h, CONTACT_HEIGHT)
         fall = fma(share, h, constant)
         early = fma(step, fma(-half, fall, r), h) < -0.25 * CONTACT_HEIGHT
-        if any_of(early):
+        if any_lane(early):
             step = select(early, safe_time(h, r, fall, step), step)
             half = 0.5 * step
     return touches, step
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def search_polyhedron(body, series, y, v, bounds, span):
     """First contact of a polyhedron within ``span``.
 
@@ -168,28 +179,28 @@ def search_polyhedron(body, series, y, v, bounds, span):
     float
         Time of the contact, or -1 if there is none within the span.
     """
-    # the vertices held for a direction serve until it has turned by the slack of their map
-    patience = body.near.slack / (bounds[0] + TINY)
-    t = held_until = 0.0
+    # the candidates for a direction are complete until it has turned by the slack of their map
+    map_lifetime = body.support_map.slack / (bounds[0] + TINY)
+    t = valid_until = 0.0
     found = False
     searching = span > 0.0
-    while any_of(searching):
+    while any_lane(searching):
         n, d = _normal_and_rate(series, t)
         limit = span - t
-        if body.near.resolution > 0:
-            stale = searching & (t >= held_until)
-            hold_lowest(body, n[0], n[1], n[2], stale)
-            held_until = select(stale, t + patience, held_until)
-            limit = least(limit, largest(held_until - t, 0.0))
+        if body.support_map.resolution > 0:
+            stale = searching & (t >= valid_until)
+            update_candidates(body, n[0], n[1], n[2], stale)
+            valid_until = select(stale, t + map_lifetime, valid_until)
+            limit = minimum(limit, maximum(valid_until - t, 0.0))
         touches, step = _safe_step(body, n, d, fma(v, t, y), v, bounds, limit)
         found = found | (searching & touches)
-        searching = searching & negated(touches)
+        searching = searching & logical_not(touches)
         t = select(searching, t + step, t)
         searching = searching & (t < span)
     return select(found, t, -1.0)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def search_ellipsoid(body, series, y, v, bounds, span):
     """First contact of an ellipsoid within ``span``.
 
@@ -202,60 +213,60 @@ def search_ellipsoid(body, series, y, v, bounds, span):
     b2, c2 = body.b * body.b, body.c * body.c
     turn, change = bounds
     uneven = 1.0 - c2
-    acceleration = largest(2.0 * (uneven * (2.0 * turn * turn + change) - v * v), TINY)
+    acceleration = maximum(2.0 * (uneven * (2.0 * turn * turn + change) - v * v), TINY)
     t = 0.0
     found = False
     searching = span > 0.0
-    while any_of(searching):
+    while any_lane(searching):
         n, d = _normal_and_rate(series, t)
         height = fma(v, t, y)
         h2 = n[0] * n[0] + b2 * (n[1] * n[1]) + c2 * (n[2] * n[2])
         gap = height * height - h2
         rate = 2.0 * (height * v - (n[0] * d[0] + b2 * (n[1] * d[1]) + c2 * (n[2] * d[2])))
-        contact = 2.0 * CONTACT_HEIGHT * root(h2)
+        contact = 2.0 * CONTACT_HEIGHT * sqrt(h2)
         touches = (gap <= contact) & (rate < 0.0)
         found = found | (searching & touches)
-        searching = searching & negated(touches)
-        step = safe_time(largest(gap, contact), rate, acceleration, span - t)
+        searching = searching & logical_not(touches)
+        step = safe_time(maximum(gap, contact), rate, acceleration, span - t)
         t = select(searching, t + step, t)
         searching = searching & (t < span)
     return select(found, t, -1.0)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def search(body, series, y, v, bounds, span):
     """First contact of any body within ``span``; -1 if there is none."""
-    if body.held.shape[0] == 0:
+    if body.candidates.shape[0] == 0:
         return search_ellipsoid(body, series, y, v, bounds, span)
     return search_polyhedron(body, series, y, v, bounds, span)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _ellipsoid_point(body, n1, n2, n3, point):
     """Lowest point of an ellipsoid, -D^2 n / h; returns its depth h."""
     m2, m3 = body.b * n2, body.c * n3
-    depth = root(n1 * n1 + m2 * m2 + m3 * m3)
-    put(point, 0, -n1 / depth)
-    put(point, 1, -body.b * m2 / depth)
-    put(point, 2, -body.c * m3 / depth)
+    depth = sqrt(n1 * n1 + m2 * m2 + m3 * m3)
+    store(point, 0, -n1 / depth)
+    store(point, 1, -body.b * m2 / depth)
+    store(point, 2, -body.c * m3 / depth)
     return depth
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _centre_of_ties(body, n, d, v, lowest, fastest):
     """Sum and number of the vertices as low as the lowest that rise slower than ``fastest``."""
     s1 = s2 = s3 = ties = 0.0
-    for i in range(most_held(body.counts)):
-        h, r = _height_and_rate(body.held, i, n, d, 0.0, v)
+    for i in range(most_candidates(body.counts)):
+        h, r = _height_and_rate(body.candidates, i, n, d, 0.0, v)
         share = select((r < fastest) & (h <= lowest + TIE_HEIGHT), 1.0, 0.0)
-        s1 = fma(share, at(body.held, (i, 0)), s1)
-        s2 = fma(share, at(body.held, (i, 1)), s2)
-        s3 = fma(share, at(body.held, (i, 2)), s3)
+        s1 = fma(share, load(body.candidates, (i, 0)), s1)
+        s2 = fma(share, load(body.candidates, (i, 1)), s2)
+        s3 = fma(share, load(body.candidates, (i, 2)), s3)
         ties += share
     return (s1, s2, s3), ties
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def contact_point(body, motion, y, v, point):
     """Put the contact point, from the centre in body axes, into ``point``; return its height.
 
@@ -272,27 +283,27 @@ def contact_point(body, motion, y, v, point):
     point : (3,) float64
         Output.
     """
-    n = n1, n2, n3 = at(motion, 3), at(motion, 4), at(motion, 5)
-    if body.held.shape[0] == 0:
+    n = n1, n2, n3 = load(motion, 3), load(motion, 4), load(motion, 5)
+    if body.candidates.shape[0] == 0:
         return y - _ellipsoid_point(body, n1, n2, n3, point)
-    hold_lowest(body, n1, n2, n3, n1 == n1)
+    update_candidates(body, n1, n2, n3, n1 == n1)
     # rate of a material point p: v + p . (n x W)
-    w1, w2, w3 = at(motion, 0), at(motion, 1), at(motion, 2)
+    w1, w2, w3 = load(motion, 0), load(motion, 1), load(motion, 2)
     d = n2 * w3 - n3 * w2, n3 * w1 - n1 * w3, n1 * w2 - n2 * w1
     lowest = math.inf
-    for i in range(most_held(body.counts)):
-        lowest = least(lowest, _height_and_rate(body.held, i, n, d, 0.0, v)[0])
+    for i in range(most_candidates(body.counts)):
+        lowest = minimum(lowest, _height_and_rate(body.candidates, i, n, d, 0.0, v)[0])
     total, ties = _centre_of_ties(body, n, d, v, lowest, 0.0)
-    lone = ties == 0.0
-    if any_of(lone):
+    none_approaching = ties == 0.0
+    if any_lane(none_approaching):
         # rounding may leave none that approaches, where the last of them is just turning
-        every, others = _centre_of_ties(body, n, d, v, lowest, math.inf)
+        all_sum, all_count = _centre_of_ties(body, n, d, v, lowest, math.inf)
         total = (
-            select(lone, every[0], total[0]),
-            select(lone, every[1], total[1]),
-            select(lone, every[2], total[2]),
+            select(none_approaching, all_sum[0], total[0]),
+            select(none_approaching, all_sum[1], total[1]),
+            select(none_approaching, all_sum[2], total[2]),
         )
-        ties = select(lone, others, ties)
+        ties = select(none_approaching, all_count, ties)
     for i in range(3):
-        put(point, i, total[i] / ties)
+        store(point, i, total[i] / ties)
     return y + lowest

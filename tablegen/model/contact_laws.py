@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.elementary import exponential, power
-from tablegen.model.simd import lane, select, width, with_lane
+from tablegen.model.simd import extract, insert, select, width
 
 #: Laws of restitution.
 EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
@@ -92,7 +92,7 @@ def impact_angle(cosine):
     return math.asin(min(cosine, 1.0))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def polynomial_restitution(coefficients, angle):
     """Restitution coefficient c_0 + c_1 beta + c_2 beta^2 + ...
 
@@ -126,7 +126,7 @@ def power_restitution(coefficient, exponent, normal_speed):
     return coefficient / loss if loss > coefficient else 1.0
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def table_cell(numbers, first, count, x):
     """Lower node and weight of the upper one for x among ``count`` nodes from ``first`` on.
 
@@ -147,7 +147,7 @@ def table_cell(numbers, first, count, x):
     return low, (x - below) / (numbers[first + high] - below)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def tabulated_restitution(numbers, angle, contact_speed):
     """Restitution coefficient from a table: bilinear, constant beyond the ends.
 
@@ -172,7 +172,7 @@ def tabulated_restitution(numbers, angle, contact_speed):
     return (1.0 - p) * near + p * far
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def other_restitution(law, contact_speed, cosine):
     """Restitution coefficient by a law that is not the exponential one; see `restitution`.
 
@@ -187,17 +187,17 @@ def other_restitution(law, contact_speed, cosine):
     return law.coefficient
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _each_other_restitution(law, contact_speed, cosine):
     """Restitution coefficients of lanes by a law that is not the exponential one."""
     value = cosine
     for i in range(width(cosine)):
-        found = other_restitution(law, lane(contact_speed, i), lane(cosine, i))
-        value = with_lane(value, i, found)
+        found = other_restitution(law, extract(contact_speed, i), extract(cosine, i))
+        value = insert(value, i, found)
     return value
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def restitution(law, contact_speed, cosine):
     """Restitution coefficient a_nc of the normal contact velocity, by the law of the pair.
 
@@ -232,7 +232,7 @@ def orientation_resistance(strength, r_dot_v, r_length, speed):
     return exponential(strength * cosine)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def resistance(law, r_dot_v, r_length, speed):
     """Coefficient C_f of resistance to sliding, by the law of the pair.
 

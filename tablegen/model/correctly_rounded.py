@@ -1,7 +1,7 @@
 """Cosine and sine with the same bits on every machine.
 
 The C library's differ between processors in the last bit, where it is a close call which of two
-numbers is nearer. These are the nearer one always, in whole numbers of 2^-200.
+numbers is nearer. These are always the nearer one, computed in integer multiples of 2^-200.
 """
 
 _BITS = 200
@@ -35,5 +35,5 @@ def cosine_and_sine(angle: float) -> tuple[float, float]:
     above, below = angle.as_integer_ratio()
     x = (above << _BITS) // below
     square = x * x >> _BITS
-    # the quotient of two whole numbers is rounded correctly by Python
+    # the quotient of two integers is rounded correctly by Python
     return _series(_ONE, square, 0) / _ONE, _series(x, square, 1) / _ONE

@@ -7,30 +7,30 @@ far below those of the model.
 
 from sampler.compilation.jit import inline_kernel, kernel
 from tablegen.model.float_bits import power_of_two, split_exponent
-from tablegen.model.simd import fma, largest, select
+from tablegen.model.simd import fma, maximum, select
 
 _LOG2_E = 1.4426950408889634
 #: log 2 in two parts: the first has 32 bits, so its product with an exponent is exact.
 _LOG_2_HIGH = 0.6931471803691238
 _LOG_2_LOW = 1.9082149292705877e-10
-#: Adding and subtracting it rounds to a whole number.
+#: Adding and subtracting it rounds to an integer.
 _ROUNDER = 6755399441055744.0
-#: Logarithm of the least normal number; what is below it has no digits of its own.
+#: Logarithm of the least normal number; below it, numbers lose their digits.
 _LEAST_LOGARITHM = -708.0
 _ROOT_HALF = 0.7071067811865476
 
 
 @inline_kernel
-def whole(x):
-    """Nearest whole number, for |x| < 2^51."""
+def nearest_integer(x):
+    """Nearest integer, for |x| < 2^51."""
     return (x + _ROUNDER) - _ROUNDER
 
 
 @kernel
 def exponential(x):
     """e^x for x <= 709; below -708, where floats lose their digits, e^-708."""
-    x = largest(x, _LEAST_LOGARITHM)
-    k = whole(x * _LOG2_E)
+    x = maximum(x, _LEAST_LOGARITHM)
+    k = nearest_integer(x * _LOG2_E)
     r = fma(k, -_LOG_2_LOW, fma(k, -_LOG_2_HIGH, x))
     # Taylor's series: |r| <= log(2) / 2, the first term left out is 4e-18
     p = fma(r, 1.0 / 6227020800.0, 1.0 / 479001600.0)
@@ -81,7 +81,7 @@ def power(x, y):
 @kernel
 def sine_and_cosine(turns):
     """Sine and cosine of 2 pi ``turns``, for 0 <= turns <= 1."""
-    quarter = whole(4.0 * turns)
+    quarter = nearest_integer(4.0 * turns)
     t = 6.283185307179586 * fma(quarter, -0.25, turns)
     s = t * t
     # Taylor's series: |t| <= pi / 4, the first terms left out are 5e-17

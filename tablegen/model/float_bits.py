@@ -45,7 +45,7 @@ def split_exponent(typingctx, x):
 
 @operation
 def power_of_two(typingctx, k):
-    """2^k for a whole number k from -1022 to 1023."""
+    """2^k for an integer k from -1022 to 1023."""
 
     def emit(builder, number):
         word = _word_type(number)

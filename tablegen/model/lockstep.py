@@ -1,16 +1,16 @@
 """Many particles of one shape, WIDTH at a time.
 
-Each lane is a seat. In every round the particles that touch the wall collide, and all fly along
-one flight series; those that have left hand in their state, and the next ones take their seats.
-So the vector registers stay full although rebounds differ in length, and a particle's result does
-not depend on who sits beside it.
+Each lane is a slot for one particle. In every round the particles that touch the wall collide, and
+all fly along one flight series. The states of those that have left are stored, and their slots
+loaded with the next particles. So the vector registers stay full although rebounds differ in
+length, and a particle's result does not depend on the particles in the other lanes.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.contact import contact_point
 from tablegen.model.rebound import (
     COLLISION_ALARM,
@@ -19,8 +19,8 @@ from tablegen.model.rebound import (
     U,
     V,
     W,
-    approach_where,
-    collide_where,
+    approach,
+    collide,
     fly,
     rotational_energy,
     translates,
@@ -28,59 +28,58 @@ from tablegen.model.rebound import (
 )
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import (
-    ELLIPSOID,
     FIRST_MESH,
-    SPHERE,
     Body,
+    has_vertices,
     inertia,
     mesh_map,
     place_vertices,
 )
 from tablegen.model.simd import (
     WIDTH,
-    any_of,
-    at,
-    lane,
+    any_lane,
+    extract,
     lane_array,
-    least,
-    mask_of_bits,
-    negated,
-    put,
+    load,
+    logical_not,
+    mask_from_bits,
+    minimum,
     select,
+    store,
 )
 
-#: Rows of the traits of seated particles.
-MOMENTS, B, C, REACH, INITIAL, COLLISIONS = 0, 3, 4, 5, 6, 7
-TRAITS = 8
+#: Rows of the properties of the particles in the slots.
+MOMENTS, B, C, RADIUS, INITIAL, COLLISIONS = 0, 3, 4, 5, 6, 7
+PROPERTIES = 8
 
 
-class Seats(NamedTuple):
-    """Arrays of WIDTH particles; the last dimension is the seat.
+class LaneSlots(NamedTuple):
+    """Arrays of WIDTH particles; the last dimension is the slot.
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
-    ``traits`` (8, WIDTH): moments, b, c, reach, energy before the impact, collisions so far;
-    ``held`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact
-    points; ``result`` (8, WIDTH): state and energies to hand in; ``member`` (WIDTH,): who sits
-    there.
+    ``properties`` (8, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
+    so far; ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH):
+    contact points; ``result`` (8, WIDTH): states and energies of particles that have left;
+    ``particle`` (WIDTH,): the index of the particle in each slot.
     """
 
     motion: np.ndarray
     series: np.ndarray
-    traits: np.ndarray
-    held: np.ndarray
+    properties: np.ndarray
+    candidates: np.ndarray
     counts: np.ndarray
     point: np.ndarray
     result: np.ndarray
-    member: np.ndarray
+    particle: np.ndarray
 
 
 @inline_kernel
-def make_seats(vertices):
-    """Seats for particles of up to ``vertices`` vertices."""
-    return Seats(
+def make_slots(vertices):
+    """Slots for particles of up to ``vertices`` vertices."""
+    return LaneSlots(
         lane_array(MOTION_SIZE),
         lane_array(9 * (ORDER + 1)).reshape(9, ORDER + 1, WIDTH),
-        lane_array(TRAITS),
+        lane_array(PROPERTIES),
         lane_array(3 * vertices).reshape(vertices, 3, WIDTH),
         np.zeros(WIDTH, dtype=np.int64),
         lane_array(3),
@@ -89,132 +88,132 @@ def make_seats(vertices):
     )
 
 
-@borrowing_kernel
-def _clear(seats):
-    """Empty all seats: nobody sits there, but the numbers are used, so they are those of a body.
+@no_refcount_kernel
+def _clear(slots):
+    """Fill inactive slots with a unit body, so that arithmetic on them stays finite.
 
-    Rows of vertices after those that a seat holds are read, and must be centres.
+    Rows of vertices after those of a slot's particle are read, and must be centres.
     """
-    for seat in range(WIDTH):
+    for slot in range(WIDTH):
         for k in range(MOTION_SIZE):
-            seats.motion[k, seat] = 1.0 if k in (4, 6) else 0.0
-        for k in range(TRAITS):
-            seats.traits[k, seat] = 1.0
-    for i in range(seats.held.shape[0]):
+            slots.motion[k, slot] = 1.0 if k in (4, 6) else 0.0
+        for k in range(PROPERTIES):
+            slots.properties[k, slot] = 1.0
+    for i in range(slots.candidates.shape[0]):
         for k in range(3):
-            for seat in range(WIDTH):
-                seats.held[i, k, seat] = 0.0
-    for seat in range(WIDTH):
-        seats.counts[seat] = 0
+            for slot in range(WIDTH):
+                slots.candidates[i, k, slot] = 0.0
+    for slot in range(WIDTH):
+        slots.counts[slot] = 0
 
 
-@borrowing_kernel
-def _seat_mesh(population, mesh, seats, seat):
-    """Give a seat the moments and sizes of a mesh; it holds no vertices yet."""
+@no_refcount_kernel
+def _load_mesh(population, mesh, slots, slot):
+    """Load the moments and sizes of a mesh into a slot; it has no candidate vertices yet."""
     for k in range(3):
-        seats.traits[MOMENTS + k, seat] = population.meshes.moments[mesh, k]
-        seats.traits[B + k, seat] = population.meshes.sizes[mesh, k]
-    for i in range(seats.counts[seat]):
+        slots.properties[MOMENTS + k, slot] = population.meshes.moments[mesh, k]
+        slots.properties[B + k, slot] = population.meshes.sizes[mesh, k]
+    for i in range(slots.counts[slot]):
         for k in range(3):
-            seats.held[i, k, seat] = 0.0
-    seats.counts[seat] = 0
+            slots.candidates[i, k, slot] = 0.0
+    slots.counts[slot] = 0
 
 
-@borrowing_kernel
-def _seat(population, drawn, code, member, seats, seat):
-    """Seat a drawn particle; the numbers of a shape other than a mesh follow by `_shape`."""
+@no_refcount_kernel
+def _load_slot(population, drawn, code, particle, slots, slot):
+    """Load a random particle; `_load_shape` adds the properties of a shape other than a mesh."""
     axes, kind = drawn
     if code < FIRST_MESH:
-        seats.traits[B, seat] = kind[member, 1]
-        seats.traits[C, seat] = kind[member, 1] * kind[member, 2]
+        slots.properties[B, slot] = kind[particle, 1]
+        slots.properties[C, slot] = kind[particle, 1] * kind[particle, 2]
     else:
-        _seat_mesh(population, code - FIRST_MESH, seats, seat)
+        _load_mesh(population, code - FIRST_MESH, slots, slot)
     for k in range(6):
-        seats.motion[3 + k, seat] = axes[member, k]
-    seats.traits[COLLISIONS, seat] = 0.0
-    seats.member[seat] = member
+        slots.motion[3 + k, slot] = axes[particle, k]
+    slots.properties[COLLISIONS, slot] = 0.0
+    slots.particle[slot] = particle
 
 
-@borrowing_kernel
-def _shape(population, code, seats):
-    """Give all seats the moments, reach and vertices of a shape; old ones get what they had."""
-    t = seats.traits
-    b, c = at(t, B), at(t, C)
-    count, reach = place_vertices(code, b, c, population.truncation, seats.held)
-    for seat in range(WIDTH):
-        seats.counts[seat] = count
+@no_refcount_kernel
+def _load_shape(population, code, slots):
+    """Load moments, bounding radius and vertices of a shape into all slots, occupied ones too."""
+    t = slots.properties
+    b, c = load(t, B), load(t, C)
+    count, bounding_radius = place_vertices(code, b, c, population.truncation, slots.candidates)
+    for slot in range(WIDTH):
+        slots.counts[slot] = count
     moments = inertia(code, b, c, population.truncation)
     for k in range(3):
-        put(t, MOMENTS + k, moments[k])
-    put(t, REACH, reach)
+        store(t, MOMENTS + k, moments[k])
+    store(t, RADIUS, bounding_radius)
 
 
-@borrowing_inline_kernel
-def _body(seats, held, near):
-    """Body of the seated particles."""
-    t = seats.traits
-    moments = at(t, MOMENTS), at(t, MOMENTS + 1), at(t, MOMENTS + 2)
-    return Body(moments, held, seats.counts, at(t, B), at(t, C), at(t, REACH), near)
-
-
-@borrowing_kernel
-def _start(condition, body, seats, fresh):
-    """Set up the rebound of those who have just sat down."""
-    approach_where(condition, body, seats.motion, fresh)
-    energy = 0.5 + rotational_energy(body.moments, seats.motion)
-    put(seats.traits, INITIAL, select(fresh, energy, at(seats.traits, INITIAL)))
-
-
-@borrowing_kernel
-def _collide(law, condition, body, seats, touching):
-    """Collide those who touch the wall; whether one of them raises the alarm."""
-    motion = seats.motion
-    gap = contact_point(body, motion, at(motion, HEIGHT), at(motion, V), seats.point)
-    lift = select(touching, least(gap, 0.0), 0.0)
-    put(motion, HEIGHT, at(motion, HEIGHT) - lift)
-    collide_where(
-        law, condition.speed, condition.resolution, body.moments, seats.point, motion, touching
+@no_refcount_inline_kernel
+def _body(slots, candidates, support_map):
+    """Body of the particles in the slots."""
+    t = slots.properties
+    moments = load(t, MOMENTS), load(t, MOMENTS + 1), load(t, MOMENTS + 2)
+    return Body(
+        moments, candidates, slots.counts, load(t, B), load(t, C), load(t, RADIUS), support_map
     )
-    count = at(seats.traits, COLLISIONS) + select(touching, 1.0, 0.0)
-    put(seats.traits, COLLISIONS, count)
+
+
+@no_refcount_kernel
+def _start(condition, body, slots, loaded):
+    """Set up the rebounds of the particles just loaded."""
+    approach(condition, body, slots.motion, loaded)
+    energy = 0.5 + rotational_energy(body.moments, slots.motion)
+    store(slots.properties, INITIAL, select(loaded, energy, load(slots.properties, INITIAL)))
+
+
+@no_refcount_kernel
+def _collide(law, condition, body, slots, touching):
+    """Collide the particles that touch the wall; tell which have too many collisions."""
+    motion = slots.motion
+    gap = contact_point(body, motion, load(motion, HEIGHT), load(motion, V), slots.point)
+    lift = select(touching, minimum(gap, 0.0), 0.0)
+    store(motion, HEIGHT, load(motion, HEIGHT) - lift)
+    collide(law, condition.speed, condition.resolution, body.moments, slots.point, motion, touching)
+    count = load(slots.properties, COLLISIONS) + select(touching, 1.0, 0.0)
+    store(slots.properties, COLLISIONS, count)
     return count > COLLISION_ALARM
 
 
-@borrowing_kernel
-def _hand_in(body, seats, gone, outcome):
-    """Write the states of those who have left."""
-    motion, result = seats.motion, seats.result
+@no_refcount_kernel
+def _retire(body, slots, finished, outcome):
+    """Store states, energies and collisions of the particles that have left."""
+    motion, result = slots.motion, slots.result
     state, collisions, energy = outcome
-    u, v, w = at(motion, U), at(motion, V), at(motion, W)
+    u, v, w = load(motion, U), load(motion, V), load(motion, W)
     spin = wall_spin(motion)
-    put(result, 0, u)
-    put(result, 1, v)
-    put(result, 2, w)
+    store(result, 0, u)
+    store(result, 1, v)
+    store(result, 2, w)
     for k in range(3):
-        put(result, 3 + k, spin[k])
-    initial = at(seats.traits, INITIAL)
-    put(result, 6, 0.5 * (u * u + v * v + w * w) / initial)
-    put(result, 7, rotational_energy(body.moments, motion) / initial)
-    for seat in range(WIDTH):
-        if lane(gone, seat):
-            i = seats.member[seat]
+        store(result, 3 + k, spin[k])
+    initial = load(slots.properties, INITIAL)
+    store(result, 6, 0.5 * (u * u + v * v + w * w) / initial)
+    store(result, 7, rotational_energy(body.moments, motion) / initial)
+    for slot in range(WIDTH):
+        if extract(finished, slot):
+            i = slots.particle[slot]
             for k in range(6):
-                state[i, k] = result[k, seat]
-            energy[i, 0], energy[i, 1] = result[6, seat], result[7, seat]
-            collisions[i] = int(seats.traits[COLLISIONS, seat])
+                state[i, k] = result[k, slot]
+            energy[i, 0], energy[i, 1] = result[6, slot], result[7, slot]
+            collisions[i] = int(slots.properties[COLLISIONS, slot])
 
 
 @inline_kernel
-def _first_of(where, member):
-    """Member in the first seat for which a mask holds."""
-    seat = 0
-    while not lane(where, seat):
-        seat += 1
-    return member[seat]
+def _first_of(where, particle):
+    """Particle in the first slot for which a mask holds."""
+    slot = 0
+    while not extract(where, slot):
+        slot += 1
+    return particle[slot]
 
 
-@borrowing_kernel
-def follow(law, population, condition, drawn, code, no_map, members, seats, outcome):
+@no_refcount_kernel
+def follow(law, population, condition, drawn, code, no_map, members, slots, outcome):
     """Follow particles of one shape from before their first contact until they have left.
 
     Parameters
@@ -230,45 +229,45 @@ def follow(law, population, condition, drawn, code, no_map, members, seats, outc
         That of a body that needs none.
     members : (m,) int64
         Which of the particles have the shape.
-    seats : Seats
+    slots : LaneSlots
     outcome : tuple ((n, 6) float64, (n,) int64, (n, 2) float64)
-        State, collisions, translational and rotational energy; the members' rows are written.
+        State, collisions, translational and rotational energy; the rows of ``members`` are written.
 
     Returns
     -------
     int
-        A member that raised the collision alarm, or -1.
+        A particle that met the collision alarm, or -1.
     """
-    near = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
-    _clear(seats)
-    held = seats.held[:0] if code in (ELLIPSOID, SPHERE) else seats.held
-    touching = seated = mask_of_bits(0)
-    waiting = 0
+    support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
+    _clear(slots)
+    candidates = slots.candidates if has_vertices(code) else slots.candidates[:0]
+    touching = active = mask_from_bits(0)
+    upcoming = 0
     while True:
-        arrivals = 0
-        for seat in range(WIDTH):
-            if waiting < members.shape[0] and not lane(seated, seat):
-                _seat(population, drawn, code, members[waiting], seats, seat)
-                waiting += 1
-                arrivals |= 1 << seat
-        fresh = mask_of_bits(arrivals)
-        seated = seated | fresh
-        if not any_of(seated):
+        loading = 0
+        for slot in range(WIDTH):
+            if upcoming < members.shape[0] and not extract(active, slot):
+                _load_slot(population, drawn, code, members[upcoming], slots, slot)
+                upcoming += 1
+                loading |= 1 << slot
+        loaded = mask_from_bits(loading)
+        active = active | loaded
+        if not any_lane(active):
             return -1
-        if arrivals != 0 and code < FIRST_MESH:
-            _shape(population, code, seats)
-        body = _body(seats, held, near)
-        if arrivals != 0:
-            _start(condition, body, seats, fresh)
+        if loading != 0 and code < FIRST_MESH:
+            _load_shape(population, code, slots)
+        body = _body(slots, candidates, support_map)
+        if loading != 0:
+            _start(condition, body, slots, loaded)
             if translates(condition):
-                touching = touching | fresh
-        if any_of(touching):
-            alarm = _collide(law, condition, body, seats, touching)
-            if any_of(alarm):
-                return _first_of(alarm, seats.member)
-        touches, left = fly(body, condition.tolerance, seats.motion, seats.series, seated)
-        touching = touches & seated
-        gone = left & seated
-        if any_of(gone):
-            _hand_in(body, seats, gone, outcome)
-            seated = seated & negated(gone)
+                touching = touching | loaded
+        if any_lane(touching):
+            alarm = _collide(law, condition, body, slots, touching)
+            if any_lane(alarm):
+                return _first_of(alarm, slots.particle)
+        touches, left = fly(body, condition.tolerance, slots.motion, slots.series, active)
+        touching = touches & active
+        finished = left & active
+        if any_lane(finished):
+            _retire(body, slots, finished, outcome)
+            active = active & logical_not(finished)

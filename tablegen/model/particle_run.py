@@ -1,14 +1,14 @@
 """Rebounds of a run of particles of a population at one impact condition.
 
-The particles are drawn first and sorted by shape, so that those followed in lockstep have equally
-many vertices. An audited run follows them one at a time, by the same kernels and to the same bits.
-It is a kernel of its own because it takes as long to compile, and few runs are audited.
+Random particles are drawn first and sorted by shape, so that those followed in lockstep have
+equally many vertices. An audited run follows them one at a time, by the same kernels and to the
+same bits. It is a kernel of its own because it takes as long to compile, and few runs are audited.
 """
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_kernel, kernel
-from tablegen.model.lockstep import follow, make_seats
+from sampler.compilation.jit import kernel, no_refcount_kernel
+from tablegen.model.lockstep import follow, make_slots
 from tablegen.model.random_particles import draw_particles
 from tablegen.model.rebound import (
     LEFT,
@@ -43,9 +43,9 @@ def _sorted_by_shape(kind, codes):
     return order, starts
 
 
-@borrowing_kernel
-def _follow_one(law, population, condition, drawn, motion, store, audit):
-    """Rebound of a particle drawn with its orientation; its body lives here only.
+@no_refcount_kernel
+def _follow_one(law, population, condition, drawn, motion, storage, audit):
+    """Rebound of one random particle with a given orientation.
 
     Parameters
     ----------
@@ -54,20 +54,20 @@ def _follow_one(law, population, condition, drawn, motion, store, audit):
     drawn : tuple (shape code, b / a, c / b)
     motion : (13,) float64
         In: the orientation. Out: the motion after the rebound.
-    store : tuple
-        Storage for vertices and their number, an empty map, and the work space of `rebound`.
+    storage : tuple
+        Arrays for vertices and their number, an empty map, and the work space of `rebound`.
 
     Returns
     -------
     tuple (status, collisions, kinetic energy before, rotational energy after)
     """
     shape, ba, cb = drawn
-    held, counts, no_map, work = store
+    candidates, counts, no_map, work = storage
     if shape < FIRST_MESH:
-        body = shaped_body(shape, ba, ba * cb, population.truncation, held, counts, no_map)
+        body = shaped_body(shape, ba, ba * cb, population.truncation, candidates, counts, no_map)
     else:
-        near = mesh_map(population.meshes, shape - FIRST_MESH)
-        body = mesh_body(population.meshes, shape - FIRST_MESH, held, counts, near)
+        support_map = mesh_map(population.meshes, shape - FIRST_MESH)
+        body = mesh_body(population.meshes, shape - FIRST_MESH, candidates, counts, support_map)
     approach(condition, body, motion)
     initial = 0.5 + rotational_energy(body.moments, motion)
     status, collisions = rebound(law, condition, body, motion, work, audit)
@@ -76,7 +76,7 @@ def _follow_one(law, population, condition, drawn, motion, store, audit):
 
 @kernel
 def simulate_batch(law, population, condition, keys, first, state, collisions, kind, energy):
-    """Simulate the particles ``first``, ``first + 1``, ... of a stream, many side by side.
+    """Simulate the particles ``first``, ``first + 1``, ... of a stream, WIDTH at a time.
 
     Parameters
     ----------
@@ -104,14 +104,16 @@ def simulate_batch(law, population, condition, keys, first, state, collisions, k
     draw_particles(population, keys, first, axes, kind)
     codes = FIRST_MESH + population.meshes.resolutions.size
     order, starts = _sorted_by_shape(kind, codes)
-    seats, no_map = make_seats(max(MAX_VERTICES, population.meshes.longest)), empty_map()
+    slots, no_map = make_slots(max(MAX_VERTICES, population.meshes.longest)), empty_map()
     drawn, outcome = (axes, kind), (state, collisions, energy)
     for code in range(codes):
         members = order[starts[code] : starts[code + 1]]
-        stuck = follow(law, population, condition, drawn, code, no_map, members, seats, outcome)
-        if stuck >= 0:
-            return first + stuck
-    _hide_meshes(kind)
+        unfinished = follow(
+            law, population, condition, drawn, code, no_map, members, slots, outcome
+        )
+        if unfinished >= 0:
+            return first + unfinished
+    _merge_mesh_codes(kind)
     return -1
 
 
@@ -128,14 +130,14 @@ def simulate_audited(
     """
     axes, motion = np.empty((state.shape[0], 6)), np.empty(MOTION_SIZE)
     draw_particles(population, keys, first, axes, kind)
-    held = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
-    store = held, np.zeros(1, dtype=np.int64), empty_map(), workspace()
+    candidates = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
+    storage = candidates, np.zeros(1, dtype=np.int64), empty_map(), workspace()
     for i in range(state.shape[0]):
         for k in range(6):
             motion[3 + k] = axes[i, k]
         drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
         status, collisions[i], initial, rotational = _follow_one(
-            law, population, condition, drawn, motion, store, audit
+            law, population, condition, drawn, motion, storage, audit
         )
         if status != LEFT:
             return first + i
@@ -144,13 +146,13 @@ def simulate_audited(
         velocity2 = motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2
         energy[i, 0] = 0.5 * velocity2 / initial
         energy[i, 1] = rotational / initial
-    _hide_meshes(kind)
+    _merge_mesh_codes(kind)
     return -1
 
 
 @kernel
-def _hide_meshes(kind):
-    """Give all meshes one shape code."""
+def _merge_mesh_codes(kind):
+    """Replace the codes of single meshes by the one code of all meshes."""
     for i in range(kind.shape[0]):
         if kind[i, 0] >= FIRST_MESH:
             kind[i, 0] = MESH

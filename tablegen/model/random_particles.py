@@ -8,28 +8,27 @@ same bits.
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, kernel
+from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.normal import central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from tablegen.model.rotation import set_orientation
 from tablegen.model.shapes import FIRST_MESH, SPHERE
 from tablegen.model.simd import (
     WIDTH,
-    absolute,
-    any_of,
-    at,
-    lane,
+    any_lane,
+    extract,
+    insert,
     lane_array,
-    put,
+    load,
+    store,
     width,
-    with_lane,
 )
 
 #: Keeps the direct simulation and the table draws of one seed on different random numbers.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def pick_shape(population, u):
     """Shape code for a uniform number u in (0, 1); meshes have FIRST_MESH and what follows."""
     last = population.shape_codes.size - 1
@@ -44,15 +43,15 @@ def quantile(p):
     """Evaluate the standard normal quantile of p in (0, 1), its tails lane by lane."""
     q = p - 0.5
     value = q * central_ratio(0.180625 - q * q)
-    outer = absolute(q) > 0.425
-    if any_of(outer):
+    outer = abs(q) > 0.425
+    if any_lane(outer):
         for i in range(width(p)):
-            if lane(outer, i):
-                value = with_lane(value, i, normal_quantile(lane(p, i)))
+            if extract(outer, i):
+                value = insert(value, i, normal_quantile(extract(p, i)))
     return value
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def aspect_ratio(law, u):
     """Truncated-normal aspect ratio for u in (0, 1).
 
@@ -65,7 +64,7 @@ def aspect_ratio(law, u):
     return mean + deviation * quantile(low + u * (high - low))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _words(seed, stream, index):
     """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape."""
     key = np.uint64(seed) ^ SIMULATION_KEY
@@ -74,7 +73,7 @@ def _words(seed, stream, index):
     return uniform(w0), uniform(w1), uniform(w2), uniform(w3), uniform(v0), uniform(v1)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _own_sizes(population, shape, b_over_a, c_over_b):
     """Aspect ratios of a particle, which a sphere and a mesh do not draw."""
     if shape == SPHERE:
@@ -86,7 +85,7 @@ def _own_sizes(population, shape, b_over_a, c_over_b):
     return b_over_a, c_over_b
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def draw_particle(population, seed, stream, index, motion):
     """Draw a particle and put its orientation into ``motion``.
 
@@ -135,9 +134,9 @@ def draw_particles(population, keys, first, axes, kind):
             u = _words(seed, stream, first + start + i)
             for k in range(6):
                 words[k, i] = u[k]
-        set_orientation(at(words, 2), at(words, 3), at(words, 4), motion)
-        put(ratio, 0, aspect_ratio(population.aspect[0], at(words, 0)))
-        put(ratio, 1, aspect_ratio(population.aspect[1], at(words, 1)))
+        set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
+        store(ratio, 0, aspect_ratio(population.aspect[0], load(words, 0)))
+        store(ratio, 1, aspect_ratio(population.aspect[1], load(words, 1)))
         for i in range(min(WIDTH, axes.shape[0] - start)):
             shape = pick_shape(population, words[5, i])
             b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])

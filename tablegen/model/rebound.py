@@ -10,10 +10,10 @@ The motion is kept in one array so that every piece of the model reads the same 
     12   height of the centre over the wall
 
 The angular velocity changes in flight (the body tumbles), so the state after a rebound needs an
-instant: it is the one at which the centre is `CLEARANCE` above the largest radius of the particle,
+instant: it is the one at which the centre is `CLEARANCE` above the bounding radius of the particle,
 where no point of it can touch the wall any more.
 
-`collide_where` and `fly` are the two steps of a rebound; they take the arrays of one particle or
+`collide` and `fly` are the two steps of a rebound; they take the arrays of one particle or
 of lanes (see `tablegen.model.simd`). `rebound` follows one particle by them, step by step and
 audited; `tablegen.model.lockstep` follows many.
 """
@@ -23,14 +23,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energy_gain, impulse
 from tablegen.model.contact import contact_point, search
 from tablegen.model.contact_laws import resistance, restitution
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
 from tablegen.model.shapes import support_depth
-from tablegen.model.simd import any_of, at, fma, largest, least, negated, put, root, select
+from tablegen.model.simd import (
+    any_lane,
+    fma,
+    load,
+    logical_not,
+    maximum,
+    minimum,
+    select,
+    sqrt,
+    store,
+)
 
 MOTION_SIZE = 13
 U, V, W, HEIGHT = 9, 10, 11, 12
@@ -43,10 +53,10 @@ LEFT, UNFINISHED = 0, 1
 #: some hundreds of collisions.
 COLLISION_ALARM = 100_000_000
 
-#: Height over its reach at which a particle has left and its state is taken. Any positive height
-#: would do; this one is the mean height gained in half a step of 0.04 rad, by which the independent
-#: reference simulation passes the reach. At zero, correlations of omega_x and omega_y differ from
-#: the reference's by up to 0.008, at this height by no more than its noise.
+#: Height over its bounding radius at which a particle has left and its state is taken. Any positive
+#: height would do; this one is the mean height gained in half a step of 0.04 rad, by which the
+#: independent reference simulation passes the bounding radius. At zero, correlations of omega_x and
+#: omega_y differ from the reference's by up to 0.008, at this height by no more than its noise.
 CLEARANCE = 0.006
 
 
@@ -79,18 +89,18 @@ def _cross(a1, a2, a3, b1, b2, b3):
     return a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def rotational_energy(moments, motion):
     """Rotational energy per unit mass, in units of V^2."""
-    w1, w2, w3 = at(motion, 0), at(motion, 1), at(motion, 2)
+    w1, w2, w3 = load(motion, 0), load(motion, 1), load(motion, 2)
     return 0.5 * (moments[0] * w1 * w1 + moments[1] * w2 * w2 + moments[2] * w3 * w3)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _wall_axes(motion):
     """Wall axes x, y = n and z in body axes."""
-    x = at(motion, 6), at(motion, 7), at(motion, 8)
-    n = at(motion, 3), at(motion, 4), at(motion, 5)
+    x = load(motion, 6), load(motion, 7), load(motion, 8)
+    n = load(motion, 3), load(motion, 4), load(motion, 5)
     return x, n, _cross(x[0], x[1], x[2], n[0], n[1], n[2])
 
 
@@ -99,11 +109,11 @@ def _dot(a, b):
     return fma(a[2], b[2], fma(a[1], b[1], a[0] * b[0]))
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def wall_spin(motion):
     """Angular velocity in wall axes."""
     x, n, z = _wall_axes(motion)
-    w = at(motion, 0), at(motion, 1), at(motion, 2)
+    w = load(motion, 0), load(motion, 1), load(motion, 2)
     return _dot(w, x), _dot(w, n), _dot(w, z)
 
 
@@ -127,20 +137,20 @@ def _mobility(a, b, c, inverse):
     )
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
     """Impulse for a rebound velocity ``bounce`` of the contact, no smaller than the resolution.
 
     Lifting a nearly rolling contact to the resolution would add energy; there an elastic bounce
     is the strongest one that cannot.
     """
-    jump = largest(bounce, resolution) - v_c
+    jump = maximum(bounce, resolution) - v_c
     s_x, s_y, s_z = impulse(k, jump, mobility, u_c, w_c)
     lifted = bounce < resolution
-    if any_of(lifted):
+    if any_lane(lifted):
         gains = lifted & (energy_gain(k, s_x, s_y, s_z, jump, -v_c) > 0.0)
-        if any_of(gains):
-            jump = largest(bounce, -v_c) - v_c
+        if any_lane(gains):
+            jump = maximum(bounce, -v_c) - v_c
             e_x, e_y, e_z = impulse(k, jump, mobility, u_c, w_c)
             s_x, s_y, s_z = (
                 select(gains, e_x, s_x),
@@ -150,8 +160,8 @@ def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
     return s_x, s_y, s_z
 
 
-@borrowing_kernel
-def collide_where(law, speed, resolution, moments, point, motion, where):
+@no_refcount_kernel
+def collide(law, speed, resolution, moments, point, motion, where=True):
     """Apply one collision at the contact ``point`` to ``motion``, in the lanes that collide.
 
     The rebound velocity of the contact point is a_nc |v_c| (6), or the resolution where that is
@@ -171,41 +181,36 @@ def collide_where(law, speed, resolution, moments, point, motion, where):
         Contact point from the centre, body axes.
     motion : (13,) float64
     where : bool
+        Lanes that collide; the others stay.
     """
     x, n, z = _wall_axes(motion)
-    r = at(point, 0), at(point, 1), at(point, 2)
+    r = load(point, 0), load(point, 1), load(point, 2)
     # r x e for each wall axis e: the torque arm of an impulse along e
     a = _cross(r[0], r[1], r[2], x[0], x[1], x[2])
     b = _cross(r[0], r[1], r[2], n[0], n[1], n[2])
     c = _cross(r[0], r[1], r[2], z[0], z[1], z[2])
     inverse = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
     mobility = _mobility(a, b, c, inverse)
-    w = at(motion, 0), at(motion, 1), at(motion, 2)
-    u, v, w_z = at(motion, U), at(motion, V), at(motion, W)
+    w = load(motion, 0), load(motion, 1), load(motion, 2)
+    u, v, w_z = load(motion, U), load(motion, V), load(motion, W)
     # contact velocity (2)
     u_c, v_c, w_c = u + _dot(w, a), v + _dot(w, b), w_z + _dot(w, c)
     # lanes that do not collide may recede, which has no solution to search for
     v_c = select(where, v_c, -1.0)
-    size_c = root(u_c * u_c + v_c * v_c + w_c * w_c)
+    size_c = sqrt(u_c * u_c + v_c * v_c + w_c * w_c)
     bounce = restitution(law, speed * size_c, -v_c / size_c) * -v_c
     r_dot_v = u * _dot(r, x) + v * _dot(r, n) + w_z * _dot(r, z)
-    c_f = resistance(law, r_dot_v, root(_dot(r, r)), root(u * u + v * v + w_z * w_z))
+    c_f = resistance(law, r_dot_v, sqrt(_dot(r, r)), sqrt(u * u + v * v + w_z * w_z))
     s = _bounded_impulse(c_f / size_c, bounce, resolution, mobility, u_c, v_c, w_c)
-    put(motion, U, select(where, u + s[0], u))
-    put(motion, V, select(where, v + s[1], v))
-    put(motion, W, select(where, w_z + s[2], w_z))
+    store(motion, U, select(where, u + s[0], u))
+    store(motion, V, select(where, v + s[1], v))
+    store(motion, W, select(where, w_z + s[2], w_z))
     for i in range(3):
         turned = w[i] + inverse[i] * (a[i] * s[0] + b[i] * s[1] + c[i] * s[2])
-        put(motion, i, select(where, turned, w[i]))
+        store(motion, i, select(where, turned, w[i]))
 
 
-@borrowing_kernel
-def collide(law, speed, resolution, moments, point, motion):
-    """Apply one collision of one particle; arguments as for `collide_where`."""
-    collide_where(law, speed, resolution, moments, point, motion, True)
-
-
-@borrowing_kernel
+@no_refcount_kernel
 def fly(body, tolerance, motion, series, where):
     """Move ``motion`` along one flight series: to the next contact, off the wall, or to its end.
 
@@ -223,29 +228,30 @@ def fly(body, tolerance, motion, series, where):
     Returns
     -------
     tuple of two bools
-        Whether the particle touches the wall; whether it has left, `CLEARANCE` above its reach.
+        Whether the particle touches the wall; whether it has left, `CLEARANCE` above its bounding
+        radius.
     """
-    y, v = at(motion, HEIGHT), at(motion, V)
+    y, v = load(motion, HEIGHT), load(motion, V)
     # whether the flight ends is decided by this time and not by a height reached, which
     # rounding may hold back for ever where v is small
-    top = body.reach + CLEARANCE
-    leaving = select(v > 0.0, largest((top - y) / v, 0.0), math.inf)
+    top = body.bounding_radius + CLEARANCE
+    leaving = select(v > 0.0, maximum((top - y) / v, 0.0), math.inf)
     expand(body.moments, motion, series)
-    span = least(series_span(series, tolerance), leaving)
-    # below -reach, or after this time, every body touches
-    span = select(v < 0.0, least(span, largest((y + body.reach) / -v, 0.0)), span)
+    span = minimum(series_span(series, tolerance), leaving)
+    # below minus the bounding radius, or after this time, every body touches
+    span = select(v < 0.0, minimum(span, maximum((y + body.bounding_radius) / -v, 0.0)), span)
     span = select(where, span, 0.0)
     t = search(body, series, y, v, rate_bounds(body.moments, motion), span)
     touches = t >= 0.0
     t = select(touches, t, span)
     evaluate(body.moments, series, t, motion)
-    # in this form a number that is none does not fly for ever
-    left = where & negated(touches) & negated(span < leaving)
-    put(motion, HEIGHT, select(left & (leaving > 0.0), top, fma(v, t, y)))
+    # in this form a NaN ends the flight
+    left = where & logical_not(touches) & logical_not(span < leaving)
+    store(motion, HEIGHT, select(left & (leaving > 0.0), top, fma(v, t, y)))
     return touches, left
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def next_contact(body, tolerance, motion, series):
     """Move ``motion`` to the next contact, or off the wall if there is none.
 
@@ -269,14 +275,14 @@ def next_contact(body, tolerance, motion, series):
             return touches
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _remember(motion, before):
     """Copy the motion; a slice assignment would make a temporary array."""
     for i in range(MOTION_SIZE):
         before[i] = motion[i]
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rebound(law, condition, body, motion, work, audit):
     """Follow a particle from before its first contact until it has left the wall.
 
@@ -287,7 +293,7 @@ def rebound(law, condition, body, motion, work, audit):
         Speed [m/s], contact resolution and flight tolerance are read.
     body : Body
     motion : (13,) float64
-        In: before the rebound. Out: as the particle leaves, `CLEARANCE` above its reach.
+        In: before the rebound. Out: as the particle leaves, `CLEARANCE` above its bounding radius.
     work : tuple of ((9, ORDER + 1) float64, (3,) float64, (13,) float64)
     audit : (0,) or (AUDIT_SIZE,) float64
         Largest violations met so far; an empty array switches the audit off.
@@ -330,8 +336,8 @@ def rebound(law, condition, body, motion, work, audit):
             )
 
 
-@borrowing_kernel
-def approach_where(condition, body, motion, where):
+@no_refcount_kernel
+def approach(condition, body, motion, where=True):
     """Set velocity, spin and height of oriented particles before their rebound.
 
     Without spin a particle translates, so it starts at its contact; with spin it starts as high
@@ -344,22 +350,19 @@ def approach_where(condition, body, motion, where):
     motion : (13,) float64
         Rows 3:9 hold the orientation; the others are written.
     where : bool
+        Lanes to set up.
     """
     x, n, z = _wall_axes(motion)
     s_x, s_y, s_z = condition.spin
     for i in range(3):
-        put(motion, i, select(where, s_x * x[i] + s_y * n[i] + s_z * z[i], at(motion, i)))
-    put(motion, U, select(where, condition.cosine, at(motion, U)))
-    put(motion, V, select(where, -condition.sine, at(motion, V)))
-    put(motion, W, select(where, 0.0, at(motion, W)))
-    height = support_depth(body, n[0], n[1], n[2]) if translates(condition) else body.reach
-    put(motion, HEIGHT, select(where, height, at(motion, HEIGHT)))
-
-
-@borrowing_kernel
-def approach(condition, body, motion):
-    """Set up the rebound of one particle; arguments as for `approach_where`."""
-    approach_where(condition, body, motion, True)
+        store(motion, i, select(where, s_x * x[i] + s_y * n[i] + s_z * z[i], load(motion, i)))
+    store(motion, U, select(where, condition.cosine, load(motion, U)))
+    store(motion, V, select(where, -condition.sine, load(motion, V)))
+    store(motion, W, select(where, 0.0, load(motion, W)))
+    height = (
+        support_depth(body, n[0], n[1], n[2]) if translates(condition) else body.bounding_radius
+    )
+    store(motion, HEIGHT, select(where, height, load(motion, HEIGHT)))
 
 
 @inline_kernel

@@ -15,19 +15,18 @@ momentum, whose horizontal part is constant in wall axes; where that part is too
 direction, x has its own series.
 """
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel
+from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.elementary import exponential, logarithm, sine_and_cosine
 from tablegen.model.simd import (
-    absolute,
-    any_of,
-    at,
+    any_lane,
     fma,
-    largest,
-    least,
-    negated,
-    put,
-    root,
+    load,
+    logical_not,
+    maximum,
+    minimum,
     select,
+    sqrt,
+    store,
 )
 
 #: Order of the series.
@@ -44,20 +43,20 @@ HORIZONTAL_SHARE = 0.01
 TINY = 1e-280
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _cross_terms(series, row, j, k, more, less):
     """Add term j of order k of (axis x W) to the positive and negative parts of its sums.
 
-    Two parts, because a sum that is both added to and subtracted from waits for itself.
+    Two sums, because additions and subtractions in one would form a longer chain of dependencies.
     """
-    w1, w2, w3 = at(series, (0, k - j)), at(series, (1, k - j)), at(series, (2, k - j))
-    a, b, c = at(series, (row, j)), at(series, (row + 1, j)), at(series, (row + 2, j))
+    w1, w2, w3 = load(series, (0, k - j)), load(series, (1, k - j)), load(series, (2, k - j))
+    a, b, c = load(series, (row, j)), load(series, (row + 1, j)), load(series, (row + 2, j))
     more = fma(b, w3, more[0]), fma(c, w1, more[1]), fma(a, w2, more[2])
     less = fma(c, w2, less[0]), fma(a, w3, less[1]), fma(b, w1, less[2])
     return more, less
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def expand(moments, motion, series):
     """Taylor coefficients of W and n around the present instant.
 
@@ -75,95 +74,95 @@ def expand(moments, motion, series):
     k2 = (j3 - j1) / j2
     k3 = (j1 - j2) / j3
     for i in range(6):
-        put(series, (i, 0), at(motion, i))
+        store(series, (i, 0), load(motion, i))
     for k in range(ORDER):
         p1 = p2 = p3 = 0.0
         more = less = (0.0, 0.0, 0.0)
         for j in range(k + 1):
-            p1 = fma(at(series, (1, j)), at(series, (2, k - j)), p1)
-            p2 = fma(at(series, (2, j)), at(series, (0, k - j)), p2)
-            p3 = fma(at(series, (0, j)), at(series, (1, k - j)), p3)
+            p1 = fma(load(series, (1, j)), load(series, (2, k - j)), p1)
+            p2 = fma(load(series, (2, j)), load(series, (0, k - j)), p2)
+            p3 = fma(load(series, (0, j)), load(series, (1, k - j)), p3)
             more, less = _cross_terms(series, NORMAL, j, k, more, less)
         scale = 1.0 / (k + 1)
-        put(series, (0, k + 1), k1 * p1 * scale)
-        put(series, (1, k + 1), k2 * p2 * scale)
-        put(series, (2, k + 1), k3 * p3 * scale)
-        put(series, (3, k + 1), (more[0] - less[0]) * scale)
-        put(series, (4, k + 1), (more[1] - less[1]) * scale)
-        put(series, (5, k + 1), (more[2] - less[2]) * scale)
+        store(series, (0, k + 1), k1 * p1 * scale)
+        store(series, (1, k + 1), k2 * p2 * scale)
+        store(series, (2, k + 1), k3 * p3 * scale)
+        store(series, (3, k + 1), (more[0] - less[0]) * scale)
+        store(series, (4, k + 1), (more[1] - less[1]) * scale)
+        store(series, (5, k + 1), (more[2] - less[2]) * scale)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def expand_axis(motion, series):
     """Taylor coefficients of x, rows 6 to 8, once those of W are known; arguments as above."""
     for i in range(6, 9):
-        put(series, (i, 0), at(motion, i))
+        store(series, (i, 0), load(motion, i))
     for k in range(ORDER):
         more = less = (0.0, 0.0, 0.0)
         for j in range(k + 1):
             more, less = _cross_terms(series, 6, j, k, more, less)
         scale = 1.0 / (k + 1)
-        put(series, (6, k + 1), (more[0] - less[0]) * scale)
-        put(series, (7, k + 1), (more[1] - less[1]) * scale)
-        put(series, (8, k + 1), (more[2] - less[2]) * scale)
+        store(series, (6, k + 1), (more[0] - less[0]) * scale)
+        store(series, (7, k + 1), (more[1] - less[1]) * scale)
+        store(series, (8, k + 1), (more[2] - less[2]) * scale)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _last_terms(series, first):
     """Largest coefficients of the last order and of the one before, of three rows."""
-    last = largest(absolute(at(series, (first, ORDER))), absolute(at(series, (first + 1, ORDER))))
-    last = largest(last, absolute(at(series, (first + 2, ORDER))))
-    before = largest(
-        absolute(at(series, (first, ORDER - 1))), absolute(at(series, (first + 1, ORDER - 1)))
+    last = maximum(abs(load(series, (first, ORDER))), abs(load(series, (first + 1, ORDER))))
+    last = maximum(last, abs(load(series, (first + 2, ORDER))))
+    before = maximum(
+        abs(load(series, (first, ORDER - 1))), abs(load(series, (first + 1, ORDER - 1)))
     )
-    return last, largest(before, absolute(at(series, (first + 2, ORDER - 1))))
+    return last, maximum(before, abs(load(series, (first + 2, ORDER - 1))))
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def series_span(series, tolerance):
     """Time over which the truncated series stays within the tolerance.
 
     The last two coefficients measure the remainder, the rates relative to the largest angular
     velocity; the span makes the last term at most ``tolerance``. It is infinite at rest.
     """
-    rate = largest(absolute(at(series, (0, 0))), absolute(at(series, (1, 0))))
-    rate = largest(rate, absolute(at(series, (2, 0))))
+    rate = maximum(abs(load(series, (0, 0))), abs(load(series, (1, 0))))
+    rate = maximum(rate, abs(load(series, (2, 0))))
     # A term may vanish by symmetry where its neighbour does not; in units of 1 / rate the two
     # are alike.
     last, before = _last_terms(series, 0)
-    size = largest(last / rate, before)
+    size = maximum(last / rate, before)
     last, before = _last_terms(series, NORMAL)
-    size = largest(size, largest(last, before * rate))
+    size = maximum(size, maximum(last, before * rate))
     # Two radians keep the bound honest where both terms happen to be small.
     longest = 2.0 / rate
     measured = (size > TINY) & (rate > 0.0)
     share = tolerance / select(measured, size, 1.0)
     span = exponential(logarithm(share) * (1.0 / ORDER))
-    return select(measured, least(longest, span), longest)
+    return select(measured, minimum(longest, span), longest)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _polynomial(series, row, t):
-    value = at(series, (row, ORDER))
+    value = load(series, (row, ORDER))
     for k in range(ORDER - 1, -1, -1):
-        value = fma(value, t, at(series, (row, k)))
+        value = fma(value, t, load(series, (row, k)))
     return value
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _three(motion, first):
     """Three entries of a motion, from ``first`` on."""
-    return at(motion, first), at(motion, first + 1), at(motion, first + 2)
+    return load(motion, first), load(motion, first + 1), load(motion, first + 2)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _put_three(motion, first, vector):
     """Write three entries of a motion."""
     for i in range(3):
-        put(motion, first + i, vector[i])
+        store(motion, first + i, vector[i])
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _horizontal_momentum(moments, motion):
     """Angular momentum along the wall axes x and z, and its square."""
     w, n, x = _three(motion, 0), _three(motion, 3), _three(motion, 6)
@@ -174,7 +173,7 @@ def _horizontal_momentum(moments, motion):
     return l_x, l_z, a1 * a1 + a2 * a2 + a3 * a3
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _axis_from_momentum(moments, l_x, l_z, w, n):
     """Axis x, not yet of unit length, for the horizontal angular momentum (l_x, l_z).
 
@@ -190,14 +189,14 @@ def _axis_from_momentum(moments, l_x, l_z, w, n):
     )
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _unit(a1, a2, a3):
     """Vector of unit length along a vector."""
-    scale = 1.0 / root(a1 * a1 + a2 * a2 + a3 * a3)
+    scale = 1.0 / sqrt(a1 * a1 + a2 * a2 + a3 * a3)
     return a1 * scale, a2 * scale, a3 * scale
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def evaluate(moments, series, t, motion):
     """Move the motion by the time ``t`` along its series; its axes come out orthonormal.
 
@@ -215,7 +214,7 @@ def evaluate(moments, series, t, motion):
     n = _polynomial(series, 3, t), _polynomial(series, 4, t), _polynomial(series, 5, t)
     n = _unit(n[0], n[1], n[2])
     x1, x2, x3 = _axis_from_momentum(moments, l_x, l_z, w, n)
-    if any_of(negated(has_direction)):
+    if any_lane(logical_not(has_direction)):
         expand_axis(motion, series)
         x1 = select(has_direction, x1, _polynomial(series, 6, t))
         x2 = select(has_direction, x2, _polynomial(series, 7, t))
@@ -226,7 +225,7 @@ def evaluate(moments, series, t, motion):
     _put_three(motion, 6, _unit(x1 - skew * n[0], x2 - skew * n[1], x3 - skew * n[2]))
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rate_bounds(moments, motion):
     """Bounds on |W| and |W'| that hold for the whole free motion.
 
@@ -243,25 +242,25 @@ def rate_bounds(moments, motion):
     q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
     energy = j1 * q1 + j2 * q2 + j3 * q3
     span, above, below = j3 - j1, j3 - j2, j2 - j1
-    # where two moments are equal a quotient is infinite or no number; `least` then keeps the
+    # where two moments are equal a quotient is infinite or NaN; `minimum` then keeps the
     # bound by the energy, its first argument
-    m1 = least(energy / j1, q1 + q2 * (j2 * above) / (j1 * span))
-    m3 = least(energy / j3, q3 + q2 * (j2 * below) / (j3 * span))
-    m2 = least(energy / j2, q2 + q1 * (j1 * span) / (j2 * above))
-    m2 = least(m2, q2 + q3 * (j3 * span) / (j2 * below))
+    m1 = minimum(energy / j1, q1 + q2 * (j2 * above) / (j1 * span))
+    m3 = minimum(energy / j3, q3 + q2 * (j2 * below) / (j3 * span))
+    m2 = minimum(energy / j2, q2 + q1 * (j1 * span) / (j2 * above))
+    m2 = minimum(m2, q2 + q3 * (j3 * span) / (j2 * below))
     k1, k2, k3 = above / j1, span / j2, below / j3
-    turn = root(m1 + m2 + m3)
-    change = root(k1 * k1 * m2 * m3 + k2 * k2 * m3 * m1 + k3 * k3 * m1 * m2)
+    turn = sqrt(m1 + m2 + m3)
+    change = sqrt(k1 * k1 * m2 * m3 + k2 * k2 * m3 * m1 + k3 * k3 * m1 * m2)
     return turn, change
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def set_orientation(u1, u2, u3, motion):
     """Write wall axes for a uniformly random rotation (Shoemake's quaternion).
 
     ``u1, u2, u3`` are independent and uniform on (0, 1); rows 3..8 of ``motion`` are written.
     """
-    r1, r2 = root(1.0 - u1), root(u1)
+    r1, r2 = sqrt(1.0 - u1), sqrt(u1)
     s1, c1 = sine_and_cosine(u2)
     s2, c2 = sine_and_cosine(u3)
     x, y = r1 * s1, r1 * c1

@@ -2,7 +2,7 @@
 
 Half-sizes are a >= b >= c along the principal axes and a = 1 is the unit of length. A shape is
 either an ellipsoid (the sphere included) or a convex polyhedron given by its vertices. A mesh
-(`tablegen.particles.mesh`) is a polyhedron too; it brings its moments with it, and a look-up that
+(`tablegen.particles.mesh`) is a polyhedron too, with moments of its own and a support map, which
 spares most of its vertices.
 
 A body of lanes stands for several particles of one shape, whose numbers and vertices are lanes
@@ -13,20 +13,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel, kernel
-from tablegen.model.simd import at, fma, lane, largest, put, put_lane, root, width
+from sampler.compilation.jit import (
+    inline_kernel,
+    kernel,
+    no_refcount_inline_kernel,
+    no_refcount_kernel,
+)
+from tablegen.model.shape_codes import SHAPE_CODES
+from tablegen.model.simd import extract, fma, load, maximum, sqrt, store, store_lane, width
 from tablegen.model.support_map import NO_MAP, SupportMap, empty_map, support_range
-
-#: Code of each shape, in kernels and in the files of `tablegen simulate`. Files written before
-#: must keep their meaning: a new shape takes the next number that is free, and none changes.
-SHAPE_CODES = {
-    "ellipsoid": 0,
-    "prism": 1,
-    "truncated-prism": 2,
-    "tetrahedron": 3,
-    "sphere": 4,
-    "mesh": 5,
-}
 
 ELLIPSOID, PRISM = SHAPE_CODES["ellipsoid"], SHAPE_CODES["prism"]
 TRUNCATED_PRISM, TETRAHEDRON = SHAPE_CODES["truncated-prism"], SHAPE_CODES["tetrahedron"]
@@ -44,28 +39,28 @@ class Body(NamedTuple):
     """What the mechanics knows of a particle.
 
     ``moments`` are the principal moments of inertia per unit mass (j1 <= j2 <= j3), ``b`` and
-    ``c`` the half-sizes, ``reach`` the largest distance of a surface point from the centre.
+    ``c`` the half-sizes, ``bounding_radius`` the largest distance of the surface from the centre.
 
-    ``held`` (m, 3) are the vertices that may be the lowest, the first ``counts[0]`` of them, and
-    then centres; none (m = 0) for an ellipsoid of semi-axes (1, b, c). Of most shapes they are
-    all vertices; of a mesh those that ``near`` finds (resolution 0 for all other shapes), and
-    `hold_lowest` renews them as it turns.
+    ``candidates`` (m, 3) are the vertices that may be the lowest, the first ``counts[0]`` rows, and
+    then centres; none (m = 0) for an ellipsoid of semi-axes (1, b, c). Of most shapes they are all
+    vertices; of a mesh those that its ``support_map`` lists (resolution 0 for all other shapes),
+    and `update_candidates` renews them as it turns.
     """
 
     moments: tuple[float, float, float]
-    held: np.ndarray
+    candidates: np.ndarray
     counts: np.ndarray
     b: float
     c: float
-    reach: float
-    near: SupportMap = NO_MAP
+    bounding_radius: float
+    support_map: SupportMap = NO_MAP
 
 
 class MeshArguments(NamedTuple):
     """The k meshes of a population one after another, for kernels.
 
     ``moments`` (k, 3) per unit mass in units of a^2, ``sizes`` (k, 3): half-sizes b and c, and
-    the reach; the `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries
+    the bounding radius; the `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries
     ``firsts[i, 0] : firsts[i + 1, 0]`` of ``starts`` and the rows ``firsts[i, 1] :
     firsts[i + 1, 1]`` of ``points`` (., 3); its longest list has at most ``longest`` vertices.
     ``firsts`` is (k + 1, 2) int64; all lengths are in units of a.
@@ -89,6 +84,12 @@ def _truncated_moment(truncation):
     return (1.0 / 3.0 - f**3 * m2 / 6.0) / (1.0 - f**3 / 6.0)
 
 
+@inline_kernel
+def has_vertices(shape):
+    """Whether a shape is a polyhedron, and no ellipsoid."""
+    return shape not in (ELLIPSOID, SPHERE)
+
+
 @kernel
 def inertia(shape, b, c, truncation):
     """Principal moments of inertia per unit mass for half-sizes (1, b, c).
@@ -106,16 +107,16 @@ def inertia(shape, b, c, truncation):
     return q * (b * b + c * c), q * (1.0 + c * c), q * (1.0 + b * b)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _put_vertex(vertices, i, x, y, z):
-    put(vertices, (i, 0), x)
-    put(vertices, (i, 1), y)
-    put(vertices, (i, 2), z)
+    store(vertices, (i, 0), x)
+    store(vertices, (i, 1), y)
+    store(vertices, (i, 2), z)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def place_vertices(shape, b, c, truncation, vertices):
-    """Write the vertices of a shape; return their number and the reach.
+    """Write the vertices of a shape; return their number and the bounding radius.
 
     An ellipsoid or sphere has none.
 
@@ -134,7 +135,7 @@ def place_vertices(shape, b, c, truncation, vertices):
     -------
     tuple (int, float)
     """
-    if shape in (ELLIPSOID, SPHERE):
+    if not has_vertices(shape):
         return 0, 1.0 + 0.0 * b
     n = 0
     cut = 1.0 - truncation
@@ -153,20 +154,20 @@ def place_vertices(shape, b, c, truncation, vertices):
             n += 1
     longest = 0.0
     for i in range(n):
-        x, y, z = at(vertices, (i, 0)), at(vertices, (i, 1)), at(vertices, (i, 2))
-        longest = largest(longest, x * x + y * y + z * z)
-    return n, root(longest)
+        x, y, z = load(vertices, (i, 0)), load(vertices, (i, 1)), load(vertices, (i, 2))
+        longest = maximum(longest, x * x + y * y + z * z)
+    return n, sqrt(longest)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
     """Body of a shape other than a mesh; as `make_body`, with an empty map to refer to.
 
-    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
     """
-    counts[0], reach = place_vertices(shape, b, c, truncation, vertices)
+    counts[0], bounding_radius = place_vertices(shape, b, c, truncation, vertices)
     moments = inertia(shape, b, c, truncation)
-    return Body(moments, vertices[: counts[0]], counts, b, c, reach, no_map)
+    return Body(moments, vertices[: counts[0]], counts, b, c, bounding_radius, no_map)
 
 
 @kernel
@@ -186,17 +187,17 @@ def make_body(shape, b, c, truncation, vertices):
     -------
     Body
     """
-    count, reach = place_vertices(shape, b, c, truncation, vertices)
+    count, bounding_radius = place_vertices(shape, b, c, truncation, vertices)
     moments = inertia(shape, b, c, truncation)
     counts = np.full(1, count)
-    return Body(moments, vertices[:count], counts, b, c, reach, empty_map())
+    return Body(moments, vertices[:count], counts, b, c, bounding_radius, empty_map())
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def mesh_map(meshes, i):
-    """Look-up of the mesh number ``i`` of a population.
+    """Support map of the mesh number ``i`` of a population.
 
-    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
 
     Parameters
     ----------
@@ -216,19 +217,19 @@ def mesh_map(meshes, i):
     )
 
 
-@borrowing_inline_kernel
-def mesh_body(meshes, i, held, counts, near):
-    """Body of the mesh number ``i`` of a population, which holds no vertices yet.
+@no_refcount_inline_kernel
+def mesh_body(meshes, i, candidates, counts, support_map):
+    """Body of the mesh number ``i`` of a population, without candidate vertices yet.
 
-    It counts no references: for borrowing kernels only, whose caller keeps the arrays.
+    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
 
     Parameters
     ----------
     meshes : MeshArguments
     i : int
-    held : (meshes.longest, 3) float64
+    candidates : (meshes.longest, 3) float64
     counts : (1,) int64
-    near : SupportMap
+    support_map : SupportMap
         From `mesh_map`.
 
     Returns
@@ -236,28 +237,28 @@ def mesh_body(meshes, i, held, counts, near):
     Body
     """
     moments = (meshes.moments[i, 0], meshes.moments[i, 1], meshes.moments[i, 2])
-    b, c, reach = meshes.sizes[i, 0], meshes.sizes[i, 1], meshes.sizes[i, 2]
-    for k in range(held.shape[0]):
-        held[k, 0] = held[k, 1] = held[k, 2] = 0.0
+    b, c, bounding_radius = meshes.sizes[i, 0], meshes.sizes[i, 1], meshes.sizes[i, 2]
+    for k in range(candidates.shape[0]):
+        candidates[k, 0] = candidates[k, 1] = candidates[k, 2] = 0.0
     counts[0] = 0
-    return Body(moments, held, counts, b, c, reach, near)
+    return Body(moments, candidates, counts, b, c, bounding_radius, support_map)
 
 
-@borrowing_inline_kernel
-def most_held(counts):
-    """Vertices to look at, in the lane that has the most."""
+@no_refcount_inline_kernel
+def most_candidates(counts):
+    """Count the candidate vertices of the lane that has the most."""
     most = counts[0]
     for i in range(1, counts.shape[0]):
         most = max(most, counts[i])
     return most
 
 
-@borrowing_kernel
-def hold_lowest(body, n1, n2, n3, where):
-    """Hold the vertices of a mesh that may be the lowest, and centres in the rows after them.
+@no_refcount_kernel
+def update_candidates(body, n1, n2, n3, where):
+    """Write the vertices of a mesh that may be the lowest, and centres in the rows after them.
 
-    They stay complete while the wall normal turns by ``body.near.slack``. Other shapes hold all
-    their vertices always.
+    They stay complete while the wall normal turns by ``body.support_map.slack``. Candidates of
+    other shapes are all their vertices, always.
 
     Parameters
     ----------
@@ -265,25 +266,26 @@ def hold_lowest(body, n1, n2, n3, where):
     n1, n2, n3 : float
         Wall normal in body axes.
     where : bool
-        Lanes to do it for.
+        Lanes to update.
     """
-    if body.near.resolution == 0:
+    if body.support_map.resolution == 0:
         return
-    points = body.near.points
-    for seat in range(width(n1)):
-        if not lane(where, seat):
+    points = body.support_map.points
+    for slot in range(width(n1)):
+        if not extract(where, slot):
             continue
-        first, end = support_range(body.near, -lane(n1, seat), -lane(n2, seat), -lane(n3, seat))
+        down = -extract(n1, slot), -extract(n2, slot), -extract(n3, slot)
+        first, end = support_range(body.support_map, *down)
         for i in range(first, end):
             for k in range(3):
-                put_lane(body.held, (i - first, k), seat, points[i, k])
-        for i in range(end - first, body.counts[seat]):
+                store_lane(body.candidates, (i - first, k), slot, points[i, k])
+        for i in range(end - first, body.counts[slot]):
             for k in range(3):
-                put_lane(body.held, (i, k), seat, 0.0)
-        body.counts[seat] = end - first
+                store_lane(body.candidates, (i, k), slot, 0.0)
+        body.counts[slot] = end - first
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def support_depth(body, n1, n2, n3):
     """Support function h(-n): how far the particle reaches below its centre.
 
@@ -293,19 +295,19 @@ def support_depth(body, n1, n2, n3):
     n1, n2, n3 : float
         Wall normal in body axes.
     """
-    if body.held.shape[0] == 0:
+    if body.candidates.shape[0] == 0:
         m2, m3 = body.b * n2, body.c * n3
-        return root(n1 * n1 + m2 * m2 + m3 * m3)
-    hold_lowest(body, n1, n2, n3, n1 == n1)
-    depth = 0.0
-    for i in range(most_held(body.counts)):
-        p1, p2, p3 = at(body.held, (i, 0)), at(body.held, (i, 1)), at(body.held, (i, 2))
+        return sqrt(n1 * n1 + m2 * m2 + m3 * m3)
+    update_candidates(body, n1, n2, n3, n1 == n1)
+    points, depth = body.candidates, 0.0
+    for i in range(most_candidates(body.counts)):
+        p1, p2, p3 = load(points, (i, 0)), load(points, (i, 1)), load(points, (i, 2))
         low = fma(p3, n3, fma(p2, n2, p1 * n1))
-        depth = largest(depth, -low)
+        depth = maximum(depth, -low)
     return depth
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def lowest_depth(body, n):
     """Support function h(-n) for the wall normal ``n`` (3,) in body axes."""
     return support_depth(body, n[0], n[1], n[2])

@@ -12,7 +12,7 @@ the polynomial and tabulated laws and the power of the power law (`tablegen.mode
 the C library's, and the principal axes of a mesh come from linear algebra.
 
 Arrays hold lanes in their last dimension, of length WIDTH: (13,) is the motion of one particle,
-(13, WIDTH) that of WIDTH. `at` and `put` read and write an entry of either.
+(13, WIDTH) that of WIDTH. `load` and `store` read and write an entry of either.
 """
 
 import operator
@@ -35,34 +35,33 @@ _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _INDEX = ir.IntType(32)
 
 
-class Lanes(types.Type):
+class _VectorType(types.Type):
+    """Numba type of WIDTH values; one value converts to equal lanes."""
+
+    scalars: tuple[type, ...]
+
+    def __init__(self) -> None:
+        super().__init__(name=f"{type(self).__name__.lower()}{WIDTH}")
+
+    def can_convert_from(self, typingctx, other):
+        """Allow one value where lanes are expected."""
+        return Conversion.safe if isinstance(other, self.scalars) else None
+
+    def unify(self, typingctx, other):
+        """Allow a variable to begin as one value and become lanes."""
+        return self if isinstance(other, self.scalars) else None
+
+
+class Lanes(_VectorType):
     """Numba type of WIDTH floats; a number converts to equal lanes."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"lanes{WIDTH}")
-
-    def can_convert_from(self, typingctx, other):
-        """Let numbers stand where lanes are asked for."""
-        return Conversion.safe if isinstance(other, types.Float | types.Integer) else None
-
-    def unify(self, typingctx, other):
-        """Let a variable start as a number and go on as lanes."""
-        return self if isinstance(other, types.Float | types.Integer) else None
+    scalars = (types.Float, types.Integer)
 
 
-class Mask(types.Type):
-    """Numba type of WIDTH truth values."""
+class Mask(_VectorType):
+    """Numba type of WIDTH truth values; a truth value converts to equal lanes."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"mask{WIDTH}")
-
-    def can_convert_from(self, typingctx, other):
-        """Let a truth value stand where a mask is asked for."""
-        return Conversion.safe if isinstance(other, types.Boolean) else None
-
-    def unify(self, typingctx, other):
-        """Let a variable start as a truth value and go on as a mask."""
-        return self if isinstance(other, types.Boolean) else None
+    scalars = (types.Boolean,)
 
 
 lanes, mask = Lanes(), Mask()
@@ -124,11 +123,21 @@ def _ordered(predicate):
     return lambda builder, a, b: builder.fcmp_ordered(predicate, a, b)
 
 
+def _call(builder, name, *arguments):
+    """Call an LLVM intrinsic over doubles or vectors of them."""
+    kind = arguments[0].type
+    suffix = f"v{WIDTH}f64" if isinstance(kind, ir.VectorType) else "f64"
+    declared = ir.FunctionType(kind, [kind] * len(arguments))
+    function = builder.module.declare_intrinsic(f"llvm.{name}.{suffix}", fnty=declared)
+    return builder.call(function, arguments)
+
+
 _operator((operator.add, operator.iadd), lanes, lanes, 2, ir.IRBuilder.fadd)
 _operator((operator.sub, operator.isub), lanes, lanes, 2, ir.IRBuilder.fsub)
 _operator((operator.mul, operator.imul), lanes, lanes, 2, ir.IRBuilder.fmul)
 _operator((operator.truediv, operator.itruediv), lanes, lanes, 2, ir.IRBuilder.fdiv)
 _operator((operator.neg,), lanes, lanes, 1, ir.IRBuilder.fneg)
+_operator((abs,), lanes, lanes, 1, lambda builder, x: _call(builder, "fabs", x))
 _operator((operator.lt,), mask, lanes, 2, _ordered("<"))
 _operator((operator.le,), mask, lanes, 2, _ordered("<="))
 _operator((operator.gt,), mask, lanes, 2, _ordered(">"))
@@ -141,15 +150,6 @@ _operator((operator.or_, operator.ior), mask, mask, 2, ir.IRBuilder.or_)
 def number_type(*arguments):
     """Lanes if an argument has them, else float64."""
     return lanes if any(isinstance(a, Lanes) for a in arguments) else types.float64
-
-
-def _call(builder, name, *arguments):
-    """Call an LLVM intrinsic over doubles or vectors of them."""
-    kind = arguments[0].type
-    suffix = f"v{WIDTH}f64" if isinstance(kind, ir.VectorType) else "f64"
-    declared = ir.FunctionType(kind, [kind] * len(arguments))
-    function = builder.module.declare_intrinsic(f"llvm.{name}.{suffix}", fnty=declared)
-    return builder.call(function, arguments)
 
 
 def elementwise(emit, *arguments):
@@ -173,19 +173,13 @@ def fma(typingctx, a, b, c):
 
 
 @operation
-def root(typingctx, x):
+def sqrt(typingctx, x):
     """Square root."""
     return elementwise(lambda builder, value: _call(builder, "sqrt", value), x)
 
 
 @operation
-def absolute(typingctx, x):
-    """Absolute value."""
-    return elementwise(lambda builder, value: _call(builder, "fabs", value), x)
-
-
-@operation
-def least(typingctx, a, b):
+def minimum(typingctx, a, b):
     """Second number where it is smaller, else the first."""
     return elementwise(
         lambda builder, x, y: builder.select(builder.fcmp_ordered("<", y, x), y, x), a, b
@@ -193,7 +187,7 @@ def least(typingctx, a, b):
 
 
 @operation
-def largest(typingctx, a, b):
+def maximum(typingctx, a, b):
     """Second number where it is larger, else the first."""
     return elementwise(
         lambda builder, x, y: builder.select(builder.fcmp_ordered(">", y, x), y, x), a, b
@@ -214,7 +208,7 @@ def select(typingctx, where, a, b):
 
 
 @operation
-def negated(typingctx, where):
+def logical_not(typingctx, where):
     """Mask that holds where the given one does not."""
 
     def generate(context, builder, sig, args):
@@ -224,7 +218,7 @@ def negated(typingctx, where):
 
 
 @operation
-def any_of(typingctx, where):
+def any_lane(typingctx, where):
     """Whether the mask holds anywhere."""
 
     def generate(context, builder, sig, args):
@@ -237,8 +231,8 @@ def any_of(typingctx, where):
 
 
 @operation
-def lane(typingctx, value, index):
-    """Take the number, or truth value, in one lane; of a float or truth value, itself."""
+def extract(typingctx, value, index):
+    """Take the number or truth value of one lane; a float or truth value has lane 0 only."""
     kind = {Lanes: types.float64, Mask: types.boolean}.get(type(value), value)
 
     def generate(context, builder, sig, args):
@@ -253,8 +247,8 @@ def lane(typingctx, value, index):
 
 
 @operation
-def mask_of_bits(typingctx, bits):
-    """Mask whose lane l is bit l of a whole number."""
+def mask_from_bits(typingctx, bits):
+    """Mask whose lane l is bit l of an integer."""
 
     def generate(context, builder, sig, args):
         narrow = builder.trunc(args[0], ir.IntType(WIDTH))
@@ -264,7 +258,7 @@ def mask_of_bits(typingctx, bits):
 
 
 @operation
-def with_lane(typingctx, value, index, number):
+def insert(typingctx, value, index, number):
     """Lanes with another number in one lane; a float becomes the number."""
     kind = types.float64
 
@@ -278,7 +272,7 @@ def with_lane(typingctx, value, index, number):
 
 @operation
 def width(typingctx, value):
-    """Count the particles that a value stands for: WIDTH, or one for a float or truth value."""
+    """Count the lanes of a value: WIDTH, or one for a float or truth value."""
     count = WIDTH if isinstance(value, Lanes | Mask) else 1
 
     def generate(context, builder, sig, args):
@@ -322,7 +316,7 @@ def _entry_type(array, index):
 
 
 @operation
-def at(typingctx, array, index):
+def load(typingctx, array, index):
     """Entry of a C-contiguous array: a float, or the lanes of its last dimension."""
     kind, where = _entry_type(array, index), _index_type(index)
 
@@ -334,7 +328,7 @@ def at(typingctx, array, index):
 
 
 @operation
-def put(typingctx, array, index, value):
+def store(typingctx, array, index, value):
     """Write an entry of a C-contiguous array: a float, or the lanes of its last dimension."""
     kind, where = _entry_type(array, index), _index_type(index)
 
@@ -347,7 +341,7 @@ def put(typingctx, array, index, value):
 
 
 @operation
-def put_lane(typingctx, array, index, number_of_lane, value):
+def store_lane(typingctx, array, index, number_of_lane, value):
     """Write one lane of an entry; of a float, which has lane 0 only, the entry itself."""
     where = _index_type(index)
 
@@ -366,6 +360,6 @@ def put_lane(typingctx, array, index, number_of_lane, value):
 def lane_array(rows):
     """Array of ``rows`` lanes, (rows, WIDTH) float64, on the boundary of a vector register."""
     line = 64
-    store = np.empty(rows * WIDTH + line // 8)
-    skip = (-store.ctypes.data % line) // 8
-    return store[skip : skip + rows * WIDTH].reshape(rows, WIDTH)
+    memory = np.empty(rows * WIDTH + line // 8)
+    skip = (-memory.ctypes.data % line) // 8
+    return memory[skip : skip + rows * WIDTH].reshape(rows, WIDTH)

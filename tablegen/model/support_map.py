@@ -1,4 +1,4 @@
-"""Look-up from a direction to the few vertices that can lie farthest along it.
+"""Support map: for each direction, the few vertices that can lie farthest along it.
 
 Directions are put into the cells of a cube map: a cube around the origin, each side divided into
 squares. A cell lists every vertex that supports the body in some direction up to ``slack`` away
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_inline_kernel, kernel
+from sampler.compilation.jit import kernel, no_refcount_inline_kernel
 
 
 class SupportMap(NamedTuple):
@@ -40,18 +40,18 @@ def empty_map():
     return SupportMap(0, np.inf, np.zeros(1, dtype=np.int64), np.empty((0, 3)))
 
 
-def most_listed(near: SupportMap) -> int:
+def longest_list(support_map: SupportMap) -> int:
     """Vertices in the longest list of a map."""
-    return int(np.diff(near.starts).max())
+    return int(np.diff(support_map.starts).max())
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _square(along, resolution):
     """Index of the interval of [-1, 1] that holds ``along``."""
     return min(int((along + 1.0) * 0.5 * resolution), resolution - 1)
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def direction_cell(resolution, d1, d2, d3):
     """Cell of a direction.
 
@@ -84,15 +84,15 @@ def direction_cell(resolution, d1, d2, d3):
     return (side * resolution + row) * resolution + _square(t * scale, resolution)
 
 
-@borrowing_inline_kernel
-def support_range(near, d1, d2, d3):
-    """First and end row in ``near.points`` of the vertices to look at for a direction.
+@no_refcount_inline_kernel
+def support_range(support_map, d1, d2, d3):
+    """First and end row in ``support_map.points`` of the vertices to look at for a direction.
 
-    They hold the supporting vertex of every direction up to ``near.slack`` away.
+    They hold the supporting vertex of every direction up to ``support_map.slack`` away.
 
     Parameters
     ----------
-    near : SupportMap
+    support_map : SupportMap
         With a positive resolution.
     d1, d2, d3 : float
         Direction in body axes; minus the wall normal for the lowest vertices.
@@ -101,5 +101,5 @@ def support_range(near, d1, d2, d3):
     -------
     tuple of two ints
     """
-    cell = direction_cell(near.resolution, d1, d2, d3)
-    return near.starts[cell], near.starts[cell + 1]
+    cell = direction_cell(support_map.resolution, d1, d2, d3)
+    return support_map.starts[cell], support_map.starts[cell + 1]

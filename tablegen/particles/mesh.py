@@ -21,7 +21,7 @@ from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
 from tablegen.model.shapes import Body
-from tablegen.model.support_map import SupportMap, most_listed
+from tablegen.model.support_map import SupportMap, longest_list
 from tablegen.particles.solids import FlatError, mass_of, principal_axes, true_vertices
 from tablegen.particles.support_map_builder import make_map
 
@@ -52,9 +52,9 @@ class MeshParticle:
     half_sizes : (3,) float64
         Half of the extents along the principal axes; the first is 1. They need not decrease:
         the moments decide the order.
-    reach : float
+    bounding_radius : float
         Largest distance of a vertex from the centre of mass.
-    near : SupportMap
+    support_map : SupportMap
         Look-up from a direction to the vertices that may support the particle there.
     unit : float
         The half-size a in units of the file.
@@ -69,8 +69,8 @@ class MeshParticle:
     vertices: FloatArray
     moments: FloatArray
     half_sizes: FloatArray
-    reach: float
-    near: SupportMap
+    bounding_radius: float
+    support_map: SupportMap
     unit: float
     centre: FloatArray
     axes: FloatArray
@@ -80,9 +80,9 @@ class MeshParticle:
         """Give the particle as the mechanics takes it."""
         j1, j2, j3 = self.moments.tolist()
         _, b, c = self.half_sizes.tolist()
-        held = np.zeros((most_listed(self.near), 3))
+        candidates = np.zeros((longest_list(self.support_map), 3))
         counts = np.zeros(1, dtype=np.int64)
-        return Body((j1, j2, j3), held, counts, b, c, self.reach, self.near)
+        return Body((j1, j2, j3), candidates, counts, b, c, self.bounding_radius, self.support_map)
 
 
 @dataclass(frozen=True)
@@ -221,8 +221,8 @@ def _in_principal_axes(points: FloatArray, shift: FloatArray, size: float) -> Me
         vertices=corners,
         moments=np.sort(second.sum() - second),
         half_sizes=extents / extents[0],
-        reach=float(np.linalg.norm(corners, axis=1).max()),
-        near=make_map(ConvexHull(corners)),
+        bounding_radius=float(np.linalg.norm(corners, axis=1).max()),
+        support_map=make_map(ConvexHull(corners)),
         unit=float(a * size),
         centre=shift + size * mass.centre,
         axes=axes,

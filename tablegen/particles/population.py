@@ -2,19 +2,20 @@
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, create_model, model_validator
 from scipy.special import ndtr
 
 from sampler.errors import InputError
-from tablegen.configuration.defaults import MIXTURE, SHAPE_NAMES
-from tablegen.configuration.field_types import AspectPair, AspectRange, Record, Text, refusal
-from tablegen.configuration.messages import shown
-from tablegen.model.shapes import FIRST_MESH, SHAPE_CODES, MeshArguments
-from tablegen.model.support_map import most_listed
+from tablegen.configuration.defaults import MIXTURE
+from tablegen.configuration.field_types import AspectPair, AspectRange, Record, Text
+from tablegen.configuration.messages import refusal, shown
+from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
+from tablegen.model.shapes import FIRST_MESH, MeshArguments
+from tablegen.model.support_map import longest_list
 from tablegen.particles.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
 from tablegen.particles.support_map_builder import SLACK
 
@@ -62,11 +63,8 @@ class TruncatedNormalAspect(Record):
     def _range_holds_probability(self) -> Self:
         low, high = self._ends()
         if not high - low >= _LEAST_MASS:
-            raise refusal(
-                f"a range that holds at least {_LEAST_MASS:g} of the normal law",
-                given=self.range,
-                field="range",
-            )
+            allowed = f"a range that holds at least {_LEAST_MASS:g} of the normal law"
+            raise refusal("range", self.range, allowed)
         return self
 
     def kernel_rows(self) -> NDArray[np.float64]:
@@ -86,14 +84,14 @@ class FixedAspect(Record):
         return np.array([(value, 0.0, 0.0, 1.0) for value in self.values], dtype=np.float64)
 
 
-class ShapeWeights(Record):
-    """Weight of each shape; shares are weights over their sum, and zero leaves a shape out."""
+_WEIGHTS: dict[str, Any] = {
+    name.replace("-", "_"): (Weight, Field(default=0.0, alias=name)) for name in SHAPE_NAMES
+}
+_Weights: Any = create_model("_Weights", __base__=Record, **_WEIGHTS)
 
-    ellipsoid: Weight = 0.0
-    prism: Weight = 0.0
-    truncated_prism: Weight = Field(default=0.0, alias="truncated-prism")
-    tetrahedron: Weight = 0.0
-    sphere: Weight = 0.0
+
+class ShapeWeights(_Weights):
+    """Weight of each shape; shares are weights over their sum, and zero leaves a shape out."""
 
     def positive(self) -> dict[str, float]:
         """Shapes with positive weight, in the order of `SHAPE_CODES`."""
@@ -101,26 +99,12 @@ class ShapeWeights(Record):
         return {name: weights[name] for name in SHAPE_NAMES if weights[name] > 0.0}
 
 
-def _rows(value: object) -> object:
-    """TOML arrays arrive as lists; a frozen record holds tuples."""
-    if not isinstance(value, list | tuple):
-        return value
-    return tuple(tuple(row) if isinstance(row, list) else row for row in value)
-
-
-def _tables(value: object) -> object:
-    """Refuse what is not a list of tables in words that say so."""
-    if isinstance(value, list | tuple):
-        return tuple(value)
-    raise refusal("a list of tables, each headed [[population.meshes]]", given=value)
-
-
 def _solid(vertices: Vertices) -> Vertices:
     """Refuse points that make no particle."""
     try:
         cached_particle(vertices)
     except InputError as error:
-        raise refusal(f"4 to {MOST_VERTICES} points that span a volume", given=vertices) from error
+        raise ValueError(f"4 to {MOST_VERTICES} points that span a volume") from error
     return vertices
 
 
@@ -130,7 +114,7 @@ class MeshShape(Record):
     #: Where the vertices come from, for the record only.
     file: Text | None = None
     #: Points whose convex hull is the particle, in any units and axes.
-    vertices: Annotated[Vertices, BeforeValidator(_rows), AfterValidator(_solid)]
+    vertices: Annotated[Vertices, AfterValidator(_solid)]
     weight: Weight = 1.0
 
     def particle(self) -> MeshParticle:
@@ -140,21 +124,21 @@ class MeshShape(Record):
 
 def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
     """Meshes one after another, for kernels."""
-    maps = [particle.near for particle in particles]
-    lengths = [(len(near.starts), len(near.points)) for near in maps]
+    maps = [particle.support_map for particle in particles]
+    lengths = [(len(found.starts), len(found.points)) for found in maps]
     firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
     np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 2), axis=0, out=firsts[1:])
-    sizes = [(*p.half_sizes[1:], p.reach) for p in particles]
+    sizes = [(*p.half_sizes[1:], p.bounding_radius) for p in particles]
     none = np.empty((0, 3))
     return MeshArguments(
         moments=np.array([p.moments for p in particles]).reshape(-1, 3),
         sizes=np.array(sizes, dtype=np.float64).reshape(-1, 3),
         firsts=firsts,
-        resolutions=np.array([near.resolution for near in maps], dtype=np.int64),
+        resolutions=np.array([found.resolution for found in maps], dtype=np.int64),
         slack=SLACK,
-        longest=max((most_listed(near) for near in maps), default=0),
-        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(near.starts for near in maps)]),
-        points=np.concatenate([none, *(near.points for near in maps)]),
+        longest=max((longest_list(found) for found in maps), default=0),
+        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(found.starts for found in maps)]),
+        points=np.concatenate([none, *(found.points for found in maps)]),
     )
 
 
@@ -169,16 +153,13 @@ class Population(Record):
     aspect: Annotated[
         TruncatedNormalAspect | FixedAspect | None, Field(discriminator="distribution")
     ] = None
-    meshes: Annotated[tuple[MeshShape, ...], BeforeValidator(_tables)] = ()
+    meshes: tuple[MeshShape, ...] = ()
 
     @model_validator(mode="after")
     def _some_particle(self) -> Self:
         if not self.shapes.positive() and not self._weighty_meshes():
-            raise refusal(
-                f"a weight above 0 for at least one of {', '.join(SHAPE_NAMES)}, or a mesh",
-                given=tuple(self.shapes.model_dump().values()),
-                field="shapes",
-            )
+            allowed = f"a weight above 0 for at least one of {', '.join(SHAPE_NAMES)}, or a mesh"
+            raise refusal("shapes", tuple(self.shapes.model_dump().values()), allowed)
         return self
 
     @property

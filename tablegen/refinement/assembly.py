@@ -1,5 +1,6 @@
 """Nodes put together to the contents of a table file."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,10 +8,11 @@ from numpy.typing import NDArray
 
 import sampler
 from sampler.formats.hdf5 import TableContents
-from tablegen.accuracy.comparison import Comparison
+from sampler.formats.hdf5_layout import DATASETS
+from tablegen.accuracy.comparison import Measured
 from tablegen.config import Config
 from tablegen.fitting.marginals import variate_knots
-from tablegen.fitting.node import NodeArrays, law_of
+from tablegen.fitting.node import NodeArrays, fitted_channels
 from tablegen.refinement.axes import Axes
 
 
@@ -28,18 +30,19 @@ def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
     }
 
 
-def accuracy_datasets(
-    comparisons: list[Comparison], columns: int
-) -> dict[str, NDArray[np.float64]]:
-    """Datasets of the accuracy group, for states of some number of columns."""
-    return {
-        "accuracy/alpha_deg": np.array([c.alpha_deg for c in comparisons], dtype=np.float64),
-        "accuracy/speed": np.array([c.speed for c in comparisons], dtype=np.float64),
-        "accuracy/ks": np.array([c.ks for c in comparisons], dtype=np.float64).reshape(-1, columns),
-        "accuracy/sliced_wasserstein": np.array([c.sliced_wasserstein for c in comparisons]),
-        "accuracy/correlation_error": np.array([c.correlation_error for c in comparisons]),
-        "accuracy/auc": np.array([c.auc for c in comparisons]),
-    }
+def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, NDArray[np.float64]]:
+    """Datasets of the accuracy group, for states of some number of columns.
+
+    They are those of the file format; of a metric that it does not know nothing is stored.
+    """
+    rows = [{"alpha_deg": m.alpha_deg, "speed": m.speed, **m.distances()} for m in measured]
+    found = {}
+    for dataset in DATASETS:
+        group, name = dataset.path.split("/")
+        if group == "accuracy":
+            values = np.array([row[name] for row in rows], dtype=np.float64)
+            found[dataset.path] = values.reshape(-1, columns) if len(dataset.dims) > 1 else values
+    return found
 
 
 def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableContents:
@@ -51,10 +54,6 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
     axes : Axes
     nodes : list of NodeArrays
         Row by row: all speeds of the first angle, then of the second.
-
-    Returns
-    -------
-    TableContents
     """
     return TableContents(
         datasets={
@@ -73,6 +72,6 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
         seed=config.table.seed,
         software_version=sampler.__version__,
         components=config.domain.columns,
-        channels=law_of(config).channels,
+        channels=fitted_channels(config).names,
         speed_independent=not config.pair.restitution.depends_on_speed,
     )

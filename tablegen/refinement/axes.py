@@ -11,13 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sampler.errors import InputError
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
 from tablegen.refinement.intervals import Grid, Middle, Place
-
-FloatArray = NDArray[np.float64]
 
 #: Monotone function of an angle or speed in which interpolation is linear.
 Abscissa = Callable[[FloatArray], FloatArray]
@@ -38,20 +36,14 @@ _FINEST = 1.0 / 256.0
 
 @dataclass(frozen=True)
 class Axes:
-    """Node grid of a table.
+    """Node grid of a table."""
 
-    Attributes
-    ----------
-    alpha_deg : (n_alpha,) float64
-        Impact angles of the nodes [degrees].
-    speed : (n_speed,) float64
-        Speeds of the nodes [m/s].
-    alpha_coordinate, speed_coordinate : (LOOKUP_SIZE,) float64
-        Fractional node index at equal steps between the first and the last node.
-    """
-
+    #: (n_alpha,) float64. Impact angles of the nodes [degrees].
     alpha_deg: FloatArray
+    #: (n_speed,) float64. Speeds of the nodes [m/s].
     speed: FloatArray
+    #: (LOOKUP_SIZE,) float64. Fractional node index at equal steps between the first and the last
+    #: node.
     alpha_coordinate: FloatArray
     speed_coordinate: FloatArray
 
@@ -94,16 +86,7 @@ def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
 
 
 def first_grid(config: Config) -> Grid:
-    """Nodes that a configuration names, or a coarse grid to begin with.
-
-    Parameters
-    ----------
-    config : Config
-
-    Returns
-    -------
-    Grid
-    """
+    """Nodes that a configuration names, or a coarse grid to begin with."""
     domain, table = config.domain, config.table
     alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
     if alpha.size == 0:
@@ -118,10 +101,6 @@ def first_grid(config: Config) -> Grid:
 
 def middles(config: Config) -> tuple[Middle, Middle]:
     """How intervals of angle and of speed are halved: in the middle of the axis' abscissa.
-
-    Parameters
-    ----------
-    config : Config
 
     Returns
     -------
@@ -179,10 +158,6 @@ def make_axes(config: Config, grid: Grid | None = None) -> Axes:
     config : Config
     grid : Grid, optional
         By default the one of `first_grid`.
-
-    Returns
-    -------
-    Axes
     """
     alpha, speed = (np.array(nodes) for nodes in grid or first_grid(config))
     alphas = np.linspace(alpha[0], alpha[-1], LOOKUP_SIZE)

@@ -17,7 +17,7 @@ from tablegen.refinement.axes import first_grid
 from tablegen.refinement.intervals import Grid
 from tablegen.simulate import simulate
 
-#: Seconds of a fit: so many a particle, and as many more for every so many components.
+#: Seconds of a fit: so many a particle, and as many more for every so many mixture components.
 _FIT, _FIT_COMPONENTS = 2.7e-6, 384
 
 #: Seconds of a comparison: so many, and so many a state.
@@ -46,24 +46,16 @@ _TIMED = 2_000
 
 
 class Cost(NamedTuple):
-    """What a table will cost.
+    """What a table will cost."""
 
-    Attributes
-    ----------
-    first : tuple of two int
-        Angles and speeds of the nodes to begin with.
-    most : tuple of two int
-        Those that refinement may end at; the same where the configuration names all nodes.
-    least_seconds, most_seconds : float
-        Time of one processor, all pieces together.
-    memory, worker_memory : float
-        Bytes of a process that makes the table, and of each piece that it has under way.
-    """
-
+    #: Angles and speeds of the nodes to begin with.
     first: tuple[int, int]
+    #: Those that refinement may end at; the same where the configuration names all nodes.
     most: tuple[int, int]
+    #: Time of one processor, all tasks together.
     least_seconds: float
     most_seconds: float
+    #: Bytes of a process that makes the table, and of each task that it has under way.
     memory: float
     worker_memory: float
 
@@ -109,10 +101,6 @@ def estimate(config: Config, rebound: float, conditions: int = 0) -> Cost:
         Processor time of one direct rebound [s], from `rebound_seconds`.
     conditions : int
         At how many conditions the whole table is measured at the end.
-
-    Returns
-    -------
-    Cost
     """
     grid, table = first_grid(config), config.table
     first, most = (len(grid.alpha_deg), len(grid.speed)), _grown(grid, config)
@@ -121,17 +109,17 @@ def estimate(config: Config, rebound: float, conditions: int = 0) -> Cost:
     samples, states = resolution(config).samples, sample_size(config.accuracy)
     node = samples * (rebound + _FIT * (1.0 + components / _FIT_COMPONENTS))
     trial = states * (rebound + _CHECK_STATE) + _CHECK
-    beside = conditions * _MEASURED * trial
+    besides = conditions * _MEASURED * trial
     if table.components is None:
-        beside += _PROBES * (node + trial)
+        besides += _PROBES * (node + trial)
     fixed = table.alpha_nodes_deg is not None and table.speed_nodes is not None
     least = math.prod(first) * node + (0.0 if fixed else _trials(*first) * trial)
     last = math.prod(most) * node + (0.0 if fixed else _IN_VAIN * _trials(*most) * trial)
     return Cost(
         first,
         most,
-        (least + beside) / _MARGIN,
-        (last + beside) * _MARGIN,
+        (least + besides) / _MARGIN,
+        (last + besides) * _MARGIN,
         _PROCESS,
         _STATE * max(samples, states),
     )
@@ -153,10 +141,6 @@ def cost_text(cost: Cost, workers: int | None) -> str:
     cost : Cost
     workers : int or None
         How many pieces are done side by side; None if it is not known.
-
-    Returns
-    -------
-    str
     """
     (alphas, speeds), (more_alphas, more_speeds) = cost.first, cost.most
     nodes = f"{alphas} x {speeds} nodes"

@@ -1,21 +1,16 @@
-"""What a few nodes are worth in the middle between them, against fresh direct simulation."""
+"""Interpolation error: draws half-way between neighbouring nodes against direct simulation."""
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sampler.table import Table
-from tablegen.accuracy.comparison import CLASSIFIED, PROJECTED
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
-from tablegen.accuracy.metrics import (
-    classifier_auc,
-    correlation_error,
-    ks_distances,
-    sliced_wasserstein,
-)
+from tablegen.accuracy.metrics import DISTANCES
 from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import AccuracyTargets, Config
+from tablegen.configuration.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays
+from tablegen.model.float_array import FloatArray
 from tablegen.refinement.assembly import assemble
 from tablegen.refinement.axes import make_axes
 from tablegen.refinement.intervals import Grid, Place
@@ -25,36 +20,30 @@ from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, stable_number
 #: Directions of the sliced Wasserstein distance: fewer than in a report, for the time.
 _DIRECTIONS = 8
 
-#: Whoever declares 0.5 itself asks for what noise denies.
-_LEAST_AUC = 0.002
-
-#: A distance function this many times what is allowed settles it without a classifier.
-_HOPELESS = 2.0
+#: A classifier, and whatever else is dear, is left out where a cheap metric already is so many
+#: times what is allowed.
+_SKIP_ABOVE = 2.0
 
 
 def error_of(found: Arrays, targets: AccuracyTargets, place: Place) -> float:
-    """Largest of the distances of a trial, each in units of what is allowed.
+    """Largest of the metrics at a place, each in units of what is allowed.
 
-    An AUC counts from 0.5, where nothing can be told apart. The sliced Wasserstein distance counts
-    in the centres of cells only: near grazing its noise is two thirds of what the standard preset
-    allows, which would halve intervals that are good enough.
+    On edges those count that are `on_edges`, in the centres of cells all.
     """
-    errors = [
-        float(np.max(found["ks"])) / targets.ks,
-        float(found["correlation_error"]) / targets.correlation_error,
-        auc_error(found, targets),
-    ]
-    if len(place.alpha_deg) == len(place.speed) == 2:
-        errors.append(float(found["sliced_wasserstein"]) / targets.sliced_wasserstein)
-    return max(errors)
+    cell = len(place.alpha_deg) == len(place.speed) == 2
+    return max(
+        share_of_allowed(name, found, targets)
+        for name, metric in METRICS.items()
+        if cell or metric.on_edges
+    )
 
 
-def auc_error(found: Arrays, targets: AccuracyTargets) -> float:
-    """How far the AUC of a trial is above 0.5, in units of what is allowed."""
-    return (float(found["auc"]) - 0.5) / max(targets.auc - 0.5, _LEAST_AUC)
+def share_of_allowed(name: str, found: Arrays, targets: AccuracyTargets) -> float:
+    """How far a metric is above that of equal laws, in units of what is allowed."""
+    return METRICS[name].share(float(np.max(found[name])), getattr(targets, name))
 
 
-def try_nodes(
+def interpolation_errors(
     config: Config, place: Place, condition: tuple[float, float], nodes: list[NodeArrays]
 ) -> Arrays:
     """Compare draws between some nodes with direct simulation.
@@ -72,8 +61,8 @@ def try_nodes(
     Returns
     -------
     Arrays
-        ``ks`` (6,), ``sliced_wasserstein``, ``correlation_error`` and ``auc``; the last is 0.5
-        without a measurement where a distance function is far off anyhow or any AUC is allowed.
+        Each of `METRICS`, and the seconds that it took. The dear ones are those of equal laws,
+        without a measurement, where a cheap one is far off anyhow or anything is allowed.
     """
     watch, (alpha_deg, speed) = Stopwatch(), condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
@@ -96,22 +85,20 @@ def try_nodes(
 
 
 def _distances(
-    drawn: NDArray[np.float64],
-    direct: NDArray[np.float64],
-    targets: AccuracyTargets,
-    place: Place,
+    drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets, place: Place
 ) -> Arrays:
-    """Measure the distances that decide, cheap ones first."""
+    """Measure the metrics that decide, cheap ones first."""
+
+    def distance(name: str, most: int | None) -> FloatArray:
+        return np.asarray(DISTANCES[name](drawn[:most], direct[:most], _DIRECTIONS, 0))
+
     found: Arrays = {
-        "ks": ks_distances(drawn, direct),
-        "sliced_wasserstein": np.array(0.0),
-        "correlation_error": np.array(correlation_error(drawn, direct)),
-        "auc": np.array(0.5),
+        name: np.array(m.least) if m.trial_states else distance(name, None)
+        for name, m in METRICS.items()
     }
-    if error_of(found, targets, place) < _HOPELESS:
-        found["sliced_wasserstein"] = np.array(
-            sliced_wasserstein(drawn[:PROJECTED], direct[:PROJECTED], _DIRECTIONS)
-        )
-        if targets.auc < 1.0:  # no sample is told from another by more
-            found["auc"] = np.array(classifier_auc(drawn[:CLASSIFIED], direct[:CLASSIFIED]))
+    if error_of(found, targets, place) < _SKIP_ABOVE:
+        for name, metric in METRICS.items():
+            # no sample is told from another by more than the largest value there can be
+            if metric.trial_states and getattr(targets, name) < metric.most:
+                found[name] = distance(name, metric.trial_states)
     return found

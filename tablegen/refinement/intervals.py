@@ -74,10 +74,6 @@ def refine(grid: Grid, measure: Measure, middle_alpha: Middle, middle_speed: Mid
         Errors of places; asked again for places that it has measured before.
     middle_alpha, middle_speed : callable
         Middle of an interval, or None where an axis is fixed or fine enough.
-
-    Returns
-    -------
-    Placement
     """
     for _ in range(MOST_ROUNDS):
         errors = dict(measure(grid, grid.alpha_edges() + grid.speed_edges()))

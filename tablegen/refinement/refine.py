@@ -1,8 +1,8 @@
 """From a configuration to a grid of fitted nodes that has the accuracy it asks for.
 
-First the size of the mixture is chosen at a few conditions, by fits that are tried at the very
+First the size of the mixture is chosen at a few conditions, by fits that are compared at the very
 condition: there is no interpolation in them. Then nodes are placed by
-`tablegen.refinement.intervals`, every place being tried against fresh direct simulation.
+`tablegen.refinement.intervals`, from the interpolation errors between neighbouring nodes.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -15,9 +15,13 @@ from tablegen.config import Config
 from tablegen.fitting.node import NodeArrays, fit_node
 from tablegen.fitting.resolution import LADDER, Resolution, resolution
 from tablegen.refinement.axes import first_grid, middle_of, middles
-from tablegen.refinement.interpolation_error import auc_error, error_of, try_nodes
+from tablegen.refinement.interpolation_error import (
+    error_of,
+    interpolation_errors,
+    share_of_allowed,
+)
 from tablegen.refinement.intervals import Grid, Place, Placement, refine
-from tablegen.tasks.runner import SECONDS, Arrays, Piece, Stopwatch, Workshop
+from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, Task, TaskRunner
 
 #: Share of the allowed AUC (over 0.5) that the mixture may use up; the rest is for interpolation.
 _CAPACITY = 0.66
@@ -30,7 +34,7 @@ _DECAY = 0.75
 _PROBES = (0.1, 0.6, 0.98)
 
 
-class Plan(NamedTuple):
+class RefinedGrid(NamedTuple):
     """Outcome: sizes, nodes row by row, and how the placement ended."""
 
     size: Resolution
@@ -38,7 +42,7 @@ class Plan(NamedTuple):
     nodes: list[NodeArrays]
 
 
-def _node_piece(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
+def _node_task(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
     """Arrays of a node with the seconds it took."""
     watch = Stopwatch()
     arrays = fit_node(config, alpha_deg, speed, size, watch)
@@ -46,111 +50,94 @@ def _node_piece(config: Config, alpha_deg: float, speed: float, size: Resolution
 
 
 def node_key(alpha_deg: float, speed: float, size: Resolution) -> str:
-    """Key of the piece that is a node."""
+    """Key of the task that fits a node."""
     return f"node {alpha_deg!r} {speed!r} {tuple(size)}"
 
 
-class _Bench:
-    """Nodes and trials of one configuration; none is made twice."""
+class NodeCache:
+    """Nodes and interpolation errors of one configuration; none is computed twice."""
 
-    def __init__(self, config: Config, shop: Workshop) -> None:
-        self.config, self.shop = config, shop
+    def __init__(self, config: Config, runner: TaskRunner) -> None:
+        self.config, self.runner = config, runner
         self._nodes: dict[tuple[Resolution, float, float], NodeArrays] = {}
-        self._trials: dict[tuple[Resolution, Place], Arrays] = {}
+        self._errors: dict[tuple[Resolution, Place], Arrays] = {}
 
     def fit(self, size: Resolution, conditions: Iterable[tuple[float, float]]) -> list[NodeArrays]:
         """Nodes at conditions (alpha_deg, speed), in their order."""
         wanted = list(conditions)
         missing = [c for c in dict.fromkeys(wanted) if (size, *c) not in self._nodes]
-        pieces = {
-            node_key(a, v, size): Piece(_node_piece, (self.config, a, v, size)) for a, v in missing
+        tasks = {
+            node_key(a, v, size): Task(_node_task, (self.config, a, v, size)) for a, v in missing
         }
-        made = self.shop.run("fitting nodes", pieces)
+        made = self.runner.run("fitting nodes", tasks)
         for (a, v), arrays in zip(missing, made.values(), strict=True):
             node = {name: arrays[name] for name in NodeArrays._fields}
             self._nodes[size, a, v] = NodeArrays(**node)
         return [self._nodes[(size, *c)] for c in wanted]
 
-    def tried(
+    def errors(
         self, size: Resolution, places: Iterable[Place], error: Callable[[Place, Arrays], float]
     ) -> dict[Place, float]:
-        """Errors of places, from distances from direct simulation in their middles."""
+        """Errors of places, from the metrics against direct simulation in their middles."""
         wanted = list(places)
-        missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._trials]
+        missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._errors]
         self.fit(size, (c for place in missing for c in product(*place)))
-        pieces, owner = {}, {}
+        tasks, owner = {}, {}
         for place in missing:
-            arguments = (
-                self.config,
-                place,
-                middle_of(self.config, place),
-                self.fit(size, product(*place)),
-            )
+            nodes = self.fit(size, product(*place))
+            arguments = (self.config, place, middle_of(self.config, place), nodes)
             key = f"trial {tuple(place)!r} {tuple(size)}"
-            pieces[key], owner[key] = Piece(try_nodes, arguments), place
-        known = {p: error(p, self._trials[size, p]) for p in wanted if p not in missing}
+            tasks[key], owner[key] = Task(interpolation_errors, arguments), place
+        known = {p: error(p, self._errors[size, p]) for p in wanted if p not in missing}
 
-        def see(key: str, arrays: Arrays) -> None:
-            self._trials[size, owner[key]] = arrays
+        def on_result(key: str, arrays: Arrays) -> None:
+            self._errors[size, owner[key]] = arrays
             known[owner[key]] = error(owner[key], arrays)
-            self.shop.note = f"worst error {max(known.values()):.2f} of what is allowed"
+            self.runner.note = f"worst error {max(known.values()):.2f} of what is allowed"
 
-        self.shop.run("checking", pieces, see)
+        self.runner.run("checking", tasks, on_result)
         return {place: known[place] for place in wanted}
 
 
-def fit_nodes(config: Config, grid: Grid, shop: Workshop) -> list[NodeArrays]:
+def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays]:
     """Fit all nodes of a grid, in the resolution that the configuration names.
-
-    Parameters
-    ----------
-    config : Config
-    grid : Grid
-    shop : Workshop
-        Where the nodes are made.
 
     Returns
     -------
     list of NodeArrays
         Row by row: all speeds of the first angle, then of the second.
     """
-    return _Bench(config, shop).fit(resolution(config), product(*grid))
+    return NodeCache(config, runner).fit(resolution(config), product(*grid))
 
 
-def make_plan(config: Config, shop: Workshop) -> Plan:
+def refine_grid(config: Config, runner: TaskRunner) -> RefinedGrid:
     """Choose the sizes, place the nodes and fit them.
-
-    Parameters
-    ----------
-    config : Config
-    shop : Workshop
-        Where the pieces are made.
 
     Returns
     -------
-    Plan
-        What the configuration names is taken as it is; if it names both lists of nodes, nothing
-        is tried.
+    RefinedGrid
+        What the configuration names is taken as it is; if it names both lists of nodes, no
+        interpolation error is measured.
     """
-    bench = _Bench(config, shop)
+    cache = NodeCache(config, runner)
     size, grid = resolution(config), first_grid(config)
     fixed = config.table.alpha_nodes_deg is not None and config.table.speed_nodes is not None
     if config.table.components is None:
-        size = _choose_components(bench)
+        size = _choose_components(cache)
     if fixed:
         placement = Placement(grid, float("nan"), True)
     else:
 
         def measure(_: Grid, places: list[Place]) -> Mapping[Place, float]:
-            return bench.tried(size, places, lambda p, found: error_of(found, config.accuracy, p))
+            return cache.errors(size, places, lambda p, found: error_of(found, config.accuracy, p))
 
         placement = refine(grid, measure, *middles(config))
-    return Plan(size, placement, bench.fit(size, product(*placement.grid)))
+    return RefinedGrid(size, placement, cache.fit(size, product(*placement.grid)))
 
 
-def _choose_components(bench: _Bench) -> Resolution:
+def _choose_components(cache: NodeCache) -> Resolution:
     """Smallest mixture of the ladder that leaves room for interpolation at every probe."""
-    config = bench.config
+    config = cache.config
     low, high = np.sqrt(config.domain.alpha_deg)
     angles = dict.fromkeys(round(float((low + x * (high - low)) ** 2), 6) for x in _PROBES)
     probes = [Place((a,), (v,)) for a in angles for v in dict.fromkeys(config.domain.speed)]
@@ -160,7 +147,9 @@ def _choose_components(bench: _Bench) -> Resolution:
         if rung < least:
             continue
         error = max(
-            bench.tried(size, probes, lambda _, found: auc_error(found, config.accuracy)).values()
+            cache.errors(
+                size, probes, lambda _, found: share_of_allowed("auc", found, config.accuracy)
+            ).values()
         )
         if error <= _CAPACITY:
             break

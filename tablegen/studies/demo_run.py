@@ -11,10 +11,10 @@ import numpy as np
 import sampler
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
-from tablegen.accuracy.samples import FloatArray
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.config import Config, load_config
 from tablegen.generate import generate
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
 from tablegen.studies.paper_figures.joint_density import Source, joint_picture
 from tablegen.studies.paper_figures.style import require_matplotlib
@@ -66,7 +66,7 @@ def run_demo(output: Path, say: Callable[[str], None], progress: bool = True) ->
     say("3. Validating against fresh direct simulation, at all nodes and between them")
     result = validate(output, conditions=_CONDITIONS, seed=_SEED, progress=progress)
     say(accuracy_text(result.measured, result.declared))
-    say(details_text(max(result.comparisons, key=lambda c: c.auc)))
+    say(details_text(max(result.comparisons, key=lambda c: c.estimates["auc"].value)))
     for line in (*result.missed, *result.undecided):
         say(line)
     say(verdict_words(result.missed, result.undecided, "declared accuracy"))
@@ -79,7 +79,7 @@ def _draw_both(config: Config, output: Path) -> tuple[FloatArray, FloatArray, st
     table = sampler.load(output)
     alpha1 = math.radians(_ALPHA_DEG)
     count, simulated, timed = 1_000_000, 100_000, 20_000
-    state, index = np.empty((count, len(table.components))), np.arange(count)
+    state, index = np.empty((count, len(table.columns))), np.arange(count)
     rebounds = simulate(config, alpha1, _SPEED, simulated, seed=1)
     draw = _median_seconds(
         lambda: table.sample(alpha1, _SPEED, seed=1, index=index, threads=1, out=state)

@@ -1,1 +1,1 @@
-"""Long work in pieces: run on any executor, kept on disk, shown by progress bars."""
+"""Long work in tasks: run on any executor, checkpoints on disk, progress bars."""

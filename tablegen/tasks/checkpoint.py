@@ -1,11 +1,11 @@
-"""Finished pieces of a long run, kept on disk so that it can be resumed.
+"""Checkpoints: results of finished tasks on disk, from which an interrupted run is resumed.
 
-A piece is a set of named arrays with a key. Pieces of a run lie in a folder beside its output,
-with a fingerprint of what they were made from; they are removed when the output is complete.
+A checkpoint is a set of named arrays with a key. Those of a run are in a folder next to its output,
+with the fingerprint of what they were made from; it is removed when the output is complete.
 
-A piece is a ``.npz`` archive with 32 bytes behind it: the SHA-256 digest of the fingerprint, the
-key and the archive. So a piece that was cut short or altered, or that belongs to another key or
-another run, is told from a good one, and made again.
+A checkpoint is a ``.npz`` archive followed by 32 bytes: the SHA-256 digest of the fingerprint, the
+key and the archive. So one that was cut short or altered, or that belongs to another key or another
+run, is recognised, and its task done again.
 """
 
 import hashlib
@@ -24,39 +24,39 @@ from sampler.files.atomic import atomic_output
 
 Arrays = dict[str, NDArray[Any]]
 
-#: ``numpy.savez`` for names known at run time only. Its stubs see them as ``allow_pickle``, which
-#: cannot be passed beside them either: before 2.2 it would be stored as an array.
+#: ``numpy.savez`` for names known at run time only, which its stubs take for ``allow_pickle``. That
+#: argument cannot be passed as well: before numpy 2.2 it would be stored as an array.
 _savez: Callable[..., None] = np.savez
 
 #: Bytes of a SHA-256 digest.
-_SEAL = 32
+_DIGEST_SIZE = 32
 
 
-class PieceStore:
-    """Folder ``OUTPUT.parts`` with the finished pieces of a run.
+class CheckpointStore:
+    """Folder ``OUTPUT.parts`` with the checkpoints of a run.
 
     Parameters
     ----------
     output : Path
         The file that the run will write.
-    recipe : str
-        Everything that decides what a piece holds, but for its key; pieces of another recipe are
-        not used.
+    fingerprint : str
+        Everything that decides the result of a task, but for its key; checkpoints with another
+        fingerprint are not used.
     resume : bool
-        Keep the pieces of an interrupted run with the same recipe; else start afresh.
+        Keep the checkpoints of an interrupted run with the same fingerprint; else start again.
 
     Raises
     ------
     InputError
-        If pieces shall be used that come from another recipe, or the folder cannot be made or
-        written to.
+        If the checkpoints to resume from have another fingerprint, or the folder cannot be made
+        or written to.
     """
 
-    def __init__(self, output: Path, recipe: str, resume: bool) -> None:
+    def __init__(self, output: Path, fingerprint: str, resume: bool) -> None:
         self.folder = output.with_name(output.name + ".parts")
-        self._fingerprint = hashlib.sha256(recipe.encode()).hexdigest()
+        self._fingerprint = hashlib.sha256(fingerprint.encode()).hexdigest()
         if resume and self.folder.is_dir() and any(self.folder.iterdir()):
-            self._check_recipe()
+            self._check_fingerprint()
             return
         self.discard()
         try:
@@ -70,7 +70,7 @@ class PieceStore:
     def _stamp(self) -> Path:
         return self.folder / "recipe.sha256"
 
-    def _check_recipe(self) -> None:
+    def _check_fingerprint(self) -> None:
         found = self._stamp.read_text() if self._stamp.is_file() else "nothing"
         if found != self._fingerprint:
             raise InputError(
@@ -81,39 +81,39 @@ class PieceStore:
             raise InputError(f"resume: got {self.folder}, allowed: a folder that can be written")
 
     def path(self, key: str) -> Path:
-        """File of a piece, whether it is there or not."""
+        """File of a checkpoint, whether it is there or not."""
         return self.folder / f"piece-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
 
-    def _seal(self, key: str, archive: bytes) -> bytes:
+    def _digest(self, key: str, archive: bytes) -> bytes:
         owner = hashlib.sha256(key.encode()).digest()
         return hashlib.sha256(self._fingerprint.encode() + owner + archive).digest()
 
     def load(self, key: str) -> Arrays | None:
-        """Arrays of a finished piece, or None if it is missing, damaged or not ours."""
+        """Arrays of a checkpoint, or None if it is missing, damaged or not ours."""
         try:
             whole = self.path(key).read_bytes()
         except OSError:
             return None
-        archive, seal = whole[:-_SEAL], whole[-_SEAL:]
-        if seal != self._seal(key, archive):
+        archive, digest = whole[:-_DIGEST_SIZE], whole[-_DIGEST_SIZE:]
+        if digest != self._digest(key, archive):
             return None
         with np.load(io.BytesIO(archive), allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
 
     def save(self, key: str, arrays: Arrays) -> None:
-        """Keep a finished piece.
+        """Write a checkpoint.
 
         Raises
         ------
         InputError
-            If it cannot be written; the pieces that are there stay as they are.
+            If it cannot be written; the others stay as they are.
         """
         buffer = io.BytesIO()
         _savez(buffer, **arrays)
         archive = buffer.getvalue()
         try:
             with atomic_output(self.path(key)) as temporary:
-                temporary.write_bytes(archive + self._seal(key, archive))
+                temporary.write_bytes(archive + self._digest(key, archive))
         except InputError as error:
             raise InputError(f"{error}; earlier pieces are kept for --resume") from error
 

@@ -9,16 +9,16 @@ from typing import Any
 from sampler.errors import InputError
 
 #: Seconds after which a scheduler counts as out of reach.
-_PATIENCE = 10
+_TIMEOUT = 10
 
 
-#: What the scheduler and every worker must be able to do.
+#: What the scheduler and every worker must be able to run.
 _PROBE = "import tablegen.tasks.runner"
 
 
 @contextmanager
 def _silent_logs() -> Iterator[None]:
-    """Keep Dask's logs, tracebacks among them, off the terminal: what is wrong is in our line."""
+    """Keep Dask's logs, tracebacks among them, off the terminal; our error message says it."""
     loggers = [logging.getLogger(n) for n in logging.root.manager.loggerDict if "distributed" in n]
     levels = [logger.level for logger in loggers]
     try:
@@ -36,7 +36,7 @@ def dask_workers(
 ) -> Iterator[Executor]:
     """Open an executor on Dask workers.
 
-    The scheduler gives the piece of a worker that dies to another worker, a few times.
+    The scheduler gives the task of a worker that dies to another worker, a few times.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def dask_workers(
     workers : int
         Processes on this machine, without a scheduler.
     say : callable
-        Gets a line if no worker has come yet.
+        Is called with a line of text if there are no workers yet.
 
     Yields
     ------
@@ -71,8 +71,8 @@ def dask_workers(
             client = stack.enter_context(Client(stack.enter_context(cluster)))
         else:
             try:
-                client = stack.enter_context(Client(scheduler, timeout=_PATIENCE))
-                # a worker that cannot unpack its work closes without a word, and the run hangs
+                client = stack.enter_context(Client(scheduler, timeout=_TIMEOUT))
+                # a worker that cannot unpickle its task closes without a message, and the run hangs
                 client.run_on_scheduler(exec, _PROBE, {})
                 client.run(exec, _PROBE, {})
             except ImportError as error:
@@ -82,7 +82,7 @@ def dask_workers(
                 ) from error
             except (OSError, ValueError) as error:
                 raise InputError(
-                    f"--scheduler: got {scheduler}, where none answered within {_PATIENCE} s, "
+                    f"--scheduler: got {scheduler}, where none answered within {_TIMEOUT} s, "
                     "allowed: the address of a running Dask scheduler"
                 ) from error
             if not client.scheduler_info()["workers"]:

@@ -1,7 +1,4 @@
-"""Who does the pieces of a table: threads here, a Dask cluster, or the ranks of an MPI job.
-
-All are executors of `concurrent.futures`.
-"""
+"""Executors of `concurrent.futures` for tasks: threads, a Dask cluster, the ranks of an MPI job."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -35,7 +32,7 @@ def open_executor(
     ranks : Executor, optional
         The other ranks of an MPI job, from `tablegen.tasks.mpi_ranks.on_first_rank`.
     say : callable
-        Gets what a user should know, for example that no worker has come yet.
+        Is called with a line of text for the user, for example if there are no workers yet.
 
     Yields
     ------
@@ -75,7 +72,7 @@ def thread_pool(workers: int | None = None) -> Iterator[Executor]:
     try:
         yield pool
     except BaseException:
-        # what is at work cannot be stopped, but what went wrong can be told before it ends
+        # running tasks cannot be stopped, but the error can be reported before they end
         pool.shutdown(wait=False, cancel_futures=True)
         raise
     pool.shutdown()

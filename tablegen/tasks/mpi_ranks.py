@@ -1,6 +1,6 @@
-"""The ranks of an MPI job: the first runs the command, the others do pieces for it.
+"""The ranks of an MPI job: the first runs the command, the others are its workers.
 
-Only the first rank reads its arguments, prints and writes, so that a job says everything once.
+Only the first rank reads its arguments, prints and writes, so that every message appears once.
 """
 
 import signal
@@ -13,7 +13,7 @@ from sampler.errors import InputError
 
 
 def asks_for_ranks(words: Sequence[str]) -> bool:
-    """Tell whether the words of a command line ask for MPI."""
+    """Whether the words of a command line select MPI."""
     return "--executor=mpi" in words or ("--executor", "mpi") in pairwise(words)
 
 

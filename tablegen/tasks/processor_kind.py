@@ -1,7 +1,7 @@
-"""The kind of processor that this runs on, as far as it decides the last digits of a piece.
+"""The kind of processor that this runs on, as far as it decides the last digits of a result.
 
 Libraries choose code by the processor, and sum in another order or fuse other products and sums.
-Three of them do so where pieces are made: numpy, the linear algebra of numpy and scipy, and the
+Three of them do so in tasks: numpy, the linear algebra of numpy and scipy, and the
 elementary functions of the C library. Compiled kernels do not: they never fuse or reorder by
 themselves (`sampler.compilation.jit`).
 """

@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal, a line now and then anywhere else."""
+"""Progress of long work: a bar on a terminal, now and then a line elsewhere."""
 
 import sys
 from typing import Any, TextIO
@@ -12,36 +12,36 @@ _LINE = "{desc}: {n_fmt} of {total_fmt} {unit}s, {elapsed} so far, {remaining} l
 
 
 class _Lines:
-    """File that gets what a bar draws over and over as lines, for a log."""
+    """File that turns what a bar redraws into lines, for a log."""
 
     def __init__(self, file: TextIO) -> None:
         self._file = file
 
     def write(self, text: str) -> None:
-        """Write a line of a bar that starts over; the clearing of a bar is nothing."""
+        """Write the text of a redrawn bar as one line, and nothing where it is cleared."""
         if line := text.strip("\r\n ").removeprefix(": "):
             self._file.write(f"tablegen: {line}\n")
 
     def flush(self) -> None:
-        """Bring the lines out."""
+        """Flush the file."""
         self._file.flush()
 
 
 def draws_over(file: TextIO) -> bool:
-    """Whether a bar can be drawn over and over: on a terminal and in a notebook."""
+    """Whether a bar can be redrawn in place: on a terminal and in a notebook."""
     return file.isatty() or "ipykernel" in sys.modules
 
 
 def bar(shown: bool, unit: str = "step", **settings: Any) -> tqdm:
-    """Make the progress bar of a piece of work.
+    """Make a progress bar.
 
     Parameters
     ----------
     shown : bool
-        Whether it is seen at all. On standard error, where that is no terminal as a line every
-        `INTERVAL` seconds, so that nothing is said of short work.
+        Whether to show it, on standard error; where that is no terminal, as a line every
+        `INTERVAL` seconds, so that short work prints nothing.
     unit : str
-        What is counted, in the singular.
+        The unit of the count, in the singular.
     **settings
         Of `tqdm.tqdm`: ``total``, ``desc``, ``initial``, ``postfix``, ``unit_scale``.
 

@@ -1,9 +1,9 @@
-"""Run keyed pieces of work: on any executor, in any order, kept on disk as they finish.
+"""Run tasks with keys: on any executor, in any order, with checkpoints on disk.
 
-A piece is a function of its arguments and the software alone, but for last digits, which depend on
-the kind of processor: so a table does not depend on who computed its pieces, or when, and where
-processors of several kinds took part, it says so. What a piece costs is counted, and shown while
-the work goes on.
+The result of a task is a function of its arguments and the software alone, but for last digits,
+which depend on the kind of processor. So a table does not depend on when and where its tasks were
+done, and it names the kinds of processor that took part. The time of each task is counted, and
+shown while the run goes on.
 """
 
 import hashlib
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sampler.errors import InputError
-from tablegen.tasks.checkpoint import PieceStore
+from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.executors import thread_pool
 from tablegen.tasks.processor_kind import processor_kind
 from tablegen.tasks.progress import bar
@@ -26,36 +26,36 @@ from tablegen.tasks.software import software
 
 Arrays = dict[str, NDArray[Any]]
 
-#: What time is spent on, in the order of the array `SECONDS` of a piece.
+#: What time is spent on, in the order of the array `SECONDS` of a result.
 STAGES = ("simulation", "fit", "check")
 
-#: Name under which a piece keeps its seconds by stage, beside its results.
+#: Name of the array with the seconds of each stage in the result of a task.
 SECONDS = "seconds"
 
-#: Name under which a piece keeps the kind of processor that made it.
+#: Name of the array with the kind of processor in the result of a task.
 PROCESSOR = "processor"
 
 
-class Piece(NamedTuple):
-    """A piece of work: ``function(*arguments)`` returns named arrays, `SECONDS` among them."""
+class Task(NamedTuple):
+    """A part of a run: ``function(*arguments)`` returns named arrays, `SECONDS` among them."""
 
     function: Callable[..., Arrays]
     arguments: tuple[Any, ...]
 
 
 def stable_number(key: str, bits: int) -> int:
-    """Give the number of a text, the same on every machine; from 0 to 2**bits - 1."""
+    """Hash a text to an integer from 0 to 2**bits - 1, the same on every machine."""
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") >> (64 - bits)
 
 
-def perform(piece: Piece, wanted_software: str) -> Arrays:
-    """Do a piece of work, on whatever machine this runs.
+def run_task(task: Task, wanted_software: str) -> Arrays:
+    """Run a task on the machine of a worker.
 
     Parameters
     ----------
-    piece : Piece
+    task : Task
     wanted_software : str
-        What `software` says where the pieces are put together.
+        What `software` says where the results are collected.
 
     Returns
     -------
@@ -69,16 +69,16 @@ def perform(piece: Piece, wanted_software: str) -> Arrays:
     """
     if (ours := software()) != wanted_software:
         raise InputError(f"workers: got one with {ours}, allowed: {wanted_software}")
-    return {**piece.function(*piece.arguments), PROCESSOR: np.array(processor_kind())}
+    return {**task.function(*task.arguments), PROCESSOR: np.array(processor_kind())}
 
 
-class Workshop:
-    """Where the pieces of a table are made.
+class TaskRunner:
+    """Runs tasks, and collects their results, times and kinds of processor.
 
     Parameters
     ----------
-    store : PieceStore, optional
-        Where finished pieces are kept, and found again.
+    store : CheckpointStore, optional
+        Where checkpoints are written and found.
     executor : concurrent.futures.Executor, optional
         By default one thread a processor. It stays open.
     progress : bool
@@ -87,16 +87,16 @@ class Workshop:
     Attributes
     ----------
     seconds : dict
-        Worker seconds of all pieces so far, by stage.
+        Worker seconds of all tasks so far, by stage.
     processors : set of str
-        Kinds of processor that made the pieces so far, those found again among them.
+        Kinds of processor on which the tasks so far were done, those of checkpoints included.
     note : str
-        Shown beside the bar; the generator puts the present worst error here.
+        Text after the progress bar; the generator puts the present worst error here.
     """
 
     def __init__(
         self,
-        store: PieceStore | None = None,
+        store: CheckpointStore | None = None,
         executor: Executor | None = None,
         progress: bool = False,
     ) -> None:
@@ -108,69 +108,66 @@ class Workshop:
     def run(
         self,
         what: str,
-        pieces: Mapping[str, Piece],
-        see: Callable[[str, Arrays], None] | None = None,
+        tasks: Mapping[str, Task],
+        on_result: Callable[[str, Arrays], None] = lambda key, arrays: None,
     ) -> dict[str, Arrays]:
-        """Do all pieces that are not done yet.
+        """Run all tasks without a checkpoint.
 
         Parameters
         ----------
         what : str
             For the progress bar.
-        pieces : mapping from key to Piece
+        tasks : mapping from key to Task
             The key says everything that decides the result, but for the configuration.
-        see : callable, optional
-            Gets the key and the result of every piece as soon as it is there, to update the note.
+        on_result : callable, optional
+            Is called with key and result of each task when it is done, to update the note.
 
         Returns
         -------
-        dict from key to Arrays, in the order of the pieces
+        dict from key to Arrays, in the order of the tasks
         """
         done: dict[str, Arrays] = {}
-        for key in pieces:
-            found = self._store.load(key) if self._store else None
-            if found is not None:
+        for key in tasks:
+            if self._store and (found := self._store.load(key)) is not None:
                 done[key] = found
-                if see:
-                    see(key, found)
+                on_result(key, found)
         counted = bar(
-            self._progress and len(done) < len(pieces),
+            self._progress and len(done) < len(tasks),
             unit="piece",
-            total=len(pieces),
+            total=len(tasks),
             initial=len(done),
             desc=what,
             postfix=self.note,
         )
-        # closed at once where a piece cannot be kept: the traceback would hold it open
-        with counted, closing(self._finished(pieces, done)) as finished:
+        # closed at once if a checkpoint cannot be written: the traceback would keep it open
+        with counted, closing(self._finished(tasks, done)) as finished:
             for key, arrays in finished:
                 if self._store:
                     self._store.save(key, arrays)
                 done[key] = arrays
-                if see:
-                    see(key, arrays)
+                on_result(key, arrays)
                 counted.set_postfix_str(self.note, refresh=False)
                 counted.update()
         for arrays in done.values():
             for stage, spent in zip(STAGES, arrays[SECONDS], strict=True):
                 self.seconds[stage] += float(spent)
             self.processors.add(str(arrays[PROCESSOR]))
-        return {key: done[key] for key in pieces}
+        return {key: done[key] for key in tasks}
 
     def _finished(
-        self, pieces: Mapping[str, Piece], done: Mapping[str, Arrays]
+        self, tasks: Mapping[str, Task], done: Mapping[str, Arrays]
     ) -> Generator[tuple[str, Arrays], None, None]:
-        """Do what is not done yet; keys and results in the order of completion."""
-        missing = {key: piece for key, piece in pieces.items() if key not in done}
+        """Keys and results of the tasks that are not done, in the order of completion."""
+        missing = {key: task for key, task in tasks.items() if key not in done}
         if not missing:
             return
-        # A piece limits linear algebra to one thread itself. But that holds for the whole process,
-        # and of two pieces that overlap, the first to end would lift it for the other.
+        # A task itself limits linear algebra to one thread. But the limit is that of the process:
+        # of two tasks that overlap, the first to end would lift it for the other.
         with (
             threadpool_limits(limits=1, user_api="blas"),
             nullcontext(self._executor) if self._executor else thread_pool() as pool,
         ):
-            waiting = {pool.submit(perform, p, software()): key for key, p in missing.items()}
+            waiting = {pool.submit(run_task, t, software()): key for key, t in missing.items()}
             try:
                 for future in as_completed(waiting):
                     yield waiting.pop(future), future.result()
@@ -180,14 +177,14 @@ class Workshop:
 
 
 class Stopwatch:
-    """Seconds that one piece takes, by stage."""
+    """Seconds that one task takes, by stage."""
 
     def __init__(self) -> None:
         self._seconds = dict.fromkeys(STAGES, 0.0)
         self._last = time.perf_counter()
 
     def stage(self, name: str) -> None:
-        """Count what has passed since the last call for a stage."""
+        """Count the time since the last call for a stage."""
         now = time.perf_counter()
         self._seconds[name] += now - self._last
         self._last = now

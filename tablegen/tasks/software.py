@@ -1,6 +1,6 @@
-"""What decides a piece, besides its arguments: our sources and the libraries below.
+"""What decides the result of a task besides its arguments: our sources and the libraries below.
 
-Pieces made by other software are neither resumed from nor accepted from a worker. The kind of
+Results of other software are neither resumed from nor accepted from a worker. The kind of
 processor (`tablegen.tasks.processor_kind`) decides no more than last digits; it is recorded.
 """
 
@@ -34,9 +34,9 @@ def _libraries() -> str:
 
 
 def software() -> str:
-    """Versions of all software that a piece depends on, in one line.
+    """Versions of all software that results depend on, in one line.
 
-    Two machines with the same line make the same pieces, and the same bytes if their processors
+    Two machines with the same line compute the same results, and the same bytes if their processors
     are of one kind: see `tablegen.tasks.processor_kind.processor_kind`.
     """
     return f"rebound-tables {sampler.__version__} (sources {_sources()}), {_libraries()}"

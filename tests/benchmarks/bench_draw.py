@@ -51,8 +51,8 @@ class Conditions:
         )
         self.index = rng.integers(0, 2**64, n, dtype=np.uint64)
         self.hit = np.zeros(n, np.uint32)
-        self.states = np.empty((n, len(table.components)))
-        self.singles = np.empty((n, len(table.components)), np.float32)
+        self.states = np.empty((n, len(table.columns)))
+        self.singles = np.empty((n, len(table.columns)), np.float32)
 
 
 def python_draws(table: sampler.Table, conditions: Conditions) -> dict[str, Draw]:

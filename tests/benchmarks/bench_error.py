@@ -22,7 +22,7 @@ from tqdm import tqdm
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
 from tablegen.config import load_config
-from tablegen.particles.population import SHAPE_NAMES
+from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.studies.report.tolerances import FINEST, Setting, curve
 
 

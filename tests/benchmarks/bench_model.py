@@ -24,9 +24,8 @@ from typing import Any
 
 import baseline
 import checkout  # noqa: F401  (before the imports that it makes possible)
-import numpy as np
+from pathwise import random_particles
 from reference_model import Law, Setup, rebounds
-from reference_population import draw_particles
 from tqdm import tqdm
 
 from sampler.compilation.processors import processors
@@ -58,13 +57,13 @@ def tablegen_timer(speed: float, count: int, seed: int) -> Timer:
 
 def reference_timer(speed: float, count: int, seed: int) -> Timer:
     """Time the readable reference, its random particles included."""
-    truncation = load_config("corundum-steel").population.truncation
+    population = load_config("corundum-steel").population
 
     def timed(shape: str, alpha_deg: float) -> float:
         setup = Setup(math.radians(alpha_deg), speed)
         start = time.process_time()
-        shapes, ratios, rotations = draw_particles(np.random.default_rng(seed), shape, count)
-        rebounds(Law(), setup, shapes, ratios, rotations, truncation)
+        particles = random_particles(population.restricted_to(shape), count, seed)
+        rebounds(Law(), setup, *particles, population.truncation)
         return 1e9 * (time.process_time() - start) / count
 
     return timed

@@ -82,7 +82,7 @@ class Draws:
     def __init__(self, table: Table, count: int) -> None:
         rng = np.random.default_rng(1)
         self.table, self.index = table, np.arange(count, dtype=np.uint64)
-        self.states = np.empty((count, len(table.components)))
+        self.states = np.empty((count, len(table.columns)))
         self.spread = (
             rng.uniform(*table.alpha_range, count),
             rng.uniform(*table.speed_range, count),

@@ -68,7 +68,7 @@ def main():
         rows = [
             {
                 "scene": name,
-                "components": " ".join(table.components),
+                "components": " ".join(table.columns),
                 "file_bytes": paths[name].stat().st_size,
                 "memory_bytes": table.nbytes,
                 "load_seconds": load_seconds(paths[name]),

@@ -17,14 +17,9 @@ from scipy.special import ndtr
 
 from sampler.formats.channels import to_channels
 from sampler.table import Table
-from tablegen.accuracy.comparison import CLASSIFIED, PROJECTED
-from tablegen.accuracy.metrics import (
-    classifier_auc,
-    correlation_error,
-    ks_distances,
-    sliced_wasserstein,
-)
+from tablegen.accuracy.metrics import DISTANCES, ks_distances
 from tablegen.config import load_config
+from tablegen.configuration.metric_table import METRICS
 from tablegen.fitting.classes import class_of
 from tablegen.fitting.node import fit_node
 from tablegen.fitting.resolution import Resolution
@@ -66,11 +61,11 @@ def simulated(alpha_deg, speed, stream):
 
 def distances(drawn, direct):
     """Every metric, as text."""
-    ks = ks_distances(drawn, direct)
-    sliced = sliced_wasserstein(drawn[:PROJECTED], direct[:PROJECTED], 16)
-    auc = classifier_auc(drawn[:CLASSIFIED], direct[:CLASSIFIED])
-    correlation = correlation_error(drawn, direct)
-    return f"KS {ks.max():.4f}  SW {sliced:.4f}  corr. {correlation:.4f}  AUC {auc:.4f}"
+    found = []
+    for name, metric in METRICS.items():
+        a, b = drawn[: metric.trial_states], direct[: metric.trial_states]
+        found.append(f"{metric.head} {np.max(DISTANCES[name](a, b, 16, 0)):.4f}")
+    return "  ".join(found)
 
 
 def states_of(channels):

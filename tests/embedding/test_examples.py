@@ -22,9 +22,10 @@ WORDS = re.compile(
 def follow(table):
     """Velocities and spins of the particles after all their walls, from Python."""
     velocity = np.tile([150.0, -80.0, 0.0], (PARTICLES, 1))
+    keys = {"seed": 7, "index": np.arange(PARTICLES)}
     for hit in range(HITS):
         side = 1.0 if hit % 2 == 0 else -1.0
-        velocity, omega = table.rebound(velocity, [0.0, side, 0.0], 20e-6, seed=7, hit=hit)
+        velocity, omega = table.rebound(velocity, [0.0, side, 0.0], 20e-6, hit=hit, **keys)
         velocity += 0.8 * (np.array([150.0, 80.0 * side, 0.0]) - velocity)
     return velocity, omega
 

@@ -120,7 +120,7 @@ def test_program(compiler, folder, expected, monkeypatch):
 
 def check_plane(plane):
     """The pruned table gives u and v of the full one, and nothing out of the plane."""
-    assert plane.components == ("u", "v", "omega_z")
+    assert plane.columns == ("u", "v", "omega_z")
     impact = {"velocity": [120, -90, 0], "normal": [0, 1, 0], "half_size": 20e-6}
     v, omega = plane.rebound(**impact, seed=7, index=np.arange(50))
     full, spin = sampler.load("corundum-steel").rebound(**impact, seed=7, index=np.arange(50))

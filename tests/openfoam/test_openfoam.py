@@ -87,6 +87,7 @@ def drawn(table, started):
         shots.NORMAL[started.wall],
         0.5 * shots.DIAMETER,
         seed=shots.SEED,
+        index=np.arange(len(started.velocity)),
         wall_velocity=shots.WALL_VELOCITY[started.wall],
     )
 

@@ -78,6 +78,7 @@ def main(work, count=COUNT):
         shots.NORMAL[started.wall],
         0.5 * shots.DIAMETER,
         seed=shots.SEED,
+        index=np.arange(len(started.velocity)),
         wall_velocity=shots.WALL_VELOCITY[started.wall],
     )
     results = {}

@@ -4,8 +4,7 @@ import numpy as np
 from reference_model import Law, Setup, rebounds
 
 from tablegen.config import load_config
-from tablegen.model.random_particles import draw_particle
-from tablegen.model.rebound import MOTION_SIZE
+from tablegen.model.random_particles import draw_particles
 from tablegen.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
@@ -14,16 +13,20 @@ _RESTITUTION, _RESISTANCE = CONFIG.pair.restitution, CONFIG.pair.resistance
 LAW = Law(_RESTITUTION.coefficient, _RESTITUTION.exponent, _RESISTANCE.strength)
 
 
-def orientations(population, count, seed):
-    """Rotations, body to wall axes, of the particles that `simulate` draws; (n, 3, 3)."""
-    arguments = population.kernel_arguments()
-    motion = np.empty(MOTION_SIZE)
-    rotations = np.empty((count, 3, 3))
-    for i in range(count):
-        draw_particle(arguments, np.uint64(seed), np.uint32(0), i, motion)
-        normal, axis = motion[3:6], motion[6:9]
-        rotations[i] = axis, normal, np.cross(axis, normal)
-    return rotations
+def random_particles(population, count, seed):
+    """Particles that `simulate` draws, as `reference_model.rebounds` takes them.
+
+    Returns
+    -------
+    tuple ((n,) int64, (n, 2) float64, (n, 3, 3) float64)
+        Shape codes, b / a and c / b, rotations from body to wall axes.
+    """
+    axes, kind = np.empty((count, 6)), np.empty((count, 3))
+    keys = np.uint64(seed), np.uint32(0)
+    draw_particles(population.kernel_arguments(), keys, 0, axes, kind)
+    normal, axis = axes[:, :3], axes[:, 3:]
+    rotations = np.stack([axis, normal, np.cross(axis, normal)], axis=1)
+    return kind[:, 0].astype(np.int64), kind[:, 1:].copy(), rotations
 
 
 def follow(population, condition, count, seed, changes=None):
@@ -49,5 +52,5 @@ def follow(population, condition, count, seed, changes=None):
     settings |= LAW._asdict() | {"truncation": TRUNCATION} | (changes or {})
     law = Law(*(settings.pop(name) for name in Law._fields))
     truncation = settings.pop("truncation")
-    particles = fast.shape, fast.aspect, orientations(population, count, seed)
+    particles = random_particles(population, count, seed)
     return fast, *rebounds(law, Setup(**settings), *particles, truncation)

@@ -40,9 +40,9 @@ LONG = 30
 
 def differences(shape, form, condition, changes=None):
     """Difference of each particle's states, relative to a large spin, and its collisions."""
-    people = CONFIG.population.restricted_to(shape).with_aspect(*FORMS[form])
+    population = CONFIG.population.restricted_to(shape).with_aspect(*FORMS[form])
     fast, states, collisions = follow(
-        people, condition, COUNT, SEED, {"step": STEP} | (changes or {})
+        population, condition, COUNT, SEED, {"step": STEP} | (changes or {})
     )
     assert np.all(fast.state[:, 1] > 0.0)
     size = 1.0 + np.abs(fast.state).max(axis=1)

@@ -1,4 +1,11 @@
-"""The draw once more, in plain Python, from its description and not from the kernels."""
+"""The executable specification of the draw: plain Python, from the stored file.
+
+It follows section "A draw" of tables/FORMAT.md step by step and shares nothing with the kernels but
+the names of the channels. `contents` is a table as `sampler.formats.hdf5.read_table` reads it. The
+normal quantile function is exact and the stored quantiles are taken as they are, in double
+precision throughout, so states agree with those of the kernels to 1e-5 and half a 16-bit step of a
+quantile; their bits are those of tests/vectors.
+"""
 
 import math
 
@@ -47,20 +54,24 @@ def _corner(word, t, r):
 
 
 def reference_channels(contents, alpha1, speed, words):
-    """Channels by name, from the words of blocks 0, 1 and 2."""
+    """Channels by name: steps 1 to 5, from the words of blocks 0, 1 and 2."""
     w = [int(word) for word in words]
+    # 1. cell and weights
     angles, ends = (np.deg2rad(contents[f"axes/alpha_{name}"]) for name in ("deg", "span_deg"))
     i0, t = _axis(alpha1, angles, ends, contents["axes/alpha_coordinate"])
     speeds, ends = contents["axes/speed"], contents["axes/speed_span"]
     j0, r = _axis(speed, speeds, ends, contents["axes/speed_coordinate"])
+    # 2. node
     up_alpha, up_speed = _corner(w[1], t, r)
     i, j = i0 + up_alpha, j0 + up_speed
 
+    # 3. component
     probability = contents["dependence/alias_probability"][i, j]
     column, low = divmod(w[0] * len(probability), 2**32)
     if low >> 16 >= probability[column]:
         column = contents["dependence/alias_index"][i, j, column]
 
+    # 4. variates
     n = len(contents.channels)
     factor = np.zeros((n, n))
     factor[np.tril_indices(n)] = contents["dependence/cholesky"][i, j, column] / 4096.0
@@ -71,6 +82,7 @@ def reference_channels(contents, alpha1, speed, words):
             -1.0 if name in ("w_hat", "omega_x", "omega_y") else 1.0 for name in contents.channels
         ]
 
+    # 5. quantile functions of the class, averaged over the cell
     kind = int(np.sum(column >= contents["dependence/first_of_class"][i, j].astype(int))) - 1
     knots = contents["marginals/variate_knots"]
     channels = dict.fromkeys(CHANNELS, 0.0)
@@ -85,7 +97,7 @@ def reference_channels(contents, alpha1, speed, words):
 
 
 def reference_draw(contents, alpha1, speed, words):
-    """State in the order of the table's components, from the words of blocks 0, 1 and 2."""
+    """State in the order of the table's variables, from the words of blocks 0, 1 and 2."""
     c = reference_channels(contents, alpha1, speed, words)
     u = c["u_hat"] * math.sqrt(1.0 - c["v"] ** 2)
     w = c["w_hat"] * math.sqrt(1.0 - c["v"] ** 2 - u**2)

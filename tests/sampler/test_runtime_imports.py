@@ -1,4 +1,4 @@
-"""What the runtime imports: numpy, numba, h5py and the standard library.
+"""What the runtime imports: numpy, numba, h5py and the standard library; its commands also click.
 
 numba looks at scipy's version where scipy is installed, so "scipy is not in sys.modules" cannot
 hold there. What must hold: the runtime brings in nothing beyond numba's own imports, and library
@@ -17,9 +17,12 @@ ROOT = Path(__file__).resolve().parents[2]
 FOREIGN = ("scipy", "sklearn", "matplotlib", "tablegen", "pydantic", "click", "tqdm")
 RUNTIME = ("numpy", "numba", "llvmlite", "h5py", "sampler")
 
-#: Everything that the commands and a draw import.
-ALL_MODULES = "import sampler, sampler.commands.main, sampler.commands.draw_command, sampler.table"
-ALL_MODULES += ", sampler.commands.export_command, sampler.commands.list_command"
+#: Every module but those of the command line.
+ALL_MODULES = "import sampler" + "".join(
+    f", sampler.{path.stem if path.parent.name == 'sampler' else f'{path.parent.name}.{path.stem}'}"
+    for path in sorted((ROOT / "sampler").rglob("*.py"))
+    if path.parent.name != "commands" and not path.stem.startswith("_")
+)
 
 #: Packages that are not named here are not found, as if they were not installed.
 ALONE = """
@@ -35,7 +38,7 @@ sys.meta_path[:] = map(Only, sys.meta_path)
 
 DRAW = """
 import sampler
-print(sampler.load("PATH").sample(0.5, 100.0, seed=1).shape)
+assert sampler.load("PATH").sample(0.5, 100.0, seed=1, index=[0]).shape == (1, 6)
 """
 
 COMMANDS = """
@@ -47,7 +50,7 @@ assert main(["list"]) == 0
 """
 
 REFUSED = """
-from tablegen.commands.program import main
+from tablegen.commands.main import main
 assert main(["demo"]) == 2
 import tablegen
 try:
@@ -82,15 +85,19 @@ def test_nothing_beyond_the_three():
     assert _foreign(f"{ALL_MODULES}, scipy.special") > below  # or the comparison is blind
 
 
-def test_draws_and_commands_where_nothing_else_is_installed(table_path, tmp_path):
-    run = _run((ALONE % (RUNTIME,) + DRAW + COMMANDS).replace("PATH", str(table_path)), tmp_path)
+@pytest.mark.parametrize(
+    ("packages", "work", "files"),
+    [(RUNTIME, DRAW, []), ((*RUNTIME, "click"), COMMANDS, ["a.npz", "a.rbt"])],
+    ids=["library", "commands"],
+)
+def test_works_where_nothing_else_is_installed(table_path, tmp_path, packages, work, files):
+    run = _run((ALONE % (packages,) + work).replace("PATH", str(table_path)), tmp_path)
     assert run.returncode == 0, run.stderr
-    assert run.stdout.startswith("(1, 6)\n")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "a.rbt"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == files
 
 
 def test_the_generator_says_there_what_it_needs(tmp_path):
-    run = _run(ALONE % ((*RUNTIME, "tablegen"),) + REFUSED, tmp_path)
+    run = _run(ALONE % ((*RUNTIME, "click", "tablegen"),) + REFUSED, tmp_path)
     line = "the generator is not installed, allowed after: pip install 'rebound-tables[generate]'\n"
     assert run.stderr == f"tablegen: error: {line}"
     assert run.stdout == f"python: {line}"

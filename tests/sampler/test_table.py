@@ -9,13 +9,16 @@ from synthetic_table import make_contents
 
 import sampler
 from sampler import InputError, OutsideTableWarning
+from sampler.inputs.rows import Keys, broadcast
 
 pytestmark = pytest.mark.processor
 
 N = 50_000
+RNG = np.random.default_rng(1)
+IMPACT = {"velocity": [60.0, -80.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
 
 
-def _conditions(n=N, seed=1):
+def _conditions(n=N, seed=1, index=0):
     rng = np.random.default_rng(seed)
     return rng.uniform(0.36, np.pi / 2, n), rng.uniform(50.0, 300.0, n)
 
@@ -39,9 +42,9 @@ def test_same_keys_same_states_for_any_threads_and_batches(table):
 def test_rebound_is_the_same_for_any_threads(table):
     velocity = np.random.default_rng(4).standard_normal((N, 3)) * 100.0
     velocity[:, 1] = -np.abs(velocity[:, 1])
-    one = table.rebound(velocity, [0, 1, 0], 1e-5, seed=3, threads=1)
+    one = table.rebound(velocity, [0, 1, 0], 1e-5, seed=3, index=range(N), threads=1)
     for threads in (None, 5):
-        many = table.rebound(velocity, [0, 1, 0], 1e-5, seed=3, threads=threads)
+        many = table.rebound(velocity, [0, 1, 0], 1e-5, seed=3, index=range(N), threads=threads)
         np.testing.assert_array_equal(many[0], one[0])
         np.testing.assert_array_equal(many[1], one[1])
 
@@ -59,11 +62,66 @@ def test_each_key_changes_every_state(table):
         assert np.abs(r).max() < 6.1 / np.sqrt(1000)
 
 
-def test_index_counts_from_zero_if_left_out(table):
-    alpha1, speed = _conditions(100)
-    np.testing.assert_array_equal(
-        table.sample(alpha1, speed, seed=1), table.sample(alpha1, speed, seed=1, index=range(100))
-    )
+class TestGenerator:
+    """For people who want random numbers and not keys."""
+
+    def test_calls_differ_and_equal_generators_do_not(self, table):
+        one, two = np.random.default_rng(1), np.random.default_rng(1)
+        first = [table.sample(0.7, 100.0, size=50, rng=one) for _ in range(2)]
+        second = [table.sample(0.7, 100.0, size=50, rng=two) for _ in range(2)]
+        np.testing.assert_array_equal(first, second)
+        assert (first[0] != first[1]).any(axis=1).all()
+        seed = np.random.default_rng(1).integers(2**64, dtype=np.uint64)
+        keyed = table.sample(0.7, 100.0, seed=seed, index=range(50), hit=0)
+        np.testing.assert_array_equal(first[0], keyed)
+
+    def test_rebounds_take_it_too(self, table):
+        impact = ([60.0, -80.0, 0.0], [0, 1, 0], 1e-5)
+        rng = np.random.default_rng(1)
+        first, second = (table.rebound(*impact, size=(4, 5), rng=rng) for _ in range(2))
+        assert first.velocity.shape == first.omega.shape == (4, 5, 3)
+        assert (first.velocity != second.velocity).all()
+        seed = np.random.default_rng(1).integers(2**64, dtype=np.uint64)
+        keyed = table.rebound(*impact, seed=seed, index=np.arange(20).reshape(4, 5))
+        np.testing.assert_array_equal(first, keyed)
+
+    def test_statistics_are_those_of_keys(self, table):
+        """Means of all variables within 6 standard errors, false alarm 1e-8; not at 1.2 rad."""
+        drawn = table.sample(0.7, 100.0, size=N, rng=np.random.default_rng(2))
+        error = drawn.std(axis=0) * np.sqrt(2.0 / N)
+        for alpha1, low, high in ((0.7, 0.0, 6.0), (1.2, 6.0, np.inf)):
+            keyed = table.sample(alpha1, 100.0, seed=1, index=np.arange(N))
+            beyond = np.abs(drawn.mean(axis=0) - keyed.mean(axis=0)) / error
+            assert low <= beyond.max() < high
+
+
+KEYS = "allowed: seed=, index= and hit=, or rng= and size= in their place"
+
+
+@pytest.mark.parametrize("method", ["sample", "rebound"])
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, f"seed: is missing, {KEYS}"),
+        ({"seed": 1}, f"index: is missing, {KEYS}"),
+        ({"seed": 1, "hit": 0}, f"index: is missing, {KEYS}"),
+        ({"seed": 1, "index": 0, "size": 3}, f"size: got 3 without rng, {KEYS}"),
+        ({"seed": 1, "rng": RNG}, f"seed: got a value besides rng, {KEYS}"),
+        ({"index": 0, "rng": RNG}, f"index: got a value besides rng, {KEYS}"),
+        ({"hit": 0, "rng": RNG}, f"hit: got a value besides rng, {KEYS}"),
+        ({"rng": 1}, "rng: got int, allowed: a numpy.random.Generator"),
+        ({"rng": RNG, "size": -1}, "size: got -1, allowed: an integer or a tuple"),
+        ({"rng": RNG, "size": (2, 1.5)}, "size: got 1.5, allowed: an integer or a tuple"),
+        ({"rng": RNG, "size": "7"}, "size: got '7', allowed: an integer or a tuple"),
+    ],
+)
+def test_keys_or_a_generator(table, method, given, message):
+    state = RNG.bit_generator.state
+    arguments = IMPACT if method == "rebound" else {"alpha1": 0.7, "speed": 100.0}
+    with pytest.raises(InputError) as refusal:
+        getattr(table, method)(**arguments, **given)
+    assert str(refusal.value).startswith(message)
+    assert RNG.bit_generator.state == state  # nothing was taken from it
 
 
 @pytest.mark.parametrize("index", [np.arange(5, dtype=np.int8), [0, 1, 2, 3, 4], range(5)])
@@ -72,30 +130,59 @@ def test_types_of_keys(table, index):
     np.testing.assert_array_equal(table.sample(0.7, 100, seed=3, index=index), expected)
 
 
-def test_shapes(table):
-    assert table.sample(0.7, 100.0, seed=1).shape == (1, 6)
-    assert table.sample([0.7, 0.8], 100.0, seed=1).shape == (2, 6)
-    assert table.sample(0.7, [100.0] * 3, seed=1).shape == (3, 6)
-    assert table.sample(0.7, 100.0, seed=1, index=[4, 5, 6, 7]).shape == (4, 6)
-    assert table.sample(0.7, 100.0, seed=1, index=1, hit=[0, 1]).shape == (2, 6)
-    assert table.sample([], [], seed=1).shape == (0, 6)
-    assert table.sample([], 100.0, seed=1, index=[]).shape == (0, 6)
-    v, omega = table.rebound(np.empty((0, 3)), [0, 1, 0], 1e-5, seed=1)
-    assert v.shape == omega.shape == (0, 3)
-    v, omega = table.rebound([1.0, -1.0, 0.0], [[0, 1, 0], [0, 2, 0]], [1e-5, 2e-5], seed=1)
-    assert v.shape == omega.shape == (2, 3)
+@pytest.mark.parametrize(
+    ("alpha1", "speed", "index", "hit", "shape"),
+    [
+        (0.7, 100.0, 4, 0, ()),
+        ([0.7], 100.0, 4, 0, (1,)),
+        ([0.7, 0.8], 100.0, 4, 0, (2,)),
+        (0.7, 100.0, [4, 5, 6], 0, (3,)),
+        (0.7, 100.0, 4, [0, 1], (2,)),
+        ([[0.7], [0.8]], [100.0, 120.0, 140.0], 4, 0, (2, 3)),
+        (0.7, [100.0, 120.0], [[1], [2]], np.zeros((4, 1, 1), int), (4, 2, 2)),
+        ([], 100.0, [], 0, (0,)),
+        (np.empty((2, 0)), 100.0, 1, 0, (2, 0)),
+    ],
+)
+def test_shapes_broadcast(table, alpha1, speed, index, hit, shape):
+    keys = {"seed": 1, "index": index, "hit": hit}
+    states = table.sample(alpha1, speed, **keys)
+    assert states.shape == (*shape, 6)
+    out = np.empty((*shape, 6), np.float32)
+    assert table.sample(alpha1, speed, **keys, out=out) is out
+    np.testing.assert_array_equal(out, states.astype(np.float32))
+    rows = np.broadcast_arrays(alpha1, speed, index, hit)
+    for place in np.ndindex(shape):
+        one = [values[place] for values in rows]
+        np.testing.assert_array_equal(
+            table.sample(*one[:2], seed=1, index=one[2], hit=one[3]), states[place]
+        )
+    wall = np.multiply.outer(np.ones(np.shape(alpha1)), [0.0, 1.0, 0.0])
+    rebound = table.rebound([60.0, -80.0, 0.0], wall, np.broadcast_to(1e-5, shape), **keys)
+    assert rebound.velocity.shape == rebound.omega.shape == (*shape, 3)
+
+
+def test_large_inputs_are_not_copied():
+    """Scalars stay one row, arrays of the right type and shape are passed on as they are."""
+    angles = np.full((300, 100), 0.7)
+    index = np.arange(30_000, dtype=np.uint64).reshape(300, 100)
+    rows = broadcast({"alpha1": angles, "speed": 100.0}, Keys(seed=1, index=index))
+    assert np.shares_memory(rows.values["alpha1"], angles)
+    assert np.shares_memory(rows.keys[1], index)
+    assert rows.values["speed"].shape == rows.keys[2].shape == (1,)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.int64, np.uint16])
 def test_dtypes_and_strides_of_conditions(table, dtype):
     speed = np.arange(60, 80, dtype=dtype)
-    expected = table.sample(0.7, np.arange(60.0, 80.0, 2.0), seed=1)
-    np.testing.assert_array_equal(table.sample(0.7, speed[::2], seed=1), expected)
+    expected = table.sample(0.7, np.arange(60.0, 80.0, 2.0), seed=1, index=0)
+    np.testing.assert_array_equal(table.sample(0.7, speed[::2], seed=1, index=0), expected)
 
 
 def test_what_a_table_says_of_itself(table, contents):
     assert table.alpha_range == (np.deg2rad(20.0), np.pi / 2)
     assert table.speed_range == (50.0, 300.0)
+    assert table.columns == ("u", "v", "w", "omega_x", "omega_y", "omega_z")
     assert table.pair == "made-up"
     assert table.config == contents.config
     assert table.accuracy["ks"].shape == (2, 6)
@@ -110,9 +197,9 @@ def test_what_a_table_says_of_itself(table, contents):
 def test_clamped_draws_are_counted(table):
     alpha1 = np.full(N, 0.7)
     alpha1[::10] = 0.1
-    first = table.sample(alpha1, 100.0, seed=1, threads=3)
+    first = table.sample(alpha1, 100.0, seed=1, index=range(N), threads=3)
     assert table.clamped == N // 10
-    table.rebound([1.0, -500.0, 0.0], [0, 1, 0], 1e-5, seed=1)
+    table.rebound([1.0, -500.0, 0.0], [0, 1, 0], 1e-5, seed=1, index=0)
     assert table.clamped == N // 10 + 1
     edge = table.sample(table.alpha_range[0], 100.0, seed=1, index=np.arange(0, N, 10))
     np.testing.assert_array_equal(first[::10], edge)
@@ -124,9 +211,9 @@ class TestWarning:
 
     def test_comes_once_with_the_count_at_the_line_that_drew(self, table):
         def draw():
-            table.sample(0.7, [100.0, 20.0, 310.0], seed=1)
-            table.sample(0.7, 20.0, seed=1)
-            table.rebound([1.0, -500.0, 0.0], [0, 1, 0], 1e-5, seed=1)
+            table.sample(0.7, [100.0, 20.0, 310.0], seed=1, index=0)
+            table.sample(0.7, 20.0, seed=1, index=0)
+            table.rebound([1.0, -500.0, 0.0], [0, 1, 0], 1e-5, seed=1, index=0)
 
         with pytest.warns(OutsideTableWarning) as told:
             draw()
@@ -143,28 +230,28 @@ class TestWarning:
         for _ in range(2):
             table = sampler.load(table_path)
             with pytest.warns(OutsideTableWarning, match=r"got 0\.00999.* 1 draw of this"):
-                table.rebound([100.0, -1.0, 0.0], [0, 1, 0], 1e-5, seed=1)
+                table.rebound([100.0, -1.0, 0.0], [0, 1, 0], 1e-5, seed=1, index=0)
 
     def test_does_not_come_within_the_table_nor_from_refusals(self, table, table_path):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            table.sample(0.7, [50.0, 300.0], seed=1)
+            table.sample(0.7, [50.0, 300.0], seed=1, index=0)
             with pytest.raises(InputError):
-                sampler.load(table_path, outside="raise").sample(0.7, 20.0, seed=1)
+                sampler.load(table_path, outside="raise").sample(0.7, 20.0, seed=1, index=0)
 
     def test_as_an_error_leaves_the_count_right(self, table):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             with pytest.raises(OutsideTableWarning):
-                table.sample(0.7, 20.0, seed=1)
-            table.sample(0.7, 20.0, seed=1)
+                table.sample(0.7, 20.0, seed=1, index=0)
+            table.sample(0.7, 20.0, seed=1, index=0)
         assert table.clamped == 2
 
 
 def test_counting_is_safe_between_threads(table):
     def draw():
         for _ in range(200):
-            table.sample([0.1, 0.7, 0.1], 100.0, seed=1)
+            table.sample([0.1, 0.7, 0.1], 100.0, seed=1, index=0)
 
     threads = [threading.Thread(target=draw) for _ in range(4)]
     for thread in threads:
@@ -181,21 +268,21 @@ def test_outside_can_be_refused(table_path, threads):
     speed[[600, 333, 900]] = 301.0
     refusal = r"speed: got 301 at index 333, allowed: from 50 to 300 m/s, the range of the table"
     with pytest.raises(InputError, match=refusal):
-        table.sample(0.7, speed, seed=1, threads=threads)
+        table.sample(0.7, speed, seed=1, index=0, threads=threads)
     with pytest.raises(InputError, match=r"alpha1: got 0.1 at index 0, allowed: from 0.349065"):
-        table.sample(0.1, speed, seed=1, threads=threads)
+        table.sample(0.1, speed, seed=1, index=0, threads=threads)
     velocity = np.tile([80.0, -60.0, 0.0], (1000, 1))
     velocity[700] = [100.0, -1.0, 0.0]
     with pytest.raises(InputError, match=r"alpha1: got 0.009999666\d+ at index 700"):
-        table.rebound(velocity, [0, 1, 0], 1e-5, seed=1, threads=threads)
+        table.rebound(velocity, [0, 1, 0], 1e-5, seed=1, index=0, threads=threads)
     assert table.clamped == 0
     # Of an outside row and a bad one, whichever comes first.
     speed[100] = np.nan
     with pytest.raises(InputError, match="speed: got nan at index 100"):
-        table.sample(0.7, speed, seed=1, threads=threads)
+        table.sample(0.7, speed, seed=1, index=0, threads=threads)
     speed[50] = 10.0
     with pytest.raises(InputError, match="speed: got 10 at index 50"):
-        table.sample(0.7, speed, seed=1, threads=threads)
+        table.sample(0.7, speed, seed=1, index=0, threads=threads)
 
 
 @pytest.mark.parametrize("threads", [1, 4])
@@ -216,7 +303,7 @@ def test_first_bad_condition_is_named(table, threads, name, value, allowed):
     inputs = dict(zip(("alpha1", "speed"), _conditions(1000), strict=True))
     inputs[name][[871, 423, 999]] = value
     with pytest.raises(InputError) as refusal:
-        table.sample(**inputs, seed=1, threads=threads)
+        table.sample(**inputs, seed=1, index=0, threads=threads)
     assert str(refusal.value) == f"{name}: got {value:.9g} at index 423, allowed: {allowed}"
     assert table.clamped == 0
 
@@ -247,7 +334,7 @@ def test_first_bad_impact_is_named(table, change, message):
     for name, value in change.items():
         inputs[name][[2, 4]] = value
     with pytest.raises(InputError) as refusal:
-        table.rebound(**inputs, seed=1)
+        table.rebound(**inputs, seed=1, index=0)
     assert message in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
@@ -259,27 +346,29 @@ def test_first_bad_impact_is_named(table, change, message):
         ({"seed": 2**64}, "seed: got 18446744073709551616, allowed"),
         ({"seed": 1.5}, "seed: got 1.5, allowed"),
         ({"seed": True}, "seed: got True, allowed"),
-        ({"seed": None}, "seed: got None, allowed"),
         ({"index": [3, -2]}, "index: got -2 at index 1, allowed: integers from 0 to 2**64 - 1"),
         ({"index": [1.0, 2.0]}, "index: got float64 values, allowed: integers"),
         ({"index": 2**64}, "index: got object values, allowed: integers"),
-        ({"index": [[1, 2]]}, "index: got shape (1, 2), allowed: a scalar or shape (n,)"),
+        ({"index": [[1, 2], [3, -4]]}, "index: got -4 at index (1, 1), allowed: integers"),
         ({"hit": 2**32}, "hit: got 4294967296 at index 0, allowed: integers from 0 to 2**32 - 1"),
         ({"hit": [0, -1]}, "hit: got -1 at index 1"),
         ({"alpha1": "0.5"}, "alpha1: got str96 values, allowed: real numbers"),
         ({"alpha1": 0.5j}, "alpha1: got complex128 values, allowed: real numbers"),
         ({"alpha1": True}, "alpha1: got bool values, allowed: real numbers"),
         ({"speed": [[1.0], [1.0, 2.0]]}, "speed: got rows of unequal length"),
-        ({"speed": [[100.0, 100.0]]}, "speed: got shape (1, 2), allowed: a scalar or shape (n,)"),
-        ({"speed": [100.0] * 3, "index": [1, 2]}, "index: got 2 rows, allowed: 1 or 3, the number"),
-        ({"speed": [100.0] * 3, "alpha1": []}, "speed: got 3 rows, allowed: 1 or 0"),
+        (
+            {"speed": [100.0] * 3, "index": [1, 2]},
+            "index: got shape (2,), allowed: one that broadcasts with (3,)",
+        ),
+        ({"speed": [100.0] * 3, "alpha1": []}, "speed: got shape (3,), allowed: one that broad"),
+        ({"speed": [[100.0, 100.0], [0.0, 0.0]]}, "speed: got 0 at index (1, 0), allowed: above"),
         ({"threads": 0}, "threads: got 0, allowed: an integer from 1 to 4096"),
         ({"threads": 1.5}, "threads: got 1.5, allowed"),
     ],
 )
 def test_wrong_arguments(table, change, message):
     with pytest.raises(InputError) as refusal:
-        table.sample(**({"alpha1": 0.7, "speed": 100.0, "seed": 1} | change))
+        table.sample(**({"alpha1": 0.7, "speed": 100.0, "seed": 1, "index": 0} | change))
     assert message in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
@@ -287,15 +376,15 @@ def test_wrong_arguments(table, change, message):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"velocity": [1.0, -1.0]}, "velocity: got shape (2,), allowed: (3,) or (n, 3)"),
-        ({"normal": np.ones((2, 2, 3))}, "normal: got shape (2, 2, 3), allowed"),
-        ({"half_size": [1e-5, 1e-5], "velocity": -np.ones((3, 3))}, "half_size: got 2 rows"),
+        ({"velocity": [1.0, -1.0]}, "velocity: got shape (2,), allowed: (3,) or (..., 3)"),
+        ({"normal": 1.0}, "normal: got shape (), allowed: (3,) or (..., 3)"),
+        ({"normal": [[[0, 1, 0], [0, -1, 0]]]}, "velocity: got 60, -80, 0 at index (0, 1)"),
+        ({"half_size": [1e-5, 1e-5], "velocity": -np.ones((3, 3))}, "half_size: got shape (2,)"),
     ],
 )
 def test_wrong_vectors(table, change, message):
-    inputs = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
     with pytest.raises(InputError) as refusal:
-        table.rebound(**(inputs | change), seed=1)
+        table.rebound(**(IMPACT | change), seed=1, index=0)
     assert message in str(refusal.value)
 
 

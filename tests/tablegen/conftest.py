@@ -1,11 +1,9 @@
-from types import SimpleNamespace
+from functools import partial
 
 import pytest
-from command_line import BAD_INPUT
 from tiny_tables import GENERATE, MEASURED, TINY, Tiny
 
 from tablegen.accuracy.measure import measure
-from tablegen.commands.main import main
 from tablegen.generate import generate
 
 
@@ -39,30 +37,12 @@ def terminal(monkeypatch):
 
 
 @pytest.fixture
-def run(capsys):
+def run(call):
     """Run the command line in this process: status, standard output, standard error."""
-
-    def runner(*arguments):
-        status = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return SimpleNamespace(status=status, out=captured.out, err=captured.err)
-
-    return runner
+    return partial(call, "tablegen")
 
 
 @pytest.fixture
-def refused(run, tmp_path):
+def refused(refuse):
     """Run what must be refused: one line, and the folder as it was. Returns the line."""
-
-    def runner(*arguments):
-        before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
-        ended = run(*arguments)
-        assert ended.status == BAD_INPUT
-        assert ended.out == ""
-        assert ended.err.count("\n") == 1
-        assert ended.err.endswith("\n")
-        assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
-        assert ended.err.startswith("tablegen: error: ")
-        return ended.err.removeprefix("tablegen: error: ").rstrip("\n")
-
-    return runner
+    return partial(refuse, "tablegen")

@@ -43,7 +43,7 @@ def _draws(path, alpha_deg=(10.0, 80.0), speed=(60.0, 300.0)):
     speeds = np.append(rng.uniform(*speed, n - 2), speed)
     index = rng.integers(0, 2**64, n, dtype=np.uint64)
     states = table.sample(alpha1, speeds, seed=9, index=index, hit=np.arange(n) % 7)
-    return dict(zip(table.components, states.T, strict=True))
+    return dict(zip(table.columns, states.T, strict=True))
 
 
 @pytest.mark.parametrize(

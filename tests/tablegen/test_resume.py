@@ -14,7 +14,7 @@ from typing import NamedTuple
 import pytest
 from command_line import BAD_INPUT, DONE, INTERRUPTED, config_file
 from processes import TABLEGEN, command
-from tiny_tables import GENERATE, MEASURED, PLAN, ROUGH
+from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH
 
 from sampler.formats.hdf5 import write_table
 from tablegen.fitting.node import fit_node
@@ -40,7 +40,7 @@ def generating(folder, *words):
     return [*TABLEGEN, "generate", config, *output, *settings, *words]
 
 
-def pieces(folder):
+def checkpoints(folder):
     return sorted(folder.glob("t.h5.parts/piece-*.npz"))
 
 
@@ -52,16 +52,16 @@ def made_here(path, patch, **options):
         fitted.append((alpha_deg, speed))
         return fit_node(config, alpha_deg, speed, *rest)
 
-    patch.setattr(PLAN, "fit_node", counting)
+    patch.setattr(REFINE, "fit_node", counting)
     generate(CONFIG, path, conditions=1, samples=MEASURED, **options)
     return fitted
 
 
 class Undisturbed(NamedTuple):
-    """A run that nothing disturbed: the table, and bytes on disk of all pieces and of it."""
+    """A run that nothing disturbed: the table, and bytes on disk of all checkpoints and of it."""
 
     whole: bytes
-    pieces: int
+    checkpoints: int
     table: int
 
 
@@ -71,7 +71,7 @@ def sizes(tmp_path_factory):
     on_disk = []
 
     def weighing(target, contents):
-        on_disk.extend(-(-file.stat().st_size // 4096) * 4096 for file in pieces(path.parent))
+        on_disk.extend(-(-file.stat().st_size // 4096) * 4096 for file in checkpoints(path.parent))
         write_table(target, contents)
 
     with pytest.MonkeyPatch.context() as patch:
@@ -93,42 +93,41 @@ def ended_by(tmp_path):
         words = [str(word) for word in generating(tmp_path)]
         with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as run:
             deadline = time.monotonic() + 120.0
-            while len(pieces(tmp_path)) < 3:
+            while len(checkpoints(tmp_path)) < 3:
                 assert run.poll() is None, "it ended before three nodes were there"
                 assert time.monotonic() < deadline, "three nodes were never there"
                 time.sleep(0.005)
             run.send_signal(number)
             _, said = run.communicate(timeout=60)
-        assert 3 <= len(pieces(tmp_path)) < NODES
+        assert 3 <= len(checkpoints(tmp_path)) < NODES
         assert not (tmp_path / "t.h5").exists()
         return run.returncode, said
 
     return runner
 
 
-def test_killed_run_is_resumed_without_doing_anything_twice(ended_by, whole, tmp_path, monkeypatch):
-    assert ended_by(signal.SIGKILL)[0] == -signal.SIGKILL
-    kept = len(pieces(tmp_path))
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_ended_run_is_resumed_without_doing_anything_twice(
+    ended_by, whole, tmp_path, monkeypatch, number
+):
+    status, said = ended_by(number)
+    if number == signal.SIGKILL:
+        assert status == -signal.SIGKILL
+    else:
+        how = "interrupted: the same command with --resume continues from"
+        assert (status, said.strip()) == (
+            INTERRUPTED,
+            f"tablegen: {how} {tmp_path / 't.h5.parts'}",
+        )
+    kept = len(checkpoints(tmp_path))
     fitted = made_here(tmp_path / "t.h5", monkeypatch, resume=True)
     assert len(fitted) == len(set(fitted)) == NODES - kept
     assert (tmp_path / "t.h5").read_bytes() == whole
     assert not (tmp_path / "t.h5.parts").exists()
 
 
-def test_interrupted_run_says_how_to_go_on(ended_by, whole, tmp_path, monkeypatch):
-    status, said = ended_by(signal.SIGINT)
-    assert status == INTERRUPTED
-    assert said.strip() == (
-        "tablegen: interrupted: the same command with --resume continues from "
-        f"{tmp_path / 't.h5.parts'}"
-    )
-    kept = len(pieces(tmp_path))
-    assert len(made_here(tmp_path / "t.h5", monkeypatch, resume=True)) == NODES - kept
-    assert (tmp_path / "t.h5").read_bytes() == whole
-
-
-def spoiled(piece, foreign):
-    data = piece.read_bytes()
+def spoiled(file, foreign):
+    data = file.read_bytes()
     return {
         "truncated": data[:-40],
         "flipped": data[:500] + bytes([data[500] ^ 16]) + data[501:],
@@ -138,28 +137,28 @@ def spoiled(piece, foreign):
 
 
 @pytest.mark.parametrize("how", ["truncated", "flipped", "foreign", "empty"])
-def test_bad_piece_of_a_killed_run_is_made_again(ended_by, whole, tmp_path, monkeypatch, how):
+def test_bad_checkpoint_of_a_killed_run_is_made_again(ended_by, whole, tmp_path, monkeypatch, how):
     ended_by(signal.SIGKILL)
-    kept = pieces(tmp_path)
+    kept = checkpoints(tmp_path)
     kept[0].write_bytes(spoiled(kept[0], kept[1])[how])
     fitted = made_here(tmp_path / "t.h5", monkeypatch, resume=True)
     assert len(fitted) == NODES - len(kept) + 1
     assert (tmp_path / "t.h5").read_bytes() == whole
 
 
-def test_file_that_cannot_grow_is_one_line_and_keeps_the_pieces(
+def test_file_that_cannot_grow_is_one_line_and_keeps_the_checkpoints(
     ended_by, whole, tmp_path, monkeypatch
 ):
     """A limit on the size of files stands for a full disk, wherever this test runs."""
     ended_by(signal.SIGKILL)
-    kept = {path: path.read_bytes() for path in pieces(tmp_path)}
+    kept = {path: path.read_bytes() for path in checkpoints(tmp_path)}
     limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (1000, 1000))
     words = [str(word) for word in generating(tmp_path, "--resume")]
     ended = subprocess.run(words, capture_output=True, text=True, timeout=120, preexec_fn=limit)
     assert (ended.returncode, ended.stdout) == (BAD_INPUT, "")
     assert ended.stderr.count("\n") == 1
     assert "File too large; earlier pieces are kept for --resume" in ended.stderr
-    assert {path: path.read_bytes() for path in pieces(tmp_path)} == kept
+    assert {path: path.read_bytes() for path in checkpoints(tmp_path)} == kept
     assert len(made_here(tmp_path / "t.h5", monkeypatch, resume=True)) == NODES - len(kept)
     assert (tmp_path / "t.h5").read_bytes() == whole
 
@@ -189,12 +188,12 @@ _WORDS = "generate my.toml --output t.h5 --conditions 1 --samples 1000 --workers
 _GENERATE = f"{TABLEGEN[0]} -m tablegen {_WORDS}"
 
 
-@pytest.mark.parametrize("full", ["at once", "after some pieces", "at the table"])
-def test_full_disk_is_one_line_and_keeps_the_pieces(file_system, sizes, full):
+@pytest.mark.parametrize("full", ["at once", "after some nodes", "at the table"])
+def test_full_disk_is_one_line_and_keeps_the_checkpoints(file_system, sizes, full):
     size, least, most = {
         "at once": (4096, 0, 0),
-        "after some pieces": (sizes.pieces // 2, 1, NODES - 1),
-        "at the table": (sizes.pieces + sizes.table // 2, NODES, NODES),
+        "after some nodes": (sizes.checkpoints // 2, 1, NODES - 1),
+        "at the table": (sizes.checkpoints + sizes.table // 2, NODES, NODES),
     }[full]
     ended = file_system(
         size,

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 from tablegen.config import load_config
 from tablegen.generate import Generated, generate
-from tablegen.refinement.refine import make_plan
+from tablegen.refinement.refine import refine_grid
 
 #: The modules; in the package the name of the first stands for the function.
 GENERATE = sys.modules[generate.__module__]
-PLAN = sys.modules[make_plan.__module__]
+REFINE = sys.modules[refine_grid.__module__]
 
 #: States a side at the conditions where a tiny table is measured when it is made.
 MEASURED = 2000

@@ -13,9 +13,9 @@ import numpy as np
 from dusty_gas.gas import CYLINDER, outward
 from dusty_gas.motion import advance
 from dusty_gas.walls import rebound_at_wall
-from sampler.compilation.jit import borrowing_inline_kernel, borrowing_kernel, inline_kernel
-from sampler.drawing.kernel import CLAMPED, OK
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.philox import philox_block, uniform
+from sampler.errors import CLAMPED, OK
 
 #: Keeps places in the stream and rebounds on different random numbers.
 _STREAM_KEY = np.uint64(0x4455_5354_5947_4153)
@@ -96,7 +96,7 @@ def _across(body, p):
     return abs(p[1]) if body == CYLINDER else math.sqrt(p[1] * p[1] + p[2] * p[2])
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _count(grid, body, p, layer, field):
     """Count a particle in the cell that it is in."""
     column = math.floor((p[0] - grid.left) / grid.pitch)
@@ -105,7 +105,7 @@ def _count(grid, body, p, layer, field):
         field[layer, int(row), int(column)] += 1
 
 
-@borrowing_inline_kernel
+@no_refcount_inline_kernel
 def _record(outcome, index, hit, p, velocity, after):
     """Keep a hit."""
     row = outcome.records[outcome.used[0]]
@@ -118,7 +118,7 @@ def _record(outcome, index, hit, p, velocity, after):
     outcome.used[0] += 1
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _hit(flow, wall, scale, keys, p, store, after, outcome):
     """Rebound of a particle on the surface; a status and its position and velocity afterwards."""
     speed, half_size = scale
@@ -132,7 +132,7 @@ def _hit(flow, wall, scale, keys, p, store, after, outcome):
     return status, (p[0], p[1], p[2], after[0] / speed, after[1] / speed, after[2] / speed)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def follow(flow, wall, scale, grid, seed, index, p, store, after, outcome, row):
     """Follow one particle until it has left.
 
@@ -176,7 +176,7 @@ def follow(flow, wall, scale, grid, seed, index, p, store, after, outcome, row):
             return
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def follow_batch(flow, wall, scale, grid, seed, first, store, after, outcome):
     """Follow the particles ``first``, ``first + 1``, ..., one for each row of the outcome."""
     for row in range(outcome.particles.shape[0]):
@@ -185,7 +185,7 @@ def follow_batch(flow, wall, scale, grid, seed, first, store, after, outcome):
         follow(flow, wall, scale, grid, seed, index, p, store, after, outcome, row)
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def replay(wall, body, half_size, seed, records, store, after):
     """Rebounds of recorded hits once more, for their time; largest difference of a velocity."""
     worst = 0.0

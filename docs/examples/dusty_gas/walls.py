@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import borrowing_kernel, inline_kernel
+from sampler.compilation.jit import inline_kernel, no_refcount_kernel
 from sampler.drawing.frames import NORMAL_IMPACT, along_wall, impact_angle, perpendicular
 from sampler.drawing.frames import rebound as table_rebound
-from sampler.drawing.kernel import CLAMPED, NOT_APPROACHING, OK
 from sampler.drawing.philox import philox_block, uniform
+from sampler.errors import CLAMPED, NOT_APPROACHING, OK
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.model.random_particles import draw_particle
@@ -72,7 +72,7 @@ class Store(NamedTuple):
     """Arrays that one thread's rebounds work in."""
 
     motion: np.ndarray
-    held: np.ndarray
+    candidates: np.ndarray
     counts: np.ndarray
     no_map: Any
     work: Any
@@ -106,7 +106,7 @@ def make_store() -> Store:
     )
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def sphere_state(wall, alpha1, speed, store, out):
     """State of a sphere after its only collision, in the frame of the impact."""
     motion = store.motion
@@ -119,7 +119,7 @@ def sphere_state(wall, alpha1, speed, store, out):
     return OK
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def direct_state(wall, alpha1, speed, keys, store, out):
     """State of a random particle of the population after its rebound, simulated.
 
@@ -138,7 +138,7 @@ def direct_state(wall, alpha1, speed, keys, store, out):
     seed, index, hit = keys
     shape, ba, cb = draw_particle(wall.population, seed, hit, index, motion)
     body = shaped_body(
-        shape, ba, ba * cb, wall.population.truncation, store.held, store.counts, store.no_map
+        shape, ba, ba * cb, wall.population.truncation, store.candidates, store.counts, store.no_map
     )
     cosine, sine = math.cos(alpha1), math.sin(alpha1)
     fine = min(1.0, sine / GRAZING)
@@ -167,7 +167,7 @@ def _to_lab(e_x, e_y, u, v, w):
     )
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def _simulated_rebound(wall, velocity, normal, half_size, keys, store, out):
     """Rebound by one of the two models that do not draw from the table."""
     speed = math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2)
@@ -199,7 +199,7 @@ def _simulated_rebound(wall, velocity, normal, half_size, keys, store, out):
     return CLAMPED if moved else OK
 
 
-@borrowing_kernel
+@no_refcount_kernel
 def rebound_at_wall(wall, velocity, normal, half_size, keys, store, out):
     """Rebound of one particle from a wall at rest, in the lab frame.
 

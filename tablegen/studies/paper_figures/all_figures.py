@@ -2,13 +2,20 @@
 
 import importlib.util
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.studies.paper_figures.curves import curve_figures
 from tablegen.studies.paper_figures.densities import density_figures
-from tablegen.studies.paper_figures.sample_statistics import ANGLES, DIRECT, SHAPES, Laws, make_laws
+from tablegen.studies.paper_figures.sample_statistics import (
+    ANGLES,
+    DIRECT,
+    SHAPES,
+    FigureStatistics,
+    make_statistics,
+)
 from tablegen.studies.paper_figures.scattering import scattering_figures
 from tablegen.studies.paper_figures.statements import Statement, check_statements, is_of_the_paper
 from tablegen.studies.paper_figures.style import Picture, settings
@@ -27,28 +34,20 @@ COLLISION_HEAD = ("shape", "source", "1", "2", "3", "4", "5", "> 5")
 
 
 @dataclass(frozen=True)
-class Gallery:
-    """Figures, laws and statements.
+class PaperFigures:
+    """Figures, statistics and statements."""
 
-    Attributes
-    ----------
-    count : int
-        Particles of each shape at each angle.
-    laws : Laws
-    pictures : tuple of Picture
-        By the number of the figure.
-    statements : tuple of Statement
-    """
-
+    #: Particles of each shape at each angle.
     count: int
-    laws: Laws
+    statistics: FigureStatistics
+    #: By the number of the figure.
     pictures: tuple[Picture, ...]
     statements: tuple[Statement, ...]
 
 
-def make_gallery(
+def make_paper_figures(
     table: Table, config: Config, count: int, seed: int, progress: bool = False
-) -> Gallery | None:
+) -> PaperFigures | None:
     """Simulate, draw and check everything.
 
     Parameters
@@ -64,40 +63,40 @@ def make_gallery(
 
     Returns
     -------
-    Gallery or None
+    PaperFigures or None
         None where matplotlib is not installed.
     """
     if importlib.util.find_spec("matplotlib") is None:
         return None
     steps = len(ANGLES) * len(SHAPES)
-    with bar(progress, total=steps, desc="laws of the figures") as counted:
-        laws = make_laws(table, config, count, seed, counted.update)
+    with bar(progress, total=steps, desc="samples of the figures") as counted:
+        statistics = make_statistics(table, config, count, seed, counted.update)
     with settings():
-        pictures = [*curve_figures(laws), *density_figures(laws), *scattering_figures(laws)]
-    ordered = sorted(pictures, key=lambda picture: picture.name)
-    return Gallery(count, laws, tuple(ordered), tuple(check_statements(laws)))
+        made = (draw(statistics) for draw in (curve_figures, density_figures, scattering_figures))
+        ordered = sorted(chain(*made), key=lambda picture: picture.name)
+    return PaperFigures(count, statistics, tuple(ordered), tuple(check_statements(statistics)))
 
 
-def collision_rows(laws: Laws) -> list[list[str]]:
+def collision_rows(statistics: FigureStatistics) -> list[list[str]]:
     """Cells of the paper's table in per cent; the paper's too if pair and particles are its own."""
-    rows, of_the_paper = [], is_of_the_paper(laws.config)
+    rows, of_the_paper = [], is_of_the_paper(statistics.config)
     for shape, paper in PAPER_TABLE.items():
-        law = laws.at(DIRECT, shape, 90.0)
-        if law is not None and law.collisions is not None:
-            rows.append([shape, "direct", *(f"{100.0 * share:.1f}" for share in law.collisions)])
+        sample = statistics.at(DIRECT, shape, 90.0)
+        if sample is not None and sample.collisions is not None:
+            rows.append([shape, "direct", *(f"{100.0 * share:.1f}" for share in sample.collisions)])
         if of_the_paper:
             rows.append([shape, "paper", *(f"{share:.1f}" for share in paper)])
     return rows
 
 
-def to_dict(gallery: Gallery) -> dict[str, Any]:
-    """Numbers of all laws, JSON-ready."""
+def to_dict(gallery: PaperFigures) -> dict[str, Any]:
+    """Numbers of all samples, JSON-ready."""
     return {
         "count": gallery.count,
-        "seed": gallery.laws.seed,
-        "laws": [law.to_dict() for law in gallery.laws.laws.values()],
+        "seed": gallery.statistics.seed,
+        "laws": [sample.to_dict() for sample in gallery.statistics.samples.values()],
         "sphere_alpha2_deg": [
             {"alpha_deg": alpha_deg, "alpha2_deg": low}
-            for alpha_deg, (low, _) in gallery.laws.sphere_deg.items()
+            for alpha_deg, (low, _) in gallery.statistics.sphere_deg.items()
         ],
     }

@@ -2,7 +2,12 @@
 
 from typing import Any
 
-from tablegen.studies.paper_figures.sample_statistics import DIRECT, TABLE, Law, Laws
+from tablegen.studies.paper_figures.sample_statistics import (
+    DIRECT,
+    TABLE,
+    FigureStatistics,
+    SampleStatistics,
+)
 from tablegen.studies.paper_figures.style import (
     ANGLE_LABEL,
     COLOURS,
@@ -12,7 +17,7 @@ from tablegen.studies.paper_figures.style import (
     TABLE_COLOUR,
     Picture,
     new_figure,
-    written,
+    numbered,
 )
 
 #: Panels of each figure: quantity and whether its mean or its most probable value.
@@ -28,23 +33,25 @@ _FIGURES = (
 )
 
 
-def _points(curve: list[Law], quantity: str, which: str) -> tuple[list[float], list[float]]:
-    """Angles and values of those laws that have the quantity."""
-    chosen = [law for law in curve if quantity in law.mean]
-    return [law.alpha_deg for law in chosen], [getattr(law, which)[quantity] for law in chosen]
+def _points(
+    curve: list[SampleStatistics], quantity: str, which: str
+) -> tuple[list[float], list[float]]:
+    """Angles and values of those samples that have the quantity."""
+    chosen = [s for s in curve if quantity in s.mean]
+    return [s.alpha_deg for s in chosen], [getattr(s, which)[quantity] for s in chosen]
 
 
-def _absolute(law: Law, quantity: str, value: float) -> float:
+def _absolute(sample: SampleStatistics, quantity: str, value: float) -> float:
     """Of two equal maxima about zero at normal impact the paper shows the positive one."""
-    return abs(value) if quantity == "u" and law.alpha_deg == 90.0 else value
+    return abs(value) if quantity == "u" and sample.alpha_deg == 90.0 else value
 
 
-def _draw_panel(axes: Any, laws: Laws, quantity: str, which: str) -> None:
-    for shape in laws.shapes(DIRECT):
-        curve = laws.curve(DIRECT, shape)
+def _draw_panel(axes: Any, statistics: FigureStatistics, quantity: str, which: str) -> None:
+    for shape in statistics.shapes(DIRECT):
+        curve = statistics.curve(DIRECT, shape)
         x, y = _points(curve, quantity, which)
         if which == _MODE:
-            y = [_absolute(law, quantity, value) for law, value in zip(curve, y, strict=True)]
+            y = [_absolute(sample, quantity, value) for sample, value in zip(curve, y, strict=True)]
         axes.plot(
             x,
             y,
@@ -54,7 +61,7 @@ def _draw_panel(axes: Any, laws: Laws, quantity: str, which: str) -> None:
             linewidth=2.2 if shape == MIXTURE else 1.2,
             label=f"{shape}, direct",
         )
-    x, y = _points(laws.curve(TABLE, MIXTURE), quantity, which)
+    x, y = _points(statistics.curve(TABLE, MIXTURE), quantity, which)
     if x:
         axes.plot(
             x,
@@ -71,23 +78,14 @@ def _draw_panel(axes: Any, laws: Laws, quantity: str, which: str) -> None:
     axes.set_xticks(range(0, 91, 15))
 
 
-def curve_figures(laws: Laws) -> list[Picture]:
-    """Draw the figures whose abscissa is the impact angle.
-
-    Parameters
-    ----------
-    laws : Laws
-
-    Returns
-    -------
-    list of Picture
-    """
+def curve_figures(statistics: FigureStatistics) -> list[Picture]:
+    """Draw the figures whose abscissa is the impact angle."""
     pictures = []
     for number, title, panels in _FIGURES:
         figure = new_figure(9.5, 4.6)
         columns = figure.subplots(1, 2)
         for axes, letter, (quantity, which) in zip(columns, "ab", panels, strict=True):
-            _draw_panel(axes, laws, quantity, which)
+            _draw_panel(axes, statistics, quantity, which)
             axes.set_title(f"({letter})", loc="left")
         handles, labels = columns[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
@@ -97,7 +95,5 @@ def curve_figures(laws: Laws) -> list[Picture]:
             "and their mixture from direct simulation, and of the mixture from the table, as "
             "circles. The numbers are in laws.json."
         )
-        pictures.append(
-            written(figure, f"figure-{number:02d}.svg", f"Figure {number}. {title}", alternative)
-        )
+        pictures.append(numbered(figure, number, title, alternative))
     return pictures

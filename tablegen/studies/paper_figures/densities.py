@@ -5,9 +5,15 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from tablegen.accuracy.samples import FloatArray
-from tablegen.studies.paper_figures.sample_statistics import DENSITY, DIRECT, TABLE, Law, Laws
-from tablegen.studies.paper_figures.style import MIXTURE, SYMBOLS, Picture, new_figure, written
+from tablegen.model.float_array import FloatArray
+from tablegen.studies.paper_figures.sample_statistics import (
+    DENSITY,
+    DIRECT,
+    TABLE,
+    FigureStatistics,
+    SampleStatistics,
+)
+from tablegen.studies.paper_figures.style import MIXTURE, SYMBOLS, Picture, new_figure, numbered
 
 #: Angles that are drawn, and a colour and line style for each; viridis without its yellow end.
 _ANGLES = {
@@ -28,49 +34,41 @@ _FIGURES = (
 _TITLES = ("(a) ellipsoids, direct", "(b) prisms, direct", "mixture: direct areas, table lines")
 
 
-def _density(law: Law, name: str) -> tuple[FloatArray, FloatArray]:
+def _density(sample: SampleStatistics, name: str) -> tuple[FloatArray, FloatArray]:
     """Centres of the bins and density in them."""
     low, high, bins = DENSITY[name]
     edges = np.linspace(low, high, bins + 1)
-    smoothed = np.asarray(gaussian_filter1d(law.density[name].astype(np.float64), 1.0))
-    return 0.5 * (edges[1:] + edges[:-1]), smoothed / (law.count * (edges[1] - edges[0]))
+    smoothed = np.asarray(gaussian_filter1d(sample.density[name].astype(np.float64), 1.0))
+    return 0.5 * (edges[1:] + edges[:-1]), smoothed / (sample.count * (edges[1] - edges[0]))
 
 
-def _draw_shape(axes: Any, laws: Laws, shape: str, name: str) -> None:
+def _draw_shape(axes: Any, statistics: FigureStatistics, shape: str, name: str) -> None:
     for alpha_deg, (colour, style) in _ANGLES.items():
-        law = laws.at(DIRECT, shape, alpha_deg)
-        if law is not None:
-            axes.plot(*_density(law, name), color=colour, linestyle=style, label=f"{alpha_deg:g}°")
+        sample = statistics.at(DIRECT, shape, alpha_deg)
+        if sample is not None:
+            look = {"color": colour, "linestyle": style, "label": f"{alpha_deg:g}°"}
+            axes.plot(*_density(sample, name), **look)
 
 
-def _draw_mixture(axes: Any, laws: Laws, name: str) -> None:
+def _draw_mixture(axes: Any, statistics: FigureStatistics, name: str) -> None:
     """Direct simulation as areas, the table as lines."""
     for alpha_deg, (colour, _) in _ANGLES.items():
-        direct, drawn = (laws.at(source, MIXTURE, alpha_deg) for source in (DIRECT, TABLE))
+        direct, drawn = (statistics.at(source, MIXTURE, alpha_deg) for source in (DIRECT, TABLE))
         if direct is not None:
             axes.fill_between(*_density(direct, name), color=colour, alpha=0.28, linewidth=0)
         if drawn is not None:
             axes.plot(*_density(drawn, name), color=colour, linewidth=1.1)
 
 
-def density_figures(laws: Laws) -> list[Picture]:
-    """Draw densities of ellipsoids and prisms, as the paper does, and of the mixture.
-
-    Parameters
-    ----------
-    laws : Laws
-
-    Returns
-    -------
-    list of Picture
-    """
+def density_figures(statistics: FigureStatistics) -> list[Picture]:
+    """Draw densities of ellipsoids and prisms, as the paper does, and of the mixture."""
     pictures = []
     for number, name, title, limits in _FIGURES:
         figure = new_figure(11.5, 4.3)
         columns = figure.subplots(1, 3)
-        _draw_shape(columns[0], laws, "ellipsoid", name)
-        _draw_shape(columns[1], laws, "prism", name)
-        _draw_mixture(columns[2], laws, name)
+        _draw_shape(columns[0], statistics, "ellipsoid", name)
+        _draw_shape(columns[1], statistics, "prism", name)
+        _draw_mixture(columns[2], statistics, name)
         for axes, words in zip(columns, _TITLES, strict=True):
             axes.set(xlabel=SYMBOLS[name], xlim=limits)
             axes.set_ylim(bottom=0.0)
@@ -89,7 +87,5 @@ def density_figures(laws: Laws) -> list[Picture]:
             "plots: ellipsoids and prisms from direct simulation, and the mixture from direct "
             "simulation as areas with the table's as lines on their edges."
         )
-        pictures.append(
-            written(figure, f"figure-{number:02d}.svg", f"Figure {number}. {title}", alternative)
-        )
+        pictures.append(numbered(figure, number, title, alternative))
     return pictures

@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tablegen.accuracy.samples import FloatArray
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.style import SYMBOLS, Picture, new_figure, settings, written
 
 #: Part of a sample that each side of the window may leave out.
 _OUTSIDE = 5e-4
 
-#: Of the window, beside the states that it must hold.
+#: Of the window, besides the states that it must hold.
 _MARGIN = 0.02
 
 #: White where nothing is, and darker with every step also for those who see no colours.
@@ -22,16 +22,10 @@ _POINT = {"marker": "o", "markersize": 9, "color": "#d55e00", "markeredgecolor":
 
 
 class Source(NamedTuple):
-    """Where states come from, and the states.
-
-    Attributes
-    ----------
-    title : str
-    state : float64 array, shape (n, 6)
-        Of a single state, a point is drawn.
-    """
+    """Where states come from, and the states."""
 
     title: str
+    #: Shape (n, 6). Of a single state, a point is drawn.
     state: FloatArray
 
 
@@ -83,10 +77,6 @@ def joint_picture(sources: Sequence[Source], name: str, title: str, alternative:
         The first is a sample.
     name, title, alternative : str
         Of the picture.
-
-    Returns
-    -------
-    Picture
     """
     u, v = window(sources[0].state)
     largest = float(joint_density(sources[0].state, u, v).max())
@@ -113,7 +103,7 @@ def _draw_source(axes: Any, source: Source, u: FloatArray, v: FloatArray, larges
     if len(source.state) == 1:
         axes.plot(*source.state[0, :2], **_POINT)
         return None
-    # the square root lets thin parts be seen beside the peak
+    # the square root lets thin parts be seen next to the peak
     density = joint_density(source.state, u, v).T
     return axes.pcolormesh(
         u,

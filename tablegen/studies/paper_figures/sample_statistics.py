@@ -1,6 +1,7 @@
 """Statistics of rebounds over the impact angle, by shape, from direct simulation and a table.
 
-One simulation is reduced to a `Law` and forgotten, so that millions of particles need no memory.
+One simulation is reduced to `SampleStatistics` and forgotten, so that millions of particles need
+no memory.
 """
 
 from collections.abc import Callable
@@ -12,9 +13,9 @@ import numpy as np
 from sampler.formats.channels import STATE
 from sampler.table import Table
 from tablegen.accuracy.descriptive import modes, scattering_angles, translational_energy
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
 from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
 
 #: Impact speed of the paper [m/s], and the impact angles of our curves [degrees].
@@ -27,7 +28,7 @@ SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", MIXTURE)
 #: At normal impact, of which the paper says most, this many times as many particles.
 NORMAL_FACTOR = 5
 
-#: Sources of a law.
+#: Sources of a sample.
 DIRECT, TABLE = "direct", "table"
 
 #: Bins of densities: range and number.
@@ -42,49 +43,41 @@ QUANTITIES = (*STATE, "translational", "rotational")
 
 
 @dataclass(frozen=True)
-class Law:
-    """What one sample says.
+class SampleStatistics:
+    """Statistics of one sample."""
 
-    Attributes
-    ----------
-    source : str
-        `DIRECT` or `TABLE`.
-    shape : str
-    alpha_deg : float
-    count : int
-    mean, error, mode : dict from quantity to float
-        Mean, its standard error, most probable value, of the `QUANTITIES` that the source has.
-    collisions : tuple of float or None
-        Share of particles with 1, 2, 3, 4, 5 and more collisions; a table does not tell.
-    positive_spin : float
-        Share with Omega_z > 0.
-    asymmetry : dict from component to float
-        Largest difference between the distribution functions of x and -x, times the root of the
-        count. For a symmetric law it exceeds t with probability 4 (1 - Phi(t)).
-    scattering_deg : float
-        Standard deviation of alpha2.
-    scattering : int array, shape (SCATTERING_BINS,)
-        Counts of alpha2 over 0 to pi.
-    density : dict from component to int array
-        Counts in the bins of `DENSITY`.
-    spatial : int array, shape SPATIAL_BINS, or None
-        Counts over alpha2 and beta2; at normal impact only.
-    """
-
+    #: `DIRECT` or `TABLE`.
     source: str
     shape: str
     alpha_deg: float
     count: int
+    #: By quantity. Mean, its standard error, most probable value, of the
+    #: `QUANTITIES` that the source has.
     mean: dict[str, float]
     error: dict[str, float]
     mode: dict[str, float]
+    #: Share of particles with 1, 2, 3, 4, 5 and more collisions; a table does not tell.
     collisions: tuple[float, ...] | None
+    #: Share with Omega_z > 0.
     positive_spin: float
+    #: By variable. Largest difference between the distribution functions of x and
+    #: -x, times the root of the count; for a symmetric law it exceeds t with probability
+    #: 4 (1 - Phi(t)).
     asymmetry: dict[str, float]
+    #: Standard deviation of alpha2.
     scattering_deg: float
+    #: Shape (SCATTERING_BINS,). Counts of alpha2 over 0 to pi.
     scattering: Any
+    #: By variable. Counts in the bins of `DENSITY`.
     density: dict[str, Any]
+    #: Int array, shape SPATIAL_BINS, or None. Counts over alpha2 and beta2; at normal impact only.
     spatial: Any
+
+    @property
+    def singles(self) -> float:
+        """Share of particles that collide once."""
+        assert self.collisions is not None
+        return self.collisions[0]
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers but for the histograms, JSON-ready."""
@@ -104,24 +97,20 @@ def asymmetry(values: FloatArray) -> float:
     Parameters
     ----------
     values : float64 array, shape (n,)
-
-    Returns
-    -------
-    float
     """
     walk = np.cumsum(np.sign(values[np.argsort(-np.abs(values))]))
     return float(np.abs(walk).max() / np.sqrt(values.size))
 
 
-def law_of(
+def sample_statistics_of(
     source: str,
     shape: str,
     alpha_deg: float,
     state: FloatArray,
     collisions: np.ndarray | None = None,
     rotational: FloatArray | None = None,
-) -> Law:
-    """Reduce a sample to a law.
+) -> SampleStatistics:
+    """Reduce a sample to its statistics.
 
     Parameters
     ----------
@@ -131,10 +120,6 @@ def law_of(
     collisions : int array, shape (n,), optional
     rotational : float64 array, shape (n,), optional
         Rotational energy over the energy before.
-
-    Returns
-    -------
-    Law
     """
     columns = [*state.T, translational_energy(state)]
     columns += [] if rotational is None else [rotational]
@@ -145,7 +130,7 @@ def law_of(
     if alpha_deg == 90.0:
         limits = ((0.0, np.pi), (-np.pi / 2, np.pi / 2))
         spatial = np.histogram2d(alpha2, beta2, SPATIAL_BINS, limits)[0].astype(np.int64)
-    return Law(
+    return SampleStatistics(
         source=source,
         shape=shape,
         alpha_deg=alpha_deg,
@@ -179,40 +164,33 @@ def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Laws:
-    """Laws of all shapes at all angles, and the direction of rebound of spheres.
-
-    Attributes
-    ----------
-    config : Config
-    seed : int
-    laws : dict from (source, shape, angle) to Law
-    sphere_deg : dict from angle to (float, float)
-        Smallest and largest alpha2 of spheres [degrees].
-    """
+class FigureStatistics:
+    """Samples of all shapes at all angles, and the direction of rebound of spheres."""
 
     config: Config
     seed: int
-    laws: dict[tuple[str, str, float], Law]
+    #: By (source, shape, angle).
+    samples: dict[tuple[str, str, float], SampleStatistics]
+    #: By angle. Smallest and largest alpha2 of spheres [degrees].
     sphere_deg: dict[float, tuple[float, float]]
 
-    def curve(self, source: str, shape: str) -> list[Law]:
-        """Laws of one shape, by rising angle; none if the source does not have it."""
-        found = [law for (s, kind, _), law in self.laws.items() if (s, kind) == (source, shape)]
-        return sorted(found, key=lambda law: law.alpha_deg)
+    def curve(self, source: str, shape: str) -> list[SampleStatistics]:
+        """List samples of one shape, by rising angle; none if the source does not have it."""
+        found = [sample for key, sample in self.samples.items() if key[:2] == (source, shape)]
+        return sorted(found, key=lambda sample: sample.alpha_deg)
 
-    def at(self, source: str, shape: str, alpha_deg: float) -> Law | None:
-        """Law at one angle; None if there is none."""
-        return self.laws.get((source, shape, alpha_deg))
+    def at(self, source: str, shape: str, alpha_deg: float) -> SampleStatistics | None:
+        """Sample at one angle; None if there is none."""
+        return self.samples.get((source, shape, alpha_deg))
 
     def shapes(self, source: str) -> list[str]:
         """Shapes that a source has."""
         return [shape for shape in SHAPES if self.curve(source, shape)]
 
 
-def _direct_law(
+def _simulated(
     config: Config, shape: str, alpha_deg: float, count: int, keys: tuple[int, int]
-) -> Law:
+) -> SampleStatistics:
     made = simulate(
         config,
         np.radians(alpha_deg),
@@ -222,7 +200,9 @@ def _direct_law(
         stream=keys[1],
         population=config.population.restricted_to(shape),
     )
-    return law_of(DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1])
+    return sample_statistics_of(
+        DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1]
+    )
 
 
 def _sphere(config: Config, alpha_deg: float, seed: int) -> tuple[float, float]:
@@ -241,9 +221,9 @@ def table_covers(table: Table, alpha_deg: float) -> bool:
     return bool(first - slack <= alpha_deg <= last + slack and slow <= SPEED <= fast)
 
 
-def make_laws(
+def make_statistics(
     table: Table, config: Config, count: int, seed: int, tick: Callable[[int], Any]
-) -> Laws:
+) -> FigureStatistics:
     """Simulate all shapes at all angles, and draw the mixture from the table.
 
     Parameters
@@ -255,22 +235,19 @@ def make_laws(
         Particles of each shape at each angle; `NORMAL_FACTOR` times as many at normal impact.
     seed : int
     tick : callable
-        Called with 1 for each law.
-
-    Returns
-    -------
-    Laws
+        Called with 1 for each sample.
     """
-    laws: dict[tuple[str, str, float], Law] = {}
+    samples: dict[tuple[str, str, float], SampleStatistics] = {}
     for i, alpha_deg in enumerate(ANGLES):
         size = count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
         for k, shape in enumerate(SHAPES):
             keys = (seed, i * len(SHAPES) + k)
-            laws[DIRECT, shape, alpha_deg] = _direct_law(config, shape, alpha_deg, size, keys)
+            samples[DIRECT, shape, alpha_deg] = _simulated(config, shape, alpha_deg, size, keys)
             tick(1)
         if table_covers(table, alpha_deg):
             index = np.arange(size)
             state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
-            laws[TABLE, MIXTURE, alpha_deg] = law_of(TABLE, MIXTURE, alpha_deg, state)
+            drawn = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
+            samples[TABLE, MIXTURE, alpha_deg] = drawn
     spheres = {alpha_deg: _sphere(config, alpha_deg, seed) for alpha_deg in ANGLES}
-    return Laws(config, seed, laws, spheres)
+    return FigureStatistics(config, seed, samples, spheres)

@@ -5,16 +5,22 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from tablegen.accuracy.samples import FloatArray
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.sample_statistics import (
     DIRECT,
     SCATTERING_BINS,
     SPATIAL_BINS,
     TABLE,
-    Law,
-    Laws,
+    FigureStatistics,
+    SampleStatistics,
 )
-from tablegen.studies.paper_figures.style import MIXTURE, TABLE_COLOUR, Picture, new_figure, written
+from tablegen.studies.paper_figures.style import (
+    MIXTURE,
+    TABLE_COLOUR,
+    Picture,
+    new_figure,
+    numbered,
+)
 
 #: Impact angles of the plane indicatrices.
 _ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
@@ -60,24 +66,24 @@ def _angles_figure() -> Picture:
         "leaves in a direction whose projection on that plane makes the angle alpha 2 with x; beta "
         "2 is the angle between the direction and the plane."
     )
-    return written(figure, "figure-11.png", "Figure 11. Angles of the rebound", alternative)
+    return numbered(figure, 11, "Angles of the rebound", alternative, "png")
 
 
-def _surface(law: Law) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Points of the spatial indicatrix, and its values."""
-    counts = gaussian_filter(law.spatial.astype(np.float64), 1.5, mode="nearest")
+    counts = gaussian_filter(sample.spatial.astype(np.float64), 1.5, mode="nearest")
     cell = (np.pi / SPATIAL_BINS[0]) * (np.pi / SPATIAL_BINS[1])
-    values = counts / (law.count * cell)
+    values = counts / (sample.count * cell)
     alpha2 = (np.arange(SPATIAL_BINS[0]) + 0.5) * np.pi / SPATIAL_BINS[0]
     beta2 = (np.arange(SPATIAL_BINS[1]) + 0.5) * np.pi / SPATIAL_BINS[1] - np.pi / 2
     x, y, z = _direction(*np.meshgrid(alpha2, beta2, indexing="ij"))
     return values * x, values * y, values * z, values
 
 
-def _draw_surface(axes: Any, law: Law, top: float) -> None:
+def _draw_surface(axes: Any, sample: SampleStatistics, top: float) -> None:
     from matplotlib import colormaps
 
-    x, y, z, values = _surface(law)
+    x, y, z, values = _surface(sample)
     colours = colormaps["viridis"](values / top)
     axes.plot_surface(x, -z, y, facecolors=colours, rstride=1, cstride=1, linewidth=0, shade=False)
     axes.set(xlim=(-top, top), ylim=(-top, top), zlim=(0, top))
@@ -89,28 +95,28 @@ def _draw_surface(axes: Any, law: Law, top: float) -> None:
     axes.view_init(elev=22, azim=-60)
 
 
-def _spatial_figure(laws: Laws) -> Picture | None:
+def _spatial_figure(statistics: FigureStatistics) -> Picture | None:
     """Spatial indicatrices at normal impact."""
     panels = [
-        ("(a) prisms, direct", laws.at(DIRECT, "prism", 90.0)),
-        ("(b) truncated prisms, direct", laws.at(DIRECT, "truncated-prism", 90.0)),
-        ("mixture, direct", laws.at(DIRECT, MIXTURE, 90.0)),
-        ("mixture, table", laws.at(TABLE, MIXTURE, 90.0)),
+        ("(a) prisms, direct", statistics.at(DIRECT, "prism", 90.0)),
+        ("(b) truncated prisms, direct", statistics.at(DIRECT, "truncated-prism", 90.0)),
+        ("mixture, direct", statistics.at(DIRECT, MIXTURE, 90.0)),
+        ("mixture, table", statistics.at(TABLE, MIXTURE, 90.0)),
     ]
-    drawn = [(title, law) for title, law in panels if law is not None]
-    top = max(float(_surface(law)[3].max()) for _, law in drawn)
+    drawn = [(title, sample) for title, sample in panels if sample is not None]
+    top = max(float(_surface(sample)[3].max()) for _, sample in drawn)
     figure = new_figure(11.0, 7.4)
-    for k, (title, law) in enumerate(drawn):
+    for k, (title, sample) in enumerate(drawn):
         axes = figure.add_subplot(2, 2, k + 1, projection="3d")
-        _draw_surface(axes, law, top)
+        _draw_surface(axes, sample, top)
         axes.set_title(title)
     alternative = (
         "Surfaces whose distance from the origin is the probability density of the direction of "
         "rebound in alpha 2 and beta 2, at normal impact and 200 m/s: prisms, truncated prisms, "
         "and the mixture from direct simulation and from the table."
     )
-    title = "Figure 12. Spatial scattering indicatrices at normal impact"
-    return written(figure, "figure-12.png", title, alternative)
+    title = "Spatial scattering indicatrices at normal impact"
+    return numbered(figure, 12, title, alternative, "png")
 
 
 def _round_ticks(top: float) -> list[float]:
@@ -120,22 +126,22 @@ def _round_ticks(top: float) -> list[float]:
     return [float(k * step) for k in range(1, int(top / step) + 1)]
 
 
-def _draw_plane(axes: Any, laws: Laws, alpha_deg: float) -> None:
+def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> None:
     """One plane indicatrix with the incident and the spherical direction."""
     edges = np.linspace(0.0, np.pi, SCATTERING_BINS + 1)
     centres, top = 0.5 * (edges[1:] + edges[:-1]), 0.0
     for source in (DIRECT, TABLE):
-        law = laws.at(source, MIXTURE, alpha_deg)
-        if law is None:
+        sample = statistics.at(source, MIXTURE, alpha_deg)
+        if sample is None:
             continue
-        counts = gaussian_filter1d(law.scattering.astype(np.float64), 1.0)
-        density = counts / (law.count * (edges[1] - edges[0]))
+        counts = gaussian_filter1d(sample.scattering.astype(np.float64), 1.0)
+        density = counts / (sample.count * (edges[1] - edges[0]))
         top = max(top, float(density.max()))
         if source == DIRECT:
             axes.fill(centres, density, color="#9fb6c9", label="mixture, direct")
         else:
             axes.plot(centres, density, color=TABLE_COLOUR, linewidth=1.4, label="mixture, table")
-    sphere = np.radians(laws.sphere_deg[alpha_deg][0])
+    sphere = np.radians(statistics.sphere_deg[alpha_deg][0])
     axes.plot([0, sphere], [0, 1.05 * top], color=_SPHERE_COLOUR, linestyle="--", label="spheres")
     incident = np.pi - np.radians(alpha_deg)
     axes.annotate(
@@ -152,12 +158,12 @@ def _draw_plane(axes: Any, laws: Laws, alpha_deg: float) -> None:
     axes.set_title(rf"$\alpha_1$ = {alpha_deg:g}°", y=0.98)
 
 
-def _plane_figure(laws: Laws) -> Picture:
+def _plane_figure(statistics: FigureStatistics) -> Picture:
     """Plane indicatrices of the mixture."""
     figure = new_figure(11.0, 6.0)
     for k, alpha_deg in enumerate(_ANGLES):
         axes = figure.add_subplot(2, 3, k + 1, projection="polar")
-        _draw_plane(axes, laws, alpha_deg)
+        _draw_plane(axes, statistics, alpha_deg)
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
     angles = ", ".join(f"{angle:g}" for angle in _ANGLES)
@@ -167,20 +173,10 @@ def _plane_figure(laws: Laws) -> Picture:
         "and the table as a line; a black arrow shows the incident particles, a red dashed line "
         "the direction in which spheres leave."
     )
-    title = "Figure 13. Scattering indicatrices in the impact plane"
-    return written(figure, "figure-13.svg", title, alternative)
+    return numbered(figure, 13, "Scattering indicatrices in the impact plane", alternative)
 
 
-def scattering_figures(laws: Laws) -> list[Picture]:
-    """Draw the directions of rebound.
-
-    Parameters
-    ----------
-    laws : Laws
-
-    Returns
-    -------
-    list of Picture
-    """
-    pictures = (_angles_figure(), _spatial_figure(laws), _plane_figure(laws))
+def scattering_figures(statistics: FigureStatistics) -> list[Picture]:
+    """Draw the directions of rebound."""
+    pictures = (_angles_figure(), _spatial_figure(statistics), _plane_figure(statistics))
     return [picture for picture in pictures if picture is not None]

@@ -1,25 +1,20 @@
-"""Checks of the paper's statements: each gives a verdict with the figure measured.
+"""The paper's statements on velocities, collisions, spins and energies (Section 2), checked."""
 
-A check takes all laws and a source, and answers None where that source cannot tell: a table holds
-the mixture, without collisions and rotational energies.
-"""
-
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.signal import find_peaks
 
-from tablegen.accuracy.samples import FloatArray
 from tablegen.configuration.defaults import MIXTURE
+from tablegen.model.float_array import FloatArray
+from tablegen.studies.paper_figures.checked_statement import Checks, Findings
 from tablegen.studies.paper_figures.sample_statistics import (
     DENSITY,
-    DIRECT,
-    SCATTERING_BINS,
-    Law,
-    Laws,
+    FigureStatistics,
+    SampleStatistics,
 )
+
+CHECKS = Checks()
 
 #: Largest asymmetry that counts as symmetric; see
 #: `tablegen.studies.paper_figures.sample_statistics.asymmetry`.
@@ -29,73 +24,74 @@ _SYMMETRIC = 5.0
 _SMOOTHING = 3.0
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """Whether a statement holds (None: it is not about this pair), and what was measured."""
-
-    holds: bool | None
-    measured: str
+def _where(sample: SampleStatistics) -> str:
+    return f"{sample.shape}, {sample.alpha_deg:g}°"
 
 
-def _where(law: Law) -> str:
-    return f"{law.shape}, {law.alpha_deg:g}°"
+def _curves(statistics: FigureStatistics, source: str) -> Iterator[list[SampleStatistics]]:
+    return (statistics.curve(source, shape) for shape in statistics.shapes(source))
 
 
-def _all(laws: Laws, source: str) -> list[Law]:
-    return [law for shape in laws.shapes(source) for law in laws.curve(source, shape)]
+def _all(statistics: FigureStatistics, source: str) -> list[SampleStatistics]:
+    return [sample for curve in _curves(statistics, source) for sample in curve]
 
 
-def _normal(laws: Laws, source: str) -> list[Law]:
-    found = (laws.at(source, shape, 90.0) for shape in laws.shapes(source))
-    return [law for law in found if law is not None]
-
-
-def _worst(laws: Iterable[Law], value: Callable[[Law], float]) -> tuple[float, str]:
-    """Smallest value and where it is."""
-    law = min(laws, key=value)
-    return value(law), _where(law)
+def _normal(
+    statistics: FigureStatistics, source: str, without: tuple[str, ...] = ()
+) -> list[SampleStatistics]:
+    return [s for s in _all(statistics, source) if s.alpha_deg == 90.0 and s.shape not in without]
 
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.1f} %"
 
 
-def means_differ_from_modes(laws: Laws, source: str) -> Verdict | None:
-    """Mean against most probable value of u and v."""
-    every, holds, parts = _all(laws, source), True, []
-    if not every:
-        return None
-    for name in ("u", "v"):
-
-        def gap(law: Law, name: str = name) -> float:
-            return abs(law.mean[name] - law.mode[name])
-
-        least, where = _worst(every, gap)
-        same = [law for law in every if gap(law) < max(0.01, 5.0 * law.error[name])]
-        holds &= not same
-        parts.append(f"{name}⁺: smallest difference {least:.4f} V ({where})")
-        if same:
-            parts[-1] += f", too small in {len(same)} of {len(every)} cases"
-    return Verdict(holds, "; ".join(parts))
+def _mode_against_mean(
+    samples: Iterable[SampleStatistics],
+    name: str,
+    words: str,
+    too_small: Callable[[SampleStatistics, float], bool],
+) -> tuple[bool, str]:
+    """Smallest difference of mean and most probable value, and how many are too small."""
+    gaps = [(abs(s.mean[name] - s.mode[name]), s) for s in samples]
+    least, where = min(gaps, key=lambda pair: pair[0])
+    same = sum(too_small(sample, gap) for gap, sample in gaps)
+    text = words.format(f"{least:.4f}") + f" ({_where(where)})"
+    return not same, text + (f", too small in {same} of {len(gaps)} cases" if same else "")
 
 
-def _folded_density(law: Law) -> FloatArray:
+@CHECKS.statement(
+    "Section 2, Figures 3 and 4",
+    "The mean and the most probable value of u⁺ and of v⁺ differ much at all impact angles.",
+    "the two differ by more than 0.01 V and by 5 standard errors, every shape and angle",
+)
+def _means_differ_from_modes(statistics: FigureStatistics, source: str) -> Findings:
+    every = _all(statistics, source)
+    for name in ("u", "v") if every else ():
+
+        def too_small(sample: SampleStatistics, gap: float, name: str = name) -> bool:
+            return gap < max(0.01, 5.0 * sample.error[name])
+
+        yield _mode_against_mean(every, name, name + "⁺: smallest difference {} V", too_small)
+
+
+def _folded_density(sample: SampleStatistics) -> FloatArray:
     """Smoothed density of |u|, from zero on."""
     low, high, bins = DENSITY["u"]
-    counts = law.density["u"].astype(np.float64)
+    counts = sample.density["u"].astype(np.float64)
     zero = round(-low / (high - low) * bins)
     width = min(zero, bins - zero)
     both = counts[zero : zero + width] + counts[zero - width : zero][::-1]
     return np.asarray(gaussian_filter1d(both, _SMOOTHING, mode="reflect"))
 
 
-def _peak_of_u(law: Law) -> tuple[float, float]:
+def _peak_of_u(sample: SampleStatistics) -> tuple[float, float]:
     """Position of the maximum of the density of |u|, and the density at zero over it.
 
     A maximum that exceeds the density at zero by less than four standard errors is at zero.
     """
     low, high, bins = DENSITY["u"]
-    density = _folded_density(law)
+    density = _folded_density(sample)
     top = int(density.argmax())
     # a Gaussian averages 2 sqrt(pi) times its width in bins; at the edge, half as many
     averaged = 2.0 * np.sqrt(np.pi) * _SMOOTHING
@@ -106,178 +102,194 @@ def _peak_of_u(law: Law) -> tuple[float, float]:
     return position, float(density[0] / density[top])
 
 
-def tangential_mode_is_zero(laws: Laws, source: str) -> Verdict | None:
-    """Most probable u at normal impact, prisms left out."""
-    chosen = [law for law in _normal(laws, source) if law.shape != "prism"]
-    if not chosen:
-        return None
-    peaks = {law.shape: _peak_of_u(law)[0] for law in chosen}
-    text = ", ".join(f"{shape} {peak:.2f}" for shape, peak in peaks.items())
-    return Verdict(not any(peaks.values()), f"peak of |u⁺| at: {text}")
+@CHECKS.statement(
+    "Section 2, Figure 3",
+    "At normal impact the most probable u⁺ is zero for every shape but the prism.",
+    "the peak of the density of |u⁺| is at zero",
+    head="peak of |u⁺| at: ",
+    between=", ",
+)
+def _tangential_mode_is_zero(statistics: FigureStatistics, source: str) -> Findings:
+    for sample in _normal(statistics, source, without=("prism",)):
+        peak = _peak_of_u(sample)[0]
+        yield peak == 0.0, f"{sample.shape} {peak:.2f}"
 
 
-def prisms_have_two_maxima(laws: Laws, source: str) -> Verdict | None:
-    """Density of u of prisms at normal impact."""
-    law = laws.at(source, "prism", 90.0)
-    if law is None:
-        return None
-    position, ratio = _peak_of_u(law)
-    skew = law.asymmetry["u"]
-    text = (
-        f"maxima at ±{position:.2f}, density at zero {_percent(ratio)} of them, "
-        f"asymmetry {skew:.1f}"
-    )
-    return Verdict(position > 0.0 and ratio < 0.97 and skew <= _SYMMETRIC, text)
+@CHECKS.statement(
+    "Section 2, Figure 5",
+    "For prisms at normal impact the density of u⁺ has two equal maxima on both sides of a "
+    "minimum at zero.",
+    "the density at zero is below 97 % of the maximum, and u⁺ is symmetric",
+)
+def _prisms_have_two_maxima(statistics: FigureStatistics, source: str) -> Findings:
+    sample = statistics.at(source, "prism", 90.0)
+    if sample is not None:
+        position, ratio = _peak_of_u(sample)
+        skew = sample.asymmetry["u"]
+        text = f"maxima at ±{position:.2f}, density at zero {_percent(ratio)} of them"
+        holds = position > 0.0 and ratio < 0.97 and skew <= _SYMMETRIC
+        yield holds, f"{text}, asymmetry {skew:.1f}"
 
 
-def _singles(law: Law) -> float:
-    assert law.collisions is not None
-    return law.collisions[0]
+@CHECKS.statement(
+    "Section 2, table",
+    "At normal impact fewer than half of the particles of any shape collide only once.",
+    "share of single collisions below 50 %",
+    direct_only=True,
+    between=", ",
+)
+def _singles_below_half(statistics: FigureStatistics, source: str) -> Findings:
+    for sample in _normal(statistics, source):
+        yield sample.singles < 0.5, f"{sample.shape} {_percent(sample.singles)}"
 
 
-def singles_below_half(laws: Laws, source: str) -> Verdict | None:
-    """Share of single collisions at normal impact."""
-    if source != DIRECT:
-        return None
-    shares = {law.shape: _singles(law) for law in _normal(laws, source)}
-    text = ", ".join(f"{shape} {_percent(share)}" for shape, share in shares.items())
-    return Verdict(max(shares.values()) < 0.5, text)
+@CHECKS.statement(
+    "Section 2, table",
+    "At normal impact the particles of all shapes but ellipsoids mostly collide twice or more "
+    "often.",
+    "share of repeated collisions above that of single ones, ellipsoids left out",
+    direct_only=True,
+    between=", ",
+)
+def _repeated_prevail(statistics: FigureStatistics, source: str) -> Findings:
+    for sample in _normal(statistics, source, without=("ellipsoid", MIXTURE)):
+        share = 1.0 - sample.singles
+        yield share > 0.5, f"{sample.shape} {_percent(share)}"
 
 
-def repeated_prevail(laws: Laws, source: str) -> Verdict | None:
-    """Share of repeated collisions at normal impact, ellipsoids left out."""
-    if source != DIRECT:
-        return None
-    chosen = [law for law in _normal(laws, source) if law.shape not in ("ellipsoid", MIXTURE)]
-    shares = {law.shape: 1.0 - _singles(law) for law in chosen}
-    text = ", ".join(f"{shape} {_percent(share)}" for shape, share in shares.items())
-    return Verdict(min(shares.values()) > 0.5, text)
-
-
-def singles_not_monotonic(laws: Laws, source: str) -> Verdict | None:
-    """Share of single collisions over the angle."""
-    if source != DIRECT:
-        return None
-    holds, parts = True, []
-    for shape in laws.shapes(source):
-        curve = laws.curve(source, shape)
-        shares = np.array([_singles(law) for law in curve])
+@CHECKS.statement(
+    "Section 2",
+    "With falling impact angle the share of single collisions changes, for every shape, not "
+    "monotonically.",
+    "the share both rises and falls, by 4 standard errors",
+    direct_only=True,
+)
+def _singles_not_monotonic(statistics: FigureStatistics, source: str) -> Findings:
+    for curve in _curves(statistics, source):
+        shares = np.array([sample.singles for sample in curve])
         noise = 4.0 * np.sqrt(0.5 / curve[0].count)
-        top = int(shares.argmax())
         # rises to its maximum and falls from it, or falls to its minimum and rises from it
-        low = int(shares.argmin())
-        inner = [k for k in (top, low) if 0 < k < len(shares) - 1]
+        inner = [k for k in (shares.argmax(), shares.argmin()) if 0 < k < len(shares) - 1]
         turns = any(
             min(abs(shares[k] - shares[0]), abs(shares[k] - shares[-1])) > noise for k in inner
         )
-        holds &= turns
-        parts.append(
-            f"{shape} {_percent(shares[0])} at {curve[0].alpha_deg:g}°, "
-            + (
-                f"{_percent(shares[inner[0]])} at {curve[inner[0]].alpha_deg:g}°, "
-                if turns
-                else "monotonic, "
-            )
-            + f"{_percent(shares[-1])} at 90°"
-        )
-    return Verdict(holds, "; ".join(parts))
+        middle = "monotonic"
+        if turns:
+            middle = f"{_percent(shares[inner[0]])} at {curve[inner[0]].alpha_deg:g}°"
+        first = f"{curve[0].shape} {_percent(shares[0])} at {curve[0].alpha_deg:g}°"
+        yield turns, f"{first}, {middle}, {_percent(shares[-1])} at 90°"
 
 
-def repeated_within_range(laws: Laws, source: str) -> Verdict | None:
-    """Share of repeated collisions at all angles."""
-    if source != DIRECT:
-        return None
-    every = [law for law in _all(laws, source) if law.shape != MIXTURE]
-    least, most = (pick(every, key=lambda law: 1.0 - _singles(law)) for pick in (min, max))
-    low, high = 1.0 - _singles(least), 1.0 - _singles(most)
-    text = f"from {_percent(low)} ({_where(least)}) to {_percent(high)} ({_where(most)})"
-    return Verdict(low >= 0.25 and high <= 0.70, text)
+@CHECKS.statement(
+    "Section 2",
+    "At every angle and for every shape 25 to 70 % of the particles collide twice or more often.",
+    "smallest and largest share within 25 to 70 %",
+    direct_only=True,
+)
+def _repeated_within_range(statistics: FigureStatistics, source: str) -> Findings:
+    every = [sample for sample in _all(statistics, source) if sample.shape != MIXTURE]
+    ends = [pick(every, key=lambda sample: 1.0 - sample.singles) for pick in (min, max)]
+    low, high = (1.0 - sample.singles for sample in ends)
+    text = " to ".join(f"{_percent(1.0 - end.singles)} ({_where(end)})" for end in ends)
+    yield low >= 0.25 and high <= 0.70, f"from {text}"
 
 
-def spin_not_positive(laws: Laws, source: str) -> Verdict | None:
-    """Sign of the mean and the most probable spin."""
-    every = _all(laws, source)
-    if not every:
-        return None
-    mean = max(every, key=lambda law: law.mean["omega_z"] / law.error["omega_z"])
-    mode = max(every, key=lambda law: law.mode["omega_z"])
-    height = mean.mean["omega_z"] / mean.error["omega_z"]
-    text = (
-        f"largest mean {mean.mean['omega_z']:+.4f} V/a, {height:+.1f} standard errors "
-        f"({_where(mean)}); largest most probable {mode.mode['omega_z']:+.4f} V/a ({_where(mode)})"
-    )
-    return Verdict(height <= 5.0 and mode.mode["omega_z"] <= 0.02, text)
+@CHECKS.statement(
+    "Section 2, Figure 7",
+    "The mean and the most probable Ωz are not positive, for every shape and angle.",
+    "at most 5 standard errors (mean) and 0.02 V/a (most probable) above zero",
+)
+def _spin_not_positive(statistics: FigureStatistics, source: str) -> Findings:
+    every = _all(statistics, source)
+    if every:
+        mean = max(every, key=lambda sample: sample.mean["omega_z"] / sample.error["omega_z"])
+        height = mean.mean["omega_z"] / mean.error["omega_z"]
+        text = f"largest mean {mean.mean['omega_z']:+.4f} V/a, {height:+.1f} standard errors"
+        yield height <= 5.0, f"{text} ({_where(mean)})"
+        mode = max(every, key=lambda sample: sample.mode["omega_z"])
+        value = mode.mode["omega_z"]
+        yield value <= 0.02, f"largest most probable {value:+.4f} V/a ({_where(mode)})"
 
 
-def positive_spin_grows(laws: Laws, source: str) -> Verdict | None:
-    """Share of positive spins over the angle."""
-    holds, parts = True, []
-    for shape in laws.shapes(source):
-        curve = laws.curve(source, shape)
-        shares = np.array([law.positive_spin for law in curve])
+@CHECKS.statement(
+    "Section 2",
+    "The share of particles with Ωz > 0 grows with the impact angle.",
+    "no step down by more than 4 standard errors",
+)
+def _positive_spin_grows(statistics: FigureStatistics, source: str) -> Findings:
+    for curve in _curves(statistics, source):
+        shares = np.array([sample.positive_spin for sample in curve])
         # one more count keeps the error of an empty pair above zero
         errors = np.sqrt((shares[1:] + shares[:-1]) / curve[0].count + 1.0 / curve[0].count ** 2)
         steps = np.diff(shares) / errors
         down = int(steps.argmin())
-        holds &= bool(steps[down] > -4.0)
-        parts.append(
-            f"{shape} {_percent(shares[0])} to {_percent(shares[-1])}"
-            + (f", falls to {curve[down + 1].alpha_deg:g}°" if steps[down] <= -4.0 else "")
-        )
-    return Verdict(holds, "; ".join(parts)) if parts else None
+        grows = steps[down] > -4.0
+        text = f"{curve[0].shape} {_percent(shares[0])} to {_percent(shares[-1])}"
+        yield grows, text + ("" if grows else f", falls to {curve[down + 1].alpha_deg:g}°")
 
 
-def normal_spin_is_symmetric(laws: Laws, source: str) -> Verdict | None:
-    """Symmetry of the spin at normal impact."""
-    skews = {law.shape: law.asymmetry["omega_z"] for law in _normal(laws, source)}
-    if not skews:
-        return None
-    text = ", ".join(f"{shape} {skew:.1f}" for shape, skew in skews.items())
-    return Verdict(max(skews.values()) <= _SYMMETRIC, f"asymmetry: {text}")
+@CHECKS.statement(
+    "Section 2, Figure 8",
+    "At normal impact the density of Ωz is symmetric about zero.",
+    "asymmetry at most 5 (chance: 1 in 900,000)",
+    head="asymmetry: ",
+    between=", ",
+)
+def _normal_spin_is_symmetric(statistics: FigureStatistics, source: str) -> Findings:
+    for sample in _normal(statistics, source):
+        skew = sample.asymmetry["omega_z"]
+        yield skew <= _SYMMETRIC, f"{sample.shape} {skew:.1f}"
 
 
-def transverse_spin_is_symmetric(laws: Laws, source: str) -> Verdict | None:
-    """Symmetry of the other spins at all angles."""
-    parts, holds = [], True
-    for shape in laws.shapes(source):
-        curve = laws.curve(source, shape)
-        worst = max(curve, key=lambda law: max(law.asymmetry["omega_x"], law.asymmetry["omega_y"]))
-        value = max(worst.asymmetry["omega_x"], worst.asymmetry["omega_y"])
-        holds &= value <= _SYMMETRIC
-        parts.append(f"{shape} {value:.1f} ({worst.alpha_deg:g}°)")
-    if not parts:
-        return None
-    text = f"largest asymmetry: {'; '.join(parts)}"
-    return Verdict(
-        holds, text if holds else f"{text}; a tetrahedron of unequal half-sizes is chiral"
-    )
+@CHECKS.statement(
+    "Section 2",
+    "The densities of Ωx and Ωy are symmetric about zero at every angle.",
+    "asymmetry at most 5 (chance: 1 in 900,000 each), every shape and angle",
+    head="largest asymmetry: ",
+)
+def _transverse_spin_is_symmetric(statistics: FigureStatistics, source: str) -> Findings:
+    largest = 0.0
+    for curve in _curves(statistics, source):
+        skews = [max(s.asymmetry["omega_x"], s.asymmetry["omega_y"]) for s in curve]
+        worst = int(np.argmax(skews))
+        largest = max(largest, skews[worst])
+        text = f"{curve[worst].shape} {skews[worst]:.1f} ({curve[worst].alpha_deg:g}°)"
+        yield skews[worst] <= _SYMMETRIC, text
+    if largest > _SYMMETRIC:
+        yield False, "a tetrahedron of unequal half-sizes is chiral"
 
 
-def energy_is_lost(laws: Laws, source: str) -> Verdict | None:
-    """Mean loss of kinetic energy."""
-    if source != DIRECT:
-        return None
-    every = _all(laws, source)
-    least, where = _worst(
-        every, lambda law: 1.0 - law.mean["translational"] - law.mean["rotational"]
-    )
-    return Verdict(least > 0.05, f"smallest mean loss {_percent(least)} ({where})")
+@CHECKS.statement(
+    "Section 2, Figure 9",
+    "Particles lose much kinetic energy in the rebound.",
+    "mean loss of kinetic energy, translational and rotational, above 5 % at every angle",
+    direct_only=True,
+)
+def _energy_is_lost(statistics: FigureStatistics, source: str) -> Findings:
+    losses = [
+        (1.0 - sample.mean["translational"] - sample.mean["rotational"], _where(sample))
+        for sample in _all(statistics, source)
+    ]
+    least, where = min(losses, key=lambda pair: pair[0])
+    yield least > 0.05, f"smallest mean loss {_percent(least)} ({where})"
 
 
-def translational_falls(laws: Laws, source: str) -> Verdict | None:
-    """Mean translational energy over the angle."""
-    holds, parts = True, []
-    for shape in laws.shapes(source):
-        means = np.array([law.mean["translational"] for law in laws.curve(source, shape)])
+@CHECKS.statement(
+    "Section 2, Figure 9",
+    "The mean translational energy falls monotonically with rising impact angle.",
+    "falls at every step of 5°",
+)
+def _translational_falls(statistics: FigureStatistics, source: str) -> Findings:
+    for curve in _curves(statistics, source):
+        means = np.array([sample.mean["translational"] for sample in curve])
         steps = np.diff(means)
-        holds &= bool(np.all(steps < 0.0))
-        parts.append(f"{shape} {means[0]:.3f} to {means[-1]:.3f}, least step {steps.max():+.4f}")
-    return Verdict(holds, "; ".join(parts)) if parts else None
+        text = f"{curve[0].shape} {means[0]:.3f} to {means[-1]:.3f}"
+        yield bool(np.all(steps < 0.0)), f"{text}, least step {steps.max():+.4f}"
 
 
-def _rotational_peak(curve: list[Law]) -> tuple[float, float]:
+def _peak_of_rotational(curve: list[SampleStatistics]) -> tuple[float, float]:
     """Angle and height of the highest mean rotational energy."""
-    means = np.array([law.mean["rotational"] for law in curve])
+    means = np.array([sample.mean["rotational"] for sample in curve])
     top = int(means.argmax())
     if not 0 < top < len(means) - 1:
         return curve[top].alpha_deg, float(means[top])
@@ -287,109 +299,43 @@ def _rotational_peak(curve: list[Law]) -> tuple[float, float]:
     return curve[top].alpha_deg + offset * step, float(middle)
 
 
-def rotational_peak(laws: Laws, source: str) -> Verdict | None:
-    """Angle of the highest mean rotational energy."""
-    if source != DIRECT:
-        return None
-    peaks = {shape: _rotational_peak(laws.curve(source, shape))[0] for shape in laws.shapes(source)}
-    text = ", ".join(f"{shape} {angle:.1f}°" for shape, angle in peaks.items())
-    return Verdict(all(15.0 <= angle <= 20.0 for angle in peaks.values()), f"maximum at: {text}")
+@CHECKS.statement(
+    "Section 2, Figure 9",
+    "The mean rotational energy has its maximum at 15 to 20°, for every shape and the mixture.",
+    "maximum of a parabola through the highest point and its neighbours within 15 to 20°",
+    direct_only=True,
+    head="maximum at: ",
+    between=", ",
+)
+def _rotational_peak(statistics: FigureStatistics, source: str) -> Findings:
+    for curve in _curves(statistics, source):
+        angle = _peak_of_rotational(curve)[0]
+        yield 15.0 <= angle <= 20.0, f"{curve[0].shape} {angle:.1f}°"
 
 
-def greatest_rotational(laws: Laws, source: str) -> Verdict | None:
-    """Order of the highest mean rotational energies."""
-    if source != DIRECT:
-        return None
-    heights = {
-        shape: _rotational_peak(laws.curve(source, shape))[1]
-        for shape in laws.shapes(source)
-        if shape != MIXTURE
-    }
+@CHECKS.statement(
+    "Section 2, Figure 9",
+    "Ellipsoids and truncated prisms have the greatest rotational energy.",
+    "their maxima are above those of prisms and tetrahedra",
+    direct_only=True,
+)
+def _greatest_rotational(statistics: FigureStatistics, source: str) -> Findings:
+    heights = {c[0].shape: _peak_of_rotational(c)[1] for c in _curves(statistics, source)}
+    heights.pop(MIXTURE, None)
     order = sorted(heights, key=heights.__getitem__, reverse=True)
     text = ", ".join(f"{shape} {heights[shape]:.3f}" for shape in order)
-    return Verdict(set(order[:2]) == {"ellipsoid", "truncated-prism"}, f"maxima: {text}")
+    yield set(order[:2]) == {"ellipsoid", "truncated-prism"}, f"maxima: {text}"
 
 
-def energies_differ(laws: Laws, source: str) -> Verdict | None:
-    """Mean against most probable energies."""
-    every = _all(laws, source)
-    if not every:
-        return None
-    names = [name for name in ("translational", "rotational") if name in every[0].mean]
-    parts, holds = [], True
-    for name in names:
-
-        def gap(law: Law, name: str = name) -> float:
-            return abs(law.mean[name] - law.mode[name])
-
-        least, where = _worst(every, gap)
-        same = sum(gap(law) <= 0.01 for law in every)
-        holds &= same == 0
-        parts.append(
-            f"{name}: smallest difference {least:.4f} ({where})"
-            + (f", too small in {same} of {len(every)} cases" if same else "")
-        )
-    return Verdict(holds, "; ".join(parts))
-
-
-def scattered_everywhere(laws: Laws, source: str) -> Verdict | None:
-    """Spread of the rebound angle of the mixture."""
-    curve = laws.curve(source, MIXTURE)
-    if not curve:
-        return None
-    least = min(curve, key=lambda law: law.scattering_deg)
-    text = f"smallest {least.scattering_deg:.1f}° (at {least.alpha_deg:g}°)"
-    return Verdict(least.scattering_deg > 5.0, text)
-
-
-def scattering_strongest_at_normal(laws: Laws, source: str) -> Verdict | None:
-    """Angle of the widest spread of the mixture."""
-    curve = laws.curve(source, MIXTURE)
-    if not curve:
-        return None
-    most, last = max(curve, key=lambda law: law.scattering_deg), curve[-1]
-    text = (
-        f"largest {most.scattering_deg:.1f}° (at {most.alpha_deg:g}°), "
-        f"{last.scattering_deg:.1f}° at {last.alpha_deg:g}°"
-    )
-    return Verdict(most is last and last.alpha_deg == 90.0, text)
-
-
-def indicatrix_maxima(law: Law) -> list[float]:
-    """Angles alpha2 [degrees] of the maxima of the 2D indicatrix.
-
-    A maximum counts if it stands out by a twentieth of the highest.
-    """
-    density = gaussian_filter1d(law.scattering.astype(np.float64), _SMOOTHING)
-    # at grazing impact the highest bin may be the first
-    peaks, _ = find_peaks(np.pad(density, 1), prominence=0.05 * density.max())
-    return [float((k - 0.5) * 180.0 / SCATTERING_BINS) for k in peaks]
-
-
-def _maxima(laws: Laws, source: str, angles: tuple[float, float], number: int) -> Verdict | None:
-    low, high = angles
-    chosen = [law for law in laws.curve(source, MIXTURE) if low <= law.alpha_deg <= high]
-    if not chosen:
-        return None
-    found = {law.alpha_deg: len(indicatrix_maxima(law)) for law in chosen}
-    wrong = [f"{n} at {angle:g}°" for angle, n in found.items() if n != number]
-    text = f"{number} at every angle of {len(found)}" if not wrong else ", ".join(wrong)
-    return Verdict(not wrong, text)
-
-
-def one_maximum_below_70(laws: Laws, source: str) -> Verdict | None:
-    """Maxima of the 2D indicatrix of the mixture below 70 degrees."""
-    return _maxima(laws, source, (0.0, 69.0), 1)
-
-
-def two_maxima_from_70(laws: Laws, source: str) -> Verdict | None:
-    """Maxima of the 2D indicatrix of the mixture from 70 degrees on."""
-    return _maxima(laws, source, (70.0, 90.0), 2)
-
-
-def spheres_are_regular(laws: Laws, source: str) -> Verdict | None:
-    """Range of the rebound angle of spheres."""
-    if source != DIRECT:
-        return None
-    widest = max(high - low for low, high in laws.sphere_deg.values())
-    return Verdict(widest < 1e-9, f"widest range {widest:.1e} degrees")
+@CHECKS.statement(
+    "Section 2, Figure 10",
+    "The most probable energies differ much from the mean ones.",
+    "translational and rotational differ by more than 0.01 of the energy before, every shape "
+    "and angle",
+)
+def _energies_differ(statistics: FigureStatistics, source: str) -> Findings:
+    every = _all(statistics, source)
+    for name in ("translational", "rotational"):
+        if every and name in every[0].mean:
+            words = name + ": smallest difference {}"
+            yield _mode_against_mean(every, name, words, lambda _, gap: gap <= 0.01)

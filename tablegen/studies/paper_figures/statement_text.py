@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 from tablegen.studies.paper_figures.all_figures import (
     COLLISION_HEAD,
-    Gallery,
+    PaperFigures,
     collision_rows,
     to_dict,
 )
+from tablegen.studies.paper_figures.checked_statement import Verdict
 from tablegen.studies.paper_figures.sample_statistics import SPEED
-from tablegen.studies.paper_figures.statement_checks import Verdict
 from tablegen.studies.paper_figures.statements import NOT_CHECKED, Statement
 
 
@@ -34,6 +34,17 @@ def statement_rows(statements: Sequence[Statement]) -> list[list[str]]:
         ]
         rows.append(cells)
     return rows
+
+
+def failing_lines(statements: Sequence[Statement]) -> list[str]:
+    """Name each statement that does not hold, and what it does not hold for."""
+    lines = []
+    for s in statements:
+        sides = (("the direct model", s.direct), ("the table", s.table))
+        fails = [words for words, verdict in sides if verdict and verdict.holds is False]
+        if fails:
+            lines.append(f"{s.text} ({s.place}) Not for {' and '.join(fails)}.")
+    return lines
 
 
 #: Head of `statement_rows`.
@@ -69,17 +80,8 @@ def _markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
 
 
-def statements_page(gallery: Gallery) -> str:
-    """Markdown of the statements, the paper's table and the figures.
-
-    Parameters
-    ----------
-    gallery : Gallery
-
-    Returns
-    -------
-    str
-    """
+def statements_page(gallery: PaperFigures) -> str:
+    """Markdown of the statements, the paper's table and the figures."""
     figures = "\n\n".join(
         f"### {picture.title}\n\n![{picture.alternative}]({picture.name})"
         for picture in gallery.pictures
@@ -88,33 +90,34 @@ def statements_page(gallery: Gallery) -> str:
     return (
         "# Panfilov & Tsirkunov (2022), checked\n\n"
         f"{counts_text(gallery.statements)} {gallery.count:,} particles of each shape at each "
-        f"angle, {SPEED:g} m/s, seed {gallery.laws.seed}. A table holds the mixture, without "
+        f"angle, {SPEED:g} m/s, seed {gallery.statistics.seed}. A table holds the mixture, without "
         "collisions and rotational energies.\n\n## Statements\n\n"
         f"{_markdown_table(STATEMENT_HEAD, statement_rows(gallery.statements))}\n\n"
         f"Not checked:\n\n{unchecked}\n\n"
         "## Collisions in a rebound at normal impact, in per cent of the particles\n\n"
-        f"{_markdown_table(COLLISION_HEAD, collision_rows(gallery.laws))}\n\n"
+        f"{_markdown_table(COLLISION_HEAD, collision_rows(gallery.statistics))}\n\n"
         f"## Figures\n\n{figures}\n"
     )
 
 
-def statements_json(gallery: Gallery) -> str:
+def statements_json(gallery: PaperFigures) -> str:
     """JSON of the statements."""
     data = {
         "count": gallery.count,
-        "seed": gallery.laws.seed,
+        "seed": gallery.statistics.seed,
         "speed": SPEED,
         "judged": are_judged(gallery.statements),
         "statements": [statement.to_dict() for statement in gallery.statements],
         "not_checked": list(NOT_CHECKED),
         "collisions": [
-            dict(zip(COLLISION_HEAD, row, strict=True)) for row in collision_rows(gallery.laws)
+            dict(zip(COLLISION_HEAD, row, strict=True))
+            for row in collision_rows(gallery.statistics)
         ],
     }
     return json.dumps(data, indent=1, allow_nan=False) + "\n"
 
 
-def laws_json(gallery: Gallery) -> str:
+def laws_json(gallery: PaperFigures) -> str:
     """JSON of the numbers behind the curves."""
     return json.dumps(to_dict(gallery), indent=1, allow_nan=False) + "\n"
 

@@ -47,20 +47,12 @@ _SETTINGS: Any = {
 
 
 class Picture(NamedTuple):
-    """A figure as a file.
+    """A figure as a file."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the file.
-    title : str
-    alternative : str
-        What it shows, for those who cannot see it.
-    data : bytes
-    """
-
+    #: Name of the file.
     name: str
     title: str
+    #: What it shows, for those who cannot see it.
     alternative: str
     data: bytes
 
@@ -99,6 +91,11 @@ def settings() -> Any:
     import matplotlib
 
     return matplotlib.rc_context(_SETTINGS)
+
+
+def numbered(figure: Any, number: int, title: str, alternative: str, kind: str = "svg") -> Picture:
+    """Figure of the paper as a file in memory."""
+    return written(figure, f"figure-{number:02d}.{kind}", f"Figure {number}. {title}", alternative)
 
 
 def written(figure: Any, name: str, title: str, alternative: str) -> Picture:

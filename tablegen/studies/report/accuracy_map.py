@@ -1,24 +1,22 @@
 """Accuracy of a table over its whole range of angles and speeds, against direct simulation."""
 
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-from sampler.compilation.processors import processors
 from sampler.table import Table
-from tablegen.accuracy.comparison import estimate_all
-from tablegen.accuracy.noise_corrected import Estimate
-from tablegen.accuracy.samples import FloatArray
+from tablegen.accuracy.comparison import Measured
+from tablegen.accuracy.measure import in_threads
+from tablegen.accuracy.noise_corrected import Settings, estimated
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
+from tablegen.simulate import simulate
 from tablegen.studies.report.benchmark import Tick
-from tablegen.studies.report.budget import Effort
-from tablegen.studies.report.direct_method import direct_states
+from tablegen.studies.report.budget import Budget
 from tablegen.studies.report.method_errors import batch_seed
 
-#: Purposes of random numbers, beside those of the races.
+#: Purposes of random numbers, apart from those of the benchmarks.
 _DIRECT, _OTHER, _TABLE = range(200, 203)
 
 #: Directions of the sliced Wasserstein distance: a map has many points.
@@ -26,46 +24,23 @@ _DIRECTIONS = 8
 
 
 @dataclass(frozen=True)
-class Point:
-    """A condition of the map and what was measured there."""
+class AccuracyMap:
+    """Accuracy map."""
 
-    alpha_deg: float
-    speed: float
-    #: Of each component, in the order of `STATE`.
-    ks_components: tuple[float, ...]
-    ks: float
-    sliced_wasserstein: float
-    correlation_error: float
-    auc: float
-    #: The four distances with their noise told apart.
-    estimates: dict[str, Estimate]
-
-
-@dataclass(frozen=True)
-class Atlas:
-    """Accuracy map.
-
-    Attributes
-    ----------
-    alpha_deg, speed : tuple of float
-        The grid.
-    points : tuple of Point
-        All speeds of the first angle, then of the second.
-    floor : tuple of Point
-        Direct against direct on the diagonal of the grid, with as many states.
-    samples : int
-        States a side.
-    """
-
+    #: The grid.
     alpha_deg: tuple[float, ...]
     speed: tuple[float, ...]
-    points: tuple[Point, ...]
-    floor: tuple[Point, ...]
+    #: All speeds of the first angle, then of the second.
+    points: tuple[Measured, ...]
+    #: Direct against direct on the diagonal of the grid, with as many states.
+    floor: tuple[Measured, ...]
+    #: States a side.
     samples: int
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON."""
-        return asdict(self)
+        """Plain numbers, for JSON; of metrics by variable the largest, and all of them."""
+        points = {name: [_record(p) for p in getattr(self, name)] for name in ("points", "floor")}
+        return vars(self) | points
 
 
 def grid(table: Table, shape: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -82,20 +57,18 @@ def grid(table: Table, shape: tuple[int, int]) -> tuple[tuple[float, ...], tuple
     return tuple(np.unique(alpha[0]).tolist()), tuple(np.unique(alpha[1]).tolist())
 
 
-def _point(
-    alpha_deg: float, speed: float, sample: FloatArray, direct: FloatArray, size: int
-) -> Point:
-    estimates, by_component = estimate_all(sample, direct, 0, _DIRECTIONS, size)
-    return Point(
-        alpha_deg=alpha_deg,
-        speed=speed,
-        ks_components=tuple(by_component.tolist()),
-        **{name: estimate.value for name, estimate in estimates.items()},
-        estimates=estimates,
-    )
+def _record(point: Measured) -> dict[str, Any]:
+    found: dict[str, Any] = {"alpha_deg": point.alpha_deg, "speed": point.speed}
+    for name, estimate in point.estimates.items():
+        if estimate.by_variable:
+            found[f"{name}_components"] = estimate.by_variable
+        found[name] = estimate.value
+    return found | {"estimates": {n: e.to_dict() for n, e in point.estimates.items()}}
 
 
-def make_atlas(table: Table, config: Config, effort: Effort, seed: int, tick: Tick) -> Atlas:
+def make_accuracy_map(
+    table: Table, config: Config, budget: Budget, seed: int, tick: Tick
+) -> AccuracyMap:
     """Compare a table with direct simulation on a grid of conditions.
 
     Parameters
@@ -103,44 +76,31 @@ def make_atlas(table: Table, config: Config, effort: Effort, seed: int, tick: Ti
     table : Table
     config : Config
         What the table claims to represent.
-    effort : Effort
+    budget : Budget
     seed : int
     tick : callable
         Called with 1 for each condition.
-
-    Returns
-    -------
-    Atlas
     """
-    alpha, speed = grid(table, effort.grid)
-    conditions = [(a, v) for a in alpha for v in speed]
-    count = effort.mapped
+    alpha, speed = grid(table, budget.grid)
+    conditions = [(np.radians(a), v) for a in alpha for v in speed]
+    count, settings = budget.mapped, Settings(0, _DIRECTIONS, budget.classified)
 
-    def states(k: int, purpose: int) -> FloatArray:
-        return direct_states(config, *conditions[k], count, batch_seed(seed, purpose, k), threads=1)
+    def direct(k: int, purpose: int) -> FloatArray:
+        key = batch_seed(seed, purpose, k)
+        return simulate(config, *conditions[k], count, seed=key, threads=1).state
 
-    def against_table(k: int) -> Point:
-        drawn = table.sample(
-            np.radians(conditions[k][0]),
-            conditions[k][1],
-            seed=batch_seed(seed, _TABLE, k),
-            index=np.arange(count),
-            threads=1,
-        )
-        found = _point(*conditions[k], drawn, states(k, _DIRECT), effort.classified)
-        tick(1)
-        return found
+    def drawn(k: int) -> FloatArray:
+        index, key = np.arange(count), batch_seed(seed, _TABLE, k)
+        return table.sample(*conditions[k], seed=key, index=index, threads=1)
 
-    def against_direct(k: int) -> Point:
-        found = _point(*conditions[k], states(k, _OTHER), states(k, _DIRECT), effort.classified)
-        tick(1)
-        return found
+    def measured(k: int, states: FloatArray) -> Measured:
+        a, v = alpha[k // len(speed)], speed[k % len(speed)]
+        return Measured(a, v, estimated(states, direct(k, _DIRECT), settings))
 
-    diagonal = _diagonal(len(alpha), len(speed))
-    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
-        points = tuple(pool.map(against_table, range(len(conditions))))
-        floor = tuple(pool.map(against_direct, diagonal))
-    return Atlas(alpha, speed, points, floor, count)
+    every, diagonal = range(len(conditions)), _diagonal(len(alpha), len(speed))
+    points = in_threads(lambda k: measured(k, drawn(k)), every, tick)
+    floor = in_threads(lambda k: measured(k, direct(k, _OTHER)), diagonal, tick)
+    return AccuracyMap(alpha, speed, tuple(points), tuple(floor), count)
 
 
 def _diagonal(rows: int, columns: int) -> list[int]:
@@ -148,7 +108,7 @@ def _diagonal(rows: int, columns: int) -> list[int]:
     return [i * columns + min(columns - 1, i * columns // rows) for i in range(rows)]
 
 
-def steps(table: Table, effort: Effort) -> int:
-    """How often `make_atlas` ticks."""
-    alpha, speed = grid(table, effort.grid)
+def steps(table: Table, budget: Budget) -> int:
+    """How often `make_accuracy_map` ticks."""
+    alpha, speed = grid(table, budget.grid)
     return len(alpha) * (len(speed) + 1)

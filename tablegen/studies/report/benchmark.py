@@ -1,21 +1,29 @@
-"""All ways to get a rebound state at one condition: set up, timed, compared with direct states."""
+"""All methods of sampling at one condition: fitted, timed, compared with direct states."""
 
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sampler.compilation.processors import processors
+from tablegen.accuracy.metrics import Reference
 from tablegen.config import Config
-from tablegen.studies.report.budget import Effort
-from tablegen.studies.report.direct_method import direct_states
-from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
-from tablegen.studies.report.reference_sample import Reference
-from tablegen.studies.report.sampling_methods import Prepared, Scene, Way
+from tablegen.model.float_array import FloatArray
+from tablegen.simulate import simulate
+from tablegen.studies.report.budget import Budget
+from tablegen.studies.report.direct_method import simulated
+from tablegen.studies.report.method_errors import (
+    BatchMean,
+    Draw,
+    batch_errors,
+    batch_seed,
+    gathered,
+)
+from tablegen.studies.report.sampling_methods import BenchmarkCase, FittedMethod, SamplingMethod
 
 #: What random numbers are for, so that no two purposes share any.
 REFERENCE, TRAINING, FLOOR, FIT, TIMED, BATCHES = range(6)
@@ -28,85 +36,60 @@ Tick = Callable[[int], Any]
 
 
 @dataclass(frozen=True)
-class Runner:
-    """How a way did at one condition.
+class MethodResult:
+    """Cost and errors of a method at one condition."""
 
-    Attributes
-    ----------
-    family, name, covers, settings
-        Of the way.
-    alpha_deg, speed : float
-    bytes : int
-        What a draw reads; the whole file of a table.
-    setup_seconds : float
-        Worker seconds to make it ready: fit, generation, or load of an existing table.
-    nanoseconds : float
-        Processor time of one draw on one thread.
-    errors : dict from metric to Estimate
-    facts : dict
-    """
-
+    #: Of the method.
     family: str
     name: str
     covers: str
     settings: dict[str, Any]
     alpha_deg: float
     speed: float
+    #: What a draw reads; the whole file of a table.
     bytes: int
+    #: Worker seconds to make it ready: fit, generation, or load of an existing table.
     setup_seconds: float
+    #: Processor time of one draw on one thread.
     nanoseconds: float
-    errors: dict[str, Estimate]
+    #: By metric.
+    errors: dict[str, BatchMean]
     facts: dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Race:
-    """All ways at one condition.
-
-    Attributes
-    ----------
-    alpha_deg, speed : float
-    floor : dict from metric to Estimate
-        Direct batches against the direct reference.
-    runners : tuple of Runner
-    """
+class Benchmark:
+    """All methods at one condition."""
 
     alpha_deg: float
     speed: float
-    floor: dict[str, Estimate]
-    runners: tuple[Runner, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and names, for JSON."""
-        return asdict(self)
+    #: By metric. Direct batches against the direct reference.
+    floor: dict[str, BatchMean]
+    runners: tuple[MethodResult, ...]
 
 
-def make_scene(
-    config: Config, alpha_deg: float, speed: float, effort: Effort, seed: int, place: int
-) -> tuple[Scene, Reference]:
-    """Simulate the reference of a condition, and states to fit rivals on.
+def make_case(
+    config: Config, alpha_deg: float, speed: float, budget: Budget, seed: int, place: int
+) -> tuple[BenchmarkCase, Reference]:
+    """Simulate the reference of a condition, and states to fit baselines to.
 
     Parameters
     ----------
     config : Config
     alpha_deg, speed : float
-    effort : Effort
+    budget : Budget
     seed : int
     place : int
         Number of the condition; conditions share no random numbers.
     """
 
-    def states(purpose: int, count: int) -> np.ndarray:
-        return direct_states(config, alpha_deg, speed, count, batch_seed(seed, place, purpose))
+    def states(purpose: int, count: int) -> FloatArray:
+        key = batch_seed(seed, place, purpose)
+        return simulate(config, np.radians(alpha_deg), speed, count, seed=key).state
 
-    scene = Scene(
-        config,
-        alpha_deg,
-        speed,
-        states(TRAINING, effort.training),
-        batch_seed(seed, place, FIT),
-    )
-    return scene, Reference(states(REFERENCE, effort.reference))
+    training, key = states(TRAINING, budget.training), batch_seed(seed, place, FIT)
+    case = BenchmarkCase(config, alpha_deg, speed, training, key)
+    return case, Reference(states(REFERENCE, budget.reference))
 
 
 def nanoseconds(draw: Draw, count: int, seed: int) -> float:
@@ -121,11 +104,11 @@ def nanoseconds(draw: Draw, count: int, seed: int) -> float:
     return 1e9 * float(best) / count
 
 
-def prepare(way: Way, scene: Scene) -> tuple[Prepared, float]:
-    """Set a way up; the worker seconds that this took."""
+def prepare(method: SamplingMethod, case: BenchmarkCase) -> tuple[FittedMethod, float]:
+    """Fit a method; the worker seconds that this took."""
     start = time.process_time()
     with threadpool_limits(limits=1):
-        ready = way.prepare(scene)
+        ready = method.prepare(case)
     passed = time.process_time() - start
     return ready, passed if ready.setup is None else ready.setup
 
@@ -133,31 +116,31 @@ def prepare(way: Way, scene: Scene) -> tuple[Prepared, float]:
 def measured_errors(
     draws: Sequence[Draw],
     reference: Reference,
-    effort: Effort,
+    budget: Budget,
     seeds: Callable[[int, int], int],
     tick: Tick,
-) -> list[dict[str, Estimate]]:
+) -> list[dict[str, BatchMean]]:
     """Errors of several draws, their batches shared out over the processors.
 
     Parameters
     ----------
     draws : sequence of Draw
     reference : Reference
-    effort : Effort
+    budget : Budget
     seeds : callable
         From the number of a draw and of a batch to a seed.
     tick : callable
         Called with 1 as each batch is done.
     """
-    found: list[list[dict[str, float]]] = [[{} for _ in range(effort.batches)] for _ in draws]
+    found: list[list[dict[str, float]]] = [[{} for _ in range(budget.batches)] for _ in draws]
     # the classifier asks for one thread by itself; asked from several at once, it might keep it
     with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
         waiting = {
             pool.submit(
-                batch_errors, draw, reference, effort.batch, effort.classified, r, seeds(k, r)
+                batch_errors, draw, reference, budget.batch, budget.classified, r, seeds(k, r)
             ): (k, r)
             for k, draw in enumerate(draws)
-            for r in range(effort.batches)
+            for r in range(budget.batches)
         }
         for future in as_completed(waiting):
             k, r = waiting[future]
@@ -166,58 +149,58 @@ def measured_errors(
     return [gathered(batches) for batches in found]
 
 
-def run_race(
-    ways: Sequence[Way], scene: Scene, reference: Reference, effort: Effort, tick: Tick
-) -> Race:
-    """Set up, time and judge all ways at one condition.
+def run_benchmark(
+    methods: Sequence[SamplingMethod],
+    case: BenchmarkCase,
+    reference: Reference,
+    budget: Budget,
+    tick: Tick,
+) -> Benchmark:
+    """Fit and time all methods at one condition, and measure their errors.
 
-    Setting up and timing come first, one way after the other, while nothing else runs.
+    Fits and timings come first, one method after the other, while nothing else runs.
 
     Parameters
     ----------
-    ways : sequence of Way
-    scene : Scene
+    methods : sequence of SamplingMethod
+    case : BenchmarkCase
     reference : Reference
-    effort : Effort
+    budget : Budget
     tick : callable
-        Called with 1 for each way that is ready and each batch that is judged.
+        Called with 1 for each method that is ready and each batch that is measured.
     """
-    ready: list[tuple[Prepared, float, float]] = []
-    for way in ways:
-        prepared, setup = prepare(way, scene)
-        cost = nanoseconds(prepared.draw, effort.timed, batch_seed(scene.seed, TIMED))
-        ready.append((prepared, setup, cost))
+    ready: list[tuple[FittedMethod, float, float]] = []
+    for method in methods:
+        fitted, setup = prepare(method, case)
+        cost = nanoseconds(fitted.draw, budget.timed, batch_seed(case.seed, TIMED))
+        ready.append((fitted, setup, cost))
         tick(1)
-
-    def floor(count: int, seed: int) -> np.ndarray:
-        return direct_states(scene.config, scene.alpha_deg, scene.speed, count, seed, threads=1)
-
     errors = measured_errors(
-        [floor, *(prepared.draw for prepared, _, _ in ready)],
+        [simulated(case).draw, *(fitted.draw for fitted, _, _ in ready)],
         reference,
-        effort,
-        lambda k, r: batch_seed(scene.seed, BATCHES if k else FLOOR, k, r),
+        budget,
+        lambda k, r: batch_seed(case.seed, BATCHES if k else FLOOR, k, r),
         tick,
     )
     runners = tuple(
-        Runner(
-            family=way.family,
-            name=way.name,
-            covers=way.covers,
-            settings=way.settings,
-            alpha_deg=scene.alpha_deg,
-            speed=scene.speed,
-            bytes=prepared.size,
+        MethodResult(
+            family=method.family,
+            name=method.name,
+            covers=method.covers,
+            settings=method.settings,
+            alpha_deg=case.alpha_deg,
+            speed=case.speed,
+            bytes=fitted.size,
             setup_seconds=setup,
             nanoseconds=cost,
             errors=error,
-            facts=prepared.facts,
+            facts=fitted.facts,
         )
-        for way, (prepared, setup, cost), error in zip(ways, ready, errors[1:], strict=True)
+        for method, (fitted, setup, cost), error in zip(methods, ready, errors[1:], strict=True)
     )
-    return Race(scene.alpha_deg, scene.speed, errors[0], runners)
+    return Benchmark(case.alpha_deg, case.speed, errors[0], runners)
 
 
-def steps(ways: int, effort: Effort) -> int:
-    """How often `run_race` ticks."""
-    return ways + (ways + 1) * effort.batches
+def steps(methods: int, budget: Budget) -> int:
+    """How often `run_benchmark` ticks."""
+    return methods + (methods + 1) * budget.batches

@@ -4,61 +4,44 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Effort:
-    """Sizes of everything that a report measures.
+class Budget:
+    """Sizes of everything that a report measures."""
 
-    Attributes
-    ----------
-    reference : int
-        States of the direct reference at a condition.
-    batch, batches : int
-        States in a batch, and batches per way; an error is the mean over them. `batch` divides
-        `reference`.
-    classified : int
-        States a side of the classifier.
-    training : int
-        Direct states from which a rival is fitted at its condition.
-    node_samples : int
-        States per node of the tables of the design sweep.
-    timed : int
-        Draws that are timed together.
-    paths : int
-        Particles followed with every contact resolution and flight tolerance.
-    sizes : tuple of int
-        Sample sizes of the sweep; each divides `reference`.
-    conditions : tuple of (float, float)
-        Where the ways are compared, as shares of the table's range of angles and speeds.
-    grid : tuple of two int
-        Angles and speeds of the accuracy map.
-    mapped : int
-        States a side at a point of the map.
-    viewed : int
-        States a side behind the views of the joint law.
-    views : tuple of two int
-        Angles and speeds of those views.
-    figures : int
-        Particles per shape and angle of the paper's figures.
-    """
-
+    #: States of the direct reference at a condition.
     reference: int
+    #: States in a batch, and batches per method; an error is the mean over them. `batch` divides
+    #: `reference`.
     batch: int
     batches: int
+    #: States a side of the classifier.
     classified: int
+    #: Direct states from which a baseline is fitted at its condition.
     training: int
+    #: States per node of the tables of the design sweep.
     node_samples: int
+    #: Draws that are timed together.
     timed: int
+    #: Particles followed with every contact resolution and flight tolerance.
     paths: int
+    #: Sample sizes of the sweep; each divides `reference`.
     sizes: tuple[int, ...]
+    #: Tuple of (float, float). Where the methods are compared, as shares of the table's range of
+    #: angles and speeds.
     conditions: tuple[tuple[float, float], ...]
+    #: Angles and speeds of the accuracy map.
     grid: tuple[int, int]
+    #: States a side at a point of the map.
     mapped: int
+    #: States a side behind the views of the joint law.
     viewed: int
+    #: Angles and speeds of those views.
     views: tuple[int, int]
+    #: Particles per shape and angle of the paper's figures.
     figures: int
 
 
 #: Below 2 minutes on two cores.
-QUICK = Effort(
+QUICK = Budget(
     reference=100_000,
     batch=20_000,
     batches=4,
@@ -77,7 +60,7 @@ QUICK = Effort(
 )
 
 #: Below 15 minutes on two cores.
-FULL = Effort(
+FULL = Budget(
     reference=400_000,
     batch=50_000,
     batches=5,

@@ -11,20 +11,21 @@ from tqdm import tqdm
 import sampler
 from sampler.files.locate import find_table
 from sampler.table import Table
+from tablegen.accuracy.metrics import Reference
 from tablegen.config import Config, parse_config
-from tablegen.studies.report.baselines import rival_ways
-from tablegen.studies.report.benchmark import Race, make_scene, run_race, steps
-from tablegen.studies.report.budget import FULL, QUICK, Effort
-from tablegen.studies.report.direct_method import direct_ways
-from tablegen.studies.report.file_identity import identity
+from tablegen.studies.report.baselines import baseline_methods
+from tablegen.studies.report.benchmark import Benchmark, make_case, run_benchmark, steps
+from tablegen.studies.report.budget import FULL, QUICK, Budget
+from tablegen.studies.report.direct_method import direct_methods
 from tablegen.studies.report.machine import machine
 from tablegen.studies.report.sample_size_convergence import Sample, sample_sizes
+from tablegen.studies.report.sampling_methods import BenchmarkCase, SamplingMethod
 from tablegen.studies.report.table_sizes import (
-    beside_way,
     design_condition,
-    design_ways,
+    design_methods,
+    other_table,
     seconds_at_random,
-    table_way,
+    table_method,
     whole_table,
 )
 from tablegen.studies.report.tolerances import RESOLUTIONS, TOLERANCES, Setting, curve
@@ -32,47 +33,29 @@ from tablegen.tasks.progress import bar
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """Error against run time, and what it was measured with.
+class ErrorAgainstTime:
+    """Error against run time, and what it was measured with."""
 
-    Attributes
-    ----------
-    table : str
-        Name or path that was given.
-    content_sha256 : str
-    table_bytes : int
-    random_nanoseconds : float
-        Processor time of a draw from the table at random conditions.
-    quick : bool
-    seed : int
-    effort : Effort
-    machine : dict
-    races : tuple of Race
-        Every way at each condition.
-    designs : Race
-        Tables of many sizes on a small domain.
-    settings : tuple of Setting
-        Numerics of the direct model, on the same particles.
-    sizes : tuple of Sample
-    left_out : tuple of str
-        One line for each rival that is not installed.
-    seconds : float
-        Wall time of the measurement.
-    """
-
+    #: Name or path that was given.
     table: str
     content_sha256: str
     table_bytes: int
+    #: Processor time of a draw from the table at random conditions.
     random_nanoseconds: float
     quick: bool
     seed: int
-    effort: Effort
+    effort: Budget
     machine: dict[str, Any]
-    races: tuple[Race, ...]
-    designs: Race
+    #: Every method at each condition.
+    races: tuple[Benchmark, ...]
+    #: Tables of many sizes on a small domain.
+    designs: Benchmark
+    #: Numerics of the direct model, on the same particles.
     settings: tuple[Setting, ...]
     sizes: tuple[Sample, ...]
+    #: One line for each baseline that is not installed.
     left_out: tuple[str, ...]
+    #: Wall time of the measurement.
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
@@ -80,90 +63,85 @@ class Evidence:
         return {"software_version": sampler.__version__, **asdict(self)}
 
 
-def conditions(table: Table, effort: Effort) -> list[tuple[float, float]]:
-    """Angles [degrees] and speeds at which the ways are compared."""
+def conditions(table: Table, budget: Budget) -> list[tuple[float, float]]:
+    """Angles [degrees] and speeds at which the methods are compared."""
     alpha, speed = np.degrees(table.alpha_range), np.array(table.speed_range)
     return [
         (
             float(np.clip(round(alpha[0] + a * (alpha[1] - alpha[0]), 1), *alpha)),
             float(np.clip(round(speed[0] + v * (speed[1] - speed[0]), 0), *speed)),
         )
-        for a, v in effort.conditions
+        for a, v in budget.conditions
     ]
 
 
 class _Run:
-    """One run of all measurements."""
+    """One run of all measurements, with a step of the progress bar for each."""
 
     def __init__(
-        self, name: str, beside: Sequence[str], effort: Effort, seed: int, bar: tqdm
+        self, name: str, beside: Sequence[str], budget: Budget, seed: int, bar: tqdm
     ) -> None:
-        self.effort, self.seed, self.bar = effort, seed, bar
+        self.budget, self.seed, self.bar = budget, seed, bar
         self.table = whole_table(name)
-        self.tables = [table_way(name), *(beside_way(other, self.table) for other in beside)]
         self.config: Config = parse_config(self.table.config, f"{name}: config")
-        self.rivals, self.left_out = rival_ways()
-        self.places = conditions(self.table, effort)
-
-    def total(self) -> int:
-        """Count the steps of the progress bar."""
-        ways = len(direct_ways()) + len(self.tables) + len(self.rivals)
-        designs = len(design_ways(1))
-        return (
-            len(self.places) * (steps(ways, self.effort) + len(RESOLUTIONS) + len(TOLERANCES))
-            + steps(designs, self.effort)
-            + 2 * len(self.effort.sizes)
-        )
+        tables = [table_method(name), *(other_table(other, self.table) for other in beside)]
+        baselines, self.left_out = baseline_methods()
+        self.methods = [*direct_methods(), *tables, *baselines]
+        #: direct simulation as configured, and the table
+        self.main = (self.methods[0], tables[0])
+        self.designs = design_methods(budget.node_samples)
+        self.conditions = conditions(self.table, budget)
+        at_each = steps(len(self.methods), budget) + len(RESOLUTIONS) + len(TOLERANCES)
+        last = steps(len(self.designs), budget) + len(self.main) * len(budget.sizes)
+        bar.reset(len(self.conditions) * at_each + last)
 
     def settings(self) -> list[Setting]:
         """Numerics of the direct model at every condition."""
         found = []
-        for alpha_deg, speed in self.places:
+        for alpha_deg, speed in self.conditions:
             self.bar.set_description(f"numerics at {alpha_deg:g} deg", refresh=False)
-            points = curve(self.config, "mixture", alpha_deg, speed, self.effort.paths, self.seed)
-            for point in points:
+            paths = self.budget.paths
+            for point in curve(self.config, "mixture", alpha_deg, speed, paths, self.seed):
                 found.append(point)
                 self.bar.update()
         return found
 
-    def races(self) -> tuple[list[Race], list[Sample]]:
-        """Every way at each condition; sample sizes at the last one."""
-        ways = [*direct_ways(), *self.tables, *self.rivals]
-        races: list[Race] = []
-        for place, (alpha_deg, speed) in enumerate(self.places):
-            self.bar.set_description(f"ways at {alpha_deg:g} deg", refresh=False)
-            scene, reference = make_scene(
-                self.config, alpha_deg, speed, self.effort, self.seed, place
-            )
-            races.append(run_race(ways, scene, reference, self.effort, self.bar.update))
-        self.bar.set_description("sample sizes", refresh=False)
-        costs = {(r.family, r.name): r.nanoseconds for r in races[-1].runners}
-        chosen = (ways[0], ways[len(direct_ways())])
-        draws = [
-            (way.family, way.prepare(scene).draw, costs[way.family, way.name]) for way in chosen
-        ]
-        return races, sample_sizes(draws, reference, self.effort, self.seed, self.bar.update)
+    def benchmark(
+        self, methods: Sequence[SamplingMethod], condition: tuple[float, float], number: int
+    ) -> tuple[Benchmark, BenchmarkCase, Reference]:
+        """Compare methods at a condition, whose number keeps its random numbers apart."""
+        case, reference = make_case(self.config, *condition, self.budget, self.seed, number)
+        made = run_benchmark(methods, case, reference, self.budget, self.bar.update)
+        return made, case, reference
 
-    def designs(self) -> Race:
+    def benchmarks(self) -> tuple[list[Benchmark], list[Sample]]:
+        """Every method at each condition; sample sizes at the last one."""
+        made = []
+        for number, condition in enumerate(self.conditions):
+            self.bar.set_description(f"methods at {condition[0]:g} deg", refresh=False)
+            benchmark, case, reference = self.benchmark(self.methods, condition, number)
+            made.append(benchmark)
+        self.bar.set_description("sample sizes", refresh=False)
+        costs = {(r.family, r.name): r.nanoseconds for r in made[-1].runners}
+        draws = [(m.family, m.prepare(case).draw, costs[m.family, m.name]) for m in self.main]
+        return made, sample_sizes(draws, reference, self.budget, self.seed, self.bar.update)
+
+    def table_sizes(self) -> Benchmark:
         """Tables of many sizes."""
         self.bar.set_description("table designs", refresh=False)
-        alpha_deg, speed = design_condition(self.config)
-        scene, reference = make_scene(
-            self.config, alpha_deg, speed, self.effort, self.seed, len(self.places)
-        )
-        ways = design_ways(self.effort.node_samples)
-        return run_race(ways, scene, reference, self.effort, self.bar.update)
+        number = len(self.conditions)
+        return self.benchmark(self.designs, design_condition(self.config), number)[0]
 
 
-def gather_evidence(
+def measure_error_against_time(
     name_or_path: str,
     beside: Sequence[str] = (),
     *,
     quick: bool = False,
     seed: int = 1,
     progress: bool = False,
-) -> Evidence:
-    """Measure error against run time of every way to get a rebound state.
+) -> ErrorAgainstTime:
+    """Measure error against run time of every method of sampling rebound states.
 
     Parameters
     ----------
@@ -178,31 +156,26 @@ def gather_evidence(
     progress : bool
         Show a progress bar on standard error.
 
-    Returns
-    -------
-    Evidence
-
     Raises
     ------
     InputError
         If a file is not a table, or does not have what is compared.
     """
-    effort, begin = QUICK if quick else FULL, time.perf_counter()
+    budget, begin = QUICK if quick else FULL, time.perf_counter()
     path = find_table(name_or_path)
     with bar(progress, desc="methods") as counted:
-        run = _Run(name_or_path, beside, effort, seed, counted)
-        counted.reset(run.total())
+        run = _Run(name_or_path, beside, budget, seed, counted)
         settings = run.settings()
-        races, sizes = run.races()
-        designs = run.designs()
-    return Evidence(
+        races, sizes = run.benchmarks()
+        designs = run.table_sizes()
+    return ErrorAgainstTime(
         table=name_or_path,
-        content_sha256=identity(path)["content_sha256"],
+        content_sha256=run.table.contents.content_sha256,
         table_bytes=path.stat().st_size,
-        random_nanoseconds=1e9 * seconds_at_random(run.table, effort.timed, seed),
+        random_nanoseconds=1e9 * seconds_at_random(run.table, budget.timed, seed),
         quick=quick,
         seed=seed,
-        effort=effort,
+        effort=budget,
         machine=machine(),
         races=tuple(races),
         designs=designs,

@@ -1,24 +1,23 @@
-"""Densities of components and of pairs of them, table beside direct, at some conditions."""
+"""Densities of variables and of pairs of them, table next to direct, at some conditions."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from sampler.formats.channels import STATE
 from sampler.table import Table
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
+from tablegen.simulate import simulate
 from tablegen.studies.report.accuracy_map import grid
 from tablegen.studies.report.benchmark import Tick
-from tablegen.studies.report.budget import Effort
-from tablegen.studies.report.direct_method import direct_states
+from tablegen.studies.report.budget import Budget
 from tablegen.studies.report.method_errors import batch_seed
 
 _DIRECT, _TABLE = range(300, 302)
 
-#: Bins of a density of one component, and of each of a pair.
+#: Bins of a density of one variable, and of each of a pair.
 BINS, PAIR_BINS = 80, 32
 
 #: Part of the direct states that the axes show; the rest is in the tails.
@@ -27,35 +26,23 @@ _SHOWN = (0.001, 0.999)
 
 @dataclass(frozen=True)
 class View:
-    """Histograms of both samples at one condition.
-
-    Attributes
-    ----------
-    alpha_deg, speed : float
-    low, high : list of float
-        What the bins of each component cover.
-    table, direct : dict
-        ``"u"``: counts in `BINS` bins; ``"u v"``: counts in `PAIR_BINS` squared bins, all bins of
-        the second component for the first bin of the first, and so on.
-    count : int
-        States a side; those outside the bins are counted in none.
-    """
+    """Histograms of both samples at one condition."""
 
     alpha_deg: float
     speed: float
+    #: What the bins of each variable cover.
     low: list[float]
     high: list[float]
+    #: ``"u"``: counts in `BINS` bins; ``"u v"``: counts in `PAIR_BINS` squared bins, all bins
+    #: of the second variable for the first bin of the first, and so on.
     table: dict[str, list[int]]
     direct: dict[str, list[int]]
+    #: States a side; those outside the bins are counted in none.
     count: int
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON."""
-        return asdict(self)
 
 
 def _histograms(state: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, list[int]]:
-    """Count in bins of each component and of each pair of components."""
+    """Count in bins of each variable and of each pair of variables."""
     found = {}
     for k, name in enumerate(STATE):
         counts, _ = np.histogram(state[:, k], BINS, (low[k], high[k]))
@@ -77,13 +64,9 @@ def make_view(drawn: FloatArray, direct: FloatArray, alpha_deg: float, speed: fl
     drawn, direct : float64 arrays, shape (n, 6)
         As many states each.
     alpha_deg, speed : float
-
-    Returns
-    -------
-    View
     """
     low, high = np.quantile(direct, _SHOWN, axis=0)
-    # a component that does not vary still needs a bin
+    # a variable that does not vary still needs a bin
     high = np.maximum(high, low + 1e-6)
     return View(
         alpha_deg=alpha_deg,
@@ -96,21 +79,17 @@ def make_view(drawn: FloatArray, direct: FloatArray, alpha_deg: float, speed: fl
     )
 
 
-def make_views(table: Table, config: Config, effort: Effort, seed: int, tick: Tick) -> list[View]:
+def make_views(table: Table, config: Config, effort: Budget, seed: int, tick: Tick) -> list[View]:
     """Make views on a coarse grid over the range of a table.
 
     Parameters
     ----------
     table : Table
     config : Config
-    effort : Effort
+    effort : Budget
     seed : int
     tick : callable
         Called with 1 for each condition.
-
-    Returns
-    -------
-    list of View
     """
     alpha, speed = grid(table, effort.views)
     found = []
@@ -118,7 +97,8 @@ def make_views(table: Table, config: Config, effort: Effort, seed: int, tick: Ti
         drawn = table.sample(
             np.radians(a), v, seed=batch_seed(seed, _TABLE, k), index=np.arange(effort.viewed)
         )
-        direct = direct_states(config, a, v, effort.viewed, batch_seed(seed, _DIRECT, k))
+        key = batch_seed(seed, _DIRECT, k)
+        direct = simulate(config, np.radians(a), v, effort.viewed, seed=key).state
         found.append(make_view(drawn, direct, a, v))
         tick(1)
     return found

@@ -1,9 +1,9 @@
-"""The error of a way to get rebound states, with what chance leaves of it.
+"""The error of a method of sampling rebound states, with what chance leaves of it.
 
-A way gives several independent batches. Each is compared with the same large direct reference; the
-error is the mean over the batches, and its confidence interval comes from a bootstrap over them.
-Direct batches, compared with the reference in the same manner, are the noise floor: no way can be
-seen to be better than that.
+A method gives several independent batches. Each is compared with the same large direct reference;
+the error is the mean over the batches, and its confidence interval comes from a bootstrap over
+them. Direct batches, compared with the reference in the same manner, are the noise floor: no method
+can be seen to be better than that.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,18 +11,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tablegen.accuracy.samples import FloatArray
-from tablegen.studies.report.reference_sample import METRICS, Reference
+from tablegen.accuracy.metrics import DISTANCES, Reference
+from tablegen.configuration.metric_table import METRICS
+from tablegen.model.float_array import FloatArray
 
 #: Draws a batch: number of states and seed to (n, 6) states.
 Draw = Callable[[int, int], FloatArray]
+
+#: Directions of the sliced Wasserstein distance.
+_DIRECTIONS = 32
 
 _RESAMPLES = 2000
 _LEVEL = 0.95
 
 
 @dataclass(frozen=True)
-class Estimate:
+class BatchMean:
     """Mean over batches and its 95 % confidence interval."""
 
     mean: float
@@ -31,7 +35,7 @@ class Estimate:
     values: tuple[float, ...]
 
 
-def estimate(values: Sequence[float]) -> Estimate:
+def batch_mean(values: Sequence[float]) -> BatchMean:
     """Mean of some batches with a percentile interval of bootstrapped means.
 
     Parameters
@@ -41,7 +45,7 @@ def estimate(values: Sequence[float]) -> Estimate:
 
     Returns
     -------
-    Estimate
+    BatchMean
         The interval has no width where there is one batch.
     """
     array = np.asarray(values, dtype=np.float64)
@@ -49,7 +53,7 @@ def estimate(values: Sequence[float]) -> Estimate:
     means = array[picks].mean(axis=1)
     tail = 0.5 * (1.0 - _LEVEL)
     low, high = np.quantile(means, (tail, 1.0 - tail))
-    return Estimate(float(array.mean()), float(low), float(high), tuple(array.tolist()))
+    return BatchMean(float(array.mean()), float(low), float(high), tuple(array.tolist()))
 
 
 def batch_seed(seed: int, *purpose: int) -> int:
@@ -73,7 +77,7 @@ def batch_errors(
     draw : callable
     reference : Reference
     size : int
-        States in the batch; divides the size of the reference.
+        States in the batch.
     classified : int
         States a side of the classifier; none if 0.
     batch : int
@@ -84,24 +88,30 @@ def batch_errors(
     Returns
     -------
     dict
-        The `METRICS`, without AUC where nothing is classified, and ``forbidden``.
+        The `METRICS`, without those of a classifier where nothing is classified, and
+        ``forbidden``.
     """
     state = draw(size, seed)
-    found = {
-        "ks": reference.ks(state),
-        "sliced_wasserstein": reference.sliced_wasserstein(state),
-        "correlation_error": reference.correlation_error(state),
-        "forbidden": forbidden_share(state),
-    }
-    if classified:
-        found["auc"] = reference.auc(state, batch, classified)
+    few = min(classified, size)
+    # a classifier sees other states of the reference in every batch
+    start = batch * few % (len(reference.states) - few + 1)
+    found = {"forbidden": forbidden_share(state)}
+    for name, metric in METRICS.items():
+        if not metric.learned:
+            distance = DISTANCES[name](state, reference, _DIRECTIONS, 0)
+        elif classified:
+            part = reference.states[start : start + few]
+            distance = DISTANCES[name](state[:few], part, _DIRECTIONS, batch)
+        else:
+            continue
+        found[name] = float(np.max(distance))
     return found
 
 
-def gathered(batches: Sequence[dict[str, float]]) -> dict[str, Estimate]:
+def gathered(batches: Sequence[dict[str, float]]) -> dict[str, BatchMean]:
     """Estimates of every metric from the errors of the batches."""
     return {
-        name: estimate([batch[name] for batch in batches])
+        name: batch_mean([batch[name] for batch in batches])
         for name in (*METRICS, "forbidden")
         if name in batches[0]
     }

@@ -1,35 +1,31 @@
 """Error against run time as text for a terminal."""
 
-from collections.abc import Sequence
+from tablegen.configuration.metric_table import METRICS
+from tablegen.studies.report.benchmark import Benchmark, MethodResult
+from tablegen.studies.report.error_against_time import ErrorAgainstTime
+from tablegen.studies.report.labels import quantity_text
+from tablegen.studies.report.method_errors import BatchMean
+from tablegen.studies.text_table import table_lines
 
-from tablegen.studies.report.benchmark import Race, Runner
-from tablegen.studies.report.error_against_time import Evidence
-from tablegen.studies.report.method_errors import Estimate
-from tablegen.studies.report.reference_sample import METRICS
-
-#: Heads of the columns of `race_rows`.
-HEAD = ("way", "ns/draw", "bytes", "set-up s", "KS", "sliced W", "corr.", "AUC", "forbidden")
+#: Heads of the columns of `benchmark_rows`.
+_HEADS = [metric.head for metric in METRICS.values()]
+HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
 
 
 def size_text(count: int) -> str:
     """Bytes in the unit that suits them."""
-    if count == 0:
-        return "-"
-    for unit, scale in (("MB", 1e6), ("kB", 1e3)):
-        if count >= scale:
-            return f"{count / scale:.3g} {unit}"
-    return f"{count} B"
+    return quantity_text(count, "B") if count else "-"
 
 
-def error_texts(errors: dict[str, Estimate]) -> list[str]:
+def error_texts(errors: dict[str, BatchMean]) -> list[str]:
     """Mean of each metric, and the share of forbidden states."""
-    cells = [f"{errors[name].mean:.{3 if name == 'auc' else 4}f}" for name in METRICS]
+    cells = [metric.text(errors[name].mean) for name, metric in METRICS.items()]
     share = errors["forbidden"].mean
     return [*cells, f"{share:.1%}" if share >= 5e-4 else f"{share:.0e}" if share else "0"]
 
 
-def runner_row(runner: Runner) -> list[str]:
-    """Cells of one way, for the columns of `HEAD`."""
+def method_row(runner: MethodResult) -> list[str]:
+    """Cells of one method, for the columns of `HEAD`."""
     return [
         f"{runner.family}: {runner.name}",
         f"{runner.nanoseconds:,.0f}",
@@ -39,28 +35,17 @@ def runner_row(runner: Runner) -> list[str]:
     ]
 
 
-def race_rows(race: Race) -> list[list[str]]:
-    """Cells of all ways at one condition, the noise floor first."""
+def benchmark_rows(race: Benchmark) -> list[list[str]]:
+    """Cells of all methods at one condition, the noise floor first."""
     floor = ["noise floor: direct against direct", "", "", "", *error_texts(race.floor)]
-    return [floor, *(runner_row(runner) for runner in race.runners)]
-
-
-def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table: the first column flush left, the others flush right."""
-    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-    lines = []
-    for row in (head, *rows):
-        cells = [row[0].ljust(widths[0])]
-        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        lines.append("  ".join(cells))
-    return lines
+    return [floor, *(method_row(runner) for runner in race.runners)]
 
 
 #: Heads of the columns of `setting_rows`.
 SETTING_HEAD = ("angle", "resolution", "tolerance", "ns", "error", "noise", "of")
 
 
-def setting_rows(evidence: Evidence) -> list[list[str]]:
+def setting_rows(evidence: ErrorAgainstTime) -> list[list[str]]:
     """Cells of every setting of the direct model's numerics."""
     return [
         [
@@ -76,7 +61,7 @@ def setting_rows(evidence: Evidence) -> list[list[str]]:
     ]
 
 
-def machine_text(evidence: Evidence) -> str:
+def machine_text(evidence: ErrorAgainstTime) -> str:
     """Say what the timings were measured on."""
     about = evidence.machine
     return (
@@ -84,17 +69,8 @@ def machine_text(evidence: Evidence) -> str:
     )
 
 
-def evidence_text(evidence: Evidence) -> str:
-    """Report of a run for a terminal.
-
-    Parameters
-    ----------
-    evidence : Evidence
-
-    Returns
-    -------
-    str
-    """
+def error_against_time_text(evidence: ErrorAgainstTime) -> str:
+    """Report of a run for a terminal."""
     effort = evidence.effort
     lines = [
         f"{evidence.table}: {size_text(evidence.table_bytes)}, "
@@ -105,12 +81,12 @@ def evidence_text(evidence: Evidence) -> str:
     ]
     for race in evidence.races:
         lines += ["", f"At {race.alpha_deg:g} degrees, {race.speed:g} m/s"]
-        lines += table_lines(HEAD, race_rows(race))
+        lines += table_lines(HEAD, benchmark_rows(race))
     designs = evidence.designs
     lines += [
         "",
         f"Tables of other sizes at {designs.alpha_deg:g} degrees, {designs.speed:g} m/s",
-        *table_lines(HEAD, race_rows(designs)),
+        *table_lines(HEAD, benchmark_rows(designs)),
         "",
         "Numerics of direct simulation, on the same particles",
         *table_lines(SETTING_HEAD, setting_rows(evidence)),

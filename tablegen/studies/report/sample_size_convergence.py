@@ -5,47 +5,41 @@ simulation falls on; that of a table falls as fast, sooner, until its own error 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
+from tablegen.accuracy.metrics import Reference
 from tablegen.studies.report.benchmark import Tick
-from tablegen.studies.report.budget import Effort
-from tablegen.studies.report.method_errors import Draw, Estimate, batch_errors, batch_seed, gathered
-from tablegen.studies.report.reference_sample import Reference
+from tablegen.studies.report.budget import Budget
+from tablegen.studies.report.method_errors import (
+    BatchMean,
+    Draw,
+    batch_errors,
+    batch_seed,
+    gathered,
+)
 
-#: Purpose of the random numbers, beside those of `tablegen.studies.report.benchmark`.
+#: Purpose of the random numbers, apart from those of `tablegen.studies.report.benchmark`.
 _SIZES = 100
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Error of samples of one size.
-
-    Attributes
-    ----------
-    family : str
-    count : int
-        States in a sample.
-    seconds : float
-        Processor time of such a sample on one thread.
-    errors : dict from metric to Estimate
-        Without AUC, which small samples cannot train.
-    """
+    """Error of samples of one size."""
 
     family: str
+    #: States in a sample.
     count: int
+    #: Processor time of such a sample on one thread.
     seconds: float
-    errors: dict[str, Estimate]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and names, for JSON."""
-        return asdict(self)
+    #: By metric. Without AUC, which small samples cannot train.
+    errors: dict[str, BatchMean]
 
 
 def sample_sizes(
     draws: Sequence[tuple[str, Draw, float]],
     reference: Reference,
-    effort: Effort,
+    budget: Budget,
     seed: int,
     tick: Callable[[int], Any] | Tick,
 ) -> list[Sample]:
@@ -55,21 +49,17 @@ def sample_sizes(
     ----------
     draws : sequence of (family, Draw, nanoseconds of a draw)
     reference : Reference
-    effort : Effort
+    budget : Budget
     seed : int
     tick : callable
         Called with 1 for each size of each draw.
-
-    Returns
-    -------
-    list of Sample
     """
     found = []
     for k, (family, draw, cost) in enumerate(draws):
-        for count in effort.sizes:
+        for count in budget.sizes:
             batches = [
                 batch_errors(draw, reference, count, 0, r, batch_seed(seed, _SIZES, k, count, r))
-                for r in range(effort.batches)
+                for r in range(budget.batches)
             ]
             found.append(Sample(family, count, 1e-9 * cost * count, gathered(batches)))
             tick(1)

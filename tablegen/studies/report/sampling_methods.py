@@ -1,78 +1,53 @@
-"""Ways to get a rebound state: what each needs beforehand, holds in memory, and draws."""
+"""Methods of sampling rebound states: what each needs beforehand, holds in memory, and draws."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
+from tablegen.model.float_array import FloatArray
 from tablegen.studies.report.method_errors import Draw
 
-#: What a way covers once it is set up.
+#: What a method covers once it is fitted.
 DOMAIN, CONDITION = "domain", "condition"
 
 
 @dataclass(frozen=True)
-class Scene:
-    """A condition at which ways are compared, and direct states to fit them on.
-
-    Attributes
-    ----------
-    config : Config
-    alpha_deg, speed : float
-    training : float64 array, shape (n, 6)
-        Independent of the reference.
-    seed : int
-    """
+class BenchmarkCase:
+    """A condition at which methods are compared, and direct states to fit them to."""
 
     config: Config
     alpha_deg: float
     speed: float
+    #: Shape (n, 6). Independent of the reference.
     training: FloatArray
     seed: int
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """A way that is ready to draw.
+class FittedMethod:
+    """A method that is ready to draw."""
 
-    Attributes
-    ----------
-    draw : callable
-        Number of states and seed to (n, 6) states, on one thread.
-    size : int
-        Bytes that the draw reads, 0 for none.
-    setup : float or None
-        Seconds that the setting-up took, if they are not those of the call that prepared it.
-    facts : dict
-        Further figures, for the record.
-    """
-
+    #: Number of states and seed to (n, 6) states, on one thread.
     draw: Draw
+    #: Bytes that the draw reads, 0 for none.
     size: int
+    #: Seconds that the fit took, if they are not those of the call that made it.
     setup: float | None = None
+    #: Further figures, for the record.
     facts: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Way:
-    """A way to get a rebound state.
+class SamplingMethod:
+    """A method of sampling rebound states."""
 
-    Attributes
-    ----------
-    family : str
-        Ways that are drawn alike.
-    name : str
-    covers : str
-        ``DOMAIN``: any angle and speed; ``CONDITION``: the one it was fitted at.
-    prepare : callable
-        From a `Scene` to a `Prepared` way.
-    settings : dict
-        What tells it from others of its family.
-    """
-
+    #: Methods that are drawn alike.
     family: str
     name: str
+    #: ``DOMAIN``: any angle and speed; ``CONDITION``: the one it was fitted at.
     covers: str
-    prepare: Callable[[Scene], Prepared]
+    #: From a `BenchmarkCase` to a `FittedMethod`.
+    prepare: Callable[[BenchmarkCase], FittedMethod]
+    #: Its differences from others of its family.
     settings: dict[str, Any] = field(default_factory=dict)

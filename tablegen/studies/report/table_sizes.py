@@ -1,4 +1,4 @@
-"""Draws from a table as a way to get rebound states; and tables of many sizes on a small domain."""
+"""Draws from a table as a method of sampling; and tables of many sizes on a small domain."""
 
 import math
 import time
@@ -15,23 +15,28 @@ from sampler.errors import InputError
 from sampler.files.locate import find_table
 from sampler.formats.channels import STATE
 from sampler.table import Table
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
 from tablegen.generate import generate
-from tablegen.studies.report.sampling_methods import DOMAIN, Prepared, Scene, Way
+from tablegen.model.float_array import FloatArray
+from tablegen.studies.report.sampling_methods import (
+    DOMAIN,
+    BenchmarkCase,
+    FittedMethod,
+    SamplingMethod,
+)
 
 FAMILY = "table"
 
 #: Part of the table's range that the design sweep covers, as shares of its angles and speeds.
 PART = ((0.665, 0.8325), (0.4, 0.612))
 
-#: Where a design is judged, as shares of that part: in no design's node.
+#: Where a design is compared, as shares of that part: in no design's node.
 JUDGED = (0.25, 0.25)
 
 #: The design from which each sweep changes one number.
 BASE = {"angles": 3, "speeds": 2, "components": 128, "knots": 65}
 
-#: Angles and speeds, components and knots that take the place of the base's.
+#: Angles and speeds, mixture components and knots that take the place of the base's.
 NODES = ((2, 2), (4, 3), (7, 4))
 COMPONENTS = (4, 16, 32, 64, 256, 512)
 KNOTS = (17, 33, 129)
@@ -76,41 +81,41 @@ def draw_from(table: Table, alpha_deg: float, speed: float) -> Any:
     return draw
 
 
-def _prepare(scene: Scene, path: Path) -> Prepared:
+def _prepare(case: BenchmarkCase, path: Path) -> FittedMethod:
     table = sampler.load(path)
-    return Prepared(draw_from(table, scene.alpha_deg, scene.speed), path.stat().st_size)
+    return FittedMethod(draw_from(table, case.alpha_deg, case.speed), path.stat().st_size)
 
 
-def table_way(name_or_path: str) -> Way:
-    """Way to draw from a table that there is."""
+def table_method(name_or_path: str) -> SamplingMethod:
+    """Draws from a table that there is."""
     path = find_table(name_or_path)
-    return Way(FAMILY, Path(name_or_path).stem, DOMAIN, partial(_prepare, path=path))
+    return SamplingMethod(FAMILY, Path(name_or_path).stem, DOMAIN, partial(_prepare, path=path))
 
 
 def whole_table(name_or_path: str) -> Table:
-    """Load a table that gives all components of a state.
+    """Load a table that gives all variables of a state.
 
     Raises
     ------
     InputError
-        If it is not a table, or leaves components out.
+        If it is not a table, or leaves variables out.
     """
     table = sampler.load(name_or_path)
-    if table.components != STATE:
+    if table.columns != STATE:
         raise InputError(
-            f"{name_or_path}: got components {', '.join(table.components)}, "
+            f"{name_or_path}: got components {', '.join(table.columns)}, "
             f"allowed: {', '.join(STATE)} ('tablegen validate' judges any table)"
         )
     return table
 
 
-def beside_way(name_or_path: str, table: Table) -> Way:
-    """Way to draw from another table wherever a table can be drawn from.
+def other_table(name_or_path: str, table: Table) -> SamplingMethod:
+    """Draws from another table wherever a table can be drawn from.
 
     Raises
     ------
     InputError
-        If it is of another pair, leaves components out, or does not cover that table's range.
+        If it is of another pair, leaves variables out, or does not cover that table's range.
     """
     other = whole_table(name_or_path)
     if other.pair != table.pair:
@@ -124,11 +129,11 @@ def beside_way(name_or_path: str, table: Table) -> Way:
                 f"{name_or_path}: got a range of {theirs[0]:g} to {theirs[1]:g} {units}, "
                 f"allowed: {ours[0]:g} to {ours[1]:g} or more"
             )
-    return table_way(name_or_path)
+    return table_method(name_or_path)
 
 
 def seconds_at_random(table: Table, count: int, seed: int) -> float:
-    """Seconds per draw at random conditions, as a flow code asks for them; one thread."""
+    """Seconds per draw at random conditions, as in a flow code; one thread."""
     rng = np.random.default_rng(seed)
     alpha = rng.uniform(*table.alpha_range, count)
     speed = rng.uniform(*table.speed_range, count)
@@ -177,7 +182,7 @@ def design_config(config: Config, design: Design, samples: int, seed: int) -> Co
 
 
 def design_condition(config: Config) -> tuple[float, float]:
-    """Angle [degrees] and speed at which every design is judged."""
+    """Angle [degrees] and speed at which every design is compared."""
     alpha = part_of(config.domain.alpha_deg, PART[0])
     speed = part_of(config.domain.speed, PART[1])
     return (
@@ -186,26 +191,26 @@ def design_condition(config: Config) -> tuple[float, float]:
     )
 
 
-def _generate(scene: Scene, design: Design, samples: int) -> Prepared:
+def _generate(case: BenchmarkCase, design: Design, samples: int) -> FittedMethod:
     """Generate a design, keep it in memory, say what it took."""
-    settings = design_config(scene.config, design, samples, scene.seed % 2**32)
+    settings = design_config(case.config, design, samples, case.seed % 2**32)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "design.h5"
         made = generate(settings, path, conditions=0)
         size = path.stat().st_size
         table = sampler.load(path)
-    return Prepared(
-        draw_from(table, scene.alpha_deg, scene.speed),
+    return FittedMethod(
+        draw_from(table, case.alpha_deg, case.speed),
         size,
         setup=sum(made.seconds.values()),
         facts={"worker_seconds": dict(made.seconds)},
     )
 
 
-def design_ways(samples: int) -> list[Way]:
-    """Every design as a way; it is generated when it is prepared."""
+def design_methods(samples: int) -> list[SamplingMethod]:
+    """Every design as a method; it is generated when it is prepared."""
     return [
-        Way(
+        SamplingMethod(
             FAMILY,
             design.name,
             DOMAIN,

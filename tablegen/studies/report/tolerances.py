@@ -3,7 +3,7 @@
 Every setting follows the same particles as a much finer one, so the differences hold no sampling
 noise but that of the few particles whose course a setting changes. Error is the largest change of
 a statistic: mean, standard deviation and the 1, 10, 50, 90 and 99 per cent quantiles of each
-component of the state (in V and V/a), and each correlation. Beside it stands the standard error
+variable of the state (in V and V/a), and each correlation. Next to it stands the standard error
 of the largest change of a mean. Cost is processor time on one thread.
 """
 
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tablegen.accuracy.samples import FloatArray
 from tablegen.config import Config
-from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate_condition
+from tablegen.model.float_array import FloatArray
+from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, simulate
 
 #: Settings compared: one of the two is varied, the other has its default.
 RESOLUTIONS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
@@ -51,8 +51,8 @@ class Setting:
         return (self.resolution, self.tolerance) == (CONTACT_RESOLUTION, TOLERANCE)
 
 
-def statistics_of(state: FloatArray) -> dict[str, FloatArray]:
-    """Give every statistic of (n, 6) states whose error is asked for."""
+def summary_statistics(state: FloatArray) -> dict[str, FloatArray]:
+    """Every statistic of (n, 6) states whose error is measured."""
     quantiles = np.quantile(state, QUANTILES, axis=0)
     upper = np.triu_indices(6, 1)
     return {
@@ -98,21 +98,20 @@ def curve(
     ------
     Setting
     """
-    population = config.population.restricted_to(shape)
+    alpha1, particles = math.radians(alpha_deg), config.population.restricted_to(shape)
 
     def run(resolution: float, tolerance: float) -> tuple[FloatArray, float]:
-        condition = make_condition(
-            math.radians(alpha_deg), speed, resolution=resolution, tolerance=tolerance
-        )
+        numerics = {"contact_resolution": resolution, "tolerance": tolerance}
+        changed = config.with_changes({"model": numerics})
         start = time.process_time()
-        made = simulate_condition(config.pair, population, condition, count, seed=seed, threads=1)
+        made = simulate(changed, alpha1, speed, count, seed=seed, threads=1, population=particles)
         return made.state, 1e9 * (time.process_time() - start) / count
 
     true_state, _ = run(*FINEST)
-    truth = statistics_of(true_state)
+    truth = summary_statistics(true_state)
     for varied, resolution, tolerance in settings():
         state, nanoseconds = run(resolution, tolerance)
-        error, statistic = largest_change(statistics_of(state), truth)
+        error, statistic = largest_change(summary_statistics(state), truth)
         yield Setting(
             shape=shape,
             alpha_deg=alpha_deg,

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from sampler.errors import InputError
 from tablegen.config import Config
-from tablegen.configuration.defaults import SHAPE_NAMES
 from tablegen.configuration.messages import shown
+from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.particles.population import Population
 
 #: Ratios b/a and c/b from round to slender and flat.
@@ -39,7 +39,7 @@ class Case:
     Attributes
     ----------
     shape : str
-        A name of `tablegen.configuration.defaults.SHAPE_NAMES`.
+        A name of `tablegen.model.shape_codes.SHAPE_NAMES`.
     aspect : tuple of two floats
         b / a and c / b.
     alpha_deg : float
@@ -90,12 +90,12 @@ class Grid:
     spins: tuple[float, ...]
 
     def narrowed(self, axes: "Grid") -> "Grid":
-        """Put the axes of another grid that are not empty in the place of this one's.
+        """Replace the axes of this grid by those of another that are not empty.
 
         Raises
         ------
         InputError
-            If ratios other than 1 and 1 are asked for spheres alone.
+            If the only shape is the sphere, with ratios other than 1 and 1.
         """
         if axes.shapes == ("sphere",) and set(axes.aspects) - {(1.0, 1.0)}:
             raise InputError(f"aspect: got {shown(axes.aspects[0])}, allowed for spheres: [1, 1]")
@@ -108,7 +108,7 @@ class Grid:
         )
 
     def cases(self) -> Iterator[Case]:
-        """Give all cases in a fixed order."""
+        """Yield all cases in a fixed order."""
         for shape in self.shapes:
             aspects = ((1.0, 1.0),) if shape == "sphere" else self.aspects
             rest = itertools.product(aspects, self.angles_deg, self.speeds, self.spins)
@@ -124,8 +124,7 @@ FULL = Grid(
     spins=(0.0, 1.0, -1.0, 5.0, -5.0, 50.0, -50.0),
 )
 
-#: Ends and middles of every axis; spins of 50 V / a, which cost most at grazing impact, are left
-#: to the whole study.
+#: Ends and middles of every axis, without spins of 50 V / a, which cost most at grazing impact.
 QUICK = Grid(
     shapes=SHAPE_NAMES,
     aspects=tuple((ba, cb) for ba in _QUICK_RATIOS for cb in _QUICK_RATIOS),

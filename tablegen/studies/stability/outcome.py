@@ -1,4 +1,4 @@
-"""What one case of the stability study came to, and what counts as a failure of the model."""
+"""Outcome of one case of the stability study, and what counts as a failure of the model."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -86,7 +86,7 @@ class Outcome:
         Whether the case is outside the speeds in which the restitution law was measured.
     particles : int
     non_finite : int
-        Particles with a state or energy that is no number, in any run of the case.
+        Particles with a state or energy that is not finite, in any run of the case.
     unfinished : int
         Runs of the case, of three, in which a particle was still in contact at the alarm.
     figures : Figures or None
@@ -117,7 +117,7 @@ class Outcome:
 
     @property
     def failures(self) -> list[str]:
-        """What the model got wrong, in words; empty if nothing."""
+        """Failures of the model, a line each."""
         f = self.figures
         lines = []
         if self.non_finite:
@@ -139,7 +139,7 @@ class Outcome:
 
 
 def _finite(run: Simulation) -> NDArray[np.bool_]:
-    """Which particles have numbers for state and energy, (n,)."""
+    """Which particles have a finite state and energy, (n,)."""
     if not np.isfinite(run.audit).all():
         return np.zeros(len(run.state), dtype=np.bool_)
     numbers = np.column_stack([run.state, run.energy])

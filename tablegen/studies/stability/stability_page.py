@@ -1,11 +1,34 @@
-"""The stability study as one HTML page that needs no network."""
+"""The stability study as HTML: a page of its own, and a part of a report's."""
 
-from html import escape
+from typing import Any
 
-from tablegen.studies.html_page import html_page, html_table, verdict
+from tablegen.studies.pages.rendering import render_page
 from tablegen.studies.stability.stability_study import Study
 from tablegen.studies.stability.stability_summary import HEAD, LEGEND, extremes, group_rows
-from tablegen.studies.stability.stability_text import counts_text, failure_lines
+from tablegen.studies.stability.stability_text import (
+    GOOD,
+    counts_text,
+    failure_lines,
+    settings_text,
+)
+
+
+def stability_values(study: Study) -> dict[str, Any]:
+    """Give counts, groups, worst cases and failures for ``stability_results.html.j2``."""
+    return {
+        "kind": "good" if study.holds else "bad",
+        "words": GOOD if study.holds else "The model fails in some cases:",
+        "failures": failure_lines(study),
+        "counts": counts_text(study.outcomes),
+        "settings": settings_text(study),
+        "head": HEAD,
+        "groups": group_rows(study.outcomes),
+        "legend": " ".join(LEGEND),
+        "extremes": [
+            [e.quantity, f"{e.value:.4g}", str(e.outcome.case), str(e.outcome.seed)]
+            for e in extremes(study.outcomes)
+        ],
+    }
 
 
 def study_page(study: Study) -> str:
@@ -19,20 +42,5 @@ def study_page(study: Study) -> str:
     -------
     str
     """
-    worst = [
-        [e.quantity, f"{e.value:.4g}", str(e.outcome.case), str(e.outcome.seed)]
-        for e in extremes(study.outcomes)
-    ]
-    holds = verdict(
-        "The model holds in every case.", "The model fails in some cases:", failure_lines(study)
-    )
-    return html_page(
-        f"Stability of the direct model: {study.pair}",
-        f"{holds}<p>{escape(counts_text(study.outcomes))}</p>"
-        f"<p>Contact resolution {study.contact_resolution:g}, flight tolerance "
-        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}.</p>"
-        f"<h2>By group</h2>{html_table(HEAD, group_rows(study.outcomes))}"
-        f"<p>{escape(' '.join(LEGEND))}</p>"
-        "<h2>Worst case of each quantity</h2>"
-        f"{html_table(['quantity', 'value', 'case', 'seed'], worst)}",
-    )
+    title = f"Stability of the direct model: {study.pair}"
+    return render_page("stability", title=title, stability=stability_values(study))

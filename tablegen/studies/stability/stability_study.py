@@ -20,8 +20,7 @@ from tablegen.studies.stability.cases import Case
 from tablegen.studies.stability.outcome import Outcome, outcome_of
 from tablegen.tasks.progress import bar
 
-#: A call that takes longer [s] than this is timed once; a shorter one is timed again, because
-#: whatever else the machine does shows in it.
+#: Shorter calls [s] are timed twice, and the shorter time counts: other load would show in them.
 _LONG = 0.01
 
 
@@ -91,10 +90,10 @@ def _simulated(
         contact * config.model.contact_resolution,
         flight * config.model.tolerance,
     )
-    people = case.population(config)
+    population = case.population(config)
     try:
         return simulate_condition(
-            config.pair, people, condition, count, seed=seed, threads=1, audited=audited
+            config.pair, population, condition, count, seed=seed, threads=1, audited=audited
         )
     except RuntimeError:
         return None
@@ -147,13 +146,13 @@ def _elapsed(work: Callable[[], object]) -> float:
 
 
 def _call_overhead(config: Config) -> float:
-    """Time of a call that simulates next to nothing: one sphere."""
+    """Time of a call that simulates one sphere."""
     case = Case("sphere", (1.0, 1.0), 90.0, 200.0, 0.0)
     return min(_elapsed(lambda: _simulated(config, case, 1, 0)) for _ in range(50))
 
 
 def _timed(config: Config, outcome: Outcome, overhead: float) -> Outcome:
-    """Outcome with the cost of a rebound, which nothing else of ours may disturb."""
+    """Outcome with the cost of a rebound; nothing else of the study runs at that time."""
     if outcome.unfinished:
         return outcome
 
@@ -166,16 +165,16 @@ def _timed(config: Config, outcome: Outcome, overhead: float) -> Outcome:
     return replace(outcome, cost=(elapsed - overhead) / outcome.particles)
 
 
-def _scattered(count: int) -> Sequence[int]:
-    """Order of work that mixes cheap and dear cases, so that the time left is told fairly."""
+def _random_order(count: int) -> Sequence[int]:
+    """Random order of the cases, which mixes cheap and expensive ones for an even progress."""
     order: list[int] = np.random.default_rng(0).permutation(count).tolist()
     return order
 
 
-def _side_by_side(
+def _in_parallel(
     work: Callable[[int], tuple[int, Outcome]], order: Sequence[int], threads: int
 ) -> Iterator[tuple[int, Outcome]]:
-    """Results of work on all numbers, as they come; an interruption leaves the rest undone."""
+    """Results of all numbers in the order of completion; an interruption cancels the others."""
     with ThreadPoolExecutor(threads) as pool:
         try:
             for done in as_completed([pool.submit(work, number) for number in order]):
@@ -186,7 +185,7 @@ def _side_by_side(
 
 
 def _check_numerics(config: Config) -> None:
-    """Refuse parameters that have no half."""
+    """Refuse a tolerance that cannot be halved."""
     if config.model.tolerance < 2e-14:
         raise InputError(
             f"model.tolerance: got {config.model.tolerance:g}, allowed in a stability study: "
@@ -228,21 +227,21 @@ def run_study(
     Raises
     ------
     InputError
-        If an argument is out of range or the tolerance has no half.
+        If an argument is out of range or the tolerance cannot be halved.
     """
     _check_numerics(config)
     if not cases:
         raise InputError("cases: got none, allowed: at least one")
-    order = _scattered(len(cases))
+    order = _random_order(len(cases))
 
     def work(number: int) -> tuple[int, Outcome]:
         return number, run_case(config, cases[number], count, (seed + number) % 2**64)
 
-    # numba compiles on the first call, which the progress and the timing shall not see
+    # the first call compiles, which is neither shown nor timed
     overhead = _call_overhead(config)
     done: dict[int, Outcome] = {}
     with bar(progress, "case", total=len(cases), desc="checking") as counted:
-        for number, outcome in _side_by_side(work, order, threads or processors()):
+        for number, outcome in _in_parallel(work, order, threads or processors()):
             done[number] = outcome
             counted.update()
     with bar(progress, "case", total=len(cases), desc="timing") as counted:

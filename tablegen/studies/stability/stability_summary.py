@@ -1,10 +1,11 @@
 """The stability study in a few dozen numbers: by group, and the worst case of each quantity."""
 
 from collections.abc import Callable, Iterator, Sequence
+from statistics import fmean as mean
 from typing import NamedTuple
 
 from tablegen.studies.stability.cases import FORMS, Case
-from tablegen.studies.stability.outcome import Change, Figures, Outcome
+from tablegen.studies.stability.outcome import Figures, Outcome
 
 #: What is shown where nothing was measured.
 _NONE = "-"
@@ -87,12 +88,8 @@ def groups(outcomes: Sequence[Outcome]) -> list[Group]:
     ]
 
 
-def _small(values: Sequence[float]) -> str:
-    return f"{max(values):.1e}" if values else _NONE
-
-
-def _mean(values: Sequence[float]) -> str:
-    return f"{sum(values) / len(values):.1e}" if values else _NONE
+def _text(reduce: Callable[[list[float]], float], values: list[float], form: str = ".1e") -> str:
+    return f"{reduce(values):{form}}" if values else _NONE
 
 
 def group_row(group: Group) -> list[str]:
@@ -104,15 +101,15 @@ def group_row(group: Group) -> list[str]:
         f"{len(group.outcomes):,}",
         f"{sum(o.particles for o in group.outcomes):,}",
         f"{sum(bool(o.failures) for o in group.outcomes):,}",
-        f"{max(f.most_collisions for f in figures):,}" if figures else _NONE,
-        f"{sum(costs) / len(costs):,.1f}" if costs else _NONE,
-        f"{max(costs):,.0f}" if costs else _NONE,
-        _small([f.growth for f in figures]),
-        _small([f.residual for f in figures]),
-        _small([f.drift for f in figures]),
-        _small([f.depth for f in figures]),
-        _mean([f.contact.mean for f in figures if f.contact is not None]),
-        _mean([f.flight.mean for f in figures if f.flight is not None]),
+        _text(max, [f.most_collisions for f in figures], ","),
+        _text(mean, costs, ",.1f"),
+        _text(max, costs, ",.0f"),
+        _text(max, [f.growth for f in figures]),
+        _text(max, [f.residual for f in figures]),
+        _text(max, [f.drift for f in figures]),
+        _text(max, [f.depth for f in figures]),
+        _text(mean, [f.contact.mean for f in figures if f.contact is not None]),
+        _text(mean, [f.flight.mean for f in figures if f.flight is not None]),
     ]
 
 
@@ -121,20 +118,19 @@ def group_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
     return [group_row(group) for group in groups(outcomes)]
 
 
-def _largest(
-    name: str, outcomes: Sequence[Outcome], value: Callable[[Outcome, Figures], float | None]
-) -> Extreme | None:
-    """Case with the largest value; None if no case has one."""
-    found = [
-        Extreme(name, size, o)
-        for o in outcomes
-        if o.figures is not None and (size := value(o, o.figures)) is not None
-    ]
-    return max(found, key=lambda extreme: extreme.value, default=None)
-
-
-def _mean_of(change: Change | None) -> float | None:
-    return None if change is None else change.mean
+#: Quantities and how a case measures them; None where it does not. Of the last, the least counts.
+_LEAST_VELOCITY = "least v+ [V]"
+_QUANTITIES: dict[str, Callable[[Outcome, Figures], float | None]] = {
+    "collisions": lambda _, f: f.most_collisions,
+    "cost [us]": lambda o, _: None if o.cost is None else 1e6 * o.cost,
+    "energy growth": lambda _, f: f.growth,
+    "residual": lambda _, f: f.residual,
+    "flight drift": lambda _, f: f.drift,
+    "depth [a]": lambda _, f: f.depth,
+    "contact change": lambda _, f: None if f.contact is None else f.contact.mean,
+    "flight change": lambda _, f: None if f.flight is None else f.flight.mean,
+    _LEAST_VELOCITY: lambda _, f: f.least_velocity,
+}
 
 
 def extremes(outcomes: Sequence[Outcome]) -> list[Extreme]:
@@ -148,17 +144,14 @@ def extremes(outcomes: Sequence[Outcome]) -> list[Extreme]:
     -------
     list of Extreme
     """
-    worst = [
-        _largest("collisions", outcomes, lambda _, f: f.most_collisions),
-        _largest("cost [us]", outcomes, lambda o, _: None if o.cost is None else 1e6 * o.cost),
-        _largest("energy growth", outcomes, lambda _, f: f.growth),
-        _largest("residual", outcomes, lambda _, f: f.residual),
-        _largest("flight drift", outcomes, lambda _, f: f.drift),
-        _largest("depth [a]", outcomes, lambda _, f: f.depth),
-        _largest("contact change", outcomes, lambda _, f: _mean_of(f.contact)),
-        _largest("flight change", outcomes, lambda _, f: _mean_of(f.flight)),
-    ]
-    slowest = _largest("v+", outcomes, lambda _, f: -f.least_velocity)
-    if slowest is not None:
-        worst.append(Extreme("least v+ [V]", -slowest.value, slowest.outcome))
-    return [extreme for extreme in worst if extreme is not None]
+    worst = []
+    for name, measure in _QUANTITIES.items():
+        found = [
+            Extreme(name, value, o)
+            for o in outcomes
+            if o.figures is not None and (value := measure(o, o.figures)) is not None
+        ]
+        if found:
+            choose = min if name == _LEAST_VELOCITY else max
+            worst.append(choose(found, key=lambda extreme: extreme.value))
+    return worst

@@ -6,20 +6,13 @@ from collections.abc import Sequence
 from tablegen.studies.stability.outcome import Outcome
 from tablegen.studies.stability.stability_study import Study
 from tablegen.studies.stability.stability_summary import HEAD, LEGEND, extremes, group_rows
+from tablegen.studies.text_table import table_lines
+
+#: What a study says in which no case failed.
+GOOD = "The model holds in every case."
 
 #: Failed cases that are listed by name; the JSON has all.
 _LISTED = 20
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table: the first column flush left, the others flush right."""
-    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-    lines = []
-    for row in (head, *rows):
-        cells = [row[0].ljust(widths[0])]
-        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        lines.append("  ".join(cells))
-    return lines
 
 
 def counts_text(outcomes: Sequence[Outcome]) -> str:
@@ -30,6 +23,14 @@ def counts_text(outcomes: Sequence[Outcome]) -> str:
         f"{sum(o.unfinished > 0 for o in outcomes)} cases unfinished, "
         f"{sum(o.grows for o in outcomes)} with growing energy, "
         f"{sum(not o.separated for o in outcomes)} not separated from the wall"
+    )
+
+
+def settings_text(study: Study) -> str:
+    """Numerics, size and seed of a study."""
+    return (
+        f"contact resolution {study.contact_resolution:g}, flight tolerance "
+        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}"
     )
 
 
@@ -56,11 +57,10 @@ def study_text(study: Study) -> str:
     str
     """
     lines = [
-        f"{study.pair}, contact resolution {study.contact_resolution:g}, flight tolerance "
-        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}",
+        f"{study.pair}, {settings_text(study)}",
         counts_text(study.outcomes),
         "",
-        *_table(HEAD, group_rows(study.outcomes)),
+        *table_lines(HEAD, group_rows(study.outcomes)),
         *LEGEND,
     ]
     worst = [
@@ -70,7 +70,7 @@ def study_text(study: Study) -> str:
     quantity, value = (max((len(row[k]) for row in worst), default=0) for k in (0, 1))
     lines += ["", "Worst case of each quantity:"]
     lines += [f"  {row[0]:<{quantity}}  {row[1]:>{value}}  {row[2]}" for row in worst]
-    lines += ["", *(failure_lines(study) or ["The model holds in every case."])]
+    lines += ["", *(failure_lines(study) or [GOOD])]
     return "\n".join(lines)
 
 

@@ -5,29 +5,36 @@ from collections.abc import Callable, Mapping, Sequence
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import limits
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.defaults import METRICS
+from tablegen.configuration.metric_table import METRICS
+from tablegen.studies.text_table import table_lines
 
-#: Heads of the columns of `metric_row`, and their widths.
-HEAD = ("alpha", "V", "states", "KS", "noise", "sliced W", "noise", "corr.", "noise", "AUC")
-_WIDTHS = (8, 7, 11, 8, 7, 9, 7, 8, 7, 7)
-
-
-def metric_row(comparison: Comparison) -> list[str]:
-    """Condition, states a side, and the four distances, each but the AUC with its noise."""
-    cells = [f"{comparison.alpha_deg:.2f}", f"{comparison.speed:.1f}", f"{comparison.states:,}"]
-    for name in METRICS[:-1]:
-        estimate = comparison.estimates[name]
-        cells += [f"{estimate.value:.4f}", f"{estimate.noise:.4f}"]
-    return [*cells, f"{comparison.auc:.3f}"]
+#: Heads of the columns of `accuracy_rows`; where noise is known, it is not listed.
+HEAD = ["condition", "states"]
+for _metric in METRICS.values():
+    HEAD += [_metric.head] if _metric.learned else [_metric.head, "noise"]
 
 
-def closing_rows(
+def _row(
+    title: str, states: str, values: Mapping[str, float], noise: Mapping[str, float]
+) -> list[str]:
+    """Cells for the columns of `HEAD`."""
+    cells = [title, states]
+    for name, metric in METRICS.items():
+        cells.append(metric.text(values[name]))
+        if not metric.learned:
+            cells.append(metric.text(noise[name]) if noise else "")
+    return cells
+
+
+def accuracy_rows(
     comparisons: Sequence[Comparison],
     declared: AccuracyTargets,
-    asked: AccuracyTargets | None,
-    together: int | None,
-) -> list[tuple[str, list[float]]]:
-    """Rows below the conditions: what is largest, its confidence limits, what is allowed.
+    asked: AccuracyTargets | None = None,
+    together: int | None = None,
+) -> list[list[str]]:
+    """Cells of every condition; then what is largest, its confidence limits, what is allowed.
+
+    Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
 
     Parameters
     ----------
@@ -39,25 +46,31 @@ def closing_rows(
 
     Returns
     -------
-    list of (str, list of four float)
-        In the order of `METRICS`.
+    list of list of str
+        For the columns of `HEAD`.
     """
+    rows = []
+    for c in comparisons:
+        values = {name: estimate.value for name, estimate in c.estimates.items()}
+        noise = {name: estimate.noise for name, estimate in c.estimates.items()}
+        title = f"{c.alpha_deg:.2f}°, {c.speed:.1f} m/s"
+        rows.append(_row(title, f"{c.states:,}", values, noise))
 
-    def largest(quantity: Callable[[str, Comparison], float]) -> list[float]:
-        return [max(quantity(name, c) for c in comparisons) for name in METRICS]
+    def largest(quantity: Callable[[str, Comparison], float]) -> dict[str, float]:
+        return {name: max(quantity(name, c) for c in comparisons) for name in METRICS}
 
     def limit(which: int) -> Callable[[str, Comparison], float]:
         return lambda name, c: limits(name, c.estimates[name], together or len(comparisons))[which]
 
-    rows = [
-        ("largest", largest(lambda name, c: c.estimates[name].value)),
-        ("error at least", largest(limit(0))),
-        ("error at most", largest(limit(1))),
-        ("declared", [getattr(declared, name) for name in METRICS]),
-    ]
+    closing = {
+        "largest": largest(lambda name, c: c.estimates[name].value),
+        "error at least": largest(limit(0)),
+        "error at most": largest(limit(1)),
+        "declared": declared.model_dump(),
+    }
     if asked is not None and asked != declared:
-        rows.append(("asked for", [getattr(asked, name) for name in METRICS]))
-    return rows
+        closing["asked for"] = asked.model_dump()
+    return rows + [_row(name, "", values, {}) for name, values in closing.items()]
 
 
 def accuracy_text(
@@ -66,48 +79,44 @@ def accuracy_text(
     asked: AccuracyTargets | None = None,
     together: int | None = None,
 ) -> str:
-    """One line a condition with the four distances and their noise, then the rows that close.
-
-    Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
-    """
-    lines = [_aligned(HEAD), *(_aligned(metric_row(c)) for c in comparisons)]
-    for name, values in closing_rows(comparisons, declared, asked, together):
-        cells = ["", "", ""]
-        for value in values[:-1]:
-            cells += [f"{value:.4f}", ""]
-        line = _aligned([*cells, f"{values[-1]:.3f}"])
-        lines.append(name + line[len(name) :])
-    return "\n".join(lines)
+    """`accuracy_rows` for a terminal."""
+    return "\n".join(table_lines(HEAD, accuracy_rows(comparisons, declared, asked, together)))
 
 
-def _aligned(cells: Sequence[str]) -> str:
-    return " ".join(cell.rjust(width) for cell, width in zip(cells, _WIDTHS, strict=True))
+#: Heads of the columns of `detail_rows`.
+DETAIL_HEAD = ("", "mean, table", "direct", "most probable, table", "direct", "KS")
+
+
+def detail_rows(comparison: Comparison) -> list[list[str]]:
+    """Means, modes, energy and scattering angles at one condition, table next to direct."""
+    c, distances = comparison, comparison.estimates["ks"].by_variable
+    rows = [
+        [
+            name,
+            f"{c.table.mean[k]:.4f}",
+            f"{c.direct.mean[k]:.4f}",
+            f"{c.table.mode[k]:.4f}",
+            f"{c.direct.mode[k]:.4f}",
+            f"{ks:.4f}",
+        ]
+        for k, (name, ks) in enumerate(zip(c.components, distances, strict=True))
+    ]
+    energies = (c.table.translational_energy, c.direct.translational_energy)
+    rows.append(["translational energy, relative", *(f"{x:.4f}" for x in energies), "", "", ""])
+    for k, name in enumerate(("alpha2", "beta2")):
+        for words, field in (
+            ("mean", "scattering_mean_deg"),
+            ("deviation", "scattering_standard_deviation_deg"),
+        ):
+            angles = (getattr(side, field)[k] for side in (c.table, c.direct))
+            rows.append([f"{name}, {words} [degrees]", *(f"{x:.2f}" for x in angles), "", "", ""])
+    return rows
 
 
 def details_text(comparison: Comparison) -> str:
-    """Means, modes, energy and scattering angles at one condition, table beside direct."""
-    c = comparison
-    lines = [
-        f"at {c.alpha_deg:.2f} degrees, {c.speed:.1f} m/s      mean                most probable",
-        "                   table    direct      table    direct        KS",
-    ]
-    for k, name in enumerate(c.components):
-        lines.append(
-            f"  {name:<12} {c.table.mean[k]:9.4f} {c.direct.mean[k]:9.4f}  "
-            f"{c.table.mode[k]:9.4f} {c.direct.mode[k]:9.4f} {c.ks[k]:9.4f}"
-        )
-    lines.append(
-        f"  {'energy':<12} {c.table.translational_energy:9.4f} "
-        f"{c.direct.translational_energy:9.4f}   translational, over the energy before"
-    )
-    for k, name in enumerate(("alpha2", "beta2")):
-        lines.append(
-            f"  {name:<12} {c.table.scattering_mean_deg[k]:9.2f} "
-            f"{c.direct.scattering_mean_deg[k]:9.2f}   degrees; standard deviation "
-            f"{c.table.scattering_standard_deviation_deg[k]:.2f} and "
-            f"{c.direct.scattering_standard_deviation_deg[k]:.2f}"
-        )
-    return "\n".join(lines)
+    """`detail_rows` for a terminal."""
+    title = f"at {comparison.alpha_deg:.2f} degrees, {comparison.speed:.1f} m/s"
+    return "\n".join([title, *table_lines(DETAIL_HEAD, detail_rows(comparison))])
 
 
 def time_text(seconds: Mapping[str, float]) -> str:

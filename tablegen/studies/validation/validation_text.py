@@ -1,7 +1,7 @@
 """What a validation looked at and how sure its verdict is, in sentences for terminal and page."""
 
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS
-from tablegen.configuration.defaults import PRESETS
+from tablegen.configuration.metric_table import PRESETS
 from tablegen.validate import Validation
 
 
@@ -12,16 +12,7 @@ def whose(validation: Validation) -> str:
 
 
 def coverage_lines(validation: Validation) -> list[str]:
-    """Say what was looked at, with which seed, and whether the table declares little.
-
-    Parameters
-    ----------
-    validation : Validation
-
-    Returns
-    -------
-    list of str
-    """
+    """Say what was looked at, with which seed, and whether the table declares little."""
     screening, count = validation.screening, len(validation.comparisons)
     conditions = f"{count} condition{'s' if count > 1 else ''}"
     if screening is None:

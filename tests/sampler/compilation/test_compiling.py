@@ -1,4 +1,4 @@
-"""What is said when kernels are compiled: once for each part, and nothing for anybody else's."""
+"""What is logged when kernels are compiled: once for each part, and nothing for other kernels."""
 
 import os
 import subprocess
@@ -8,18 +8,18 @@ import numba
 import pytest
 from numba.core import event
 
-from sampler.compilation.compiling import _PARTS, _Teller
+from sampler.compilation.compiling import _PARTS, _CompilationLogger
 
 
 @pytest.fixture
 def told():
-    """What is said from here on, by a teller that has said nothing yet."""
+    """What is said from here on, by a listener that has logged nothing yet."""
     messages = []
-    with event.install_listener("numba:compile", _Teller(messages.append)):
+    with event.install_listener("numba:compile", _CompilationLogger(messages.append)):
         yield messages
 
 
-def compile_anew(module):
+def compile_again(module):
     """Compile a kernel of a module."""
 
     def twice(x):
@@ -30,21 +30,21 @@ def compile_anew(module):
 
 
 def test_each_part_is_named_once(told):
-    compile_anew("sampler.made_up")
+    compile_again("sampler.made_up")
     assert len(told) == 1
     assert "the draw" in told[0]
     assert "once" in told[0]
-    compile_anew("sampler.another")
+    compile_again("sampler.another")
     assert len(told) == 1
-    compile_anew("tablegen.model.made_up")
+    compile_again("tablegen.model.made_up")
     assert len(told) == 2
     assert "the direct model" in told[1]
 
 
 def test_kernels_of_others_are_not_our_concern(told):
-    compile_anew("flow_code.tracker")
-    compile_anew("samplers")
-    compile_anew(None)
+    compile_again("flow_code.tracker")
+    compile_again("samplers")
+    compile_again(None)
     assert told == []
 
 
@@ -56,7 +56,7 @@ def test_a_kernel_from_the_cache_says_nothing(told, monkeypatch):
     monkeypatch.setitem(_PARTS, __name__.partition(".")[0], ("made-up kernels", "no time"))
     numba.njit(cache=True)(_square)(2.0)
     told.clear()
-    with event.install_listener("numba:compile", _Teller(told.append)):
+    with event.install_listener("numba:compile", _CompilationLogger(told.append)):
         assert numba.njit(cache=True)(_square)(3.0) == 9.0
     assert told == []
 

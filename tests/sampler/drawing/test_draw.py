@@ -9,9 +9,11 @@ from reference_draw import key_words, reference_draw
 from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
 
 import sampler
-from sampler.drawing import kernel
+from sampler import errors
+from sampler.compilation.jit import no_refcount_kernel
+from sampler.drawing import kernel, steps
 from sampler.drawing.batch import draw_batch
-from sampler.formats.channels import COMPONENTS
+from sampler.formats.channels import VARIABLES
 from sampler.formats.packing import _MARGIN, table_arrays
 
 pytestmark = pytest.mark.processor
@@ -24,13 +26,28 @@ TOLERANCE = 0.5 * 3.7 / 65535 + 1e-5
 MIDDLE = (0x5A5A5A5A, 0x3C3C3C3D, 0x12345678, 0x9ABCDEF0, 0x0F1E2D3C, 0x4B5A6978, 0x8796A5B4, 1)
 
 
+@no_refcount_kernel
+def _draw_words(arrays, alpha1, speed, words, values):
+    kernel.draw_one(arrays, words, alpha1, speed, values)
+    return kernel.status_of(arrays, alpha1[0], speed[0])
+
+
 def _draw(arrays, alpha1, speed, words):
-    state = np.full(6, np.nan)
-    w = [np.uint32(word) for word in words]
+    """Status and state from scripted words."""
+    words = np.array(words, dtype=np.uint32)
     # words 8 and 11 belong to no channel
-    normals = (*w[2:8], *(w[9:11] or (np.uint32(0), np.uint32(0))))
-    code = kernel.draw_from_words(arrays, alpha1, speed, w[0], w[1], normals, state)
-    return code, state
+    words = np.concatenate((words[:8], words[9:11], np.zeros(2, dtype=np.uint32)))
+    values = np.empty(8)
+    code = _draw_words(arrays, np.array([alpha1]), np.array([speed]), words, values)
+    return code, values[:6]
+
+
+def _check(contents, arrays, alpha1, speed, words):
+    """A draw is that of the specification."""
+    code, state = _draw(arrays, alpha1, speed, words)
+    assert code == errors.OK
+    expected = reference_draw(contents, alpha1, speed, words)
+    np.testing.assert_allclose(state, expected, rtol=0, atol=TOLERANCE)
 
 
 def _conditions():
@@ -39,26 +56,14 @@ def _conditions():
     return list(itertools.product(alphas, [50.0, 88.8, 120.0, 210.0, 300.0]))
 
 
-@pytest.mark.parametrize("place", range(8))
-def test_each_word_at_its_ends(contents, place):
+@pytest.mark.parametrize("places", [*range(8), slice(None)])
+def test_words_at_their_ends(contents, places):
+    """Each at its ends, the others in the middle; and all at the same end."""
     arrays = table_arrays(contents)
     for word, (alpha1, speed) in itertools.product(ENDS, _conditions()):
-        words = [*MIDDLE[:place], word, *MIDDLE[place + 1 :]]
-        code, state = _draw(arrays, alpha1, speed, words)
-        assert code == kernel.OK
-        np.testing.assert_allclose(
-            state, reference_draw(contents, alpha1, speed, words), rtol=0, atol=TOLERANCE
-        )
-
-
-def test_all_words_at_the_same_end(contents):
-    arrays = table_arrays(contents)
-    for word, (alpha1, speed) in itertools.product(ENDS, _conditions()):
-        code, state = _draw(arrays, alpha1, speed, [word] * 8)
-        assert code == kernel.OK
-        np.testing.assert_allclose(
-            state, reference_draw(contents, alpha1, speed, [word] * 8), rtol=0, atol=TOLERANCE
-        )
+        words = np.array(MIDDLE)
+        words[places] = word
+        _check(contents, arrays, alpha1, speed, words)
 
 
 def test_draws_from_keys(table, contents):
@@ -81,7 +86,7 @@ def test_a_draw_takes_eight_words_and_no_more(table, contents):
     words = key_words(9, 4, 2)
     assert len(words) == 12
     _, state = _draw(table.arrays, alpha1, speed, words)
-    np.testing.assert_array_equal(state, table.sample(alpha1, speed, seed=9, index=4, hit=2)[0])
+    np.testing.assert_array_equal(state, table.sample(alpha1, speed, seed=9, index=4, hit=2))
     for place in range(12):
         changed = list(words)
         changed[place] ^= 0xFFFFFFFF
@@ -95,7 +100,7 @@ def test_corner_shares_are_the_bilinear_weights():
     for t, r in [(0.3, 0.8), (0.5, 0.5), (0.01, 0.99)]:
         counts = np.zeros((2, 2))
         for word in words:
-            a, b = kernel.choose_corner(word, kernel.corner_weights(t, r))
+            a, b = steps.choose_corner(word, steps.corner_weights(t, r))
             counts[int(a), int(b)] += 1
         expected = np.outer([1 - t, t], [1 - r, r])
         np.testing.assert_allclose(counts / len(words), expected, atol=1e-4)
@@ -104,7 +109,7 @@ def test_corner_shares_are_the_bilinear_weights():
 @pytest.mark.parametrize("word", ENDS)
 def test_corner_of_weight_zero_is_never_chosen(word):
     for t, r in itertools.product([0.0, 1.0], repeat=2):
-        chosen = kernel.choose_corner(np.uint32(word), kernel.corner_weights(t, r))
+        chosen = steps.choose_corner(np.uint32(word), steps.corner_weights(t, r))
         assert chosen == (t == 1.0, r == 1.0)
 
 
@@ -116,7 +121,10 @@ def test_component_shares_are_the_weights(contents):
     weight = probability / n
     np.add.at(weight, index, (1.0 - probability) / n)
     words = np.arange(2**14, 2**32, 2**15, dtype=np.uint32)
-    chosen = [kernel.choose_component(arrays, 4, word) for word in words]
+    chosen = []
+    for word in words:
+        column, fraction = steps.choose_column(word, n)
+        chosen.append(steps.choose_component(column, fraction, arrays.alias[4 * n + column]))
     share = np.bincount(chosen, minlength=n) / len(words)
     assert weight.max() - weight.min() > 0.05  # unequal, or any choice would pass
     np.testing.assert_allclose(share, weight, atol=1e-4)
@@ -127,9 +135,10 @@ def test_class_of_a_component(first):
     """A class may be empty; every component belongs to one that is not."""
     datasets = make_datasets()
     datasets["dependence/first_of_class"][1, 1] = first
-    arrays = table_arrays(make_contents(datasets))
-    kinds = [kernel.class_of(arrays, 4, component) for component in range(5)]
-    assert kinds == [int(component >= first[1]) for component in range(5)]
+    contents = make_contents(datasets)
+    arrays = table_arrays(contents)
+    for words in np.random.default_rng(4).integers(0, 2**32, (100, 8)):
+        _check(contents, arrays, np.deg2rad(ALPHA_DEG[1]), SPEED[1], words)
 
 
 def test_reflection_is_exact(contents):
@@ -141,8 +150,8 @@ def test_reflection_is_exact(contents):
         _, state = _draw(arrays, 0.9, 130.0, words)
         words[1] -= 1
         _, image = _draw(arrays, 0.9, 130.0, words)
-        plane = [COMPONENTS.index(name) for name in ("u", "v", "omega_z")]
-        odd = [COMPONENTS.index(name) for name in ("w", "omega_x", "omega_y")]
+        plane = [VARIABLES.index(name) for name in ("u", "v", "omega_z")]
+        odd = [VARIABLES.index(name) for name in ("w", "omega_x", "omega_y")]
         np.testing.assert_array_equal(image[plane], state[plane])
         # The quantile functions were rounded on either side of zero.
         np.testing.assert_allclose(image[odd], -state[odd], rtol=0, atol=2 * TOLERANCE)
@@ -169,15 +178,15 @@ def test_reflection_has_the_stored_probability(stored):
 @pytest.mark.parametrize(
     ("alpha1", "speed", "code"),
     [
-        (np.nan, 100.0, kernel.NOT_FINITE),
-        (np.inf, 100.0, kernel.NOT_FINITE),
-        (0.5, np.nan, kernel.NOT_FINITE),
-        (0.5, -np.inf, kernel.NOT_FINITE),
-        (0.0, 100.0, kernel.NOT_APPROACHING),
-        (-0.1, 100.0, kernel.NOT_APPROACHING),
-        (np.pi / 2 + 1e-9, 100.0, kernel.NOT_APPROACHING),
-        (0.5, 0.0, kernel.SPEED_NOT_POSITIVE),
-        (0.5, -1.0, kernel.SPEED_NOT_POSITIVE),
+        (np.nan, 100.0, errors.NOT_FINITE),
+        (np.inf, 100.0, errors.NOT_FINITE),
+        (0.5, np.nan, errors.NOT_FINITE),
+        (0.5, -np.inf, errors.NOT_FINITE),
+        (0.0, 100.0, errors.NOT_APPROACHING),
+        (-0.1, 100.0, errors.NOT_APPROACHING),
+        (np.pi / 2 + 1e-9, 100.0, errors.NOT_APPROACHING),
+        (0.5, 0.0, errors.SPEED_NOT_POSITIVE),
+        (0.5, -1.0, errors.SPEED_NOT_POSITIVE),
     ],
 )
 def test_refused_conditions_write_nothing(table, alpha1, speed, code):
@@ -198,15 +207,15 @@ def test_refused_conditions_write_nothing(table, alpha1, speed, code):
 )
 def test_outside_takes_the_nearest_condition(table, alpha1, speed, nearest):
     state, expected = np.empty(6), np.empty(6)
-    assert sampler.draw(table.arrays, alpha1, speed, 1, 2, 3, state) == kernel.CLAMPED
-    assert sampler.draw(table.arrays, *nearest, 1, 2, 3, expected) == kernel.OK
+    assert sampler.draw(table.arrays, alpha1, speed, 1, 2, 3, state) == errors.CLAMPED
+    assert sampler.draw(table.arrays, *nearest, 1, 2, 3, expected) == errors.OK
     np.testing.assert_array_equal(state, expected)
 
 
 def test_rounding_at_the_edge_is_not_outside(table):
     state = np.empty(6)
     for alpha1 in (np.nextafter(np.deg2rad(20.0), 0.0), np.nextafter(np.pi / 2, 2.0)):
-        assert sampler.draw(table.arrays, alpha1, 300.0 * (1 + 1e-15), 1, 2, 3, state) == kernel.OK
+        assert sampler.draw(table.arrays, alpha1, 300.0 * (1 + 1e-15), 1, 2, 3, state) == errors.OK
 
 
 def test_axis_of_one_node():
@@ -214,8 +223,8 @@ def test_axis_of_one_node():
     contents = make_contents(datasets)
     arrays = table_arrays(contents)
     code, state = _draw(arrays, np.deg2rad(50.0), 50.0, MIDDLE)
-    assert code == kernel.OK
-    assert _draw(arrays, np.deg2rad(51.0), 50.0, MIDDLE)[0] == kernel.CLAMPED
+    assert code == errors.OK
+    assert _draw(arrays, np.deg2rad(51.0), 50.0, MIDDLE)[0] == errors.CLAMPED
     # A cell whose four corners are that node must say the same.
     wide = make_datasets(alpha_deg=[40.0, 50.0], speed=[50.0, 60.0])
     for path, values in datasets.items():
@@ -240,8 +249,10 @@ def test_scalar_draw_in_user_code_equals_the_batch(table):
     rng = np.random.default_rng(2)
     alpha1, speed = rng.uniform(0.4, 1.5, 500), rng.uniform(60.0, 290.0, 500)
     states = np.empty((500, 6))
-    assert run(table.arrays, alpha1, speed, states) == kernel.OK
-    np.testing.assert_array_equal(states, table.sample(alpha1, speed, seed=7, hit=3))
+    assert run(table.arrays, alpha1, speed, states) == errors.OK
+    np.testing.assert_array_equal(
+        states, table.sample(alpha1, speed, seed=7, index=range(500), hit=3)
+    )
 
 
 def test_extreme_quantiles_keep_the_physics():
@@ -257,7 +268,7 @@ def test_extreme_quantiles_keep_the_physics():
     for words in itertools.product((0, 0x7FFFFFFF, 0xFFFFFFFF), repeat=5):
         w = [words[0], words[1], words[2], words[3], 5, words[4], 6, 7]
         code, state = _draw(arrays, 0.8, 77.0, w)
-        assert code == kernel.OK
+        assert code == errors.OK
         assert np.isfinite(state).all()
         assert state[1] > 0.0
         assert (state[:3] ** 2).sum() <= 1.0

@@ -157,7 +157,7 @@ def test_physics_over_the_whole_domain(table):
     rng = np.random.default_rng(8)
     n = 300_000
     alpha1, speed = rng.uniform(np.deg2rad(20.0), np.pi / 2, n), rng.uniform(50.0, 300.0, n)
-    states = table.sample(alpha1, speed, seed=6)
+    states = table.sample(alpha1, speed, seed=6, index=np.arange(n))
     assert np.isfinite(states).all()
     assert (states[:, 1] > 0.0).all()
     assert ((states[:, :3] ** 2).sum(axis=1) <= 1.0).all()

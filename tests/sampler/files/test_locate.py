@@ -6,7 +6,8 @@ import shutil
 import pytest
 
 import sampler
-from sampler import InputError, locate
+from sampler import InputError
+from sampler.files import locate
 
 
 @pytest.fixture

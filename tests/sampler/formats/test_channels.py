@@ -7,7 +7,7 @@ import pytest
 
 from sampler import InputError
 from sampler.compilation.jit import kernel
-from sampler.drawing.states import channels_to_state
+from sampler.drawing.steps import channels_to_state
 from sampler.formats.channels import CHANNELS, STATE, channels_for, to_channels
 
 # called from Python here
@@ -20,7 +20,7 @@ def _states(channels):
     states = np.zeros((len(channels), 8))
     states[:, : channels.shape[1]] = channels
     for row in states:
-        channels_to_state(row)
+        channels_to_state(row, 1)
     return states
 
 

@@ -8,15 +8,15 @@ from tiny_tables import ROUGH, TINY
 
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare
-from tablegen.accuracy.measure import FIRST_STREAM, Place, measure, sample_size
-from tablegen.configuration.defaults import PRESETS
+from tablegen.accuracy.measure import FIRST_STREAM, ComparedCondition, measure, sample_size
+from tablegen.configuration.metric_table import METRICS, PRESETS
 from tablegen.fitting import node
 from tablegen.fitting.node import node_stream
 from tablegen.refinement.assembly import assemble
 from tablegen.refinement.axes import first_grid, make_axes
 from tablegen.refinement.refine import fit_nodes
 from tablegen.simulate import make_condition, simulate, simulate_condition
-from tablegen.tasks.runner import Workshop
+from tablegen.tasks.runner import TaskRunner
 
 MEASURE = sys.modules[measure.__module__]
 SIMULATE = sys.modules[simulate.__module__]
@@ -47,7 +47,7 @@ class TestStreams:
         return seen
 
     def test_of_nodes_and_of_measurements_are_apart(self, streams):
-        nodes = fit_nodes(ROUGH, first_grid(ROUGH), Workshop())
+        nodes = fit_nodes(ROUGH, first_grid(ROUGH), TaskRunner())
         table = Table(assemble(ROUGH, make_axes(ROUGH), nodes))
         # the seed of the nodes: only the streams keep the two apart
         conditions = [(40.0, 100.0), (41.0, 120.0), (42.0, 140.0)]
@@ -61,12 +61,9 @@ class TestStreams:
         assert sorted(measured) == [FIRST_STREAM, FIRST_STREAM + 1, FIRST_STREAM + 2]
 
     def test_hold_other_particles(self):
-        condition = make_condition(0.7, 100.0)
-        keys = {"seed": ROUGH.table.seed, "threads": 1}
+        run = 0.7, 100.0, 100
         a, b = (
-            simulate_condition(
-                ROUGH.pair, ROUGH.population, condition, 100, stream=stream, **keys
-            ).state
+            simulate(ROUGH, *run, seed=ROUGH.table.seed, stream=stream).state
             for stream in (0, FIRST_STREAM)
         )
         assert not np.isin(a, b).any()
@@ -80,14 +77,7 @@ class TestMeasure:
         found = measure(table, TINY, self.CONDITIONS, seed=9, samples=500, targets=lax())
         for k, (alpha_deg, speed) in enumerate(self.CONDITIONS):
             alpha1 = np.radians(alpha_deg)
-            direct = simulate_condition(
-                TINY.pair,
-                TINY.population,
-                make_condition(alpha1, speed),
-                500,
-                seed=9,
-                stream=FIRST_STREAM + k,
-            )
+            direct = simulate(TINY, alpha1, speed, 500, seed=9, stream=FIRST_STREAM + k)
             drawn = table.sample(alpha1, speed, seed=9, hit=k, index=range(500))
             assert found[k] == compare(drawn, direct.state, alpha_deg, speed, seed=9)
 
@@ -100,15 +90,10 @@ class TestMeasure:
             return simulate_condition(pair, population, condition, *arguments, **options)
 
         monkeypatch.setattr(SIMULATE, "simulate_condition", recording)
-        config = TINY.with_changes(
-            {
-                "model": {"contact_resolution": 0.01, "tolerance": 1e-8},
-                "population": {"shapes": {"prism": 0.0}},
-            }
-        )
-        measure(
-            tiny.generated.table, config, self.CONDITIONS[:1], seed=1, samples=100, targets=lax()
-        )
+        numerics = {"contact_resolution": 0.01, "tolerance": 1e-8}
+        changes = {"model": numerics, "population": {"shapes": {"prism": 0.0}}}
+        config, place = TINY.with_changes(changes), self.CONDITIONS[:1]
+        measure(tiny.generated.table, config, place, seed=1, samples=100, targets=lax())
         ((pair, population, condition),) = seen
         assert (pair, population) == (config.pair, config.population)
         expected = make_condition(np.radians(40.0), 100.0, resolution=0.01, tolerance=1e-8)
@@ -123,7 +108,7 @@ class TestMeasure:
 
 
 #: Holds for any table.
-LAX = {"ks": 1.0, "sliced_wasserstein": 9.0, "correlation_error": 2.0, "auc": 1.0}
+LAX = {name: min(metric.most, 9.0) for name, metric in METRICS.items()}
 
 
 class TestLooks:
@@ -144,21 +129,21 @@ class TestLooks:
         far = self.found(tiny, **{**LAX, "ks": 1e-9, "auc": 0.5})
         assert far.estimates["ks"] != comparison.estimates["ks"]
 
-    @pytest.mark.parametrize("name", ["ks", "sliced_wasserstein", "correlation_error", "auc"])
+    @pytest.mark.parametrize("name", METRICS)
     def test_only_what_is_open_is_measured_again(self, tiny, name):
         first = self.found(tiny, **LAX)
-        exact = 0.5 if name == "auc" else 1e-6
+        exact = max(METRICS[name].least, 1e-6)
         # an accuracy that noise neither grants nor refuses: the table is off by a little only
         open_ = self.found(tiny, **{**LAX, name: max(exact, first.estimates[name].value)})
         assert open_.states in (3000, 9000)
         assert open_.estimates[name].standard_error < first.estimates[name].standard_error
-        assert getattr(open_, name) != getattr(first, name)
+        assert open_.distances()[name] != first.distances()[name]
         for other in set(first.estimates) - {name}:
             assert open_.estimates[other] == first.estimates[other]
 
     def test_more_states_are_those_and_others(self, tiny):
         """The first states stay; ten thousand more change the distance by less than its noise."""
-        place = Place(tiny.generated.table, TINY, 40.0, 100.0, 1, 0)
+        place = ComparedCondition(tiny.generated.table, TINY, 40.0, 100.0, 1, 0)
         for few, many in zip(place.states(500), place.states(1500), strict=True):
             np.testing.assert_array_equal(few, many[:500])
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from corrupt_tables import copied_node, garbage, spin_flipped
 from tiny_tables import TINY
-from wrong_tables import copied_node, garbage, spin_flipped
 
 from sampler.table import Table
 from tablegen.accuracy.node_screening import SAMPLES, WORST, screen

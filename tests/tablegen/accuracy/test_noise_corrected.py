@@ -13,18 +13,17 @@ from tablegen.accuracy.metrics import (
     sliced_wasserstein,
     unit_directions,
 )
-from tablegen.accuracy.noise_corrected import (
-    auc_estimate,
-    correlation_estimate,
-    ks_estimate,
-    sliced_wasserstein_estimate,
-)
+from tablegen.accuracy.noise_corrected import ESTIMATES, Settings
+from tablegen.configuration.metric_table import METRICS
 
-ESTIMATES = {
-    "ks": lambda a, b: ks_estimate(a, b)[0],
-    "sliced_wasserstein": sliced_wasserstein_estimate,
-    "correlation_error": correlation_estimate,
-}
+#: Metrics that a classifier has no part in.
+NAMES = [name for name, metric in METRICS.items() if not metric.learned]
+
+
+def estimate(name, a, b, **settings):
+    return ESTIMATES[name](a, b, Settings(**settings))
+
+
 #: What the first component of one sample is shifted by, or correlation that it has besides.
 SHIFT, EXTRA = 0.1, 0.15
 
@@ -58,39 +57,44 @@ class TestValues:
     SAMPLES = normal(1, 3000, shift=0.02), normal(2, 2500)
 
     def test_kolmogorov_smirnov(self):
-        estimate, by_component = ks_estimate(*self.SAMPLES)
-        np.testing.assert_array_equal(by_component, ks_distances(*self.SAMPLES))
-        assert estimate.value == by_component.max()
+        found = estimate("ks", *self.SAMPLES)
+        np.testing.assert_array_equal(found.by_variable, ks_distances(*self.SAMPLES))
+        assert found.value == max(found.distance)
 
     def test_sliced_wasserstein(self):
-        estimate = sliced_wasserstein_estimate(*self.SAMPLES, seed=3)
+        found = estimate("sliced_wasserstein", *self.SAMPLES, seed=3)
         exact = sliced_wasserstein(*self.SAMPLES, seed=3)
-        assert estimate.value == pytest.approx(exact, rel=1e-3)
+        assert found.distance == pytest.approx(exact, rel=1e-3)
 
     def test_correlation(self):
-        assert correlation_estimate(*self.SAMPLES).value == correlation_error(*self.SAMPLES)
+        assert estimate("correlation_error", *self.SAMPLES).value == correlation_error(
+            *self.SAMPLES
+        )
 
     def test_auc(self):
         a, b = self.SAMPLES
-        scores = classifier_scores(a, b, 4, 1000)
-        labels = np.repeat([1, 0], [2000, 1500])
-        estimate = auc_estimate(a, b, 4, 1000)
-        assert estimate.value == pytest.approx(roc_auc_score(labels, np.concatenate(scores)))
+        # of the longer sample no more states than of the other
+        scores = classifier_scores(a[:2500], b, 4, 1000)
+        found = estimate("auc", a, b, seed=4, trained=1000)
+        expected = roc_auc_score(np.repeat([1, 0], 1500), np.concatenate(scores))
+        assert found.value == pytest.approx(expected)
         # of a Mann-Whitney statistic without a difference
-        null = np.sqrt((2000 + 1500 + 1) / (12 * 2000 * 1500))
-        assert estimate.standard_error == pytest.approx(null, rel=0.05)
+        null = np.sqrt((1500 + 1500 + 1) / (12 * 1500 * 1500))
+        assert found.standard_error == pytest.approx(null, rel=0.05)
+        few = estimate("auc", a, b, seed=4, classified=800)
+        assert few == estimate("auc", a[:800], b[:800], seed=4, trained=400)
 
-    def test_one_component_has_no_correlation(self):
+    def test_one_variable_has_no_correlation(self):
         a, b = (x[:, :1] for x in self.SAMPLES)
-        estimate = correlation_estimate(a, b)
-        assert (estimate.value, estimate.held_out, estimate.noise) == (0.0, 0.0, 0.0)
+        found = estimate("correlation_error", a, b)
+        assert (found.value, found.held_out, found.noise) == (0.0, 0.0, 0.0)
 
-    @pytest.mark.parametrize("name", ESTIMATES)
-    def test_constant_components_do_no_harm(self, name):
+    @pytest.mark.parametrize("name", NAMES)
+    def test_constant_variables_do_no_harm(self, name):
         a, b = (np.column_stack((x, np.ones(len(x)))) for x in self.SAMPLES)
-        estimate = ESTIMATES[name](a, b)
-        assert np.isfinite([estimate.value, estimate.standard_error, estimate.noise]).all()
-        assert estimate.value == pytest.approx(ESTIMATES[name](*self.SAMPLES).value, abs=0.01)
+        found = estimate(name, a, b)
+        assert np.isfinite([found.value, found.standard_error, found.noise]).all()
+        assert found.value == pytest.approx(estimate(name, *self.SAMPLES).value, abs=0.01)
 
 
 class TestCorrelationVariances:
@@ -115,7 +119,7 @@ class TestCorrelationVariances:
         assert found != pytest.approx((1.0 - 0.5) ** 2, rel=0.2)  # what normality would say
 
 
-@pytest.mark.parametrize("name", ESTIMATES)
+@pytest.mark.parametrize("name", NAMES)
 class TestRepeated:
     """Sixty pairs of samples; each statement would be wrong by chance less than once in 1000."""
 
@@ -123,7 +127,7 @@ class TestRepeated:
 
     def repeated(self, name, make):
         return [
-            ESTIMATES[name](make(2 * k), normal(2 * k + 1, self.COUNT)) for k in range(self.PAIRS)
+            estimate(name, make(2 * k), normal(2 * k + 1, self.COUNT)) for k in range(self.PAIRS)
         ]
 
     def test_noise_is_what_equal_laws_give(self, name):
@@ -155,11 +159,11 @@ class TestRepeated:
 
 def test_auc_error_is_that_of_the_pairs():
     """DeLong's variance by its definition, over all pairs of states, where the laws differ."""
-    a, b = normal(8, 400, shift=0.8), normal(9, 300)
+    a, b = normal(8, 300, shift=0.8), normal(9, 300)
     x, y = classifier_scores(a, b, 1, 100)
     won = (x[:, None] > y[None, :]) + 0.5 * (x[:, None] == y[None, :])
-    variance = won.mean(axis=1).var() / 300 + won.mean(axis=0).var() / 200
-    estimate = auc_estimate(a, b, 1, 100)
-    assert estimate.value == pytest.approx(won.mean())
-    assert estimate.value > 0.6
-    assert estimate.standard_error == pytest.approx(np.sqrt(variance))
+    variance = won.mean(axis=1).var() / 200 + won.mean(axis=0).var() / 200
+    found = estimate("auc", a, b, seed=1, trained=100)
+    assert found.value == pytest.approx(won.mean())
+    assert found.value > 0.6
+    assert found.standard_error == pytest.approx(np.sqrt(variance))

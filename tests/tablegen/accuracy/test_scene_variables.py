@@ -4,19 +4,18 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from sampler.formats.channels import CHANNELS, COMPONENTS, RANGES, STATE
+from sampler.formats.channels import CHANNELS, RANGES, STATE, VARIABLES
 from tablegen.accuracy.scene_variables import simulated_channels, simulated_components
 from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulate import simulate
 
 CONFIG = load_config("corundum-steel")
 COUNT = 20_000
 
 
 def simulated(shape, alpha_deg=35.0, count=COUNT):
-    condition = make_condition(np.radians(alpha_deg), 150.0)
-    people = CONFIG.population.restricted_to(shape)
-    return simulate_condition(CONFIG.pair, people, condition, count, seed=2, threads=1)
+    particles = CONFIG.population.restricted_to(shape)
+    return simulate(CONFIG, np.radians(alpha_deg), 150.0, count, seed=2, population=particles)
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +42,7 @@ class TestComponents:
 
     def test_rotational_energy_of_a_sphere(self):
         """With the moment of inertia 2/5 m a^2, and the energy before the impact m V^2 / 2."""
-        found = simulated_components(simulated("sphere", count=3), COMPONENTS)
+        found = simulated_components(simulated("sphere", count=3), VARIABLES)
         spin = np.square(found[:, 3:6]).sum(axis=1)
         assert spin.min() > 0.01
         np.testing.assert_allclose(found[:, 6], 0.4 * spin, rtol=1e-12)
@@ -53,7 +52,7 @@ class TestComponents:
 class TestChannels:
     def test_give_back_the_components(self, mixture):
         c = channels_of(mixture, CHANNELS)
-        found = dict(zip(COMPONENTS, simulated_components(mixture, COMPONENTS).T, strict=True))
+        found = dict(zip(VARIABLES, simulated_components(mixture, VARIABLES).T, strict=True))
         for name in ("v", "omega_x", "omega_y", "omega_z"):
             np.testing.assert_array_equal(c[name], found[name])
         u = c["u_hat"] * np.sqrt(1.0 - c["v"] ** 2)

@@ -8,8 +8,8 @@ from command_line import DONE
 from tiny_tables import TINY
 
 import sampler
-from tablegen.commands.table_identity import identity, identity_text
-from tablegen.configuration.defaults import PRESETS
+from tablegen.commands.inspect import identity, identity_text
+from tablegen.configuration.metric_table import PRESETS
 
 
 def test_says_what_the_table_is(run, tiny):
@@ -38,7 +38,7 @@ def test_json_has_what_the_table_has(run, tiny):
     assert (ended.status, ended.err) == (DONE, "")
     facts, table = json.loads(ended.out), sampler.load(tiny.path)
     assert facts["pair"] == "corundum-steel"
-    assert facts["components"] == list(table.components)
+    assert facts["components"] == list(table.columns)
     assert facts["alpha_deg"] == [35.0, 45.0]
     assert facts["speed"] == [60.0, 300.0]
     assert facts["mixture_components"] == table.arrays.n_components

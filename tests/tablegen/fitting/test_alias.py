@@ -1,18 +1,12 @@
 """Alias tables: the law that they hold, and the law that the sampler draws from them."""
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from sampler.compilation.jit import kernel
-from sampler.drawing.kernel import choose_component
+from sampler.drawing.steps import choose_column, choose_component
 from tablegen.fitting.alias import alias_table
-
-# called from Python here
-choose_component = kernel(choose_component)
 
 RNG = np.random.default_rng(5)
 
@@ -28,29 +22,19 @@ LAWS = {
 }
 
 
-#: A copy that is not cached: a kernel kept for the type below could be loaded with this file only.
-choose = numba.njit(choose_component.py_func)
-
-
-class AliasArrays(NamedTuple):
-    """The part of a table that the choice of a component reads, for one node."""
-
-    n_components: int
-    alias: np.ndarray
-
-
 @numba.njit
-def components_of_words(arrays, words, components):
+def components_of_words(aliases, words, components):
     """Component that the sampler's own rule chooses for each random word."""
     for k in range(words.size):
-        components[k] = choose(arrays, 0, words[k])
+        column, fraction = choose_column(words[k], aliases.size)
+        components[k] = choose_component(column, fraction, aliases[column])
 
 
 def chosen(weight, words):
     probability, alias = alias_table(weight)
-    arrays = AliasArrays(len(alias), (probability.astype(np.uint32) << 16) | alias)
     components = np.empty(len(words), dtype=np.int64)
-    components_of_words(arrays, np.asarray(words, dtype=np.uint32), components)
+    aliases = (probability.astype(np.uint32) << 16) | alias
+    components_of_words(aliases, np.asarray(words, dtype=np.uint32), components)
     return components
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tablegen.fitting.classes import CLASSES, LEAST_SHARE, class_of, shared_out
+from tablegen.fitting.classes import CLASSES, LEAST_SHARE, allocate_components, class_of
 
 
 def test_single_and_repeated():
@@ -30,8 +30,8 @@ def test_few_points_are_one_class():
 
 @pytest.mark.parametrize("components", [2, 3, 64, 257])
 @pytest.mark.parametrize("count", [(1, 1000), (500, 500), (999, 1), (150, 850)])
-def test_all_components_are_shared_out(components, count):
-    shares = shared_out(components, count)
+def test_all_components_are_allocate_components(components, count):
+    shares = allocate_components(components, count)
     assert sum(shares) == components
     assert min(shares) >= 1
     if components > 3:
@@ -39,10 +39,10 @@ def test_all_components_are_shared_out(components, count):
 
 
 def test_shares_follow_the_stated_power():
-    shares = shared_out(10_000, (1600, 8100))
+    shares = allocate_components(10_000, (1600, 8100))
     assert shares[0] / shares[1] == pytest.approx((1600 / 8100) ** 0.75, rel=1e-3)
 
 
 def test_empty_class_gets_none():
-    assert shared_out(64, (0, 1000)) == [0, 64]
-    assert shared_out(1, (1000, 0)) == [1, 0]
+    assert allocate_components(64, (0, 1000)) == [0, 64]
+    assert allocate_components(1, (1000, 0)) == [1, 0]

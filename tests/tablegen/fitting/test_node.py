@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from wrong_tables import independent_channels, independent_columns
+from corrupt_tables import independent_channels, independent_columns
 
-from sampler.formats.channels import COMPONENTS
+from sampler.formats.channels import VARIABLES
 from sampler.table import Table
-from tablegen.accuracy.comparison import classifier_auc, correlation_error, ks_distances
+from tablegen.accuracy.metrics import classifier_auc, correlation_error, ks_distances
 from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import load_config
-from tablegen.fitting.node import fit_node, law_of
+from tablegen.fitting.node import fit_node, fitted_channels
 from tablegen.refinement.assembly import assemble
 from tablegen.refinement.axes import make_axes
 from tablegen.simulate import make_condition, simulate_condition
@@ -101,13 +101,13 @@ class TestArrays:
         assert not spare[node.alias_index].any()
         Table(assemble(config, make_axes(config), [node]))
 
-    def test_law_of_a_scene(self):
-        law = law_of(node_config(**SMALL))
-        np.testing.assert_array_equal(law.signs, [1, 1, 1, -1, -1, -1])
-        np.testing.assert_array_equal(law.mirror, law.signs)
-        np.testing.assert_array_equal(law_of(node_config()).mirror, np.ones(6))
-        plane = law_of(node_config(**SMALL).with_changes({"domain": {"dimension": 2}}))
-        assert plane.channels == ("v", "u_hat", "omega_z")
+    def test_channels_of_a_scene(self):
+        found = fitted_channels(node_config(**SMALL))
+        np.testing.assert_array_equal(found.signs, [1, 1, 1, -1, -1, -1])
+        np.testing.assert_array_equal(found.mirror, found.signs)
+        np.testing.assert_array_equal(fitted_channels(node_config()).mirror, np.ones(6))
+        plane = fitted_channels(node_config(**SMALL).with_changes({"domain": {"dimension": 2}}))
+        assert plane.names == ("v", "u_hat", "omega_z")
         assert not plane.symmetric
 
 
@@ -133,12 +133,12 @@ SCENES = {
     "two": ({"components": ["v", "u"]}, ("u", "v")),
     "no spin": ({"components": ["u", "v", "w"]}, ("u", "v", "w")),
     "spin only": ({"components": ["omega_x", "omega_z"]}, ("omega_x", "omega_z")),
-    "everything": ({"components": list(COMPONENTS)}, COMPONENTS),
+    "everything": ({"components": list(VARIABLES)}, VARIABLES),
 }
 
 
 class TestScenes:
-    """Draws of what a scene asks for, against the simulation; the bound of `TestDraws`."""
+    """Draws of the variables of a scene, against the simulation; the bound of `TestDraws`."""
 
     @pytest.mark.parametrize("scene", SCENES)
     def test_draws_match_the_simulation(self, scene):
@@ -146,7 +146,7 @@ class TestScenes:
         table = {"samples_per_node": N_NODE, "components": 32, "quantile_knots": 129}
         config = node_config(**table).with_changes({"domain": domain})
         made = one_node_table(config)
-        assert made.components == columns
+        assert made.columns == columns
         drawn = made.sample(np.radians(ALPHA_DEG), SPEED, seed=6, index=np.arange(N))
         direct = simulated_components(simulated(config, N, 77), columns)
         assert ks_distances(drawn, direct).max() < TestDraws.KS_BOUND
@@ -159,7 +159,7 @@ class TestScenes:
         assert ks_distances(moved, direct).max() > TestDraws.KS_BOUND
 
     def test_energies_and_collisions_are_possible_ones(self):
-        domain = {"components": list(COMPONENTS)}
+        domain = {"components": list(VARIABLES)}
         config = node_config(**SMALL).with_changes({"domain": domain})
         states = one_node_table(config).sample(np.radians(ALPHA_DEG), SPEED, seed=1, index=range(N))
         energy, collisions = states[:, 6], states[:, 7]

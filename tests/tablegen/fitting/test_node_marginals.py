@@ -11,7 +11,7 @@ import pytest
 
 from sampler.formats.channels import MIRRORED
 from sampler.table import Table
-from tablegen.accuracy.comparison import ks_distances
+from tablegen.accuracy.metrics import ks_distances
 from tablegen.accuracy.scene_variables import simulated_components
 from tablegen.config import load_config
 from tablegen.fitting.node import fit_node, node_stream
@@ -83,7 +83,7 @@ def test_draws_have_the_marginals_of_the_sample(contents, sample):
     ],
 )
 def test_another_mixture_or_other_quantiles_are_refused(contents, sample, path, shift):
-    """Quantiles belong to the mixture beside them, with its reflections and weights."""
+    """Quantiles belong to the mixture of the node, with its reflections and weights."""
     values, highest = contents[path], {"reflection": 4096, "alias_probability": 65535}
     limit = highest.get(path.partition("/")[2], 32767)
     moved = np.minimum(values.astype(np.float64) + shift, limit).astype(values.dtype)

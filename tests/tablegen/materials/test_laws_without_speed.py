@@ -2,21 +2,21 @@
 
 import numpy as np
 import pytest
+from contact_law_samples import RESTITUTION, SOURCE
 from tiny_tables import ROUGH
 
 import sampler
 from sampler.formats.hdf5 import write_table
-from tablegen.commands.table_identity import identity, identity_text
+from tablegen.commands.inspect import identity, identity_text
 from tablegen.config import load_config
 from tablegen.prune import pruned
 from tablegen.refinement.assembly import assemble
 from tablegen.refinement.axes import first_grid, make_axes
 from tablegen.refinement.refine import fit_nodes
 from tablegen.simulate import simulate
-from tablegen.tasks.runner import Workshop
+from tablegen.tasks.runner import TaskRunner
 
-SOURCE = {"source": "made up"}
-POLYNOMIAL = {"law": "polynomial", "coefficients": [0.9, -0.3], **SOURCE}
+POLYNOMIAL = RESTITUTION["polynomial"] | SOURCE
 
 
 def tabulated(*rows):
@@ -26,15 +26,12 @@ def tabulated(*rows):
 
 LAWS = [
     (POLYNOMIAL, False),
-    ({"law": "constant", "value": 0.5, **SOURCE}, False),
+    (RESTITUTION["constant"] | SOURCE, False),
     (tabulated([0.9], [0.5]), False),
     (tabulated([0.9, 0.9], [0.5, 0.5]), False),
     (tabulated([0.9, 0.9], [0.5, 0.4]), True),
-    ({"law": "exponential", "coefficient": 0.1, "exponent": 0.61, **SOURCE}, True),
-    (
-        {"law": "power", "coefficient": 0.7, "reference_speed": 1.0, "exponent": 0.25, **SOURCE},
-        True,
-    ),
+    (RESTITUTION["exponential"] | SOURCE, True),
+    (RESTITUTION["power"] | SOURCE, True),
 ]
 
 
@@ -55,14 +52,14 @@ def test_laws_say_whether_the_speed_matters_and_the_model_agrees(law, depends):
 def contents():
     config = with_law(POLYNOMIAL)
     axes = make_axes(config)
-    nodes = fit_nodes(config, first_grid(config), Workshop())
+    nodes = fit_nodes(config, first_grid(config), TaskRunner())
     return assemble(config, axes, nodes)
 
 
 def test_tables_cover_every_speed(contents, tmp_path):
     write_table(tmp_path / "t.h5", contents)
     table = sampler.load(tmp_path / "t.h5", outside="raise")
-    assert table.sample(0.7, [1.0, 1000.0], seed=1).shape == (2, 6)
+    assert table.sample(0.7, [1.0, 1000.0], seed=1, index=0).shape == (2, 6)
     assert identity(table.contents)["speed_independent"] is True
     assert "60 to 300 m/s, 2 nodes, the same at any speed" in identity_text(table.contents)
 

@@ -1,8 +1,12 @@
 import functools
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
-from motions import PAIR, POPULATION
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "reference"))
+from motion_fixtures import PAIR, POPULATION
 
 from tablegen.simulate import make_condition, simulate_condition
 
@@ -22,6 +26,6 @@ def simulated():
 
 
 @pytest.fixture(scope="session")
-def people():
+def population_args():
     """The shipped population as kernels take it."""
     return POPULATION.kernel_arguments()

@@ -3,10 +3,11 @@
 import itertools
 import math
 
+import contact_law_samples as samples
 import numba
 import numpy as np
 import pytest
-from motions import PAIR, POPULATION
+from motion_fixtures import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
 from sampler.compilation.jit import kernel
@@ -31,6 +32,7 @@ from tablegen.model.contact_laws import (
     restitution,
     tabulated_restitution,
 )
+from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.simulate import make_condition, simulate_condition
 
 # called from Python here
@@ -49,23 +51,12 @@ ANGLES = np.radians([10.0, 30.0, 75.0])
 NODES = np.array([50.0, 120.0, 200.0, 400.0])
 VALUES = np.random.default_rng(5).uniform(0.0, 1.0, (3, 4))
 
-RESTITUTION = {
-    "exponential": PAIR.restitution.model_dump(),
-    "polynomial": {"law": "polynomial", "coefficients": (0.993, -1.76, 1.56, -0.49)},
-    "constant": {"law": "constant", "value": 0.6},
+RESTITUTION = samples.RESTITUTION | {
+    "exponential": PAIR.restitution.model_dump(mode="json"),
     "inelastic": {"law": "constant", "value": 0.0},
-    "power": {"law": "power", "coefficient": 0.5, "reference_speed": 100.0, "exponent": 0.25},
-    "tabulated": {
-        "law": "tabulated",
-        "angle_deg": (10.0, 45.0, 90.0),
-        "speed": (50.0, 200.0),
-        "value": ((0.9, 0.8), (0.6, 0.5), (0.4, 0.2)),
-    },
 }
-RESISTANCE = {
-    "orientation": PAIR.resistance.model_dump(),
+RESISTANCE = samples.RESISTANCE | {
     "tripled": PAIR.resistance.model_dump() | {"factor": 3.0},
-    "constant": {"law": "constant", "value": 1.0},
     "none": {"law": "constant", "value": 0.0},
 }
 
@@ -83,20 +74,14 @@ def pair_with(restitution, resistance="orientation"):
     """The shipped pair with other laws, by name or field by field."""
     first = RESTITUTION[restitution] if isinstance(restitution, str) else restitution
     second = RESISTANCE[resistance] if isinstance(resistance, str) else resistance
-    return MaterialPair.model_validate(
-        {
-            "particle": "any",
-            "wall": "any",
-            "restitution": {"source": "test"} | first,
-            "resistance": {"source": "test"} | second,
-        }
-    )
+    laws = {"restitution": samples.SOURCE | first, "resistance": samples.SOURCE | second}
+    return MaterialPair.from_tree({"particle": "any", "wall": "any", **laws})
 
 
 def run(pair, alpha_deg=45.0, speed=150.0, count=2000, shape="mixture", seed=31, audited=False):
     condition = make_condition(np.radians(alpha_deg), speed)
-    people = POPULATION.restricted_to(shape)
-    return simulate_condition(pair, people, condition, count, seed=seed, audited=audited)
+    population = POPULATION.restricted_to(shape)
+    return simulate_condition(pair, population, condition, count, seed=seed, audited=audited)
 
 
 class TestRestitution:
@@ -214,9 +199,7 @@ def test_one_compiled_model_serves_all_laws():
     assert types == {numba.typeof(PAIR.kernel_arguments())}
 
 
-@pytest.mark.parametrize(
-    "shape", ["sphere", "ellipsoid", "prism", "truncated-prism", "tetrahedron"]
-)
+@pytest.mark.parametrize("shape", SHAPE_NAMES)
 @pytest.mark.parametrize("name", RESTITUTION)
 def test_every_collision_obeys_its_law(name, shape):
     for resistance_name, alpha_deg in itertools.product(RESISTANCE, (0.5, 20.0, 45.0, 70.0, 90.0)):
@@ -233,9 +216,7 @@ def test_every_collision_obeys_its_law(name, shape):
 
 
 @pytest.mark.parametrize("alpha_deg", [0.5, 20.0, 45.0, 90.0])
-@pytest.mark.parametrize(
-    "shape", ["sphere", "ellipsoid", "prism", "truncated-prism", "tetrahedron"]
-)
+@pytest.mark.parametrize("shape", SHAPE_NAMES)
 def test_elastic_contact_without_resistance_conserves_everything_it_must(shape, alpha_deg):
     pair = pair_with({"law": "constant", "value": 1.0}, "none")
     made = run(pair, alpha_deg, shape=shape, audited=True)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 import pytest
-from motions import body_of, run_rebound
+from motion_fixtures import body_of, run_rebound
 from planar_reference import impact, mobility, paper_law, rebound, rotation_of_section, section_of
 from scipy.optimize import brentq
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tablegen.model.elementary import exponential, logarithm, power, sine_and_cosine
-from tablegen.model.simd import WIDTH, at, put
+from tablegen.model.simd import WIDTH, load, store
 
 pytestmark = pytest.mark.processor
 
@@ -25,12 +25,12 @@ def by_floats(x, y, out):
 @numba.njit
 def by_lanes(x, y, turns, out):
     for i in range(x.shape[0]):
-        put(out, (0, i), exponential(at(x, i)))
-        put(out, (1, i), logarithm(at(y, i)))
-        put(out, (2, i), power(at(y, i), 0.61))
-        sine, cosine = sine_and_cosine(at(turns, i))
-        put(out, (3, i), sine)
-        put(out, (4, i), cosine)
+        store(out, (0, i), exponential(load(x, i)))
+        store(out, (1, i), logarithm(load(y, i)))
+        store(out, (2, i), power(load(y, i), 0.61))
+        sine, cosine = sine_and_cosine(load(turns, i))
+        store(out, (3, i), sine)
+        store(out, (4, i), cosine)
 
 
 @pytest.fixture(scope="module")

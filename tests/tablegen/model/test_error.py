@@ -5,7 +5,7 @@ Two settings are compared on the same particles, so the differences below hold n
 
 import numpy as np
 import pytest
-from motions import PAIR, POPULATION
+from motion_fixtures import PAIR, POPULATION
 
 from tablegen.model.audit import FLIGHT_ENERGY, FLIGHT_MOMENTUM
 from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate_condition

@@ -1,9 +1,9 @@
-"""Many particles at a time: the bits of one at a time, whoever sits beside whom."""
+"""Many particles at a time: the bits of one at a time, whatever is in the other lanes."""
 
 import numpy as np
 import pytest
-from grains import box, grain
-from motions import PAIR, POPULATION
+from mesh_fixtures import box, grain
+from motion_fixtures import PAIR, POPULATION
 
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.random_particles import draw_particle, draw_particles
@@ -14,7 +14,7 @@ from tablegen.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.processor
 
-#: Two meshes of very different vertex counts beside all shapes.
+#: All shapes, and two meshes with very different numbers of vertices.
 CROWD = Population.model_validate(
     POPULATION.model_dump(by_alias=True)
     | {
@@ -74,12 +74,12 @@ def test_other_laws(restitution, resistance):
 
 
 def test_draws_in_lanes_are_those_of_one_particle():
-    people = CROWD.kernel_arguments()
+    population_args = CROWD.kernel_arguments()
     keys = np.uint64(2**63 + 5), np.uint32(7)
     axes, kind = np.empty((1001, 6)), np.empty((1001, 3))
-    draw_particles(people, keys, 2**40, axes, kind)
+    draw_particles(population_args, keys, 2**40, axes, kind)
     motion = np.empty(MOTION_SIZE)
     for i in range(len(axes)):
-        drawn = draw_particle(people, *keys, 2**40 + i, motion)
+        drawn = draw_particle(population_args, *keys, 2**40 + i, motion)
         np.testing.assert_array_equal(drawn, kind[i])
         np.testing.assert_array_equal(motion[3:9], axes[i])

@@ -2,27 +2,28 @@
 
 import numpy as np
 import pytest
-from collision_reference import Impacts, solve
-from motions import LAW, PAIR, POPULATION
+from motion_fixtures import PAIR, POPULATION
+from reference_model import SPHERE, Law, Setup, Turn, collide, make_particle
 
 from tablegen.simulate import make_condition, simulate_condition
 
 
 def rebounds(aspect, alpha_deg, spin, resolution=1e-3):
     """Rebounds of ellipsoids with given ratios b/a and c/b."""
-    people = POPULATION.restricted_to("ellipsoid").with_aspect(*aspect)
+    population = POPULATION.restricted_to("ellipsoid").with_aspect(*aspect)
     condition = make_condition(np.radians(alpha_deg), 200.0, spin, resolution)
-    return simulate_condition(PAIR, people, condition, 400, seed=91, threads=1)
+    return simulate_condition(PAIR, population, condition, 400, seed=91, threads=1)
 
 
 def sphere_state(alpha_deg, spin):
-    """State of a sphere by matrices and bisection; it collides once."""
-    alpha = np.radians(alpha_deg)
-    velocity = np.array([np.cos(alpha), -np.sin(alpha), 0.0])
-    rows = [np.array([row]) for row in (np.eye(3), [0.4] * 3, [0.0, -1.0, 0.0], velocity, spin)]
-    change = solve(Impacts(*rows), LAW, 200.0)[0]
-    turned = np.array(spin) + np.cross([0.0, -1.0, 0.0], change) / 0.4
-    return np.concatenate([velocity + change, turned])
+    """State of a sphere by the readable reference; it collides once."""
+    alpha = float(np.radians(alpha_deg))
+    setup = Setup(alpha, 200.0, resolution=1e-300)
+    turn = Turn(spin, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    velocity = (float(np.cos(alpha)), -float(np.sin(alpha)), 0.0)
+    particle = make_particle(SPHERE, 1.0, 1.0, 0.5)
+    velocity, turn = collide(Law(), setup, particle, turn, velocity, (0.0, -1.0, 0.0))
+    return np.array([*velocity, *turn.spin])
 
 
 @pytest.mark.parametrize("flattened", [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
@@ -38,7 +39,7 @@ def sphere_state(alpha_deg, spin):
     ],
 )
 def test_the_difference_from_a_sphere_is_of_first_order(alpha_deg, spin, flattened):
-    # The lowest point of a spheroid flattened by d is at most 1.5 d beside the vertical through
+    # The lowest point of a spheroid flattened by d is at most 1.5 d from the vertical through
     # its centre, so that it adds a torque of order d (1 + |spin|) to the sphere's collision.
     sphere = sphere_state(alpha_deg, spin)
     misses = []

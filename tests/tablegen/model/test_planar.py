@@ -8,7 +8,7 @@ or face.
 import numpy as np
 import planar_reference
 import pytest
-from motions import body_of, run_rebound
+from motion_fixtures import body_of, run_rebound
 from planar_reference import impact, paper_law, rebound, rotation_of_section, section_of
 
 from tablegen.simulate import make_condition

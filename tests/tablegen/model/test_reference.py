@@ -2,31 +2,12 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from motions import LAW, PAIR, POPULATION, motion_of
+from motion_fixtures import CONFIG, PAIR, POPULATION
 
-from sampler.compilation.jit import kernel
-from tablegen.model.contact import contact_point
-from tablegen.model.random_particles import draw_particle
-from tablegen.model.rebound import (
-    HEIGHT,
-    U,
-    V,
-    approach,
-    collide,
-    next_contact,
-    wall_spin,
-    workspace,
-)
-from tablegen.model.shapes import MAX_VERTICES, make_body
 from tablegen.simulate import make_condition, simulate_condition
-
-# called from Python here
-wall_spin = kernel(wall_spin)
-workspace = kernel(workspace)
 
 _FILE = Path(__file__).parents[2] / "data" / "direct.json"
 REFERENCE = json.loads(_FILE.read_text(encoding="utf-8"))
@@ -129,72 +110,23 @@ def test_reference_has_the_documented_conditions():
     assert COLUMNS == ["u", "v", "w", "omega_x", "omega_y", "omega_z"]
 
 
-def changed_pair(**change):
-    resistance = PAIR.resistance.model_copy(update=change)
-    return PAIR.model_copy(update={"resistance": resistance})
+#: A point, what differs from the model, its options, and a disagreement that must be found.
+CHANGES = [
+    ("mixture-45-200", "pair", {"resistance": {"strength": 0.9}}, "mean u"),
+    ("mixture-45-200", "pair", {"restitution": {"coefficient": 0.11}}, "mean v"),
+    ("truncated-prism-60-200", "population", {"truncation": 0.55}, ""),
+]
 
 
-def test_a_weaker_resistance_disagrees():
-    point = POINTS["mixture-45-200"]
-    made = simulate_point(point, 100_000, seed=83, pair=changed_pair(strength=0.9))
-    assert any(line.startswith("mean u") for line in disagreements(made, point))
-
-
-def test_a_weaker_restitution_disagrees():
-    point = POINTS["mixture-45-200"]
-    restitution = PAIR.restitution.model_copy(update={"coefficient": 0.11})
-    pair = PAIR.model_copy(update={"restitution": restitution})
-    made = simulate_point(point, 100_000, seed=83, pair=pair)
-    assert any(line.startswith("mean v") for line in disagreements(made, point))
-
-
-def test_another_shape_disagrees():
-    point = POINTS["truncated-prism-60-200"]
-    population = POPULATION.model_copy(update={"truncation": 0.55})
-    assert disagreements(simulate_point(point, 100_000, seed=84, population=population), point)
-    assert not disagreements(simulate_point(point, 200_000, seed=84), point)
+@pytest.mark.parametrize(("name", "part", "change", "line"), CHANGES)
+def test_another_law_or_shape_disagrees(name, part, change, line):
+    other = getattr(CONFIG.with_changes({part: change}), part)
+    made = simulate_point(POINTS[name], 100_000, seed=83, **{part: other})
+    assert any(found.startswith(line) for found in disagreements(made, POINTS[name]))
+    assert not disagreements(simulate_point(POINTS[name], 200_000, seed=84), POINTS[name])
 
 
 def test_a_coarse_contact_resolution_disagrees():
     point = POINTS["ellipsoid-90-200"]
     made = simulate_point(point, 100_000, seed=85, resolution=0.1)
     assert any(line.startswith("share") for line in disagreements(made, point))
-
-
-def simulate_by_hand(point, count, seed, tumbles):
-    """State and collisions of a point, particle by particle; bodies may be kept from tumbling.
-
-    With equal moments of inertia in flight the angular velocity stays constant between collisions.
-    """
-    people = POPULATION.restricted_to(point["shape"]).kernel_arguments()
-    condition = make_condition(np.radians(point["alpha_deg"]), point["speed"])
-    state, collisions = np.empty((count, 6)), np.zeros(count, dtype=np.int64)
-    motion, vertices = motion_of(np.eye(3)), np.empty((MAX_VERTICES, 3))
-    series, contact, _ = workspace()
-    for i in range(count):
-        shape, ba, cb = draw_particle(people, np.uint64(seed), np.uint32(0), i, motion)
-        body = make_body(shape, ba, ba * cb, people.truncation, vertices)
-        flying = body if tumbles else body._replace(moments=(1.0, 1.0, 1.0))
-        # without spin the particle starts at its contact
-        approach(condition, body, motion)
-        touches = True
-        while touches:
-            gap = contact_point(body, motion, motion[HEIGHT], motion[V], contact)
-            motion[HEIGHT] -= min(gap, 0.0)
-            collide(LAW, condition.speed, condition.resolution, body.moments, contact, motion)
-            collisions[i] += 1
-            touches = next_contact(flying, condition.tolerance, motion, series)
-        state[i] = [*motion[U:HEIGHT], *wall_spin(motion)]
-    return SimpleNamespace(state=state, collisions=collisions)
-
-
-def test_a_spin_that_stays_constant_in_flight_disagrees():
-    point = POINTS["ellipsoid-20-200"]
-    right, wrong = (simulate_by_hand(point, 5_000, 86, tumbles) for tumbles in (True, False))
-    # the same loop with tumbling is the direct model itself
-    np.testing.assert_array_equal(right.state, simulate_point(point, 5_000, seed=86).state)
-    # corr(omega_x, omega_y) moves from 0.36 to about -0.08; its standard error is 0.014
-    assert any(
-        line.startswith("correlation omega_x, omega_y: 0.4") for line in disagreements(wrong, point)
-    )
-    assert not any("omega_x, omega_y: 0.4" in line for line in disagreements(right, point))

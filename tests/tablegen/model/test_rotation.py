@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from motion_reference import FreeRotation
-from motions import (
+from free_rotation import FreeRotation
+from motion_fixtures import (
     angular_momentum_of,
     body_of,
     energy_of,
@@ -191,39 +191,31 @@ def rotations():
     return drawn_rotations(np.random.default_rng(9).random((20_000, 3)))
 
 
-def test_orientation_is_a_rotation(rotations):
-    identity = np.broadcast_to(np.eye(3), rotations.shape)
-    np.testing.assert_allclose(rotations @ rotations.transpose(0, 2, 1), identity, atol=2e-15)
-    np.testing.assert_allclose(np.linalg.det(rotations), 1.0, atol=2e-15)
-
-
-def test_orientation_at_the_ends_of_the_uniform_numbers():
+def test_orientation_is_a_rotation_also_at_the_ends_of_the_uniform_numbers(rotations):
     ends = (2.0**-33, 0.5, 1.0 - 2.0**-33)
     corners = np.array(np.meshgrid(ends, ends, ends)).reshape(3, -1).T
-    made = drawn_rotations(corners)
-    identity = np.broadcast_to(np.eye(3), made.shape)
-    np.testing.assert_allclose(made @ made.transpose(0, 2, 1), identity, atol=2e-15)
+    for made in (rotations, drawn_rotations(corners)):
+        identity = np.broadcast_to(np.eye(3), made.shape)
+        np.testing.assert_allclose(made @ made.transpose(0, 2, 1), identity, atol=2e-15)
+        np.testing.assert_allclose(np.linalg.det(made), 1.0, atol=2e-15)
 
 
 def test_orientation_is_uniform(rotations):
     assert least_p_value(rotations) > FALSE_ALARM
 
 
-def test_orientation_of_drawn_particles_is_uniform(people):
+def test_orientation_of_drawn_particles_is_uniform(population_args):
     made = np.empty((20_000, 3, 3))
     motion = motion_of(np.eye(3))
     for i in range(len(made)):
-        draw_particle(people, np.uint64(5), np.uint32(3), i, motion)
+        draw_particle(population_args, np.uint64(5), np.uint32(3), i, motion)
         made[i] = rotation_of(motion)
     assert least_p_value(made) > FALSE_ALARM
 
 
-def test_uniform_euler_angles_are_rejected():
+def test_uniform_euler_angles_and_an_uneven_sampler_are_rejected():
     angles = np.random.default_rng(10).random((20_000, 3)) * [2.0 * np.pi, np.pi, 2.0 * np.pi]
     assert least_p_value(Rotation.from_euler("ZYZ", angles).as_matrix()) < 1e-3 * FALSE_ALARM
-
-
-def test_a_slightly_uneven_sampler_is_rejected():
     # u1 that misses the last tenth of its range
     numbers = np.random.default_rng(11).random((20_000, 3)) * [0.9, 1.0, 1.0]
     assert least_p_value(drawn_rotations(numbers)) < FALSE_ALARM

@@ -1,10 +1,10 @@
-"""Shapes: vertices, moments of inertia, support function, reach."""
+"""Shapes: vertices, moments of inertia, support function, bounding radius."""
 
 import math
 
 import numpy as np
 import pytest
-from motions import ACHIRAL, SHAPES, TRUNCATION, body_of
+from motion_fixtures import ACHIRAL, SHAPES, TRUNCATION, body_of
 from scipy.spatial import ConvexHull
 from scipy.spatial.distance import pdist
 from scipy.special import roots_legendre
@@ -47,22 +47,21 @@ def ball_second_moment():
 
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
-@pytest.mark.parametrize("name", POLYHEDRA)
-def test_moments_of_polyhedra_by_decomposition(name, b, c):
-    body = body_of(name, b, c)
-    second, centre, _ = second_moments(body.held)
+@pytest.mark.parametrize(
+    ("name", "truncation"),
+    [
+        *((name, TRUNCATION) for name in POLYHEDRA),
+        *(("truncated-prism", f) for f in (0.1, 0.5, 2.0 - math.sqrt(2.0), 0.999)),
+    ],
+)
+def test_moments_of_polyhedra_by_decomposition(name, truncation, b, c):
+    body = body_of(name, b, c, truncation)
+    second, centre, _ = second_moments(body.candidates)
     expected = np.trace(second) - np.diag(second)
     np.testing.assert_allclose(body.moments, expected, rtol=1e-11)
     # the half-sizes lie along the principal axes, and the centre is the centre of mass
     np.testing.assert_allclose(second, np.diag(np.diag(second)), atol=1e-14)
     np.testing.assert_allclose(centre, 0.0, atol=1e-14)
-
-
-@pytest.mark.parametrize("truncation", [0.1, 0.5, 2.0 - math.sqrt(2.0), 0.999])
-def test_moments_of_truncated_prisms_for_any_truncation(truncation):
-    body = body_of("truncated-prism", 0.8, 0.6, truncation)
-    second, _, _ = second_moments(body.held)
-    np.testing.assert_allclose(body.moments, np.trace(second) - np.diag(second), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
@@ -83,8 +82,8 @@ def test_moments_increase(name):
 def test_sphere_is_the_ellipsoid_with_equal_axes():
     sphere, ellipsoid = body_of("sphere"), body_of("ellipsoid")
     assert sphere.moments == ellipsoid.moments == (0.4, 0.4, 0.4)
-    assert sphere.reach == 1.0
-    assert sphere.held.shape == (0, 3)
+    assert sphere.bounding_radius == 1.0
+    assert sphere.candidates.shape == (0, 3)
 
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
@@ -94,26 +93,26 @@ def test_sphere_is_the_ellipsoid_with_equal_axes():
 )
 def test_polyhedra_are_convex_and_fill_their_box(name, vertices, faces, b, c):
     body = body_of(name, b, c)
-    assert body.held.shape == (vertices, 3)
-    scaled = body.held / [1.0, b, c]
+    assert body.candidates.shape == (vertices, 3)
+    scaled = body.candidates / [1.0, b, c]
     assert len(ConvexHull(scaled).vertices) == vertices
     assert faces_of(scaled) == faces
-    np.testing.assert_array_equal(np.abs(body.held).max(axis=0), [1.0, b, c])
-    assert np.all(np.abs(body.held) <= [1.0, b, c])
+    np.testing.assert_array_equal(np.abs(body.candidates).max(axis=0), [1.0, b, c])
+    assert np.all(np.abs(body.candidates) <= [1.0, b, c])
 
 
 @pytest.mark.parametrize("truncation", [0.1, 0.5, TRUNCATION, 0.9])
 def test_truncation_cuts_the_half_edges_at_its_fraction(truncation):
     body = body_of("truncated-prism", 0.8, 0.6, truncation)
-    scaled = np.sort(np.abs(body.held / [1.0, 0.8, 0.6]), axis=1)
+    scaled = np.sort(np.abs(body.candidates / [1.0, 0.8, 0.6]), axis=1)
     np.testing.assert_allclose(scaled, np.tile([1.0 - truncation, 1.0, 1.0], (24, 1)), atol=1e-15)
     # each of the eight corners loses f^3 / 6 of its octant
     expected = 8.0 * 0.8 * 0.6 * (1.0 - truncation**3 / 6.0)
-    assert second_moments(body.held)[2] == pytest.approx(expected, rel=1e-13)
+    assert second_moments(body.candidates)[2] == pytest.approx(expected, rel=1e-13)
 
 
 def test_default_truncation_of_a_cube_is_the_regular_truncated_cube():
-    gaps = np.sort(pdist(body_of("truncated-prism").held))
+    gaps = np.sort(pdist(body_of("truncated-prism").candidates))
     # 36 equal edges, then the diagonals of the octagons
     np.testing.assert_allclose(gaps[:36], 2.0 * (math.sqrt(2.0) - 1.0), rtol=1e-14)
     assert gaps[36] > 1.3 * gaps[0]
@@ -121,14 +120,14 @@ def test_default_truncation_of_a_cube_is_the_regular_truncated_cube():
 
 def test_tetrahedron_has_the_documented_handedness():
     expected = {(1.0, 0.8, 0.6), (1.0, -0.8, -0.6), (-1.0, 0.8, -0.6), (-1.0, -0.8, 0.6)}
-    assert {tuple(vertex) for vertex in body_of("tetrahedron", 0.8, 0.6).held} == expected
+    assert {tuple(vertex) for vertex in body_of("tetrahedron", 0.8, 0.6).candidates} == expected
 
 
 @pytest.mark.parametrize("name", ACHIRAL)
 def test_achiral_shapes_are_their_own_mirror_image(name):
     body = body_of(name, 0.8, 0.6)
-    mirrored = {tuple(v) for v in body.held * [1.0, 1.0, -1.0]}
-    assert mirrored == {tuple(v) for v in body.held}
+    mirrored = {tuple(v) for v in body.candidates * [1.0, 1.0, -1.0]}
+    assert mirrored == {tuple(v) for v in body.candidates}
 
 
 def directions(count, seed):
@@ -143,7 +142,7 @@ def directions(count, seed):
 def test_depth_of_polyhedra_is_that_of_the_lowest_vertex(name, b, c):
     body = body_of(name, b, c)
     for n in directions(300, 5):
-        assert lowest_depth(body, n) == pytest.approx(-(body.held @ n).min(), abs=1e-15)
+        assert lowest_depth(body, n) == pytest.approx(-(body.candidates @ n).min(), abs=1e-15)
 
 
 def test_depth_of_prisms_by_the_closed_form():
@@ -168,14 +167,15 @@ def test_depth_of_ellipsoids_bounds_their_surface_and_is_reached(b, c):
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
 @pytest.mark.parametrize("name", SHAPES)
-def test_no_point_is_farther_than_the_reach_and_one_is_as_far(name, b, c):
+def test_bounding_radius_is_the_largest_depth(name, b, c):
     body = body_of(name, b, c)
-    n = np.vstack([directions(300, 9), -body.held / body.reach])
+    n = np.vstack([directions(300, 9), -body.candidates / body.bounding_radius])
     depths = [lowest_depth(body, direction / np.linalg.norm(direction)) for direction in n]
-    assert max(depths) == pytest.approx(body.reach, rel=1e-14)
+    assert max(depths) == pytest.approx(body.bounding_radius, rel=1e-14)
 
 
-def test_reach_of_the_prism_is_its_half_diagonal():
-    assert body_of("prism", 0.8, 0.6).reach == pytest.approx(math.sqrt(2.0), rel=1e-15)
-    assert body_of("tetrahedron", 0.8, 0.6).reach == pytest.approx(math.sqrt(2.0), rel=1e-15)
-    assert body_of("ellipsoid", 0.8, 0.6).reach == 1.0
+def test_bounding_radius_of_the_prism_is_its_half_diagonal():
+    for name in ("prism", "tetrahedron"):
+        radius = body_of(name, 0.8, 0.6).bounding_radius
+        assert radius == pytest.approx(math.sqrt(2.0), rel=1e-15)
+    assert body_of("ellipsoid", 0.8, 0.6).bounding_radius == 1.0

@@ -9,22 +9,21 @@ import pytest
 from tablegen.model.float_bits import power_of_two, split_exponent
 from tablegen.model.simd import (
     WIDTH,
-    absolute,
-    any_of,
-    at,
+    any_lane,
+    extract,
     fma,
-    lane,
+    insert,
     lane_array,
-    largest,
-    least,
-    mask_of_bits,
-    negated,
-    put,
-    put_lane,
-    root,
+    load,
+    logical_not,
+    mask_from_bits,
+    maximum,
+    minimum,
     select,
+    sqrt,
+    store,
+    store_lane,
     width,
-    with_lane,
 )
 
 pytestmark = pytest.mark.processor
@@ -33,31 +32,31 @@ pytestmark = pytest.mark.processor
 @numba.njit(error_model="numpy")
 def operations(a, b, out):
     """Twenty results of two numbers, floats or lanes."""
-    x, y = at(a, 0), at(b, 0)
-    put(out, 0, x + y)
-    put(out, 1, x - y)
-    put(out, 2, x * y)
-    put(out, 3, x / y)
-    put(out, 4, -x)
-    put(out, 5, fma(x, y, 3.0))
-    put(out, 6, root(x))
-    put(out, 7, absolute(x))
-    put(out, 8, least(x, y))
-    put(out, 9, largest(x, y))
-    put(out, 10, select(x < y, x, 7.0))
-    put(out, 11, select(x <= y, 1.0, y))
-    put(out, 12, select((x > y) | (x >= 2.0), x, 0.0))
-    put(out, 13, select((x == y) & negated(x < 0.0), 1.0, 2.0))
-    put(out, 14, 2.0 * x + 1)
-    put(out, 15, 1.0 / x)
-    mantissa, exponent = split_exponent(absolute(x) + 1e-3)
-    put(out, 16, mantissa)
-    put(out, 17, exponent)
-    put(out, 18, power_of_two(exponent))
+    x, y = load(a, 0), load(b, 0)
+    store(out, 0, x + y)
+    store(out, 1, x - y)
+    store(out, 2, x * y)
+    store(out, 3, x / y)
+    store(out, 4, -x)
+    store(out, 5, fma(x, y, 3.0))
+    store(out, 6, sqrt(x))
+    store(out, 7, abs(x))
+    store(out, 8, minimum(x, y))
+    store(out, 9, maximum(x, y))
+    store(out, 10, select(x < y, x, 7.0))
+    store(out, 11, select(x <= y, 1.0, y))
+    store(out, 12, select((x > y) | (x >= 2.0), x, 0.0))
+    store(out, 13, select((x == y) & logical_not(x < 0.0), 1.0, 2.0))
+    store(out, 14, 2.0 * x + 1)
+    store(out, 15, 1.0 / x)
+    mantissa, exponent = split_exponent(abs(x) + 1e-3)
+    store(out, 16, mantissa)
+    store(out, 17, exponent)
+    store(out, 18, power_of_two(exponent))
     total = 0.0
     for _ in range(3):
         total += x
-    put(out, 19, total)
+    store(out, 19, total)
 
 
 SPECIAL = [0.0, -0.0, 1.0, -2.5, math.inf, -math.inf, math.nan, 1e-310, 5.0, 5.0]
@@ -113,7 +112,12 @@ def test_a_sum_is_fused_where_it_says_so_and_nowhere_else():
 def test_comparisons_with_no_number_are_false():
     @numba.njit
     def compare(x):
-        return any_of(x < 1.0), any_of(x >= 1.0), any_of(x == x), any_of(negated(x < 1.0))
+        return (
+            any_lane(x < 1.0),
+            any_lane(x >= 1.0),
+            any_lane(x == x),
+            any_lane(logical_not(x < 1.0)),
+        )
 
     assert compare(math.nan) == (False, False, False, True)
 
@@ -121,10 +125,10 @@ def test_comparisons_with_no_number_are_false():
 def test_masks_lanes_and_bits():
     @numba.njit
     def look(bits, out):
-        where = mask_of_bits(bits)
+        where = mask_from_bits(bits)
         for i in range(width(where)):
-            out[i] = lane(where, i)
-        return any_of(where), any_of(where & negated(where)), width(where)
+            out[i] = extract(where, i)
+        return any_lane(where), any_lane(where & logical_not(where)), width(where)
 
     for bits in (0, 1, 0b1010_0001, 2**WIDTH - 1):
         out = np.empty(WIDTH)
@@ -136,11 +140,17 @@ def test_masks_lanes_and_bits():
 def test_single_lanes_are_taken_and_written():
     @numba.njit
     def change(array, flat):
-        value = with_lane(at(array, (1, 0)), 3, 9.0)
-        put(array, (1, 0), value)
-        put_lane(array, (0, 1), 2, 4.0)
-        put_lane(flat, 1, 0, 5.0)
-        return lane(value, 3), lane(value, 2), lane(7.0, 0), with_lane(7.0, 0, 8.0), width(7.0)
+        value = insert(load(array, (1, 0)), 3, 9.0)
+        store(array, (1, 0), value)
+        store_lane(array, (0, 1), 2, 4.0)
+        store_lane(flat, 1, 0, 5.0)
+        return (
+            extract(value, 3),
+            extract(value, 2),
+            extract(7.0, 0),
+            insert(7.0, 0, 8.0),
+            width(7.0),
+        )
 
     array, flat = np.zeros((2, 2, WIDTH)), np.zeros(2)
     assert change(array, flat) == (9.0, 0.0, 7.0, 8.0, 1)

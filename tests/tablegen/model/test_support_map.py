@@ -1,12 +1,12 @@
-"""Look-up of supporting vertices: no vertex that a direction needs is missing from its list."""
+"""Support maps: no vertex that a direction needs is missing from its list."""
 
 import math
 
 import numba
 import numpy as np
 import pytest
-from grains import box, cylinder, directions, grain, icosphere, posed, tetrahedron
-from motions import PAIR, run_rebound, with_vertices
+from mesh_fixtures import box, cylinder, directions, grain, icosphere, posed, tetrahedron
+from motion_fixtures import PAIR, run_rebound, with_vertices
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -35,18 +35,18 @@ SOLIDS = {
 
 
 @numba.njit
-def worst_miss(near, vertices, at, asked):
-    """Most by which the best vertex of a list, found for ``at``, falls short along ``asked``."""
+def worst_miss(support_map, vertices, at, along):
+    """Most by which the best vertex of a list, found for ``at``, falls short of all vertices."""
     worst = 0.0
     for i in range(len(at)):
-        first, end = support_range(near, at[i, 0], at[i, 1], at[i, 2])
+        first, end = support_range(support_map, at[i, 0], at[i, 1], at[i, 2])
         listed = every = -np.inf
         for k in range(first, end):
-            p = near.points[k]
-            listed = max(listed, p[0] * asked[i, 0] + p[1] * asked[i, 1] + p[2] * asked[i, 2])
+            p = support_map.points[k]
+            listed = max(listed, p[0] * along[i, 0] + p[1] * along[i, 1] + p[2] * along[i, 2])
         for k in range(len(vertices)):
             p = vertices[k]
-            every = max(every, p[0] * asked[i, 0] + p[1] * asked[i, 1] + p[2] * asked[i, 2])
+            every = max(every, p[0] * along[i, 0] + p[1] * along[i, 1] + p[2] * along[i, 2])
         worst = max(worst, every - listed)
     return worst
 
@@ -75,7 +75,7 @@ def test_the_supporting_vertex_is_listed_for_every_direction_within_the_slack(na
     body = mesh_particle(SOLIDS[name])
     at = np.concatenate([directions(rng, 100_000), vicious(rng, body.vertices, 10_000)])
     for angle in (0.0, 0.5 * SLACK, SLACK):
-        assert worst_miss(body.near, body.vertices, at, turned(rng, at, angle)) <= 1e-15
+        assert worst_miss(body.support_map, body.vertices, at, turned(rng, at, angle)) <= 1e-15
 
 
 @pytest.mark.parametrize("name", ["grain", "disc", "sphere"])
@@ -91,8 +91,8 @@ def test_a_list_taken_for_less_slack_is_found_out(name):
 def test_lists_of_a_large_grain_are_short():
     # a fiftieth of the vertices, and most of those lie within the slack of the direction
     body = mesh_particle(SOLIDS["grain"]).body()
-    lengths = np.diff(body.near.starts)
-    assert len(lengths) == 6 * body.near.resolution**2
+    lengths = np.diff(body.support_map.starts)
+    assert len(lengths) == 6 * body.support_map.resolution**2
     assert lengths.mean() < 25.0
     assert lengths.max() < 100
 
@@ -121,7 +121,7 @@ def test_a_direction_is_within_the_radius_of_its_cell(resolution):
 def test_a_finer_map_lists_no_more_than_its_slack_needs():
     # each listed vertex supports the body somewhere within radius + slack of the centre
     hull = ConvexHull(SOLIDS["small-grain"])
-    near = make_map(hull, 0.1, 8)
+    made = make_map(hull, 0.1, 8)
     centres, radii = cell_frames(8)
     rng = np.random.default_rng(64)
     for cell in range(0, len(centres), 37):
@@ -131,7 +131,7 @@ def test_a_finer_map_lists_no_more_than_its_slack_needs():
             (around - math.cos(1.0) * centres[cell]) / math.sin(1.0)
         )
         seen = set(np.argmax(around @ hull.points.T, axis=1).tolist())
-        rows = near.points[near.starts[cell] : near.starts[cell + 1]]
+        rows = made.points[made.starts[cell] : made.starts[cell + 1]]
         listed = {int(np.flatnonzero((hull.points == row).all(axis=1))[0]) for row in rows}
         assert seen <= listed
         # a cone may reach in by less than the samples resolve
@@ -162,7 +162,7 @@ def without_map(particle):
 def test_contacts_are_those_of_a_search_over_all_vertices(name):
     particle = mesh_particle(SOLIDS[name])
     body, plain = particle.body(), without_map(particle)
-    assert plain.near.resolution == 0
+    assert plain.support_map.resolution == 0
     rng = np.random.default_rng(66)
     series = np.empty((9, ORDER + 1))
     touched = 0

@@ -12,11 +12,11 @@ import math
 import numpy as np
 import planar_reference
 import pytest
-from motions import PAIR, body_of, run_rebound
+from motion_fixtures import PAIR, body_of, run_rebound
 from planar_reference import impact, mobility, rotation_of_section, section_of
 from scipy.integrate import solve_ivp
 
-from tablegen.materials.pairs import ConstantResistance
+from tablegen.materials.resistance import ConstantResistance
 from tablegen.materials.restitution import ConstantRestitution
 from tablegen.simulate import make_condition
 

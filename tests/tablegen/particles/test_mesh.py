@@ -5,22 +5,9 @@ import math
 import numpy as np
 import pytest
 import trimesh
-from grains import (
-    box,
-    grain,
-    icosphere,
-    posed,
-    surface,
-    tetrahedron,
-)
+from mesh_fixtures import KNOWN, box, grain, icosphere, known_body, posed, surface, two_cubes
 
 from sampler.errors import InputError
-from tablegen.model.shapes import (
-    MAX_VERTICES,
-    PRISM,
-    TETRAHEDRON,
-    make_body,
-)
 from tablegen.particles.mesh import SUFFIXES, load_mesh, mesh_particle, read_mesh
 
 
@@ -50,11 +37,7 @@ class TestFiles:
 
     @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
     def test_hull_of_a_mesh_that_is_not_convex(self, tmp_path, scale):
-        # two unit cubes with a gap of one between them fill two thirds of their hull
-        first = surface(0.5 * box(1.0, 1.0) * scale)
-        second = first.copy()
-        second.apply_translation([2.0 * scale, 0.0, 0.0])
-        trimesh.util.concatenate([first, second]).export(tmp_path / "two.stl")
+        two_cubes().apply_scale(scale).export(tmp_path / "two.stl")
         read = read_mesh(tmp_path / "two.stl")
         assert len(read.vertices) == 8
         assert not read.is_convex
@@ -143,16 +126,14 @@ class TestRefusedFiles:
 
 class TestFrame:
     @pytest.mark.parametrize(("b", "c"), [(0.8, 0.64), (1.0, 1.0), (0.5, 0.5), (1.0, 0.2)])
-    @pytest.mark.parametrize(
-        ("code", "corners"), [(PRISM, box), (TETRAHEDRON, tetrahedron)], ids=["box", "tetrahedron"]
-    )
-    def test_known_shapes(self, code, corners, b, c):
-        made = mesh_particle(posed(corners(b, c), scale=3e-5, shift=(1e-3, 0.0, 2e-4)))
-        known = make_body(code, b, c, 0.5, np.empty((MAX_VERTICES, 3)))
+    @pytest.mark.parametrize("shape", KNOWN)
+    def test_known_shapes(self, shape, b, c):
+        made = mesh_particle(posed(KNOWN[shape](b, c), scale=3e-5, shift=(1e-3, 0.0, 2e-4)))
+        known = known_body(shape, b, c)
         np.testing.assert_allclose(made.moments, known.moments, rtol=1e-10)
         np.testing.assert_allclose(made.half_sizes, [1.0, b, c], rtol=1e-10)
-        assert made.reach == pytest.approx(known.reach, rel=1e-10)
-        assert len(made.vertices) == len(known.held)
+        assert made.bounding_radius == pytest.approx(known.bounding_radius, rel=1e-10)
+        assert len(made.vertices) == len(known.candidates)
         np.testing.assert_allclose(
             np.abs(made.vertices), np.tile([1.0, b, c], (len(made.vertices), 1)), rtol=1e-10
         )
@@ -163,7 +144,7 @@ class TestFrame:
         moved = mesh_particle(posed(points, scale=2e-5, shift=(0.01, -0.02, 0.03)))
         np.testing.assert_allclose(moved.moments, plain.moments, rtol=1e-9)
         np.testing.assert_allclose(moved.half_sizes, plain.half_sizes, rtol=1e-9)
-        assert moved.reach == pytest.approx(plain.reach, rel=1e-9)
+        assert moved.bounding_radius == pytest.approx(plain.bounding_radius, rel=1e-9)
         assert moved.volume == pytest.approx(plain.volume, rel=1e-9)
         assert moved.unit == pytest.approx(2e-5 * plain.unit, rel=1e-9)
         # the corners agree but for half turns about the axes
@@ -187,7 +168,7 @@ class TestFrame:
             made.vertices @ made.axes * made.unit + made.centre, points, rtol=1e-12
         )
         np.testing.assert_allclose(np.ptp(made.vertices, axis=0)[0], 2.0, rtol=1e-13)
-        assert made.reach == pytest.approx(np.linalg.norm(made.vertices, axis=1).max())
+        assert made.bounding_radius == pytest.approx(np.linalg.norm(made.vertices, axis=1).max())
 
     def test_volume_and_moments_of_a_fine_ellipsoid(self):
         made = mesh_particle(icosphere(4, (2.0, 1.6, 1.0)))

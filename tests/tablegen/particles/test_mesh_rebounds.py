@@ -4,15 +4,17 @@ import math
 
 import numpy as np
 import pytest
-from grains import (
+from mesh_fixtures import (
+    KNOWN,
     PAIR,
     POPULATION,
-    box,
     cylinder,
     grain,
     icosphere,
-    people_of,
+    known_body,
+    population_of,
     posed,
+    rebounds,
     tetrahedron,
 )
 from scipy.spatial.transform import Rotation
@@ -29,14 +31,8 @@ from tablegen.model.audit import (
     TANGENTIAL,
 )
 from tablegen.model.rebound import LEFT, MOTION_SIZE, approach, rebound, wall_spin, workspace
-from tablegen.model.shapes import (
-    MAX_VERTICES,
-    PRISM,
-    TETRAHEDRON,
-    make_body,
-)
 from tablegen.particles.mesh import mesh_particle
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulate import make_condition
 
 # called from Python here
 wall_spin = kernel(wall_spin)
@@ -88,19 +84,17 @@ def agree(first, second, alpha_deg):
 
 
 @pytest.mark.parametrize("alpha_deg", [20.0, 90.0])
-@pytest.mark.parametrize(
-    ("code", "corners"), [(PRISM, box), (TETRAHEDRON, tetrahedron)], ids=["box", "tetrahedron"]
-)
-def test_known_shapes(code, corners, alpha_deg):
-    known = make_body(code, 0.8, 0.64, 0.5, np.empty((MAX_VERTICES, 3)))
-    mesh = body_of(posed(corners(0.8, 0.64), seed=5, scale=1e-4))
+@pytest.mark.parametrize("shape", KNOWN)
+def test_known_shapes(shape, alpha_deg):
+    known = known_body(shape, 0.8, 0.64)
+    mesh = body_of(posed(KNOWN[shape](0.8, 0.64), seed=5, scale=1e-4))
     turn = Rotation.random(rng=np.random.default_rng(5)).as_matrix()
     # the known shape's axes, in those of the file, are the columns of the turn
     assert agree(mesh, (known, turn.T), alpha_deg)
 
 
 def test_the_mirrored_tetrahedron_is_told_apart():
-    known = make_body(TETRAHEDRON, 0.8, 0.64, 0.5, np.empty((MAX_VERTICES, 3)))
+    known = known_body("tetrahedron", 0.8, 0.64)
     mirrored = tetrahedron(0.8, 0.64) * [1.0, 1.0, -1.0]
     assert agree(body_of(tetrahedron(0.8, 0.64)), (known, np.eye(3)), 45.0)
     assert not agree(body_of(mirrored), (known, np.eye(3)), 45.0)
@@ -116,13 +110,11 @@ def test_pose_and_units_do_not_matter():
 
 def test_fine_meshes_approach_the_ellipsoid():
     # paired particles: number i has the same orientation in both populations
-    condition = make_condition(np.radians(45.0), 200.0)
     smooth = POPULATION.restricted_to("ellipsoid").with_aspect(0.8, 0.75)
-    expected = simulate_condition(PAIR, smooth, condition, 4000, seed=72)
+    expected = rebounds(smooth, 4000, seed=72)
     apart, error = [], 0.0
     for level in (2, 3, 4):
-        people = people_of(icosphere(level, (1.0, 0.8, 0.6)))
-        made = simulate_condition(PAIR, people, condition, 4000, seed=72)
+        made = rebounds(population_of(icosphere(level, (1.0, 0.8, 0.6))), 4000, seed=72)
         apart.append(np.median(np.abs(made.state - expected.state)))
         error = np.abs(made.state.mean(axis=0) - expected.state.mean(axis=0))
     # edges are half as long at every level, and the contact point is as far off
@@ -133,33 +125,28 @@ def test_fine_meshes_approach_the_ellipsoid():
     assert np.all(error < allowed)
     assert abs(made.collisions.mean() - expected.collisions.mean()) < 0.1
     # and a mesh that is another ellipsoid is told apart by the same measures
-    other = simulate_condition(
-        PAIR, people_of(icosphere(4, (1.0, 0.6, 0.4))), condition, 4000, seed=72
-    )
+    other = rebounds(population_of(icosphere(4, (1.0, 0.6, 0.4))), 4000, seed=72)
     assert np.median(np.abs(other.state - expected.state)) > 2.0 * apart[2]
     assert np.any(np.abs(other.state.mean(0) - expected.state.mean(0)) > allowed)
 
 
 @pytest.mark.parametrize(
-    ("alpha_deg", "spin"),
-    [(0.01, (0, 0, 0)), (20, (0, 0, 0)), (90, (0, 0, 0)), (30, (1, -2, 3))],
+    ("points", "alpha_deg", "spin"),
+    [
+        (grain(1000), 0.01, (0, 0, 0)),
+        (grain(1000), 20, (0, 0, 0)),
+        (grain(1000), 90, (0, 0, 0)),
+        (grain(1000), 30, (1, -2, 3)),
+        (cylinder(60, 0.02), 60, (0, 0, 0)),
+        (grain(300, 4, (1.0, 0.03, 0.02)), 60, (0, 0, 0)),
+        (icosphere(3), 60, (0, 0, 0)),
+        (grain(4, 6), 60, (0, 0, 0)),
+    ],
+    ids=["grazing", "20", "90", "spinning", "disc", "needle", "sphere", "tetrahedron"],
 )
-def test_every_collision_and_flight_of_a_large_grain_keeps_its_laws(alpha_deg, spin):
-    condition = make_condition(np.radians(alpha_deg), 200.0, spin)
-    made = simulate_condition(PAIR, people_of(grain(1000)), condition, 3000, seed=73, audited=True)
+def test_every_collision_and_flight_keeps_its_laws(points, alpha_deg, spin):
+    made = rebounds(population_of(points), 3000, alpha_deg, spin=spin, seed=73, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.isfinite(made.state).all()
     assert np.all(made.state[:, 1] > 0.0)
     assert np.all(made.energy.sum(axis=1) <= 1.0 + 1e-12)
-
-
-@pytest.mark.parametrize(
-    "points",
-    [cylinder(60, 0.02), grain(300, 4, (1.0, 0.03, 0.02)), icosphere(3), grain(4, 6)],
-    ids=["disc", "needle", "sphere", "tetrahedron"],
-)
-def test_extreme_meshes_keep_the_laws(points):
-    condition = make_condition(np.radians(60.0), 200.0)
-    made = simulate_condition(PAIR, people_of(points), condition, 2000, seed=74, audited=True)
-    assert np.all(made.audit <= ALLOWED), made.audit
-    assert np.all(made.state[:, 1] > 0.0)

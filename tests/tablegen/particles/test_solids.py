@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grains import box, cylinder, grain, icosphere, posed, tetrahedron
+from mesh_fixtures import box, cylinder, grain, icosphere, posed, tetrahedron
 from scipy.spatial import ConvexHull
 
 from tablegen.particles.solids import FlatError, mass_of, principal_axes, true_vertices

@@ -32,13 +32,19 @@ DOMAINS = [
 ]
 
 
-@pytest.mark.parametrize(("alpha_deg", "speed"), DOMAINS)
-def test_nodes_span_the_domain(alpha_deg, speed):
-    axes = axes_of(alpha_deg, speed)
-    assert (axes.alpha_deg[0], axes.alpha_deg[-1]) == alpha_deg
-    assert (axes.speed[0], axes.speed[-1]) == speed
-    for nodes in (axes.alpha_deg, axes.speed):
+def both(axes):
+    """Nodes and look-up of each axis."""
+    return (axes.alpha_deg, axes.alpha_coordinate), (axes.speed, axes.speed_coordinate)
+
+
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_nodes_and_look_up_span_the_domain(domain):
+    for ends, (nodes, coordinate) in zip(domain, both(axes_of(*domain)), strict=True):
+        assert (nodes[0], nodes[-1]) == ends
         assert (np.diff(nodes) > 0.0).all()
+        assert coordinate.shape == (LOOKUP_SIZE,)
+        assert (coordinate[0], coordinate[-1]) == (0.0, len(nodes) - 1.0)
+        assert (np.diff(coordinate) > 0.0).all()
 
 
 def test_the_last_angle_is_the_domains_to_the_last_bit():
@@ -96,30 +102,13 @@ def test_given_nodes_are_taken():
 
 def test_single_condition():
     axes = axes_of((35.0, 35.0), (120.0, 120.0))
-    np.testing.assert_array_equal(axes.alpha_deg, [35.0])
-    np.testing.assert_array_equal(axes.speed, [120.0])
-    for coordinate in (axes.alpha_coordinate, axes.speed_coordinate):
+    for value, (nodes, coordinate) in zip((35.0, 120.0), both(axes), strict=True):
+        np.testing.assert_array_equal(nodes, [value])
         np.testing.assert_array_equal(coordinate, np.zeros(LOOKUP_SIZE))
 
 
-@pytest.mark.parametrize(("alpha_deg", "speed"), DOMAINS)
-def test_look_up_grows_from_the_first_node_to_the_last(alpha_deg, speed):
-    axes = axes_of(alpha_deg, speed)
-    for coordinate, nodes in (
-        (axes.alpha_coordinate, axes.alpha_deg),
-        (axes.speed_coordinate, axes.speed),
-    ):
-        assert coordinate.shape == (LOOKUP_SIZE,)
-        assert (coordinate[0], coordinate[-1]) == (0.0, len(nodes) - 1.0)
-        assert (np.diff(coordinate) > 0.0).all()
-
-
 def test_look_up_finds_the_nodes():
-    axes = axes_of()
-    for coordinate, nodes in (
-        (axes.alpha_coordinate, axes.alpha_deg),
-        (axes.speed_coordinate, axes.speed),
-    ):
+    for nodes, coordinate in both(axes_of()):
         found = looked_up(coordinate, nodes, nodes)
         # A kink between two entries is cut off by less than what one entry is worth.
         entry = np.diff(coordinate).max()
@@ -129,30 +118,25 @@ def test_look_up_finds_the_nodes():
         assert (looked_up(coordinate, nodes, moved) - np.arange(1, len(nodes) - 1) > 0.0).all()
 
 
-def test_look_up_is_linear_in_the_root_of_the_angle():
-    axes = axes_of(alpha_nodes_deg=[0.5, 30.0, 90.0])
-    alpha = np.random.default_rng(3).uniform(0.5, 90.0, 2000)
-    found = looked_up(axes.alpha_coordinate, axes.alpha_deg, alpha)
-    expected = np.interp(np.sqrt(alpha), np.sqrt(axes.alpha_deg), np.arange(3))
-    # entries are straight pieces of a root: most off in the first one
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-4)
-    # Refused: an index that is linear in the angle itself.
-    assert np.abs(np.interp(alpha, axes.alpha_deg, np.arange(3)) - expected).max() > 0.1
-
-
-def test_look_up_is_linear_in_the_restitution_abscissa_of_the_speed():
-    axes = axes_of(speed_nodes=[50.0, 120.0, 300.0])
-    speed = np.random.default_rng(4).uniform(50.0, 300.0, 2000)
-    found = looked_up(axes.speed_coordinate, axes.speed, speed)
-    # Written out once more, by hand: x = exp(-0.1 V^0.61), which falls with the speed.
-    x, nodes = np.exp(-0.1 * speed**0.61), np.exp(-0.1 * axes.speed**0.61)
-    lower = (speed > 120.0).astype(int)
-    expected = lower + (x - nodes[lower]) / (nodes[lower + 1] - nodes[lower])
-    entry = np.diff(axes.speed_coordinate).max()
+@pytest.mark.parametrize(
+    ("axis", "nodes", "abscissa"),
+    [
+        (0, [0.5, 30.0, 90.0], np.sqrt),
+        # written out once more, by hand; it falls with the speed
+        (1, [50.0, 120.0, 300.0], lambda speed: -np.exp(-0.1 * speed**0.61)),
+    ],
+)
+def test_look_up_is_linear_in_the_abscissa(axis, nodes, abscissa):
+    name = ("alpha_nodes_deg", "speed_nodes")[axis]
+    _, coordinate = both(axes_of(**{name: nodes}))[axis]
+    values = np.random.default_rng(3).uniform(nodes[0], nodes[-1], 2000)
+    found = looked_up(coordinate, nodes, values)
+    expected = np.interp(abscissa(values), abscissa(np.array(nodes)), np.arange(3))
+    # entries are straight pieces: most off where the abscissa bends, by less than one entry
+    entry = np.diff(coordinate).max()
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=entry)
-    # Refused: an index that is linear in the speed itself.
-    naive = np.interp(speed, axes.speed, np.arange(3))
-    assert np.abs(naive - expected).max() > 20.0 * entry
+    # Refused: an index that is linear in the angle or the speed itself.
+    assert np.abs(np.interp(values, nodes, np.arange(3)) - expected).max() > 20.0 * entry
 
 
 def test_speeds_that_the_law_cannot_tell_apart_are_refused():

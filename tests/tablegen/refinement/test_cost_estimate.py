@@ -108,7 +108,7 @@ def test_is_said_before_any_piece_is_made(run, tmp_path, monkeypatch):
     def stop(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(GENERATE, "make_plan", stop)
+    monkeypatch.setattr(GENERATE, "refine_grid", stop)
     words = ("--output", tmp_path / "t.h5", "--workers", 3)
     ended = run("generate", config_file(tmp_path), *words)
     first = ended.err.splitlines()[0]

@@ -1,4 +1,4 @@
-"""Trials of nodes: against the report's own metrics, and against wrong nodes."""
+"""Interpolation errors: in units of what is allowed, and of right and of wrong nodes."""
 
 import sys
 
@@ -6,13 +6,19 @@ import numpy as np
 import pytest
 from tiny_tables import ROUGH, TINY
 
+from tablegen.accuracy.metrics import DISTANCES
 from tablegen.config import AccuracyTargets
+from tablegen.configuration.metric_table import METRICS
 from tablegen.fitting.node import fit_node
-from tablegen.refinement.interpolation_error import auc_error, error_of, try_nodes
+from tablegen.refinement.interpolation_error import (
+    error_of,
+    interpolation_errors,
+    share_of_allowed,
+)
 from tablegen.refinement.intervals import Place
 from tablegen.tasks.runner import SECONDS
 
-TRIAL = sys.modules[try_nodes.__module__]
+MODULE = sys.modules[interpolation_errors.__module__]
 HERE = Place((35.0,), (150.0,))
 CELL = Place((30.0, 40.0), (100.0, 200.0))
 TARGETS = AccuracyTargets(ks=0.1, sliced_wasserstein=0.1, correlation_error=0.2, auc=0.7)
@@ -20,33 +26,27 @@ TARGETS = AccuracyTargets(ks=0.1, sliced_wasserstein=0.1, correlation_error=0.2,
 
 @pytest.fixture
 def few_states(monkeypatch):
-    monkeypatch.setattr(TRIAL, "sample_size", lambda targets: 5000)
+    monkeypatch.setattr(MODULE, "sample_size", lambda targets: 5000)
 
 
-def found(ks=0.0, sliced_wasserstein=0.0, correlation_error=0.0, auc=0.5):
-    return {
-        "ks": np.array([0.0, ks, 0.0]),
-        "sliced_wasserstein": np.array(sliced_wasserstein),
-        "correlation_error": np.array(correlation_error),
-        "auc": np.array(auc),
-    }
+def found(**distances):
+    """Metrics of a place; those that are not given are those of equal laws."""
+    every = {name: metric.least for name, metric in METRICS.items()} | distances
+    return {n: np.array([0.0, d] if METRICS[n].per_variable else d) for n, d in every.items()}
 
 
-@pytest.mark.parametrize(
-    "half",
-    [
-        found(ks=0.05),
-        found(sliced_wasserstein=0.05),
-        found(correlation_error=0.1),
-        found(auc=0.6),
-    ],
-)
-def test_error_is_in_units_of_what_is_allowed(half):
+BAD = found(ks=0.02, sliced_wasserstein=0.03, correlation_error=0.3, auc=0.55)
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_error_is_in_units_of_what_is_allowed(name):
+    least = METRICS[name].least
+    half = found(**{name: least + 0.5 * (getattr(TARGETS, name) - least)})
     assert error_of(half, TARGETS, CELL) == pytest.approx(0.5)
 
 
 def test_error_is_the_largest():
-    assert error_of(found(0.02, 0.03, 0.3, 0.55), TARGETS, CELL) == pytest.approx(1.5)
+    assert error_of(BAD, TARGETS, CELL) == pytest.approx(1.5)
 
 
 def test_sliced_wasserstein_distance_counts_in_centres_only():
@@ -57,7 +57,7 @@ def test_sliced_wasserstein_distance_counts_in_centres_only():
 
 
 def test_error_of_the_auc_counts_from_one_half():
-    assert auc_error(found(0.02, 0.03, 0.3, 0.55), TARGETS) == pytest.approx(0.25)
+    assert share_of_allowed("auc", BAD, TARGETS) == pytest.approx(0.25)
 
 
 @pytest.mark.usefixtures("few_states")
@@ -66,33 +66,35 @@ class TestNodes:
 
     def test_node_passes_at_its_own_condition_and_nowhere_else(self):
         node = fit_node(TINY, 35.0, 150.0)
-        here = try_nodes(TINY, HERE, (35.0, 150.0), [node])
+        here = interpolation_errors(TINY, HERE, (35.0, 150.0), [node])
         assert error_of(here, TARGETS, HERE) < 1.0
         wrong = fit_node(TINY, 45.0, 150.0)
-        assert error_of(try_nodes(TINY, HERE, (35.0, 150.0), [wrong]), TARGETS, HERE) > 1.0
+        assert (
+            error_of(interpolation_errors(TINY, HERE, (35.0, 150.0), [wrong]), TARGETS, HERE) > 1.0
+        )
 
     def test_interpolation_is_tried_in_the_middle(self):
         """Nodes ten degrees apart are good enough half-way, and not the wrong way round."""
         nodes = [fit_node(TINY, alpha, 150.0) for alpha in (35.0, 45.0)]
         place = Place((35.0, 45.0), (150.0,))
-        straight = try_nodes(TINY, place, (39.9, 150.0), nodes)
+        straight = interpolation_errors(TINY, place, (39.9, 150.0), nodes)
         assert error_of(straight, TARGETS, place) < 1.0
         # Refused: a condition near the other end of the cell, with the nodes exchanged.
-        crossed = try_nodes(TINY, place, (36.0, 150.0), nodes[::-1])
+        crossed = interpolation_errors(TINY, place, (36.0, 150.0), nodes[::-1])
         assert error_of(crossed, TARGETS, place) > 1.0
 
     def test_is_a_function_of_its_arguments(self):
         node = fit_node(ROUGH, 35.0, 150.0)
-        first, again = (try_nodes(ROUGH, HERE, (35.0, 150.0), [node]) for _ in range(2))
+        first, again = (interpolation_errors(ROUGH, HERE, (35.0, 150.0), [node]) for _ in range(2))
         for name in set(first) - {SECONDS}:
             np.testing.assert_array_equal(first[name], again[name])
         assert first[SECONDS].shape == (3,)
         assert (first[SECONDS][[0, 2]] > 0.0).all()
 
     def test_hopeless_nodes_are_not_classified(self, monkeypatch):
-        monkeypatch.setattr(TRIAL, "classifier_auc", None)
+        monkeypatch.setattr(MODULE, "DISTANCES", {**DISTANCES, "auc": None})
         strict = ROUGH.with_changes({"accuracy": {"ks": 1e-3}})
         node = fit_node(ROUGH, 60.0, 150.0)
-        bad = try_nodes(strict, HERE, (35.0, 150.0), [node])
+        bad = interpolation_errors(strict, HERE, (35.0, 150.0), [node])
         assert float(bad["auc"]) == 0.5
         assert error_of(bad, strict.accuracy, HERE) > 2.0

@@ -59,9 +59,8 @@ def test_only_the_axis_that_errs_is_refined():
 
 
 def test_nodes_gather_where_the_law_bends():
-    found = refine(
-        START, recording(quadratic(lambda a: 0.02 + 2.0 * (a <= 2.0), 0.0)), middle, never
-    )
+    law = quadratic(lambda a: 0.02 + 2.0 * (a <= 2.0), 0.0)
+    found = refine(START, recording(law), middle, never)
     steps = np.diff(found.grid.alpha_deg)
     assert found.reached
     assert steps.min() == 0.5
@@ -87,11 +86,7 @@ def test_bad_centre_refines_the_axis_with_the_worse_edges():
     """Every edge is just good enough, and only together are they not."""
 
     def law(place):
-        along_alpha, along_speed = (
-            0.8 * (width(place.alpha_deg) > 3.0),
-            0.5 * (width(place.speed) > 3),
-        )
-        return along_alpha + along_speed
+        return 0.8 * (width(place.alpha_deg) > 3.0) + 0.5 * (width(place.speed) > 3.0)
 
     found = refine(START, recording(law), middle, middle)
     assert found.grid == Grid((0.0, 2.0, 4.0, 6.0, 8.0), START.speed)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import tomli_w
 from command_line import BAD_INPUT, DONE, config_file
-from deadly_work import die, die_once
+from crashing_tasks import die, die_once
 from processes import TABLEGEN, command, mpiexec, needs_dask, needs_mpi, our_lines
 from tiny_tables import ROUGH
 
@@ -17,7 +17,7 @@ from tablegen.config import parse_config
 from tablegen.tasks import executors
 from tablegen.tasks.executors import open_executor
 from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
-from tablegen.tasks.runner import SECONDS, Piece, Workshop
+from tablegen.tasks.runner import SECONDS, Task, TaskRunner
 
 #: The measurement at the end is none of the workers'.
 MEASURED = ("--conditions", 1, "--samples", 1000, "--quiet")
@@ -98,15 +98,15 @@ class TestDask:
         assert os.getpid() not in pids
 
     @needs_dask
-    def test_piece_of_a_worker_that_dies_is_done_by_another(self, two_workers, tmp_path):
+    def test_task_of_a_worker_that_dies_is_done_by_another(self, two_workers, tmp_path):
         marker = tmp_path / "died"
-        pieces = {f"{n}": Piece(die_once, (n, str(marker))) for n in range(4)}
-        found = Workshop(executor=two_workers).run("numbers", pieces)
+        tasks = {f"{n}": Task(die_once, (n, str(marker))) for n in range(4)}
+        found = TaskRunner(executor=two_workers).run("numbers", tasks)
         assert marker.exists()
         assert [int(arrays["number"]) for arrays in found.values()] == [0, 1, 2, 3]
 
     @needs_dask
-    def test_piece_that_kills_every_worker_is_one_line(self):
+    def test_task_that_kills_every_worker_is_one_line(self):
         import dask
 
         with (
@@ -114,7 +114,7 @@ class TestDask:
             pytest.raises(InputError) as caught,
             open_executor("dask", workers=1) as pool,
         ):
-            Workshop(executor=pool).run("deaths", {"0": Piece(die, ())})
+            TaskRunner(executor=pool).run("deaths", {"0": Task(die, ())})
         assert str(caught.value) == "--executor: 1 workers died at the same piece"
 
     @needs_dask
@@ -132,14 +132,14 @@ class TestDask:
                 pytest.raises(InputError, match="the Dask scheduler was lost"),
                 open_executor("dask", scheduler=cluster.scheduler_address, say=lose) as pool,
             ):
-                Workshop(executor=pool).run("squares", {"2": Piece(square, (2,))})
+                TaskRunner(executor=pool).run("squares", {"2": Task(square, (2,))})
         assert len(notes) == 1
         assert "has no workers yet" in notes[0]
 
     @needs_dask
     @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "no-such-host.invalid:8786", "?"])
     def test_scheduler_out_of_reach(self, refused, tmp_path, monkeypatch, address):
-        monkeypatch.setattr("tablegen.tasks.dask_workers._PATIENCE", 1)
+        monkeypatch.setattr("tablegen.tasks.dask_workers._TIMEOUT", 1)
         words = ("--output", tmp_path / "t.h5", "--executor", "dask", "--scheduler", address)
         line = refused("generate", config_file(tmp_path), *words)
         assert line.startswith(f"--scheduler: got {address}, where none answered within 1 s, ")
@@ -243,11 +243,11 @@ class TestArguments:
 
 
 def test_worker_with_other_software_is_refused(monkeypatch):
-    """Threads stand for workers here; their software changes after the pieces were handed out."""
+    """Threads stand for workers here; their software changes after the tasks were submitted."""
     said = iter(["rebound-tables 0.1", "rebound-tables 0.2"])
     monkeypatch.setattr("tablegen.tasks.runner.software", lambda: next(said))
     with pytest.raises(InputError) as caught:
-        Workshop().run("squares", {"2": Piece(square, (2,))})
+        TaskRunner().run("squares", {"2": Task(square, (2,))})
     assert str(caught.value) == (
         "workers: got one with rebound-tables 0.2, allowed: rebound-tables 0.1"
     )

@@ -1,4 +1,4 @@
-"""Kinds of processor: told apart, kept with every piece, and said in the table."""
+"""Kinds of processor: told apart, stored with every checkpoint, and named in the table."""
 
 import json
 import os
@@ -21,15 +21,15 @@ from tablegen.generate import generate
 from tablegen.refinement.axes import first_grid
 from tablegen.refinement.intervals import Grid
 from tablegen.refinement.refine import fit_nodes, node_key
-from tablegen.tasks import runner as workshop
-from tablegen.tasks.checkpoint import PieceStore
+from tablegen.tasks import runner
+from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.processor_kind import processor_kind
-from tablegen.tasks.runner import Workshop
+from tablegen.tasks.runner import TaskRunner
 from tablegen.tasks.software import software
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
 
-RECIPE = f"{software()}\n{ROUGH.text}"
+FINGERPRINT = f"{software()}\n{ROUGH.text}"
 ANGLES, SPEEDS = first_grid(ROUGH)
 NODES = [(ANGLES[0], speed) for speed in SPEEDS]
 
@@ -38,21 +38,21 @@ ONE, OTHER = "one kind", "other kind"
 
 
 @pytest.fixture
-def pieces_of(monkeypatch):
-    """Let pieces be made on processors of the given kinds in turn, and the rest on the first."""
+def kinds_of_tasks(monkeypatch):
+    """Let tasks run on processors of the given kinds in turn, and the rest on the first."""
 
     def of(*kinds):
         turns = cycle(kinds)
-        monkeypatch.setattr(workshop, "processor_kind", lambda: next(turns))
+        monkeypatch.setattr(runner, "processor_kind", lambda: next(turns))
         monkeypatch.setattr(GENERATE, "processor_kind", lambda: kinds[0])
 
     return of
 
 
-def half_of_the_pieces(path):
+def half_of_the_tasks(path):
     """Fit two of the four nodes of the rough table, as an interrupted run leaves them."""
-    store = PieceStore(path, RECIPE, resume=False)
-    fit_nodes(ROUGH, Grid(ANGLES[:1], SPEEDS), Workshop(store))
+    store = CheckpointStore(path, FINGERPRINT, resume=False)
+    fit_nodes(ROUGH, Grid(ANGLES[:1], SPEEDS), TaskRunner(store))
 
 
 def test_is_one_line_and_stays_the_same():
@@ -77,8 +77,8 @@ def test_another_processor_is_of_another_kind(name):
     assert ended.stdout.strip() != processor_kind()
 
 
-def test_table_of_one_kind(pieces_of, run, tmp_path):
-    pieces_of(ONE)
+def test_table_of_one_kind(kinds_of_tasks, run, tmp_path):
+    kinds_of_tasks(ONE)
     output = tmp_path / "t.h5"
     ended = run("generate", config_file(tmp_path, ROUGH), "--output", output, "--conditions", 1)
     assert ended.status == DONE
@@ -88,8 +88,8 @@ def test_table_of_one_kind(pieces_of, run, tmp_path):
     assert "kinds" not in run("inspect", output).out
 
 
-def test_table_of_two_kinds_says_so(pieces_of, run, tmp_path):
-    pieces_of(ONE, OTHER)
+def test_table_of_two_kinds_says_so(kinds_of_tasks, run, tmp_path):
+    kinds_of_tasks(ONE, OTHER)
     output = tmp_path / "t.h5"
     ended = run("generate", config_file(tmp_path, ROUGH), "--output", output, "--conditions", 1)
     said = "made on processors of 2 kinds: made again, last digits may differ"
@@ -102,17 +102,17 @@ def test_table_of_two_kinds_says_so(pieces_of, run, tmp_path):
         assert f"made on           {kind}\n" in shown
 
 
-def test_kind_of_the_measurement_counts(pieces_of, tmp_path, monkeypatch):
-    pieces_of(ONE)
+def test_kind_of_the_measurement_counts(kinds_of_tasks, tmp_path, monkeypatch):
+    kinds_of_tasks(ONE)
     monkeypatch.setattr(GENERATE, "processor_kind", lambda: OTHER)
     generate(ROUGH, tmp_path / "t.h5", conditions=1)
     assert read_table(tmp_path / "t.h5").processors == (ONE, OTHER)
 
 
-def test_pieces_found_again_keep_their_kind(pieces_of, tmp_path):
-    pieces_of(OTHER)
-    half_of_the_pieces(tmp_path / "t.h5")
-    pieces_of(ONE)
+def test_checkpoints_keep_their_kind(kinds_of_tasks, tmp_path):
+    kinds_of_tasks(OTHER)
+    half_of_the_tasks(tmp_path / "t.h5")
+    kinds_of_tasks(ONE)
     generate(ROUGH, tmp_path / "t.h5", conditions=1, resume=True)
     assert read_table(tmp_path / "t.h5").processors == (ONE, OTHER)
 
@@ -129,11 +129,11 @@ def test_json_names_the_kinds_and_older_tables_have_none(tiny, run, tmp_path):
 
 @pytest.fixture
 def begun(tmp_path):
-    """Half of the pieces of the rough table, from this processor as it is."""
+    """Checkpoints of half of the rough table, from this processor as it is."""
     path = tmp_path / "t.h5"
     script = (
         "import pathlib, test_processor_kind\n"
-        f"test_processor_kind.half_of_the_pieces(pathlib.Path({str(path)!r}))"
+        f"test_processor_kind.half_of_the_tasks(pathlib.Path({str(path)!r}))"
     )
     folders = os.pathsep.join(p for p in sys.path if p)
     ended = subprocess.run(
@@ -153,16 +153,16 @@ def begun(tmp_path):
 class TestTwoProcessors:
     def test_a_run_goes_on_on_another(self, begun):
         assert len(list(begun.with_name("t.h5.parts").glob("piece-*.npz"))) == 2
-        store = PieceStore(begun, RECIPE, resume=True)
-        there = str(store.load(node_key(*NODES[0], resolution(ROUGH)))[workshop.PROCESSOR])
+        store = CheckpointStore(begun, FINGERPRINT, resume=True)
+        there = str(store.load(node_key(*NODES[0], resolution(ROUGH)))[runner.PROCESSOR])
         generate(ROUGH, begun, conditions=1, resume=True)
         assert read_table(begun).processors == tuple(sorted({there, processor_kind()}))
-        # only a processor that is of the kind by itself makes pieces of that kind
+        # only a processor that is of the kind by itself computes results of that kind
         assert there != processor_kind() or os.environ[processors.IMITATED] == "avx2"
 
-    def test_pieces_differ_by_no_more_than_steps_of_rounding(self, begun):
+    def test_nodes_differ_by_no_more_than_steps_of_rounding(self, begun):
         """Particles are the same; a mean at the edge of two steps of 1/4096 may fall on either."""
-        store = PieceStore(begun, RECIPE, resume=True)
+        store = CheckpointStore(begun, FINGERPRINT, resume=True)
         for alpha_deg, speed in NODES:
             there = store.load(node_key(alpha_deg, speed, resolution(ROUGH)))
             assert steps_between(there, fit_node(ROUGH, alpha_deg, speed)) <= 1.0
@@ -171,10 +171,10 @@ class TestTwoProcessors:
         assert steps_between(there, fit_node(other, alpha_deg, speed)) > 10.0
 
 
-def steps_between(piece, node):
+def steps_between(found, node):
     """Largest difference of means and factors, and of quantiles in steps of 2e-4."""
-    found = [
-        np.abs(piece[name].astype(int) - getattr(node, name).astype(int)).max()
+    steps = [
+        np.abs(found[name].astype(int) - getattr(node, name).astype(int)).max()
         for name in ("mean", "cholesky", "reflection")
     ]
-    return max(*found, np.abs(piece["quantiles"] - node.quantiles).max() / 2e-4)
+    return max(*steps, np.abs(found["quantiles"] - node.quantiles).max() / 2e-4)

@@ -1,4 +1,4 @@
-"""Progress: drawn over on a terminal, said in lines elsewhere, and only of long work."""
+"""Progress: a bar on a terminal, lines elsewhere, and those of long work only."""
 
 import io
 import sys

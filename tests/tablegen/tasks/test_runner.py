@@ -1,4 +1,4 @@
-"""Keyed pieces of work: order, disk, interruption, time."""
+"""Tasks with keys: order, checkpoints, interruption, time."""
 
 import re
 import threading
@@ -10,8 +10,8 @@ import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from sampler.errors import InputError
-from tablegen.tasks.checkpoint import PieceStore
-from tablegen.tasks.runner import SECONDS, STAGES, Piece, Stopwatch, Workshop, stable_number
+from tablegen.tasks.checkpoint import CheckpointStore
+from tablegen.tasks.runner import SECONDS, STAGES, Stopwatch, Task, TaskRunner, stable_number
 
 
 def square(number, seconds=(1.0, 2.0, 4.0)):
@@ -19,7 +19,7 @@ def square(number, seconds=(1.0, 2.0, 4.0)):
 
 
 def squares(*numbers):
-    return {f"square {n}": Piece(square, (n,)) for n in numbers}
+    return {f"square {n}": Task(square, (n,)) for n in numbers}
 
 
 def failing(number):
@@ -28,7 +28,7 @@ def failing(number):
 
 @pytest.fixture
 def store(tmp_path):
-    return PieceStore(tmp_path / "t.h5", "recipe", resume=False)
+    return CheckpointStore(tmp_path / "t.h5", "fingerprint", resume=False)
 
 
 class TestNumbers:
@@ -45,39 +45,39 @@ class TestNumbers:
 
 
 class TestRun:
-    def test_results_come_in_the_order_of_the_pieces(self):
+    def test_results_come_in_the_order_of_the_tasks(self):
         def slow(number):
             time.sleep(0.02 * (3 - number))
             return square(number)
 
-        pieces = {f"{n}": Piece(slow, (n,)) for n in range(3)}
+        tasks = {f"{n}": Task(slow, (n,)) for n in range(3)}
         with ThreadPoolExecutor(3) as pool:
-            found = Workshop(executor=pool).run("squares", pieces)
+            found = TaskRunner(executor=pool).run("squares", tasks)
         assert [int(arrays["square"]) for arrays in found.values()] == [0, 1, 4]
         assert list(found) == ["0", "1", "2"]
 
-    def test_without_pieces(self):
-        assert Workshop().run("nothing", {}) == {}
+    def test_without_tasks(self):
+        assert TaskRunner().run("nothing", {}) == {}
 
-    def test_finished_pieces_are_found_again(self, store):
-        Workshop(store).run("squares", squares(2, 3))
-        changed = {key: Piece(failing, (0,)) for key in squares(2, 3)}
-        found = Workshop(store).run("squares", changed)
+    def test_checkpoints_are_found_again(self, store):
+        TaskRunner(store).run("squares", squares(2, 3))
+        changed = {key: Task(failing, (0,)) for key in squares(2, 3)}
+        found = TaskRunner(store).run("squares", changed)
         assert [int(arrays["square"]) for arrays in found.values()] == [4, 9]
         with pytest.raises(ZeroDivisionError):
-            Workshop(store).run("squares", {"square 4": Piece(failing, (0,))})
+            TaskRunner(store).run("squares", {"square 4": Task(failing, (0,))})
 
     def test_a_failure_keeps_what_was_finished(self, store):
-        pieces = squares(2, 3) | {"bad": Piece(failing, (0,))}
+        tasks = squares(2, 3) | {"bad": Task(failing, (0,))}
         with ThreadPoolExecutor(1) as pool, pytest.raises(ZeroDivisionError):
-            Workshop(store, pool).run("squares", pieces)
-        found = Workshop(store).run("squares", {k: Piece(failing, (0,)) for k in squares(2, 3)})
+            TaskRunner(store, pool).run("squares", tasks)
+        found = TaskRunner(store).run("squares", {k: Task(failing, (0,)) for k in squares(2, 3)})
         assert len(found) == 2
 
     def test_progress_shows_what_is_done_and_the_note(self, terminal, capsys):
-        shop = Workshop(progress=True)
-        shop.note = "worst error 1.25"
-        shop.run("squares", squares(2, 3))
+        runner = TaskRunner(progress=True)
+        runner.note = "worst error 1.25"
+        runner.run("squares", squares(2, 3))
         shown = capsys.readouterr().err
         assert "squares" in shown
         assert "2/2" in shown
@@ -89,26 +89,26 @@ class TestRun:
             return square(number)
 
         with ThreadPoolExecutor(1) as pool:
-            pieces = {f"{n}": Piece(slow, (n,)) for n in range(4)}
-            Workshop(executor=pool, progress=True).run("squares", pieces)
+            tasks = {f"{n}": Task(slow, (n,)) for n in range(4)}
+            TaskRunner(executor=pool, progress=True).run("squares", tasks)
         # done of all, time passed < time left
         assert re.search(r" [123]/4 \[\d\d:\d\d<\d\d:\d\d,", capsys.readouterr().err)
 
-    def test_pieces_are_seen_as_they_come_and_move_the_note(self, terminal, store, capsys):
-        shop = Workshop(store, progress=True)
+    def test_results_are_reported_as_they_come_and_move_the_note(self, terminal, store, capsys):
+        runner = TaskRunner(store, progress=True)
         seen = []
 
-        def see(key, arrays):
+        def on_result(key, arrays):
             seen.append((key, int(arrays["square"])))
-            shop.note = f"largest {arrays['square']}"
+            runner.note = f"largest {arrays['square']}"
 
-        shop.run("squares", squares(2), see)
+        runner.run("squares", squares(2), on_result)
         # found again, then made
-        shop.run("squares", squares(2, 3), see)
+        runner.run("squares", squares(2, 3), on_result)
         assert seen == [("square 2", 4), ("square 2", 4), ("square 3", 9)]
         assert "largest 9" in capsys.readouterr().err
 
-    def test_piece_that_cannot_be_kept_ends_the_run_and_cancels_the_others(
+    def test_checkpoint_that_cannot_be_written_ends_the_run_and_cancels_the_others(
         self, store, monkeypatch
     ):
         def full(key, arrays):
@@ -123,16 +123,16 @@ class TestRun:
                 go_on.wait(60.0)
             return square(number)
 
-        pieces = {f"{n}": Piece(waiting, (n,)) for n in range(5)}
+        tasks = {f"{n}": Task(waiting, (n,)) for n in range(5)}
         with ThreadPoolExecutor(1) as pool:
             with pytest.raises(InputError):
-                Workshop(store, pool).run("squares", pieces)
+                TaskRunner(store, pool).run("squares", tasks)
             go_on.set()
         assert begun in ([0], [0, 1])
 
 
-def test_linear_algebra_keeps_to_one_thread_while_pieces_overlap():
-    """The first piece to end must not give the other its threads back, which may change sums."""
+def test_linear_algebra_keeps_to_one_thread_while_tasks_overlap():
+    """The first task to end must not give the other its threads back, which may change sums."""
     blas = ThreadpoolController().select(user_api="blas")
     one_in, two_in, one_out = (threading.Event() for _ in range(3))
     seen = []
@@ -153,19 +153,19 @@ def test_linear_algebra_keeps_to_one_thread_while_pieces_overlap():
         return square(2)
 
     with ThreadPoolExecutor(2) as pool:
-        pieces = {"1": Piece(first, ()), "2": Piece(second, ())}
-        Workshop(executor=pool).run("squares", pieces)
+        tasks = {"1": Task(first, ()), "2": Task(second, ())}
+        TaskRunner(executor=pool).run("squares", tasks)
     assert set(seen) == {1}
 
 
 class TestTime:
     def test_adds_up_by_stage(self, store):
-        shop = Workshop(store)
-        shop.run("squares", squares(2, 3))
-        shop.run("squares", squares(4))
-        assert shop.seconds == {"simulation": 3.0, "fit": 6.0, "check": 12.0}
+        runner = TaskRunner(store)
+        runner.run("squares", squares(2, 3))
+        runner.run("squares", squares(4))
+        assert runner.seconds == {"simulation": 3.0, "fit": 6.0, "check": 12.0}
         # work that was found again was done as well, once
-        resumed = Workshop(store)
+        resumed = TaskRunner(store)
         resumed.run("squares", squares(2))
         assert sum(resumed.seconds.values()) == 7.0
 

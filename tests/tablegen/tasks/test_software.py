@@ -1,4 +1,4 @@
-"""The line that says which software makes pieces."""
+"""The line with the software that results depend on."""
 
 import numpy as np
 

@@ -103,6 +103,6 @@ def test_a_file_is_no_folder(refused, tmp_path):
 
 def test_without_matplotlib_nothing_is_simulated(refused, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.setattr(galleries, "make_laws", None)
+    monkeypatch.setattr(galleries, "make_statistics", None)
     line = refused("figures", "--output", tmp_path / "x")
     assert line.startswith("tablegen figures: needs matplotlib, which is not installed")

@@ -1,4 +1,4 @@
-"""Checks of the paper's statements: right on laws that are known, and able to say no."""
+"""Checks of the paper's statements: right on samples that are known, and able to say no."""
 
 from dataclasses import replace
 
@@ -7,7 +7,6 @@ import pytest
 
 from tablegen.config import load_config
 from tablegen.particles.population import MIXTURE
-from tablegen.studies.paper_figures import statement_checks as checks
 from tablegen.studies.paper_figures.all_figures import collision_rows
 from tablegen.studies.paper_figures.sample_statistics import (
     ANGLES,
@@ -15,12 +14,13 @@ from tablegen.studies.paper_figures.sample_statistics import (
     SCATTERING_BINS,
     SHAPES,
     TABLE,
-    Laws,
+    FigureStatistics,
     asymmetry,
-    law_of,
+    sample_statistics_of,
 )
+from tablegen.studies.paper_figures.scattering_checks import indicatrix_maxima
 from tablegen.studies.paper_figures.statement_text import counts_text, statements_text
-from tablegen.studies.paper_figures.statements import check_statements, is_of_the_paper
+from tablegen.studies.paper_figures.statements import CHECKS, check_statements, is_of_the_paper
 
 CONFIG = load_config("corundum-steel")
 COUNT = 5_000
@@ -43,27 +43,21 @@ def sample(alpha_deg, seed=1, skew=0.0):
     return state, collisions, rotational
 
 
-def laws(**changes):
-    """Laws of all shapes, which are alike, and of the mixture from both sources."""
+def statistics(**changes):
+    """Samples of all shapes, which are alike, and of the mixture from both sources."""
     found = {}
     for alpha_deg in ANGLES:
         state, collisions, rotational = sample(alpha_deg, **changes)
-        law = law_of(DIRECT, MIXTURE, alpha_deg, state, collisions, rotational)
+        alike = sample_statistics_of(DIRECT, MIXTURE, alpha_deg, state, collisions, rotational)
         for shape in SHAPES:
-            found[DIRECT, shape, alpha_deg] = replace(law, shape=shape)
-        found[TABLE, MIXTURE, alpha_deg] = law_of(TABLE, MIXTURE, alpha_deg, state)
-    return Laws(CONFIG, 1, found, dict.fromkeys(ANGLES, (30.0, 30.0)))
+            found[DIRECT, shape, alpha_deg] = replace(alike, shape=shape)
+        found[TABLE, MIXTURE, alpha_deg] = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
+    return FigureStatistics(CONFIG, 1, found, dict.fromkeys(ANGLES, (30.0, 30.0)))
 
 
 @pytest.fixture(scope="module")
 def good():
-    return laws()
-
-
-def changed(of, alpha_deg, **changes):
-    """The same laws with one changed."""
-    key = DIRECT, MIXTURE, alpha_deg
-    return replace(of, laws={**of.laws, key: replace(of.laws[key], **changes)})
+    return statistics()
 
 
 def test_symmetric_samples_have_the_asymmetry_that_is_stated():
@@ -79,8 +73,8 @@ def test_maxima_of_an_indicatrix():
 
     def bumps(*centres):
         counts = sum(1000.0 * np.exp(-(((angles - c) / 12.0) ** 2)) for c in centres)
-        law = laws_at_45()
-        return checks.indicatrix_maxima(replace(law, scattering=counts))
+        sample_ = sample_statistics_of(DIRECT, MIXTURE, 45.0, *sample(45.0))
+        return indicatrix_maxima(replace(sample_, scattering=counts))
 
     assert bumps(40.0) == [pytest.approx(40.0, abs=1.0)]
     assert bumps(40.0, 140.0) == [pytest.approx(40.0, abs=1.0), pytest.approx(140.0, abs=1.0)]
@@ -88,71 +82,63 @@ def test_maxima_of_an_indicatrix():
     assert len(bumps(0.0)) == 1
 
 
-def laws_at_45():
-    return law_of(DIRECT, MIXTURE, 45.0, *sample(45.0))
-
-
-@pytest.mark.parametrize(
-    "check",
-    [
-        checks.spin_not_positive,
-        checks.positive_spin_grows,
-        checks.normal_spin_is_symmetric,
-        checks.transverse_spin_is_symmetric,
-        checks.energy_is_lost,
-        checks.translational_falls,
-        checks.rotational_peak,
-        checks.scattered_everywhere,
-        checks.spheres_are_regular,
-        checks.singles_below_half,
-    ],
-)
-def test_statements_hold_for_laws_that_keep_them(good, check):
-    verdict = check(good, DIRECT)
-    assert verdict.holds, verdict.measured
+def holds(name, statistics):
+    verdict = CHECKS[name].verdict(statistics, DIRECT)
     assert verdict.measured
+    return verdict.holds
 
 
 @pytest.mark.parametrize(
-    ("check", "alpha_deg", "change"),
+    "name",
     [
-        (checks.spin_not_positive, 30.0, lambda law: {"mean": {**law.mean, "omega_z": 0.1}}),
-        (checks.spin_not_positive, 30.0, lambda law: {"mode": {**law.mode, "omega_z": 0.1}}),
-        (checks.positive_spin_grows, 90.0, lambda law: {"positive_spin": 0.1}),
-        (
-            checks.translational_falls,
-            45.0,
-            lambda law: {"mean": {**law.mean, "translational": 0.9}},
-        ),
-        (checks.energy_is_lost, 45.0, lambda law: {"mean": {**law.mean, "translational": 0.97}}),
-        (checks.rotational_peak, 45.0, lambda law: {"mean": {**law.mean, "rotational": 0.9}}),
-        (checks.scattered_everywhere, 45.0, lambda law: {"scattering_deg": 1.0}),
-        (checks.scattering_strongest_at_normal, 45.0, lambda law: {"scattering_deg": 80.0}),
-        (checks.singles_below_half, 90.0, lambda law: {"collisions": (0.6, 0.4, 0, 0, 0, 0)}),
-        (
-            checks.normal_spin_is_symmetric,
-            90.0,
-            lambda law: {"asymmetry": {**law.asymmetry, "omega_z": 6.0}},
-        ),
-        (
-            checks.transverse_spin_is_symmetric,
-            45.0,
-            lambda law: {"asymmetry": {**law.asymmetry, "omega_x": 6.0}},
-        ),
+        "spin_not_positive",
+        "positive_spin_grows",
+        "normal_spin_is_symmetric",
+        "transverse_spin_is_symmetric",
+        "energy_is_lost",
+        "translational_falls",
+        "rotational_peak",
+        "scattered_everywhere",
+        "spheres_are_regular",
+        "singles_below_half",
     ],
 )
-def test_statements_fail_for_a_law_that_breaks_them(good, check, alpha_deg, change):
-    spoiled = changed(good, alpha_deg, **change(good.laws[DIRECT, MIXTURE, alpha_deg]))
-    assert not check(spoiled, DIRECT).holds
+def test_statements_hold_for_samples_that_keep_them(good, name):
+    assert holds(name, good)
+
+
+@pytest.mark.parametrize(
+    ("name", "alpha_deg", "change"),
+    [
+        ("spin_not_positive", 30.0, {"mean": {"omega_z": 0.1}}),
+        ("spin_not_positive", 30.0, {"mode": {"omega_z": 0.1}}),
+        ("positive_spin_grows", 90.0, {"positive_spin": 0.1}),
+        ("translational_falls", 45.0, {"mean": {"translational": 0.9}}),
+        ("energy_is_lost", 45.0, {"mean": {"translational": 0.97}}),
+        ("rotational_peak", 45.0, {"mean": {"rotational": 0.9}}),
+        ("scattered_everywhere", 45.0, {"scattering_deg": 1.0}),
+        ("scattering_strongest_at_normal", 45.0, {"scattering_deg": 80.0}),
+        ("singles_below_half", 90.0, {"collisions": (0.6, 0.4, 0, 0, 0, 0)}),
+        ("normal_spin_is_symmetric", 90.0, {"asymmetry": {"omega_z": 6.0}}),
+        ("transverse_spin_is_symmetric", 45.0, {"asymmetry": {"omega_x": 6.0}}),
+    ],
+)
+def test_statements_fail_for_a_sample_that_breaks_them(good, name, alpha_deg, change):
+    key = DIRECT, MIXTURE, alpha_deg
+    ((field, value),) = change.items()
+    before = getattr(good.samples[key], field)
+    value = {**before, **value} if isinstance(value, dict) else value
+    spoiled = replace(good.samples[key], **{field: value})
+    assert not holds(name, replace(good, samples={**good.samples, key: spoiled}))
 
 
 def test_skewed_samples_are_seen():
-    assert not checks.transverse_spin_is_symmetric(laws(skew=0.01), DIRECT).holds
+    assert not holds("transverse_spin_is_symmetric", statistics(skew=0.01))
 
 
 def test_spheres_that_scatter_are_seen(good):
     spoiled = replace(good, sphere_deg={**good.sphere_deg, 45.0: (30.0, 30.1)})
-    assert not checks.spheres_are_regular(spoiled, DIRECT).holds
+    assert not holds("spheres_are_regular", spoiled)
 
 
 def test_table_cannot_tell_collisions_and_rotational_energies(good):
@@ -165,8 +151,8 @@ def test_table_cannot_tell_collisions_and_rotational_energies(good):
 
 
 def test_no_table_gives_no_verdict(good):
-    bare = {key: law for key, law in good.laws.items() if key[0] == DIRECT}
-    assert all(s.table is None for s in check_statements(replace(good, laws=bare)))
+    bare = {key: sample for key, sample in good.samples.items() if key[0] == DIRECT}
+    assert all(s.table is None for s in check_statements(replace(good, samples=bare)))
 
 
 class TestJudging:
@@ -190,8 +176,8 @@ class TestJudging:
         "config", [load_config("forder-1998"), *(CONFIG.with_changes(c) for c in CHANGED)]
     )
     def test_others_are_measured_only(self, config):
-        others = replace(laws(), config=config)
-        found, judged = check_statements(others), check_statements(laws())
+        others = replace(statistics(), config=config)
+        found, judged = check_statements(others), check_statements(statistics())
         assert [s.direct.measured for s in found] == [s.direct.measured for s in judged]
         assert {v.holds for s in found for v in (s.direct, s.table) if v} == {None}
         assert {s.direct.holds for s in judged} <= {True, False}
@@ -200,5 +186,5 @@ class TestJudging:
         assert said.count(" measured: ") == sum(bool(s.direct) + bool(s.table) for s in found)
         assert counts_text(found).startswith("Statements of the paper: they are about corundum on")
         assert counts_text(judged).count(" hold for ") >= 1
-        assert {row[1] for row in collision_rows(laws())} >= {"paper"}
+        assert {row[1] for row in collision_rows(statistics())} >= {"paper"}
         assert "paper" not in {row[1] for row in collision_rows(others)}

@@ -42,11 +42,11 @@ def missing():
 
 
 @contextmanager
-def browser(profile, width=1280, height=900):
+def browser(profile):
     """Chromium with a fresh profile in a folder."""
     options = Options()
     options.binary_location = CHROMIUM
-    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}"):
+    for flag in (*FLAGS, f"--user-data-dir={profile}", "--window-size=1280,900"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     environment = {**os.environ, "HOME": str(profile)}
@@ -58,27 +58,27 @@ def browser(profile, width=1280, height=900):
         driver.quit()
 
 
-def resize(driver, width, height=900):
-    """Set the size of the viewport itself; a window has a least width."""
-    driver.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride",
-        {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600},
-    )
+def resize(driver, width):
+    """Set the width of the viewport itself; a window has a least one."""
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
 
 
 def prefer(driver, scheme):
     """Ask for a light or a dark page."""
-    driver.execute_cdp_cmd(
-        "Emulation.setEmulatedMedia",
-        {"media": "", "features": [{"name": "prefers-color-scheme", "value": scheme}]},
-    )
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": features})
+
+
+def complaints(driver):
+    """What the console says that is not mere information."""
+    entries = driver.get_log("browser")
+    return [entry["message"] for entry in entries if entry["level"] in ("SEVERE", "WARNING")]
 
 
 def requested(driver):
-    """Addresses that the page asked for, beside those within it."""
-    found = []
-    for entry in driver.get_log("performance"):
-        message = json.loads(entry["message"])["message"]
-        if message["method"] == "Network.requestWillBeSent":
-            found.append(message["params"]["request"]["url"])
-    return [url for url in found if not url.startswith(("data:", "blob:"))]
+    """Addresses that the page asked for, besides itself and those within it."""
+    messages = [json.loads(entry["message"])["message"] for entry in driver.get_log("performance")]
+    sent = [m["params"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+    urls = [params["request"]["url"] for params in sent]
+    return [url for url in urls if not url.startswith(("data:", "blob:", "file:", "chrome:"))]

@@ -1,9 +1,9 @@
 import pytest
-from tiny_effort import TINY
+from tiny_budget import TINY
 
 from tablegen.config import load_config
 from tablegen.studies.report import error_against_time as study
-from tablegen.studies.report import report_data as dossiers
+from tablegen.studies.report import report_data
 from tablegen.studies.stability.cases import QUICK, Grid
 from tablegen.studies.stability.stability_study import run_study
 from tablegen.studies.stability.stability_text import study_json
@@ -20,12 +20,12 @@ def stability_file(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def dossier(tiny, stability_file):
+def report(tiny, stability_file):
     """Everything that a report of the tiny table shows."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (study, dossiers):
+        for module in (study, report_data):
             patch.setattr(module, "QUICK", TINY)
         path = str(tiny.path)
-        evidence = study.gather_evidence(path, [path], quick=True, seed=3)
-        atlas = dossiers.map_accuracy(path, True, 3, False)
-        return dossiers.compile_dossier(evidence, atlas, stability_file)
+        evidence = study.measure_error_against_time(path, [path], quick=True, seed=3)
+        atlas = report_data.map_accuracy(path, True, 3, False)
+        return report_data.collect_report_data(evidence, atlas, stability_file)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from tablegen.accuracy.metrics import Reference
 from tablegen.studies.report.method_errors import (
     batch_errors,
+    batch_mean,
     batch_seed,
-    estimate,
     forbidden_share,
 )
-from tablegen.studies.report.reference_sample import Reference
 
 
 def test_interval_holds_the_mean_as_often_as_it_says():
@@ -18,15 +18,15 @@ def test_interval_holds_the_mean_as_often_as_it_says():
     rng = np.random.default_rng(5)
     covered = 0
     for _ in range(400):
-        found = estimate(rng.normal(1.0, 0.3, 8))
+        found = batch_mean(rng.normal(1.0, 0.3, 8))
         assert found.low <= found.mean <= found.high
         covered += found.low <= 1.0 <= found.high
     assert 0.84 < covered / 400 < 0.99
-    assert estimate([1.3]).low == estimate([1.3]).high == 1.3
+    assert batch_mean([1.3]).low == batch_mean([1.3]).high == 1.3
 
 
 def test_interval_shrinks_with_the_spread():
-    wide, narrow = estimate([0.0, 1.0, 2.0, 3.0]), estimate([1.4, 1.5, 1.6, 1.5])
+    wide, narrow = batch_mean([0.0, 1.0, 2.0, 3.0]), batch_mean([1.4, 1.5, 1.6, 1.5])
     assert wide.high - wide.low > 5.0 * (narrow.high - narrow.low)
     assert wide.mean == pytest.approx(narrow.mean)
 

@@ -1,8 +1,9 @@
-"""The sweep over table sizes: enough settings, valid ones, judged between their nodes."""
+"""The sweep over table sizes: enough settings, valid ones, compared between their nodes."""
 
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from tiny_tables import TINY
 
@@ -11,15 +12,14 @@ from sampler.errors import InputError
 from sampler.formats.hdf5 import write_table
 from tablegen.config import load_config
 from tablegen.prune import prune
-from tablegen.studies.report.direct_method import direct_states
-from tablegen.studies.report.sampling_methods import DOMAIN, Scene
+from tablegen.studies.report.sampling_methods import DOMAIN, BenchmarkCase
 from tablegen.studies.report.table_sizes import (
     FAMILY,
-    beside_way,
     design_condition,
     design_config,
-    design_ways,
+    design_methods,
     designs,
+    other_table,
     part_of,
     seconds_at_random,
     whole_table,
@@ -35,7 +35,7 @@ def test_at_least_twelve_settings():
 
 
 @pytest.mark.parametrize("design", designs(), ids=lambda design: design.name)
-def test_designs_are_judged_between_their_nodes(design):
+def test_designs_are_compared_between_their_nodes(design):
     config = design_config(CONFIG, design, 1000, 1)
     assert config.domain.alpha_deg == (60.0, 75.0)
     assert config.domain.speed == (150.0, 203.0)
@@ -50,9 +50,8 @@ def test_designs_are_judged_between_their_nodes(design):
 
 def test_a_design_is_generated_and_says_what_it_took():
     alpha_deg, speed = design_condition(CONFIG)
-    training = direct_states(CONFIG, alpha_deg, speed, 10, 1)
-    way = next(way for way in design_ways(1500) if way.settings["components"] == 4)
-    ready = way.prepare(Scene(CONFIG, alpha_deg, speed, training, 2))
+    method = next(method for method in design_methods(1500) if method.settings["components"] == 4)
+    ready = method.prepare(BenchmarkCase(CONFIG, alpha_deg, speed, np.empty((0, 6)), 2))
     assert ready.draw(50, 1).shape == (50, 6)
     assert ready.size > 10_000
     assert ready.setup > 0.0
@@ -71,25 +70,22 @@ def test_draws_at_random_conditions_take_time():
 
 class TestTablesBeside:
     def test_are_drawn_from_at_the_same_conditions(self, tiny):
-        way = beside_way(str(tiny.path), sampler.load(tiny.path))
-        assert (way.family, way.covers) == (FAMILY, DOMAIN)
+        method = other_table(str(tiny.path), sampler.load(tiny.path))
+        assert (method.family, method.covers) == (FAMILY, DOMAIN)
 
     def test_of_another_pair_are_refused(self, tiny, tmp_path):
         other = tmp_path / "other.h5"
         write_table(other, replace(sampler.load(tiny.path).contents, pair="sand-glass"))
         with pytest.raises(InputError, match="got pair sand-glass, allowed: corundum-steel"):
-            beside_way(str(other), sampler.load(tiny.path))
+            other_table(str(other), sampler.load(tiny.path))
 
     def test_of_a_smaller_range_are_refused(self, tiny):
         shipped = sampler.load("corundum-steel")
         with pytest.raises(InputError, match=r"got a range of 35 to 45 degrees, allowed: 0.5 to"):
-            beside_way(str(tiny.path), shipped)
+            other_table(str(tiny.path), shipped)
 
     def test_without_all_components_are_refused(self, tiny, tmp_path):
-        part, scene = (
-            tmp_path / "part.h5",
-            TINY.with_changes({"domain": {"components": ["u", "v"]}}),
-        )
-        prune(tiny.path, scene, part)
+        part = tmp_path / "part.h5"
+        prune(tiny.path, TINY.with_changes({"domain": {"components": ["u", "v"]}}), part)
         with pytest.raises(InputError, match="got components u, v, allowed: u, v, w, omega_x"):
             whole_table(str(part))

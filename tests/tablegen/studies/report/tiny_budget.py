@@ -1,8 +1,8 @@
 """A report that takes seconds: enough to run every part, and no more."""
 
-from tablegen.studies.report.budget import Effort
+from tablegen.studies.report.budget import Budget
 
-TINY = Effort(
+TINY = Budget(
     reference=4_000,
     batch=1_000,
     batches=2,

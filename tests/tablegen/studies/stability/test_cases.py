@@ -7,8 +7,7 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.model.shapes import SHAPE_CODES
-from tablegen.particles.population import SHAPE_NAMES
+from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.simulate import make_condition, simulate_condition
 from tablegen.studies.stability.cases import FORMS, FULL, QUICK, Case, Grid
 
@@ -80,11 +79,13 @@ def test_spheres_have_no_other_ratios():
 
 
 def test_population_holds_the_form_of_the_case_only():
-    people = Case("tetrahedron", (0.05, 0.5), 20.0, 50.0, 0.0).population(CONFIG)
-    made = simulate_condition(CONFIG.pair, people, make_condition(0.3, 50.0), 20, seed=1, threads=1)
+    population = Case("tetrahedron", (0.05, 0.5), 20.0, 50.0, 0.0).population(CONFIG)
+    made = simulate_condition(
+        CONFIG.pair, population, make_condition(0.3, 50.0), 20, seed=1, threads=1
+    )
     np.testing.assert_array_equal(made.shape, SHAPE_CODES["tetrahedron"])
     np.testing.assert_array_equal(made.aspect, [[0.05, 0.5]] * 20)
-    assert people.truncation == CONFIG.population.truncation
+    assert population.truncation == CONFIG.population.truncation
 
 
 def test_a_case_names_all_that_it_is():

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from made_up import CASE, figures, outcome, simulation
+from fake_outcomes import CASE, figures, outcome, simulation
 
 from tablegen.model.audit import (
     ANGULAR,

@@ -138,7 +138,7 @@ def test_the_seed_that_is_reported_repeats_the_case_by_simulation(run, tmp_path)
     ],
 )
 def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
-    monkeypatch.setattr("tablegen.commands.stability_command.run_study", None)
+    monkeypatch.setattr("tablegen.studies.stability.stability_study.run_study", None)
     line = refused("stability", *words)
     assert all(part in line for part in parts)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up import CASE
+from fake_outcomes import CASE
 
 from sampler.errors import InputError
 from tablegen.config import load_config
@@ -27,9 +27,9 @@ def by_hand(case, count, seed, resolution=1e-3, tolerance=1e-10, audited=False):
     condition = make_condition(
         np.radians(case.alpha_deg), case.speed, (0.0, 0.0, case.spin), resolution, tolerance
     )
-    people = CONFIG.population.restricted_to(case.shape).with_aspect(*case.aspect)
+    population = CONFIG.population.restricted_to(case.shape).with_aspect(*case.aspect)
     return simulate_condition(
-        CONFIG.pair, people, condition, count, seed=seed, threads=1, audited=audited
+        CONFIG.pair, population, condition, count, seed=seed, threads=1, audited=audited
     )
 
 

@@ -1,0 +1,82 @@
+"""``sampler draw``: states at one impact angle and speed."""
+
+import math
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from sampler.commands import options
+from sampler.commands.program import DONE, note
+from sampler.errors import InputError, OutsideTableWarning
+from sampler.files.atomic import write_arrays
+
+if TYPE_CHECKING:
+    from sampler.table import Table
+
+_READING = """
+
+\b
+The output holds state (N, 6), that is u, v, w over V and omega_x, omega_y, omega_z times a/V,
+and columns, their names. Read it with numpy.load("a.npz")["state"]."""
+
+
+@click.command(
+    short_help="Draw states at one impact angle and speed.",
+    epilog=options.examples(
+        "sampler draw corundum-steel --alpha 30 --speed 150 --count 100000 --seed 1 --output a.npz",
+        "sampler draw my-table.h5 --alpha 90 --speed 80 --count 1000 --seed 2 --output b.npz",
+    )
+    + _READING,
+)
+@options.table
+@click.option("--alpha", required=True, type=options.ANGLE, metavar="DEG", help="Impact angle.")
+@click.option("--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed.")
+@click.option("--count", required=True, type=options.COUNT, metavar="N", help="Number of states.")
+@click.option(
+    "--seed", required=True, type=options.SEED, metavar="S", help="Seed of the random numbers."
+)
+@options.output("F.npz")
+@click.option(
+    "--outside",
+    type=click.Choice(["clamp", "raise"]),
+    default="clamp",
+    show_default=True,
+    help="Outside the table's range: use its edge and say so, or stop.",
+)
+def draw(
+    table: str, alpha: float, speed: float, count: int, seed: int, output: Path, outside: str
+) -> int:
+    """Draw rebound states at one impact angle and speed."""
+    import numpy as np
+
+    from sampler.table import load
+
+    loaded = load(table, outside="clamp")
+    alpha1 = math.radians(alpha)
+    _check_inside(loaded, alpha, speed, outside)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OutsideTableWarning)  # the note has said it
+        state = loaded.sample(alpha1, speed, seed=seed, index=np.arange(count, dtype=np.uint64))
+    write_arrays(output, state=state, columns=loaded.columns)
+    return DONE
+
+
+def _check_inside(table: "Table", alpha: float, speed: float, outside: str) -> None:
+    """Say that the condition is outside the table, or raise `InputError` if that shall stop."""
+    from sampler.drawing.kernel import is_outside
+
+    outside_alpha = is_outside(math.radians(alpha), table.arrays.alpha)
+    if not outside_alpha and not is_outside(speed, table.arrays.speed):
+        return
+    (first, last), (slow, fast) = table.alpha_range, table.speed_range
+    covered = f"{math.degrees(first):g} to {math.degrees(last):g} deg, {slow:g} to {fast:g} m/s"
+    if outside == "raise":
+        flag, value = ("alpha", alpha) if outside_alpha else ("speed", speed)
+        raise InputError(f"--{flag}: got {value:g}, allowed: {covered}")
+    note(
+        "sampler",
+        f"{alpha:g} deg, {speed:g} m/s is outside the table ({covered}), "
+        "its nearest condition is used",
+    )

@@ -1,0 +1,55 @@
+"""The rows of a batch shared among threads, and what the batch kernels report of them."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from sampler.compilation.processors import processors
+from sampler.errors import OK
+
+#: Draws below which a further thread costs more than it saves.
+_DRAWS_PER_THREAD = 20_000
+
+
+class Report(NamedTuple):
+    """What a batch kernel says of its rows; rows are -1 for none."""
+
+    bad_row: int
+    code: int
+    clamped_row: int
+    clamped: int
+
+
+def run_rows(
+    batch: Callable[..., Any], arguments: tuple[Any, ...], n: int, threads: int | None
+) -> list[Report]:
+    """Run a batch kernel over slices of n rows; return the reports of the slices, in order.
+
+    Parameters
+    ----------
+    batch : callable
+        Takes the arguments, first row and end; returns the numbers of a `Report`.
+    arguments : tuple
+    n : int
+    threads : int or None
+        None: as many as the number of rows is worth.
+    """
+    if threads is None:
+        worth = n // _DRAWS_PER_THREAD
+        threads = min(processors(), worth) if worth > 1 else 1
+    if threads == 1:
+        return [Report(*batch(*arguments, 0, n))]
+    bounds = [n * k // threads for k in range(threads + 1)]
+    with ThreadPoolExecutor(threads) as pool:
+        parts = [pool.submit(batch, *arguments, *part) for part in pairwise(bounds)]
+    return [Report(*part.result()) for part in parts]
+
+
+def merge(parts: list[Report], outside_is_bad: bool) -> Report:
+    """First error and first clamped row of all slices; an error hides what follows."""
+    clamped_row = next((part.clamped_row for part in parts if part.clamped_row >= 0), -1)
+    bad = next((part for part in parts if part.bad_row >= 0), None)
+    if bad is not None and not (outside_is_bad and 0 <= clamped_row < bad.bad_row):
+        return bad
+    return Report(-1, OK, clamped_row, sum(part.clamped for part in parts))

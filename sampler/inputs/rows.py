@@ -1,0 +1,240 @@
+"""Arguments of a call turned into what a kernel takes: rows, and the keys of their random numbers.
+
+Arguments broadcast as in numpy. A single number stands for every row and is not copied; an array
+that has the shape of all is passed on as it is where its type and layout allow.
+"""
+
+import math
+import operator
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sampler.errors import InputError
+
+Shape = tuple[int, ...]
+
+#: Arguments whose last axis has the three components of a vector.
+_VECTORS = ("velocity", "normal", "wall_velocity")
+
+
+def place(row: int, shape: Shape) -> str:
+    """Where a row lies in arrays of a shape, for messages: ``index 7`` or ``index (1, 2)``."""
+    if len(shape) < 2:
+        return f"index {row}"
+    return f"index {tuple(int(k) for k in np.unravel_index(row, shape))}"
+
+
+def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[Any]:
+    """Array of one of the dtype kinds; an empty array has no kind yet and passes."""
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise InputError(f"{name}: got rows of unequal length, allowed: {allowed}") from None
+    if array.size and array.dtype.kind not in kinds:
+        raise InputError(f"{name}: got {array.dtype.name} values, allowed: {allowed}")
+    return array
+
+
+def as_reals(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Real numbers of any shape as float64; raises `InputError` if they are none."""
+    return np.asarray(_numeric(name, values, "fiu", "real numbers"), dtype=np.float64)
+
+
+def as_reals_up_to(
+    name: str, values: ArrayLike, high: float, unit: str = ""
+) -> NDArray[np.float64]:
+    """Real numbers from 0 to a largest one; raises `InputError` if one is not."""
+    array = as_reals(name, values)
+    refused = ~((array >= 0.0) & (array <= high))
+    if refused.any():
+        k = int(refused.argmax())
+        where = f"{array.flat[k]:.9g} at {place(k, array.shape)}"
+        raise InputError(f"{name}: got {where}, allowed: 0 to {high:g}{unit}")
+    return array
+
+
+def _as_rows_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Real numbers, or vectors where the name is that of one."""
+    array = as_reals(name, values)
+    if name in _VECTORS and array.shape[-1:] != (3,):
+        raise InputError(f"{name}: got shape {array.shape}, allowed: (3,) or (..., 3)")
+    return array
+
+
+def _as_keys(name: str, values: ArrayLike, bits: int) -> NDArray[Any]:
+    """Keys of random numbers as uint32 or uint64; raises `InputError` if they do not fit."""
+    allowed = f"integers from 0 to 2**{bits} - 1"
+    array = _numeric(name, values, "iu", allowed)
+    if array.size:
+        refused = array < 0
+        if array.dtype.itemsize * 8 > bits:
+            refused |= array > 2**bits - 1
+        if refused.any():
+            k = int(refused.argmax())
+            at = place(k, array.shape)
+            raise InputError(f"{name}: got {array.flat[k]} at {at}, allowed: {allowed}")
+    return np.asarray(array, dtype=np.dtype(f"u{bits // 8}"))
+
+
+def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
+    """Integer from low to high; raises `InputError` if it is none."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InputError(f"{name}: got {value!r}, allowed: {allowed}") from None
+    if isinstance(value, bool) or not low <= number <= high:
+        raise InputError(f"{name}: got {value!r}, allowed: {allowed}")
+    return number
+
+
+def _as_size(size: Any) -> Shape:
+    """Shape from an integer or a sequence of integers."""
+    allowed = "an integer or a tuple of integers, at least 0"
+    try:
+        parts = tuple(size) if np.ndim(size) else (size,)
+    except (TypeError, ValueError):
+        parts = (size,)
+    return tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
+
+
+def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
+    """Shape to which all arguments broadcast: that of `size`, if given.
+
+    Raises
+    ------
+    InputError
+        If an argument does not fit those before it, or all of them not `size`.
+    """
+    shape: Shape = ()
+    for name, own in shapes.items():
+        try:
+            shape = np.broadcast_shapes(shape, own) if shape and own else shape or own
+        except ValueError:
+            allowed = f"one that broadcasts with {shape}"
+            raise InputError(f"{name}: got shape {own}, allowed: {allowed}") from None
+    if size is None:
+        return shape
+    wanted = _as_size(size)
+    try:
+        fits = np.broadcast_shapes(shape, wanted) == wanted
+    except ValueError:
+        fits = False
+    if not fits:
+        raise InputError(f"size: got {size!r}, allowed: a shape to which {shape} broadcasts")
+    return wanted
+
+
+def _flat(array: NDArray[Any], shape: Shape, tail: Shape) -> NDArray[Any]:
+    """Rows of an array, shape (n, *tail), or (1, *tail) where one row stands for all."""
+    if array.size == math.prod(tail):
+        return np.ascontiguousarray(array).reshape(1, *tail)
+    if array.shape != shape + tail:
+        array = np.broadcast_to(array, shape + tail)
+    return np.ascontiguousarray(array).reshape(-1, *tail)
+
+
+class Keys(NamedTuple):
+    """What selects random numbers, as the user gave it: keys, or a generator and a size."""
+
+    seed: Any = None
+    index: Any = None
+    hit: Any = None
+    rng: Any = None
+    size: Any = None
+
+    def checked(self) -> "Keys":
+        """Return the same; raises `InputError` if it is neither keys nor a generator, or both."""
+        both = "seed=, index= and hit=, or rng= and size= in their place"
+        if self.rng is None:
+            for name, value in (("seed", self.seed), ("index", self.index)):
+                if value is None:
+                    raise InputError(f"{name}: is missing, allowed: {both}")
+            if self.size is not None:
+                raise InputError(f"size: got {self.size!r} without rng, allowed: {both}")
+            return self
+        for name, value in (("seed", self.seed), ("index", self.index), ("hit", self.hit)):
+            if value is not None:
+                raise InputError(f"{name}: got a value besides rng, allowed: {both}")
+        if not isinstance(self.rng, np.random.Generator):
+            allowed = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
+            raise InputError(f"rng: got {type(self.rng).__name__}, allowed: {allowed}")
+        return self
+
+
+class Rows(NamedTuple):
+    """Arguments of a call, broadcast.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Shape of the call's arrays; n is the number of their elements.
+    values : dict of arrays, shape (n,) or (1,), vectors (n, 3) or (1, 3)
+        Arguments by name.
+    keys : tuple
+        Seed, uint64; index, uint64, and hit, uint32, of shape (n,) or (1,).
+    """
+
+    shape: Shape
+    values: dict[str, NDArray[np.float64]]
+    keys: tuple[np.uint64, NDArray[np.uint64], NDArray[np.uint32]]
+
+    @property
+    def n(self) -> int:
+        """Number of rows."""
+        return math.prod(self.shape)
+
+    def at(self, name: str, row: int) -> Any:
+        """Value of an argument in a row."""
+        values = self.values[name]
+        return values[row if len(values) > 1 else 0]
+
+
+def broadcast(arguments: Mapping[str, ArrayLike], keys: Keys) -> Rows:
+    """Rows of arguments and of their keys.
+
+    A generator gives one 64-bit number, which is the seed; rows are numbered from 0, and hit is 0.
+
+    Raises
+    ------
+    InputError
+        If an argument has a wrong type or shape.
+    """
+    keys = keys.checked()
+    arrays = {name: _as_rows_of(name, values) for name, values in arguments.items()}
+    tails: dict[str, Shape] = {name: (3,) if name in _VECTORS else () for name in arrays}
+    shapes = {name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()}
+    if keys.rng is None:
+        hit = _as_keys("hit", 0 if keys.hit is None else keys.hit, 32)
+        index = _as_keys("index", keys.index, 64)
+        most = 2**64 - 1
+        seed = as_integer("seed", keys.seed, 0, most, "an integer from 0 to 2**64 - 1")
+        shape = common_shape(shapes | {"hit": hit.shape, "index": index.shape})
+    else:
+        shape = common_shape(shapes, keys.size)
+        seed = int(keys.rng.integers(2**64, dtype=np.uint64))
+        hit, index = np.zeros(1, dtype=np.uint32), np.arange(math.prod(shape), dtype=np.uint64)
+        index = index.reshape(shape)
+    values = {name: _flat(array, shape, tails[name]) for name, array in arrays.items()}
+    return Rows(shape, values, (np.uint64(seed), _flat(index, shape, ()), _flat(hit, shape, ())))
+
+
+def as_output(out: NDArray[Any] | None, shape: Shape) -> NDArray[Any]:
+    """Array to write states to: the one given, if it fits, or a new one.
+
+    Raises
+    ------
+    InputError
+        If it is not a writable C-contiguous float64 or float32 array of that shape.
+    """
+    if out is None:
+        return np.empty(shape)
+    fits = isinstance(out, np.ndarray) and out.dtype in (np.float64, np.float32)
+    if not (fits and out.shape == shape and out.flags.c_contiguous and out.flags.writeable):
+        given = f"{out.dtype} {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
+        raise InputError(
+            f"out: got {given}, allowed: a writable contiguous float64 or float32 array {shape}"
+        )
+    return out

@@ -1,0 +1,123 @@
+"""The metrics of accuracy: the one list that is declared, measured, judged, stored and shown.
+
+Everything iterates over `METRICS`. How two samples give a metric stands in
+`tablegen.accuracy.metrics` (`DISTANCES`), how noise is told apart from it in
+`tablegen.accuracy.noise_corrected` (`ESTIMATES`). A metric whose name is a dataset of the group
+``accuracy`` in `sampler.formats.hdf5_layout` is stored in tables as well. Nothing is imported
+here, so that a help page need not load what does the work.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A distance between two samples of states."""
+
+    #: In full, in a sentence, and at the head of a column.
+    label: str
+    short: str
+    head: str
+    #: By preset. Largest distance that a table declares.
+    presets: Mapping[str, float]
+    #: Bounds of what may be declared, as pydantic names them: ``gt`` or ``ge``, ``le``.
+    allowed: Mapping[str, Any]
+    #: Decimal places.
+    digits: int = 4
+    #: Least distance above that of equal laws that can be told from noise.
+    floor: float = 0.0
+    #: A number for each variable of a state, of which the largest counts, or one for the joint law.
+    per_variable: bool = False
+    #: Found by a classifier: it needs many states, and equal laws give its least value exactly.
+    learned: bool = False
+    #: States a side, at most, from which the refinement of the grid takes it. None: all; such a
+    #: metric is cheap, and is taken first.
+    trial_states: int | None = None
+    #: Whether it counts on the edges of the grid, or in the centres of cells only.
+    on_edges: bool = True
+
+    @property
+    def least(self) -> float:
+        """Distance of equal laws."""
+        return float(self.allowed.get("ge", self.allowed.get("gt", 0.0)))
+
+    @property
+    def most(self) -> float:
+        """Largest distance there can be."""
+        return float(self.allowed.get("le", "inf"))
+
+    def share(self, distance: float, allowed: float) -> float:
+        """Distance from equal laws in units of what is allowed."""
+        return (distance - self.least) / max(allowed - self.least, self.floor)
+
+    def text(self, distance: float) -> str:
+        """Distance with its decimal places."""
+        return f"{distance:.{self.digits}f}"
+
+
+#: Metrics by name, in the order of columns.
+METRICS: dict[str, Metric] = {
+    "ks": Metric(
+        label="Kolmogorov–Smirnov distance, worst component",
+        short="KS",
+        head="KS",
+        presets={"compact": 0.04, "standard": 0.01, "fine": 0.005},
+        allowed={"gt": 0.0, "le": 1.0},
+        per_variable=True,
+    ),
+    "sliced_wasserstein": Metric(
+        label="sliced Wasserstein distance",
+        short="sliced Wasserstein",
+        head="sliced W",
+        presets={"compact": 0.025, "standard": 0.008, "fine": 0.006},
+        allowed={"gt": 0.0},
+        trial_states=400_000,
+        # near grazing its noise is two thirds of what the standard preset allows, which would
+        # halve intervals that are good enough
+        on_edges=False,
+    ),
+    "correlation_error": Metric(
+        label="largest error of a correlation",
+        short="correlation",
+        head="corr.",
+        presets={"compact": 0.06, "standard": 0.02, "fine": 0.015},
+        allowed={"gt": 0.0, "le": 2.0},
+    ),
+    "auc": Metric(
+        label="AUC of a classifier (0.5: cannot tell)",
+        short="AUC",
+        head="AUC",
+        presets={"compact": 0.65, "standard": 0.56, "fine": 0.53},
+        allowed={"ge": 0.5, "le": 1.0},
+        digits=3,
+        floor=0.002,
+        learned=True,
+        # a classifier learns more from more, so AUC are compared at this number of states
+        trial_states=100_000,
+    ),
+}
+
+#: Accuracies by name.
+PRESETS: dict[str, dict[str, float]] = {
+    preset: {name: metric.presets[preset] for name, metric in METRICS.items()}
+    for preset in ("compact", "standard", "fine")
+}
+
+
+def declared_accuracy(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Largest distances that ``[accuracy]`` of a configuration declares, by number or preset.
+
+    Parameters
+    ----------
+    given : mapping
+        The section as it stands in the file.
+
+    Returns
+    -------
+    dict
+        Its fields, and a number for each of `METRICS`; unchecked.
+    """
+    preset = PRESETS.get(str(given.get("preset", "standard")), PRESETS["standard"])
+    return {**preset, **given}
