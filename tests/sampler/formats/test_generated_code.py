@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from sampler.drawing import kernel
+from sampler import errors
 from sampler.errors import InputError
 from sampler.files.locate import include_directory
 from sampler.formats import generated_code
@@ -38,7 +38,7 @@ def test_a_lost_mark_is_refused(name):
 
 def test_codes_of_draws_are_those_of_python():
     names = [code.name.removeprefix("ERR_") for code in CODES if code.number > -10]
-    assert [getattr(kernel, name) for name in names] == [
+    assert [getattr(errors, name) for name in names] == [
         code.number for code in CODES if code.number > -10
     ]
 
