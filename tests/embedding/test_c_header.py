@@ -153,18 +153,18 @@ def test_an_ignored_code_is_a_warning(tmp_path):
 @pytest.mark.parametrize("flags", ["-DRBT_NO_MMAP", "-O1"])
 def test_memory_is_taken_and_returned_as_the_program_says(flags, tmp_path):
     before = """#include <stdlib.h>
-static int left, held;
-static void *take(size_t size) { return left-- > 0 ? held++, malloc(size) : NULL; }
-static void give(void *memory) { held -= memory != NULL; free(memory); }
+static int quota, balance;
+static void *take(size_t size) { return quota-- > 0 ? balance++, malloc(size) : NULL; }
+static void give(void *memory) { balance -= memory != NULL; free(memory); }
 #define RBT_MALLOC take
 #define RBT_FREE give
 """
     body = """    for (int most = 0; most < 3; most++) {
         rbt_table *table;
-        left = most;
+        quota = most;
         const int code = rbt_open(argv[1], &table);
         rbt_close(table);
-        printf("%d %d ", code, held);
+        printf("%d %d ", code, balance);
     }
 """
     program = build_main(tmp_path, body, before, [flags])
