@@ -16,31 +16,57 @@
 #define SEED 7
 #define HALF_SIZE 20e-6
 
+#define BATCH 256
+
 typedef struct fate {
     double along, spin;
-    long clamped; /* rebounds outside the table */
-    int code;
+    long failed, clamped; /* particles with an error; rebounds outside the table */
 } fate;
 
-/* One particle through all its wall hits. */
-static fate follow(const rbt_table *table, uint64_t particle, uint32_t hits)
+/* Particles from `first` on, at most BATCH of them, through all their wall hits. */
+static fate follow(const rbt_table *table, long first, long particles, uint32_t hits)
 {
-    const double rest[3] = {0.0, 0.0, 0.0};
-    double velocity[3] = {150.0, -80.0, 0.0}, omega[3] = {0.0, 0.0, 0.0};
-    fate end = {0.0, 0.0, 0, RBT_OK};
-    for (uint32_t hit = 0; hit < hits && end.code >= RBT_OK; hit++) {
-        /* lower and upper plate take turns */
-        const double side = hit % 2 == 0 ? 1.0 : -1.0;
-        const double normal[3] = {0.0, side, 0.0}, gas[3] = {150.0, 80.0 * side, 0.0};
-        end.code = rbt_rebound(table, velocity, normal, HALF_SIZE, rest, SEED, particle, hit,
-                               velocity, omega);
-        end.clamped += end.code == RBT_CLAMPED;
-        /* on the way to the other plate drag makes up most of the difference from the gas */
-        for (int k = 0; k < 3; k++)
-            velocity[k] += 0.8 * (gas[k] - velocity[k]);
+    double velocity[3 * BATCH], omega[3 * BATCH], normal[3 * BATCH], half_size[BATCH];
+    uint64_t index[BATCH];
+    uint32_t hit[BATCH];
+    rbt_impacts impacts = {0}; /* walls at rest */
+    rbt_report report;
+    const size_t n = (size_t)(particles - first < BATCH ? particles - first : BATCH);
+    fate end = {0.0, 0.0, 0, 0};
+    impacts.velocity = velocity;
+    impacts.normal = normal;
+    impacts.half_size = half_size;
+    impacts.index = index;
+    impacts.hit = hit;
+    for (size_t k = 0; k < n; k++) {
+        index[k] = (uint64_t)first + k;
+        half_size[k] = HALF_SIZE;
+        velocity[3 * k] = 150.0;
+        velocity[3 * k + 1] = -80.0;
+        velocity[3 * k + 2] = omega[3 * k + 2] = 0.0;
     }
-    end.along = velocity[0];
-    end.spin = omega[2];
+    for (uint32_t met = 0; met < hits; met++) {
+        /* lower and upper plate take turns */
+        const double side = met % 2 == 0 ? 1.0 : -1.0;
+        const double gas[3] = {150.0, 80.0 * side, 0.0};
+        for (size_t k = 0; k < n; k++) {
+            hit[k] = met;
+            normal[3 * k] = normal[3 * k + 2] = 0.0;
+            normal[3 * k + 1] = side;
+        }
+        if (rbt_rebound_batch(table, n, &impacts, SEED, velocity, omega, &report) < RBT_OK) {
+            end.failed = (long)(n - report.row);
+            break;
+        }
+        end.clamped += (long)report.clamped;
+        /* on the way to the other plate drag makes up most of the difference from the gas */
+        for (size_t k = 0; k < 3 * n; k++)
+            velocity[k] += 0.8 * (gas[k % 3] - velocity[k]);
+    }
+    for (size_t k = 0; k < n; k++) {
+        end.along += velocity[3 * k];
+        end.spin += omega[3 * k + 2];
+    }
     return end;
 }
 
@@ -61,11 +87,11 @@ int main(int argc, char **argv)
     long failed = 0, clamped = 0;
     const double start = omp_get_wtime();
 #pragma omp parallel for reduction(+ : along, spin, failed, clamped)
-    for (long particle = 0; particle < particles; particle++) {
-        const fate end = follow(table, (uint64_t)particle, (uint32_t)hits);
+    for (long first = 0; first < particles; first += BATCH) {
+        const fate end = follow(table, first, particles, (uint32_t)hits);
         along += end.along;
         spin += end.spin;
-        failed += end.code < RBT_OK;
+        failed += end.failed;
         clamped += end.clamped;
     }
     const double seconds = omp_get_wtime() - start;

@@ -24,10 +24,10 @@ def export(table: str, output: Path) -> int:
     The header that reads it lies in the folder that `python -m sampler --include-dir` prints.
     """
     from sampler.files.locate import find_table
-    from sampler.formats.binary import write_image
+    from sampler.formats.binary import write_binary_table
     from sampler.formats.hdf5 import read_table
 
     contents = read_table(find_table(table))
-    write_image(output, contents)
+    write_binary_table(output, contents)
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB, {contents.pair}")
     return DONE

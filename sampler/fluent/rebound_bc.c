@@ -4,13 +4,13 @@
    beside it. NOT RUN IN FLUENT. The names used are those of Fluent's UDF manual.
 
    To use it, copy this file and rebound_sampler.h, not our udf.h, into the folder of a compiled UDF
-   library, and the image that `sampler export` wrote into the folder where Fluent runs. Then
+   library, and the binary table that `sampler export` wrote into the folder where Fluent runs. Then
 
    - set two particle scalars (discrete phase model, UDF: number of scalars), and hook `rebound_start`
      there as scalar update, so that a new particle has hit no wall;
    - hook `rebound_wall` at each wall as the boundary condition of the discrete phase.
 
-   Parallel runs: every process maps the image when the library is loaded, before any particle moves.
+   Parallel runs: every process maps the table when the library is loaded, before any particle moves.
    Afterwards nothing is written but the particle at hand, so any number of threads may call at once.
    The two scalars travel with the particle from process to process. */
 
@@ -111,7 +111,7 @@ DEFINE_DPM_BC(rebound_wall, tp, t, f, f_normal, dim)
 
     const int code = rbt_rebound(rebound_table, velocity, normal, REBOUND_HALF_SIZE * TP_DIAM(tp),
                                  wall, REBOUND_SEED, (uint64_t)TP_ID(tp), hit, velocity, omega);
-    if (code == RBT_NOT_APPROACHING)
+    if (code == RBT_ERR_NOT_APPROACHING)
         return PATH_ACTIVE; /* at the wall, but leaving already: no hit */
     if (code < RBT_OK) {
         Message("rebound_wall: particle %lld: %s\n", (long long)TP_ID(tp), rbt_strerror(code));

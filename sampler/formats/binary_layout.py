@@ -1,27 +1,30 @@
-"""The layout of a table image (.rbt): the one description that writer, readers and pages follow.
+"""The layout of a binary table (.rbt): the one description that writer, reader and pages follow.
 
-An image is `sampler.formats.table_arrays.TableArrays` as the draw wants it in memory, so that a
-program in C maps the file and draws. It begins with a header of fixed size, `HEADER`, of which
-`sampler/c/rebound_sampler.h` has the same as a struct; the arrays of `ARRAYS` follow, each at an
-offset of its own that is a multiple of `ALIGNMENT`. All numbers are little-endian.
+A binary table is `sampler.formats.table_arrays.TableArrays` as the draw wants it in memory, so that
+a program in C maps the file and draws. It begins with a header of fixed size, `HEADER`; the arrays
+of `ARRAYS` follow, each at an offset of its own that is a multiple of `ALIGNMENT`. All numbers are
+little-endian. What the C header and the Fortran module need of this, and of the codes that they
+return, `sampler.formats.generated_code` writes into them.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from sampler.formats.channels import VARIABLES
 
-#: Begins every image; its line ends tell of a transfer as text, its first byte of seven bits.
+#: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
-#: Major and minor version. A reader takes any minor version of its major version.
-IMAGE_VERSION = (1, 0)
+#: Version of the C and Fortran library: that of the package.
+LIBRARY_VERSION = (0, 1)
+#: Major and minor version of the format. A reader takes any minor version of its major version.
+BINARY_VERSION = (1, 0)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
-#: Images are smaller than this, so that 32-bit indices reach everything in them.
+#: Files are smaller than this, so that 32-bit indices reach everything in them.
 MOST_BYTES = 2**31
-#: Room for the names of channels and components.
+#: Room for the names of channels and variables.
 MOST_NAMES = len(VARIABLES)
 
 
@@ -46,8 +49,8 @@ class Field:
 
 
 @dataclass(frozen=True)
-class ImageArray:
-    """One array of the image.
+class StoredArray:
+    """One array of a binary table.
 
     Attributes
     ----------
@@ -68,85 +71,66 @@ class ImageArray:
     extra: int = 0
 
 
+_NODES, _CELLS = ("n_alpha", "n_speed"), ("n_cells", "n_classes", "n_marginals")
+_COORDINATE = "fractional number of the node at equal steps of the impact "
+_ALIAS = "upper half: probability to stay in the column, 1/65536; lower half: the other component"
+_RECORDS = (
+    "records: probability of reflection, means, factors (columns packed), padding; 1/4096; "
+    "8 zeros behind the last record"
+)
+
 ARRAYS = (
-    ImageArray(
-        "alpha_coordinate",
-        "<f8",
-        ("n_alpha_grid",),
-        "fractional number of the node at equal steps of the impact angle",
-    ),
-    ImageArray(
-        "speed_coordinate",
-        "<f8",
-        ("n_speed_grid",),
-        "fractional number of the node at equal steps of the impact speed",
-    ),
-    ImageArray("normals", "<f4", (257, 4), "cubics through the normal quantile function"),
-    ImageArray(
-        "alias",
-        "<u4",
-        ("n_alpha", "n_speed", "n_components"),
-        "upper half: probability to stay in the column, 1/65536; lower half: the other component",
-    ),
-    ImageArray(
-        "first_of_class",
-        "<u2",
-        ("n_alpha", "n_speed", "n_classes"),
+    StoredArray("alpha_coordinate", "<f8", ("n_alpha_grid",), _COORDINATE + "angle"),
+    StoredArray("speed_coordinate", "<f8", ("n_speed_grid",), _COORDINATE + "speed"),
+    StoredArray("normals", "<f4", (257, 4), "cubics through the normal quantile function"),
+    StoredArray("alias", "<u4", (*_NODES, "n_components"), _ALIAS),
+    StoredArray(
+        "first_of_class", "<u2", (*_NODES, "n_classes"),
         "first mixture component of each class of rebounds",
     ),
-    ImageArray(
-        "components",
-        "<i2",
-        ("n_alpha", "n_speed", "n_components", "stride"),
-        "records: probability of reflection, means, factors (columns packed), padding; 1/4096; "
-        "8 zeros behind the last record",
-        extra=8,
-    ),
-    ImageArray(
-        "spans",
-        "<f8",
-        ("n_cells", "n_classes", "n_marginals", 2),
-        "least quantile of a cell, and size of its steps",
-    ),
-    ImageArray(
-        "quantiles",
-        "<u2",
-        ("n_cells", "n_classes", "n_marginals", "n_knots", 4),
+    StoredArray("components", "<i2", (*_NODES, "n_components", "stride"), _RECORDS, extra=8),
+    StoredArray("spans", "<f8", (*_CELLS, 2), "least quantile of a cell, and size of its steps"),
+    StoredArray(
+        "quantiles", "<u2", (*_CELLS, "n_knots", 4),
         "steps of the quantiles at the four nodes of a cell",
     ),
-)
+)  # fmt: skip
 
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
 
-_COUNTS = {
-    "n_alpha": "nodes of the impact angle",
-    "n_speed": "nodes of the impact speed",
-    "n_alpha_grid": "entries of alpha_coordinate",
-    "n_speed_grid": "entries of speed_coordinate",
-    "n_knots": "knots of a quantile function",
-    "n_components": "mixture components of a node",
-    "n_classes": "classes of rebounds",
-    "n_channels": "channels of a component",
-    "n_marginals": "channels with quantile functions",
-    "n_columns": "components of the state that the table gives",
+#: Dimensions: what they count, and the least and largest that a reader accepts.
+DIMENSIONS = {
+    "n_alpha": ("nodes of the impact angle", 1, 65536),
+    "n_speed": ("nodes of the impact speed", 1, 65536),
+    "n_alpha_grid": ("entries of alpha_coordinate", 2, 2**24),
+    "n_speed_grid": ("entries of speed_coordinate", 2, 2**24),
+    "n_knots": ("knots of a quantile function", 2, 65536),
+    "n_components": ("mixture components of a node", 1, 65536),
+    "n_classes": ("classes of rebounds", 1, 65536),
+    "n_channels": ("channels of a component", 1, MOST_NAMES),
+    "n_marginals": ("channels with quantile functions", 1, MOST_NAMES),
+    "n_columns": ("variables of the state that the table gives", 1, MOST_NAMES),
+}
+
+_COUNTS = {name: meaning for name, (meaning, _, _) in DIMENSIONS.items()} | {
     "stride": "numbers of the record of a component",
     "flags": f"{SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; else 0",
 }
 
 HEADER = (
     Field("magic", "S8", 1, "89 52 42 54 0D 0A 1A 0A"),
-    Field("major", "<u2", 1, f"version, {IMAGE_VERSION[0]}"),
-    Field("minor", "<u2", 1, f"version, {IMAGE_VERSION[1]}"),
+    Field("major", "<u2", 1, f"version, {BINARY_VERSION[0]}"),
+    Field("minor", "<u2", 1, f"version, {BINARY_VERSION[1]}"),
     Field("header_bytes", "<u4", 1, "size of this header"),
     Field("file_bytes", "<u8", 1, f"size of the file, below {MOST_BYTES}"),
     Field("sha256", "u1", 32, "checksum of the file without these 32 bytes"),
-    Field("content_sha256", "u1", 32, "checksum of the table (.h5) that the image was made from"),
+    Field("content_sha256", "u1", 32, "checksum of the table (.h5) that this was made from"),
     Field("pair", "S128", 1, "name of the material pair, UTF-8, zeros behind it"),
     *(Field(name, "<u4", 1, meaning) for name, meaning in _COUNTS.items()),
     Field("channels", "i1", MOST_NAMES, "channel of each row of a factor; -1 from n_channels on"),
     Field("marginals", "i1", MOST_NAMES, "its quantile function, 0, 1, ...; -1: it has none"),
-    Field("columns", "i1", MOST_NAMES, "components of the state; -1 from n_columns on"),
+    Field("columns", "i1", MOST_NAMES, "variables of the state; -1 from n_columns on"),
     Field("alpha_offset", "<i4", 1, "number of the first node in alpha_coordinate"),
     Field("speed_offset", "<i4", 1, "number of the first node in speed_coordinate"),
     Field("alpha_first", "<f8", 1, "smallest impact angle, rad"),
@@ -172,32 +156,76 @@ def field_offset(name: str) -> int:
     return fields[name][1]
 
 
-#: Why an image is refused, by error code; `rbt_strerror` of the C header has the same texts.
-REASONS: Mapping[int, str] = {
-    -10: "file: cannot be opened, allowed: a file that exists",
-    -11: "file: cannot be read",
-    -12: "memory: not enough for this table",
-    -13: "machine: is big-endian, allowed: little-endian",
-    -14: "format: is no image of a rebound table (.rbt)",
-    -15: "format_version: allowed: 1.x (a newer file needs a newer rebound-tables)",
-    -16: "file_bytes: the file is truncated, or longer than it says",
-    -17: "sha256: the contents do not have this checksum",
-    -18: "dimensions: one is 0 or too large, or does not fit the others",
-    -19: "names: a channel or column is unknown, occurs twice or lacks what it is made of",
-    -20: "offsets: an array does not lie in the file on a multiple of 64",
-    -21: "axes: allowed: finite, growing, angles above 0 to pi/2, speeds above 0",
-    -22: "coordinates: allowed: growing, whole at the first and the last node",
-    -23: "normals: allowed: finite cubics below 16",
-    -24: "alias: a component is not below their number",
-    -25: "first_of_class: allowed: from 0, non-decreasing, at most the number of components",
-    -26: "components: allowed: reflection from 0 to 4096, diagonals positive",
-    -27: "spans: allowed: finite and within what is physical",
-    -28: "quantiles: allowed: non-decreasing from knot to knot",
-}
+class Code(NamedTuple):
+    """What a function of the C header returns: ``RBT_`` + name, and what `rbt_strerror` says."""
+
+    name: str
+    number: int
+    text: str
+
+
+#: Codes of draws, then of files.
+CODES = (
+    Code("OK", 0, "fine"),
+    Code("CLAMPED", 1, "alpha1 or speed outside the table: its nearest condition was used"),
+    Code("ERR_NOT_FINITE", -1, "arguments: allowed: finite numbers, speeds below 1e150 m/s"),
+    Code(
+        "ERR_NOT_APPROACHING",
+        -2,
+        "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed: towards the wall, "
+        "(velocity - wall_velocity) . normal < 0",
+    ),
+    Code(
+        "ERR_SPEED_NOT_POSITIVE",
+        -3,
+        "speed: allowed: above 0 m/s; velocity: allowed: other than that of the wall",
+    ),
+    Code("ERR_NORMAL_NOT_USABLE", -4, "normal: allowed: any length but zero"),
+    Code("ERR_HALF_SIZE_NOT_POSITIVE", -5, "half_size: allowed: above 0 m"),
+    Code("ERR_NOT_OPENED", -10, "file: cannot be opened, allowed: a file that exists"),
+    Code("ERR_NOT_READ", -11, "file: cannot be read"),
+    Code("ERR_NO_MEMORY", -12, "memory: not enough for this table"),
+    Code("ERR_BIG_ENDIAN", -13, "machine: is big-endian, allowed: little-endian"),
+    Code("ERR_FORMAT", -14, "format: is no binary rebound table (.rbt)"),
+    Code(
+        "ERR_VERSION",
+        -15,
+        "format_version: allowed: 1.x (a newer file needs a newer rebound-tables)",
+    ),
+    Code("ERR_SIZE", -16, "file_bytes: the file is truncated, or longer than it says"),
+    Code("ERR_CHECKSUM", -17, "sha256: the contents do not have this checksum"),
+    Code("ERR_DIMENSIONS", -18, "dimensions: one is 0 or too large, or does not fit the others"),
+    Code(
+        "ERR_NAMES",
+        -19,
+        "names: a channel or column is unknown, occurs twice or lacks what it is made of",
+    ),
+    Code("ERR_OFFSETS", -20, "offsets: an array does not lie in the file on a multiple of 64"),
+    Code("ERR_AXES", -21, "axes: allowed: finite, growing, angles above 0 to pi/2, speeds above 0"),
+    Code(
+        "ERR_COORDINATES",
+        -22,
+        "coordinates: allowed: growing, whole at the first and the last node",
+    ),
+    Code("ERR_NORMALS", -23, "normals: allowed: finite cubics below 16"),
+    Code("ERR_ALIAS", -24, "alias: a component is not below their number"),
+    Code(
+        "ERR_CLASSES",
+        -25,
+        "first_of_class: allowed: from 0, non-decreasing, at most the number of components",
+    ),
+    Code(
+        "ERR_COMPONENTS",
+        -26,
+        "components: allowed: reflection from 0 to 4096, diagonals positive",
+    ),
+    Code("ERR_SPANS", -27, "spans: allowed: finite and within what is physical"),
+    Code("ERR_QUANTILES", -28, "quantiles: allowed: non-decreasing from knot to knot"),
+)
 
 
 def layout_text() -> str:
-    """Field lists of the image as Markdown, for the page on the format."""
+    """Field lists of a binary table as Markdown, for the page on the format."""
     lines = ["| offset | field | type | meaning |", "|---|---|---|---|"]
     for field in HEADER:
         kind = field.dtype.strip("<") + (f" x {field.count}" if field.count > 1 else "")

@@ -4,6 +4,8 @@ Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats
 `sampler.formats.binary_layout`; everything outside the marked parts of the page is written by hand.
 """
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 
 from sampler.errors import InputError
@@ -36,13 +38,21 @@ def attributes_text() -> str:
     return "\n".join(head + rows) + "\n"
 
 
-def filled(page: str) -> str:
-    """Replace the marked parts of the page.
+def filled(
+    text: str, name: str, parts: Mapping[str, Callable[[], str]], mark: str = "<!-- {} {} -->"
+) -> str:
+    """Replace the marked parts of a text.
 
     Parameters
     ----------
-    page : str
-        Text with a line ``<!-- begin NAME -->`` and a line ``<!-- end NAME -->`` around each part.
+    text : str
+        With a line ``<!-- begin PART -->`` and a line ``<!-- end PART -->`` around each part.
+    name : str
+        File name, for the error.
+    parts : mapping
+        What makes each part.
+    mark : str
+        Form of the two lines.
 
     Returns
     -------
@@ -53,22 +63,27 @@ def filled(page: str) -> str:
     InputError
         If a part is not marked exactly once.
     """
-    parts = {"attributes": attributes_text, "datasets": datasets_text, "image": layout_text}
-    for name, text in parts.items():
-        begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->\n"
-        if page.count(begin) != 1 or page.count(end) != 1 or page.index(begin) > page.index(end):
+    for part, made in parts.items():
+        begin, end = (mark.format(word, part) + "\n" for word in ("begin", "end"))
+        if text.count(begin) != 1 or text.count(end) != 1 or text.index(begin) > text.index(end):
             raise InputError(
-                f"{PAGE}: part '{name}' is not marked, allowed: {begin.strip()}, then {end.strip()}"
+                f"{name}: part '{part}' is not marked, allowed: {begin.strip()}, then {end.strip()}"
             )
-        before, rest = page.split(begin)
-        page = f"{before}{begin}{text()}{end}{rest.split(end)[1]}"
-    return page
+        before, rest = text.split(begin)
+        text = f"{before}{begin}{made()}{end}{rest.split(end)[1]}"
+    return text
+
+
+def filled_page(page: str) -> str:
+    """Bring the marked parts of the page up to date; errors as `filled`."""
+    parts = {"attributes": attributes_text, "datasets": datasets_text, "binary": layout_text}
+    return filled(page, PAGE, parts)
 
 
 def main() -> None:
     """Bring the page up to date."""
     path = data_directory() / PAGE
-    page = filled(path.read_text(encoding="utf-8"))
+    page = filled_page(path.read_text(encoding="utf-8"))
     write_text(path, page)
 
 

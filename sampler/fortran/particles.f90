@@ -13,16 +13,17 @@ program particles
   use rebound_sampler
   implicit none
 
-  real(c_double), parameter :: rest(3) = 0.0_c_double, half_size = 20.0e-6_c_double
+  real(c_double), parameter :: half_size = 20.0e-6_c_double
   integer(c_int64_t), parameter :: seed = 7
   type(rbt_table) :: table
   character(len=512) :: word
-  integer(c_int64_t) :: particle, n_particles
+  integer(c_int64_t), parameter :: batch = 256
+  integer(c_int64_t) :: first, n_particles
   integer(c_int32_t) :: n_hits
   integer(c_int) :: code
   integer :: failed
   integer(c_int64_t) :: clamped
-  real(c_double) :: along, spin, start, seconds, velocity(3), omega(3)
+  real(c_double) :: along, spin, start, seconds
 
   if (command_argument_count() /= 3) error stop "usage: particles TABLE.rbt PARTICLES HITS"
   call get_command_argument(1, word)
@@ -38,12 +39,9 @@ program particles
 
   along = 0; spin = 0; failed = 0; clamped = 0
   start = omp_get_wtime()
-  !$omp parallel do private(velocity, omega, code) reduction(+:along, spin, failed, clamped)
-  do particle = 0, n_particles - 1
-    call follow(particle, velocity, omega, clamped, code)
-    along = along + velocity(1)
-    spin = spin + omega(3)
-    if (code < RBT_OK) failed = failed + 1
+  !$omp parallel do reduction(+:along, spin, failed, clamped)
+  do first = 0, n_particles - 1, batch
+    call follow(first, min(batch, n_particles - first), along, spin, failed, clamped)
   end do
   !$omp end parallel do
   seconds = omp_get_wtime() - start
@@ -58,28 +56,38 @@ program particles
 
 contains
 
-  ! One particle through all its wall hits; counts those outside the table.
-  subroutine follow(particle, velocity, omega, clamped, code)
-    integer(c_int64_t), intent(in) :: particle
-    real(c_double), intent(out) :: velocity(3), omega(3)
+  ! Particles first to first + n - 1 through all their wall hits; adds to the sums and counts.
+  subroutine follow(first, n, along, spin, failed, clamped)
+    integer(c_int64_t), intent(in) :: first, n
+    real(c_double), intent(inout) :: along, spin
+    integer, intent(inout) :: failed
     integer(c_int64_t), intent(inout) :: clamped
-    integer(c_int), intent(out) :: code
-    integer(c_int32_t) :: hit
-    real(c_double) :: side, before(3)
+    integer(c_int64_t) :: index(n), k
+    integer(c_int32_t) :: hit, hits(n)
+    real(c_double) :: side, velocity(3, n), before(3, n), omega(3, n), normal(3, n), sizes(n)
+    type(rbt_report) :: report
 
-    velocity = [150.0_c_double, -80.0_c_double, 0.0_c_double]
+    index = [(first + k, k = 0, n - 1)]
+    sizes = half_size
+    velocity = spread([150.0_c_double, -80.0_c_double, 0.0_c_double], 2, int(n))
     omega = 0
-    code = RBT_OK
     do hit = 0, n_hits - 1
       side = merge(1, -1, mod(hit, 2) == 0)  ! lower and upper plate take turns
+      normal = spread([0.0_c_double, side, 0.0_c_double], 2, int(n))
+      hits = hit
       before = velocity
-      code = rbt_rebound(table, before, [0.0_c_double, side, 0.0_c_double], half_size, rest, &
-          seed, particle, hit, velocity, omega)
-      if (code < RBT_OK) exit
-      if (code == RBT_CLAMPED) clamped = clamped + 1
+      if (rbt_rebound_batch(table, before, normal, sizes, seed, index, hits, velocity, omega, &
+          report=report) < RBT_OK) then
+        failed = failed + int(n - report%row + 1)
+        exit
+      end if
+      clamped = clamped + report%clamped
       ! on the way to the other plate drag makes up most of the difference from the gas
-      velocity = velocity + 0.8_c_double * ([150.0_c_double, 80 * side, 0.0_c_double] - velocity)
+      velocity = velocity + 0.8_c_double &
+          * (spread([150.0_c_double, 80 * side, 0.0_c_double], 2, int(n)) - velocity)
     end do
+    along = along + sum(velocity(1, :))
+    spin = spin + sum(omega(3, :))
   end subroutine follow
 
 end program particles

@@ -1,6 +1,6 @@
 ! Rebounds of non-spherical particles, drawn from a table, in Fortran 2008.
 !
-! A module over rebound_sampler.h; compile that beside it from a C file of two lines:
+! A module over rebound_sampler.h; compile that as well, from a C file of two lines:
 !
 !     #define REBOUND_SAMPLER_IMPLEMENTATION
 !     #include "rebound_sampler.h"
@@ -14,30 +14,30 @@
 ! run beside other calls with it.
 module rebound_sampler
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, &
-      c_int32_t, c_int64_t, c_null_char, c_null_ptr, c_ptr, c_size_t
+      c_int32_t, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
   implicit none
   private
 
   public :: rbt_table, rbt_report
   public :: rbt_open, rbt_close, rbt_strerror, rbt_is_open
   public :: rbt_alpha_range, rbt_speed_range, rbt_components, rbt_pair
-  public :: rbt_draw, rbt_draw_all, rbt_draw_batch, rbt_rebound
+  public :: rbt_draw, rbt_draw_all, rbt_draw_batch, rbt_rebound, rbt_rebound_batch
 
-  ! Codes of draws.
+  ! Codes, and most variables that a state can have; from sampler/formats/binary_layout.py, by
+  ! `python -m sampler.formats.generated_code`.
+  ! begin constants
   integer(c_int), parameter, public :: &
-      RBT_OK = 0, RBT_CLAMPED = 1, RBT_NOT_FINITE = -1, RBT_NOT_APPROACHING = -2, &
-      RBT_SPEED_NOT_POSITIVE = -3, RBT_NORMAL_NOT_USABLE = -4, RBT_HALF_SIZE_NOT_POSITIVE = -5
-
-  ! Codes of files.
-  integer(c_int), parameter, public :: &
-      RBT_NOT_OPENED = -10, RBT_NOT_READ = -11, RBT_NO_MEMORY = -12, RBT_BIG_ENDIAN = -13, &
-      RBT_FORMAT = -14, RBT_VERSION = -15, RBT_SIZE = -16, RBT_CHECKSUM = -17, &
-      RBT_DIMENSIONS = -18, RBT_NAMES = -19, RBT_OFFSETS = -20, RBT_AXES = -21, &
-      RBT_COORDINATES = -22, RBT_NORMALS = -23, RBT_ALIAS = -24, RBT_CLASSES = -25, &
-      RBT_COMPONENTS_WRONG = -26, RBT_SPANS = -27, RBT_QUANTILES = -28
-
-  ! Most components that a state can have.
+      RBT_OK = 0, RBT_CLAMPED = 1, RBT_ERR_NOT_FINITE = -1, RBT_ERR_NOT_APPROACHING = -2, &
+      RBT_ERR_SPEED_NOT_POSITIVE = -3, RBT_ERR_NORMAL_NOT_USABLE = -4, &
+      RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, RBT_ERR_NOT_OPENED = -10, RBT_ERR_NOT_READ = -11, &
+      RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, RBT_ERR_FORMAT = -14, &
+      RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
+      RBT_ERR_DIMENSIONS = -18, RBT_ERR_NAMES = -19, RBT_ERR_OFFSETS = -20, RBT_ERR_AXES = -21, &
+      RBT_ERR_COORDINATES = -22, RBT_ERR_NORMALS = -23, RBT_ERR_ALIAS = -24, &
+      RBT_ERR_CLASSES = -25, RBT_ERR_COMPONENTS = -26, RBT_ERR_SPANS = -27, &
+      RBT_ERR_QUANTILES = -28
   integer, parameter, public :: RBT_VALUES = 8
+  ! end constants
 
   ! A table in memory: opened by rbt_open, ended by rbt_close. Copies are the same table.
   type :: rbt_table
@@ -55,6 +55,10 @@ module rebound_sampler
   type, bind(c) :: c_report
     integer(c_size_t) :: row, clamped_row, clamped
   end type c_report
+
+  type, bind(c) :: c_impacts
+    type(c_ptr) :: velocity, normal, half_size, wall_velocity, index, hit
+  end type c_impacts
 
   interface
     function c_open(path, table) result(code) bind(c, name="rbt_open")
@@ -153,11 +157,23 @@ module rebound_sampler
       real(c_double), intent(inout) :: new_velocity(3), omega(3)
       integer(c_int) :: code
     end function c_rebound
+
+    function c_rebound_batch(table, n, impacts, seed, new_velocity, omega, report) &
+        result(code) bind(c, name="rbt_rebound_batch")
+      import :: c_double, c_impacts, c_int, c_int64_t, c_ptr, c_report, c_size_t
+      type(c_ptr), value :: table
+      integer(c_size_t), value :: n
+      type(c_impacts), intent(in) :: impacts
+      integer(c_int64_t), value :: seed
+      real(c_double), intent(inout) :: new_velocity(3, *), omega(3, *)
+      type(c_report), intent(out) :: report
+      integer(c_int) :: code
+    end function c_rebound_batch
   end interface
 
 contains
 
-  ! Open a table image (.rbt) and check everything in it.
+  ! Open a binary table (.rbt) and check everything in it.
   function rbt_open(path, table) result(code)
     character(len=*), intent(in) :: path  ! trailing blanks do not count
     type(rbt_table), intent(out) :: table
@@ -220,7 +236,7 @@ contains
     call c_speed_range(table%handle, range)
   end function rbt_speed_range
 
-  ! Components that the table gives, as places in a state from 1 (u) to 8 (number of collisions).
+  ! Variables that the table gives, as places in a state from 1 (u) to 8 (number of collisions).
   function rbt_components(table) result(places)
     type(rbt_table), intent(in) :: table
     integer, allocatable :: places(:)
@@ -242,7 +258,7 @@ contains
     code = c_draw(table%handle, alpha1, speed, seed, index, hit, state)
   end function rbt_draw
 
-  ! The same with all components that a table can have.
+  ! The same with all variables that a table can have.
   function rbt_draw_all(table, alpha1, speed, seed, index, hit, values) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: alpha1, speed
@@ -271,11 +287,7 @@ contains
     if (size(states, 1) /= 6 .or. any([size(speed), size(index), size(hit), size(states, 2)] &
         /= size(alpha1))) error stop "rbt_draw_batch: arrays of unequal length"
     code = c_draw_batch(table%handle, n, alpha1, speed, seed, index, hit, states, found)
-    if (present(report)) then
-      report%clamped = found%clamped
-      if (found%row < n) report%row = found%row + 1
-      if (found%clamped_row < n) report%clamped_row = found%clamped_row + 1
-    end if
+    if (present(report)) report = fortran_report(found, n)
   end function rbt_draw_batch
 
   ! Rebound one particle, in the lab frame; results must be other variables than arguments.
@@ -293,6 +305,57 @@ contains
     code = c_rebound(table%handle, velocity, normal, half_size, wall_velocity, seed, index, hit, &
         new_velocity, omega)
   end function rbt_rebound
+
+  ! Rebound the particle of each column; faster than one by one. Results must be other variables than
+  ! arguments; name those after omega, later versions may have further ones.
+  function rbt_rebound_batch(table, velocity, normal, half_size, seed, index, hit, &
+      new_velocity, omega, wall_velocity, report) result(code)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in), contiguous, target :: velocity(:, :), normal(:, :)  ! (3, n)
+    real(c_double), intent(in), contiguous, target :: half_size(:)
+    integer(c_int64_t), intent(in) :: seed
+    integer(c_int64_t), intent(in), contiguous, target :: index(:)
+    integer(c_int32_t), intent(in), contiguous, target :: hit(:)
+    real(c_double), intent(inout), contiguous :: new_velocity(:, :), omega(:, :)    ! (3, n)
+    real(c_double), intent(in), contiguous, target, optional :: wall_velocity(:, :) ! none: at rest
+    type(rbt_report), intent(out), optional :: report
+    integer(c_int) :: code
+    integer(c_size_t) :: n
+    integer :: wanted(2)
+    type(c_impacts) :: impacts
+    type(c_report) :: found
+
+    n = size(half_size, kind=c_size_t)
+    code = RBT_OK
+    wanted = [3, size(half_size)]
+    if (any([shape(velocity), shape(normal), shape(new_velocity), shape(omega)] &
+        /= [wanted, wanted, wanted, wanted]) .or. size(index) /= n .or. size(hit) /= n) &
+        error stop "rbt_rebound_batch: arrays of unequal length"
+    impacts%wall_velocity = c_null_ptr
+    if (present(wall_velocity)) then
+      if (any(shape(wall_velocity) /= wanted)) error stop "rbt_rebound_batch: wall_velocity"
+      if (n > 0) impacts%wall_velocity = c_loc(wall_velocity)
+    end if
+    if (n == 0) return
+    impacts%velocity = c_loc(velocity)
+    impacts%normal = c_loc(normal)
+    impacts%half_size = c_loc(half_size)
+    impacts%index = c_loc(index)
+    impacts%hit = c_loc(hit)
+    code = c_rebound_batch(table%handle, n, impacts, seed, new_velocity, omega, found)
+    if (present(report)) report = fortran_report(found, n)
+  end function rbt_rebound_batch
+
+  ! A report with rows that count from 1.
+  function fortran_report(found, n) result(report)
+    type(c_report), intent(in) :: found
+    integer(c_size_t), intent(in) :: n
+    type(rbt_report) :: report
+
+    report%clamped = found%clamped
+    if (found%row < n) report%row = found%row + 1
+    if (found%clamped_row < n) report%clamped_row = found%clamped_row + 1
+  end function fortran_report
 
   ! Copy of a text of C, which ends with a null character.
   function fortran_text(pointer_to_c) result(text)

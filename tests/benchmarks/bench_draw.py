@@ -29,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "embedding"))
 import toolchain
 
 import sampler
-from sampler.formats.binary import write_image
+from sampler.formats.binary import write_binary_table
 
 HERE = Path(__file__).resolve().parent
 ROWS = 10**6
@@ -137,7 +137,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         if toolchain.find("gcc"):
-            write_image(folder / "t.rbt", table.contents)
+            write_binary_table(folder / "t.rbt", table.contents)
             draws |= c_draws(folder / "t.rbt", conditions, folder)
         found = summarised(measure(draws, arguments.count, arguments.rounds))
     print(f"{'ns per draw':32} {'least':>8} {'median':>8} {'/ bootstrap':>12}")

@@ -24,8 +24,9 @@ uint32_t floor_of_draws(const rbt_table *table, size_t n, uint64_t seed, const u
     uint32_t sum = 0;
     for (size_t k = 0; k < n; k++) {
         uint32_t words[8], read[4];
-        rbti_block_of(seed, index[k], 0, 0, words);
-        rbti_block_of(seed, index[k], 0, 1, words + 4);
+        const uint32_t hit = 0;
+        rbti_fill_words(1, 0, seed, &index[k], &hit, 1, words);
+        rbti_fill_words(1, 1, seed, &index[k], &hit, 1, words + 4);
         memcpy(read, image + (words[0] * (uint64_t)(size / 16) >> 32) * 16, sizeof read);
         for (int m = 0; m < 4; m++)
             sum += read[m] ^ words[4 + m];

@@ -6,7 +6,7 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.formats.binary import write_image
+from sampler.formats.binary import write_binary_table
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +18,7 @@ def test_every_row_is_measured(table, tmp_path):
     conditions = bench_draw.Conditions(table, 200)
     draws = bench_draw.python_draws(table, conditions)
     if toolchain.find("gcc"):
-        write_image(tmp_path / "t.rbt", table.contents)
+        write_binary_table(tmp_path / "t.rbt", table.contents)
         draws |= bench_draw.c_draws(tmp_path / "t.rbt", conditions, tmp_path)
     rows = bench_draw.summarised(bench_draw.measure(draws, 200, 2))
     assert [row["name"] for row in rows] == list(draws)
@@ -31,7 +31,7 @@ def test_every_row_is_measured(table, tmp_path):
 def test_python_and_c_draw_the_same(table, tmp_path):
     toolchain.require("gcc")
     conditions = bench_draw.Conditions(table, 200)
-    write_image(tmp_path / "t.rbt", table.contents)
+    write_binary_table(tmp_path / "t.rbt", table.contents)
     draws = bench_draw.c_draws(tmp_path / "t.rbt", conditions, tmp_path)
     bench_draw.python_draws(table, conditions)["Python, Table.sample"]()
     expected = conditions.states.copy()

@@ -69,17 +69,14 @@ static void try_image(const void *image, size_t size)
 static void repair(char *image, size_t size)
 {
     rbti_header header;
-    rbti_sha sha;
     const size_t at = offsetof(rbti_header, sha256);
     memcpy(&header, image, sizeof header);
     memcpy(header.magic, "\x89RBT\r\n\x1a\n", 8);
     header.major = 1;
     header.file_bytes = size;
     memcpy(image, &header, sizeof header);
-    rbti_sha_start(&sha);
-    rbti_sha_add(&sha, (const uint8_t *)image, at);
-    rbti_sha_add(&sha, (const uint8_t *)image + at + 32, size - at - 32);
-    rbti_sha_end(&sha, (uint8_t *)image + at);
+    uint8_t *bytes = (uint8_t *)image;
+    rbti_sha256(bytes, at, bytes + at + 32, size - at - 32, bytes + at);
 }
 
 /* Copy of bytes at an address and of a size that let the sanitizer see every access outside. */

@@ -1,4 +1,4 @@
-"""Malformed images: what is changed in a good one, and the code of the reason it is refused for.
+"""Malformed binary tables: what is changed in a good one, and the code that it is refused with.
 
 The checksum is made right again where not it is the matter, so that every check is reached.
 """
@@ -163,9 +163,9 @@ MALFORMED = [
 ]  # fmt: skip
 
 
-def make(image, change, repair):
-    """Malformed image, from the bytes of a good one."""
-    data = change(np.frombuffer(image, np.uint8).copy())
+def make(good, change, repair):
+    """Malformed binary table, from the bytes of a good one."""
+    data = change(np.frombuffer(good, np.uint8).copy())
     if repair:
         at = field_offset("sha256")
         data[at : at + 32] = np.frombuffer(checksum(data), np.uint8)

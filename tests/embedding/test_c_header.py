@@ -1,6 +1,5 @@
 """The C header: clean under every compiler here, and the states of Python at every optimisation."""
 
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,16 +7,17 @@ import numpy as np
 import pytest
 import toolchain
 
+import sampler
 from sampler.drawing.kernel import draw
-from sampler.formats.binary import read_image, write_image
-from sampler.formats.binary_layout import HEADER_DTYPE, REASONS, field_offset
+from sampler.formats.binary import write_binary_table
+from sampler.formats.binary_layout import CODES, HEADER_DTYPE, field_offset
 from sampler.formats.hdf5 import read_table
+from sampler.formats.packing import table_arrays
 
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"
 TABLES = sorted(path.stem for path in VECTORS.glob("*.rbt"))
-IMPLEMENTATION = '#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n'
-HEADER = toolchain.INCLUDE / "rebound_sampler.h"
+IMPLEMENTATION = toolchain.IMPLEMENTATION
 
 
 def check_vectors(program, tolerance):
@@ -112,46 +112,65 @@ def test_compiles_for_a_device(tmp_path):
     toolchain.compile_with("nvcc", ["-c", source, "-o", tmp_path / "device.o"])
 
 
+def build_main(folder, body, before="", flags=(), after=""):
+    """Program with the header and a main function of these statements."""
+    source = folder / "main.c"
+    main = f"int main(int argc, char **argv)\n{{\n(void)argc; (void)argv;\n{body}}}\n"
+    source.write_text(f"{before}{IMPLEMENTATION}#include <stdio.h>\n{after}{main}")
+    return toolchain.build("gcc", [source], folder / "main", flags)
+
+
 def test_two_files_of_one_program(tmp_path):
     (tmp_path / "library.c").write_text(IMPLEMENTATION)
     (tmp_path / "user.c").write_text(
         '#include "rebound_sampler.h"\n#include <stdio.h>\n'
-        "int main(void) { return puts(rbt_strerror(RBT_FORMAT)) < 0; }\n"
+        "int main(void) { return puts(rbt_strerror(RBT_ERR_NO_MEMORY)) < 0; }\n"
     )
     sources = [tmp_path / "library.c", tmp_path / "user.c"]
     program = toolchain.build("gcc", sources, tmp_path / "two")
-    assert toolchain.run(program) == f"{REASONS[-14]}\n"
+    assert toolchain.run(program) == "memory: not enough for this table\n"
 
 
-def test_codes_and_reasons_of_python(tmp_path):
-    codes = dict(re.findall(r"#define RBT_(\w+) \(?(-?\d+)\)?", HEADER.read_text()))
-    codes = {name: int(code) for name, code in codes.items() if int(code) <= -10}
-    assert sorted(codes.values()) == sorted(REASONS)
-    calls = "".join(f"    puts(rbt_strerror({code}));\n" for code in REASONS)
-    source = tmp_path / "reasons.c"
-    source.write_text(f"{IMPLEMENTATION}#include <stdio.h>\nint main(void)\n{{\n{calls}}}\n")
-    program = toolchain.build("gcc", [source], tmp_path / "reasons")
-    assert toolchain.run(program).splitlines() == list(REASONS.values())
+def test_texts_of_all_codes(library):
+    for code in CODES:
+        assert library.rbt_strerror(code.number).decode() == code.text
+    assert library.rbt_strerror(-99) == b"unknown code"
 
 
 def test_header_of_the_file_is_that_of_python(tmp_path):
     names = HEADER_DTYPE.names
     offsets = "".join(f'    printf("%zu\\n", offsetof(rbti_header, {name}));\n' for name in names)
-    source = tmp_path / "offsets.c"
-    source.write_text(
-        f"{IMPLEMENTATION}#include <stdio.h>\nint main(void)\n{{\n{offsets}"
-        '    printf("%zu\\n", sizeof(rbti_header));\n}\n'
-    )
-    program = toolchain.build("gcc", [source], tmp_path / "offsets")
+    program = build_main(tmp_path, f'{offsets}    printf("%zu\\n", sizeof(rbti_header));\n')
     expected = [field_offset(name) for name in names] + [HEADER_DTYPE.itemsize]
     assert [int(line) for line in toolchain.run(program).split()] == expected
 
 
-@pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("library")
-    (folder / "library.c").write_text(IMPLEMENTATION)
-    return toolchain.load_library(folder / "library.c", ["-O3", "-march=native"])
+def test_an_ignored_code_is_a_warning(tmp_path):
+    with pytest.raises(AssertionError, match="warn_unused_result"):
+        build_main(tmp_path, "    rbt_table *table;\n    rbt_open(argv[1], &table);\n")
+
+
+@pytest.mark.parametrize("flags", ["-DRBT_NO_MMAP", "-O1"])
+def test_memory_is_taken_and_returned_as_the_program_says(flags, tmp_path):
+    before = """#include <stdlib.h>
+static int quota, balance;
+static void *take(size_t size) { return quota-- > 0 ? balance++, malloc(size) : NULL; }
+static void give(void *memory) { balance -= memory != NULL; free(memory); }
+#define RBT_MALLOC take
+#define RBT_FREE give
+"""
+    body = """    for (int most = 0; most < 3; most++) {
+        rbt_table *table;
+        quota = most;
+        const int code = rbt_open(argv[1], &table);
+        rbt_close(table);
+        printf("%d %d ", code, balance);
+    }
+"""
+    program = build_main(tmp_path, body, before, [flags])
+    needed = 2 if flags == "-DRBT_NO_MMAP" else 1  # the file and the table, or the table only
+    expected = "".join("-12 0 " if most < needed else "0 0 " for most in range(3))
+    assert toolchain.run(program, VECTORS / "full.rbt") == expected
 
 
 @pytest.mark.processor
@@ -161,7 +180,7 @@ def test_batches_have_the_bits_of_python(library, name, n):
     image = VECTORS / f"{name}.rbt"
     alpha1, speed, index, hit = toolchain.random_conditions(n)
     expected = np.zeros((n, 8))
-    arrays = read_image(image).arrays
+    arrays = table_arrays(read_table(VECTORS / f"{name}.h5"))
     codes = [
         draw(arrays, a, v, np.uint64(5), i, h, row)
         for a, v, i, h, row in zip(alpha1, speed, index, hit, expected, strict=True)
@@ -184,7 +203,7 @@ def test_no_speed_is_outside_where_rebounds_do_not_depend_on_it(library, tmp_pat
     found = {}
     for free in (False, True):
         image = tmp_path / f"{free}.rbt"
-        write_image(image, replace(contents, speed_independent=free))
+        write_binary_table(image, replace(contents, speed_independent=free))
         states, report = np.zeros((n, 6)), toolchain.Report()
         with toolchain.opened(library, image) as table:
             given = speed[:4].copy(), 5, index, hit, states, report
@@ -214,6 +233,105 @@ def test_a_batch_stops_before_the_first_error(library, bad, alpha1, speed, code)
     assert (got, report.row) == (code, bad)
     np.testing.assert_array_equal(states[:bad], whole[:bad])
     assert (states[bad:] == 7.0).all()
+
+
+class Impacts:
+    """Impacts at walls of all directions that move, one in five outside of the table."""
+
+    def __init__(self, n, seed=2):
+        rng = np.random.default_rng(seed)
+        alpha1, speed, self.index, self.hit = toolchain.random_conditions(n, seed)
+        self.normal = rng.standard_normal((n, 3))
+        unit = self.normal / np.linalg.norm(self.normal, axis=1)[:, None]
+        along = np.cross(unit, rng.standard_normal((n, 3)))
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        self.wall_velocity = rng.standard_normal((n, 3))
+        self.velocity = self.wall_velocity + speed[:, None] * (
+            np.cos(alpha1)[:, None] * along - np.sin(alpha1)[:, None] * unit
+        )
+        self.velocity[::7] = (self.wall_velocity - 100.0 * self.normal)[::7]  # normal impacts
+        self.half_size = rng.uniform(1e-6, 1e-3, n)
+        self.new_velocity, self.omega = np.full((n, 3), 7.0), np.full((n, 3), 7.0)
+
+    def batch(self, library, table, report, wall=True, velocity=None):
+        """Code of `rbt_rebound_batch`."""
+        velocity = self.velocity if velocity is None else velocity
+        given = [velocity, self.normal, self.half_size, self.wall_velocity, self.index, self.hit]
+        pointers = [array.ctypes.data for array in given]
+        pointers[3] = pointers[3] if wall else None
+        impacts, n = toolchain.Impacts(*pointers), len(self.hit)
+        return library.rbt_rebound_batch(
+            table, n, impacts, 5, self.new_velocity, self.omega, report
+        )
+
+    def one_by_one(self, library, table, wall=True):
+        """Codes of `rbt_rebound`, velocities and angular velocities."""
+        v, omega = np.full_like(self.velocity, 7.0), np.full_like(self.velocity, 7.0)
+        codes = [
+            library.rbt_rebound(
+                table, self.velocity[k], self.normal[k], self.half_size[k],
+                self.wall_velocity[k] if wall else None,
+                5, int(self.index[k]), int(self.hit[k]), v[k], omega[k],
+            )
+            for k in range(len(self.hit))
+        ]  # fmt: skip
+        return np.array(codes), v, omega
+
+
+@pytest.mark.parametrize("wall", [True, False])
+@pytest.mark.parametrize("n", [0, 1, 31, 32, 33, 500])
+def test_rebounds_of_a_batch_are_those_one_by_one_and_of_python(library, n, wall):
+    impacts, report = Impacts(n), toolchain.Report()
+    if not wall:
+        impacts.velocity -= impacts.wall_velocity
+    with toolchain.opened(library, VECTORS / "full.rbt") as table:
+        code = impacts.batch(library, table, report, wall)
+        codes, v, omega = impacts.one_by_one(library, table, wall)
+        np.testing.assert_array_equal(impacts.new_velocity, v)
+        np.testing.assert_array_equal(impacts.omega, omega)
+        in_place = impacts.velocity.copy()
+        impacts.new_velocity = in_place
+        assert impacts.batch(library, table, None, wall, in_place) == code
+        np.testing.assert_array_equal(in_place, v)
+    clamped = np.flatnonzero(codes)
+    assert (codes >= 0).all()
+    assert code == (clamped.size > 0)
+    assert (report.row, report.clamped) == (n, clamped.size)
+    assert report.clamped_row == (clamped[0] if clamped.size else n)
+    if n:
+        python = sampler.load(VECTORS / "full.h5").rebound(
+            impacts.velocity, impacts.normal, impacts.half_size, seed=5, index=impacts.index,
+            hit=impacts.hit, wall_velocity=impacts.wall_velocity if wall else None,
+        )  # fmt: skip
+        # to the last digits of the C library's atan2, cos and sin
+        np.testing.assert_allclose(v, python[0], rtol=0, atol=1e-11)
+        np.testing.assert_allclose(omega, python[1], rtol=1e-11, atol=1e-4)
+
+
+@pytest.mark.parametrize("bad", [0, 1, 31, 32, 50])
+@pytest.mark.parametrize(
+    ("name", "value", "code"),
+    [
+        ("velocity", np.nan, -1),
+        ("wall_velocity", 1e4, -2),
+        ("normal", 0.0, -4),
+        ("half_size", 0.0, -5),
+    ],
+)
+def test_a_batch_of_rebounds_stops_before_the_first_error(library, bad, name, value, code):
+    impacts, report = Impacts(70), toolchain.Report()
+    if name == "wall_velocity":  # flees from the particle
+        value = -1e4 * impacts.normal[bad]
+    getattr(impacts, name)[bad] = value
+    impacts.half_size[60] = -1.0  # only the first is reported
+    with toolchain.opened(library, VECTORS / "full.rbt") as table:
+        codes, v, omega = impacts.one_by_one(library, table)
+        assert impacts.batch(library, table, report) == codes[bad] == code
+    assert (report.row, report.clamped) == (bad, (codes[:bad] == 1).sum())
+    np.testing.assert_array_equal(impacts.new_velocity[:bad], v[:bad])
+    np.testing.assert_array_equal(impacts.omega[:bad], omega[:bad])
+    assert (impacts.new_velocity[bad:] == 7.0).all()
+    assert (impacts.omega[bad:] == 7.0).all()
 
 
 def test_queries(library):

@@ -7,7 +7,7 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.formats.binary import write_image
+from sampler.formats.binary import write_binary_table
 from tablegen.config import load_config
 from tablegen.prune import pruned
 
@@ -17,18 +17,6 @@ WORDS = re.compile(
     r"mean velocity along the plates +(\S+) m/s, mean spin +(\S+) rad/s, failed 0\n"
     r" *([0-9.E+e]+) rebounds per second on (\d) threads\n"
 )
-
-
-@pytest.fixture(scope="module")
-def table():
-    return sampler.load("corundum-steel")
-
-
-@pytest.fixture(scope="module")
-def image(table, tmp_path_factory):
-    path = tmp_path_factory.mktemp("image") / "corundum-steel.rbt"
-    write_image(path, table.contents)
-    return path
 
 
 def follow(table):
@@ -43,15 +31,15 @@ def follow(table):
 
 
 @pytest.fixture(scope="module")
-def expected(table):
+def expected(shipped):
     """Mean velocity along the plates and mean spin, from Python."""
-    velocity, omega = follow(table)
-    assert table.clamped == 0
+    velocity, omega = follow(shipped)
+    assert shipped.clamped == 0
     return velocity[:, 0].mean(), omega[:, 2].mean()
 
 
-def check(program, image, expected, threads):
-    printed = toolchain.run(program, image, PARTICLES, HITS, OMP_NUM_THREADS=str(threads))
+def check(program, file, expected, threads):
+    printed = toolchain.run(program, file, PARTICLES, HITS, OMP_NUM_THREADS=str(threads))
     along, spin, speed, on = WORDS.fullmatch(printed).groups()
     assert float(along) == pytest.approx(expected[0], abs=6e-4)
     assert float(spin) == pytest.approx(expected[1], rel=6e-4)
@@ -60,12 +48,12 @@ def check(program, image, expected, threads):
 
 
 @pytest.fixture(scope="module")
-def steep(table, tmp_path_factory):
-    """Image of a table of steep impacts only, and how many rebounds it has to clamp."""
-    path = tmp_path_factory.mktemp("image") / "steep.rbt"
+def steep(shipped, tmp_path_factory):
+    """Binary table of steep impacts only, and how many rebounds it has to clamp."""
+    path = tmp_path_factory.mktemp("steep") / "steep.rbt"
     scene = load_config("corundum-steel").with_changes({"domain": {"alpha_deg": [30.0, 90.0]}})
-    contents = pruned(table.contents, scene)
-    write_image(path, contents)
+    contents = pruned(shipped.contents, scene)
+    write_binary_table(path, contents)
     narrow = sampler.Table(contents)
     follow(narrow)
     assert 0 < narrow.clamped < PARTICLES * HITS
@@ -73,31 +61,23 @@ def steep(table, tmp_path_factory):
 
 
 def check_count(program, steep):
-    image, clamped = steep
-    lines = toolchain.run(program, image, PARTICLES, HITS).splitlines()
+    file, clamped = steep
+    lines = toolchain.run(program, file, PARTICLES, HITS).splitlines()
     assert lines[2:] == [f"{clamped} rebounds lay outside the table and took its nearest condition"]
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_c(image, steep, expected, threads, tmp_path):
-    program = toolchain.build(
-        "gcc", [toolchain.INCLUDE / "particles.c"], tmp_path / "particles", ["-O2", "-fopenmp"]
-    )
-    check(program, image, expected, threads)
-    check_count(program, steep)
+def build_c(folder):
+    source, flags = [toolchain.INCLUDE / "particles.c"], ["-O2", "-fopenmp"]
+    return toolchain.build("gcc", source, folder / "particles", flags)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_fortran(image, steep, expected, threads, tmp_path):
-    library = tmp_path / "library.c"
-    library.write_text('#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n')
-    toolchain.compile_with("gcc", ["-O2", "-c", library, "-o", tmp_path / "library.o"])
-    module = toolchain.INCLUDE / "rebound_sampler.f90"
-    program = toolchain.build(
-        "gfortran",
-        [module, FORTRAN / "particles.f90", tmp_path / "library.o"],
-        tmp_path / "particles",
-        ["-O2", "-fopenmp", f"-J{tmp_path}"],
-    )
-    check(program, image, expected, threads)
+def build_fortran(folder):
+    return toolchain.build_fortran([FORTRAN / "particles.f90"], folder, ["-O2", "-fopenmp"])
+
+
+@pytest.mark.parametrize("build", [build_c, build_fortran])
+def test_particles(build, shipped_file, steep, expected, tmp_path):
+    program = build(tmp_path)
+    for threads in (1, 2):
+        check(program, shipped_file, expected, threads)
     check_count(program, steep)

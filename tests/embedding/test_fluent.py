@@ -11,9 +11,6 @@ import numpy as np
 import pytest
 import toolchain
 
-import sampler
-from sampler.formats.binary import write_image
-
 HERE = Path(__file__).resolve().parent
 FLUENT = toolchain.INCLUDE.parent / "fluent"
 SOURCES = [FLUENT / "rebound_bc.c", HERE / "fluent_driver.c"]
@@ -37,9 +34,9 @@ def particle_type(real):
 class Sketch:
     """The compiled sketch, with its table open."""
 
-    def __init__(self, folder, image, flags=(), real=ctypes.c_double, compiler="gcc"):
+    def __init__(self, folder, table, flags=(), real=ctypes.c_double, compiler="gcc"):
         library = folder / "sketch.so"
-        table = [f'-DREBOUND_TABLE="{image}"', "-DREBOUND_SPIN(tp)=((tp)->omega)"]
+        table = [f'-DREBOUND_TABLE="{table}"', "-DREBOUND_SPIN(tp)=((tp)->omega)"]
         arguments = [*STAND_IN, *table, *flags, "-O2", "-fPIC", "-shared", *SOURCES]
         toolchain.compile_with(compiler, [*arguments, "-o", library, "-lm"])
         self.library = ctypes.CDLL(str(library))
@@ -60,21 +57,9 @@ class Sketch:
         return self.library.meet(ctypes.byref(particle), *outward, dim)
 
 
-@pytest.fixture(scope="module")
-def table():
-    return sampler.load("corundum-steel")
-
-
-@pytest.fixture(scope="module")
-def image(table, tmp_path_factory):
-    path = tmp_path_factory.mktemp("image") / "corundum-steel.rbt"
-    write_image(path, table.contents)
-    return path
-
-
 @pytest.fixture(scope="module", params=["gcc", "clang"])
-def sketch(request, image, tmp_path_factory):
-    return Sketch(tmp_path_factory.mktemp("sketch"), image, compiler=request.param)
+def sketch(request, shipped_file, tmp_path_factory):
+    return Sketch(tmp_path_factory.mktemp("sketch"), shipped_file, compiler=request.param)
 
 
 def python_rebound(table, velocity, outward, identity, hit):
@@ -85,7 +70,8 @@ def python_rebound(table, velocity, outward, identity, hit):
     return v[0], omega[0]
 
 
-def test_particles_between_two_walls(sketch, table):
+def test_particles_between_two_walls(sketch, shipped):
+    table = shipped
     clamped = 0
     for identity in [0, 1, 77, 2**40 + 3]:
         velocity = np.array([150.0, -80.0, 20.0])
@@ -132,12 +118,12 @@ def test_without_a_table_every_track_ends(tmp_path, capfd):
     sketch.library.rebound_close()
 
 
-def test_plane_and_swirl(image, table, tmp_path):
-    sketch = Sketch(tmp_path, image, ["-DRP_2D=1"])
+def test_plane_and_swirl(shipped_file, shipped, tmp_path):
+    sketch = Sketch(tmp_path, shipped_file, ["-DRP_2D=1"])
     # dim = 2: what lies in the third places is nobody's business
     particle = sketch.particle(9, [120.0, -90.0, 33.0])
     assert sketch.meet(particle, [0.0, -1.0, float("nan")], dim=2) == ACTIVE
-    expected, omega = python_rebound(table, [120.0, -90.0, 0.0], [0.0, -1.0, 0.0], 9, 0)
+    expected, omega = python_rebound(shipped, [120.0, -90.0, 0.0], [0.0, -1.0, 0.0], 9, 0)
     np.testing.assert_array_equal(particle.velocity, [*expected[:2], 33.0])
     np.testing.assert_array_equal(particle.omega, omega)
 
@@ -146,16 +132,16 @@ def test_plane_and_swirl(image, table, tmp_path):
     particle = sketch.particle(10, velocity)
     particle.position[:] = [0.3, *(0.05 * direction[1:])]
     assert sketch.meet(particle, [0.0, 1.0, float("nan")], dim=2) == ACTIVE
-    expected, _ = python_rebound(table, velocity, direction, 10, 0)
+    expected, _ = python_rebound(shipped, velocity, direction, 10, 0)
     np.testing.assert_allclose(particle.velocity, expected, rtol=0, atol=1e-9)
 
 
-def test_single_precision(image, table, tmp_path):
-    sketch = Sketch(tmp_path, image, ["-DREBOUND_REAL=float"], real=ctypes.c_float)
+def test_single_precision(shipped_file, shipped, tmp_path):
+    sketch = Sketch(tmp_path, shipped_file, ["-DREBOUND_REAL=float"], real=ctypes.c_float)
     velocity = [120.0, -90.0, 0.0]
     particle = sketch.particle(4, velocity)
     assert sketch.meet(particle, [0.0, -1.0, 0.0]) == ACTIVE
-    expected, omega = python_rebound(table, velocity, [0.0, -1.0, 0.0], 4, 0)
+    expected, omega = python_rebound(shipped, velocity, [0.0, -1.0, 0.0], 4, 0)
     np.testing.assert_allclose(particle.velocity, expected, rtol=1e-6, atol=1e-5)
     np.testing.assert_allclose(particle.omega, omega, rtol=1e-5, atol=10.0)
 
@@ -169,8 +155,8 @@ def test_the_declarations_refuse_to_be_taken_for_fluents_own(tmp_path):
     assert "copy rebound_bc.c without it" in done.stderr
 
 
-def test_first_impact_outside_the_table_is_told_once(image, tmp_path, capfd):
-    sketch = Sketch(tmp_path, image)  # its own, which has told nothing yet
+def test_first_impact_outside_the_table_is_told_once(shipped_file, tmp_path, capfd):
+    sketch = Sketch(tmp_path, shipped_file)  # its own, which has told nothing yet
     for identity, speed in enumerate((150.0, 20.0, 30.0)):
         assert (
             sketch.meet(sketch.particle(identity, [0.0, -speed, 0.0]), [0.0, -1.0, 0.0]) == ACTIVE

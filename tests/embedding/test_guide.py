@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,6 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.formats.binary import write_image
 
 PACKAGE = toolchain.INCLUDE.parent
 #: The same folder in the repository, from which links may lead out.
@@ -40,9 +40,9 @@ def expected():
 
 
 @pytest.fixture
-def folder(tmp_path):
-    """Folder with the image that the programs open, and commands of this Python."""
-    write_image(tmp_path / "corundum-steel.rbt", sampler.load("corundum-steel").contents)
+def folder(tmp_path, shipped_file):
+    """Folder with the binary table that the programs open, and commands of this Python."""
+    shutil.copy(shipped_file, tmp_path)
     commands = tmp_path / "commands"
     commands.mkdir()
     for name, arguments in {
@@ -103,32 +103,17 @@ def test_python_and_numba(capsys, expected):
     assert "{}, {}, {} and {} diameters".format(*sizes) in GUIDE
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_c(compiler, folder, expected, monkeypatch):
-    (folder / "bounce.c").write_text(only("c"))
-    program = toolchain.build(compiler, [folder / "bounce.c"], folder / "strict")
-    monkeypatch.chdir(folder)
-    check_velocity(toolchain.run(program), expected)
-
-
-@pytest.mark.parametrize("compiler", ["g++", "clang++"])
-def test_cpp(compiler, folder, expected, monkeypatch):
-    (folder / "bounce.cpp").write_text(only("cpp"))
-    program = toolchain.build(compiler, [folder / "bounce.cpp"], folder / "strict")
-    monkeypatch.chdir(folder)
-    check_velocity(toolchain.run(program), expected)
-
-
-def test_fortran(folder, expected, monkeypatch):
-    (folder / "library.c").write_text(
-        '#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n'
-    )
-    (folder / "bounce.f90").write_text(only("fortran"))
-    toolchain.compile_with("gcc", ["-c", folder / "library.c", "-o", folder / "library.o"])
-    sources = [toolchain.INCLUDE / "rebound_sampler.f90", folder / "bounce.f90"]
-    program = toolchain.build(
-        "gfortran", [*sources, folder / "library.o"], folder / "strict", [f"-J{folder}"]
-    )
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "g++", "clang++", "gfortran"])
+def test_program(compiler, folder, expected, monkeypatch):
+    language, suffix = {"g++": ("cpp", "cpp"), "clang++": ("cpp", "cpp")}.get(compiler, ("c", "c"))
+    if compiler == "gfortran":
+        language, suffix = "fortran", "f90"
+    source = folder / f"bounce.{suffix}"
+    source.write_text(only(language))
+    if compiler == "gfortran":
+        program = toolchain.build_fortran([source], folder)
+    else:
+        program = toolchain.build(compiler, [source], folder / "strict")
     monkeypatch.chdir(folder)
     check_velocity(toolchain.run(program), expected)
 

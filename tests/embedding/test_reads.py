@@ -7,7 +7,7 @@ import small_tables
 import toolchain
 
 import sampler
-from sampler.formats.binary import write_image
+from sampler.formats.binary import write_binary_table
 
 SOURCE = Path(__file__).resolve().with_name("reads.c")
 #: Callbacks at every load, in code that keeps each of them.
@@ -21,7 +21,7 @@ def reads(tmp_path_factory):
     program = toolchain.build("clang", [SOURCE], folder / "reads", FLAGS)
 
     def counted(contents):
-        write_image(folder / "t.rbt", contents)
+        write_binary_table(folder / "t.rbt", contents)
         return tuple(map(int, toolchain.run(program, folder / "t.rbt", 5000).split()))
 
     return counted

@@ -13,6 +13,8 @@ import pytest
 from sampler.files.locate import include_directory
 
 INCLUDE = include_directory()
+MODULE = INCLUDE / "rebound_sampler.f90"
+IMPLEMENTATION = '#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n'
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow"]
 FORTRAN_WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wimplicit-interface"]
 
@@ -61,6 +63,14 @@ def build(compiler, sources, program, flags=()):
     return Path(program)
 
 
+def build_fortran(sources, folder, flags=()):
+    """Build a Fortran program with the module and the header, and return its path."""
+    (folder / "library.c").write_text(IMPLEMENTATION)
+    compile_with("gcc", ["-O2", "-c", folder / "library.c", "-o", folder / "library.o"])
+    objects = [MODULE, *sources, folder / "library.o"]
+    return build("gfortran", objects, folder / "program", [*flags, f"-J{folder}"])
+
+
 def run(program, *arguments, status=0, **environment):
     """Run a program and return what it prints."""
     done = subprocess.run(
@@ -81,6 +91,21 @@ class Report(ctypes.Structure):
     _fields_ = [(name, ctypes.c_size_t) for name in ("row", "clamped_row", "clamped")]
 
 
+class Impacts(ctypes.Structure):
+    """What a batch of rebounds is given."""
+
+    _fields_ = [
+        (name, ctypes.c_void_p)
+        for name in ("velocity", "normal", "half_size", "wall_velocity", "index", "hit")
+    ]
+
+
+def header_library(folder, flags=()):
+    """Shared library of nothing but the header."""
+    (folder / "library.c").write_text(IMPLEMENTATION)
+    return load_library(folder / "library.c", flags)
+
+
 def load_library(source, flags=(), compiler="gcc"):
     """Build a shared library with the functions of the header, and declare them to Python."""
     path = Path(source).with_suffix(".so")
@@ -95,13 +120,18 @@ def load_library(source, flags=(), compiler="gcc"):
         "rbt_open_memory": (ctypes.c_void_p, size, ctypes.POINTER(table)),
         "rbt_close": (table,),
         "rbt_draw_batch": (table, size, reals, reals, *keys, reals, report),
+        "rbt_rebound": (
+            table, reals, reals, ctypes.c_double, reals, seed, seed, ctypes.c_uint32, reals, reals,
+        ),
+        "rbt_rebound_batch": (table, size, ctypes.POINTER(Impacts), seed, reals, reals, report),
         "rbt_components": (table, integers),
+        "rbt_strerror": (ctypes.c_int,),
         "rbt_pair": (table,),
         "rbt_alpha_range": (table, reals),
         "rbt_speed_range": (table, reals),
-    }.items():
+    }.items():  # fmt: skip
         getattr(library, name).argtypes = arguments
-    library.rbt_pair.restype = ctypes.c_char_p
+    library.rbt_pair.restype = library.rbt_strerror.restype = ctypes.c_char_p
     return library
 
 

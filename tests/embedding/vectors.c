@@ -49,7 +49,8 @@ static void set_untouched(int n, double *values)
         values[k] = UNTOUCHED;
 }
 
-static int check_draw(const rbt_table *table, char *text, double tolerance)
+/* `moved` is the same table at another address. */
+static int check_draw(const rbt_table *table, const rbt_table *moved, char *text, double tolerance)
 {
     double condition[2], expected[8], values[8], state[6], row[6];
     if (!next_numbers(&text, 2, condition))
@@ -65,7 +66,7 @@ static int check_draw(const rbt_table *table, char *text, double tolerance)
     rbt_report report;
     const int codes[3] = {
         rbt_draw_all(table, condition[0], condition[1], seed, index, hit, values),
-        rbt_draw(table, condition[0], condition[1], seed, index, hit, state),
+        rbt_draw(moved, condition[0], condition[1], seed, index, hit, state),
         rbt_draw_batch(table, 1, condition, condition + 1, seed, &index, &hit, row, &report),
     };
     return codes[0] == code && codes[1] == code && codes[2] == code &&
@@ -77,7 +78,7 @@ static int check_draw(const rbt_table *table, char *text, double tolerance)
 
 static int check_rebound(const rbt_table *table, char *text, double tolerance)
 {
-    double given[10], expected[6], result[6];
+    double given[10], expected[6], result[6], row[6];
     if (!next_numbers(&text, 10, given))
         return 0;
     const uint64_t seed = next_integer(&text), index = next_integer(&text);
@@ -88,6 +89,18 @@ static int check_rebound(const rbt_table *table, char *text, double tolerance)
     set_untouched(6, result);
     const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, seed, index, hit,
                                 result, result + 3);
+    rbt_impacts impacts;
+    memset(&impacts, 0, sizeof impacts);
+    impacts.velocity = given;
+    impacts.normal = given + 3;
+    impacts.half_size = given + 6;
+    impacts.wall_velocity = given + 7;
+    impacts.index = &index;
+    impacts.hit = &hit;
+    set_untouched(6, row);
+    if (rbt_rebound_batch(table, 1, &impacts, seed, row, row + 3, NULL) != got ||
+        !agree(got, 3, row, result, tolerance) || !agree(got, 3, row + 3, result + 3, tolerance))
+        return 0;
     tolerance = fmax(tolerance, LIBRARY_ROUNDING);
     return got == code && agree(code, 3, result, expected, tolerance) &&
            agree(code, 3, result + 3, expected + 3, tolerance);
@@ -104,12 +117,20 @@ int main(int argc, char **argv)
         fprintf(stderr, "%s: %s\n", argv[1], code < 0 ? rbt_strerror(code) : "no vectors");
         return 1;
     }
+    size_t size;
+    const void *image = rbt_image(table, &size);
+    char *memory = (char *)malloc(size + 64);
+    if (!memory)
+        return 1;
+    char *copy = memory + (64 - (uintptr_t)memory % 64) % 64;
+    memcpy(copy, image, size);
+    const rbt_table moved = rbt_moved(table, copy);
     const double tolerance = strtod(argv[3], NULL);
     char line[1024];
     int cases = 0, failed = 0;
     while (!failed && fgets(line, sizeof line, file)) {
         const int holds = strncmp(line, "draw ", 5) == 0
-                              ? check_draw(table, line + 5, tolerance)
+                              ? check_draw(table, &moved, line + 5, tolerance)
                               : strncmp(line, "rebound ", 8) == 0 &&
                                     check_rebound(table, line + 8, tolerance);
         failed = !holds;
@@ -119,6 +140,7 @@ int main(int argc, char **argv)
     }
     fclose(file);
     rbt_close(table);
+    free(memory);
     if (!failed)
         printf("%d cases\n", cases);
     return failed;

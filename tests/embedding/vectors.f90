@@ -90,7 +90,8 @@ contains
 
   function rebound_holds() result(holds)
     logical :: holds
-    real(c_double) :: given(10), expected(6), velocity(3), omega(3)
+    real(c_double) :: given(10), expected(6), velocity(3), omega(3), row(3, 2)
+    type(rbt_report) :: report
     integer(c_int64_t) :: seed, index
     integer(c_int32_t) :: hit
     integer(c_int) :: code, got
@@ -102,8 +103,15 @@ contains
     omega = untouched
     got = rbt_rebound(table, given(:3), given(4:6), given(7), given(8:), seed, index, hit, &
         velocity, omega)
+    row = untouched
+    holds = got == rbt_rebound_batch(table, reshape(given(:3), [3, 1]), &
+        reshape(given(4:6), [3, 1]), given(7:7), seed, [index], [hit], row(:, :1), row(:, 2:), &
+        wall_velocity=reshape(given(8:), [3, 1]), report=report)
+    holds = holds .and. agree(row(:, 1), velocity, 0.0_c_double) &
+        .and. agree(row(:, 2), omega, 0.0_c_double) &
+        .and. report%row == merge(1, 0, code < 0) .and. report%clamped == merge(1, 0, code > 0)
     if (code < 0) expected = untouched
-    holds = got == code .and. agree(velocity, expected(:3), library_rounding) &
+    holds = holds .and. got == code .and. agree(velocity, expected(:3), library_rounding) &
         .and. agree(omega, expected(4:), library_rounding)
   end function rebound_holds
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from binary_reader import read_binary
 
 import sampler
 from sampler import InputError, TableError
-from sampler.formats.binary import read_image, write_image
+from sampler.formats.binary import write_binary_table
+from sampler.formats.binary_layout import SPEED_INDEPENDENT
 from sampler.formats.hdf5 import read_table, write_table
 from sampler.formats.hdf5_layout import ATTRIBUTES
 
@@ -77,10 +79,7 @@ def test_another_value_is_refused(path, value):
         read_table(path)
 
 
-def test_images_say_so_too(anywhere, contents, tmp_path):
-    free, bound = tmp_path / "free.rbt", tmp_path / "bound.rbt"
-    write_image(free, anywhere)
-    write_image(bound, contents)
-    assert read_image(free).arrays.speed[:4] == sampler.Table(anywhere).arrays.speed[:4]
-    assert read_image(bound).arrays.speed[:4] == sampler.Table(contents).arrays.speed[:4]
-    assert read_image(free).arrays.speed.low < 1e-6 < 1e5 < read_image(free).arrays.speed.high
+def test_binary_tables_say_so_too(anywhere, contents, tmp_path):
+    for made, flags in ((anywhere, SPEED_INDEPENDENT), (contents, 0)):
+        write_binary_table(tmp_path / "t.rbt", made)
+        assert read_binary(tmp_path / "t.rbt")[0]["flags"] == flags

@@ -27,7 +27,7 @@ from small_tables import SMALL_TABLES  # noqa: E402  (a folder of the tests)
 
 from sampler.drawing.frames import rebound  # noqa: E402
 from sampler.drawing.kernel import draw  # noqa: E402
-from sampler.formats.binary import write_image  # noqa: E402
+from sampler.formats.binary import write_binary_table  # noqa: E402
 from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.table import Table  # noqa: E402
 
@@ -119,7 +119,7 @@ def main():
     for name, make in SMALL_TABLES.items():
         contents = make()
         write_table(HERE / f"{name}.h5", contents)
-        write_image(HERE / f"{name}.rbt", contents)
+        write_binary_table(HERE / f"{name}.rbt", contents)
         lines = "".join(f"{line}\n" for line in cases(Table(contents)))
         (HERE / f"{name}.txt").write_text(lines, encoding="ascii")
 

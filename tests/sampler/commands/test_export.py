@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from sampler.formats.binary import read_image
-from sampler.formats.hdf5 import read_table
+from sampler.formats.binary_layout import field_offset
 
 VECTORS = Path(__file__).resolve().parents[2] / "vectors"
 
@@ -22,15 +21,13 @@ def test_the_file_has_the_known_bytes_and_replaces_an_older_one(call, tmp_path, 
     assert ended.out == f"{output}: {output.stat().st_size / 1e6:.2f} MB, made-up\n"
     # the very bytes, whatever the processor
     assert output.read_bytes() == (VECTORS / f"{name}.rbt").read_bytes()
-    written = read_image(output)
-    assert written.content_sha256 == read_table(VECTORS / f"{name}.h5").content_sha256
     assert [path.name for path in tmp_path.iterdir()] == ["t.rbt"]
 
 
 def test_a_shipped_table_by_name(call, tmp_path, program):
     image = tmp_path / "t.rbt"
     assert call(program, "export", "corundum-steel-compact", "--output", image).status == 0
-    assert read_image(image).pair == "corundum-steel"
+    assert image.read_bytes()[field_offset("pair") :].startswith(b"corundum-steel\0")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from sampler.files.locate import data_directory
 from sampler.formats import format_page
 from sampler.formats import hdf5_layout as layout
 from sampler.formats.binary_layout import ARRAYS, HEADER
-from sampler.formats.format_page import PAGE, filled
+from sampler.formats.format_page import PAGE, filled_page
 
 COMMAND = "python -m sampler.formats.format_page"
 
@@ -18,20 +18,20 @@ def page():
 
 
 def test_is_up_to_date(page):
-    assert filled(page) == page, f"{PAGE} is out of date: {COMMAND}"
+    assert filled_page(page) == page, f"{PAGE} is out of date: {COMMAND}"
 
 
 def test_old_parts_are_seen_and_replaced(page):
     old = page.replace("| `marginals/quantiles` | float32 |", "| `marginals/quantiles` | float64 |")
     assert old != page
-    assert filled(old) == page
+    assert filled_page(old) == page
 
 
 def test_a_new_dataset_would_be_missed(page, monkeypatch):
     extra = layout.Dataset("axes/new", "<u2", ("n_alpha", 3), "1", "something new")
     monkeypatch.setattr(format_page, "DATASETS", (*layout.DATASETS, extra))
-    assert "| `axes/new` | uint16 | n_alpha, 3 | 1 | something new |" in filled(page)
-    assert filled(page) != page
+    assert "| `axes/new` | uint16 | n_alpha, 3 | 1 | something new |" in filled_page(page)
+    assert filled_page(page) != page
 
 
 def test_lists_everything(page):
@@ -42,12 +42,12 @@ def test_lists_everything(page):
     assert [dim for dim in sorted(dims) if f"`{dim}`" not in page] == []
 
 
-@pytest.mark.parametrize("line", ["<!-- begin datasets -->\n", "<!-- end image -->\n"])
+@pytest.mark.parametrize("line", ["<!-- begin datasets -->\n", "<!-- end binary -->\n"])
 def test_lost_and_doubled_markers_are_refused(page, line):
     name = line.split()[2]
     for broken in (page.replace(line, ""), page.replace(line, 2 * line)):
         with pytest.raises(InputError, match=f"{PAGE}: part '{name}' is not marked, allowed: <!--"):
-            filled(broken)
+            filled_page(broken)
 
 
 def test_command_writes_the_page(page, tmp_path, monkeypatch):

@@ -1,0 +1,169 @@
+"""Parts of the C header and of the Fortran module, made from the layout of a binary table.
+
+Run ``python -m sampler.formats.generated_code`` after a change to `sampler.formats.channels` or
+`sampler.formats.binary_layout`; everything outside the marked parts is written by hand.
+"""
+
+import itertools
+import textwrap
+
+import numpy as np
+
+from sampler.files.atomic import write_text
+from sampler.files.locate import include_directory
+from sampler.formats.binary_layout import (
+    ARRAYS,
+    BINARY_VERSION,
+    CODES,
+    DIMENSIONS,
+    HEADER,
+    LIBRARY_VERSION,
+    MAGIC,
+    MOST_BYTES,
+    MOST_NAMES,
+    SPEED_INDEPENDENT,
+    Field,
+    StoredArray,
+)
+from sampler.formats.channels import (
+    CHANNELS,
+    END_MIRRORED,
+    FIRST_MIRRORED,
+    VARIABLES,
+    channels_for,
+)
+from sampler.formats.format_page import filled
+
+_WIDTH = 98
+
+
+def _c_type(dtype: str) -> str:
+    kind = np.dtype(dtype)
+    if kind.kind in "iu":
+        return f"{'u' * (kind.kind == 'u')}int{8 * kind.itemsize}_t"
+    return "char" if kind.kind == "S" else {4: "float", 8: "double"}[kind.itemsize]
+
+
+def public_constants() -> str:
+    """Versions, codes with their meaning, and the most variables of a state, in C."""
+    major, minor = LIBRARY_VERSION
+    lines = [
+        f"#define RBT_VERSION_MAJOR {major}",
+        f"#define RBT_VERSION_MINOR {minor}",
+        *(f"#define RBT_{code.name} {_number(code.number)}" for code in CODES),
+        f"#define RBT_VALUES {MOST_NAMES} /* {', '.join(VARIABLES)} */",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _number(number: int) -> str:
+    return f"({number})" if number < 0 else str(number)
+
+
+def header_struct() -> str:
+    """Write the header of the file as a C struct: every field naturally aligned, no padding."""
+    lines = ["typedef struct rbti_header {"]
+    for kind, fields in itertools.groupby(HEADER, lambda field: _c_type(field.dtype)):
+        names = ", ".join(f"{f.name}{_extent(f)}" for f in fields)
+        lines += textwrap.wrap(f"    {kind} {names};", _WIDTH, subsequent_indent=" " * 8)
+    return "\n".join([*lines, "} rbti_header;"]) + "\n"
+
+
+def _extent(field: Field) -> str:
+    count = int(field.dtype[1:]) if field.dtype.startswith("S") else field.count
+    return f"[{count}]" if count > 1 else ""
+
+
+def checked_constants() -> str:
+    """Write what the reader checks a file against: limits and extents of arrays, as macros."""
+    magic = "".join(f"\\{byte:03o}" for byte in MAGIC)
+    needs = ", ".join(
+        f"0x{sum(1 << CHANNELS.index(c) for c in channels_for([variable])):02x}"
+        for variable in VARIABLES
+    )
+    lines = [
+        f'#define RBTI_MAGIC "{magic}"',
+        f"#define RBTI_MAJOR {BINARY_VERSION[0]}",
+        f"#define RBTI_MOST_BYTES {MOST_BYTES:#x}u",
+        f"#define RBTI_SPEED_INDEPENDENT {SPEED_INDEPENDENT}u",
+        f"#define RBTI_FIRST_MIRRORED {FIRST_MIRRORED}",
+        f"#define RBTI_END_MIRRORED {END_MIRRORED}",
+        "/* channels (bits) from which each variable is made */",
+        f"#define RBTI_NEEDS {{{needs}}}",
+        "/* DO(dimension, least, most) */",
+        *_macro("RBTI_DIMENSIONS", [f"{n}, {a}, {b}" for n, (_, a, b) in DIMENSIONS.items()]),
+        "/* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */",
+        *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _macro(name: str, entries: list[str]) -> list[str]:
+    lines = [f"#define {name}(DO)"]
+    for entry in entries:
+        lines += textwrap.wrap(f"    DO({entry})", _WIDTH, subsequent_indent=" " * 7)
+    return [f"{line:{_WIDTH}} \\" for line in lines[:-1]] + lines[-1:]
+
+
+def _array_arguments(array: StoredArray) -> str:
+    """Rows are those of the nodes or cells where the array has such; the product fits 64 bits."""
+    dims = [f"h->{d}" if isinstance(d, str) else str(d) for d in array.dims]
+    rows, rest = dims[0], dims[1:]
+    if dims[:2] == ["h->n_alpha", "h->n_speed"]:
+        rows, rest = "rbti_nodes(h)", dims[2:]
+    elif rows == "h->n_cells":
+        rows = "rbti_cells(h)"
+    member = array.name.replace("_coordinate", ".coordinate")
+    product = " * ".join([f"(uint64_t){rest[0]}", *rest[1:]]) if rest else "1"
+    return f"{array.name}, {member}, {_c_type(array.dtype)}, {rows}, {product}, {array.extra}"
+
+
+def code_texts() -> str:
+    """Write what `rbt_strerror` says, as rows of a C array."""
+    lines = []
+    for code in CODES:
+        first, *rest = textwrap.wrap(code.text, _WIDTH - 36, drop_whitespace=False)
+        lines += [f'        {{RBT_{code.name}, "{first}"', *(f'         "{text}"' for text in rest)]
+        lines[-1] += "},"
+    return "\n".join(lines) + "\n"
+
+
+def fortran_constants() -> str:
+    """Write the codes and the most variables of a state in Fortran."""
+    codes = ", ".join(f"RBT_{code.name}\0=\0{code.number}" for code in CODES)
+    indent = " " * 6
+    lines = textwrap.wrap(codes, _WIDTH - 2, initial_indent=indent, subsequent_indent=indent)
+    return (
+        "  integer(c_int), parameter, public :: &\n"
+        + " &\n".join(lines).replace("\0", " ")
+        + f"\n  integer, parameter, public :: RBT_VALUES = {MOST_NAMES}\n"
+    )
+
+
+#: Marked parts by file, below the folder of `include_directory`.
+PARTS = {
+    "rebound_sampler.h": {
+        "constants": public_constants,
+        "header": header_struct,
+        "checks": checked_constants,
+        "texts": code_texts,
+    },
+    "../fortran/rebound_sampler.f90": {"constants": fortran_constants},
+}
+
+
+def generated(name: str, text: str) -> str:
+    """Text of a file of `PARTS` with its marked parts brought up to date."""
+    mark = "  ! {} {}" if name.endswith(".f90") else "/* {} {} */"
+    return filled(text, name, PARTS[name], mark)
+
+
+def main() -> None:
+    """Bring header and module up to date."""
+    for name in PARTS:
+        path = include_directory() / name
+        write_text(path, generated(name, path.read_text(encoding="utf-8")))
+
+
+if __name__ == "__main__":
+    main()

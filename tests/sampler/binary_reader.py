@@ -1,0 +1,25 @@
+"""Header and arrays of a binary table (.rbt), by the description that its writer follows."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE
+
+
+def read_binary(path):
+    """Header, and flat arrays by name; nothing is checked, as `rbt_open` does that."""
+    data = Path(path).read_bytes()
+    header = np.frombuffer(data[: HEADER_DTYPE.itemsize], HEADER_DTYPE)[0]
+    cells = max(int(header["n_alpha"]) - 1, 1) * max(int(header["n_speed"]) - 1, 1)
+    arrays = {}
+    for array in ARRAYS:
+        dims = (
+            cells if d == "n_cells" else header[d] if isinstance(d, str) else d for d in array.dims
+        )
+        numbers = math.prod(map(int, dims)) + array.extra
+        arrays[array.name] = np.frombuffer(
+            data, array.dtype, numbers, int(header[f"at_{array.name}"])
+        )
+    return header, arrays
