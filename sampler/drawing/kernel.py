@@ -94,7 +94,7 @@ def draw(arrays, alpha1, speed, seed, index, hit, state):
         How many walls the particle has met before, read as uint32.
     state : float64 array, shape (6,), written
         u, v, w over V and omega_x, omega_y, omega_z times a/V in the wall frame: x along the
-        tangential velocity before impact, y into the gas. Components that the table leaves out
+        tangential velocity before impact, y into the gas. Variables that the table leaves out
         are 0. An array of shape (8,) also gets the rotational energy over the initial kinetic
         energy and the number of collisions.
 
