@@ -32,7 +32,7 @@ SPINS = [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)]
 def pair_with(restitution, resistance):
     """Shipped pair with other laws."""
     laws = {"restitution": restitution, "resistance": resistance}
-    return MaterialPair.model_validate(PAIR.model_dump(by_alias=True) | laws)
+    return MaterialPair.from_tree(PAIR.model_dump(by_alias=True) | laws)
 
 
 def same(pair, population, condition, count, seed=5):
