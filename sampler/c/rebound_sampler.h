@@ -1042,11 +1042,11 @@ static void rbti_sha256(const uint8_t *first, size_t n_first, const uint8_t *res
             continue;
         }
         for (size_t k = at; k < at + 64; k++)
-            block[k - at] = k < n_first        ? first[k]
-                            : k < n            ? rest[k - n_first]
-                            : k == n           ? 0x80
-                            : k >= padded - 8 ? (uint8_t)((uint64_t)n * 8 >> 8 * (padded - 1 - k))
-                                               : 0;
+            block[k - at] = (uint8_t)(k < n_first       ? first[k]
+                                      : k < n           ? rest[k - n_first]
+                                      : k == n          ? 0x80
+                                      : k >= padded - 8 ? (uint64_t)n * 8 >> 8 * (padded - 1 - k)
+                                                        : 0);
         rbti_sha_block(state, block);
     }
     for (int k = 0; k < 32; k++)
