@@ -12,7 +12,7 @@ from numba import types
 from numba.extending import intrinsic
 
 
-def _operation(function: Callable[..., Any]) -> Callable[..., Any]:
+def operation(function: Callable[..., Any]) -> Callable[..., Any]:
     """Make a function of kernels from one that types a call and writes its code."""
     return cast(Callable[..., Any], intrinsic(function))
 
@@ -47,7 +47,7 @@ def local_array(dtype: types.Type, length: int) -> Callable[[], Any]:
     """
     array_type = types.Array(dtype, 1, "C")
 
-    @_operation
+    @operation
     def make(typingctx):
         def emit(context, builder, sig, args):
             element = context.get_data_type(dtype)
@@ -74,7 +74,7 @@ def local_array(dtype: types.Type, length: int) -> Callable[[], Any]:
     return make
 
 
-@_operation
+@operation
 def prefetch(typingctx, array, index):
     """Ask for the cache line of element ``index`` of a one-dimensional contiguous array."""
 
@@ -90,7 +90,7 @@ def prefetch(typingctx, array, index):
     return types.void(array, types.intp), emit
 
 
-@_operation
+@operation
 def mean_of_corners(typingctx, steps, channels, entries, fractions, weights, draw, means):
     """Weighted means over the four corners of a cell, between two knots, for all rows of one draw.
 
@@ -155,7 +155,7 @@ def mean_of_corners(typingctx, steps, channels, entries, fractions, weights, dra
     return types.void(steps, channels, entries, fractions, weights, types.intp, means), emit
 
 
-@_operation
+@operation
 def single_bits(typingctx, value):
     """Get the bits of a float32, as uint32."""
 
@@ -165,7 +165,7 @@ def single_bits(typingctx, value):
     return types.uint32(types.float32), emit
 
 
-@_operation
+@operation
 def single_of_bits(typingctx, bits):
     """Make the float32 of these bits, a uint32."""
 

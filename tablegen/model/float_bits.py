@@ -3,7 +3,8 @@
 from llvmlite import ir
 from numba import types
 
-from tablegen.model.simd import WIDTH, elementwise, number_type, operation
+from sampler.drawing.intrinsics import operation
+from tablegen.model.simd import WIDTH, elementwise, number_type
 
 _WORDS = ir.VectorType(ir.IntType(64), WIDTH)
 

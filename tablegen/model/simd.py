@@ -16,17 +16,16 @@ Arrays hold lanes in their last dimension, of length WIDTH: (13,) is the motion 
 """
 
 import operator
-from collections.abc import Callable
-from typing import Any, cast
 
 import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global
-from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
+from numba.extending import lower_builtin, lower_cast, models, register_model
 
 from sampler.compilation.jit import inline_kernel
+from sampler.drawing.intrinsics import operation
 
 #: Particles followed together: a vector register of 64 bytes, or two of 32.
 WIDTH = 8
@@ -65,11 +64,6 @@ class Mask(_VectorType):
 
 
 lanes, mask = Lanes(), Mask()
-
-
-def operation(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function of kernels from one that types a call and writes its code."""
-    return cast(Callable[..., Any], intrinsic(function))
 
 
 @register_model(Lanes)
