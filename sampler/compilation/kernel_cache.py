@@ -83,15 +83,18 @@ def kernel_sources() -> list[Path]:
 def _digest() -> str:
     """Digest of what machine code comes from, besides the kernel, its arguments and the processor.
 
-    Empty where the sources are not there as files, in a zip archive for example.
+    Empty where the sources cannot be read as files, in a zip archive for example, or while an
+    upgrade replaces them.
     """
-    files = kernel_sources()
-    if Path(__file__) not in files:
+    try:
+        contents = {path: path.read_bytes() for path in kernel_sources()}
+    except OSError:
+        return ""
+    if Path(__file__) not in contents:
         return ""
     versions = (sys.implementation.cache_tag, np.__version__, numba.__version__)
     digest = hashlib.sha256(repr((*versions, llvmlite.__version__)).encode())
-    for path in files:
-        content = path.read_bytes()
+    for path, content in contents.items():
         digest.update(f"{path.relative_to(_PACKAGE.parent)} {len(content)}\0".encode())
         digest.update(content)
     return digest.hexdigest()[:16]
@@ -145,10 +148,16 @@ def _read(path: Path) -> Any:
 
 
 @cache
+def _content(path: str, modified: int, size: int) -> bytes:
+    return hashlib.sha256(Path(path).read_bytes()).digest()
+
+
 def _file_digest(path: str) -> bytes:
+    """Digest of a file as it is now; empty where there is none, for what was made by exec."""
     try:
-        return hashlib.sha256(Path(path).read_bytes()).digest()
-    except OSError:  # made by exec: its code is in the key
+        state = os.stat(path)
+        return _content(path, state.st_mtime_ns, state.st_size)
+    except OSError:
         return b""
 
 
@@ -160,6 +169,7 @@ class KernelCache(_Cache):
 
     def __init__(self, function: FunctionType) -> None:
         self._function = function
+        # Without a file nothing is kept: the bytes of a code object do not have its constants.
         self._source = _file_digest(function.__code__.co_filename)
         self._enabled = True
 
@@ -185,7 +195,7 @@ class KernelCache(_Cache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Compiled kernel for a signature, or None if it has to be compiled."""
-        if not (self._enabled and _IMPORTED):
+        if not (self._enabled and self._source and _IMPORTED):
             return None
         target_context.refresh()
         name, key = self._name_and_key(sig, target_context.codegen())
@@ -200,10 +210,10 @@ class KernelCache(_Cache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled kernel in the first folder that can be written."""
         built_for_this_process = data.lifted or data.library.has_dynamic_globals
-        if not self._enabled or built_for_this_process:
+        if not (self._enabled and self._source) or built_for_this_process:
             return
         if not _IMPORTED:
-            self._tell(f"no sources in {_PACKAGE}")
+            self._tell(f"no sources can be read in {_PACKAGE}")
         elif _digest() == _IMPORTED:
             name, key = self._name_and_key(sig, data.codegen)
             self._write_somewhere(name, dumps((key, data._reduce())))

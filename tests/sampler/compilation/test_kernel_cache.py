@@ -249,6 +249,12 @@ def test_without_a_home_no_folder_is_called_by_its_sign(monkeypatch):
     assert kernel_cache._places() == [ROOT / "sampler" / "__pycache__"]
 
 
+def test_an_upgrade_that_removes_files_meanwhile_is_no_error(folder, monkeypatch):
+    monkeypatch.setattr(kernel_cache, "kernel_sources", lambda: [folder / "removed.py"])
+    assert not hit()
+    assert not folder.exists()
+
+
 def test_without_sources_nothing_is_kept(folder, monkeypatch, caplog):
     monkeypatch.setattr(kernel_cache, "_PACKAGE", folder / "sampler")
     assert kernel_cache._digest() == ""
@@ -256,8 +262,30 @@ def test_without_sources_nothing_is_kept(folder, monkeypatch, caplog):
     with caplog.at_level(logging.WARNING, "sampler"):
         assert [hit(), hit()] == [False, False]
     assert len(caplog.records) == 1
-    assert "no sources" in caplog.text
+    assert "no sources can be read" in caplog.text
     assert not folder.exists()
+
+
+def test_kernels_without_a_file_are_not_mixed_up(folder):
+    """Two functions made by exec differ in a constant only."""
+    results = []
+    for constant in (1.0, 2.0):
+        made = {}
+        exec(f"def f(x):\n    return x + {constant}", made)
+        results.append(kernel(made["f"])(0.0))
+    assert results == [1.0, 2.0]
+    assert not folder.exists()
+
+
+def test_kernels_of_an_edited_and_reloaded_file_are_not_mixed_up(folder, tmp_path):
+    path = tmp_path / "edited.py"
+    results = []
+    for number in ("1.0", "20.0"):
+        path.write_text(f"def f(x):\n    return x + {number}\n")
+        made = {"__name__": "edited"}
+        exec(compile(path.read_text(), str(path), "exec"), made)
+        results.append(kernel(made["f"])(0.0))
+    assert results == [1.0, 20.0]
 
 
 def test_a_new_folder_removes_the_oldest(folder):
