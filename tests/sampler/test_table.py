@@ -348,7 +348,7 @@ def test_first_bad_impact_is_named(table, change, message):
         ({"seed": True}, "seed: got True, allowed"),
         ({"index": [3, -2]}, "index: got -2 at index 1, allowed: integers from 0 to 2**64 - 1"),
         ({"index": [1.0, 2.0]}, "index: got float64 values, allowed: integers"),
-        ({"index": 2**64}, "index: got object values, allowed: integers"),
+        ({"index": 2**64}, "index: got 18446744073709551616 at index 0, allowed"),
         ({"index": [[1, 2], [3, -4]]}, "index: got -4 at index (1, 1), allowed: integers"),
         ({"hit": 2**32}, "hit: got 4294967296 at index 0, allowed: integers from 0 to 2**32 - 1"),
         ({"hit": [0, -1]}, "hit: got -1 at index 1"),
