@@ -228,6 +228,9 @@ class TestRefusals:
             ("samples", 999, "samples: got 999, allowed: 1000 or more"),
             ("seed", -1, "seed: got -1, allowed: 0 to 2**64 - 1"),
             ("seed", 2**64, f"seed: got {2**64}, allowed: 0 to 2**64 - 1"),
+            ("seed", 1.0, "seed: got 1.0, allowed: 0 to 2**64 - 1"),
+            ("conditions", 2.5, "conditions: got 2.5, allowed: 1 or more"),
+            ("samples", True, "samples: got True, allowed: 1000 or more"),
         ],
     )
     def test_arguments(self, tiny, argument, value, line):
