@@ -291,9 +291,9 @@ def test_outside_can_be_refused(table_path, threads):
     [
         ("alpha1", np.nan, "finite numbers"),
         ("alpha1", np.inf, "finite numbers"),
-        ("alpha1", 0.0, "above 0, at most pi/2 rad"),
-        ("alpha1", -0.2, "above 0, at most pi/2 rad"),
-        ("alpha1", 1.5709, "above 0, at most pi/2 rad"),
+        ("alpha1", 0.0, f"above 0, at most pi/2 rad, {np.pi / 2}"),
+        ("alpha1", -0.2, f"above 0, at most pi/2 rad, {np.pi / 2}"),
+        ("alpha1", 1.5709, f"above 0, at most pi/2 rad, {np.pi / 2}"),
         ("speed", np.nan, "finite numbers"),
         ("speed", 0.0, "above 0 m/s"),
         ("speed", -20.0, "above 0 m/s"),

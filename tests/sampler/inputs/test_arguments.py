@@ -5,6 +5,7 @@ import enum
 import numpy as np
 import pytest
 
+import sampler
 from sampler import InputError
 from sampler.inputs.rows import as_integer
 
@@ -90,3 +91,22 @@ def test_keys_are_integers(table, name, value, message):
 def test_integers_of_any_kind(value):
     number = as_integer("count", value, 1, 7, "1 to 7")
     assert (number, type(number)) == (7, int)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "got", "allowed"),
+    [
+        ("alpha1", 1.57079633, "1.57079633 ", "at most pi/2 rad, 1.5707963267948966"),
+        ("alpha1", np.pi / 2 + 2e-12, "1.5707963268 ", "at most pi/2 rad, 1.5707963267948966"),
+        ("speed", 300.0000001, "300.0000001", "from 50 to 300 m/s"),
+        ("speed", np.nextafter(50.0 - 1e-10, 0.0), "49.9999999999", "from 50 to 300 m/s"),
+        ("speed", 301.0, "301 ", "from 50 to 300 m/s"),
+    ],
+)
+def test_what_is_refused_looks_refused(table_path, name, value, got, allowed):
+    with pytest.raises(InputError) as refused:
+        _sample(sampler.load(table_path, outside="raise"), **{name: value})
+    assert str(refused.value).startswith(f"{name}: got {got}")
+    assert allowed in str(refused.value)
+    shown = float(str(refused.value).split()[2])
+    assert not 50.0 <= shown <= 300.0 if name == "speed" else shown > np.pi / 2
