@@ -177,14 +177,17 @@ class TestResult:
             validation.screening.suspects
         )
 
-    def test_attests_what_it_measured(self, tiny, tmp_path, monkeypatch):
-        """The file is exchanged, then removed, while it is measured."""
+    @pytest.mark.parametrize("removed", [False, True])
+    def test_attests_what_it_measured(self, tiny, tmp_path, monkeypatch, removed):
+        """The file is exchanged or removed while it is measured."""
         path = tmp_path / "t.h5"
         contents = tiny.generated.table.contents
         write_table(path, contents)
 
         def exchanging(*arguments, **options):
             path.unlink()
+            if not removed:
+                write_table(path, replace(contents, seed=contents.seed + 1))
             return measure(*arguments, **options)
 
         monkeypatch.setattr(VALIDATE, "measure", exchanging)
