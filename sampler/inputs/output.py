@@ -10,6 +10,9 @@ from sampler.errors import InputError
 from sampler.formats.table_arrays import ROUNDING, TableArrays
 from sampler.inputs.rows import Rows, Shape
 
+#: Numbers of states that are copied in less time than it takes to look at their rows.
+_SOONER_COPIED = 10_000
+
 
 class Rebound(NamedTuple):
     """What `Table.rebound` returns.
@@ -80,8 +83,9 @@ def where_to_draw(
     outside : {"clamp", "raise"}
         As of `Table`.
     """
-    read = (*rows.values.values(), *rows.keys[1:])
-    shared = any(np.may_share_memory(states, values) for values in read)
-    if states.size == 0 or (not shared and _none_refused(rows, arrays, outside)):
-        return states
+    if states.size > _SOONER_COPIED:
+        read = (*rows.values.values(), *rows.keys[1:])
+        shared = any(np.may_share_memory(states, values) for values in read)
+        if not shared and _none_refused(rows, arrays, outside):
+            return states
     return np.empty_like(states)

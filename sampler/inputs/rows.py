@@ -69,29 +69,37 @@ def _as_rows_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 def _integers(name: str, values: ArrayLike, allowed: str) -> NDArray[Any]:
     """Array of integers; numpy makes floats of Python's own where some exceed int64, and rounds."""
-    if isinstance(values, int | list | tuple):
-        array = np.array(values, dtype=object)
-        kinds = {type(value) for value in array.flat}
-        if bool in kinds or np.bool_ in kinds:  # which numpy counts among integers
-            raise InputError(f"{name}: got bool values, allowed: {allowed}")
-        if all(issubclass(kind, int | np.integer) for kind in kinds):
-            return array
+    if not isinstance(values, list | tuple) and type(values) is not int:
+        return _numeric(name, values, "iu", allowed)
+    if isinstance(values, list | tuple) and set(map(type, values)) == {int}:
+        plain = np.asarray(values)
+        if plain.dtype.kind in "iu":
+            return plain
+    array = np.array(values, dtype=object)
+    kinds = {type(value) for value in array.flat}
+    if bool in kinds or np.bool_ in kinds:  # which numpy counts among integers
+        raise InputError(f"{name}: got bool values, allowed: {allowed}")
+    if all(issubclass(kind, int | np.integer) for kind in kinds):
+        return array
     return _numeric(name, values, "iu", allowed)
 
 
 def _as_keys(name: str, values: ArrayLike, bits: int) -> NDArray[Any]:
     """Keys of random numbers as uint32 or uint64; raises `InputError` if they do not fit."""
-    allowed = f"integers from 0 to 2**{bits} - 1"
+    allowed, most = f"integers from 0 to 2**{bits} - 1", 2**bits - 1
+    kind = np.dtype(f"u{bits // 8}")
+    if type(values) is int and 0 <= values <= most:
+        return np.array(values, dtype=kind)
     array = _integers(name, values, allowed)
     if array.size:
         refused = np.asarray(array < 0)
         if array.dtype == object or array.dtype.itemsize * 8 > bits:
-            refused = refused | np.asarray(array > 2**bits - 1)
+            refused = refused | np.asarray(array > most)
         if refused.any():
             k = int(refused.argmax())
             got = f"{_shown(array.item(k))} at {place(k, array.shape)}"
             raise InputError(f"{name}: got {got}, allowed: {allowed}")
-    return np.asarray(array, dtype=np.dtype(f"u{bits // 8}"))
+    return np.asarray(array, dtype=kind)
 
 
 def _shown(value: Any) -> str:

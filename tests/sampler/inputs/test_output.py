@@ -11,10 +11,10 @@ N = 50_000
 
 def _conditions():
     rng = np.random.default_rng(1)
-    return rng.uniform(0.36, np.pi / 2, N), rng.uniform(50.0, 300.0, N)
+    return {"alpha1": rng.uniform(0.36, np.pi / 2, N), "speed": rng.uniform(50.0, 300.0, N)}
 
 
-@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize(("count", "threads"), [(N, 1), (N, 2), (1001, 1)])
 @pytest.mark.parametrize(
     ("outside", "name", "value"),
     [
@@ -29,13 +29,13 @@ def _conditions():
         ("raise", "speed", np.nan),
     ],
 )
-def test_is_left_as_it_was_if_a_row_is_refused(table_path, threads, outside, name, value):
+def test_is_left_as_it_was_if_a_row_is_refused(table_path, count, threads, outside, name, value):
     table = sampler.load(table_path, outside=outside)
-    given = dict(zip(("alpha1", "speed"), _conditions(), strict=True))
-    given[name][N - 1000] = value
-    out = np.full((N, 6), 7.0)
-    with pytest.raises(InputError, match=f"{name}: got .* at index {N - 1000}, allowed"):
-        table.sample(**given, seed=1, index=range(N), threads=threads, out=out)
+    given = {key: values[:count] for key, values in _conditions().items()}
+    given[name][count - 1000] = value
+    out = np.full((count, 6), 7.0)
+    with pytest.raises(InputError, match=f"{name}: got .* at index {count - 1000}, allowed"):
+        table.sample(**given, seed=1, index=range(count), threads=threads, out=out)
     assert (out == 7.0).all()
 
 
@@ -52,15 +52,16 @@ def test_is_left_as_it_was_if_threads_are_refused(table):
     [(0.7, 100.0), (0.7, 1e4), (np.pi / 2 * (1 + 1e-13), 5e-324), (5e-324, 1.7e308)],
 )
 @pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
-def test_has_the_states_of_any_condition(table, dtype, alpha1, speed):
-    expected = table.sample(alpha1, speed, seed=1, index=range(10))
-    out = np.zeros((10, 6), dtype=dtype)
-    assert table.sample(alpha1, speed, seed=1, index=range(10), out=out) is out
+@pytest.mark.parametrize("count", [0, 10, 3000])
+def test_has_the_states_of_any_condition(table, dtype, alpha1, speed, count):
+    expected = table.sample(alpha1, speed, seed=1, index=range(count))
+    out = np.zeros((count, 6), dtype=dtype)
+    assert table.sample(alpha1, speed, seed=1, index=range(count), out=out) is out
     np.testing.assert_array_equal(out, expected.astype(dtype))
 
 
 def test_may_be_memory_that_is_read(table):
-    alpha1, speed = _conditions()
+    alpha1, speed = _conditions().values()
     expected = table.sample(alpha1, speed, seed=1, index=range(N))
     room = np.zeros((N, 6))
     room.reshape(-1)[:N] = alpha1
