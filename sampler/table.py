@@ -66,7 +66,7 @@ class Table:
             raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
         self.outside = outside
         self.arrays = table_arrays(contents)
-        self.columns = contents.components
+        self.columns = contents.variables
         self.pair, self.config = contents.pair, contents.config
         self.speed_independent = contents.speed_independent
         self._small = kept_beside(contents)

@@ -106,7 +106,7 @@ def generate(
         samples=samples,
         progress=progress,
     )
-    measured = accuracy_datasets(comparisons, len(contents.components))
+    measured = accuracy_datasets(comparisons, len(contents.variables))
     contents = replace(
         contents,
         datasets={**contents.datasets, **measured},

@@ -52,8 +52,8 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     arrays = table_arrays(contents)
     rows = _cut(arrays.alpha, *map(math.radians, scene.domain.alpha_deg))
     columns = _cut(arrays.speed, *scene.domain.speed)
-    components = scene.domain.columns
-    needed = channels_for(components)
+    variables = scene.domain.columns
+    needed = channels_for(variables)
     last = max(contents.channels.index(name) for name in needed)
     channels = contents.channels[: last + 1]
     held = [k for k, name in enumerate(contents.marginals) if name in needed]
@@ -69,11 +69,9 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
         nodes = "axes/alpha_deg" if axis == "alpha" else "axes/speed"
         datasets[nodes] = contents[nodes][kept]
     datasets |= {path: values[:0] for path, values in datasets.items() if "accuracy/" in path}
-    datasets["accuracy/ks"] = np.empty((0, len(components)))
-    text = _config_text(own, components, datasets)
-    return replace(
-        contents, datasets=datasets, components=components, channels=channels, config=text
-    )
+    datasets["accuracy/ks"] = np.empty((0, len(variables)))
+    text = _config_text(own, variables, datasets)
+    return replace(contents, datasets=datasets, variables=variables, channels=channels, config=text)
 
 
 def prune(
@@ -119,8 +117,8 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
         ):
             raise InputError(f"{origin}: {part}: differs from the table's, allowed: the same")
     for name in scene.domain.columns:
-        if name not in contents.components:
-            allowed = f"some of {', '.join(contents.components)}, which the table has"
+        if name not in contents.variables:
+            allowed = f"some of {', '.join(contents.variables)}, which the table has"
             raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
     for field, nodes in (("alpha_deg", "axes/alpha_deg"), ("speed", "axes/speed")):
         if field == "speed" and contents.speed_independent:
@@ -147,13 +145,13 @@ def _cut(axis: Axis, low: float, high: float) -> slice:
 
 
 def _config_text(
-    own: Config, components: tuple[str, ...], datasets: dict[str, NDArray[np.float64]]
+    own: Config, variables: tuple[str, ...], datasets: dict[str, NDArray[np.float64]]
 ) -> str:
     """Write the configuration of the pruned table, with its own range and variables."""
     alpha, speed = datasets["axes/alpha_deg"], datasets["axes/speed"]
     domain = {
         "alpha_deg": [float(alpha[0]), float(alpha[-1])],
         "speed": [float(speed[0]), float(speed[-1])],
-        "components": list(components),
+        "components": list(variables),
     }
     return own.with_changes({"domain": domain}).text

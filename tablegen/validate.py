@@ -216,8 +216,8 @@ def check_agreement(contents: TableContents, config: Config, origin: str) -> Non
                 f"{origin}: axes/{name}: got {nodes[0]:g} to {nodes[-1]:g}, allowed: {span[0]:g} "
                 f"to {span[1]:g}, the domain of the table's configuration"
             )
-    if contents.components != config.domain.columns:
+    if contents.variables != config.domain.columns:
         raise InputError(
-            f"{origin}: components: got {' '.join(contents.components)}, allowed: "
+            f"{origin}: components: got {' '.join(contents.variables)}, allowed: "
             f"{' '.join(config.domain.columns)}, those of the table's configuration"
         )

@@ -36,7 +36,7 @@ def _table(path: Path) -> dict[str, Any]:
     contents = read_table(path)
     return {
         "pair": contents.pair,
-        "components": list(contents.components),
+        "components": list(contents.variables),
         "alpha_deg": contents["axes/alpha_deg"][[0, -1]].tolist(),
         "speed": contents["axes/speed"][[0, -1]].tolist(),
         "bytes": path.stat().st_size,

@@ -133,8 +133,8 @@ class TableContents:
         All of `DATASETS`, and no other; floating-point arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
-    components, channels, processors : tuple of str
-        See `ATTRIBUTES`; components are the variables of a state that the table has.
+    variables, channels, processors : tuple of str
+        See `ATTRIBUTES`; the file calls the variables of a state its components.
     speed_independent : bool
         Whether rebounds do not depend on the speed.
 
@@ -149,7 +149,7 @@ class TableContents:
     config: str
     seed: int
     software_version: str
-    components: tuple[str, ...] = STATE
+    variables: tuple[str, ...] = STATE
     channels: tuple[str, ...] = CHANNELS[:6]
     speed_independent: bool = False
     processors: tuple[str, ...] = ()
@@ -172,11 +172,11 @@ class TableContents:
         for path in self.datasets:
             if path not in known:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
-        _check_names(self.components, self.channels)
+        _check_names(self.variables, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
         lengths = check_shapes(shapes)
         names = {
-            "n_columns": self.components,
+            "n_columns": self.variables,
             "n_channels": self.channels,
             "n_marginals": self.marginals,
         }
@@ -195,7 +195,7 @@ class TableContents:
     @property
     def marginals(self) -> tuple[str, ...]:
         """Channels with quantile functions: those that the variables are made of."""
-        needed = channels_for(self.components)
+        needed = channels_for(self.variables)
         return tuple(name for name in self.channels if name in needed)
 
     @property
@@ -211,7 +211,7 @@ class TableContents:
             "config": self.config,
             "seed": self.seed,
             "software_version": self.software_version,
-            "components": " ".join(self.components),
+            "components": " ".join(self.variables),
             "channels": " ".join(self.channels),
         }
 
@@ -318,7 +318,7 @@ def read_table(path: str | Path) -> TableContents:
             config=attributes["config"],
             seed=attributes["seed"],
             software_version=attributes["software_version"],
-            components=tuple(attributes["components"].split()),
+            variables=tuple(attributes["components"].split()),
             channels=tuple(attributes["channels"].split()),
             speed_independent="speed_independent" in attributes,
             processors=tuple(attributes["processors"].split("\n"))

@@ -161,7 +161,7 @@ def table_arrays(contents: TableContents) -> TableArrays:
         stride=record_stride(len(channels)),
         channels=tuple(CHANNELS.index(name) for name in channels),
         marginals=tuple(held.index(name) if name in held else -1 for name in channels),
-        columns=tuple(VARIABLES.index(name) for name in contents.components),
+        columns=tuple(VARIABLES.index(name) for name in contents.variables),
         normals=normal_table(),
         alias=alias.astype(np.uint32).reshape(-1),
         first_of_class=contents["dependence/first_of_class"].reshape(-1),

@@ -43,7 +43,7 @@ class Comparison(Measured):
     table: Profile
     direct: Profile
     #: Variables of a state.
-    components: tuple[str, ...] = field(default=STATE)
+    variables: tuple[str, ...] = field(default=STATE)
     #: States a side of the distances that needed most; those of the others are in `table`.
     states: int = 0
 
@@ -55,7 +55,7 @@ class Comparison(Measured):
             **self.distances(),
             "table": _with_lists(self.table),
             "direct": _with_lists(self.direct),
-            "components": list(self.components),
+            "components": list(self.variables),
             "estimates": {name: e.to_dict() for name, e in self.estimates.items()},
             "states": self.states,
         }
@@ -72,7 +72,7 @@ def compare(
     alpha_deg: float,
     speed: float,
     seed: int = 0,
-    components: tuple[str, ...] = STATE,
+    variables: tuple[str, ...] = STATE,
 ) -> Comparison:
     """Compare draws from a table with direct simulation at one condition.
 
@@ -85,7 +85,7 @@ def compare(
         Impact speed, m/s.
     seed : int
         Selects the projection directions and seeds the classifier.
-    components : tuple of d str
+    variables : tuple of d str
         What the columns are.
 
     Raises
@@ -98,9 +98,9 @@ def compare(
         alpha_deg=float(alpha_deg),
         speed=float(speed),
         estimates=estimated(table, direct, Settings(seed)),
-        table=profile(table, components),
-        direct=profile(direct, components),
-        components=components,
+        table=profile(table, variables),
+        direct=profile(direct, variables),
+        variables=variables,
         states=min(len(table), len(direct)),
     )
 

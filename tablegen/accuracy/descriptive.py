@@ -27,13 +27,13 @@ class Profile:
     scattering_standard_deviation_deg: tuple[float, float]
 
 
-def profile(state: ArrayLike, components: tuple[str, ...] = STATE) -> Profile:
+def profile(state: ArrayLike, variables: tuple[str, ...] = STATE) -> Profile:
     """Describe one sample by itself.
 
     Parameters
     ----------
     state : array_like of float, shape (n, d)
-    components : tuple of d str
+    variables : tuple of d str
         What the columns are. Energy and angles are those of u, v, w, with 0 for what is missing.
 
     Raises
@@ -43,7 +43,7 @@ def profile(state: ArrayLike, components: tuple[str, ...] = STATE) -> Profile:
     """
     states = as_sample("state", state)
     full = np.zeros((len(states), len(STATE)))
-    for k, name in enumerate(components):
+    for k, name in enumerate(variables):
         if name in STATE:
             full[:, STATE.index(name)] = states[:, k]
     angles = np.degrees(scattering_angles(full))

@@ -12,7 +12,7 @@ from sampler.compilation.processors import processors
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison, compare, sharpened
 from tablegen.accuracy.decision import LOOKS, undecided_metrics
-from tablegen.accuracy.scene_variables import simulated_components
+from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config import AccuracyTargets, Config
 from tablegen.model.float_array import FloatArray
 from tablegen.simulate import simulate
@@ -142,7 +142,7 @@ class ComparedCondition:
         drawn = self.table.sample(
             alpha1, self.speed, seed=self.seed, hit=self.number, index=index, threads=1
         )
-        return drawn, simulated_components(direct, self.table.columns)
+        return drawn, simulated_variables(direct, self.table.columns)
 
     def compared(self, samples: int, targets: AccuracyTargets) -> Comparison:
         """Compare, with more states until everything is decided or there are too many."""
@@ -152,7 +152,7 @@ class ComparedCondition:
             self.alpha_deg,
             self.speed,
             seed=seed,
-            components=self.table.columns,
+            variables=self.table.columns,
         )
         for look in range(1, LOOKS):
             count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))

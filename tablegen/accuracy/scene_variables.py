@@ -13,21 +13,21 @@ from tablegen.simulate import Simulation
 _INSIDE = 1e-6
 
 
-def simulated_components(simulation: Simulation, components: Sequence[str]) -> FloatArray:
+def simulated_variables(simulation: Simulation, variables: Sequence[str]) -> FloatArray:
     """Components of simulated states.
 
     Parameters
     ----------
     simulation : Simulation
-    components : sequence of str
+    variables : sequence of str
         Some of `sampler.formats.channels.VARIABLES`.
 
     Returns
     -------
-    (n, len(components)) float64
+    (n, len(variables)) float64
         Rotational energy over the kinetic energy before the impact; collisions as numbers.
     """
-    return np.column_stack([_variable(simulation, name) for name in components])
+    return np.column_stack([_variable(simulation, name) for name in variables])
 
 
 def simulated_channels(

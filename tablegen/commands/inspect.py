@@ -67,7 +67,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
     measured = accuracy["alpha_deg"].size > 0
     return {
         "pair": contents.pair,
-        "components": list(contents.components),
+        "components": list(contents.variables),
         "alpha_deg": contents["axes/alpha_deg"].tolist(),
         "speed": contents["axes/speed"].tolist(),
         "speed_independent": contents.speed_independent,

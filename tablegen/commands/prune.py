@@ -83,7 +83,7 @@ def prune(
     contents = prune_table(source, wanted, output, scene or "flags")
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]
     click.echo(
-        f"{output}: {', '.join(contents.components)}; {alpha[0]:g} to {alpha[-1]:g} degrees, "
+        f"{output}: {', '.join(contents.variables)}; {alpha[0]:g} to {alpha[-1]:g} degrees, "
         f"{speed[0]:g} to {speed[-1]:g} m/s; {output.stat().st_size / 1e3:.0f} kB "
         f"of {source.stat().st_size / 1e3:.0f} kB"
     )

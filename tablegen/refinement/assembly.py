@@ -71,7 +71,7 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
         config=config.text,
         seed=config.table.seed,
         software_version=sampler.__version__,
-        components=config.domain.columns,
+        variables=config.domain.columns,
         channels=fitted_channels(config).names,
         speed_independent=not config.pair.restitution.depends_on_speed,
     )

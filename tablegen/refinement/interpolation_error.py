@@ -6,7 +6,7 @@ from threadpoolctl import threadpool_limits
 from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
 from tablegen.accuracy.metrics import DISTANCES
-from tablegen.accuracy.scene_variables import simulated_components
+from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config import AccuracyTargets, Config
 from tablegen.configuration.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays
@@ -70,7 +70,7 @@ def interpolation_errors(
     simulation = simulate(
         config, np.radians(alpha_deg), speed, samples, seed=seed, stream=stream, threads=1
     )
-    direct = simulated_components(simulation, config.domain.columns)
+    direct = simulated_variables(simulation, config.domain.columns)
     watch.stage("simulation")
     # a report counts its conditions from 0 there
     hit = 2**32 - 1

@@ -103,4 +103,4 @@ def reference_draw(contents, alpha1, speed, words):
     w = c["w_hat"] * math.sqrt(1.0 - c["v"] ** 2 - u**2)
     values = {**c, "u": u, "w": w, "collisions": math.floor(c["collisions"])}
     values["rotational_energy"] = c["energy_hat"] * (1.0 - c["v"] ** 2 - u**2 - w**2)
-    return np.array([values[name] for name in contents.components])
+    return np.array([values[name] for name in contents.variables])

@@ -52,7 +52,7 @@ def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, chann
         "dependence/cholesky": factors,
         "accuracy/ks": np.full((2, len(components)), 0.01),
     }
-    return make_contents(datasets, components=tuple(components), channels=tuple(held))
+    return make_contents(datasets, variables=tuple(components), channels=tuple(held))
 
 
 def all_eight():
@@ -92,7 +92,7 @@ def pruned():
         "dependence/cholesky": datasets["dependence/cholesky"][..., : n * (n + 1) // 2],
         "accuracy/ks": whole["accuracy/ks"][:, :2],
     }
-    return make_contents(datasets, components=("v", "omega_z"), channels=channels)
+    return make_contents(datasets, variables=("v", "omega_z"), channels=channels)
 
 
 SMALL_TABLES = {

@@ -109,7 +109,7 @@ def test_cut_table_says_what_it_is(wide, tmp_path):
     prune(wide, _scene(components=["u", "v"], alpha_deg=[31.0, 49.0]), cut)
     contents = read_table(cut)
     config = parse_config(contents.config, "cut")
-    assert config.domain.columns == ("u", "v") == contents.components
+    assert config.domain.columns == ("u", "v") == contents.variables
     assert config.domain.alpha_deg == (30.0, 50.0)
     assert contents["accuracy/ks"].shape == (0, 2)
     assert contents.channels == ("v", "u_hat")

@@ -99,7 +99,7 @@ def detail_rows(comparison: Comparison) -> list[list[str]]:
             f"{c.direct.mode[k]:.4f}",
             f"{ks:.4f}",
         ]
-        for k, (name, ks) in enumerate(zip(c.components, distances, strict=True))
+        for k, (name, ks) in enumerate(zip(c.variables, distances, strict=True))
     ]
     energies = (c.table.translational_energy, c.direct.translational_energy)
     rows.append(["translational energy, relative", *(f"{x:.4f}" for x in energies), "", "", ""])

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import kstest
 
 from sampler.formats.channels import CHANNELS, RANGES, STATE, VARIABLES
-from tablegen.accuracy.scene_variables import simulated_channels, simulated_components
+from tablegen.accuracy.scene_variables import simulated_channels, simulated_variables
 from tablegen.config import load_config
 from tablegen.simulate import simulate
 
@@ -31,18 +31,18 @@ def channels_of(simulation, names, seed=1):
 class TestComponents:
     def test_columns_come_in_the_order_that_is_asked_for(self, mixture):
         names = ("collisions", "omega_y", "u", "rotational_energy")
-        found = simulated_components(mixture, names)
+        found = simulated_variables(mixture, names)
         assert found.shape == (COUNT, 4)
         assert found.dtype == np.float64
         np.testing.assert_array_equal(found[:, 0], mixture.collisions)
         np.testing.assert_array_equal(found[:, 1], mixture.state[:, 4])
         np.testing.assert_array_equal(found[:, 2], mixture.state[:, 0])
         np.testing.assert_array_equal(found[:, 3], mixture.energy[:, 1])
-        np.testing.assert_array_equal(simulated_components(mixture, STATE), mixture.state)
+        np.testing.assert_array_equal(simulated_variables(mixture, STATE), mixture.state)
 
     def test_rotational_energy_of_a_sphere(self):
         """With the moment of inertia 2/5 m a^2, and the energy before the impact m V^2 / 2."""
-        found = simulated_components(simulated("sphere", count=3), VARIABLES)
+        found = simulated_variables(simulated("sphere", count=3), VARIABLES)
         spin = np.square(found[:, 3:6]).sum(axis=1)
         assert spin.min() > 0.01
         np.testing.assert_allclose(found[:, 6], 0.4 * spin, rtol=1e-12)
@@ -52,7 +52,7 @@ class TestComponents:
 class TestChannels:
     def test_give_back_the_components(self, mixture):
         c = channels_of(mixture, CHANNELS)
-        found = dict(zip(VARIABLES, simulated_components(mixture, VARIABLES).T, strict=True))
+        found = dict(zip(VARIABLES, simulated_variables(mixture, VARIABLES).T, strict=True))
         for name in ("v", "omega_x", "omega_y", "omega_z"):
             np.testing.assert_array_equal(c[name], found[name])
         u = c["u_hat"] * np.sqrt(1.0 - c["v"] ** 2)

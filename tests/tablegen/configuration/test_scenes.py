@@ -9,7 +9,7 @@ import sampler
 from sampler.formats.channels import VARIABLES, channels_for
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.accuracy.metrics import ks_distances
-from tablegen.accuracy.scene_variables import simulated_components
+from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.generate import generate
 from tablegen.simulate import simulate
 from tablegen.validate import validate
@@ -49,7 +49,7 @@ class Scene:
     def direct(self, alpha_deg, speed):
         keys = {"seed": 4, "stream": 7, "threads": 1}
         simulation = simulate(self.config, np.radians(alpha_deg), speed, N, **keys)
-        return simulated_components(simulation, self.columns)
+        return simulated_variables(simulation, self.columns)
 
 
 @pytest.fixture(scope="module", params=SCENES)
@@ -59,7 +59,7 @@ def scene(request, tmp_path_factory):
 
 def test_file_holds_what_was_asked_for(scene):
     contents = read_table(scene.path)
-    assert contents.components == scene.columns
+    assert contents.variables == scene.columns
     assert contents.channels == contents.marginals == channels_for(scene.columns)
     channels = len(contents.channels)
     assert contents["marginals/quantiles"].shape[3] == channels
@@ -117,7 +117,7 @@ def test_validation_passes_it_and_refuses_another_speeds_law(scene, tmp_path):
     write_table(wrong, shifted_speeds(contents))
     passed = validate(right, conditions=1, samples=4_000, seed=1)
     assert passed.missed == []
-    assert passed.comparisons[0].components == scene.columns
+    assert passed.comparisons[0].variables == scene.columns
     assert len(passed.comparisons[0].distances()["ks"]) == len(scene.columns)
     missed = validate(wrong, conditions=1, samples=4_000, seed=1).missed
     assert any(line.startswith("ks: ") for line in missed)

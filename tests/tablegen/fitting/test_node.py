@@ -7,7 +7,7 @@ from corrupt_tables import independent_channels, independent_columns
 from sampler.formats.channels import VARIABLES
 from sampler.table import Table
 from tablegen.accuracy.metrics import classifier_auc, correlation_error, ks_distances
-from tablegen.accuracy.scene_variables import simulated_components
+from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config import load_config
 from tablegen.fitting.node import fit_node, fitted_channels
 from tablegen.refinement.assembly import assemble
@@ -148,7 +148,7 @@ class TestScenes:
         made = one_node_table(config)
         assert made.columns == columns
         drawn = made.sample(np.radians(ALPHA_DEG), SPEED, seed=6, index=np.arange(N))
-        direct = simulated_components(simulated(config, N, 77), columns)
+        direct = simulated_variables(simulated(config, N, 77), columns)
         assert ks_distances(drawn, direct).max() < TestDraws.KS_BOUND
         assert correlation_error(drawn, direct) < TestDraws.CORRELATION_BOUND
         # Refused: the same columns out of step with each other, and one of them moved.

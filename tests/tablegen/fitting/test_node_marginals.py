@@ -12,7 +12,7 @@ import pytest
 from sampler.formats.channels import MIRRORED
 from sampler.table import Table
 from tablegen.accuracy.metrics import ks_distances
-from tablegen.accuracy.scene_variables import simulated_components
+from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config import load_config
 from tablegen.fitting.node import fit_node, node_stream
 from tablegen.refinement.assembly import assemble
@@ -61,7 +61,7 @@ def sample(config):
     keys = {"seed": config.table.seed, "stream": node_stream(ALPHA_DEG, SPEED), "threads": 1}
     count = config.table.samples_per_node
     simulation = simulate(config, np.radians(ALPHA_DEG), SPEED, count, **keys)
-    return simulated_components(simulation, CHANNELS)
+    return simulated_variables(simulation, CHANNELS)
 
 
 @pytest.fixture(scope="module")
