@@ -1,11 +1,10 @@
 """A loaded table: checked input in, rebound states out."""
 
 import os
-import threading
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,44 +13,30 @@ from sampler.drawing.batch import draw_batch
 from sampler.drawing.frames import rebound_batch
 from sampler.drawing.law import states_of_law
 from sampler.drawing.roughness import MAX_ROUGHNESS, rough_rebound_batch
-from sampler.drawing.threads import merge, run_rows
-from sampler.errors import InputError, OutsideTableWarning
+from sampler.drawing.threads import Counter, merge, run_rows
+from sampler.errors import InputError, OutsideTableWarning, TableError
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import TableContents, read_table
-from sampler.formats.packing import kept_beside, table_arrays
-from sampler.formats.table_arrays import bytes_of
+from sampler.formats.packing import kept_beside, repacked, table_arrays
+from sampler.formats.table_arrays import bytes_of, same
 from sampler.inputs.messages import outside_message, outside_warning, row_message
+from sampler.inputs.output import Rebound, as_output, where_to_draw
 from sampler.inputs.rows import (
     Keys,
     Rows,
     as_integer,
-    as_output,
     as_reals_up_to,
     broadcast,
     common_shape,
 )
 
 
-class Rebound(NamedTuple):
-    """What `Table.rebound` returns.
-
-    Attributes
-    ----------
-    velocity : float64 array, shape (..., 3)
-        Velocity after the rebound, m/s, lab frame.
-    omega : float64 array, shape (..., 3)
-        Angular velocity after the rebound, rad/s, lab frame.
-    """
-
-    velocity: NDArray[np.float64]
-    omega: NDArray[np.float64]
-
-
 class Table:
     """A rebound table in memory.
 
     Make one with `load`. Draws are pure functions of the condition and of the keys, so one table
-    serves any number of threads.
+    serves any number of threads. A copy of it, in another process or not, has its arrays and its
+    settings, and counts the draws outside anew.
 
     Parameters
     ----------
@@ -86,8 +71,14 @@ class Table:
         self.speed_independent = contents.speed_independent
         self._small = kept_beside(contents)
         self._source: TableContents | Path = contents
-        self._clamped = 0
-        self._lock = threading.Lock()
+        self._clamped = Counter()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_clamped": Counter()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.arrays = repacked(self.arrays)
 
     def __repr__(self) -> str:
         alpha, speed = self.alpha_nodes_deg, self.speed_nodes
@@ -99,10 +90,20 @@ class Table:
 
     @property
     def contents(self) -> TableContents:
-        """What the file holds; a table that was loaded reads its file again."""
+        """What the file holds; a table that was loaded reads its file again.
+
+        Raises `TableError` if that is no longer the table that was loaded.
+        """
         if isinstance(self._source, TableContents):
             return self._source
-        return read_table(self._source)
+        contents = read_table(self._source)
+        if not same(Table(contents)._held(), self._held()):
+            raise TableError(f"{self._source}: was changed, allowed: the table that was loaded")
+        return contents
+
+    def _held(self) -> tuple[Any, ...]:
+        """All that was taken from the contents."""
+        return self.arrays, self.pair, self.config, *self._small.values()
 
     @property
     def alpha_nodes_deg(self) -> NDArray[np.float64]:
@@ -143,7 +144,7 @@ class Table:
     @property
     def clamped(self) -> int:
         """How many draws so far lay outside the table and were moved to its edge."""
-        return self._clamped
+        return self._clamped.value
 
     def sample(
         self,
@@ -183,7 +184,7 @@ class Table:
             Threads to use; by default as many as the number of draws is worth. The states do
             not depend on it.
         out : float64 or float32 array, shape (..., n_columns), optional
-            Where to write the states.
+            Where to write the states; left as it was if an input is refused.
 
         Returns
         -------
@@ -201,7 +202,10 @@ class Table:
         keys = Keys(seed, index, hit, rng, size)
         rows = broadcast({"alpha1": alpha1, "speed": speed}, keys)
         states = as_output(out, (*rows.shape, len(self.columns)))
-        self._draw(draw_batch, rows, states.reshape(rows.n, len(self.columns)), threads)
+        drawn = states if out is None else where_to_draw(states, rows, self.arrays, self.outside)
+        self._draw(draw_batch, rows, drawn.reshape(rows.n, len(self.columns)), threads)
+        if drawn is not states:
+            states[...] = drawn
         return states
 
     def rebound(
@@ -361,9 +365,7 @@ class Table:
         row = report.clamped_row
         if self.outside == "raise":
             raise InputError(outside_message(self.arrays, rows, row))
-        with self._lock:
-            first, self._clamped = self._clamped == 0, self._clamped + report.clamped
-        if first:
+        if self._clamped.add(report.clamped):
             told = outside_warning(self.arrays, rows, row, report.clamped)
             warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)  # the line that drew
 

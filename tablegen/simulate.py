@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
+from sampler.inputs.rows import as_integer
 from tablegen.config import Config
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE
@@ -130,14 +131,11 @@ def make_condition(
 
 def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
     """Check what every run needs and return its number of threads, or raise InputError."""
-    if count < 1:
-        raise InputError(f"count: got {count}, allowed: 1 or more")
-    if not 0 <= seed < 2**64:
-        raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
-    if not 0 <= stream < 2**32:
-        raise InputError(f"stream: got {stream}, allowed: 0 to 2**32 - 1")
-    if threads is not None and threads < 1:
-        raise InputError(f"threads: got {threads}, allowed: 1 or more")
+    as_integer("count", count, 1, 2**63 - 1, "1 or more")
+    as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
+    as_integer("stream", stream, 0, 2**32 - 1, "0 to 2**32 - 1")
+    if threads is not None:
+        as_integer("threads", threads, 1, 2**63 - 1, "1 or more")
     return threads or processors()
 
 

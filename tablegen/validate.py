@@ -10,6 +10,7 @@ import sampler
 from sampler.errors import InputError
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import TableContents, read_table
+from sampler.inputs.rows import as_integer
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import check_conditions, pick_conditions
@@ -179,13 +180,11 @@ def validate(
 
 
 def _check_arguments(conditions: int, samples: int | None, seed: int) -> None:
-    """Refuse numbers that are out of range."""
-    if conditions < 1:
-        raise InputError(f"conditions: got {conditions}, allowed: 1 or more")
-    if samples is not None and samples < 1000:
-        raise InputError(f"samples: got {samples}, allowed: 1000 or more")
-    if not 0 <= seed < 2**64:
-        raise InputError(f"seed: got {seed}, allowed: 0 to 2**64 - 1")
+    """Refuse what is no integer, or out of range."""
+    as_integer("conditions", conditions, 1, 2**63 - 1, "1 or more")
+    if samples is not None:
+        as_integer("samples", samples, 1000, 2**63 - 1, "1000 or more")
+    as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
 
 
 def check_agreement(contents: TableContents, config: Config, origin: str) -> None:

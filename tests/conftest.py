@@ -1,9 +1,7 @@
-"""Numba caches a kernel by its own file and does not see edits in the kernels that it calls.
+"""Compiled kernels of the tests lie in a folder of their own, for each state of the tests' kernels.
 
-A cache folder named after all sources that reach machine code keeps a test run from meeting stale
-kernels, and leaves kernels alone when anything else is edited. Kernels are in the modules that
-import `sampler.compilation.jit` or numba; modules of the packages that these import may give them
-constants.
+`sampler.compilation.kernel_cache` keeps kernels by all kernel sources of both packages and by their
+own file. Kernels of tests and examples also call those of other tests and examples.
 """
 
 import hashlib
@@ -18,26 +16,10 @@ import pytest
 
 _ROOT = Path(__file__).resolve().parents[1]
 _COMPILES = re.compile(rb"^(from|import) (sampler\.compilation\.jit|numba)\b", re.MULTILINE)
-_IMPORTS = re.compile(rb"^from ((?:sampler|tablegen)[.\w]*) import", re.MULTILINE)
+_FILES = [path for name in ("docs", "tests") for path in sorted(_ROOT.glob(f"{name}/**/*.py"))]
 
-
-def kernel_sources():
-    """Files whose contents can change what a kernel computes, with these contents."""
-    folders = ("sampler", "tablegen", "docs", "tests")
-    files = [path for name in folders for path in sorted(_ROOT.glob(f"{name}/**/*.py"))]
-    texts = {path: path.read_bytes() for path in files}
-    found = {path for path, text in texts.items() if _COMPILES.search(text)}
-    waiting = [path for path in found if path.relative_to(_ROOT).parts[0] != "tests"]
-    while waiting:
-        names = _IMPORTS.findall(texts[waiting.pop()])
-        needed = {_ROOT.joinpath(*n.decode().split(".")).with_suffix(".py") for n in names}
-        new = (needed & texts.keys()) - found
-        waiting += new
-        found |= new
-    return {path: texts[path] for path in sorted(found)}
-
-
-_digest = hashlib.sha256(b"".join(kernel_sources().values()))
+_texts = (path.read_bytes() for path in _FILES)
+_digest = hashlib.sha256(b"".join(text for text in _texts if _COMPILES.search(text)))
 _folder = f"rebound-tables-{os.getuid()}-{_digest.hexdigest()[:16]}"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(tempfile.gettempdir()) / _folder))
 

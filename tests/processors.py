@@ -16,7 +16,7 @@ anything. What environment variables can switch:
 - numpy: the instruction sets above those that its wheels are built for (SSE4.2, or SSE3 before
   numpy 2.4), by NPY_DISABLE_CPU_FEATURES;
 - OpenBLAS, numpy's and scipy's: the kernels of a processor type, by OPENBLAS_CORETYPE;
-- numba: what LLVM compiles for, by NUMBA_CPU_NAME. Its caches are kept apart by this name;
+- numba: what LLVM compiles for, by NUMBA_CPU_NAME. Compiled kernels are kept apart by this name;
 - the C library (``no-fma`` only): its functions with FMA and AVX, by GLIBC_TUNABLES.
 
 Not switched: what gcc and clang compile for ``-march=native`` and the copies of a function that the

@@ -115,7 +115,7 @@ def test_wheel_has_the_data(built):
     # and nothing that belongs to developers or to a machine
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == {"sampler", "tablegen"}
-    assert not [name for name in names if name.endswith((".pyc", ".nbc", ".nbi", ".so"))]
+    assert not [name for name in names if name.endswith((".pyc", ".kernel", ".so"))]
 
 
 def test_sources_are_whole(built):
@@ -181,3 +181,35 @@ def test_a_light_installation_names_what_the_generator_needs(light, words):
     assert said.startswith("tablegen: error: the generator is not installed, allowed after: pip ")
     assert said.count("\n") == 1
     assert set(light.work.iterdir()) == before
+
+
+def test_an_upgrade_in_place_computes_anew(built, tmp_path):
+    """pip leaves what was compiled: a correction in one file must reach kernels of the others."""
+    used = environment(tmp_path, built.wheel)
+    score = (
+        "import sampler; from sampler.drawing.roughness import proposed_score;"
+        "print(sampler.__version__, proposed_score(1.0, 0.1, 0.5, 0.5))"
+    )
+
+    def result():
+        return call(used.programs / "python", "-c", score, folder=used.work).split()
+
+    old = result()
+    with tarfile.open(built.source) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (sources,) = tmp_path.glob("rebound_tables-*")
+    for name, before, after in (
+        ("pyproject.toml", f'version = "{old[0]}"', f'version = "{old[0]}.post1"'),
+        ("sampler/drawing/normal.py", "0.5 * math.erfc", "0.25 * math.erfc"),
+    ):
+        text = (sources / name).read_text(encoding="utf-8")
+        assert text.count(before) == 1
+        (sources / name).write_text(text.replace(before, after), encoding="utf-8")
+    call(sys.executable, "-m", "build", "--wheel", "--outdir", tmp_path, sources, folder=tmp_path)
+    (wheel,) = tmp_path.glob("*.whl")
+    words = ("-m", "pip", "install", "--quiet", "--upgrade", "--no-deps", wheel)
+    call(used.programs / "python", *words, folder=tmp_path)
+    new = result()
+    assert new[0] == f"{old[0]}.post1"
+    assert new[1] != old[1]
+    assert result() == new

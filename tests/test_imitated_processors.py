@@ -44,7 +44,8 @@ def test_libraries_see_another_processor(name):
 def test_kernels_of_two_processors_lie_in_one_cache(tmp_path):
     """The second process must not run the machine code of the first, nor lose it."""
     source = tmp_path / "cached.py"
-    source.write_text("import numba\n@numba.njit(cache=True)\ndef f(x):\n    return x + 1.0\n")
+    imported = "from sampler.compilation.jit import kernel"
+    source.write_text(f"{imported}\n@kernel\ndef f(x):\n    return x + 1.0\n")
     script = (
         "import cached; cached.f(1.0); stats = cached.f.stats;"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))"
@@ -52,9 +53,10 @@ def test_kernels_of_two_processors_lie_in_one_cache(tmp_path):
 
     def run(*before):
         words = [*before, sys.executable, "-c", script]
-        cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+        paths = os.pathsep.join([str(tmp_path), str(ROOT)])
+        added = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": paths}
         ended = subprocess.run(
-            words, env=os.environ | cache, cwd=tmp_path, capture_output=True, text=True, check=True
+            words, env=os.environ | added, cwd=tmp_path, capture_output=True, text=True, check=True
         )
         return ended.stdout.strip()
 

@@ -66,17 +66,20 @@ def draw(
 def _check_inside(table: "Table", alpha: float, speed: float, outside: str) -> None:
     """Say that the condition is outside the table, or raise `InputError` if that shall stop."""
     from sampler.drawing.kernel import is_outside
+    from sampler.inputs.messages import told_apart
 
     outside_alpha = is_outside(math.radians(alpha), table.arrays.alpha)
     if not outside_alpha and not is_outside(speed, table.arrays.speed):
         return
     (first, last), (slow, fast) = table.alpha_range, table.speed_range
     covered = f"{math.degrees(first):g} to {math.degrees(last):g} deg, {slow:g} to {fast:g} m/s"
+    degrees = told_apart(alpha, math.degrees(first), math.degrees(last), digits=6)
+    velocity = told_apart(speed, slow, fast, digits=6)
     if outside == "raise":
-        flag, value = ("alpha", alpha) if outside_alpha else ("speed", speed)
-        raise InputError(f"--{flag}: got {value:g}, allowed: {covered}")
+        flag, got = ("alpha", degrees) if outside_alpha else ("speed", velocity)
+        raise InputError(f"--{flag}: got {got}, allowed: {covered}")
     note(
         "sampler",
-        f"{alpha:g} deg, {speed:g} m/s is outside the table ({covered}), "
+        f"{degrees} deg, {velocity} m/s is outside the table ({covered}), "
         "its nearest condition is used",
     )

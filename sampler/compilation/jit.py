@@ -12,12 +12,13 @@ import numba
 from numba.extending import register_jitable
 
 from sampler.compilation.compiling import log_compilations
+from sampler.compilation.kernel_cache import KernelCache
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 #: ``nogil`` lets plain threads run kernels side by side; ``error_model="numpy"`` removes the
 #: zero-division branches, which the kernels exclude themselves.
-_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
 #: Dissolve the function in its caller, by the optimiser and not by rewriting its source.
 _INLINE: dict[str, Any] = {"forceinline": True, "no_cfunc_wrapper": True}
@@ -32,15 +33,17 @@ log_compilations()
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:
+    compiled = numba.njit(**_OPTIONS, **options)(function)
+    if compiled is not function:  # as it is where NUMBA_DISABLE_JIT is set
+        compiled._cache = KernelCache(compiled.py_func)
     # To a type checker the function stays what it was.
-    return cast(_Function, numba.njit(**_OPTIONS, **options)(function))
+    return cast(_Function, compiled)
 
 
 def _inlined(function: _Function, **options: Any) -> _Function:
-    # Neither cached by itself nor wrapped for Python, which a third of the compiler's time was
+    # Neither kept by itself nor wrapped for Python, which a third of the compiler's time was
     # spent on: its machine code is in the kernels that call it.
-    options = {k: v for k, v in _OPTIONS.items() if k != "cache"} | _INLINE | options
-    return register_jitable(**options)(function)
+    return register_jitable(**_OPTIONS, **_INLINE, **options)(function)
 
 
 def kernel(function: _Function) -> _Function:

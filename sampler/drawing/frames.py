@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.argument_types import output_of
 from sampler.drawing.batch import (
     draw_states,
     fill_words,
@@ -38,6 +39,8 @@ NORMAL_IMPACT = 1e-12
 
 #: Block of the keys' random words that gives the azimuth at normal impact.
 AZIMUTH_BLOCK = 2
+
+check_out = output_of("out")
 
 
 @inline_kernel
@@ -177,7 +180,15 @@ def rebound(
     -------
     int
         As `sampler.draw`; also `NORMAL_NOT_USABLE` (-4) and `HALF_SIZE_NOT_POSITIVE` (-5).
+
+    Raises
+    ------
+    ValueError
+        If `out` has fewer than six numbers. Wrong types are refused as by `sampler.draw`.
     """
+    check_out(out)
+    if out.size < 6:
+        raise ValueError("out: got fewer than 6 numbers, allowed: shape (6,)")
     status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
     if status == OK:
         status = draw(arrays, alpha1, speed, seed, index, hit, out)

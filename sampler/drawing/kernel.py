@@ -29,6 +29,7 @@ import numpy as np
 from numba import types
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.argument_types import check_hit, check_index, check_seed, output_of
 from sampler.drawing.block import MOST_WORDS, N_VALUES, state_drawer, word_filler
 from sampler.drawing.intrinsics import local_array
 from sampler.errors import CLAMPED, NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
@@ -41,6 +42,7 @@ _local_words = local_array(types.uint32, MOST_WORDS)
 _local_condition = local_array(types.float64, 1)
 _local_state = local_array(types.float64, N_VALUES)
 _fill_words, draw_one = word_filler(1), state_drawer(1)
+_check_state = output_of("state")
 
 
 @inline_kernel
@@ -104,7 +106,16 @@ def draw(arrays, alpha1, speed, seed, index, hit, state):
         `OK` (0); `CLAMPED` (1) if the condition lay outside the table and the nearest one on
         its edge was used; else, with nothing written, `NOT_FINITE` (-1), `NOT_APPROACHING`
         (-2: alpha1 outside (0, pi/2]) or `SPEED_NOT_POSITIVE` (-3).
+
+    Raises
+    ------
+    numba.TypingError
+        While the caller compiles, if a key is no integer or the state no such array.
     """
+    _check_state(state)
+    check_seed(seed)
+    check_index(index)
+    check_hit(hit)
     status = status_of(arrays, alpha1, speed)
     if status < OK:
         return status

@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
 from sampler.drawing.block import item
-from sampler.drawing.frames import impact_angle, impact_status, rebound, tangent
+from sampler.drawing.frames import check_out, impact_angle, impact_status, rebound, tangent
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, dot, unit, vector
@@ -251,7 +251,13 @@ def rough_rebound(
     int
         As `sampler.drawing.frames.rebound`; `CLAMPED` if any bounce was; also `TILT_NOT_FOUND` (-6)
         and `CASCADE_NOT_ENDED` (-7), with probabilities below 1e-50 and 1e-30 a hit.
+
+    Raises
+    ------
+    ValueError
+        As `sampler.drawing.frames.rebound`.
     """
+    check_out(out)
     return rough_bounces(
         arrays, velocity, normal, half_size, wall_velocity, roughness, seed, index, hit, out
     )[0]

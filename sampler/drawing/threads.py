@@ -1,5 +1,6 @@
 """The rows of a batch shared among threads, and what the batch kernels report of them."""
 
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -10,6 +11,23 @@ from sampler.errors import OK
 
 #: Draws below which a further thread costs more than it saves.
 _DRAWS_PER_THREAD = 20_000
+
+
+class Counter:
+    """A count to which any thread may add; a copy of it, in another process or not, is 0."""
+
+    def __init__(self) -> None:
+        self.value = 0
+        self._lock = threading.Lock()
+
+    def add(self, count: int) -> bool:
+        """Add a count; whether it is the first."""
+        with self._lock:
+            first, self.value = self.value == 0, self.value + count
+        return first
+
+    def __reduce__(self) -> tuple[type["Counter"], tuple[()]]:
+        return Counter, ()
 
 
 class Report(NamedTuple):

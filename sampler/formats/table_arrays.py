@@ -110,3 +110,10 @@ def bytes_of(value: Any) -> int:
     if isinstance(value, tuple):
         return sum(bytes_of(part) for part in value)
     return value.nbytes if isinstance(value, np.ndarray) else 0
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether nested tuples hold equal arrays and values."""
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    return np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other

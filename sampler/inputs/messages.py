@@ -26,7 +26,7 @@ _LEAVES = "one that lets the particle leave the wall"
 
 #: Argument to blame for a code and what is allowed, for conditions and for impacts.
 _CONDITIONS = {
-    NOT_APPROACHING: ("alpha1", "above 0, at most pi/2 rad"),
+    NOT_APPROACHING: ("alpha1", f"above 0, at most pi/2 rad, {math.pi / 2.0}"),
     SPEED_NOT_POSITIVE: ("speed", "above 0 m/s"),
 }
 _IMPACTS = {
@@ -39,8 +39,17 @@ _IMPACTS = {
 }
 
 
+def told_apart(value: float, *limits: float, digits: int = 9) -> str:
+    """Text of a value with so many digits, or as many more as tell it from the limits."""
+    for count in range(digits, 18):
+        text = f"{value:.{count}g}"
+        if text not in (f"{limit:.{count}g}" for limit in limits):
+            break
+    return text
+
+
 def _text(value: Any) -> str:
-    return ", ".join(f"{float(x):.9g}" for x in np.atleast_1d(value))
+    return ", ".join(told_apart(float(x), math.pi / 2.0) for x in np.atleast_1d(value))
 
 
 def row_message(rows: Rows, row: int, code: int) -> str:
@@ -91,7 +100,7 @@ def outside_message(arrays: TableArrays, rows: Rows, row: int) -> str:
             "allowed: none with outside='raise'"
         )
     return (
-        f"{name}: got {value:.9g} at {at}, allowed: "
+        f"{name}: got {told_apart(value, axis.first, axis.last)} at {at}, allowed: "
         f"from {axis.first:.9g} to {axis.last:.9g} {unit}, the range of the table"
     )
 

@@ -6,6 +6,7 @@ that has the shape of all is passed on as it is where its type and layout allow.
 
 import math
 import operator
+import textwrap
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -29,6 +30,8 @@ def place(row: int, shape: Shape) -> str:
 
 def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[Any]:
     """Array of one of the dtype kinds; an empty array has no kind yet and passes."""
+    if isinstance(values, np.ma.MaskedArray):  # numpy would hand on what lies under the mask
+        raise InputError(f"{name}: got a masked array, allowed: {allowed} without a mask")
     try:
         array = np.asarray(values)
     except ValueError:
@@ -64,29 +67,68 @@ def _as_rows_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
+def _integers(name: str, values: ArrayLike, allowed: str) -> NDArray[Any]:
+    """Array of integers; numpy makes floats of Python's own where some exceed int64, and rounds."""
+    if not isinstance(values, list | tuple) and type(values) is not int:
+        return _numeric(name, values, "iu", allowed)
+    if isinstance(values, list | tuple) and set(map(type, values)) == {int}:
+        plain = np.asarray(values)
+        if plain.dtype.kind in "iu":
+            return plain
+    array = np.array(values, dtype=object)
+    kinds = {type(value) for value in array.flat}
+    if bool in kinds or np.bool_ in kinds:  # which numpy counts among integers
+        raise InputError(f"{name}: got bool values, allowed: {allowed}")
+    if all(issubclass(kind, int | np.integer) for kind in kinds):
+        return array
+    return _numeric(name, values, "iu", allowed)
+
+
 def _as_keys(name: str, values: ArrayLike, bits: int) -> NDArray[Any]:
     """Keys of random numbers as uint32 or uint64; raises `InputError` if they do not fit."""
-    allowed = f"integers from 0 to 2**{bits} - 1"
-    array = _numeric(name, values, "iu", allowed)
+    allowed, most = f"integers from 0 to 2**{bits} - 1", 2**bits - 1
+    kind = np.dtype(f"u{bits // 8}")
+    if type(values) is int and 0 <= values <= most:
+        return np.array(values, dtype=kind)
+    array = _integers(name, values, allowed)
     if array.size:
-        refused = array < 0
-        if array.dtype.itemsize * 8 > bits:
-            refused |= array > 2**bits - 1
+        refused = np.asarray(array < 0)
+        if array.dtype == object or array.dtype.itemsize * 8 > bits:
+            refused = refused | np.asarray(array > most)
         if refused.any():
             k = int(refused.argmax())
-            at = place(k, array.shape)
-            raise InputError(f"{name}: got {array.flat[k]} at {at}, allowed: {allowed}")
-    return np.asarray(array, dtype=np.dtype(f"u{bits // 8}"))
+            got = f"{_shown(array.item(k))} at {place(k, array.shape)}"
+            raise InputError(f"{name}: got {got}, allowed: {allowed}")
+    return np.asarray(array, dtype=kind)
+
+
+def _shown(value: Any) -> str:
+    """Text of a value for a message of one line."""
+    if isinstance(value, int) and value.bit_length() > 256:
+        # Python refuses to write out thousands of digits
+        return f"an integer of {value.bit_length()} bits"
+    return textwrap.shorten(repr(value), 80, placeholder=" ...")
 
 
 def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
-    """Integer from low to high; raises `InputError` if it is none."""
+    """Integer from low to high; raises `InputError` if it is none.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument, for the message.
+    value : object
+        What was given; True and False, and floats of any value, are no integers.
+    low, high : int
+    allowed : str
+        The range in words.
+    """
     try:
         number = operator.index(value)
     except TypeError:
-        raise InputError(f"{name}: got {value!r}, allowed: {allowed}") from None
-    if isinstance(value, bool) or not low <= number <= high:
-        raise InputError(f"{name}: got {value!r}, allowed: {allowed}")
+        number = None
+    if isinstance(value, bool | np.ma.MaskedArray) or number is None or not low <= number <= high:
+        raise InputError(f"{name}: got {_shown(value)}, allowed: {allowed}")
     return number
 
 
@@ -123,7 +165,7 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     except ValueError:
         fits = False
     if not fits:
-        raise InputError(f"size: got {size!r}, allowed: a shape to which {shape} broadcasts")
+        raise InputError(f"size: got {_shown(size)}, allowed: a shape to which {shape} broadcasts")
     return wanted
 
 
@@ -153,7 +195,7 @@ class Keys(NamedTuple):
                 if value is None:
                     raise InputError(f"{name}: is missing, allowed: {both}")
             if self.size is not None:
-                raise InputError(f"size: got {self.size!r} without rng, allowed: {both}")
+                raise InputError(f"size: got {_shown(self.size)} without rng, allowed: {both}")
             return self
         for name, value in (("seed", self.seed), ("index", self.index), ("hit", self.hit)):
             if value is not None:
@@ -219,22 +261,3 @@ def broadcast(arguments: Mapping[str, ArrayLike], keys: Keys) -> Rows:
         index = index.reshape(shape)
     values = {name: _flat(array, shape, tails[name]) for name, array in arrays.items()}
     return Rows(shape, values, (np.uint64(seed), _flat(index, shape, ()), _flat(hit, shape, ())))
-
-
-def as_output(out: NDArray[Any] | None, shape: Shape) -> NDArray[Any]:
-    """Array to write states to: the one given, if it fits, or a new one.
-
-    Raises
-    ------
-    InputError
-        If it is not a writable C-contiguous float64 or float32 array of that shape.
-    """
-    if out is None:
-        return np.empty(shape)
-    fits = isinstance(out, np.ndarray) and out.dtype in (np.float64, np.float32)
-    if not (fits and out.shape == shape and out.flags.c_contiguous and out.flags.writeable):
-        given = f"{out.dtype} {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
-        raise InputError(
-            f"out: got {given}, allowed: a writable contiguous float64 or float32 array {shape}"
-        )
-    return out

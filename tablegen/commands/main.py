@@ -1,6 +1,6 @@
 """Command line of the generator.
 
-Exit status: 0 done, 1 a declared accuracy was missed, 2 bad input, 130 interrupted. Bad input
+Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted. Bad input
 gives one line on standard error and leaves no output.
 """
 
@@ -39,7 +39,10 @@ from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
 )
 @click.version_option(sampler.__version__)
 def cli() -> None:
-    """Simulate the rebound of non-spherical particles and make tables to draw it from."""
+    """Simulate the rebound of non-spherical particles and make tables to draw it from.
+
+    Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted.
+    """
 
 
 for command in (demo, simulate, generate, validate, inspect, list_names, prune, export):

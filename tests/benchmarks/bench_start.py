@@ -2,7 +2,7 @@
 
     python tests/benchmarks/bench_start.py
 
-Kernels are compiled when they are first needed and then kept in numba's cache. Every row is a
+Kernels are compiled when they are first needed and then kept on disk. Every row is a
 program of its own; "first" is the first time ever, "again" the least of a few runs after it.
 """
 

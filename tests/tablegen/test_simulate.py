@@ -194,6 +194,16 @@ REFUSED = [
     *(("seed", value, f"{value}", "0 to 2**64 - 1") for value in (-1, 2**64)),
     *(("stream", value, f"{value}", "0 to 2**32 - 1") for value in (-1, 2**32)),
     *(("threads", value, f"{value}", "1 or more") for value in (0, -1)),
+    *(
+        (field, value, f"{value!r}", allowed)
+        for field, allowed in (
+            ("count", "1 or more"),
+            ("seed", "0 to 2**64 - 1"),
+            ("stream", "0 to 2**32 - 1"),
+            ("threads", "1 or more"),
+        )
+        for value in (1.5, 2.0, True, "3", np.nan)
+    ),
 ]
 
 

@@ -177,14 +177,17 @@ class TestResult:
             validation.screening.suspects
         )
 
-    def test_attests_what_it_measured(self, tiny, tmp_path, monkeypatch):
-        """The file is exchanged, then removed, while it is measured."""
+    @pytest.mark.parametrize("removed", [False, True])
+    def test_attests_what_it_measured(self, tiny, tmp_path, monkeypatch, removed):
+        """The file is exchanged or removed while it is measured."""
         path = tmp_path / "t.h5"
         contents = tiny.generated.table.contents
         write_table(path, contents)
 
         def exchanging(*arguments, **options):
             path.unlink()
+            if not removed:
+                write_table(path, replace(contents, seed=contents.seed + 1))
             return measure(*arguments, **options)
 
         monkeypatch.setattr(VALIDATE, "measure", exchanging)
@@ -228,6 +231,9 @@ class TestRefusals:
             ("samples", 999, "samples: got 999, allowed: 1000 or more"),
             ("seed", -1, "seed: got -1, allowed: 0 to 2**64 - 1"),
             ("seed", 2**64, f"seed: got {2**64}, allowed: 0 to 2**64 - 1"),
+            ("seed", 1.0, "seed: got 1.0, allowed: 0 to 2**64 - 1"),
+            ("conditions", 2.5, "conditions: got 2.5, allowed: 1 or more"),
+            ("samples", True, "samples: got True, allowed: 1000 or more"),
         ],
     )
     def test_arguments(self, tiny, argument, value, line):

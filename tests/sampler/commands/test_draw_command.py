@@ -66,6 +66,8 @@ def test_outside_is_noted_or_refused(draw, refuse, words, tmp_path, table):
     np.testing.assert_array_equal(state, expected)
     line = refuse("sampler", *words(speed=301, outside="raise", output=tmp_path / "second.npz"))
     assert line == "--speed: got 301, allowed: 20 to 90 deg, 50 to 300 m/s"
+    line = refuse("sampler", *words(speed=300.0001, outside="raise", output=tmp_path / "third.npz"))
+    assert line == "--speed: got 300.0001, allowed: 20 to 90 deg, 50 to 300 m/s"
 
 
 @pytest.mark.parametrize("flag", ["alpha", "speed", "count", "seed", "output"])

@@ -1,0 +1,46 @@
+"""Types of what users' compiled code passes, checked while it compiles; the draw gets no slower.
+
+Numba would compile nearly anything: a state of two dimensions is written far beyond its end, one of
+integers gets zeros, and an index that is no integer is cut to one.
+"""
+
+from collections.abc import Callable
+from typing import Any, cast
+
+from numba import types
+from numba.core.errors import TypingError
+from numba.extending import intrinsic
+
+
+def _checked(name: str, fits: Callable[[types.Type], bool], allowed: str) -> Callable[[Any], None]:
+    """Make a function of kernels that does nothing, and compiles only for types that fit."""
+
+    @intrinsic
+    def check(typingctx: Any, value: types.Type) -> Any:
+        if not fits(value):
+            raise TypingError(f"{name}: got {value}, allowed: {allowed}")
+
+        def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return context.get_dummy_value()
+
+        return types.void(value), emit
+
+    return cast(Callable[[Any], None], check)
+
+
+def _is_vector(kind: Any) -> bool:
+    plain = isinstance(kind, types.Array) and kind.ndim == 1 and kind.mutable
+    return plain and kind.dtype == types.float64
+
+
+def output_of(name: str) -> Callable[[Any], None]:
+    """Make the check of an array to write to."""
+    return _checked(name, _is_vector, "a writable float64 array of one dimension")
+
+
+def key_of(name: str) -> Callable[[Any], None]:
+    """Make the check of a key of random numbers."""
+    return _checked(name, lambda kind: isinstance(kind, types.Integer), "an integer")
+
+
+check_seed, check_index, check_hit = key_of("seed"), key_of("index"), key_of("hit")

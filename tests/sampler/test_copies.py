@@ -1,0 +1,108 @@
+"""Copies of a table, in this process and in others: the same draws, and a count of their own."""
+
+import copy
+import multiprocessing
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+
+import numba
+import numpy as np
+import pytest
+
+import sampler
+from sampler import InputError, OutsideTableWarning, TableError
+
+INDEX = np.arange(1000)
+
+
+def _pickled(table):
+    return pickle.loads(pickle.dumps(table))
+
+
+def _out_of_band(table):
+    """As Dask and joblib do it: arrays in buffers of their own, which come back read-only."""
+    buffers = []
+    data = pickle.dumps(table, protocol=5, buffer_callback=buffers.append)
+    # bytes that begin where a cache line does not
+    shifted = [memoryview(b"x" + bytes(buffer.raw()))[1:] for buffer in buffers]
+    return pickle.loads(data, buffers=shifted)
+
+
+COPIES = (copy.copy, copy.deepcopy, _pickled, _out_of_band)
+
+
+def _draw(table):
+    """Work for another process: states, and how many lay outside."""
+    states = table.sample(0.7, 100.0, seed=1, index=INDEX)
+    with pytest.warns(OutsideTableWarning):
+        table.sample([0.7, 0.7], [100.0, 1e4], seed=1, index=[0, 1])
+    return states, table.clamped
+
+
+@pytest.mark.parametrize("make", COPIES)
+def test_copies_draw_the_same(table_path, make):
+    table = sampler.load(table_path)
+    other = make(table)
+    assert repr(other) == repr(table)
+    # else numba would compile the draw once more
+    assert numba.typeof(other.arrays) == numba.typeof(table.arrays)
+    for name in ("columns", "pair", "config", "speed_independent", "outside", "nbytes"):
+        assert getattr(other, name) == getattr(table, name)
+    assert other.contents.content_sha256 == table.contents.content_sha256
+    assert other.accuracy.keys() == table.accuracy.keys()
+    np.testing.assert_array_equal(
+        other.sample(0.7, 100.0, seed=1, index=INDEX), table.sample(0.7, 100.0, seed=1, index=INDEX)
+    )
+
+
+@pytest.mark.parametrize("make", COPIES)
+def test_copies_begin_on_cache_lines(table_path, make):
+    arrays = make(sampler.load(table_path)).arrays
+    for array in (arrays.components, arrays.quantiles):
+        assert array.ctypes.data % 64 == 0
+
+
+@pytest.mark.parametrize("make", COPIES)
+def test_copies_keep_what_to_do_outside(table_path, make):
+    strict = make(sampler.load(table_path, outside="raise"))
+    with pytest.raises(InputError, match="speed: got 10000 at index 0"):
+        strict.sample(0.7, 1e4, seed=1, index=0)
+
+
+@pytest.mark.parametrize("make", COPIES)
+def test_copies_count_anew_and_warn_of_their_first(table_path, make):
+    table = sampler.load(table_path)
+    assert _draw(table)[1] == 1
+    other = make(table)
+    assert other.clamped == 0
+    assert _draw(other)[1] == 1
+    assert table.clamped == 1
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_worker_processes_take_a_table(table_path, method):
+    table = sampler.load(table_path)
+    expected = table.sample(0.7, 100.0, seed=1, index=INDEX)
+    context = multiprocessing.get_context(method)
+    with ProcessPoolExecutor(1, mp_context=context) as pool:
+        states, clamped = pool.submit(_draw, table).result()
+    np.testing.assert_array_equal(states, expected)
+    assert (clamped, table.clamped) == (1, 0)
+
+
+def test_contents_are_those_that_were_loaded(table_path, contents, tmp_path):
+    path = tmp_path / "table.h5"
+    path.write_bytes(table_path.read_bytes())
+    table = sampler.load(path)
+    # the same again is no change
+    sampler.write_table(path, contents)
+    assert table.contents.content_sha256 == contents.content_sha256
+    quantiles = contents["marginals/quantiles"].copy()
+    quantiles[0, 0, 0] *= np.float32(0.5)
+    changed = {**contents.datasets, "marginals/quantiles": quantiles}
+    sampler.write_table(path, sampler.TableContents(**(contents.__dict__ | {"datasets": changed})))
+    with pytest.raises(TableError, match="was changed, allowed: the table that was loaded"):
+        table.contents  # noqa: B018
+    path.unlink()
+    with pytest.raises(TableError, match="there is no such file"):
+        table.contents  # noqa: B018
