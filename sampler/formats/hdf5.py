@@ -11,7 +11,6 @@ text ``name value\n`` (value as JSON).
 
 import hashlib
 import json
-import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,8 +20,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from sampler.errors import TableError
+from sampler.errors import InputError, TableError
 from sampler.files.atomic import atomic_output
+from sampler.files.reading import check_input
 from sampler.formats import hdf5_checks as checks
 from sampler.formats.channels import CHANNELS, RANGES, STATE, VARIABLES, channels_for
 from sampler.formats.hdf5_checks import Array, Check
@@ -303,8 +303,10 @@ def read_table(path: str | Path) -> TableContents:
         is wrong with it and what is allowed.
     """
     source = Path(path)
-    if not os.path.isfile(source):
-        raise TableError(f"{source}: there is no such file")
+    try:
+        check_input("table", source, "a .h5 file")
+    except InputError as error:
+        raise TableError(str(error)) from error
     try:
         with _one_line_errors(), h5py.File(source, "r") as file:
             attributes = _read_attributes(file)
@@ -388,8 +390,9 @@ def _read_datasets(file: h5py.File) -> dict[str, Array]:
     check_shapes({path: dataset.shape for path, dataset in found.items()})
     for dataset in DATASETS:
         if found[dataset.path].dtype.str != dataset.dtype:
-            got, allowed = found[dataset.path].dtype.name, np.dtype(dataset.dtype).name
-            raise TableError(f"{dataset.path}: got {got}, allowed: {allowed}")
+            got, allowed = found[dataset.path].dtype, np.dtype(dataset.dtype).name
+            order = "big-endian " if got.str[0] == ">" else ""
+            raise TableError(f"{dataset.path}: got {order}{got.name}, allowed: {allowed}")
     for path, node in found.items():
         # Datasets of a later minor version count in the checksum, which is over plain numbers.
         if node.dtype.kind not in "biuf":

@@ -9,6 +9,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import note
+from tablegen.commands.config_argument import CONFIG
 from tablegen.commands.validate import print_verdict
 from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.tasks.executors import ENGINES, MPI, THREADS
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=options.Command,
     short_help="Make a table of a material pair or scene.",
     epilog=options.examples(
         "tablegen generate corundum-steel --output corundum-steel.h5",
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
         "mpiexec -n 64 tablegen generate my-pair.toml --output my-pair.h5 --executor mpi",
     ),
 )
-@click.argument("config", type=options.CONFIG, metavar="CONFIG.toml")
+@click.argument("config", type=CONFIG, metavar="CONFIG.toml")
 @options.output("T.h5", "Table to write.")
 @click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
 @click.option(

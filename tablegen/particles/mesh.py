@@ -10,6 +10,7 @@ Where several vertices of a mesh touch the wall together, the contact is at thei
 a triangle and a regular face that is the centre; a random orientation never lands so.
 """
 
+import io
 import os
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
+from sampler.files.reading import read_file
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import Body
 from tablegen.model.support_map import SupportMap, longest_list
@@ -142,8 +144,9 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     Raises
     ------
     InputError
-        If the file is missing or cannot be read, or the mesh is empty, has fewer than four
-        vertices, is open, has faces that are turned inside out, is flat, or has too many corners.
+        If the file is missing, is no regular file or cannot be read, or the mesh is empty, has
+        fewer than four vertices, is open, has faces that are turned inside out, is flat, or has too
+        many corners.
     """
     path = Path(path)
     points, faces = _triangles(path)
@@ -237,11 +240,10 @@ def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
         raise _refused(path, "", f"a file ending in {', '.join(SUFFIXES)}")
+    data = read_file("particle", path)
     try:
-        with open(path, "rb") as file:
-            mesh = trimesh.load_mesh(file, file_type=kind[1:], process=False)
-    except OSError as error:
-        raise _refused(path, f"which cannot be read ({error.strerror})", "a mesh file") from error
+        # bytes do not say where they come from, so the library opens no files that they name
+        mesh = trimesh.load_mesh(io.BytesIO(data), file_type=kind[1:], process=False)
     except Exception as error:
         # the library's readers raise anything on a file that is not what its suffix says
         raise _refused(

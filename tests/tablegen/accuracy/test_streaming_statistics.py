@@ -283,7 +283,7 @@ class TestCommand:
         assert line == "Missing option '--output' or '--statistics', allowed: one or both"
         file = tmp_path / "x"
         line = refused("simulate", *flags(SIMULATE, {"--output": file, "--statistics": file}))
-        assert line == f"--statistics: got {file}, allowed: another file than --output"
+        assert line == f"--statistics: got {file}, the same file as --output, allowed: another"
 
     def test_statistics_file_is_checked_before_any_work(self, refused, tmp_path, monkeypatch):
         monkeypatch.setattr("tablegen.accuracy.streaming_statistics.simulate_statistics", None)

@@ -78,7 +78,7 @@ def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, wor
     monkeypatch.setattr(REFINE, "fit_node", None)
     for path, reason in (
         (tmp_path / "none" / "f", "a folder that exists"),
-        (tmp_path, "a file name"),
+        (tmp_path, "a regular file"),
     ):
         line = refused(*words, flag, path)
         assert flag in line
