@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
 from sampler.inputs.rows import as_integer
+from sampler.inputs.told_apart import told_apart
 from tablegen.config import Config
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE
@@ -71,7 +72,8 @@ def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
     """Return the impact angle [rad] if it lies in (0, pi/2], else raise InputError."""
     if not 0.0 < alpha1 <= np.pi / 2 * (1.0 + 1e-15):
         raise InputError(
-            f"{name}: got {np.degrees(alpha1):.6g} degrees, allowed: above 0 and up to 90 degrees"
+            f"{name}: got {told_apart(float(np.degrees(alpha1)), 90.0, digits=6)} degrees, "
+            "allowed: above 0 and up to 90 degrees"
         )
     return min(float(alpha1), np.pi / 2)
 

@@ -174,8 +174,8 @@ def test_fixed_aspect_reaches_the_mechanics():
 #: Arguments of `make_condition` or of a run, how each is repeated, and what is allowed.
 REFUSED = [
     *(
-        ("alpha1", np.radians(deg), f"{deg:.6g} degrees", "above 0 and up to 90 degrees")
-        for deg in (0.0, -1.0, 90.001, 91.0, np.nan, np.inf, -np.inf)
+        ("alpha1", np.radians(deg), f"{deg:.9g} degrees", "above 0 and up to 90 degrees")
+        for deg in (0.0, -1.0, 90.0000001, 90.001, 91.0, np.nan, np.inf, -np.inf)
     ),
     *(
         ("speed", speed, f"{speed:g} m/s", "a positive number")
