@@ -7,8 +7,8 @@ files read by a process of its own, so that one that hangs, crashes or takes all
     for outcome in read_damaged(["full.h5"], range(1000)):
         assert outcome.kind in ACCEPTABLE, outcome
 
-`python tests/damaged_tables.py FIRST END FILE...` is that process. Seed s damages file s modulo their
-number.
+`python tests/damaged_tables.py FIRST END FILE...` is that process. Seed s damages file s modulo
+their number.
 """
 
 import math
@@ -77,6 +77,16 @@ def _copied(data: bytearray, at: int, rng: np.random.Generator) -> None:
     data[at : at + size] = data[source : source + size]
 
 
+def _other_address(data: bytearray, _: int, rng: np.random.Generator) -> None:
+    """What looks like an address, by another one: loops, and one thing taken for another."""
+    numbers = np.frombuffer(data, "<u8", count=len(data) // 8)
+    addresses = np.flatnonzero((numbers > 0) & (numbers < len(data)) & (numbers % 8 == 0))
+    if addresses.size:
+        to, source = (8 * int(k) for k in rng.choice(addresses, 2))
+        del numbers  # while it lives, the bytes have a fixed length
+        data[to : to + 8] = data[source : source + 8]
+
+
 def _zeros(data: bytearray, at: int, rng: np.random.Generator) -> None:
     size = int(rng.choice([8, 64, 4096]))
     data[at : at + size] = bytes(len(data[at : at + size]))
@@ -89,8 +99,9 @@ def _cut(data: bytearray, at: int, _: np.random.Generator) -> None:
 _CHANGES = (
     *[_flip] * 6,
     *[_odd_number] * 4,
-    _random_byte,
+    *[_other_address] * 3,
     *[_neighbour] * 2,
+    _random_byte,
     _copied,
     _zeros,
     _cut,
