@@ -3,8 +3,8 @@
 What HDF5 offers and a table does not use is refused before the library follows it: storage in other
 files, virtual datasets, filters but gzip and shuffle, and attributes that are neither text nor
 numbers; links to other places are not followed. Nothing is read before the sizes of all datasets
-are known and bounded by the size of the file. Compressed chunks are unpacked here, each up to its
-size and no further, which the library does not care for.
+are known and bounded by the size of the file. The library takes lengths of texts and of unpacked
+chunks on trust: chunks are read here, texts by `sampler.formats.hdf5_texts`.
 """
 
 import itertools
@@ -16,11 +16,10 @@ from typing import Any
 
 import h5py
 import numpy as np
-from h5py import h5d, h5f, h5s, h5t, h5z
+from h5py import h5d, h5f, h5o, h5s, h5t, h5z
 from numpy.typing import NDArray
 
 from sampler.errors import TableError
-from sampler.formats.global_heap import check_global_heaps
 from sampler.formats.hdf5_layout import (
     ATTRIBUTES,
     DATASETS,
@@ -28,6 +27,7 @@ from sampler.formats.hdf5_layout import (
     FORMAT_VERSION,
     OPTIONAL_ATTRIBUTES,
 )
+from sampler.formats.hdf5_texts import Texts
 from sampler.formats.table_shapes import check_shapes
 
 Array = NDArray[Any]
@@ -35,6 +35,9 @@ Array = NDArray[Any]
 #: Bytes of the datasets that a file of any size may have, and further ones for each of its bytes.
 #: Shipped tables have 1.3 for each.
 FREE_BYTES, MOST_EXPANSION = 2**24, 8
+
+#: Most root attributes, and most datasets.
+MOST_OBJECTS = 1000
 
 _LAYOUTS = (h5d.COMPACT, h5d.CONTIGUOUS, h5d.CHUNKED)
 _FILTERS: tuple[list[int], ...] = (
@@ -57,11 +60,11 @@ def read_container(image: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
         If the bytes cannot be read, are no table or of a newer major version, or if attributes or
         shapes and types of datasets are not as the layout says.
     """
-    check_global_heaps(image)
     with _one_line_errors(), h5py.File(h5f.open_file_image(image), "r") as file:
-        if file.id.get_create_plist().get_sizes() != (8, 8):
-            raise TableError("sizes of addresses and lengths: allowed: 8 bytes each")
-        return _read_attributes(file, len(image)), _read_datasets(file, len(image))
+        if file.id.get_create_plist().get_sizes() != (8, 8) or file.userblock_size:
+            raise TableError("addresses: got others, allowed: 8 bytes, counted from the begin")
+        texts = Texts(image, h5o.get_info(file.id).addr)
+        return _read_attributes(file, texts, len(image)), _read_datasets(file, len(image))
 
 
 @contextmanager
@@ -79,32 +82,29 @@ def _one_line_errors() -> Iterator[None]:
         raise TableError(f"cannot be read as HDF5, truncated or damaged? ({reason})") from error
 
 
-def _read_attribute(file: h5py.File, name: str, most_bytes: int) -> Any:
+def _read_attribute(file: h5py.File, name: str, texts: Texts, most_bytes: int) -> Any:
     """Root attribute as Python's own type, for JSON; None if there is none."""
     if name not in file.attrs:
         return None
     attribute = file.attrs.get_id(name)
-    kind, space = attribute.get_type().get_class(), attribute.get_space()
-    shape_kind = space.get_simple_extent_type()
-    readable = (
-        # a list of texts may name one long text many times
-        shape_kind == h5s.SCALAR
-        if kind == h5t.STRING
-        else kind in (h5t.INTEGER, h5t.FLOAT) and shape_kind in (h5s.SCALAR, h5s.SIMPLE)
-    )
-    if not readable or attribute.get_storage_size() > most_bytes:
-        raise TableError(f"attribute {name}: is of another type or size, allowed: text or numbers")
+    kind, shape_kind = attribute.get_type(), attribute.get_space().get_simple_extent_type()
+    is_text = kind.get_class() == h5t.STRING and shape_kind == h5s.SCALAR
+    is_numbers = kind.get_class() in (h5t.INTEGER, h5t.FLOAT) and shape_kind != h5s.NULL
+    if is_text and kind.is_variable_str():
+        return texts[name]
+    if not (is_text or is_numbers) or attribute.get_storage_size() > most_bytes:
+        raise TableError(f"{name}: got another type or size, allowed: text or numbers")
     value = file.attrs[name]
     if isinstance(value, bytes):
         return value.decode()
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
-def _check_version(file: h5py.File, most_bytes: int) -> None:
+def _check_version(file: h5py.File, texts: Texts, most_bytes: int) -> None:
     """Refuse what is no table, or one of a newer major version."""
-    if _read_attribute(file, "format", most_bytes) != FORMAT:
+    if _read_attribute(file, "format", texts, most_bytes) != FORMAT:
         raise TableError(f'format: is not "{FORMAT}", so this is some other HDF5 file')
-    version = _read_attribute(file, "format_version", most_bytes)
+    version = _read_attribute(file, "format_version", texts, most_bytes)
     if not (isinstance(version, list) and [type(v) for v in version] == [int, int]):
         raise TableError(f"format_version: got {version!r}, allowed: two integers")
     if version[0] != FORMAT_VERSION[0]:
@@ -114,17 +114,19 @@ def _check_version(file: h5py.File, most_bytes: int) -> None:
         )
 
 
-def _read_attributes(file: h5py.File, file_bytes: int) -> dict[str, Any]:
+def _read_attributes(file: h5py.File, texts: Texts, file_bytes: int) -> dict[str, Any]:
     """Root attributes, after format and version were found to be ours."""
-    _check_version(file, file_bytes)
+    _check_version(file, texts, file_bytes)
+    if len(file.attrs) > MOST_OBJECTS:
+        raise TableError(f"got {len(file.attrs)} attributes, allowed: at most {MOST_OBJECTS}")
     attributes: dict[str, Any] = {}
     left = file_bytes
     for name in file.attrs:
-        attributes[name] = value = _read_attribute(file, name, left)
+        attributes[name] = value = _read_attribute(file, name, texts, left)
         # attributes of a hostile file may share their text
         left -= len(str(value))
         if left < 0:
-            raise TableError(f"attribute {name}: got more text than the file has bytes")
+            raise TableError(f"{name}: got more text than the file has bytes")
     for name, (kind, meaning) in {**ATTRIBUTES, **OPTIONAL_ATTRIBUTES}.items():
         if name not in attributes:
             if name in OPTIONAL_ATTRIBUTES:
@@ -170,6 +172,8 @@ def _find_datasets(file: h5py.File) -> dict[str, h5py.Dataset]:
         if isinstance(node, h5py.Dataset):
             _check_storage(path, node)  # first: to look at a virtual dataset may open others
             found[path] = node
+            if len(found) > MOST_OBJECTS:
+                raise TableError(f"got more than {MOST_OBJECTS} datasets, allowed: at most so many")
 
     file.visititems(visit)
     for path, node in found.items():
