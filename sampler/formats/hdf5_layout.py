@@ -253,8 +253,8 @@ ATTRIBUTES: Mapping[str, tuple[type, str]] = {
     "pair": (str, f"name of the material pair, one line of at most {PAIR_BYTES} bytes"),
     "config": (
         str,
-        "TOML text from which the table was generated, without control characters but tabs and ends "
-        "of lines",
+        "TOML text from which the table was generated, without control characters but tabs and "
+        "ends of lines",
     ),
     "seed": (int, "seed of the simulation behind the table, from 0 to 2**64 - 1"),
     "software_version": (
