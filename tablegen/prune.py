@@ -22,7 +22,7 @@ from sampler.formats.hdf5 import TableContents, write_table
 from sampler.formats.packing import table_arrays
 from sampler.formats.table_arrays import Axis
 from sampler.table import load
-from tablegen.config import Config, parse_config
+from tablegen.config import Config, stored_config
 from tablegen.configuration.metric_table import METRICS
 
 
@@ -48,7 +48,7 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     InputError
         If the scene needs what the table does not have.
     """
-    own = parse_config(contents.config, "config of the table")
+    own = stored_config(contents.config, "config of the table")
     _check_scene(contents, own, scene, origin)
     arrays = table_arrays(contents)
     rows = _cut(arrays.alpha, *map(math.radians, scene.domain.alpha_deg))

@@ -24,15 +24,15 @@ from sampler.errors import InputError, TableError
 from sampler.files.atomic import atomic_output
 from sampler.files.reading import check_input
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.channels import CHANNELS, RANGES, STATE, VARIABLES, channels_for
+from sampler.formats.bounds import QUANTILES
+from sampler.formats.channels import CHANNELS, STATE, channels_for
+from sampler.formats.hdf5_attributes import check_attributes, check_names
 from sampler.formats.hdf5_checks import Array, Check
 from sampler.formats.hdf5_container import read_container
 from sampler.formats.hdf5_layout import (
-    ATTRIBUTES,
     DATASETS,
     FORMAT,
     FORMAT_VERSION,
-    OPTIONAL_ATTRIBUTES,
     Dataset,
 )
 from sampler.formats.seal import sealed, unsealed
@@ -62,28 +62,15 @@ def _check_values(arrays: Mapping[str, Array]) -> None:
     tests: list[tuple[str, Check]] = [(dataset.path, checks.finite) for dataset in DATASETS]
     tests += [(dataset.path, check) for dataset in DATASETS for check in dataset.checks]
     for path, check in tests:
-        problem = check(arrays[path], arrays)
+        problem = check.problem(arrays[path], arrays)
         if problem is not None:
             raise TableError(f"{path}: {problem}")
-
-
-def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
-    """Components and channels known, in order, and enough of them."""
-    for name, given, known in (
-        ("components", variables, VARIABLES),
-        ("channels", channels, CHANNELS),
-    ):
-        if not given or not set(given) <= set(known) or len(set(given)) < len(given):
-            raise TableError(f"{name}: got {' '.join(given)!r}, allowed: some of {' '.join(known)}")
-    missing = [name for name in channels_for(variables) if name not in channels]
-    if missing:
-        raise TableError(f"channels: {' '.join(missing)} missing, allowed: all the components need")
 
 
 def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
     """Quantiles within what is physical."""
     for k, name in enumerate(marginals):
-        low, high = RANGES.get(name, (-np.inf, np.inf))
+        low, high = QUANTILES[name]
         part = quantiles[..., k, :]
         refused = (part <= low) | (part >= high)
         if refused.any():
@@ -126,32 +113,21 @@ class TableContents:
     processors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("pair", "config", "software_version", "seed"):
-            kind, meaning = ATTRIBUTES[name]
-            # Not isinstance: True is an int, and would be written as another type.
-            if type(getattr(self, name)) is not kind:
-                raise TableError(f"{name}: got {getattr(self, name)!r}, allowed: {meaning}")
-        if not 0 <= self.seed < 2**64:
-            raise TableError(f"seed: got {self.seed}, allowed: {ATTRIBUTES['seed'][1]}")
-        for kind_of_processor in self.processors:
-            if not kind_of_processor or "\n" in kind_of_processor:
-                raise TableError(
-                    f"processors: got {kind_of_processor!r}, "
-                    f"allowed: {OPTIONAL_ATTRIBUTES['processors'][1]}"
-                )
+        names = ("pair", "config", "software_version", "seed")
+        check_attributes({name: getattr(self, name) for name in names}, self.processors)
         known = [dataset.path for dataset in DATASETS]
         for path in self.datasets:
             if path not in known:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
-        _check_names(self.variables, self.channels)
+        check_names(self.variables, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
         lengths = check_shapes(shapes)
-        names = {
+        named = {
             "n_columns": self.variables,
             "n_channels": self.channels,
             "n_marginals": self.marginals,
         }
-        for dim, held in names.items():
+        for dim, held in named.items():
             if lengths[dim] != len(held):
                 allowed = f"{len(held)}, one for each name"
                 raise TableError(f"{dim}: got {lengths[dim]}, allowed: {allowed}")

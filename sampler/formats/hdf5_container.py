@@ -20,12 +20,14 @@ from h5py import h5d, h5f, h5o, h5s, h5t, h5z
 from numpy.typing import NDArray
 
 from sampler.errors import TableError
+from sampler.formats.hdf5_attributes import check_units, shown
 from sampler.formats.hdf5_layout import (
     ATTRIBUTES,
     DATASETS,
     FORMAT,
     FORMAT_VERSION,
     OPTIONAL_ATTRIBUTES,
+    Dataset,
 )
 from sampler.formats.hdf5_texts import Texts
 from sampler.formats.table_shapes import check_shapes
@@ -64,7 +66,7 @@ def read_container(image: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
         if file.id.get_create_plist().get_sizes() != (8, 8) or file.userblock_size:
             raise TableError("addresses: got others, allowed: 8 bytes, counted from the begin")
         texts = Texts(image, h5o.get_info(file.id).addr)
-        return _read_attributes(file, texts, len(image)), _read_datasets(file, len(image))
+        return _read_attributes(file, texts, len(image)), _read_datasets(file, image)
 
 
 @contextmanager
@@ -82,11 +84,13 @@ def _one_line_errors() -> Iterator[None]:
         raise TableError(f"cannot be read as HDF5, truncated or damaged? ({reason})") from error
 
 
-def _read_attribute(file: h5py.File, name: str, texts: Texts, most_bytes: int) -> Any:
-    """Root attribute as Python's own type, for JSON; None if there is none."""
-    if name not in file.attrs:
+def _read_attribute(
+    node: h5py.Group | h5py.Dataset, name: str, texts: Texts, most_bytes: int
+) -> Any:
+    """Attribute as Python's own type, for JSON; None if there is none."""
+    if name not in node.attrs:
         return None
-    attribute = file.attrs.get_id(name)
+    attribute = node.attrs.get_id(name)
     kind, shape_kind = attribute.get_type(), attribute.get_space().get_simple_extent_type()
     is_text = kind.get_class() == h5t.STRING and shape_kind == h5s.SCALAR
     is_numbers = kind.get_class() in (h5t.INTEGER, h5t.FLOAT) and shape_kind != h5s.NULL
@@ -94,7 +98,7 @@ def _read_attribute(file: h5py.File, name: str, texts: Texts, most_bytes: int) -
         return texts[name]
     if not (is_text or is_numbers) or attribute.get_storage_size() > most_bytes:
         raise TableError(f"{name}: got another type or size, allowed: text or numbers")
-    value = file.attrs[name]
+    value = node.attrs[name]
     if isinstance(value, bytes):
         return value.decode()
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
@@ -134,7 +138,7 @@ def _read_attributes(file: h5py.File, texts: Texts, file_bytes: int) -> dict[str
             raise TableError(f"{name}: is missing, allowed: {meaning}")
         wrong = name == "speed_independent" and attributes[name] != 1
         if wrong or type(attributes[name]) is not kind:
-            raise TableError(f"{name}: got {attributes[name]!r}, allowed: {meaning}")
+            raise TableError(f"{name}: got {shown(attributes[name])}, allowed: {meaning}")
     return attributes
 
 
@@ -181,15 +185,23 @@ def _find_datasets(file: h5py.File) -> dict[str, h5py.Dataset]:
     return found
 
 
-def _read_datasets(file: h5py.File, file_bytes: int) -> dict[str, Array]:
+def _check_units(dataset: Dataset, node: h5py.Dataset, image: bytes) -> None:
+    """Refuse other units than those of the layout."""
+    texts = Texts(image, h5o.get_info(node.id).addr)
+    units = _read_attribute(node, "units", texts, len(image))
+    check_units(dataset.path, units, dataset.units)
+
+
+def _read_datasets(file: h5py.File, image: bytes) -> dict[str, Array]:
     """All datasets by path; all is checked that can be before any values are read."""
-    found = _find_datasets(file)
+    found, file_bytes = _find_datasets(file), len(image)
     check_shapes({path: node.shape for path, node in found.items()})
     for dataset in DATASETS:
         if found[dataset.path].dtype.str != dataset.dtype:
             got, allowed = found[dataset.path].dtype, np.dtype(dataset.dtype).name
             order = "big-endian " if got.str[0] == ">" else ""
             raise TableError(f"{dataset.path}: got {order}{got.name}, allowed: {allowed}")
+        _check_units(dataset, found[dataset.path], image)
     # in Python's integers, which do not overflow
     size = sum(math.prod(node.shape) * node.dtype.itemsize for node in found.values())
     most = FREE_BYTES + MOST_EXPANSION * file_bytes
