@@ -92,10 +92,10 @@ def make_slots(vertices):
 
 
 @no_refcount_kernel
-def _clear(slots):
+def _clear(conditions, slots):
     """Fill inactive slots with a unit body, so that arithmetic on them stays finite.
 
-    Rows of vertices after those of a slot's particle are read, and must be centres.
+    Their condition is the first one, which may be that of all. Rows of vertices after those of a slot's particle are read, and must be centres.
     """
     for slot in range(WIDTH):
         for k in range(MOTION_SIZE):
@@ -103,7 +103,7 @@ def _clear(slots):
         for k in range(PROPERTIES):
             slots.properties[k, slot] = 1.0
         for k in range(CONDITION_SIZE):
-            slots.condition[k, slot] = 1.0
+            slots.condition[k, slot] = conditions[0, k]
     for i in range(slots.candidates.shape[0]):
         for k in range(3):
             for slot in range(WIDTH):
@@ -128,9 +128,9 @@ def _load_mesh(population, mesh, slots, slot):
 def _load_slot(population, conditions, drawn, code, particle, slots, slot):
     """Load a random particle; `_load_shape` adds the properties of a shape other than a mesh."""
     axes, kind = drawn
-    row = particle if conditions.shape[0] > 1 else 0
-    for k in range(CONDITION_SIZE):
-        slots.condition[k, slot] = conditions[row, k]
+    if conditions.shape[0] > 1:
+        for k in range(CONDITION_SIZE):
+            slots.condition[k, slot] = conditions[particle, k]
     if code < FIRST_MESH:
         slots.properties[B, slot] = kind[particle, 1]
         slots.properties[C, slot] = kind[particle, 1] * kind[particle, 2]
@@ -250,7 +250,7 @@ def follow(law, population, conditions, drawn, code, no_map, members, slots, out
         A particle that met the collision alarm, or -1.
     """
     support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
-    _clear(slots)
+    _clear(conditions, slots)
     candidates = slots.candidates if has_vertices(code) else slots.candidates[:0]
     touching = active = mask_from_bits(0)
     upcoming = 0
