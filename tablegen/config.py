@@ -23,6 +23,7 @@ from pydantic import (
 
 from sampler.errors import InputError
 from sampler.files.locate import find_config
+from sampler.formats.bounds import is_line
 from sampler.formats.channels import STATE, VARIABLES
 from tablegen.configuration.config_files import names_a_file, pair_file, read_text
 from tablegen.configuration.field_types import (
@@ -33,9 +34,10 @@ from tablegen.configuration.field_types import (
     Record,
     SpeedRange,
 )
-from tablegen.configuration.messages import MISSING, complaint, refusal
+from tablegen.configuration.messages import MISSING, complaint, refusal, shown
 from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.configuration.scenes import Tree, merged
+from tablegen.configuration.toml_text import parse_toml
 from tablegen.materials.pairs import MaterialPair
 from tablegen.particles.mesh import read_mesh
 from tablegen.particles.population import Population
@@ -99,7 +101,7 @@ class TableSettings(Record):
     speed_nodes: Increasing[float] | None = None
     #: Components of the mixture that carries the dependence.
     components: Annotated[int | None, Field(ge=1, le=4096)] = None
-    quantile_knots: Annotated[int | None, Field(ge=17), AfterValidator(_odd)] = None
+    quantile_knots: Annotated[int | None, Field(ge=17, le=65535), AfterValidator(_odd)] = None
     #: Make the law exactly symmetric about the impact plane.
     mirror: bool = False
 
@@ -260,7 +262,7 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     InputError
         As for `load_config`.
     """
-    data, read = _with_meshes_read(_parse(text, origin), origin, directory or Path())
+    data, read = _with_meshes_read(parse_toml(text, origin), origin, directory or Path())
     if not isinstance(data.get("pair"), str):
         return _checked(data, origin, None if read else text)
     base = _base(data.pop("pair"), origin, directory or Path())
@@ -270,6 +272,33 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     tree = merged(base_tree, data)
     tree["pair"].setdefault("name", base.name)
     return _checked(tree, origin, None)
+
+
+def stored_config(text: str, origin: str) -> Config:
+    """Read the configuration that a table holds, which needs no file but itself.
+
+    Parameters
+    ----------
+    text : str
+        ``config`` of a table.
+    origin : str
+        Where the text comes from, to open every error message.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    InputError
+        As for `parse_config`; also if it names another file, for the pair or for a mesh. No file
+        is opened.
+    """
+    tree = parse_toml(text, origin)
+    if isinstance(tree.get("pair"), str):
+        allowed = "the laws of the pair themselves, in the configuration of a table"
+        raise InputError(f"{origin}: pair: got {shown(tree['pair'])}, allowed: {allowed}")
+    return _checked(tree, origin, text)
 
 
 def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | None]:
@@ -294,7 +323,7 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
         As for `load_config`.
     """
     path = find_config(name_or_path)
-    tree, _ = _with_meshes_read(_parse(read_text(path), path.name), path.name, path.parent)
+    tree, _ = _with_meshes_read(parse_toml(read_text(path), path.name), path.name, path.parent)
     named = tree.pop("pair") if isinstance(tree.get("pair"), str) else None
     tree.pop("name", None)
     return _checked(merged(tomllib.loads(config.text), tree), path.name, None), named
@@ -302,8 +331,10 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
 
 def _base(reference: str, origin: str, directory: Path) -> Config:
     """Read the pair file that a scene refers to."""
+    if not is_line(reference):
+        raise InputError(f"{origin}: pair: got {shown(reference)}, allowed: a name or a path")
     path = pair_file(reference, origin, directory)
-    if isinstance(_parse(read_text(path), path.name).get("pair"), str):
+    if isinstance(parse_toml(read_text(path), path.name).get("pair"), str):
         raise InputError(
             f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"
         )
@@ -328,6 +359,8 @@ def _with_vertices(mesh: object, place: str, directory: Path) -> object:
     """Entry of a mesh with the vertices of its file, unless it has vertices already."""
     if not names_a_file(mesh):
         return mesh
+    if not is_line(mesh["file"]):
+        raise InputError(f"{place}: got {shown(mesh['file'])}, allowed: the path of a mesh file")
     try:
         read = read_mesh(directory / mesh["file"])
     except InputError as error:
@@ -338,14 +371,6 @@ def _with_vertices(mesh: object, place: str, directory: Path) -> object:
 def _load(path: Path) -> Config:
     """Read a configuration file."""
     return parse_config(read_text(path), path.name, path.parent)
-
-
-def _parse(text: str, origin: str) -> Tree:
-    """Tree of a TOML text."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{origin}: not valid TOML: {error}") from error
 
 
 def _checked(tree: Tree, origin: str, text: str | None) -> Config:

@@ -23,7 +23,7 @@ from sampler.formats.packing import table_arrays
 from sampler.formats.table_arrays import Axis
 from sampler.inputs.told_apart import told_apart
 from sampler.table import load
-from tablegen.config import Config, parse_config
+from tablegen.config import Config, stored_config
 from tablegen.configuration.metric_table import METRICS
 
 
@@ -49,7 +49,7 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     InputError
         If the scene needs what the table does not have.
     """
-    own = parse_config(contents.config, "config of the table")
+    own = stored_config(contents.config, "config of the table")
     _check_scene(contents, own, scene, origin)
     arrays = table_arrays(contents)
     rows = _cut(arrays.alpha, *map(math.radians, scene.domain.alpha_deg))

@@ -54,7 +54,7 @@ def figures(
     and particles, corundum-steel: for others they are measured and not judged.
     """
     import sampler
-    from tablegen.config import parse_config
+    from tablegen.config import stored_config
     from tablegen.studies.paper_figures.all_figures import make_paper_figures
     from tablegen.studies.paper_figures.statement_text import statements_text
     from tablegen.studies.paper_figures.style import require_matplotlib
@@ -62,7 +62,7 @@ def figures(
     require_matplotlib("tablegen figures")
     _check_folder(output, table)
     loaded = sampler.load(table)
-    config = parse_config(loaded.config, f"{table}: config")
+    config = stored_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
     gallery = make_paper_figures(loaded, config, particles, seed, progress)
     assert gallery is not None  # matplotlib is there

@@ -1,7 +1,7 @@
 """``tablegen inspect``: what a table is."""
 
 import json
-import tomllib
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import DONE
+from sampler.errors import InputError
 from tablegen.configuration.metric_table import METRICS, declared_accuracy
 
 if TYPE_CHECKING:
@@ -136,8 +137,11 @@ def _errors(values: Mapping[str, float]) -> str:
 
 def _declared(config: str) -> dict[str, float] | None:
     """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
+    from tablegen.configuration.toml_text import parse_toml
+
     try:
-        found = declared_accuracy(tomllib.loads(config).get("accuracy", {}))
-        return {name: float(found[name]) for name in METRICS}
-    except (tomllib.TOMLDecodeError, AttributeError, TypeError, ValueError):
+        found = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))
+        declared = {name: float(found[name]) for name in METRICS}
+    except (InputError, AttributeError, TypeError, ValueError):
         return None
+    return declared if all(map(math.isfinite, declared.values())) else None

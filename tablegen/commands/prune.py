@@ -70,7 +70,7 @@ def prune(
     """
     from sampler.files.locate import find_table
     from sampler.formats.hdf5 import read_table
-    from tablegen.config import parse_config
+    from tablegen.config import stored_config
     from tablegen.prune import prune as prune_table
 
     if scene is None and dimension is None and components is None:
@@ -78,7 +78,7 @@ def prune(
             "Missing option '--scene', '--dimension' or '--components', allowed: one or more"
         )
     source = find_table(table)
-    config = parse_config(read_table(source).config, "config of the table")
+    config = stored_config(read_table(source).config, "config of the table")
     wanted = _wanted(config, scene, dimension, components)
     contents = prune_table(source, wanted, output, scene or "flags")
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]

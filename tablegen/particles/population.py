@@ -11,7 +11,7 @@ from scipy.special import ndtr
 
 from sampler.errors import InputError
 from tablegen.configuration.defaults import MIXTURE
-from tablegen.configuration.field_types import AspectPair, AspectRange, Record, Text
+from tablegen.configuration.field_types import AspectPair, AspectRange, Line, Record
 from tablegen.configuration.messages import refusal, shown
 from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.model.shapes import FIRST_MESH, MeshArguments
@@ -112,7 +112,7 @@ class MeshShape(Record):
     """A convex particle given by its vertices, which `tablegen.config` reads."""
 
     #: Where the vertices come from, for the record only.
-    file: Text | None = None
+    file: Line | None = None
     #: Points whose convex hull is the particle, in any units and axes.
     vertices: Annotated[Vertices, AfterValidator(_solid)]
     weight: Weight = 1.0

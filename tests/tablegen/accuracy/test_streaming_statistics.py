@@ -234,8 +234,8 @@ def test_particle_in_endless_contact_is_an_error(monkeypatch):
     real = MODULE.simulate_batch
 
     def stuck_in_second(*arguments):
-        first = arguments[4]
-        return first + 7 if first == BATCH else real(*arguments)
+        keys = arguments[3]
+        return 7 if keys.particle[0] == BATCH else real(*arguments)
 
     monkeypatch.setattr(MODULE, "simulate_batch", stuck_in_second)
     message = f"particle {BATCH + 7} of seed 31, stream 0 is .* contact_resolution"

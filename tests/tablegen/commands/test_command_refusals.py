@@ -134,7 +134,11 @@ class TestGenerate:
         run("generate", config_file(tmp_path), "--output", output, "--quiet")
         changed = config_file(tmp_path, table={"seed": 99})
         line = refused("generate", changed, "--output", output, "--resume")
-        assert line.startswith(f"resume: got {output}.parts, ")
+        assert line.startswith(
+            f"output: got {output}.parts with 4 pieces of an unfinished run, made "
+        )
+        line = refused("generate", config_file(tmp_path), "--output", output)
+        assert line.endswith("allowed: --resume, which uses them, or --discard, which removes them")
 
 
 class TestValidate:
