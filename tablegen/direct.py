@@ -1,18 +1,19 @@
 """Direct rebounds of particles that each have their own velocity, spin and grain."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sampler.compilation.processors import processors
+from sampler.compilation.side_by_side import side_by_side
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
 from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound
 from sampler.inputs.rows import Keys, Rows, as_integer, broadcast, place
+from tablegen.batches import BATCH
 from tablegen.config import Config
 from tablegen.model.conditions import CONDITION_SIZE
 from tablegen.model.impacts import (
@@ -24,10 +25,10 @@ from tablegen.model.impacts import (
 )
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys
+from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.shapes import FIRST_MESH
 from tablegen.particles.population import Population
-from tablegen.simulate import BATCH, COLLISION_ALARM
 
 Grain = Literal["own", "fresh"] | ArrayLike
 
@@ -217,16 +218,15 @@ class DirectModel:
                 states_to_lab(*impact, keys, states[part], start)
             return -1, 0, -1
 
-        with ThreadPoolExecutor(threads or processors()) as pool:
-            for row, code, stuck in pool.map(work, range(0, rows.n, BATCH)):
-                if row >= 0:
-                    raise InputError(_message(rows, row, code))
-                if stuck >= 0:
-                    raise RuntimeError(
-                        f"the particle at {place(stuck, rows.shape)} is still in contact after "
-                        f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its "
-                        "chain"
-                    )
+        starts = range(0, rows.n, BATCH)
+        for row, code, stuck in side_by_side(work, starts, threads or processors()):
+            if row >= 0:
+                raise InputError(_message(rows, row, code))
+            if stuck >= 0:
+                raise RuntimeError(
+                    f"the particle at {place(stuck, rows.shape)} is still in contact after "
+                    f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
+                )
 
 
 def _message(rows: Rows, row: int, code: int) -> str:
