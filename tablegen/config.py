@@ -22,9 +22,10 @@ from pydantic import (
 )
 
 from sampler.errors import InputError
-from sampler.files.locate import find_config, find_file
+from sampler.files.locate import find_config
 from sampler.formats.bounds import is_line
 from sampler.formats.channels import STATE, VARIABLES
+from tablegen.configuration.config_files import names_a_file, pair_file, read_text
 from tablegen.configuration.field_types import (
     AngleRange,
     ComponentNames,
@@ -322,7 +323,7 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
         As for `load_config`.
     """
     path = find_config(name_or_path)
-    tree, _ = _with_meshes_read(parse_toml(_read(path), path.name), path.name, path.parent)
+    tree, _ = _with_meshes_read(parse_toml(read_text(path), path.name), path.name, path.parent)
     named = tree.pop("pair") if isinstance(tree.get("pair"), str) else None
     tree.pop("name", None)
     return _checked(merged(tomllib.loads(config.text), tree), path.name, None), named
@@ -332,12 +333,8 @@ def _base(reference: str, origin: str, directory: Path) -> Config:
     """Read the pair file that a scene refers to."""
     if not is_line(reference):
         raise InputError(f"{origin}: pair: got {shown(reference)}, allowed: a name or a path")
-    is_path = reference.endswith(".toml") or len(Path(reference).parts) > 1
-    try:
-        path = find_file("pair", directory / reference if is_path else reference, ".toml")
-    except InputError as error:
-        raise InputError(f"{origin}: {error}") from error
-    if isinstance(parse_toml(_read(path), path.name).get("pair"), str):
+    path = pair_file(reference, origin, directory)
+    if isinstance(parse_toml(read_text(path), path.name).get("pair"), str):
         raise InputError(
             f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"
         )
@@ -360,7 +357,7 @@ def _with_meshes_read(tree: Tree, origin: str, directory: Path) -> tuple[Tree, b
 
 def _with_vertices(mesh: object, place: str, directory: Path) -> object:
     """Entry of a mesh with the vertices of its file, unless it has vertices already."""
-    if not isinstance(mesh, dict) or "vertices" in mesh or not isinstance(mesh.get("file"), str):
+    if not names_a_file(mesh):
         return mesh
     if not is_line(mesh["file"]):
         raise InputError(f"{place}: got {shown(mesh['file'])}, allowed: the path of a mesh file")
@@ -373,20 +370,7 @@ def _with_vertices(mesh: object, place: str, directory: Path) -> object:
 
 def _load(path: Path) -> Config:
     """Read a configuration file."""
-    return parse_config(_read(path), path.name, path.parent)
-
-
-def _read(path: Path) -> str:
-    """Text of a file; a byte-order mark, which some editors write, is dropped."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path.name}: got byte {error.object[error.start]:#04x} at position {error.start}, "
-            "allowed: UTF-8 text"
-        ) from error
-    except OSError as error:
-        raise InputError(f"{path.name}: cannot be read: {error.strerror}") from error
+    return parse_config(read_text(path), path.name, path.parent)
 
 
 def _checked(tree: Tree, origin: str, text: str | None) -> Config:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sampler.drawing.steps import locate
 from sampler.errors import InputError
 from sampler.files.atomic import check_output
+from sampler.files.locate import find_table
 from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents, write_table
 from sampler.formats.packing import table_arrays
@@ -87,7 +88,7 @@ def prune(
         Complete; `tablegen.config.scene_over` makes one of any scene and the table's
         own.
     output : str or Path
-        The .h5 file to write.
+        The .h5 file to write, another than the table.
     origin : str
         Where the scene comes from, to open an error message.
 
@@ -101,7 +102,7 @@ def prune(
     InputError
         As for `pruned`; also if a file cannot be read or written.
     """
-    path = check_output(output)
+    path = check_output(output, [find_table(name_or_path)])
     contents = pruned(load(name_or_path).contents, scene, origin)
     write_table(path, contents)
     return contents

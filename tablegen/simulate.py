@@ -4,7 +4,6 @@ A particle is keyed by (seed, stream, index), so the result does not depend on t
 threads or on how the particles are split into batches.
 """
 
-import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -18,9 +17,11 @@ from sampler.inputs.rows import as_integer
 from tablegen.config import Config
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.conditions import Condition, impact_condition, one_row
 from tablegen.model.correctly_rounded import cosine_and_sine
 from tablegen.model.particle_run import simulate_audited, simulate_batch
-from tablegen.model.rebound import COLLISION_ALARM, Condition
+from tablegen.model.random_particles import keys_of_run
+from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.particles.population import Population
 from tablegen.tasks.progress import bar
 
@@ -31,12 +32,6 @@ BATCH = 5_000
 #: tests/benchmarks/bench_error.py for what they cost and what they leave.
 CONTACT_RESOLUTION = 1e-3
 TOLERANCE = 1e-10
-
-#: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
-GRAZING = 0.0087
-
-#: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
-MANY_TURNS = 10.0
 
 
 @dataclass(frozen=True)
@@ -116,17 +111,8 @@ def make_condition(
         raise InputError(f"tolerance: got {tolerance:g}, allowed: 1e-14 to 1e-4")
     wx, wy, wz = (float(x) for x in spin)
     cosine, sine = cosine_and_sine(alpha1)
-    # from its greatest height to its least, turning all the way
-    turned = math.sqrt(wx * wx + wy * wy + wz * wz) * 2.0 / sine
-    return Condition(
-        alpha1,
-        cosine,
-        sine,
-        float(speed),
-        (wx, wy, wz),
-        float(resolution) * min(1.0, sine / GRAZING),
-        float(tolerance) / max(1.0, turned / MANY_TURNS),
-    )
+    numerics = float(resolution), float(tolerance)
+    return impact_condition(cosine, sine, float(speed), (wx, wy, wz), numerics)
 
 
 def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
@@ -214,15 +200,16 @@ def simulate_condition(
     workers = check_run(count, seed, stream, threads)
     result, kind = _allocate(count, audited)
     law, population_args = pair.kernel_arguments(), population.kernel_arguments()
-    keys = (np.uint64(seed), np.uint32(stream))
+    conditions = one_row(condition)
 
     def work(part: slice) -> tuple[int, NDArray[np.float64]]:
         audit = np.zeros_like(result.audit)
         arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
-        run = (law, population_args, condition, keys, part.start, *arrays)
+        keys = keys_of_run(seed, stream, part.start, part.stop - part.start)
+        run = (law, population_args, conditions, keys, *arrays)
         stuck = simulate_audited(*run, audit) if audited else simulate_batch(*run)
         if stuck >= 0:
-            raise unfinished(stuck, seed, stream)
+            raise unfinished(part.start + stuck, seed, stream)
         return part.stop - part.start, audit
 
     counted = bar(progress, "rebound", total=count, unit_scale=True, desc="simulating")

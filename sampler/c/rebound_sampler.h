@@ -114,9 +114,15 @@ typedef struct rbt_table rbt_table;
 
 /* Open a binary table (.rbt) and check everything in it, its checksum included.
 
-   The file is mapped where the system can do that, and read otherwise. It must not be changed while
-   it is open (`sampler export` puts a new file in its place, which is safe). On success *table
-   belongs to the caller, who ends it with rbt_close. On an error *table is NULL. */
+   The file is mapped where the system can do that, so that all programs of a machine share one copy
+   in memory, and read otherwise. A mapped file must not be changed while it is open, which nothing
+   here can prevent or notice: one that is overwritten in place gives wrong draws, and one that is
+   cut short ends the program (SIGBUS). `sampler export` puts a new file in its place, which is safe,
+   as mv is; cp and rsync --inplace write into the old one. Where that may happen, compile with
+   RBT_NO_MMAP: then the file is read into memory, and its checksum is that of what is drawn from.
+
+   On success *table belongs to the caller, who ends it with rbt_close. On an error *table is NULL.
+   What is no regular file is refused at once. */
 RBT_API RBT_MUST_USE int rbt_open(const char *path, rbt_table **table);
 
 /* The same for the bytes of such a file in memory, at an address that is a multiple of 64. The bytes
@@ -254,12 +260,15 @@ RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy);
 #include <stdlib.h>
 #include <string.h>
 
-#if !defined(RBT_NO_MMAP) && (defined(__unix__) || defined(__APPLE__))
-#define RBTI_MMAP 1
+#if defined(__unix__) || defined(__APPLE__)
+#define RBTI_POSIX 1
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#endif
+#if defined(RBTI_POSIX) && !defined(RBT_NO_MMAP)
+#define RBTI_MMAP 1
+#include <sys/mman.h>
 #else
 #include <stdio.h>
 #endif
@@ -1487,7 +1496,7 @@ RBT_API int rbt_open_memory(const void *image, size_t size, rbt_table **table)
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
     *table = NULL;
-    const int file = open(path, O_RDONLY);
+    const int file = open(path, O_RDONLY | O_NONBLOCK); /* a pipe is not waited for */
     if (file < 0)
         return RBT_ERR_NOT_OPENED;
     struct stat about;
@@ -1535,6 +1544,11 @@ static int rbti_read_file(FILE *file, void **memory, char **image, size_t *size)
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
     *table = NULL;
+#ifdef RBTI_POSIX
+    struct stat about; /* opening a pipe would wait */
+    if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
+        return RBT_ERR_NOT_READ;
+#endif
     FILE *file = fopen(path, "rb");
     if (!file)
         return RBT_ERR_NOT_OPENED;
@@ -1583,8 +1597,9 @@ RBT_API const char *rbt_strerror(int code)
          "that of the wall"},
         {RBT_ERR_NORMAL_NOT_USABLE, "normal: allowed: any length but zero"},
         {RBT_ERR_HALF_SIZE_NOT_POSITIVE, "half_size: allowed: above 0 m"},
-        {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a file that exists"},
-        {RBT_ERR_NOT_READ, "file: cannot be read"},
+        {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a regular file that exists "
+         "and may be read"},
+        {RBT_ERR_NOT_READ, "file: cannot be read, or is a folder, pipe or device"},
         {RBT_ERR_NO_MEMORY, "memory: not enough for this table"},
         {RBT_ERR_BIG_ENDIAN, "machine: is big-endian, allowed: little-endian"},
         {RBT_ERR_FORMAT, "format: is no binary rebound table (.rbt)"},

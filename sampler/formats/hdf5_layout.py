@@ -63,6 +63,16 @@ MINIMUM_LENGTH = {
     "n_marginals": 1,
 }
 
+#: Greatest length of a dimension, where there is one.
+MAXIMUM_LENGTH = {
+    "n_alpha_grid": 2**24,
+    "n_speed_grid": 2**24,
+    # a draw finds its knot in single precision
+    "n_knots": 2**16,
+    # an alias has 16 bits
+    "n_components": 2**16,
+}
+
 DATASETS = (
     Dataset(
         "axes/alpha_deg",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=options.Command,
     short_help="Say what a table is.",
     epilog=options.examples(
         "tablegen inspect corundum-steel",

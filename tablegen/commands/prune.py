@@ -9,6 +9,7 @@ from sampler.commands import options
 from sampler.commands.program import DONE, note
 from sampler.errors import InputError
 from sampler.formats.channels import VARIABLES
+from tablegen.commands.config_argument import CONFIG
 
 if TYPE_CHECKING:
     from tablegen.config import Config
@@ -31,6 +32,7 @@ class Variables(click.ParamType):
 
 
 @click.command(
+    cls=options.Command,
     short_help="Cut a table to what a scene needs.",
     epilog=options.examples(
         "tablegen prune corundum-steel --scene plane-flow --output plane.h5",
@@ -40,9 +42,7 @@ class Variables(click.ParamType):
     ),
 )
 @options.table
-@click.option(
-    "--scene", type=options.CONFIG, metavar="SCENE.toml", help="What to keep: a name, or a path."
-)
+@click.option("--scene", type=CONFIG, metavar="SCENE.toml", help="What to keep: a name, or a path.")
 @click.option(
     "--dimension",
     type=click.Choice(["2", "3"]),

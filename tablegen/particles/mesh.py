@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
+from sampler.files.reading import read_file
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import Body
 from tablegen.model.support_map import SupportMap, longest_list
@@ -150,9 +151,9 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     Raises
     ------
     InputError
-        If the file is missing, too long or cannot be read, or the mesh is empty, has fewer than
-        four vertices, an extent outside of `EXTENTS`, is open, has faces that are turned inside
-        out, is flat, or has too many corners.
+        If the file is missing, is no regular file, is too long or cannot be read, or the mesh is
+        empty, has fewer than four vertices, an extent outside of `EXTENTS`, is open, has faces that
+        are turned inside out, is flat, or has too many corners.
     """
     path = Path(path)
     points, faces = _triangles(path)
@@ -255,21 +256,6 @@ def _size_problem(points: FloatArray) -> str | None:
     return f"an extent of {extent:g}" if 0.0 < extent < EXTENTS[0] else None
 
 
-def _content(path: Path) -> bytes:
-    """Bytes of a mesh file."""
-    # os.path answers False where Path.exists raises; reading from a pipe could wait for ever
-    if os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path)):
-        raise _refused(path, "which is a device or a pipe", "a mesh file")
-    try:
-        with open(path, "rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise _refused(path, f"which cannot be read ({error.strerror})", "a mesh file") from error
-    if len(content) > MOST_BYTES:
-        raise _refused(path, "which is too long", f"up to {MOST_BYTES} bytes")
-    return content
-
-
 def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
     """Vertices and triangles of a file, as they stand in it."""
     # an import of a second that only meshes need
@@ -278,7 +264,7 @@ def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
         raise _refused(path, "", f"a file ending in {', '.join(SUFFIXES)}")
-    content = io.BytesIO(_content(path))
+    content = io.BytesIO(read_file("particle", path, MOST_BYTES))
     try:
         # bytes have no place from which materials and images that they name could be read
         mesh = trimesh.load_mesh(content, kind[1:], process=False, skip_materials=True)

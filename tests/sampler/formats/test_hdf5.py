@@ -201,6 +201,10 @@ REFUSED = {
     "no angles": (_replace(REFLECTION, lambda x: x[0]), rf"{REFLECTION}: got shape \(3, 5\)"),
     "one knot": (_replace(KNOTS, lambda x: x[:1]), f"{KNOTS}: got n_knots = 1, allowed: 2 or more"),
     "double": (_replace(QUANTILES, lambda q: q.astype(float)), "got float64, allowed: float32"),
+    "byte order": (
+        _replace(QUANTILES, lambda q: q.astype(">f4")),
+        "got big-endian float32, allowed",
+    ),
     "real index": (_replace(ALIAS, lambda x: x.astype("f4")), "got float32, allowed: uint16"),
     "text": (_replace("axes/speed", lambda x: x.astype("S8")), "axes/speed: got bytes64"),
     "unknown text": (lambda f: f.create_dataset("x", data=[b"text"]), "x: got object values"),
@@ -329,7 +333,7 @@ def test_names_and_texts_that_can_be_shown(tmp_path):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(TableError, match="there is no such file"):
+    with pytest.raises(TableError, match="allowed: a file that exists"):
         read_table(tmp_path / "none.h5")
 
 

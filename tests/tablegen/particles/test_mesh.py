@@ -132,7 +132,7 @@ class TestRefusedFiles:
     @pytest.mark.parametrize(
         ("name", "content", "reason"),
         [
-            ("none.stl", None, "cannot be read (No such file or directory), allowed: a mesh"),
+            ("none.stl", None, "none.stl, allowed: a file that exists"),
             ("grain.step", "ISO-10303-21;", "grain.step, allowed: a file ending in .stl, .obj"),
             ("empty.stl", "", "which has no faces, allowed: a closed surface"),
             ("empty.obj", "", "which has no faces, allowed: a closed surface"),
