@@ -74,7 +74,7 @@ class TestOtherFiles:
         opened_files.names = names = []
         assert len(read_mesh(path).vertices) == 8
         opened_files.names = None
-        assert [name for name in names if str(path.parent) in name] == [str(path)]
+        assert {name for name in names if str(path.parent) in name} == {str(path)}
         assert capfd.readouterr() == ("", "")
         assert caplog.text == ""
 
@@ -162,13 +162,13 @@ class TestRefusedFiles:
     def test_what_is_no_file(self, tmp_path):
         os.mkfifo(tmp_path / "pipe.stl")
         os.symlink("/dev/zero", tmp_path / "device.stl")
-        for name in ("pipe.stl", "device.stl"):
-            with pytest.raises(InputError, match="which is a device or a pipe, allowed: "):
-                read_mesh(tmp_path / name)
+        for name in ("pipe", "device"):
+            with pytest.raises(InputError, match=rf"{name}\.stl, .*{name}, allowed: "):
+                read_mesh(tmp_path / f"{name}.stl")
 
     def test_a_file_that_is_too_long(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tablegen.particles.mesh.MOST_BYTES", 100)
-        with pytest.raises(InputError, match="which is too long, allowed: up to 100 bytes"):
+        with pytest.raises(InputError, match="allowed: a regular file of up to 100 bytes"):
             read_mesh(written(tmp_path, "grain.stl", surface(grain(60))))
 
     def test_too_many_corners(self, tmp_path, monkeypatch):
