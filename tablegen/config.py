@@ -24,6 +24,7 @@ from pydantic import (
 from sampler.errors import InputError
 from sampler.files.locate import find_config, find_file
 from sampler.formats.channels import STATE, VARIABLES
+from tablegen.configuration.bounds import CONTACT_RESOLUTION, TOLERANCE
 from tablegen.configuration.field_types import (
     AngleRange,
     ComponentNames,
@@ -84,9 +85,9 @@ class ModelSettings(Record):
     """Numerical parameters of the direct model."""
 
     #: Smallest rebound speed of a contact point over the impact speed; ends sustained contact.
-    contact_resolution: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
+    contact_resolution: Annotated[float, Field(**CONTACT_RESOLUTION.field)] = 1e-3
     #: Tolerance of the free rotation between collisions.
-    tolerance: Annotated[float, Field(ge=1e-14, le=1e-4)] = 1e-10
+    tolerance: Annotated[float, Field(**TOLERANCE.field)] = 1e-10
 
 
 class TableSettings(Record):

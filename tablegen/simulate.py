@@ -5,7 +5,7 @@ threads or on how the particles are split into batches.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 
@@ -16,6 +16,7 @@ from sampler.compilation.processors import processors
 from sampler.errors import InputError
 from sampler.inputs.rows import as_integer
 from tablegen.config import Config
+from tablegen.configuration import bounds
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.correctly_rounded import cosine_and_sine
@@ -34,6 +35,9 @@ TOLERANCE = 1e-10
 
 #: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
 GRAZING = 0.0087
+
+#: How far an angle may leave its bounds because it was turned into radians and back.
+_ROUNDING = 1e-15
 
 #: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
 MANY_TURNS = 10.0
@@ -68,18 +72,34 @@ class Simulation:
 
 
 def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
-    """Return the impact angle [rad] if it lies in (0, pi/2], else raise InputError."""
-    if not 0.0 < alpha1 <= np.pi / 2 * (1.0 + 1e-15):
+    """Return the impact angle [rad] if it is within its bounds, else raise InputError."""
+    low, high = bounds.ALPHA_DEG.low, bounds.ALPHA_DEG.high
+    degrees = math.degrees(bounds.as_number(alpha1))
+    # the ends, turned into radians and back
+    if low * (1.0 - _ROUNDING) <= degrees <= high * (1.0 + _ROUNDING):
+        return min(float(alpha1), np.pi / 2)
+    raise bounds.ALPHA_DEG.refusal(name, alpha1 if math.isnan(degrees) else degrees)
+
+
+def _check_spin(spin: Sequence[float], alpha1: float, sine: float) -> tuple[float, float, float]:
+    """Return the spin before an impact if it is within its bounds, else raise InputError."""
+    row = isinstance(spin, list | tuple) or (isinstance(spin, np.ndarray) and spin.ndim == 1)
+    if not row or len(spin) != 3:
+        raise InputError(f"spin: got {bounds.told(spin)}, allowed: three numbers")
+    x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
+    size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * sine
+    if size > most:
         raise InputError(
-            f"{name}: got {np.degrees(alpha1):.6g} degrees, allowed: above 0 and up to 90 degrees"
+            f"spin: got {size:.6g} V/a at {math.degrees(alpha1):.6g} degrees, allowed there: up "
+            f"to {most:.6g} V/a, {bounds.MOST_TURNED:,.0f} radians before the first contact"
         )
-    return min(float(alpha1), np.pi / 2)
+    return x, y, z
 
 
 def make_condition(
     alpha1: float,
     speed: float,
-    spin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    spin: Sequence[float] = (0.0, 0.0, 0.0),
     resolution: float = CONTACT_RESOLUTION,
     tolerance: float = TOLERANCE,
 ) -> Condition:
@@ -88,44 +108,40 @@ def make_condition(
     Parameters
     ----------
     alpha1 : float
-        Impact angle [rad], in (0, pi/2].
+        Impact angle [rad], from 1e-6 degrees to pi/2.
     speed : float
-        Impact speed [m/s], positive.
-    spin : tuple of three floats
-        Angular velocity before the impact times a / V, wall axes.
+        Impact speed [m/s], 1e-6 to 1e5.
+    spin : three floats
+        Angular velocity before the impact times a / V, wall axes; each up to 1e3, and all
+        together up to 5e5 sin(alpha1).
     resolution : float
-        Smallest rebound speed of a contact point over V, in (0, 0.1]. Below half a degree,
+        Smallest rebound speed of a contact point over V, 1e-5 to 0.1. Below half a degree,
         where it is no longer small against the normal impact speed, it shrinks with that.
     tolerance : float
-        Truncation of the flight series, in [1e-14, 1e-4]. For a particle that turns many times
+        Truncation of the flight series, 1e-14 to 1e-4. For a particle that turns many times
         before its first contact it counts as that much less.
 
     Raises
     ------
     InputError
-        If a value is not allowed.
+        If a value is not allowed; `tablegen.configuration.bounds` has all bounds.
     """
     alpha1 = check_impact_angle(alpha1)
-    if not (speed > 0.0 and np.isfinite(speed)):
-        raise InputError(f"speed: got {speed:g} m/s, allowed: a positive number")
-    if len(spin) != 3 or not np.all(np.isfinite(spin)):
-        raise InputError(f"spin: got {spin}, allowed: three finite numbers")
-    if not 0.0 < resolution <= 0.1:
-        raise InputError(f"contact_resolution: got {resolution:g}, allowed: above 0 and up to 0.1")
-    if not 1e-14 <= tolerance <= 1e-4:
-        raise InputError(f"tolerance: got {tolerance:g}, allowed: 1e-14 to 1e-4")
-    wx, wy, wz = (float(x) for x in spin)
+    speed = bounds.SPEED.checked("speed", speed)
+    resolution = bounds.CONTACT_RESOLUTION.checked("contact_resolution", resolution)
+    tolerance = bounds.TOLERANCE.checked("tolerance", tolerance)
     cosine, sine = cosine_and_sine(alpha1)
+    wx, wy, wz = _check_spin(spin, alpha1, sine)
     # from its greatest height to its least, turning all the way
     turned = math.sqrt(wx * wx + wy * wy + wz * wz) * 2.0 / sine
     return Condition(
         alpha1,
         cosine,
         sine,
-        float(speed),
+        speed,
         (wx, wy, wz),
-        float(resolution) * min(1.0, sine / GRAZING),
-        float(tolerance) / max(1.0, turned / MANY_TURNS),
+        resolution * min(1.0, sine / GRAZING),
+        tolerance / max(1.0, turned / MANY_TURNS),
     )
 
 
@@ -145,6 +161,28 @@ def unfinished(particle: int, seed: int, stream: int) -> RuntimeError:
         f"particle {particle} of seed {seed}, stream {stream} is still in contact after "
         f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
     )
+
+
+class NotFiniteError(RuntimeError):
+    """A particle with a state or energy that is not finite, which is a defect of the model.
+
+    Attributes
+    ----------
+    simulation : Simulation or None
+        All particles, where they were kept.
+    """
+
+    def __init__(
+        self, particle: int, seed: int, stream: int, simulation: Simulation | None = None
+    ) -> None:
+        super().__init__(f"particle {particle} of seed {seed}, stream {stream} is not finite")
+        self.simulation = simulation
+
+
+def first_not_finite(*arrays: NDArray[np.float64]) -> int:
+    """First row, in any of some arrays (n, k), with a number that is not finite; -1 if none."""
+    bad = [np.flatnonzero(~np.isfinite(array).all(axis=1)) for array in arrays]
+    return min((int(rows[0]) for rows in bad if rows.size), default=-1)
 
 
 def _allocate(count: int, audited: bool) -> tuple[Simulation, NDArray[np.float64]]:
@@ -209,7 +247,7 @@ def simulate_condition(
     InputError
         If an argument is out of range.
     RuntimeError
-        If a particle is still in contact after 10**8 collisions.
+        If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     workers = check_run(count, seed, stream, threads)
     result, kind = _allocate(count, audited)
@@ -232,6 +270,9 @@ def simulate_condition(
             np.maximum(result.audit, audit, out=result.audit)
             counted.update(size)
     result.shape[:] = kind[:, 0]
+    bad = first_not_finite(result.state, result.energy)
+    if bad >= 0:
+        raise NotFiniteError(bad, seed, stream, result)
     return result
 
 
@@ -242,7 +283,7 @@ def simulate(
     count: int,
     *,
     seed: int,
-    spin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    spin: Sequence[float] = (0.0, 0.0, 0.0),
     population: Population | None = None,
     stream: int = 0,
     threads: int | None = None,
@@ -257,15 +298,15 @@ def simulate(
     config : Config
         From `tablegen.load_config`.
     alpha1 : float
-        Impact angle [rad] from the wall, in (0, pi/2].
+        Impact angle [rad] from the wall, from 1e-6 degrees to pi/2.
     speed : float
-        Impact speed V [m/s], positive.
+        Impact speed V [m/s], 1e-6 to 1e5.
     count : int
         Number of particles, positive.
     seed : int
         0 to 2**64 - 1. Particle i is the same for any count and any number of threads.
-    spin : tuple of three floats
-        Angular velocity before the impact times a / V, wall axes.
+    spin : three floats
+        Angular velocity before the impact times a / V, wall axes; bounds as in `make_condition`.
     population : Population, optional
         Other particles than the configuration's, for example
         ``config.population.restricted_to("sphere")``.
@@ -285,7 +326,7 @@ def simulate(
     InputError
         If an argument is out of range.
     RuntimeError
-        If a particle is still in contact after 10**8 collisions.
+        If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     condition = make_condition(
         alpha1, speed, spin, config.model.contact_resolution, config.model.tolerance

@@ -21,7 +21,14 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.rebound import Condition
 from tablegen.particles.population import Population
-from tablegen.simulate import BATCH, Simulation, check_run, unfinished
+from tablegen.simulate import (
+    BATCH,
+    NotFiniteError,
+    Simulation,
+    check_run,
+    first_not_finite,
+    unfinished,
+)
 from tablegen.tasks.progress import bar
 
 Counts = NDArray[np.int64]
@@ -236,6 +243,9 @@ def _batch_statistics(
     )
     if stuck >= 0:
         raise unfinished(stuck, seed, stream)
+    bad = first_not_finite(state, energy)
+    if bad >= 0:
+        raise NotFiniteError(part.start + bad, seed, stream)
     return summarise(state, collisions, energy)
 
 
@@ -295,7 +305,7 @@ def simulate_statistics(
     InputError
         If an argument is out of range.
     RuntimeError
-        If a particle is still in contact after 10**8 collisions.
+        If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     workers = check_run(count, seed, stream, threads)
     work = partial(_batch_statistics, pair, population, condition, (seed, stream))

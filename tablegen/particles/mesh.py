@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
+from tablegen.configuration.bounds import MESH_SIZE
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import Body
 from tablegen.model.support_map import SupportMap, longest_list
@@ -34,6 +35,9 @@ MOST_VERTICES = 10_000
 
 #: Least volume of a mesh over that of its convex hull that still counts as convex.
 CONVEX = 0.999
+
+#: What `_wrong_size` allows; beyond it, cubes of lengths leave the range of numbers.
+_SIZES = f"coordinates up to {MESH_SIZE.high:g} that extend over at least {MESH_SIZE.low:g}"
 
 Vertices = tuple[tuple[float, float, float], ...]
 
@@ -151,6 +155,8 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
         raise _refused(path, "which has no faces", "a closed surface")
     if len(points) < 4:
         raise _refused(path, f"which has {len(points)} vertices", "4 or more")
+    if wrong := _wrong_size(points):
+        raise _refused(path, f"whose coordinates {wrong}", _SIZES)
     try:
         corners = points[true_vertices(points)]
     except FlatError as error:
@@ -188,6 +194,8 @@ def mesh_particle(vertices: ArrayLike) -> MeshParticle:
         raise InputError(f"vertices: got shape {points.shape}, allowed: {allowed}")
     if not np.isfinite(points).all():
         raise InputError("vertices: got a number that is not finite, allowed: finite numbers")
+    if wrong := _wrong_size(points):
+        raise InputError(f"vertices: got coordinates that {wrong}, allowed: {_SIZES}")
     try:
         points = points[true_vertices(points)]
     except FlatError as error:
@@ -204,6 +212,15 @@ def mesh_particle(vertices: ArrayLike) -> MeshParticle:
 def cached_particle(vertices: Vertices) -> MeshParticle:
     """Give `mesh_particle` of the points, made once: a table asks for it at every node."""
     return mesh_particle(vertices)
+
+
+def _wrong_size(points: FloatArray) -> str:
+    """Say what leaves the bounds of a mesh's size; empty if nothing does."""
+    most, extent = np.abs(points).max(), np.ptp(points, axis=0).max()
+    if most > MESH_SIZE.high:
+        return f"reach {most:.3g}"
+    # points that are all the same are flat, which is said later
+    return f"extend over {extent:.3g}" if 0.0 < extent < MESH_SIZE.low else ""
 
 
 def _in_principal_axes(points: FloatArray, shift: FloatArray, size: float) -> MeshParticle:

@@ -15,7 +15,7 @@ from sampler.errors import InputError
 from tablegen.config import Config
 from tablegen.configuration.defaults import STABILITY_COUNT
 from tablegen.materials.pairs import MaterialPair
-from tablegen.simulate import Simulation, make_condition, simulate_condition
+from tablegen.simulate import NotFiniteError, Simulation, make_condition, simulate_condition
 from tablegen.studies.stability.cases import Case
 from tablegen.studies.stability.outcome import Outcome, outcome_of
 from tablegen.tasks.progress import bar
@@ -95,6 +95,8 @@ def _simulated(
         return simulate_condition(
             config.pair, population, condition, count, seed=seed, threads=1, audited=audited
         )
+    except NotFiniteError as error:
+        return error.simulation  # which the outcome counts
     except RuntimeError:
         return None
 
