@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tablegen.config import Config as Config
     from tablegen.config import load_config as load_config
     from tablegen.config import parse_config as parse_config
+    from tablegen.direct import DirectModel as DirectModel
     from tablegen.generate import Generated as Generated
     from tablegen.generate import generate as generate
     from tablegen.simulate import Simulation as Simulation
@@ -32,6 +33,7 @@ import_late(
     __name__,
     {
         "tablegen.config": ("Config", "load_config", "parse_config"),
+        "tablegen.direct": ("DirectModel",),
         "tablegen.generate": ("Generated", "generate"),
         "tablegen.simulate": ("Simulation", "simulate"),
         "tablegen.validate": ("Validation", "validate"),

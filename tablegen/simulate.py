@@ -16,12 +16,14 @@ from sampler.compilation.processors import processors
 from sampler.errors import InputError
 from sampler.inputs.rows import as_integer
 from tablegen.config import Config
-from tablegen.configuration import bounds
 from tablegen.materials.pairs import MaterialPair
+from tablegen.model import bounds
 from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.conditions import Condition, impact_condition, one_row
 from tablegen.model.correctly_rounded import cosine_and_sine
 from tablegen.model.particle_run import simulate_audited, simulate_batch
-from tablegen.model.rebound import COLLISION_ALARM, Condition
+from tablegen.model.random_particles import keys_of_run
+from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.particles.population import Population
 from tablegen.tasks.progress import bar
 
@@ -33,14 +35,8 @@ BATCH = 5_000
 CONTACT_RESOLUTION = 1e-3
 TOLERANCE = 1e-10
 
-#: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
-GRAZING = 0.0087
-
 #: How far an angle may leave its bounds because it was turned into radians and back.
 _ROUNDING = 1e-15
-
-#: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
-MANY_TURNS = 10.0
 
 
 @dataclass(frozen=True)
@@ -124,25 +120,15 @@ def make_condition(
     Raises
     ------
     InputError
-        If a value is not allowed; `tablegen.configuration.bounds` has all bounds.
+        If a value is not allowed; `tablegen.model.bounds` has all bounds.
     """
     alpha1 = check_impact_angle(alpha1)
     speed = bounds.SPEED.checked("speed", speed)
     resolution = bounds.CONTACT_RESOLUTION.checked("contact_resolution", resolution)
     tolerance = bounds.TOLERANCE.checked("tolerance", tolerance)
     cosine, sine = cosine_and_sine(alpha1)
-    wx, wy, wz = _check_spin(spin, alpha1, sine)
-    # from its greatest height to its least, turning all the way
-    turned = math.sqrt(wx * wx + wy * wy + wz * wz) * 2.0 / sine
-    return Condition(
-        alpha1,
-        cosine,
-        sine,
-        speed,
-        (wx, wy, wz),
-        resolution * min(1.0, sine / GRAZING),
-        tolerance / max(1.0, turned / MANY_TURNS),
-    )
+    numerics = resolution, tolerance
+    return impact_condition(cosine, sine, speed, _check_spin(spin, alpha1, sine), numerics)
 
 
 def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
@@ -252,15 +238,16 @@ def simulate_condition(
     workers = check_run(count, seed, stream, threads)
     result, kind = _allocate(count, audited)
     law, population_args = pair.kernel_arguments(), population.kernel_arguments()
-    keys = (np.uint64(seed), np.uint32(stream))
+    conditions = one_row(condition)
 
     def work(part: slice) -> tuple[int, NDArray[np.float64]]:
         audit = np.zeros_like(result.audit)
         arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
-        run = (law, population_args, condition, keys, part.start, *arrays)
+        keys = keys_of_run(seed, stream, part.start, part.stop - part.start)
+        run = (law, population_args, conditions, keys, *arrays)
         stuck = simulate_audited(*run, audit) if audited else simulate_batch(*run)
         if stuck >= 0:
-            raise unfinished(stuck, seed, stream)
+            raise unfinished(part.start + stuck, seed, stream)
         return part.stop - part.start, audit
 
     counted = bar(progress, "rebound", total=count, unit_scale=True, desc="simulating")

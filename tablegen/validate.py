@@ -18,7 +18,7 @@ from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, decide, judge,
 from tablegen.accuracy.measure import measure
 from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
 from tablegen.accuracy.requested import asked_accuracy, looser_than_compact
-from tablegen.config import AccuracyTargets, Config, parse_config
+from tablegen.config import AccuracyTargets, Config, stored_config
 from tablegen.configuration.defaults import VALIDATE_CONDITIONS
 
 #: Bits of a seed that nobody gave: few enough to type.
@@ -150,7 +150,7 @@ def validate(
     _check_arguments(conditions, samples, seed)
     # read once: the checksum is that of what is measured, whatever becomes of the file meanwhile
     contents = read_table(find_table(name_or_path))
-    config = parse_config(contents.config, f"{name_or_path}: config")
+    config = stored_config(contents.config, f"{name_or_path}: config")
     check_agreement(contents, config, str(name_or_path))
     asked = asked_accuracy(config.accuracy, accuracy)
     table = Table(contents)

@@ -23,6 +23,7 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
 
 
 @click.command(
+    cls=options.Command,
     short_help="Draw states at one impact angle and speed.",
     epilog=options.examples(
         "sampler draw corundum-steel --alpha 30 --speed 150 --count 100000 --seed 1 --output a.npz",

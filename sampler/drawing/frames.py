@@ -128,7 +128,7 @@ def tangent(relative: Vector, e_y: Vector, seed: int, index: int, hit: int) -> V
 
 
 @no_refcount_inline_kernel
-def _to_lab(
+def to_lab(
     velocity: Vector,
     normal: Vector,
     half_size: float,
@@ -199,7 +199,7 @@ def rebound(
     if status == OK:
         status = draw(arrays, alpha1, speed, seed, index, hit, out)
     if status >= OK:
-        _to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
+        to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
     return status
 
 
@@ -248,5 +248,5 @@ def rebound_batch(
                 results[k, variable] = drawn[np.uint64(variable * BLOCK + r)]
             given = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
-            _to_lab(*given, vector(wall_velocity, k), *keys, results[k])
+            to_lab(*given, vector(wall_velocity, k), *keys, results[k])
     return -1, OK, first_clamped, clamped

@@ -17,8 +17,8 @@ from sampler.errors import InputError
 
 Shape = tuple[int, ...]
 
-#: Arguments whose last axis has the three components of a vector.
-_VECTORS = ("velocity", "normal", "wall_velocity")
+#: Arguments whose last axis has three numbers: the components of a vector, or what a grain is.
+_VECTORS = ("velocity", "normal", "wall_velocity", "spin", "omega", "grain")
 
 
 def place(row: int, shape: Shape) -> str:

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from sampler.compilation.jit import kernel
 from sampler.formats.channels import STATE
 from tablegen.materials.pairs import MaterialPair
+from tablegen.model.conditions import Condition, one_row
 from tablegen.model.float_array import FloatArray
 from tablegen.model.particle_run import simulate_batch
-from tablegen.model.rebound import Condition
+from tablegen.model.random_particles import keys_of_run
 from tablegen.particles.population import Population
 from tablegen.simulate import (
     BATCH,
@@ -233,16 +234,15 @@ def _batch_statistics(
     stuck = simulate_batch(
         pair.kernel_arguments(),
         population.kernel_arguments(),
-        condition,
-        (np.uint64(seed), np.uint32(stream)),
-        part.start,
+        one_row(condition),
+        keys_of_run(seed, stream, part.start, size),
         state,
         collisions,
         kind,
         energy,
     )
     if stuck >= 0:
-        raise unfinished(stuck, seed, stream)
+        raise unfinished(part.start + stuck, seed, stream)
     bad = first_not_finite(state, energy)
     if bad >= 0:
         raise NotFiniteError(part.start + bad, seed, stream)

@@ -1,6 +1,6 @@
 """``tablegen inspect``: what a table is."""
 
-import tomllib
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +8,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import DONE
+from sampler.errors import InputError
 from sampler.files.json_text import json_text
 from tablegen.configuration.metric_table import METRICS, declared_accuracy
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=options.Command,
     short_help="Say what a table is.",
     epilog=options.examples(
         "tablegen inspect corundum-steel",
@@ -135,8 +137,11 @@ def _errors(values: Mapping[str, float]) -> str:
 
 def _declared(config: str) -> dict[str, float] | None:
     """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
+    from tablegen.configuration.toml_text import parse_toml
+
     try:
-        found = declared_accuracy(tomllib.loads(config).get("accuracy", {}))
-        return {name: float(found[name]) for name in METRICS}
-    except (tomllib.TOMLDecodeError, AttributeError, TypeError, ValueError):
+        found = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))
+        declared = {name: float(found[name]) for name in METRICS}
+    except (InputError, AttributeError, TypeError, ValueError):
         return None
+    return declared if all(map(math.isfinite, declared.values())) else None

@@ -11,6 +11,7 @@ from sampler.files.json_text import json_text
 
 
 @click.command(
+    cls=options.Command,
     short_help="Measure error against run time next to other methods.",
     epilog=options.examples(
         "tablegen report --quick",
@@ -33,7 +34,7 @@ from sampler.files.json_text import json_text
 @click.option(
     "--stability",
     "stability_file",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     metavar="F",
     help="Show this result of 'tablegen stability --json' on the page; else a brief study is run.",
 )

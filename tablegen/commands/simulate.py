@@ -14,6 +14,7 @@ from sampler.files.json_text import json_text
 from sampler.files.locate import find_file
 from sampler.formats.channels import STATE
 from tablegen.commands import bounded
+from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=options.Command,
     epilog=options.examples(
         "tablegen simulate --pair corundum-steel --shape mixture --alpha 45 --speed 200 \\",
         "    --count 100000 --seed 1 --output rebounds.npz",
@@ -31,12 +33,12 @@ if TYPE_CHECKING:
         "    --count 100000 --seed 1 --output grains.npz",
         "tablegen simulate --pair corundum-steel --shape mixture --alpha 90 --speed 200 \\",
         "    --count 100000000 --seed 1 --statistics normal.json",
-    )
+    ),
 )
 @click.option(
     "--pair",
     required=True,
-    type=options.CONFIG,
+    type=CONFIG,
     help="Material pair: a name, or the path of a .toml file.",
 )
 @click.option(
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--particle",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     metavar="MESH",
     help="Instead of a shape: the convex hull of an STL, OBJ or PLY file.",
 )
@@ -100,8 +102,6 @@ def simulate(
 
     if output is None and statistics_file is None:
         raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
-    if output == statistics_file:
-        raise InputError(f"--statistics: got {output}, allowed: another file than --output")
     config = load_config(find_file("--pair", pair, ".toml"))
     population = _chosen_particles(config.population, shape, particle, aspect)
     condition = make_condition(

@@ -8,11 +8,13 @@ from sampler.commands import options
 from sampler.commands.program import DONE, MISSED
 from sampler.files.atomic import write_text
 from tablegen.commands import bounded
+from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import STABILITY_COUNT
 from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 @click.command(
+    cls=options.Command,
     short_help="Check the model on extreme particles and impacts.",
     epilog=options.examples(
         "tablegen stability --quick",
@@ -20,7 +22,7 @@ from tablegen.model.shape_codes import SHAPE_NAMES
         "tablegen stability --shape prism --aspect 0.02 0.02 --alpha 0.01 --count 1000",
     ),
 )
-@click.argument("pair", type=options.CONFIG, metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
+@click.argument("pair", type=CONFIG, metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
 @click.option("--quick", is_flag=True, help="2,368 cases: some 20 seconds on two cores.")
 @click.option(
     "--count",

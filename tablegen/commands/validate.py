@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=options.Command,
     short_help="Compare a table with fresh direct simulation.",
     epilog=options.examples(
         "tablegen validate corundum-steel",

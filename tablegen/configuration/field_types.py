@@ -10,8 +10,9 @@ from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from sampler.formats.bounds import is_line
 from sampler.formats.channels import VARIABLES
-from tablegen.configuration.bounds import ALPHA_DEG, ASPECT, SPEED
+from tablegen.model.bounds import ALPHA_DEG, ASPECT, SPEED
 
 Item = TypeVar("Item")
 
@@ -73,11 +74,19 @@ def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
     return names
 
 
+#: Longest name, in characters: it serves as a file name, and stands in tables.
+_NAME_CHARACTERS = 100
+
+
 def _plain_name(value: str) -> str:
     """Refuse a name that could not serve as a file name everywhere."""
     stem = value.translate(str.maketrans("", "", "._-"))
-    if not (value[:1].isalnum() and stem.isalnum() and value.isascii()):
-        raise ValueError("letters, digits, '.', '_' and '-', the first a letter or digit")
+    plain = value[:1].isalnum() and stem.isalnum() and value.isascii()
+    if not plain or len(value) > _NAME_CHARACTERS:
+        raise ValueError(
+            f"up to {_NAME_CHARACTERS} letters, digits, '.', '_' and '-', "
+            "the first a letter or digit"
+        )
     return value
 
 
@@ -88,8 +97,21 @@ def _not_blank(value: str) -> str:
     return value
 
 
-#: Free text, not blank.
+def _short_line(value: str) -> str:
+    """Refuse text that does not fit on a line, or that a terminal would obey."""
+    if not is_line(value) or len(value) > _LINE_CHARACTERS:
+        raise ValueError(f"one line of up to {_LINE_CHARACTERS} characters that can be shown")
+    return value
+
+
+#: Longest text that stands on a line with others, in characters.
+_LINE_CHARACTERS = 200
+
+#: Free text, not blank, of any number of lines.
 Text = Annotated[str, AfterValidator(_not_blank)]
+
+#: Free text on one line, not blank.
+Line = Annotated[Text, AfterValidator(_short_line)]
 
 #: Name that can serve as a file name.
 Name = Annotated[str, AfterValidator(_plain_name)]

@@ -22,8 +22,11 @@ class Metric:
     head: str
     #: By preset. Largest distance that a table declares.
     presets: Mapping[str, float]
-    #: Bounds of what may be declared, as pydantic names them: ``gt`` or ``ge``, ``le``.
+    #: Bounds of what may be declared, as pydantic names them: ``ge``, ``le``. What is asked for
+    #: sets how many states are simulated, so that it may not be as small as one likes.
     allowed: Mapping[str, Any]
+    #: Distance of equal laws.
+    least: float = 0.0
     #: Decimal places.
     digits: int = 4
     #: Least distance above that of equal laws that can be told from noise.
@@ -37,11 +40,6 @@ class Metric:
     trial_states: int | None = None
     #: Whether it counts on the edges of the grid, or in the centres of cells only.
     on_edges: bool = True
-
-    @property
-    def least(self) -> float:
-        """Distance of equal laws."""
-        return float(self.allowed.get("ge", self.allowed.get("gt", 0.0)))
 
     @property
     def most(self) -> float:
@@ -64,7 +62,7 @@ METRICS: dict[str, Metric] = {
         short="KS",
         head="KS",
         presets={"compact": 0.04, "standard": 0.01, "fine": 0.005},
-        allowed={"gt": 0.0, "le": 1.0},
+        allowed={"ge": 1e-3, "le": 1.0},
         per_variable=True,
     ),
     "sliced_wasserstein": Metric(
@@ -72,7 +70,7 @@ METRICS: dict[str, Metric] = {
         short="sliced Wasserstein",
         head="sliced W",
         presets={"compact": 0.025, "standard": 0.008, "fine": 0.006},
-        allowed={"gt": 0.0},
+        allowed={"ge": 1e-4, "le": 1e9},
         trial_states=400_000,
         # near grazing its noise is two thirds of what the standard preset allows, which would
         # halve intervals that are good enough
@@ -83,7 +81,7 @@ METRICS: dict[str, Metric] = {
         short="correlation",
         head="corr.",
         presets={"compact": 0.06, "standard": 0.02, "fine": 0.015},
-        allowed={"gt": 0.0, "le": 2.0},
+        allowed={"ge": 1e-4, "le": 2.0},
     ),
     "auc": Metric(
         label="AUC of a classifier (0.5: cannot tell)",
@@ -91,6 +89,7 @@ METRICS: dict[str, Metric] = {
         head="AUC",
         presets={"compact": 0.65, "standard": 0.56, "fine": 0.53},
         allowed={"ge": 0.5, "le": 1.0},
+        least=0.5,
         digits=3,
         floor=0.002,
         learned=True,

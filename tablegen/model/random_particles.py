@@ -1,14 +1,18 @@
 """Random particles: shape, aspect ratios and orientation from counter-based random numbers.
 
-A particle is a pure function of (seed, stream, index): block 0 of its counter gives b/a, c/b and
-two orientation numbers, block 1 the third orientation number and the shape. `draw_particle` draws
-one, `draw_particles` a run of them, some at a time in lanes (see `tablegen.model.simd`), with the
-same bits.
+A particle is a pure function of (seed, index, hit): block 0 of its counter gives b/a, c/b and
+two orientation numbers, block 1 the third orientation number and the shape. Shape and ratios may
+be those of another hit, as of a particle that keeps them. `draw_particle` draws one,
+`draw_particles` many, some at a time in lanes (see `tablegen.model.simd`), with the same bits.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.block import item
 from sampler.drawing.normal import central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from tablegen.model.rotation import set_orientation
@@ -65,11 +69,14 @@ def aspect_ratio(law, u):
 
 
 @no_refcount_inline_kernel
-def _words(seed, stream, index):
+def _words(seed, index, hit, grain):
     """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape."""
-    key = np.uint64(seed) ^ SIMULATION_KEY
-    w0, w1, w2, w3 = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(0))
-    v0, v1, _, _ = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(1))
+    key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
+    w0, w1, w2, w3 = philox_block(key, index, np.uint32(hit), np.uint32(0))
+    v0, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
+    if grain != hit:
+        w0, w1, _, _ = philox_block(key, index, np.uint32(grain), np.uint32(0))
+        _, v1, _, _ = philox_block(key, index, np.uint32(grain), np.uint32(1))
     return uniform(w0), uniform(w1), uniform(w2), uniform(w3), uniform(v0), uniform(v1)
 
 
@@ -86,15 +93,15 @@ def _own_sizes(population, shape, b_over_a, c_over_b):
 
 
 @no_refcount_kernel
-def draw_particle(population, seed, stream, index, motion):
+def draw_particle(population, seed, index, hit, grain, motion):
     """Draw a particle and put its orientation into ``motion``.
 
     Parameters
     ----------
     population : PopulationArguments
-    seed : uint64
-    stream : uint32
-    index : uint64
+    seed, index : uint64
+    hit, grain : uint32
+        Which hit's random numbers give the orientation, and which the shape and its ratios.
     motion : (13,) float64
         Rows 3:9 are written.
 
@@ -103,7 +110,7 @@ def draw_particle(population, seed, stream, index, motion):
     tuple (shape code, b / a, c / b)
         Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
     """
-    u = _words(seed, stream, index)
+    u = _words(seed, index, hit, grain)
     set_orientation(u[2], u[3], u[4], motion)
     shape = pick_shape(population, u[5])
     b_over_a = aspect_ratio(population.aspect[0], u[0])
@@ -112,34 +119,61 @@ def draw_particle(population, seed, stream, index, motion):
     return shape, b_over_a, c_over_b
 
 
+class ParticleKeys(NamedTuple):
+    """Keys of the random numbers of n particles; arrays have n elements, or one for all.
+
+    ``seed`` and ``particle`` (uint64) say which it is, ``hit`` (uint32) which of its rebounds: it
+    gives the orientation. ``grain`` (uint32) is the hit whose random numbers give the shape and
+    its ratios; it is empty where they are given and not drawn.
+    """
+
+    seed: np.uint64
+    particle: NDArray[np.uint64]
+    hit: NDArray[np.uint32]
+    grain: NDArray[np.uint32]
+
+
+def keys_of_run(seed: int, stream: int, first: int, count: int) -> ParticleKeys:
+    """Keys of the particles ``first``, ``first + 1``, ... of a stream."""
+    index = np.arange(first, first + count, dtype=np.uint64)
+    streams = np.array([stream], dtype=np.uint32)
+    return ParticleKeys(np.uint64(seed), index, streams, streams)
+
+
 @kernel
-def draw_particles(population, keys, first, axes, kind):
-    """Draw the particles ``first``, ``first + 1``, ...
+def draw_particles(population, keys, axes, kind):
+    """Draw particles.
 
     Parameters
     ----------
     population : PopulationArguments
-    keys : tuple (uint64, uint32)
-        Seed and stream.
-    first : int
+    keys : ParticleKeys
     axes : (n, 6) float64
         Output: wall axes n and x in body axes.
     kind : (n, 3) float64
-        Output: shape code, b / a, c / b.
+        Output: shape code, b / a, c / b; left as it is where the grains are given.
     """
-    seed, stream = keys
+    given = keys.grain.size == 0
     words, motion, ratio = lane_array(6), lane_array(9), lane_array(2)
     for start in range(0, axes.shape[0], WIDTH):
+        count = min(WIDTH, axes.shape[0] - start)
         for i in range(WIDTH):
-            u = _words(seed, stream, first + start + i)
-            for k in range(6):
-                words[k, i] = u[k]
+            # lanes that are not full repeat the last particle
+            k = start + min(i, count - 1)
+            hit = item(keys.hit, k)
+            grain = hit if given else item(keys.grain, k)
+            u = _words(keys.seed, item(keys.particle, k), hit, grain)
+            for j in range(6):
+                words[j, i] = u[j]
         set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
+        for i in range(count):
+            for j in range(6):
+                axes[start + i, j] = motion[3 + j, i]
+        if given:
+            continue
         store(ratio, 0, aspect_ratio(population.aspect[0], load(words, 0)))
         store(ratio, 1, aspect_ratio(population.aspect[1], load(words, 1)))
-        for i in range(min(WIDTH, axes.shape[0] - start)):
+        for i in range(count):
             shape = pick_shape(population, words[5, i])
             b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
             kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, b_over_a, c_over_b
-            for k in range(6):
-                axes[start + i, k] = motion[3 + k, i]

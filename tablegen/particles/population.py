@@ -10,10 +10,10 @@ from pydantic import AfterValidator, Field, ValidationError, create_model, model
 from scipy.special import ndtr
 
 from sampler.errors import InputError
-from tablegen.configuration.bounds import ASPECT
 from tablegen.configuration.defaults import MIXTURE
-from tablegen.configuration.field_types import AspectPair, AspectRange, Record, Text
+from tablegen.configuration.field_types import AspectPair, AspectRange, Line, Record
 from tablegen.configuration.messages import refusal, shown
+from tablegen.model.bounds import ASPECT
 from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.model.shapes import FIRST_MESH, MeshArguments
 from tablegen.model.support_map import longest_list
@@ -113,7 +113,7 @@ class MeshShape(Record):
     """A convex particle given by its vertices, which `tablegen.config` reads."""
 
     #: Where the vertices come from, for the record only.
-    file: Text | None = None
+    file: Line | None = None
     #: Points whose convex hull is the particle, in any units and axes.
     vertices: Annotated[Vertices, AfterValidator(_solid)]
     weight: Weight = 1.0

@@ -16,6 +16,7 @@ from command_line import BAD_INPUT, DONE, INTERRUPTED, config_file
 from processes import TABLEGEN, command
 from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH
 
+from sampler.errors import InputError
 from sampler.formats.hdf5 import write_table
 from tablegen.fitting.node import fit_node
 from tablegen.generate import generate
@@ -124,6 +125,31 @@ def test_ended_run_is_resumed_without_doing_anything_twice(
     assert len(fitted) == len(set(fitted)) == NODES - kept
     assert (tmp_path / "t.h5").read_bytes() == whole
     assert not (tmp_path / "t.h5.parts").exists()
+
+
+def test_run_without_a_word_on_the_pieces_is_refused(ended_by, tmp_path, monkeypatch):
+    ended_by(signal.SIGKILL)
+    kept = {path: path.stat().st_mtime_ns for path in checkpoints(tmp_path)}
+    with pytest.raises(InputError, match=r"of an unfinished run, allowed: --resume.* --discard"):
+        made_here(tmp_path / "t.h5", monkeypatch)
+    assert {path: path.stat().st_mtime_ns for path in checkpoints(tmp_path)} == kept
+
+
+def test_second_run_is_told_of_the_first_until_that_has_ended(tmp_path):
+    words = [str(word) for word in generating(tmp_path)]
+    with subprocess.Popen(words) as run:
+        while len(checkpoints(tmp_path)) < 1:
+            assert run.poll() is None, "it ended before a node was there"
+            time.sleep(0.005)
+        for config in (CONFIG, ROUGH):
+            for flags in ({}, {"resume": True}, {"discard": True}):
+                with pytest.raises(InputError, match="which another run is making, allowed"):
+                    generate(config, tmp_path / "t.h5", conditions=1, samples=MEASURED, **flags)
+        assert run.poll() is None
+        run.kill()
+    assert len(checkpoints(tmp_path)) >= 1
+    generate(ROUGH, tmp_path / "t.h5", conditions=1, samples=MEASURED, discard=True)
+    assert [path.name for path in tmp_path.glob("t.h5*")] == ["t.h5"]
 
 
 def spoiled(file, foreign):

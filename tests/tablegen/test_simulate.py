@@ -248,7 +248,7 @@ def test_values_outside_their_range_are_refused_in_one_line(field, value, given,
 
 def test_ends_of_the_ranges_are_allowed():
     # 90 degrees from a file may come out a rounding above pi / 2
-    assert make_condition(np.pi / 2 * (1.0 + 1e-16), 200.0).alpha1 == np.pi / 2
+    assert make_condition(np.pi / 2 * (1.0 + 1e-16), 200.0) == make_condition(np.pi / 2, 200.0)
     assert check_impact_angle(np.radians(90.0)) == np.pi / 2
     assert check_impact_angle(np.radians(1e-6)) == np.radians(1e-6)
     assert make_condition(0.5, 1e5).speed == 1e5

@@ -18,11 +18,11 @@ from sampler.drawing.philox import philox_block, uniform
 from sampler.errors import CLAMPED, NOT_APPROACHING, OK
 from sampler.table import Table
 from tablegen.config import Config
+from tablegen.model.conditions import impact_condition
 from tablegen.model.random_particles import draw_particle
 from tablegen.model.rebound import (
     LEFT,
     MOTION_SIZE,
-    Condition,
     U,
     V,
     W,
@@ -34,7 +34,6 @@ from tablegen.model.rebound import (
 )
 from tablegen.model.shapes import MAX_VERTICES, shaped_body
 from tablegen.model.support_map import empty_map
-from tablegen.simulate import GRAZING
 
 SPHERES, DIRECT, TABLE = 0, 1, 2
 
@@ -136,15 +135,13 @@ def direct_state(wall, alpha1, speed, keys, store, out):
     """
     motion = store.motion
     seed, index, hit = keys
-    shape, ba, cb = draw_particle(wall.population, seed, hit, index, motion)
+    shape, ba, cb = draw_particle(wall.population, seed, index, hit, hit, motion)
     body = shaped_body(
         shape, ba, ba * cb, wall.population.truncation, store.candidates, store.counts, store.no_map
     )
     cosine, sine = math.cos(alpha1), math.sin(alpha1)
-    fine = min(1.0, sine / GRAZING)
-    condition = Condition(
-        alpha1, cosine, sine, speed, (0.0, 0.0, 0.0), wall.resolution * fine, wall.tolerance
-    )
+    numerics = wall.resolution, wall.tolerance
+    condition = impact_condition(cosine, sine, speed, (0.0, 0.0, 0.0), numerics)
     approach(condition, body, motion)
     status, _ = rebound(wall.law, condition, body, motion, store.work, store.audit)
     out[0], out[1], out[2] = motion[U], motion[V], motion[W]

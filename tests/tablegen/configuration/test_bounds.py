@@ -9,7 +9,7 @@ from documents import ROOT
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.configuration import bounds
+from tablegen.model import bounds
 from tablegen.particles.mesh import mesh_particle, read_mesh
 from tablegen.simulate import make_condition, simulate_condition
 
@@ -75,7 +75,7 @@ def test_fields_beyond_them_are_refused(changes, line):
 @pytest.mark.parametrize("scale", [1e-300, 1e-40, 1e40, 1e300])
 def test_meshes_of_sizes_beyond_them_are_refused(tmp_path, scale):
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * scale
-    allowed = "coordinates up to 1e+30 that extend over at least 1e-30"
+    allowed = "coordinates up to 1e+30, a largest extent of 1e-30 or more"
     with pytest.raises(InputError, match=re.escape(allowed)):
         mesh_particle(corners)
     path = tmp_path / "grain.obj"

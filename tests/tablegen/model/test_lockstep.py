@@ -6,7 +6,7 @@ from mesh_fixtures import box, grain
 from motion_fixtures import PAIR, POPULATION
 
 from tablegen.materials.pairs import MaterialPair
-from tablegen.model.random_particles import draw_particle, draw_particles
+from tablegen.model.random_particles import ParticleKeys, draw_particle, draw_particles
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.model.simd import WIDTH
 from tablegen.particles.population import MeshShape, Population
@@ -75,11 +75,13 @@ def test_other_laws(restitution, resistance):
 
 def test_draws_in_lanes_are_those_of_one_particle():
     population_args = CROWD.kernel_arguments()
-    keys = np.uint64(2**63 + 5), np.uint32(7)
+    index = np.arange(2**40, 2**40 + 1001, dtype=np.uint64)
+    hit, grain = np.arange(1001, dtype=np.uint32) % 3, np.ones(1, dtype=np.uint32)
+    keys = ParticleKeys(np.uint64(2**63 + 5), index, hit, grain)
     axes, kind = np.empty((1001, 6)), np.empty((1001, 3))
-    draw_particles(population_args, keys, 2**40, axes, kind)
+    draw_particles(population_args, keys, axes, kind)
     motion = np.empty(MOTION_SIZE)
     for i in range(len(axes)):
-        drawn = draw_particle(population_args, *keys, 2**40 + i, motion)
+        drawn = draw_particle(population_args, keys.seed, index[i], hit[i], grain[0], motion)
         np.testing.assert_array_equal(drawn, kind[i])
         np.testing.assert_array_equal(motion[3:9], axes[i])

@@ -208,7 +208,7 @@ def test_orientation_of_drawn_particles_is_uniform(population_args):
     made = np.empty((20_000, 3, 3))
     motion = motion_of(np.eye(3))
     for i in range(len(made)):
-        draw_particle(population_args, np.uint64(5), np.uint32(3), i, motion)
+        draw_particle(population_args, np.uint64(5), i, np.uint32(3), np.uint32(3), motion)
         made[i] = rotation_of(motion)
     assert least_p_value(made) > FALSE_ALARM
 

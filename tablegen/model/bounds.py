@@ -98,5 +98,6 @@ CONTACT_RESOLUTION = Bounds(1e-5, 0.1)
 #: Truncation of the flight series.
 TOLERANCE = Bounds(1e-14, 1e-4)
 
-#: Extent of a mesh in the units of its file, and the largest coordinate.
+#: Least extent of a mesh in the units of its file, and the largest coordinate. Cubes of these
+#: numbers are numbers.
 MESH_SIZE = Bounds(1e-30, 1e30)
