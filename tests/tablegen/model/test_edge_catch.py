@@ -15,7 +15,8 @@ from planar_reference import impact, mobility, paper_law, rebound, rotation_of_s
 from scipy.optimize import brentq
 
 from tablegen.model.collision import impulse
-from tablegen.simulate import GRAZING, make_condition
+from tablegen.model.conditions import GRAZING
+from tablegen.simulate import make_condition
 
 SECTION = section_of("prism", 1.0, 1.0, 2)
 
@@ -100,7 +101,7 @@ def thrown(theta, alpha):
     """State (u, v, omega_z) of the model after a rebound without a floor to the bounce."""
     resolution = 1e-9 * min(1.0, math.sin(alpha) / GRAZING)
     condition = make_condition(0.5, 200.0)._replace(
-        alpha1=alpha, cosine=math.cos(alpha), sine=math.sin(alpha), resolution=resolution
+        cosine=math.cos(alpha), sine=math.sin(alpha), resolution=resolution
     )
     made = run_rebound(condition, body_of("prism", 1.0, 1.0), rotation_of_section(theta, 2))
     return made.state[[0, 1, 5]], made.collisions
