@@ -39,6 +39,7 @@ from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accur
 from tablegen.configuration.scenes import Tree, merged
 from tablegen.configuration.toml_text import check_tree, parse_toml
 from tablegen.materials.pairs import MaterialPair
+from tablegen.model.bounds import CONTACT_RESOLUTION, TOLERANCE
 from tablegen.particles.mesh import read_mesh
 from tablegen.particles.population import Population
 
@@ -87,9 +88,9 @@ class ModelSettings(Record):
     """Numerical parameters of the direct model."""
 
     #: Smallest rebound speed of a contact point over the impact speed; ends sustained contact.
-    contact_resolution: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
+    contact_resolution: Annotated[float, Field(**CONTACT_RESOLUTION.field)] = 1e-3
     #: Tolerance of the free rotation between collisions.
-    tolerance: Annotated[float, Field(ge=1e-14, le=1e-4)] = 1e-10
+    tolerance: Annotated[float, Field(**TOLERANCE.field)] = 1e-10
 
 
 class TableSettings(Record):

@@ -13,11 +13,12 @@ from sampler.formats.channels import STATE
 from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound
 from sampler.inputs.rows import Keys, Rows, as_integer, broadcast, place
-from tablegen.batches import BATCH
+from tablegen.batches import BATCH, first_not_finite
 from tablegen.config import Config
+from tablegen.model.bounds import ALPHA_DEG, ASPECT, MOST_TURNED, SPEED, SPIN
 from tablegen.model.conditions import CONDITION_SIZE
 from tablegen.model.impacts import (
-    MOST_TURNED,
+    OUT_OF_BOUNDS,
     TURNS_TOO_OFTEN,
     lab_conditions,
     states_to_lab,
@@ -165,7 +166,7 @@ class DirectModel:
         meshes = self._population.meshes.resolutions.size
         shapes = codes < SHAPE_CODES["mesh"]
         known = shapes | ((codes >= FIRST_MESH) & (codes < FIRST_MESH + meshes))
-        fits = ((ratios > 0.0) & (ratios <= 1.0)).all(axis=1)
+        fits = ((ratios >= ASPECT.low) & (ratios <= ASPECT.high)).all(axis=1)
         fits &= (codes != SHAPE_CODES["sphere"]) | (ratios == 1.0).all(axis=1)
         bad = ~(known & (codes >= 0) & (codes == np.floor(codes)) & (fits | ~shapes))
         if bad.any():
@@ -173,7 +174,7 @@ class DirectModel:
             got = ", ".join(f"{x:.9g}" for x in grains[k])
             raise InputError(
                 f"grain: got {got} at {place(k, rows.shape)}, allowed: shape code, b/a and c/b, "
-                "both above 0 and up to 1, 1 of a sphere"
+                f"both {ASPECT.words}, 1 of a sphere"
             )
         return grains
 
@@ -227,10 +228,15 @@ class DirectModel:
                     f"the particle at {place(stuck, rows.shape)} is still in contact after "
                     f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
                 )
+        bad = first_not_finite(states)
+        if bad >= 0:
+            raise RuntimeError(f"the particle at {place(bad, rows.shape)} is not finite")
 
 
 def _message(rows: Rows, row: int, code: int) -> str:
     """Message on a row that cannot be used."""
+    if code == OUT_OF_BOUNDS:
+        return _bounds_message(rows, row)
     if code != TURNS_TOO_OFTEN:
         return row_message(rows, row, code)
     name = "omega" if "omega" in rows.values else "spin"
@@ -238,4 +244,17 @@ def _message(rows: Rows, row: int, code: int) -> str:
     return (
         f"{name}: got {got} at {place(row, rows.shape)}, allowed: what turns the particle by at "
         f"most {MOST_TURNED:g} rad before its first contact"
+    )
+
+
+def _bounds_message(rows: Rows, row: int) -> str:
+    """Message on a row whose angle, speed or spin is outside of the bounds of the model."""
+    names = [name for name in rows.values if name not in ("normal", "half_size")]
+    got = "; ".join(
+        f"{name} {', '.join(f'{x:.9g}' for x in np.atleast_1d(rows.at(name, row)))}"
+        for name in names
+    )
+    return (
+        f"{names[0]}: got {got} at {place(row, rows.shape)}, allowed: an impact at "
+        f"{ALPHA_DEG.words} and {SPEED.words}, with a spin of {SPIN.words}"
     )

@@ -7,8 +7,8 @@ files read by a process of its own, so that one that hangs, crashes or takes all
     for outcome in read_damaged(["full.h5"], range(1000)):
         assert outcome.kind in ACCEPTABLE, outcome
 
-`python tests/damaged_tables.py FIRST END FILE...` is that process. Seed s damages file s modulo
-their number.
+`python tests/damaged_tables.py FIRST END FILE...` is that process, unless another is given. Seed s
+damages file s modulo their number.
 """
 
 import math
@@ -29,6 +29,9 @@ ACCEPTABLE = ("refused", "same")
 
 #: Memory by which reading one damaged table may make the process grow, bytes.
 MOST_MEMORY = 256 * 2**20
+
+#: Seconds that the process may take to start.
+STARTING = 60.0
 
 #: Numbers that lengths, addresses and counts are replaced by.
 _ODD = (0, 1, 7, 8, 16, 2**15, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 2**63, 2**64 - 16, 2**64 - 1)
@@ -122,31 +125,36 @@ def mutated(data: bytes, seed: int) -> bytes:
 
 
 def _lines(worker: subprocess.Popen, limit: float) -> Iterator[str]:
-    """Lines of a worker until it ends, or says nothing for a time."""
-    buffer = b""
-    while select.select([worker.stdout], [], [], limit)[0]:
+    """Lines of a worker until it ends; raises `TimeoutError` if it says nothing for a time."""
+    buffer, more, patience = b"", b"...", max(limit, STARTING)
+    while more:
+        if not select.select([worker.stdout], [], [], patience)[0]:
+            raise TimeoutError
+        patience = limit
         more = os.read(worker.stdout.fileno(), 65536)
         *lines, buffer = (buffer + more).split(b"\n")
         yield from (line.decode() for line in lines)
-        if not more:
-            return
 
 
-def _one_worker(files: Sequence[Path], seeds: range, limit: float) -> Iterator[Outcome]:
+def _one_worker(
+    files: Sequence[Path], seeds: range, limit: float, program: str
+) -> Iterator[Outcome]:
     """Outcomes of the seeds, in their order, up to the first at which the process ends."""
-    command = [sys.executable, __file__, str(seeds.start), str(seeds.stop), *map(str, files)]
+    command = [sys.executable, program, str(seeds.start), str(seeds.stop), *map(str, files)]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as worker:
-        begun, since = None, time.monotonic()
+        begun, since, kind = None, time.monotonic(), "died"
         try:
             for line in _lines(worker, limit):
-                seed, kind, *detail = line.split(" ", 2)
+                seed, said, *detail = line.split(" ", 2)
                 now = time.monotonic()
-                if kind == "begun":
+                if said == "begun":
                     begun, since = int(seed), now
                 else:
-                    yield Outcome(int(seed), kind, "".join(detail), now - since)
+                    yield Outcome(int(seed), said, "".join(detail), now - since)
                     begun = None
-            kind = "hung" if worker.poll() is None else "died"
+            worker.wait(limit)
+        except (TimeoutError, subprocess.TimeoutExpired):
+            kind = "hung"
         finally:
             worker.kill()
         worker.wait()
@@ -157,7 +165,11 @@ def _one_worker(files: Sequence[Path], seeds: range, limit: float) -> Iterator[O
 
 
 def read_damaged(
-    files: Sequence[Path], seeds: range, limit: float = 10.0, until: float = math.inf
+    files: Sequence[Path],
+    seeds: range,
+    limit: float = 10.0,
+    until: float = math.inf,
+    program: str = __file__,
 ) -> Iterator[Outcome]:
     """Have damaged tables read by a process of its own; what became of each seed.
 
@@ -171,9 +183,11 @@ def read_damaged(
         Seconds after which a file counts as one at which the reader hangs.
     until : float
         Value of `time.monotonic` at which no further file is begun.
+    program : str
+        Script that reads the files; prints "SEED begun" and "SEED KIND DETAIL" for each.
     """
     while seeds and time.monotonic() < until:
-        for outcome in _one_worker(files, seeds, limit):
+        for outcome in _one_worker(files, seeds, limit, program):
             seeds = range(outcome.seed + 1, seeds.stop)
             yield outcome
             if time.monotonic() > until:

@@ -183,7 +183,7 @@ RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha
 
    velocity, wall_velocity: of particle and wall at the contact, m/s; a wall_velocity of NULL is a
    wall at rest. normal: from the wall into the gas, any length but zero. half_size: largest
-   half-size a of the particle, m. new_velocity: m/s; may be velocity itself. omega: angular
+   half-size a of the particle, 1e-30 m or more. new_velocity: m/s; may be velocity itself. omega: angular
    velocity after the rebound, rad/s. At exactly normal impact the direction along the wall is
    uniform.
 
@@ -318,6 +318,8 @@ extern "C" {
 #define RBTI_ROUNDING 1e-12
 #define RBTI_UNIT (1.0f / 4096.0f) /* of the numbers of a record */
 #define RBTI_NORMAL_IMPACT 1e-12
+#define RBTI_LEAST_HALF_SIZE 1e-30 /* m, and m/s: beyond them squares and quotients overflow */
+#define RBTI_LEAST_SPEED 1e-150
 
 /* Not isfinite(), which some compiler flags remove. */
 RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
@@ -901,12 +903,12 @@ RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double norm
         return RBT_ERR_NOT_FINITE;
     if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0)
         return RBT_ERR_NORMAL_NOT_USABLE;
-    if (half_size <= 0.0)
+    if (half_size < RBTI_LEAST_HALF_SIZE)
         return RBT_ERR_HALF_SIZE_NOT_POSITIVE;
     impact->half_size = half_size;
     rbti_combine(1.0, velocity, -1.0, impact->wall, impact->relative);
     impact->speed = sqrt(rbti_dot(impact->relative, impact->relative));
-    if (impact->speed == 0.0)
+    if (impact->speed < RBTI_LEAST_SPEED)
         return RBT_ERR_SPEED_NOT_POSITIVE;
     rbti_unit(normal, impact->e_y);
     const double approach = -rbti_dot(impact->relative, impact->e_y);
@@ -1593,10 +1595,10 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_NOT_FINITE, "arguments: allowed: finite numbers, speeds below 1e150 m/s"},
         {RBT_ERR_NOT_APPROACHING, "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed:"
          " towards the wall, (velocity - wall_velocity) . normal < 0"},
-        {RBT_ERR_SPEED_NOT_POSITIVE, "speed: allowed: above 0 m/s; velocity: allowed: other than "
-         "that of the wall"},
+        {RBT_ERR_SPEED_NOT_POSITIVE, "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or "
+         "more relative to the wall"},
         {RBT_ERR_NORMAL_NOT_USABLE, "normal: allowed: any length but zero"},
-        {RBT_ERR_HALF_SIZE_NOT_POSITIVE, "half_size: allowed: above 0 m"},
+        {RBT_ERR_HALF_SIZE_NOT_POSITIVE, "half_size: allowed: 1e-30 m or more"},
         {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a regular file that exists "
          "and may be read"},
         {RBT_ERR_NOT_READ, "file: cannot be read, or is a folder, pipe or device"},

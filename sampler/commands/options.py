@@ -36,7 +36,7 @@ class Command(click.Command):
 
 
 class Number(click.ParamType):
-    """Finite number in (low, high].
+    """Number from low to high.
 
     click's own ranges let NaN pass.
     """
@@ -44,9 +44,7 @@ class Number(click.ParamType):
     name = "number"
     kind: type[float] | type[int] = float
 
-    def __init__(
-        self, allowed: str, low: float = -math.inf, high: float = sys.float_info.max
-    ) -> None:
+    def __init__(self, allowed: str, low: float, high: float = sys.float_info.max) -> None:
         self.allowed, self.low, self.high = allowed, low, high
 
     def convert(
@@ -57,19 +55,19 @@ class Number(click.ParamType):
             number = self.kind(value)
         except ValueError:
             number = math.nan
-        if not self.low < number <= self.high:
+        if not self.low <= number <= self.high:
             self.fail(f"got {value!r}, allowed: {self.allowed}", param, ctx)
         return number
 
 
 class Integer(Number):
-    """Integer in [first, last]."""
+    """Integer from first to last."""
 
     name = "integer"
     kind = int
 
     def __init__(self, first: int, last: int) -> None:
-        super().__init__(f"a whole number from {first} to {last}", first - 1, last)
+        super().__init__(f"a whole number from {first} to {last}", first, last)
 
 
 SEED = Integer(0, 2**64 - 1)
@@ -77,10 +75,8 @@ COUNT = Integer(1, 2**40)
 SAMPLES = Integer(1000, 10**9)
 THREADS = Integer(1, 4096)
 CONDITIONS = Integer(1, 10_000)
-ANGLE = Number("above 0 and up to 90", 0.0, 90.0)
-RATIO = Number("above 0 and up to 1", 0.0, 1.0)
-POSITIVE = Number("a finite number above 0", 0.0)
-ANY = Number("a finite number")
+ANGLE = Number("above 0 and up to 90", math.ulp(0.0), 90.0)
+POSITIVE = Number("a finite number above 0", math.ulp(0.0))
 OUTPUT = OutputFile()
 INPUT = InputFile()
 TABLE = Named(".h5")

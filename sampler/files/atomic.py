@@ -131,8 +131,18 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_arrays(path: str | Path, **arrays: Any) -> None:
-    """Write arrays by name as .npz, whole or not at all; errors as `atomic_output`."""
+    """Write arrays by name as .npz, whole or not at all; errors as `atomic_output`.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, which would be a defect of what computed it.
+    """
     import numpy as np  # not before it is needed: commands check their outputs without it
+
+    for name, values in arrays.items():
+        if np.asarray(values).dtype.kind == "f" and not np.isfinite(values).all():
+            raise ValueError(f"{name}: holds a number that is not finite")
 
     with atomic_output(path) as temporary, open(temporary, "wb") as file:
         # an open file, because numpy would add a suffix to a name

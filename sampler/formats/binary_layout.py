@@ -176,10 +176,10 @@ CODES = (
     Code(
         "ERR_SPEED_NOT_POSITIVE",
         -3,
-        "speed: allowed: above 0 m/s; velocity: allowed: other than that of the wall",
+        "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or more relative to the wall",
     ),
     Code("ERR_NORMAL_NOT_USABLE", -4, "normal: allowed: any length but zero"),
-    Code("ERR_HALF_SIZE_NOT_POSITIVE", -5, "half_size: allowed: above 0 m"),
+    Code("ERR_HALF_SIZE_NOT_POSITIVE", -5, "half_size: allowed: 1e-30 m or more"),
     Code(
         "ERR_NOT_OPENED",
         -10,

@@ -32,9 +32,9 @@ _CONDITIONS = {
 }
 _IMPACTS = {
     NOT_APPROACHING: ("velocity", "towards the wall, (velocity - wall_velocity) . normal < 0"),
-    SPEED_NOT_POSITIVE: ("velocity", "other than the velocity of the wall"),
+    SPEED_NOT_POSITIVE: ("velocity", "1e-150 m/s or more relative to the wall"),
     NORMAL_NOT_USABLE: ("normal", "any length but zero"),
-    HALF_SIZE_NOT_POSITIVE: ("half_size", "above 0 m"),
+    HALF_SIZE_NOT_POSITIVE: ("half_size", "1e-30 m or more"),
     TILT_NOT_FOUND: ("roughness", _LEAVES),
     CASCADE_NOT_ENDED: ("roughness", _LEAVES),
 }

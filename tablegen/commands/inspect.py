@@ -1,6 +1,5 @@
 """``tablegen inspect``: what a table is."""
 
-import json
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE
 from sampler.errors import InputError
+from sampler.files.json_text import json_text
 from tablegen.configuration.metric_table import METRICS, declared_accuracy
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def inspect(table: str, as_json: bool, config: bool) -> int:
         raise click.UsageError("--json: got it with --config, allowed: one of them")
     contents = read_table(find_table(table))
     if as_json:
-        click.echo(json.dumps(identity(contents), indent=1, allow_nan=False))
+        click.echo(json_text(identity(contents)).rstrip())
     else:
         click.echo(contents.config if config else identity_text(contents))
     return DONE

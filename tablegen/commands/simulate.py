@@ -1,6 +1,5 @@
 """``tablegen simulate``: rebounds by direct simulation."""
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,8 +10,10 @@ from sampler.commands import options
 from sampler.commands.program import DONE, note
 from sampler.errors import InputError
 from sampler.files.atomic import write_arrays, write_text
+from sampler.files.json_text import json_text
 from sampler.files.locate import find_file
 from sampler.formats.channels import STATE
+from tablegen.commands import bounded
 from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
@@ -51,8 +52,8 @@ if TYPE_CHECKING:
     metavar="MESH",
     help="Instead of a shape: the convex hull of an STL, OBJ or PLY file.",
 )
-@click.option("--alpha", required=True, type=options.ANGLE, metavar="DEG", help="Impact angle.")
-@click.option("--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed.")
+@click.option("--alpha", required=True, type=bounded.ANGLE, metavar="DEG", help="Impact angle.")
+@click.option("--speed", required=True, type=bounded.SPEED, metavar="M_S", help="Impact speed.")
 @click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
 @click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
 @click.option("--output", type=options.OUTPUT, metavar="F.npz", help="Write every rebound.")
@@ -64,11 +65,11 @@ if TYPE_CHECKING:
     help="Write statistics; without --output, memory does not grow with the count.",
 )
 @click.option(
-    "--aspect", type=options.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b, in (0, 1]."
+    "--aspect", type=bounded.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b, 0.001 to 1."
 )
 @click.option(
     "--spin",
-    type=options.ANY,
+    type=bounded.SPIN,
     nargs=3,
     default=(0.0, 0.0, 0.0),
     metavar="WX WY WZ",
@@ -120,7 +121,7 @@ def simulate(
     if statistics_file is not None:
         about: dict[str, object] = {"pair": config.pair_name, "shape": shape, "aspect": aspect}
         about |= {"alpha_deg": alpha, "speed": speed, "spin": spin, "seed": seed}
-        write_text(statistics_file, json.dumps(about | statistics.to_dict(), indent=1) + "\n")
+        write_text(statistics_file, json_text(about | statistics.to_dict()))
     return DONE
 
 

@@ -7,6 +7,7 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE, MISSED
 from sampler.files.atomic import write_text
+from tablegen.commands import bounded
 from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import STABILITY_COUNT
 from tablegen.model.shape_codes import SHAPE_NAMES
@@ -35,20 +36,18 @@ from tablegen.model.shape_codes import SHAPE_NAMES
 @click.option("--shape", type=click.Choice(SHAPE_NAMES), multiple=True, help="Only this shape.")
 @click.option(
     "--aspect",
-    type=options.RATIO,
+    type=bounded.RATIO,
     nargs=2,
     multiple=True,
     metavar="BA CB",
     help="Only these b/a and c/b.",
 )
 @click.option(
-    "--alpha", type=options.ANGLE, multiple=True, metavar="DEG", help="Only this impact angle."
+    "--alpha", type=bounded.ANGLE, multiple=True, metavar="DEG", help="Only this impact angle."
 )
+@click.option("--speed", type=bounded.SPEED, multiple=True, metavar="M_S", help="Only this speed.")
 @click.option(
-    "--speed", type=options.POSITIVE, multiple=True, metavar="M_S", help="Only this speed."
-)
-@click.option(
-    "--spin", type=options.ANY, multiple=True, metavar="WZ", help="Only this spin, times a/V."
+    "--spin", type=bounded.SPIN, multiple=True, metavar="WZ", help="Only this spin, times a/V."
 )
 @options.threads
 @options.json_file("Write every case.")

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from sampler.formats.bounds import is_line, is_text
 from sampler.formats.channels import VARIABLES
+from tablegen.model.bounds import ALPHA_DEG, ASPECT, SPEED
 
 Item = TypeVar("Item")
 
@@ -119,7 +120,7 @@ Name = Annotated[str, AfterValidator(_plain_name)]
 Positive = Annotated[float, Field(gt=0.0)]
 
 #: Ratio of two half-sizes of a particle, the smaller over the larger.
-AspectRatio = Annotated[float, Field(gt=0.0, le=1.0)]
+AspectRatio = Annotated[float, Field(**ASPECT.field)]
 
 #: Values b/a and c/b.
 AspectPair = tuple[AspectRatio, AspectRatio]
@@ -128,13 +129,13 @@ AspectPair = tuple[AspectRatio, AspectRatio]
 AspectRange = Annotated[AspectPair, AfterValidator(_rising)]
 
 #: Impact angle from the wall, degrees.
-Angle = Annotated[float, Field(gt=0.0, le=90.0)]
+Angle = Annotated[float, Field(**ALPHA_DEG.field)]
 
 #: Range of the impact angle; equal ends stand for one angle.
 AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(_rising)]
 
-#: Speed, m/s, up to what is far above any flow and far below overflow.
-Speed = Annotated[float, Field(gt=0.0, le=1e5)]
+#: Impact speed, m/s.
+Speed = Annotated[float, Field(**SPEED.field)]
 
 #: Range of speeds; equal ends stand for one speed.
 SpeedRange = Annotated[tuple[Speed, Speed], AfterValidator(_rising)]

@@ -1,7 +1,7 @@
 """Conditions of many impacts, in the frame of the wall or in the lab frame, checked row by row.
 
 Arguments are arrays with a row for each particle, or with one for all. A bad row is reported by its
-number and a code of `sampler.errors`, or `TURNS_TOO_OFTEN`.
+number and a code of `sampler.errors`, or `TURNS_TOO_OFTEN` or `OUT_OF_BOUNDS`.
 """
 
 import math
@@ -11,26 +11,35 @@ from sampler.drawing.block import item
 from sampler.drawing.frames import impact_status, tangent, to_lab
 from sampler.drawing.vectors import combine, cross, dot, is_finite, unit, vector
 from sampler.errors import NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
+from tablegen.model.bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.conditions import angle_turned, impact_condition, put_condition
 from tablegen.model.correctly_rounded import cosine_and_sine
 
 #: Status code: a particle turns by more than `MOST_TURNED` before its first contact.
 TURNS_TOO_OFTEN = -101
 
-#: Largest angle [rad] that a particle may turn before its first contact, falling from its greatest
-#: height to its least: it takes a million steps of a flight, a second or so, and has lost no digits
-#: that matter.
-MOST_TURNED = 1e6
+#: Status code: an angle, a speed or a component of a spin outside of `tablegen.model.bounds`.
+OUT_OF_BOUNDS = -102
 
 #: Rounding by which an impact angle may exceed pi / 2.
 _ROUNDING = 1e-15
+
+#: Bounds as plain numbers, which kernels take; of the angle, as its sine in the lab frame has it.
+_LEAST_SINE = math.sin(math.radians(ALPHA_DEG.low)) * (1.0 - 1e-9)
+_LEAST_SPEED, _MOST_SPEED, _MOST_SPIN = SPEED.low, SPEED.high, SPIN.high
 
 
 @inline_kernel
 def _checked(speed, cosine, sine, spin, numerics):
     """Status of an impact whose numbers are finite, and its condition."""
+    x, y, z = spin
+    status = OK
     # in this form neither NaN nor infinity passes
-    status = OK if angle_turned(sine, spin) <= MOST_TURNED else TURNS_TOO_OFTEN
+    known = sine >= _LEAST_SINE and _LEAST_SPEED <= speed <= _MOST_SPEED
+    if not (known and max(abs(x), abs(y), abs(z)) <= _MOST_SPIN):
+        status = OUT_OF_BOUNDS
+    elif not angle_turned(sine, spin) <= MOST_TURNED:
+        status = TURNS_TOO_OFTEN
     return status, impact_condition(cosine, sine, speed, spin, numerics)
 
 

@@ -22,6 +22,7 @@ from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
 from sampler.files.reading import read_file
+from tablegen.model.bounds import MESH_SIZE
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import Body
 from tablegen.model.support_map import SupportMap, longest_list
@@ -36,10 +37,6 @@ MOST_VERTICES = 10_000
 
 #: Largest mesh file, in bytes.
 MOST_BYTES = 2**28
-
-#: Largest extent of a mesh in units of its file, least and most; and the largest coordinate. Cubes
-#: and squares of these numbers are numbers.
-EXTENTS = (1e-30, 1e30)
 
 #: Least volume of a mesh over that of its convex hull that still counts as convex.
 CONVEX = 0.999
@@ -152,8 +149,8 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     ------
     InputError
         If the file is missing, is no regular file, is too long or cannot be read, or the mesh is
-        empty, has fewer than four vertices, an extent outside of `EXTENTS`, is open, has faces that
-        are turned inside out, is flat, or has too many corners.
+        empty, has fewer than four vertices, an extent outside of `MESH_SIZE`, is open, has faces
+        that are turned inside out, is flat, or has too many corners.
     """
     path = Path(path)
     points, faces = _triangles(path)
@@ -193,7 +190,7 @@ def mesh_particle(vertices: ArrayLike) -> MeshParticle:
     ------
     InputError
         If there are fewer than four points, too many, one that is not finite, an extent outside of
-        `EXTENTS`, or they lie in a plane.
+        `MESH_SIZE`, or they lie in a plane.
     """
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not 4 <= len(points) <= MOST_VERTICES:
@@ -244,16 +241,16 @@ def _in_principal_axes(points: FloatArray, shift: FloatArray, size: float) -> Me
     )
 
 
-_SIZES = f"coordinates up to {EXTENTS[1]:g}, a largest extent of {EXTENTS[0]:g} or more"
+_SIZES = f"coordinates up to {MESH_SIZE.high:g}, a largest extent of {MESH_SIZE.low:g} or more"
 
 
 def _size_problem(points: FloatArray) -> str | None:
     """Say why points are too large or too small; those in one place are left to others."""
     largest = np.abs(points).max()
-    if largest > EXTENTS[1]:
+    if largest > MESH_SIZE.high:
         return f"a coordinate of {largest:g}"
     extent = np.ptp(points, axis=0).max()
-    return f"an extent of {extent:g}" if 0.0 < extent < EXTENTS[0] else None
+    return f"an extent of {extent:g}" if 0.0 < extent < MESH_SIZE.low else None
 
 
 def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:

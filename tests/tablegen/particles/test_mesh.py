@@ -158,13 +158,6 @@ class TestRefusedFiles:
         assert reason in line
         assert "\n" not in line
 
-    def test_what_is_no_file(self, tmp_path):
-        os.mkfifo(tmp_path / "pipe.stl")
-        os.symlink("/dev/zero", tmp_path / "device.stl")
-        for name in ("pipe", "device"):
-            with pytest.raises(InputError, match=rf"{name}\.stl, .*{name}, allowed: "):
-                read_mesh(tmp_path / f"{name}.stl")
-
     def test_a_file_that_is_too_long(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tablegen.particles.mesh.MOST_BYTES", 100)
         with pytest.raises(InputError, match=r"of \d+ bytes, allowed: up to 100"):
