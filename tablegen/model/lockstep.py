@@ -95,7 +95,8 @@ def make_slots(vertices):
 def _clear(conditions, slots):
     """Fill inactive slots with a unit body, so that arithmetic on them stays finite.
 
-    Their condition is the first one, which may be that of all. Rows of vertices after those of a slot's particle are read, and must be centres.
+    Their condition is the first one, which may be that of all. Rows of vertices after those of a
+    slot's particle are read, and must be centres.
     """
     for slot in range(WIDTH):
         for k in range(MOTION_SIZE):
