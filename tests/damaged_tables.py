@@ -122,31 +122,32 @@ def mutated(data: bytes, seed: int) -> bytes:
 
 
 def _lines(worker: subprocess.Popen, limit: float) -> Iterator[str]:
-    """Lines of a worker until it ends, or says nothing for a time."""
-    buffer = b""
-    while select.select([worker.stdout], [], [], limit)[0]:
+    """Lines of a worker until it ends; raises `TimeoutError` if it says nothing for a time."""
+    buffer, more = b"", b"..."
+    while more:
+        if not select.select([worker.stdout], [], [], limit)[0]:
+            raise TimeoutError
         more = os.read(worker.stdout.fileno(), 65536)
         *lines, buffer = (buffer + more).split(b"\n")
         yield from (line.decode() for line in lines)
-        if not more:
-            return
 
 
 def _one_worker(files: Sequence[Path], seeds: range, limit: float) -> Iterator[Outcome]:
     """Outcomes of the seeds, in their order, up to the first at which the process ends."""
     command = [sys.executable, __file__, str(seeds.start), str(seeds.stop), *map(str, files)]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as worker:
-        begun, since = None, time.monotonic()
+        begun, since, kind = None, time.monotonic(), "died"
         try:
             for line in _lines(worker, limit):
-                seed, kind, *detail = line.split(" ", 2)
+                seed, said, *detail = line.split(" ", 2)
                 now = time.monotonic()
-                if kind == "begun":
+                if said == "begun":
                     begun, since = int(seed), now
                 else:
-                    yield Outcome(int(seed), kind, "".join(detail), now - since)
+                    yield Outcome(int(seed), said, "".join(detail), now - since)
                     begun = None
-            kind = "hung" if worker.poll() is None else "died"
+        except TimeoutError:
+            kind = "hung"
         finally:
             worker.kill()
         worker.wait()

@@ -34,7 +34,6 @@ from sampler.formats.hdf5_layout import (
     OPTIONAL_ATTRIBUTES,
     Dataset,
 )
-from sampler.formats.seal import sealed, unsealed
 from sampler.formats.table_shapes import check_shapes
 
 #: Largest file that is read.
@@ -211,7 +210,7 @@ def write_table(path: str | Path, contents: TableContents) -> None:
     Equal contents give equal bytes: nothing in the file tells when or where it was written. A file
     of that name is replaced.
     """
-    data = sealed(_file_image(contents))
+    data = _file_image(contents)
     with atomic_output(path) as temporary:
         temporary.write_bytes(data)
 
@@ -288,7 +287,7 @@ def read_table(path: str | Path) -> TableContents:
     if not os.path.isfile(source):
         raise TableError(f"{source}: there is no such file")
     try:
-        attributes, datasets = read_container(unsealed(_bytes_of(source)))
+        attributes, datasets = read_container(_bytes_of(source))
         if content_sha256(datasets, attributes) != attributes["content_sha256"]:
             raise TableError("content_sha256: the contents do not have this checksum")
         known = {dataset.path for dataset in DATASETS}
