@@ -30,6 +30,9 @@ ACCEPTABLE = ("refused", "same")
 #: Memory by which reading one damaged table may make the process grow, bytes.
 MOST_MEMORY = 256 * 2**20
 
+#: Seconds that the process may take to start.
+STARTING = 60.0
+
 #: Numbers that lengths, addresses and counts are replaced by.
 _ODD = (0, 1, 7, 8, 16, 2**15, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 2**63, 2**64 - 16, 2**64 - 1)
 
@@ -123,10 +126,11 @@ def mutated(data: bytes, seed: int) -> bytes:
 
 def _lines(worker: subprocess.Popen, limit: float) -> Iterator[str]:
     """Lines of a worker until it ends; raises `TimeoutError` if it says nothing for a time."""
-    buffer, more = b"", b"..."
+    buffer, more, patience = b"", b"...", max(limit, STARTING)
     while more:
-        if not select.select([worker.stdout], [], [], limit)[0]:
+        if not select.select([worker.stdout], [], [], patience)[0]:
             raise TimeoutError
+        patience = limit
         more = os.read(worker.stdout.fileno(), 65536)
         *lines, buffer = (buffer + more).split(b"\n")
         yield from (line.decode() for line in lines)
@@ -146,7 +150,8 @@ def _one_worker(files: Sequence[Path], seeds: range, limit: float) -> Iterator[O
                 else:
                     yield Outcome(int(seed), said, "".join(detail), now - since)
                     begun = None
-        except TimeoutError:
+            worker.wait(limit)
+        except (TimeoutError, subprocess.TimeoutExpired):
             kind = "hung"
         finally:
             worker.kill()
