@@ -7,8 +7,8 @@ files read by a process of its own, so that one that hangs, crashes or takes all
     for outcome in read_damaged(["full.h5"], range(1000)):
         assert outcome.kind in ACCEPTABLE, outcome
 
-`python tests/damaged_tables.py FIRST END FILE...` is that process. Seed s damages file s modulo
-their number.
+`python tests/damaged_tables.py FIRST END FILE...` is that process, unless another is given. Seed s
+damages file s modulo their number.
 """
 
 import math
@@ -136,9 +136,11 @@ def _lines(worker: subprocess.Popen, limit: float) -> Iterator[str]:
         yield from (line.decode() for line in lines)
 
 
-def _one_worker(files: Sequence[Path], seeds: range, limit: float) -> Iterator[Outcome]:
+def _one_worker(
+    files: Sequence[Path], seeds: range, limit: float, program: str
+) -> Iterator[Outcome]:
     """Outcomes of the seeds, in their order, up to the first at which the process ends."""
-    command = [sys.executable, __file__, str(seeds.start), str(seeds.stop), *map(str, files)]
+    command = [sys.executable, program, str(seeds.start), str(seeds.stop), *map(str, files)]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as worker:
         begun, since, kind = None, time.monotonic(), "died"
         try:
@@ -163,7 +165,11 @@ def _one_worker(files: Sequence[Path], seeds: range, limit: float) -> Iterator[O
 
 
 def read_damaged(
-    files: Sequence[Path], seeds: range, limit: float = 10.0, until: float = math.inf
+    files: Sequence[Path],
+    seeds: range,
+    limit: float = 10.0,
+    until: float = math.inf,
+    program: str = __file__,
 ) -> Iterator[Outcome]:
     """Have damaged tables read by a process of its own; what became of each seed.
 
@@ -177,9 +183,11 @@ def read_damaged(
         Seconds after which a file counts as one at which the reader hangs.
     until : float
         Value of `time.monotonic` at which no further file is begun.
+    program : str
+        Script that reads the files; prints "SEED begun" and "SEED KIND DETAIL" for each.
     """
     while seeds and time.monotonic() < until:
-        for outcome in _one_worker(files, seeds, limit):
+        for outcome in _one_worker(files, seeds, limit, program):
             seeds = range(outcome.seed + 1, seeds.stop)
             yield outcome
             if time.monotonic() > until:

@@ -1,10 +1,10 @@
 """The bytes of an HDF5 file, and the numbers, objects and links in them.
 
-Files are not read by the HDF5 library (2.0.0): one flipped bit makes it loop for ever, deaf to
-Ctrl-C, set aside 4 GiB, or end the process (`sampler/EXPERIMENTS.md`). What h5py writes by default
-needs few structures, all described in the HDF5 File Format Specification, sections "Superblock"
-(version 0), "Object Headers" (version 1), "B-trees" (version 1), "Group Symbol Table Nodes" and
-"Local Heaps". They are followed here, and others are refused. Addresses and lengths are of 8 bytes.
+Tables are not read by the HDF5 library (2.0.0): a few changed bytes make it loop for ever, deaf to
+Ctrl-C, set aside 4 GiB, or crash. What h5py writes by default needs few structures, all described
+in the HDF5 File Format Specification: superblock (version 0), object headers (version 1), B-trees
+(version 1), symbol table nodes and local heaps of groups. They are followed here, within the bytes
+of the file, and others are refused. Addresses and lengths have 8 bytes.
 """
 
 import struct
@@ -45,7 +45,7 @@ class Image:
 
     def __init__(self, data: bytes) -> None:
         self._data = data
-        self._left = 4 * len(data)
+        self._left = 2 * len(data)
 
     def __len__(self) -> int:
         return len(self._data)
@@ -90,7 +90,7 @@ class Image:
         return root
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Message:
     """A message in an object header: its kind, and where it lies."""
 
@@ -139,13 +139,12 @@ def tree(image: Image, address: int, kind: int, key_bytes: int) -> Iterator[tupl
         found, level, count = image.numbers("BBH16x", at)
         if found != kind or level != (level if expected is None else expected):
             raise damaged("B-tree")
-        for k in range(count):
-            key = at + 20 + k * (key_bytes + 8)
-            (child,) = image.numbers("Q", key + key_bytes)
-            if level:
-                nodes.append((child, level - 1))
-            else:
-                yield key, child
+        keys = [at + 20 + k * (key_bytes + 8) for k in range(count)]
+        children = [(key, image.numbers("Q", key + key_bytes)[0]) for key in keys]
+        if level:
+            nodes.extend((child, level - 1) for _, child in reversed(children))
+        else:
+            yield from children
 
 
 def links(image: Image, found: list[Message]) -> Iterator[tuple[str, int]]:
@@ -170,17 +169,23 @@ def links(image: Image, found: list[Message]) -> Iterator[tuple[str, int]]:
 
 
 def objects(image: Image) -> Iterator[tuple[str, list[Message]]]:
-    """Path and messages of every object, the root first, each once, whatever names lead there."""
+    """Path and messages of every object, the root first, each by the first name that leads there.
+
+    Names come in order, and what is below a group before what follows it, as the library does it.
+    """
     root = image.root()
-    yield "", messages(image, root)
-    seen, groups = {root}, [("", messages(image, root))]
+    found = messages(image, root)
+    yield "", found
+    seen, groups = {root}, [("", links(image, found))]
     while groups:
-        path, found = groups.pop()
-        for name, header in links(image, found):
-            if header not in seen:
-                seen.add(header)
-                if len(seen) > MOST_OBJECTS:
-                    raise TableError(f"got more than {MOST_OBJECTS} datasets and groups")
-                member = messages(image, header)
-                yield f"{path}{name}", member
-                groups.append((f"{path}{name}/", member))
+        path, members = groups[-1]
+        name, header = next(members, (None, root))
+        if name is None:
+            groups.pop()
+        elif header not in seen:
+            seen.add(header)
+            if len(seen) > MOST_OBJECTS:
+                raise TableError(f"got more than {MOST_OBJECTS} datasets and groups")
+            found = messages(image, header)
+            yield f"{path}{name}", found
+            groups.append((f"{path}{name}/", links(image, found)))

@@ -201,8 +201,14 @@ REFUSED = {
     "one knot": (_replace(KNOTS, lambda x: x[:1]), f"{KNOTS}: got n_knots = 1, allowed: 2 or more"),
     "double": (_replace(QUANTILES, lambda q: q.astype(float)), "got float64, allowed: float32"),
     "real index": (_replace(ALIAS, lambda x: x.astype("f4")), "got float32, allowed: uint16"),
-    "text": (_replace("axes/speed", lambda x: x.astype("S8")), "axes/speed: got text, allowed: numbers"),
-    "unknown text": (lambda f: f.create_dataset("x", data=[b"text"]), "x: got text, allowed: numbers"),
+    "text": (
+        _replace("axes/speed", lambda x: x.astype("S8")),
+        "axes/speed: got text, allowed: numbers",
+    ),
+    "unknown text": (
+        lambda f: f.create_dataset("x", data=[b"text"]),
+        "x: got text, allowed: numbers",
+    ),
     "NaN": (
         _value(QUANTILES, (1, 2, 1, 3, 4), np.nan),
         r"got nan at \[1, 2, 1, 3, 4\], .*: finite",
