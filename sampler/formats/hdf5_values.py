@@ -239,7 +239,8 @@ def read(image: Image, path: str, values: Values) -> Array:
         raise damaged(path)
     if values.nbytes == 0:
         return np.empty(values.shape, values.dtype)
-    return np.frombuffer(image.part(at, size), values.dtype).reshape(values.shape)
+    # a copy, which can be written to: to numba, others are of another type
+    return np.frombuffer(image.part(at, size), values.dtype).reshape(values.shape).copy()
 
 
 def _chunked(image: Image, path: str, values: Values) -> Array:
