@@ -34,7 +34,6 @@ from sampler.formats.hdf5_layout import (
     FORMAT_VERSION,
     Dataset,
 )
-from sampler.formats.seal import sealed, unsealed
 from sampler.formats.table_shapes import check_shapes
 
 #: Largest file that is read.
@@ -187,7 +186,7 @@ def write_table(path: str | Path, contents: TableContents) -> None:
     Equal contents give equal bytes: nothing in the file tells when or where it was written. A file
     of that name is replaced.
     """
-    data = sealed(_file_image(contents))
+    data = _file_image(contents)
     with atomic_output(path) as temporary:
         temporary.write_bytes(data)
 
@@ -259,7 +258,7 @@ def read_table(path: str | Path) -> TableContents:
     source = Path(path)
     whole = _bytes_of(source)
     try:
-        attributes, datasets = read_container(unsealed(whole))
+        attributes, datasets = read_container(whole)
         if content_sha256(datasets, attributes) != attributes["content_sha256"]:
             raise TableError("content_sha256: the contents do not have this checksum")
         known = {dataset.path for dataset in DATASETS}
