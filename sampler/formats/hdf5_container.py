@@ -72,7 +72,7 @@ def _check_version(image: Image, places: Mapping[str, int]) -> None:
         raise TableError(f'format: is not "{FORMAT}", so this is some other HDF5 file')
     version = _value(image, places, "format_version") if "format_version" in places else None
     if not (isinstance(version, list) and [type(v) for v in version] == [int, int]):
-        raise TableError(f"format_version: got {version!r}, allowed: two integers")
+        raise TableError(f"format_version: got {_shown(version)}, allowed: two integers")
     if version[0] != FORMAT_VERSION[0]:
         raise TableError(
             f"format_version: got {version[0]}.{version[1]}, "
@@ -91,8 +91,14 @@ def _read_attributes(image: Image, places: Mapping[str, int]) -> dict[str, Any]:
             raise TableError(f"{name}: is missing, allowed: {meaning}")
         wrong = name == "speed_independent" and values[name] != 1
         if wrong or type(values[name]) is not kind:
-            raise TableError(f"{name}: got {values[name]!r}, allowed: {meaning}")
+            raise TableError(f"{name}: got {_shown(values[name])}, allowed: {meaning}")
     return values
+
+
+def _shown(value: Any) -> str:
+    """Value in a message, cut if it is long."""
+    text = repr(value)
+    return text if len(text) <= 100 else f"{text[:97]}..."
 
 
 def _read_datasets(image: Image, found: Mapping[str, Any]) -> dict[str, Array]:
