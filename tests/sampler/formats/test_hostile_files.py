@@ -94,6 +94,7 @@ EDITS = {
     "many groups": lambda f: [f.create_group(f"a/b{k}/c") for k in range(100)],
     "loop": lambda f: f.__setitem__("axes/loop", f["/"]),
     "second name": lambda f: f.__setitem__("zzz", f[SPEED]),
+    "external link": lambda f: f.__setitem__("s", h5py.ExternalLink("/dev/zero", "/x")),
     "soft link": lambda f: f.__setitem__("s", h5py.SoftLink("/axes/speed")),
 }
 
@@ -205,9 +206,9 @@ HOSTILE = {
         f"got more than {MOST_OBJECTS} datasets and groups",
     ),
     "newer groups": (lambda f: f.create_group("later", track_order=True), "truncated or damaged"),
-    "external link": (
-        lambda f: f.__setitem__("s", h5py.ExternalLink("/dev/zero", "/x")),
-        "links as h5py does not write them by default",
+    "links in a heap": (
+        lambda f: [f.__setitem__(f"s{k}", h5py.ExternalLink("/dev/zero", "/x")) for k in range(9)],
+        "more links than h5py writes by default",
     ),
 }
 
