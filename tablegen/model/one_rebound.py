@@ -6,6 +6,7 @@ The kernels count no references and return numbers only, so any compiled functio
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
 from numba import types
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
@@ -73,6 +74,12 @@ def _storage(population, work, count):
     return candidates, count, no_map, (series, point, before)
 
 
+@inline_kernel
+def _keys(seed, index, hit):
+    """Keys in their own types, whatever integers they are given as."""
+    return np.uint64(seed), np.uint64(index), np.uint32(hit)
+
+
 @no_refcount_kernel
 def _follow(arrays, condition, grain, keys, work, out):
     """Write the state of a particle after its rebound; a status."""
@@ -119,6 +126,7 @@ def grain(arrays, seed, index, hit):
     check_seed(seed)
     check_index(index)
     check_hit(hit)
+    seed, index, hit = _keys(seed, index, hit)
     return draw_grain(arrays.population, seed, index, hit)
 
 
@@ -166,7 +174,7 @@ def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
     cosine_sine = cosine_and_sine(allowed_angle(alpha1))
     status, condition = wall_condition(alpha1, cosine_sine, speed, spin, arrays.numerics)
     if status == OK:
-        status = _follow(arrays, condition, grain, (seed, index, hit), work, out)
+        status = _follow(arrays, condition, grain, _keys(seed, index, hit), work, out)
     return status
 
 
@@ -220,11 +228,11 @@ def rebound(
     check_work(work)
     check_out(out)
     _check_sizes(arrays, work, out)
-    keys = seed, index, hit
+    keys = _keys(seed, index, hit)
     impact = velocity, normal, half_size, wall_velocity
     status, condition = lab_condition(impact, omega, keys, arrays.numerics)
     if status == OK:
         status = _follow(arrays, condition, grain, keys, work, out)
     if status == OK:
-        to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
+        to_lab(velocity, normal, half_size, wall_velocity, keys[0], keys[1], keys[2], out)
     return status
