@@ -35,7 +35,7 @@ GRAIN_NOT_USABLE = -102
 #: Status code: still in contact after `tablegen.model.rebound.COLLISION_ALARM` collisions.
 STILL_IN_CONTACT = -103
 
-check_out, check_work = output_of("out"), work_space_of("work")
+check_out, work_space = output_of("out"), work_space_of("work")
 
 #: Numbers of the work space before those of candidate vertices: the motion now and before, a
 #: contact point, and the series of a flight.
@@ -168,13 +168,13 @@ def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
     check_seed(seed)
     check_index(index)
     check_hit(hit)
-    check_work(work)
     check_out(out)
-    _check_sizes(arrays, work, out)
+    space = work_space(work)
+    _check_sizes(arrays, space, out)
     cosine_sine = cosine_and_sine(allowed_angle(alpha1))
     status, condition = wall_condition(alpha1, cosine_sine, speed, spin, arrays.numerics)
     if status == OK:
-        status = _follow(arrays, condition, grain, _keys(seed, index, hit), work, out)
+        status = _follow(arrays, condition, grain, _keys(seed, index, hit), space, out)
     return status
 
 
@@ -225,14 +225,14 @@ def rebound(
     check_seed(seed)
     check_index(index)
     check_hit(hit)
-    check_work(work)
     check_out(out)
-    _check_sizes(arrays, work, out)
+    space = work_space(work)
+    _check_sizes(arrays, space, out)
     keys = _keys(seed, index, hit)
     impact = velocity, normal, half_size, wall_velocity
     status, condition = lab_condition(impact, omega, keys, arrays.numerics)
     if status == OK:
-        status = _follow(arrays, condition, grain, keys, work, out)
+        status = _follow(arrays, condition, grain, keys, space, out)
     if status == OK:
         to_lab(velocity, normal, half_size, wall_velocity, keys[0], keys[1], keys[2], out)
     return status
