@@ -2,10 +2,11 @@
 
     python tests/benchmarks/bench_direct.py
 
-The particles have random angles (2 to 90 degrees) and speeds (20 to 250 m/s), and spins of some V/a
-or none. One call simulates all of them, mixed; or there is a call for each condition. The states are
-the same, which is checked. The lab frame is timed too, by arrays and one by one in compiled code.
-The four take turns; times are processor time of one thread, the least of several rounds.
+The particles have random angles (2 to 90 degrees) and speeds (20 to 250 m/s), and spins of some
+V/a or none. One call simulates all of them, mixed; or there is a call for each condition. The
+states are the same, which is checked. The lab frame is timed too, by arrays and one by one in
+compiled code. The four take turns; times are processor time of one thread, the least of several
+rounds.
 """
 
 import argparse
