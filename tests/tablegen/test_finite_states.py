@@ -17,10 +17,10 @@ RUN = (CONFIG.pair, CONFIG.population, make_condition(0.7, 200.0))
 MODULE = importlib.import_module("tablegen.simulate")
 
 
-def spoiled(law, population, condition, keys, first, state, collisions, kind, energy):
+def spoiled(law, population, conditions, keys, state, collisions, kind, energy):
     """The kernel, with a NaN in the state of particle 3 and infinite energy of particle 5."""
-    stuck = simulate_batch(law, population, condition, keys, first, state, collisions, kind, energy)
-    if first == 0:
+    stuck = simulate_batch(law, population, conditions, keys, state, collisions, kind, energy)
+    if keys.particle[0] == 0:
         state[3, 4], energy[5, 1] = np.nan, np.inf
     return stuck
 
