@@ -1,8 +1,14 @@
-"""``python -m sampler`` runs the command line."""
+"""The program ``sampler``, and ``python -m sampler``."""
 
-import sys
+from typing import NoReturn
 
-from sampler.commands.main import main
+from sampler.commands.process import run_process
+
+
+def run() -> NoReturn:
+    """Run the program."""
+    run_process("sampler")
+
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run()

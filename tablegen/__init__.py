@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from tablegen.direct import DirectModel as DirectModel
     from tablegen.generate import Generated as Generated
     from tablegen.generate import generate as generate
+    from tablegen.model.one_rebound import draw as draw
+    from tablegen.model.one_rebound import grain as grain
+    from tablegen.model.one_rebound import rebound as rebound
     from tablegen.simulate import Simulation as Simulation
     from tablegen.simulate import simulate as simulate
     from tablegen.validate import Validation as Validation
@@ -35,6 +38,7 @@ import_late(
         "tablegen.config": ("Config", "load_config", "parse_config"),
         "tablegen.direct": ("DirectModel",),
         "tablegen.generate": ("Generated", "generate"),
+        "tablegen.model.one_rebound": ("draw", "grain", "rebound"),
         "tablegen.simulate": ("Simulation", "simulate"),
         "tablegen.validate": ("Validation", "validate"),
     },

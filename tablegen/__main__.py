@@ -1,8 +1,14 @@
-"""Run the command line: ``python -m tablegen``."""
+"""The program ``tablegen``, and ``python -m tablegen``."""
 
-import sys
+from typing import NoReturn
 
-from tablegen.commands.main import main
+from sampler.commands.process import run_process
+
+
+def run() -> NoReturn:
+    """Run the program."""
+    run_process("tablegen")
+
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run()

@@ -37,7 +37,7 @@ from tablegen.configuration.field_types import (
 from tablegen.configuration.messages import MISSING, complaint, refusal, shown
 from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.configuration.scenes import Tree, merged
-from tablegen.configuration.toml_text import parse_toml
+from tablegen.configuration.toml_text import check_tree, parse_toml
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.bounds import CONTACT_RESOLUTION, TOLERANCE
 from tablegen.particles.mesh import read_mesh
@@ -216,6 +216,7 @@ class Config(Record):
             If the result is not a valid configuration.
         """
         origin = f"{self.name}, changed"
+        check_tree(changes, origin)
         changes, _ = _with_meshes_read(changes, origin, Path())
         return _checked(merged(tomllib.loads(self.text), changes), origin, None)
 

@@ -21,6 +21,7 @@ from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents, write_table
 from sampler.formats.packing import table_arrays
 from sampler.formats.table_arrays import Axis
+from sampler.inputs.told_apart import told_apart
 from sampler.table import load
 from tablegen.config import Config, stored_config
 from tablegen.configuration.metric_table import METRICS
@@ -127,15 +128,16 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
         low, high = getattr(scene.domain, field)
         first, last = contents[nodes][0], contents[nodes][-1]
         if not first <= low <= high <= last:
+            got = ", ".join(told_apart(end, first, last, digits=6) for end in (low, high))
             raise InputError(
-                f"{origin}: domain.{field}: got [{low:g}, {high:g}], "
+                f"{origin}: domain.{field}: got [{got}], "
                 f"allowed: inside [{first:g}, {last:g}], which the table covers"
             )
     for metric in METRICS:
         wanted, declared = getattr(scene.accuracy, metric), getattr(own.accuracy, metric)
         if wanted < declared:
             raise InputError(
-                f"{origin}: accuracy.{metric}: got {wanted:g}, "
+                f"{origin}: accuracy.{metric}: got {told_apart(wanted, declared, digits=6)}, "
                 f"allowed: {declared:g} or more, which the table declares"
             )
 

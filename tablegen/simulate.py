@@ -5,30 +5,25 @@ threads or on how the particles are split into batches.
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.processors import processors
+from sampler.compilation.side_by_side import side_by_side
 from sampler.errors import InputError
 from sampler.inputs.rows import as_integer
+from tablegen.batches import ParticleRun, batches
 from tablegen.config import Config
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model import bounds
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.conditions import Condition, impact_condition, one_row
+from tablegen.model.conditions import Condition, impact_condition
 from tablegen.model.correctly_rounded import cosine_and_sine
-from tablegen.model.particle_run import simulate_audited, simulate_batch
-from tablegen.model.random_particles import keys_of_run
-from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.particles.population import Population
 from tablegen.tasks.progress import bar
-
-#: Particles of one call of a kernel: few enough to balance threads, enough to amortise the call.
-BATCH = 5_000
 
 #: Default resolution of sustained contact and truncation of the flight series; see
 #: tests/benchmarks/bench_error.py for what they cost and what they leave.
@@ -141,36 +136,6 @@ def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
     return threads or processors()
 
 
-def unfinished(particle: int, seed: int, stream: int) -> RuntimeError:
-    """Error for a particle with too many collisions."""
-    return RuntimeError(
-        f"particle {particle} of seed {seed}, stream {stream} is still in contact after "
-        f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
-    )
-
-
-class NotFiniteError(RuntimeError):
-    """A particle with a state or energy that is not finite, which is a defect of the model.
-
-    Attributes
-    ----------
-    simulation : Simulation or None
-        All particles, where they were kept.
-    """
-
-    def __init__(
-        self, particle: int, seed: int, stream: int, simulation: Simulation | None = None
-    ) -> None:
-        super().__init__(f"particle {particle} of seed {seed}, stream {stream} is not finite")
-        self.simulation = simulation
-
-
-def first_not_finite(*arrays: NDArray[np.float64]) -> int:
-    """First row, in any of some arrays (n, k), with a number that is not finite; -1 if none."""
-    bad = [np.flatnonzero(~np.isfinite(array).all(axis=1)) for array in arrays]
-    return min((int(rows[0]) for rows in bad if rows.size), default=-1)
-
-
 def _allocate(count: int, audited: bool) -> tuple[Simulation, NDArray[np.float64]]:
     kind = np.empty((count, 3))
     simulation = Simulation(
@@ -182,11 +147,6 @@ def _allocate(count: int, audited: bool) -> tuple[Simulation, NDArray[np.float64
         audit=np.zeros(AUDIT_SIZE if audited else 0),
     )
     return simulation, kind
-
-
-def _batches(count: int) -> Iterator[slice]:
-    for start in range(0, count, BATCH):
-        yield slice(start, min(start + BATCH, count))
 
 
 def simulate_condition(
@@ -237,29 +197,18 @@ def simulate_condition(
     """
     workers = check_run(count, seed, stream, threads)
     result, kind = _allocate(count, audited)
-    law, population_args = pair.kernel_arguments(), population.kernel_arguments()
-    conditions = one_row(condition)
+    run = ParticleRun(pair, population, condition, seed, stream, audited)
 
     def work(part: slice) -> tuple[int, NDArray[np.float64]]:
-        audit = np.zeros_like(result.audit)
         arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
-        keys = keys_of_run(seed, stream, part.start, part.stop - part.start)
-        run = (law, population_args, conditions, keys, *arrays)
-        stuck = simulate_audited(*run, audit) if audited else simulate_batch(*run)
-        if stuck >= 0:
-            raise unfinished(part.start + stuck, seed, stream)
-        return part.stop - part.start, audit
+        return part.stop - part.start, run.simulate(part.start, *arrays)
 
-    counted = bar(progress, "rebound", total=count, unit_scale=True, desc="simulating")
-    with counted, ThreadPoolExecutor(workers) as pool:
-        for done in as_completed([pool.submit(work, part) for part in _batches(count)]):
-            size, audit = done.result()
+    with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:
+        for size, audit in side_by_side(work, batches(count), workers, ahead=2 * workers):
             np.maximum(result.audit, audit, out=result.audit)
             counted.update(size)
     result.shape[:] = kind[:, 0]
-    bad = first_not_finite(result.state, result.energy)
-    if bad >= 0:
-        raise NotFiniteError(bad, seed, stream, result)
+    run.check_finite(0, result.state, result.energy, simulation=result)
     return result
 
 

@@ -11,6 +11,7 @@ from sampler.errors import InputError
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.inputs.rows import as_integer
+from sampler.inputs.told_apart import told_apart
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import check_conditions, pick_conditions
@@ -229,9 +230,10 @@ def check_agreement(contents: TableContents, config: Config, origin: str) -> Non
         ("speed", contents["axes/speed"], config.domain.speed),
     ):
         if (float(nodes[0]), float(nodes[-1])) != span:
+            got = " to ".join(told_apart(end, *span, digits=6) for end in nodes[[0, -1]].tolist())
             raise InputError(
-                f"{origin}: axes/{name}: got {nodes[0]:g} to {nodes[-1]:g}, allowed: {span[0]:g} "
-                f"to {span[1]:g}, the domain of the table's configuration"
+                f"{origin}: axes/{name}: got {got}, allowed: {span[0]:g} to {span[1]:g}, "
+                "the domain of the table's configuration"
             )
     if contents.variables != config.domain.columns:
         raise InputError(

@@ -1,7 +1,8 @@
 """Command line of the runtime: ``sampler draw``, ``export`` and ``list``, and where the header is.
 
-Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted. Bad input gives one line on
-standard error and leaves no output. What does the work of a command is imported when it runs.
+Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted, 143 terminated. Bad input
+gives one line on standard error and leaves no output. What does the work of a command is imported
+when it runs.
 """
 
 from collections.abc import Sequence
@@ -46,7 +47,10 @@ def _print_include_directory(ctx: click.Context, _: click.Parameter, given: bool
 def cli() -> None:
     """Draw rebound states of non-spherical particles from a table.
 
-    Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted.
+    An output is a file: a regular one is replaced and keeps its mode, a link is followed; devices
+    and pipes, what is read, and other outputs are refused.
+
+    Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted, 143 terminated.
     """
 
 

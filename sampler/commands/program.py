@@ -9,11 +9,12 @@ from typing import Any, TextIO
 
 import click
 
+from sampler.commands.signals import ending, is_ending, line_break
 from sampler.errors import InputError
 
-#: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, interrupted by
-#: the user. Python's own 1, for what nobody caught, would look like a missed accuracy.
-DONE, MISSED, BAD_INPUT, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+#: Exit statuses: all is well, an accuracy was missed, bad input, any other failure. Python's own 1,
+#: for what nobody caught, would look like a missed accuracy. Signals end with 128 and their number.
+DONE, MISSED, BAD_INPUT, FAILED = 0, 1, 2, 3
 
 #: Characters of a line on standard error: what was given may be a file full of them.
 _LONGEST_LINE = 4000
@@ -32,6 +33,13 @@ class Program(click.Group):
         if args[0] not in self.commands:
             ctx.fail(f"COMMAND: got '{args[0]}', allowed: {', '.join(sorted(self.commands))}")
         return super().resolve_command(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; on Ctrl-C click would print an empty line, wherever that goes."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise click.Abort from None
 
 
 def run_program(
@@ -73,7 +81,7 @@ def run_program(
     except (Exception, KeyboardInterrupt) as error:
         status, line = _end(error)
         with suppress(OSError):
-            click.echo(f"{name}: {_one_line(line)}", err=True)
+            click.echo(f"{line_break() * is_ending()}{name}: {_one_line(line)}", err=True)
         return status
     finally:
         for stream in (sys.stdout, sys.stderr):
@@ -82,14 +90,17 @@ def run_program(
 
 def _end(error: BaseException) -> tuple[int, str]:
     """Exit status and line for what ended a program; prints the traceback of a defect."""
+    # first: what a signal breaks off may fail in many ways
+    if isinstance(error, click.Abort | KeyboardInterrupt) or is_ending():
+        status, word = ending()
+        said = error.args if isinstance(error, click.Abort) else ()
+        return status, ": ".join([word, *map(str, said)])
     if isinstance(error, click.ClickException):
         return BAD_INPUT, f"error: {error.format_message()}"
     if isinstance(error, InputError):
         return BAD_INPUT, f"error: {error}"
     if isinstance(error, MemoryError):
         return BAD_INPUT, "error: not enough memory, allowed: a smaller count, or fewer samples"
-    if isinstance(error, click.Abort | KeyboardInterrupt):
-        return INTERRUPTED, ": ".join(["interrupted", *map(str, error.args)])
     if isinstance(error, OSError):  # of the system: a full disk, a file that went away
         return FAILED, f"error: {error}"
     with suppress(OSError):

@@ -38,6 +38,15 @@ def output_of(name: str) -> Callable[[Any], None]:
     return _checked(name, _is_vector, "a writable float64 array of one dimension")
 
 
+def _is_work_space(kind: Any) -> bool:
+    return _is_vector(kind) and kind.layout == "C"
+
+
+def work_space_of(name: str) -> Callable[[Any], None]:
+    """Make the check of an array to work in, which kernels take as a run of memory."""
+    return _checked(name, _is_work_space, "a writable contiguous float64 array of one dimension")
+
+
 def key_of(name: str) -> Callable[[Any], None]:
     """Make the check of a key of random numbers."""
     return _checked(name, lambda kind: isinstance(kind, types.Integer), "an integer")

@@ -1,16 +1,20 @@
 """The rows of a batch shared among threads, and what the batch kernels report of them."""
 
+import math
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from sampler.compilation.processors import processors
+from sampler.compilation.side_by_side import go_on, side_by_side
 from sampler.errors import OK
 
 #: Draws below which a further thread costs more than it saves.
 _DRAWS_PER_THREAD = 20_000
+
+#: Rows of a slice at most: a tenth of a second, and enough for the start of it to cost nothing.
+_SLICE = 2**18
 
 
 class Counter:
@@ -44,6 +48,9 @@ def run_rows(
 ) -> list[Report]:
     """Run a batch kernel over slices of n rows; return the reports of the slices, in order.
 
+    The last is the first with an error, if there is one. Slices are so short that Ctrl-C, which
+    comes between them, ends a run at once.
+
     Parameters
     ----------
     batch : callable
@@ -56,12 +63,21 @@ def run_rows(
     if threads is None:
         worth = n // _DRAWS_PER_THREAD
         threads = min(processors(), worth) if worth > 1 else 1
-    if threads == 1:
+    if threads == 1 and n <= _SLICE:
         return [Report(*batch(*arguments, 0, n))]
-    bounds = [n * k // threads for k in range(threads + 1)]
-    with ThreadPoolExecutor(threads) as pool:
-        parts = [pool.submit(batch, *arguments, *part) for part in pairwise(bounds)]
-    return [Report(*part.result()) for part in parts]
+    parts = threads * max(1, math.ceil(n / (threads * _SLICE)))
+    slices = pairwise(n * k // parts for k in range(parts + 1))
+
+    def run(rows: tuple[int, int]) -> Report:
+        go_on()
+        return Report(*batch(*arguments, *rows))
+
+    reports = []
+    for report in map(run, slices) if threads == 1 else side_by_side(run, slices, threads):
+        reports.append(report)
+        if report.bad_row >= 0:
+            break
+    return reports
 
 
 def merge(parts: list[Report], outside_is_bad: bool) -> Report:

@@ -63,20 +63,25 @@ def read_file(what: str, path: str | os.PathLike[str], most: int = MOST_BYTES) -
     Raises
     ------
     InputError
-        As `check_input`; also if the file is larger, or reading fails.
+        As `check_input`; also if the file is larger or grows, or reading fails.
     """
     check_input(what, path)
     try:
         with open(path, "rb", opener=_open_at_once) as file:
             # a pipe may have taken the place of the file since it was looked at
             status = os.fstat(file.fileno())
-            whole = not other_kind(status.st_mode) and status.st_size <= most
-            # some files of the system say that they are empty and have no end
-            data = file.read(most + 1) if whole else b""
-    except (OSError, ValueError) as error:
+            if other := other_kind(status.st_mode):
+                raise InputError(f"{what}: got {path}, {other}, allowed: a regular file")
+            if status.st_size > most:
+                got = f"{path} of {status.st_size} bytes"
+                raise InputError(f"{what}: got {got}, allowed: up to {most}")
+            data = file.read(status.st_size + 1)
+    except OSError as error:
         raise _unreadable(what, path, error) from error
-    if not whole or len(data) > most:
-        raise InputError(f"{what}: got {path}, allowed: a regular file of up to {most} bytes")
+    if len(data) != status.st_size:  # some files of the system say so and have no end
+        raise InputError(
+            f"{what}: got {path}, of another size than it says, allowed: a file at rest"
+        )
     return data
 
 

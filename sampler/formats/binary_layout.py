@@ -100,21 +100,18 @@ ARRAYS = (
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
 
-#: Dimensions: what they count, and the least and largest that a reader accepts.
-DIMENSIONS = {
-    "n_alpha": ("nodes of the impact angle", 1, 65536),
-    "n_speed": ("nodes of the impact speed", 1, 65536),
-    "n_alpha_grid": ("entries of alpha_coordinate", 2, 2**24),
-    "n_speed_grid": ("entries of speed_coordinate", 2, 2**24),
-    "n_knots": ("knots of a quantile function", 2, 65536),
-    "n_components": ("mixture components of a node", 1, 65536),
-    "n_classes": ("classes of rebounds", 1, 65536),
-    "n_channels": ("channels of a component", 1, MOST_NAMES),
-    "n_marginals": ("channels with quantile functions", 1, MOST_NAMES),
-    "n_columns": ("variables of the state that the table gives", 1, MOST_NAMES),
-}
-
-_COUNTS = {name: meaning for name, (meaning, _, _) in DIMENSIONS.items()} | {
+#: What is counted; `sampler.formats.bounds.LENGTHS` bounds the dimensions of arrays.
+_COUNTS = {
+    "n_alpha": "nodes of the impact angle",
+    "n_speed": "nodes of the impact speed",
+    "n_alpha_grid": "entries of alpha_coordinate",
+    "n_speed_grid": "entries of speed_coordinate",
+    "n_knots": "knots of a quantile function",
+    "n_components": "mixture components of a node",
+    "n_classes": "classes of rebounds",
+    "n_channels": "channels of a component",
+    "n_marginals": "channels with quantile functions",
+    "n_columns": "variables of the state that the table gives",
     "stride": "numbers of the record of a component",
     "flags": f"{SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; else 0",
 }

@@ -8,7 +8,22 @@ through `sampler.formats.generated_code`.
 
 import re
 
-from sampler.formats.channels import CHANNELS, RANGES
+from sampler.formats.channels import CHANNELS, RANGES, VARIABLES
+
+#: Least and greatest length of the dimensions of arrays. Components and their classes are counted
+#: in 16 bits, and a draw finds its knot in single precision.
+LENGTHS = {
+    "n_alpha": (1, 2**16),
+    "n_speed": (1, 2**16),
+    "n_alpha_grid": (2, 2**24),
+    "n_speed_grid": (2, 2**24),
+    "n_knots": (2, 2**16),
+    "n_components": (1, 2**16),
+    "n_classes": (1, 2**16),
+    "n_channels": (1, len(CHANNELS)),
+    "n_marginals": (1, len(CHANNELS)),
+    "n_columns": (1, len(VARIABLES)),
+}
 
 #: Impact angle of a node, degrees.
 ALPHA_DEG = (1e-9, 90.0)

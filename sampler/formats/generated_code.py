@@ -16,7 +16,6 @@ from sampler.formats.binary_layout import (
     ARRAYS,
     BINARY_VERSION,
     CODES,
-    DIMENSIONS,
     HEADER,
     LIBRARY_VERSION,
     MAGIC,
@@ -28,6 +27,7 @@ from sampler.formats.binary_layout import (
 )
 from sampler.formats.bounds import (
     ALPHA_DEG,
+    LENGTHS,
     MOST_NUMBER,
     NUMBER_ROUNDING,
     QUANTILES,
@@ -105,7 +105,9 @@ def checked_constants() -> str:
         f"#define RBTI_NEEDS {{{needs}}}",
         *_bounds(),
         "/* DO(dimension, least, most) */",
-        *_macro("RBTI_DIMENSIONS", [f"{n}, {a}, {b}" for n, (_, a, b) in DIMENSIONS.items()]),
+        *_macro(
+            "RBTI_DIMENSIONS", [f"{name}, {low}, {high}" for name, (low, high) in LENGTHS.items()]
+        ),
         "/* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */",
         *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
     ]

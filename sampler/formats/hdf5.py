@@ -11,7 +11,6 @@ text ``name value\n`` (value as JSON).
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +21,7 @@ import numpy as np
 
 from sampler.errors import InputError, TableError
 from sampler.files.atomic import atomic_output
-from sampler.files.reading import check_input
+from sampler.files.reading import read_file
 from sampler.formats import hdf5_checks as checks
 from sampler.formats.bounds import QUANTILES
 from sampler.formats.channels import CHANNELS, STATE, channels_for
@@ -35,7 +34,6 @@ from sampler.formats.hdf5_layout import (
     FORMAT_VERSION,
     Dataset,
 )
-from sampler.formats.seal import sealed, unsealed
 from sampler.formats.table_shapes import check_shapes
 
 #: Largest file that is read.
@@ -188,7 +186,7 @@ def write_table(path: str | Path, contents: TableContents) -> None:
     Equal contents give equal bytes: nothing in the file tells when or where it was written. A file
     of that name is replaced.
     """
-    data = sealed(_file_image(contents))
+    data = _file_image(contents)
     with atomic_output(path) as temporary:
         temporary.write_bytes(data)
 
@@ -242,13 +240,9 @@ def _name_axes(file: h5py.File) -> None:
 def _bytes_of(source: Path) -> bytes:
     """Bytes of a file, once and for all: nothing that happens to it later is seen."""
     try:
-        with open(source, "rb") as file:
-            size = os.fstat(file.fileno()).st_size
-            if size > MOST_BYTES:
-                raise TableError(f"got {size} bytes, allowed: at most {MOST_BYTES}")
-            return file.read()
-    except OSError as error:
-        raise TableError(f"cannot be read: {error.strerror}") from error
+        return read_file("table", source, MOST_BYTES)
+    except InputError as error:
+        raise TableError(str(error)) from error
 
 
 def read_table(path: str | Path) -> TableContents:
@@ -262,12 +256,9 @@ def read_table(path: str | Path) -> TableContents:
         is wrong with it and what is allowed.
     """
     source = Path(path)
+    whole = _bytes_of(source)
     try:
-        check_input("table", source, "a .h5 file")
-    except InputError as error:
-        raise TableError(str(error)) from error
-    try:
-        attributes, datasets = read_container(unsealed(_bytes_of(source)))
+        attributes, datasets = read_container(whole)
         if content_sha256(datasets, attributes) != attributes["content_sha256"]:
             raise TableError("content_sha256: the contents do not have this checksum")
         known = {dataset.path for dataset in DATASETS}

@@ -50,29 +50,6 @@ class Dataset:
 _NODES = ("n_alpha", "n_speed")
 _SHARE = (checks.within(0.0, 1.0),)
 
-#: Shortest length of a dimension; those not named here may be 0.
-MINIMUM_LENGTH = {
-    "n_alpha": 1,
-    "n_speed": 1,
-    "n_alpha_grid": 2,
-    "n_speed_grid": 2,
-    "n_knots": 2,
-    "n_classes": 1,
-    "n_components": 1,
-    "n_channels": 1,
-    "n_marginals": 1,
-}
-
-#: Greatest length of a dimension, where there is one.
-MAXIMUM_LENGTH = {
-    "n_alpha_grid": 2**24,
-    "n_speed_grid": 2**24,
-    # a draw finds its knot in single precision
-    "n_knots": 2**16,
-    # an alias has 16 bits
-    "n_components": 2**16,
-}
-
 DATASETS = (
     Dataset(
         "axes/alpha_deg",

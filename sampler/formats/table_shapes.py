@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 
 from sampler.errors import TableError
-from sampler.formats.hdf5_layout import DATASETS, MAXIMUM_LENGTH, MINIMUM_LENGTH
+from sampler.formats.bounds import LENGTHS
+from sampler.formats.hdf5_layout import DATASETS
 from sampler.formats.table_arrays import LANES, record_stride
 
 _MOST_ENTRIES = 2**31
@@ -31,15 +32,13 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
         for dim, length in zip(dataset.dims, shape, strict=False):
             if isinstance(dim, int):
                 fits = fits and length == dim
-            elif length < MINIMUM_LENGTH.get(dim, 0):
-                raise TableError(
-                    f"{dataset.path}: got {dim} = {length}, allowed: {MINIMUM_LENGTH[dim]} or more"
-                )
-            elif length > MAXIMUM_LENGTH.get(dim, length):
-                raise TableError(
-                    f"{dataset.path}: got {dim} = {length}, allowed: at most {MAXIMUM_LENGTH[dim]}"
-                )
-            elif fits:
+                continue
+            least, most = LENGTHS.get(dim, (0, length))
+            if length < least:
+                raise TableError(f"{dataset.path}: got {dim} = {length}, allowed: {least} or more")
+            if length > most:
+                raise TableError(f"{dataset.path}: got {dim} = {length}, allowed: at most {most}")
+            if fits:
                 fits = lengths.setdefault(dim, length) == length
         if not fits:
             allowed = _shape_text(dataset.dims, lengths)

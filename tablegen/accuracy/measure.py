@@ -1,7 +1,6 @@
 """Accuracy of a table at some conditions, against direct simulation with new particles."""
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -9,6 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sampler.compilation.processors import processors
+from sampler.compilation.side_by_side import side_by_side
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison, compare, sharpened
 from tablegen.accuracy.decision import LOOKS, undecided_metrics
@@ -31,31 +31,32 @@ _MOST_SAMPLES = 4_000_000
 #: Streams from here on belong to measurements; nodes use those below.
 FIRST_STREAM = 2**31
 
+_Piece = TypeVar("_Piece")
 _Result = TypeVar("_Result")
 
 
 def in_threads(
-    work: Callable[[int], _Result], numbers: Iterable[int], tick: Callable[[int], Any]
+    work: Callable[[_Piece], _Result], pieces: Iterable[_Piece], tick: Callable[[int], Any]
 ) -> list[_Result]:
-    """Work on numbers side by side, one thread each.
+    """Work on pieces side by side, on all processors, one thread each.
 
     More threads would sum in another order, which changes the last bit of what a table stores.
 
     Parameters
     ----------
     work : callable
-    numbers : iterable of int
+    pieces : iterable
     tick : callable
         Called with 1 as each is done, in their order.
 
     Returns
     -------
     list
-        Results in the order of the numbers.
+        Results in the order of the pieces.
     """
     found = []
-    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
-        for result in pool.map(work, numbers):
+    with threadpool_limits(limits=1):
+        for result in side_by_side(work, pieces, processors()):
             found.append(result)
             tick(1)
     return found

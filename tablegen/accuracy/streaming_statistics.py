@@ -4,9 +4,6 @@ Batches are simulated, summarised and forgotten. Summaries are merged in the ord
 whichever thread was first, so the result is the same to the last bit for any number of threads.
 """
 
-from collections import deque
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial, reduce
 from typing import Any
@@ -15,21 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.jit import kernel
+from sampler.compilation.side_by_side import side_by_side
 from sampler.formats.channels import STATE
+from tablegen.batches import ParticleRun, batches
 from tablegen.materials.pairs import MaterialPair
-from tablegen.model.conditions import Condition, one_row
+from tablegen.model.conditions import Condition
 from tablegen.model.float_array import FloatArray
-from tablegen.model.particle_run import simulate_batch
-from tablegen.model.random_particles import keys_of_run
 from tablegen.particles.population import Population
-from tablegen.simulate import (
-    BATCH,
-    NotFiniteError,
-    Simulation,
-    check_run,
-    first_not_finite,
-    unfinished,
-)
+from tablegen.simulate import Simulation, check_run
 from tablegen.tasks.progress import bar
 
 Counts = NDArray[np.int64]
@@ -215,54 +205,18 @@ def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
 def statistics_of(simulation: Simulation) -> RunStatistics:
     """Statistics of a simulation at hand, the same to the last bit as `simulate_statistics`."""
     state, collisions, energy = simulation.state, simulation.collisions, simulation.energy
-    parts = (slice(start, start + BATCH) for start in range(0, len(state), BATCH))
-    return reduce(merge, (summarise(state[p], collisions[p], energy[p]) for p in parts))
+    parts = (summarise(state[p], collisions[p], energy[p]) for p in batches(len(state)))
+    return reduce(merge, parts)
 
 
-def _batch_statistics(
-    pair: MaterialPair,
-    population: Population,
-    condition: Condition,
-    keys: tuple[int, int],
-    part: range,
-) -> RunStatistics:
-    """Simulate the particles of ``part``; their statistics."""
-    seed, stream = keys
-    size = len(part)
+def _batch_statistics(run: ParticleRun, part: slice) -> RunStatistics:
+    """Simulate the particles of a part of a run; their statistics."""
+    size = part.stop - part.start
     state, energy, kind = np.empty((size, 6)), np.empty((size, 2)), np.empty((size, 3))
     collisions = np.empty(size, dtype=np.int64)
-    stuck = simulate_batch(
-        pair.kernel_arguments(),
-        population.kernel_arguments(),
-        one_row(condition),
-        keys_of_run(seed, stream, part.start, size),
-        state,
-        collisions,
-        kind,
-        energy,
-    )
-    if stuck >= 0:
-        raise unfinished(part.start + stuck, seed, stream)
-    bad = first_not_finite(state, energy)
-    if bad >= 0:
-        raise NotFiniteError(part.start + bad, seed, stream)
+    run.simulate(part.start, state, collisions, kind, energy)
+    run.check_finite(part.start, state, energy)
     return summarise(state, collisions, energy)
-
-
-def _in_order(
-    work: Callable[[range], RunStatistics], count: int, workers: int
-) -> Iterator[RunStatistics]:
-    """Statistics of all batches of a run, in their order, worked on side by side."""
-    # No more are under way than keep the threads busy, or summaries would pile up behind a slow
-    # batch.
-    under_way: deque[Future[RunStatistics]] = deque()
-    with ThreadPoolExecutor(workers) as pool:
-        for start in range(0, count, BATCH):
-            under_way.append(pool.submit(work, range(start, min(start + BATCH, count))))
-            if len(under_way) > 2 * workers:
-                yield under_way.popleft().result()
-        while under_way:
-            yield under_way.popleft().result()
 
 
 def simulate_statistics(
@@ -308,10 +262,12 @@ def simulate_statistics(
         If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     workers = check_run(count, seed, stream, threads)
-    work = partial(_batch_statistics, pair, population, condition, (seed, stream))
+    work = partial(_batch_statistics, ParticleRun(pair, population, condition, seed, stream))
     total: RunStatistics | None = None
     with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:
-        for part in _in_order(work, count, workers):
+        # no more are under way than keep the threads busy, or summaries would pile up behind a
+        # slow batch
+        for part in side_by_side(work, batches(count), workers, ahead=2 * workers):
             total = part if total is None else merge(total, part)
             counted.update(part.count)
     assert total is not None  # a run has at least one batch

@@ -1,7 +1,7 @@
 """Command line of the generator.
 
-Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted. Bad input
-gives one line on standard error and leaves no output.
+Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted, 143
+terminated. Bad input gives one line on standard error and leaves no output.
 """
 
 from collections.abc import Sequence
@@ -41,7 +41,11 @@ from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
 def cli() -> None:
     """Simulate the rebound of non-spherical particles and make tables to draw it from.
 
-    Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted.
+    An output is a file: a regular one is replaced and keeps its mode, a link is followed; devices
+    and pipes, what is read, and other outputs are refused.
+
+    Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted, 143
+    terminated.
     """
 
 

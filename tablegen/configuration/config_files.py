@@ -1,12 +1,12 @@
 """Files of a configuration: the text of one, and which others it is read from."""
 
-import tomllib
 from pathlib import Path
 from typing import Any, TypeGuard
 
 from sampler.errors import InputError
 from sampler.files.locate import find_config, find_file
 from sampler.files.reading import read_file
+from tablegen.configuration.toml_text import parse_toml
 
 #: Most bytes of a configuration file, whose reading takes seconds then.
 _MOST_BYTES = 2**24
@@ -70,15 +70,15 @@ def config_files(name_or_path: str | Path) -> list[Path]:
     """
     try:
         path = find_config(name_or_path)
-        tree = tomllib.loads(read_text(path))
-    except (ValueError, RecursionError):
+        tree = parse_toml(read_text(path), path.name)
+    except InputError:
         return []
     files = [path, *_mesh_files(tree, path.parent)]
     if isinstance(tree.get("pair"), str):
         try:
             base = pair_file(tree["pair"], path.name, path.parent)
-            files += [base, *_mesh_files(tomllib.loads(read_text(base)), base.parent)]
-        except (ValueError, RecursionError):
+            files += [base, *_mesh_files(parse_toml(read_text(base), base.name), base.parent)]
+        except InputError:
             pass
     return files
 

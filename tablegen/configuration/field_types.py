@@ -10,7 +10,7 @@ from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from sampler.formats.bounds import is_line
+from sampler.formats.bounds import is_line, is_text
 from sampler.formats.channels import VARIABLES
 from tablegen.model.bounds import ALPHA_DEG, ASPECT, SPEED
 
@@ -90,10 +90,10 @@ def _plain_name(value: str) -> str:
     return value
 
 
-def _not_blank(value: str) -> str:
-    """Refuse text that says nothing."""
-    if not value.strip():
-        raise ValueError("text that is not blank")
+def _readable(value: str) -> str:
+    """Refuse text that says nothing, or that a terminal would obey."""
+    if not value.strip() or not is_text(value):
+        raise ValueError("text that is not blank and can be shown")
     return value
 
 
@@ -108,7 +108,7 @@ def _short_line(value: str) -> str:
 _LINE_CHARACTERS = 200
 
 #: Free text, not blank, of any number of lines.
-Text = Annotated[str, AfterValidator(_not_blank)]
+Text = Annotated[str, AfterValidator(_readable)]
 
 #: Free text on one line, not blank.
 Line = Annotated[Text, AfterValidator(_short_line)]

@@ -93,7 +93,7 @@ def shown(value: object) -> str:
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, float):
-        text = f"{value:.12g}"
+        text = f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value)
     elif isinstance(value, list | tuple):
         text = f"[{', '.join(shown(item) for item in value)}]"
     else:

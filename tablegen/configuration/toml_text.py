@@ -14,10 +14,10 @@ MOST_LEVELS = 20
 #: Longest key, in characters.
 _KEY_CHARACTERS = 100
 
-#: Integers are below this in magnitude: one more than the largest seed.
-_LARGEST = 2**64
+#: Integers are below this in magnitude: beyond all bounds of fields, which say more.
+_LARGEST = 10**100
 
-_INTEGERS = "integers below 2**64 in magnitude"
+_INTEGERS = "integers of up to 100 digits"
 _CHARACTERS = "characters that can be shown on a terminal"
 
 
@@ -37,8 +37,7 @@ def parse_toml(text: str, origin: str) -> Tree:
     Raises
     ------
     InputError
-        If it is no TOML, is nested deeper than `MOST_LEVELS`, or has integers beyond 2**64, long
-        keys, or keys or texts with characters that control a terminal.
+        If it is no TOML, or as `check_tree`.
     """
     try:
         tree = tomllib.loads(text)
@@ -49,9 +48,28 @@ def parse_toml(text: str, origin: str) -> Tree:
     except ValueError as error:  # Python reads integers of up to some thousand digits only
         given = "got an integer of too many digits"
         raise InputError(f"{origin}: {given}, allowed: {_INTEGERS}") from error
+    check_tree(tree, origin)
+    return tree
+
+
+def check_tree(tree: Tree, origin: str) -> None:
+    """Refuse a tree that is nested deeper than `MOST_LEVELS`, or cannot be checked and shown.
+
+    Parameters
+    ----------
+    tree : dict
+        Nested as in a file; tuples may stand for lists.
+    origin : str
+        Where it comes from, to open an error message.
+
+    Raises
+    ------
+    InputError
+        Also for integers beyond 10**100, long keys, and keys or texts with characters that control
+        a terminal.
+    """
     for problem in _problems(tree):
         raise InputError(f"{origin}: {problem}")
-    return tree
 
 
 def _too_deep() -> str:
@@ -67,7 +85,7 @@ def _problems(tree: Tree) -> Iterator[str]:
             if isinstance(part, dict):
                 yield from _wrong_keys(part)
                 below += part.values()
-            elif isinstance(part, list):
+            elif isinstance(part, list | tuple):
                 below += part
             elif isinstance(part, int) and not -_LARGEST < part < _LARGEST:
                 yield f"got an integer of {part.bit_length()} bits, allowed: {_INTEGERS}"
@@ -78,7 +96,7 @@ def _problems(tree: Tree) -> Iterator[str]:
 
 
 def _wrong_keys(table: Tree) -> Iterator[str]:
-    for key in table:
+    for key in map(str, table):
         if not is_line(key) or len(key) > _KEY_CHARACTERS:
             allowed = f"up to {_KEY_CHARACTERS} {_CHARACTERS}"
             yield f"got the key {key[:_KEY_CHARACTERS]!r}, allowed: {allowed}"

@@ -10,7 +10,7 @@ from fractions import Fraction
 from math import factorial
 
 from sampler.compilation.jit import inline_kernel, kernel
-from tablegen.model.simd import fma
+from tablegen.model.simd import fma, select
 
 #: Terms of the series in pairs of floats; of later ones floats hold enough digits.
 _PAIRS = 9
@@ -73,7 +73,7 @@ def _polynomial(coefficients, square):
 
 @kernel
 def cosine_and_sine(angle):
-    """Cosine and sine, rounded correctly.
+    """Cosine and sine, rounded correctly, of one angle or of lanes (see `tablegen.model.simd`).
 
     Parameters
     ----------
@@ -85,12 +85,11 @@ def cosine_and_sine(angle):
     tuple of two floats
     """
     steep = angle > 0.5 * _HALF_PI[0]
-    t = angle, 0.0
-    if steep:
-        # the first difference is exact
-        high, low = _sum(_HALF_PI[0] - angle, _HALF_PI[1])
-        t = _sum(high, low + _HALF_PI[2])
+    # the first difference is exact where the angle is steep
+    high, low = _sum(_HALF_PI[0] - angle, _HALF_PI[1])
+    high, low = _sum(high, low + _HALF_PI[2])
+    t = select(steep, high, angle), select(steep, low, 0.0)
     square = _product(t, t)
     cosine = _polynomial(_COSINE, square)[0]
     sine = _product(t, _polynomial(_SINE, square))[0]
-    return (sine, cosine) if steep else (cosine, sine)
+    return select(steep, sine, cosine), select(steep, cosine, sine)

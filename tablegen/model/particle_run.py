@@ -45,7 +45,7 @@ def _sorted_by_shape(kind, codes):
 
 
 @no_refcount_kernel
-def _follow_one(law, population, condition, drawn, motion, storage, audit):
+def follow_one(law, population, condition, drawn, motion, storage, audit):
     """Rebound of one random particle with a given orientation.
 
     Parameters
@@ -136,7 +136,7 @@ def simulate_audited(law, population, conditions, keys, state, collisions, kind,
         for k in range(6):
             motion[3 + k] = axes[i, k]
         drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
-        status, collisions[i], initial, rotational = _follow_one(
+        status, collisions[i], initial, rotational = follow_one(
             law, population, condition, drawn, motion, storage, audit
         )
         if status != LEFT:

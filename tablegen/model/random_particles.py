@@ -2,10 +2,12 @@
 
 A particle is a pure function of (seed, index, hit): block 0 of its counter gives b/a, c/b and
 two orientation numbers, block 1 the third orientation number and the shape. Shape and ratios may
-be those of another hit, as of a particle that keeps them. `draw_particle` draws one,
-`draw_particles` many, some at a time in lanes (see `tablegen.model.simd`), with the same bits.
+be those of another hit, as of a particle that keeps them. `draw_grain` and `draw_orientation` draw
+one particle, `draw_particles` many, some at a time in lanes (see `tablegen.model.simd`), with the
+same bits.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +17,9 @@ from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcou
 from sampler.drawing.block import item
 from sampler.drawing.normal import central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
+from tablegen.model.bounds import ASPECT
 from tablegen.model.rotation import set_orientation
-from tablegen.model.shapes import FIRST_MESH, SPHERE
+from tablegen.model.shapes import FIRST_MESH, MESH, SPHERE
 from tablegen.model.simd import (
     WIDTH,
     any_lane,
@@ -27,6 +30,9 @@ from tablegen.model.simd import (
     store,
     width,
 )
+
+#: Bounds of the ratios as plain numbers, which kernels take.
+_LEAST, _MOST = ASPECT.low, ASPECT.high
 
 #: Keeps the direct simulation and the table draws of one seed on different random numbers.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
@@ -70,7 +76,10 @@ def aspect_ratio(law, u):
 
 @no_refcount_inline_kernel
 def _words(seed, index, hit, grain):
-    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape."""
+    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape.
+
+    Those of the ratios and of the shape are of the hit ``grain``, the others of ``hit``.
+    """
     key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
     w0, w1, w2, w3 = philox_block(key, index, np.uint32(hit), np.uint32(0))
     v0, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
@@ -93,30 +102,43 @@ def _own_sizes(population, shape, b_over_a, c_over_b):
 
 
 @no_refcount_kernel
-def draw_particle(population, seed, index, hit, grain, motion):
-    """Draw a particle and put its orientation into ``motion``.
+def draw_grain(population, seed, index, hit):
+    """Draw a grain.
 
     Parameters
     ----------
     population : PopulationArguments
-    seed, index : uint64
-    hit, grain : uint32
-        Which hit's random numbers give the orientation, and which the shape and its ratios.
-    motion : (13,) float64
-        Rows 3:9 are written.
+    seed, index, hit : int
+        A particle that keeps its grain has that of hit 0.
 
     Returns
     -------
-    tuple (shape code, b / a, c / b)
+    tuple (shape code, b / a, c / b) of three floats
         Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
     """
-    u = _words(seed, index, hit, grain)
-    set_orientation(u[2], u[3], u[4], motion)
+    u = _words(seed, index, hit, hit)
     shape = pick_shape(population, u[5])
     b_over_a = aspect_ratio(population.aspect[0], u[0])
     c_over_b = aspect_ratio(population.aspect[1], u[1])
     b_over_a, c_over_b = _own_sizes(population, shape, b_over_a, c_over_b)
-    return shape, b_over_a, c_over_b
+    return float(shape), b_over_a, c_over_b
+
+
+@no_refcount_kernel
+def draw_orientation(seed, index, hit, motion):
+    """Draw the orientation of a particle at a hit into rows 3:9 of ``motion`` (13,)."""
+    u = _words(seed, index, hit, hit)
+    set_orientation(u[2], u[3], u[4], motion)
+
+
+@no_refcount_inline_kernel
+def grain_fits(population, shape, b_over_a, c_over_b):
+    """Whether a shape code and ratios are those of a grain; a mesh has half-sizes of its own."""
+    if FIRST_MESH <= shape < FIRST_MESH + population.meshes.resolutions.size:
+        return shape == math.floor(shape)
+    known = 0.0 <= shape < FIRST_MESH and shape != MESH and shape == math.floor(shape)
+    ratios = _LEAST <= b_over_a <= _MOST and _LEAST <= c_over_b <= _MOST
+    return known and ratios and (shape != SPHERE or (b_over_a == 1.0 and c_over_b == 1.0))
 
 
 class ParticleKeys(NamedTuple):
@@ -177,3 +199,19 @@ def draw_particles(population, keys, axes, kind):
             shape = pick_shape(population, words[5, i])
             b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
             kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, b_over_a, c_over_b
+
+
+@kernel
+def draw_grains(population, seed, index, kind):
+    """Draw the grains that particles keep into ``kind`` (n, 3); ``index`` is (n,) or (1,)."""
+    for k in range(kind.shape[0]):
+        kind[k, 0], kind[k, 1], kind[k, 2] = draw_grain(population, seed, item(index, k), 0)
+
+
+@no_refcount_kernel
+def first_misfit(population, kind):
+    """First row of ``kind`` (n, 3) that is no grain, or -1."""
+    for k in range(kind.shape[0]):
+        if not grain_fits(population, kind[k, 0], kind[k, 1], kind[k, 2]):
+            return k
+    return -1

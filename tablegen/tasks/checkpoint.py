@@ -54,6 +54,11 @@ class CheckpointStore:
         If another run is making the output; if there are checkpoints, and neither `resume` nor
         `discard` says what becomes of them, or those to resume from have another fingerprint; or
         if the folder cannot be used.
+
+    Attributes
+    ----------
+    resumed : bool
+        Whether there are checkpoints already.
     """
 
     def __init__(
@@ -64,10 +69,11 @@ class CheckpointStore:
         self._fingerprint = hashlib.sha256(fingerprint.encode()).hexdigest()
         self._parts = PartsFolder(output)
         try:
-            if discard or self._parts.pieces == 0:
-                self._parts.begin(self._fingerprint)
-            else:
+            self.resumed = not discard and self._parts.pieces > 0
+            if self.resumed:
                 self._check_can_go_on(resume)
+            else:
+                self._parts.begin(self._fingerprint)
         except BaseException:
             self.close()
             raise
@@ -99,6 +105,11 @@ class CheckpointStore:
     def folder(self) -> Path:
         """Where the checkpoints are."""
         return self._parts.path
+
+    @property
+    def rehearsal(self) -> Path:
+        """A file in the folder for a table that is tried and removed."""
+        return self._parts.rehearsal
 
     def path(self, key: str) -> Path:
         """File of a checkpoint, whether it is there or not."""

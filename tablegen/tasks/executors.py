@@ -1,10 +1,11 @@
 """Executors of `concurrent.futures` for tasks: threads, a Dask cluster, the ranks of an MPI job."""
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 from sampler.compilation.processors import processors
+from sampler.compilation.side_by_side import ThreadPool
 from sampler.errors import InputError
 from tablegen.tasks.dask_workers import dask_workers
 
@@ -65,14 +66,6 @@ def open_executor(
         yield executor
 
 
-@contextmanager
-def thread_pool(workers: int | None = None) -> Iterator[Executor]:
+def thread_pool(workers: int | None = None) -> ThreadPool:
     """Threads of this process, by default one a processor."""
-    pool = ThreadPoolExecutor(workers or processors())
-    try:
-        yield pool
-    except BaseException:
-        # running tasks cannot be stopped, but the error can be reported before they end
-        pool.shutdown(wait=False, cancel_futures=True)
-        raise
-    pool.shutdown()
+    return ThreadPool(workers or processors())

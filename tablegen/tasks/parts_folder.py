@@ -1,8 +1,9 @@
 """The folder ``OUTPUT.parts`` of an unfinished run: what is ours in it, kept from other runs.
 
-There are pieces, a stamp that says what they were made from, and what a killed process left of a
-file that it was writing. Nothing else is ever removed or overwritten: a folder with a file of any
-other name is not used. The lock is on the stamp, so that it needs no file of its own.
+There are pieces, a stamp that says what they were made from, a table that is tried before, and
+what a killed process left of a file that it was writing. Nothing else is ever removed or
+overwritten: a folder with a file of any other name is not used. The lock is on the stamp, so that
+it needs no file of its own.
 """
 
 import os
@@ -15,10 +16,13 @@ from sampler.errors import InputError
 from tablegen.tasks.file_lock import open_locked
 
 _PIECE = re.compile(r"piece-[0-9a-f]{16}\.npz")
+_REHEARSAL = "rehearsal.h5"
 _STAMP = "recipe.sha256"
 
-#: What `sampler.files.atomic` calls a file while it is written.
-_UNFINISHED = re.compile(rf"\.{_PIECE.pattern}\.[0-9a-f]+\.tmp")
+#: What is ours but for the stamp, also under the name that `sampler.files.atomic` gives a file
+#: while it is written.
+_WRITTEN = rf"({_PIECE.pattern}|{re.escape(_REHEARSAL)})"
+_OURS = re.compile(rf"{_WRITTEN}|\.{_WRITTEN}\.[0-9a-f]+\.tmp")
 
 #: Times that a run may end and take its folder away, just as this one opens it.
 _ATTEMPTS = 100
@@ -32,8 +36,8 @@ def parts_path(output: Path) -> Path:
 
 def _is_ours(entry: os.DirEntry[str]) -> bool:
     """Whether we made it, going by its name; links and folders we never make."""
-    known = _PIECE.fullmatch(entry.name) or _UNFINISHED.fullmatch(entry.name)
-    return (known is not None or entry.name == _STAMP) and entry.is_file(follow_symlinks=False)
+    known = entry.name == _STAMP or _OURS.fullmatch(entry.name) is not None
+    return known and entry.is_file(follow_symlinks=False)
 
 
 class PartsFolder:
@@ -119,6 +123,11 @@ class PartsFolder:
     def file(self, name: str) -> Path:
         """Path of the piece of a name, 16 hexadecimal digits."""
         return self.path / f"piece-{name}.npz"
+
+    @property
+    def rehearsal(self) -> Path:
+        """Path of a table that is tried before there are pieces."""
+        return self.path / _REHEARSAL
 
     def _ours(self) -> list[os.DirEntry[str]]:
         return [entry for entry in os.scandir(self.path) if _is_ours(entry)]

@@ -1,34 +1,35 @@
 """No state that is not finite leaves a simulation, whatever the kernels make of it."""
 
-import importlib
-
 import numpy as np
 import pytest
 
+from tablegen import batches
 from tablegen.accuracy import streaming_statistics
+from tablegen.batches import BATCH, NotFiniteError
 from tablegen.config import load_config
 from tablegen.model.particle_run import simulate_batch
-from tablegen.simulate import BATCH, NotFiniteError, make_condition, simulate_condition
+from tablegen.simulate import make_condition, simulate_condition
 from tablegen.studies.stability.cases import Case
 from tablegen.studies.stability.stability_study import run_case
 
 CONFIG = load_config("corundum-steel")
 RUN = (CONFIG.pair, CONFIG.population, make_condition(0.7, 200.0))
-MODULE = importlib.import_module("tablegen.simulate")
 
 
 def spoiled(law, population, conditions, keys, state, collisions, kind, energy):
     """The kernel, with a NaN in the state of particle 3 and infinite energy of particle 5."""
     stuck = simulate_batch(law, population, conditions, keys, state, collisions, kind, energy)
-    if keys.particle[0] == 0:
-        state[3, 4], energy[5, 1] = np.nan, np.inf
+    for row, index in enumerate(keys.index):
+        if index == 3:
+            state[row, 4] = np.nan
+        if index == 5:
+            energy[row, 1] = np.inf
     return stuck
 
 
 @pytest.fixture
 def spoil(monkeypatch):
-    monkeypatch.setattr(MODULE, "simulate_batch", spoiled)
-    monkeypatch.setattr(streaming_statistics, "simulate_batch", spoiled)
+    monkeypatch.setattr(batches, "simulate_batch", spoiled)
 
 
 @pytest.mark.usefixtures("spoil")

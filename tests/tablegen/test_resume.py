@@ -214,16 +214,23 @@ _WORDS = "generate my.toml --output t.h5 --conditions 1 --samples 1000 --workers
 _GENERATE = f"{TABLEGEN[0]} -m tablegen {_WORDS}"
 
 
+#: Fill the disk as soon as there is a node.
+_FILL = (
+    "(until ls t.h5.parts/piece* > out 2>&1; do sleep 0.01; done; cat /dev/zero > filler 2> out) &"
+)
+
+
 @pytest.mark.parametrize("full", ["at once", "after some nodes", "at the table"])
 def test_full_disk_is_one_line_and_keeps_the_checkpoints(file_system, sizes, full):
     size, least, most = {
         "at once": (4096, 0, 0),
-        "after some nodes": (sizes.checkpoints // 2, 1, NODES - 1),
+        "after some nodes": (2 * (sizes.checkpoints + sizes.table), 1, NODES - 1),
         "at the table": (sizes.checkpoints + sizes.table // 2, NODES, NODES),
     }[full]
     ended = file_system(
         size,
-        f"{_GENERATE}; echo status $?; ls t.h5.parts | grep -c piece; ls -A | grep -c h5$",
+        f"{_FILL if full == 'after some nodes' else ''} {_GENERATE}; echo status $?; rm -f filler",
+        "ls t.h5.parts 2> out | grep -c piece; ls -A | grep -c h5$",
         "mount -o remount,size=10M tablegen-test .",
         f"{_GENERATE} --resume > out; echo status $?; ls -A",
     )

@@ -1,20 +1,19 @@
 """Direct simulation: keys and threads, populations, and what is refused."""
 
-import importlib
+import time
 
 import numpy as np
 import pytest
+from interruption import interrupted
 from scipy.stats import binom, kstest, truncnorm
 
 import tablegen
 from sampler.errors import InputError
+from tablegen.batches import BATCH
 from tablegen.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
-from tablegen.simulate import BATCH, check_impact_angle, make_condition, simulate_condition
-
-#: The module itself: the package gives its name to the function.
-MODULE = importlib.import_module("tablegen.simulate")
+from tablegen.simulate import check_impact_angle, make_condition, simulate_condition
 
 _CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
@@ -44,7 +43,7 @@ def test_result_does_not_depend_on_the_number_of_threads(threads):
 @pytest.mark.parametrize("size", [1, 37, 100_000])
 def test_result_does_not_depend_on_the_batch(size, monkeypatch):
     expected = run(1000)
-    monkeypatch.setattr(MODULE, "BATCH", size)
+    monkeypatch.setattr("tablegen.batches.BATCH", size)
     assert_same(expected, run(1000))
 
 
@@ -59,7 +58,7 @@ def test_audit_of_batches_is_the_largest_of_all(monkeypatch):
     expected = run(600, audited=True).audit
     assert expected.shape == (AUDIT_SIZE,)
     assert 0.0 < expected.max() < 1e-9
-    monkeypatch.setattr(MODULE, "BATCH", 50)
+    monkeypatch.setattr("tablegen.batches.BATCH", 50)
     np.testing.assert_array_equal(run(600, audited=True, threads=3).audit, expected)
 
 
@@ -187,8 +186,8 @@ NO_NUMBERS = [
 #: Arguments of `make_condition` or of a run, how each is repeated, and what is allowed.
 REFUSED = [
     *(
-        ("alpha1", np.radians(deg), f"{deg:.6g}", "1e-06 to 90 degrees")
-        for deg in (0.0, -1.0, 1e-300, 9.9e-7, 90.001, 91.0, np.nan, np.inf, -np.inf)
+        ("alpha1", np.radians(deg), f"{deg:.9g}", "1e-06 to 90 degrees")
+        for deg in (0.0, -1.0, 1e-300, 9.9e-7, 90.0000001, 90.001, 91.0, np.nan, np.inf, -np.inf)
     ),
     *(
         ("speed", speed, f"{speed:g}", "1e-06 to 100000 m/s")
@@ -270,7 +269,7 @@ def test_grazing_angles_down_to_the_smallest_give_finite_states():
 
 def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
     # the kernel gives the index of the particle that ran into the alarm
-    monkeypatch.setattr(MODULE, "simulate_batch", lambda *arguments: 13)
+    monkeypatch.setattr("tablegen.batches.simulate_batch", lambda *arguments: 13)
     with pytest.raises(RuntimeError, match="particle 13 of seed 7, stream 0 is still in contact"):
         run(20)
 
@@ -309,3 +308,36 @@ class TestConfigured:
         expected = simulate_condition(config.pair, spheres, condition, 50, seed=3, stream=4)
         np.testing.assert_array_equal(made.state, expected.state)
         assert set(made.shape) == {SHAPE_CODES["sphere"]}
+
+
+class TestInterruption:
+    """Ctrl-C ends a run soon, whatever it costs."""
+
+    @pytest.mark.parametrize("threads", [1, 2])
+    def test_a_long_run(self, threads):
+        run(100)  # compiles
+        with interrupted(within=1.0):
+            run(5_000_000, threads=threads)
+
+    def test_slow_particles_are_simulated_few_at_a_time(self, monkeypatch):
+        sizes = []
+
+        def slow(*arguments):
+            sizes.append(len(arguments[5]))
+            time.sleep(0.002 * sizes[-1])
+            return -1
+
+        monkeypatch.setattr("tablegen.batches.simulate_batch", slow)
+        run(300, threads=1)
+        assert sum(sizes) == 300
+        assert max(sizes) <= 50  # a tenth of a second
+
+    def test_quick_particles_are_simulated_many_at_a_time(self, monkeypatch):
+        sizes = []
+        monkeypatch.setattr(
+            "tablegen.batches.simulate_batch",
+            lambda *arguments: sizes.append(len(arguments[5])) or -1,
+        )
+        run(4 * BATCH, threads=1)
+        assert sum(sizes) == 4 * BATCH
+        assert max(sizes) == BATCH

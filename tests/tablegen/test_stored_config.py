@@ -45,7 +45,7 @@ NAMING_FILES = {
 
 @pytest.mark.parametrize("config", NAMING_FILES, ids=["path", "name", "mesh"])
 def test_no_file_is_opened(refused, table, tmp_path, monkeypatch, config):
-    for function in ("_read", "read_mesh"):
+    for function in ("read_text", "read_mesh"):
         monkeypatch.setattr(f"tablegen.config.{function}", None)
     path, reason = table(config), NAMING_FILES[config]
     output = ("--output", tmp_path / "s.h5")

@@ -2,14 +2,13 @@
 
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sampler.compilation.processors import processors
+from tablegen.accuracy.measure import in_threads
 from tablegen.accuracy.metrics import Reference
 from tablegen.config import Config
 from tablegen.model.float_array import FloatArray
@@ -132,21 +131,16 @@ def measured_errors(
     tick : callable
         Called with 1 as each batch is done.
     """
-    found: list[list[dict[str, float]]] = [[{} for _ in range(budget.batches)] for _ in draws]
+    count, size = budget.batches, budget.batch
+
+    def errors(piece: tuple[int, int]) -> dict[str, float]:
+        k, r = piece
+        return batch_errors(draws[k], reference, size, budget.classified, r, seeds(k, r))
+
     # the classifier asks for one thread by itself; asked from several at once, it might keep it
-    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
-        waiting = {
-            pool.submit(
-                batch_errors, draw, reference, budget.batch, budget.classified, r, seeds(k, r)
-            ): (k, r)
-            for k, draw in enumerate(draws)
-            for r in range(budget.batches)
-        }
-        for future in as_completed(waiting):
-            k, r = waiting[future]
-            found[k][r] = future.result()
-            tick(1)
-    return [gathered(batches) for batches in found]
+    pieces = [(k, r) for k in range(len(draws)) for r in range(count)]
+    found = in_threads(errors, pieces, tick)
+    return [gathered(found[k * count : (k + 1) * count]) for k in range(len(draws))]
 
 
 def run_benchmark(

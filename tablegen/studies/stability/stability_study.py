@@ -2,8 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,11 +10,13 @@ import numpy as np
 
 import sampler
 from sampler.compilation.processors import processors
+from sampler.compilation.side_by_side import side_by_side
 from sampler.errors import InputError
+from tablegen.batches import NotFiniteError
 from tablegen.config import Config
 from tablegen.configuration.defaults import STABILITY_COUNT
 from tablegen.materials.pairs import MaterialPair
-from tablegen.simulate import NotFiniteError, Simulation, make_condition, simulate_condition
+from tablegen.simulate import Simulation, make_condition, simulate_condition
 from tablegen.studies.stability.cases import Case
 from tablegen.studies.stability.outcome import Outcome, outcome_of
 from tablegen.tasks.progress import bar
@@ -173,19 +174,6 @@ def _random_order(count: int) -> Sequence[int]:
     return order
 
 
-def _in_parallel(
-    work: Callable[[int], tuple[int, Outcome]], order: Sequence[int], threads: int
-) -> Iterator[tuple[int, Outcome]]:
-    """Results of all numbers in the order of completion; an interruption cancels the others."""
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            for done in as_completed([pool.submit(work, number) for number in order]):
-                yield done.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-
-
 def _check_numerics(config: Config) -> None:
     """Refuse a tolerance that cannot be halved."""
     if config.model.tolerance < 2e-14:
@@ -243,7 +231,7 @@ def run_study(
     overhead = _call_overhead(config)
     done: dict[int, Outcome] = {}
     with bar(progress, "case", total=len(cases), desc="checking") as counted:
-        for number, outcome in _in_parallel(work, order, threads or processors()):
+        for number, outcome in side_by_side(work, order, threads or processors()):
             done[number] = outcome
             counted.update()
     with bar(progress, "case", total=len(cases), desc="timing") as counted:

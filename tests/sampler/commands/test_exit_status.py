@@ -9,7 +9,7 @@ from importlib import import_module
 import click
 import pytest
 
-from sampler.commands.program import BAD_INPUT, DONE, FAILED, INTERRUPTED, Program, run_program
+from sampler.commands.program import BAD_INPUT, DONE, FAILED, Program, run_program
 from sampler.errors import InputError
 
 FULL = "/dev/full"
@@ -39,7 +39,7 @@ DISK_FULL = OSError(errno.ENOSPC, "No space left on device", "a.npz")
         (InputError("x: got 1, allowed: 2"), BAD_INPUT, "error: x: got 1, allowed: 2"),
         (click.UsageError("no such thing"), BAD_INPUT, "error: no such thing"),
         (MemoryError(), BAD_INPUT, "error: not enough memory, allowed: a smaller count"),
-        (KeyboardInterrupt(), INTERRUPTED, "interrupted"),
+        (KeyboardInterrupt(), 130, "interrupted"),
         (DISK_FULL, FAILED, "error: [Errno 28] No space left on device: 'a.npz'"),
         (BrokenPipeError(errno.EPIPE, "Broken pipe"), FAILED, ""),
     ],
@@ -68,7 +68,7 @@ def test_interruption_before_any_command_is_no_traceback(capsys):
     def start(words, call):
         raise KeyboardInterrupt
 
-    assert run_program(Program("prog"), [], start) == INTERRUPTED
+    assert run_program(Program("prog"), [], start) == 130
     assert capsys.readouterr().err == "prog: interrupted\n"
 
 
@@ -126,4 +126,4 @@ def test_a_reader_that_went_away_is_no_missed_accuracy(words):
 def test_statuses_are_documented(program, capsys):
     assert import_module(f"{program}.commands.main").main(["--help"]) == DONE
     page = " ".join(capsys.readouterr().out.split())
-    assert "2 bad input, 3 any other failure, 130 interrupted." in page
+    assert "2 bad input, 3 any other failure, 130 interrupted, 143 terminated." in page

@@ -8,6 +8,7 @@ from special_files import KINDS, make_special
 
 import sampler
 from sampler import InputError
+from sampler.errors import TableError
 from sampler.files import reading
 from sampler.files.reading import check_input, read_file
 
@@ -18,7 +19,7 @@ def test_regular_files(tmp_path):
     (tmp_path / "link").symlink_to(path)
     assert check_input("file", path) == path
     assert read_file("file", path) == read_file("file", str(tmp_path / "link"), most=4) == b"four"
-    with pytest.raises(InputError, match=r"file: got .*a.txt, allowed: a regular file of up to 3 "):
+    with pytest.raises(InputError, match=r"file: got .*a.txt of 4 bytes, allowed: up to 3"):
         read_file("file", path, most=3)
 
 
@@ -26,7 +27,9 @@ def test_a_large_file_is_not_read(tmp_path):
     path = tmp_path / "sparse"
     with open(path, "wb") as file:
         file.truncate(2**36)
-    with pytest.raises(InputError, match=f"up to {reading.MOST_BYTES} bytes"):
+    with pytest.raises(
+        InputError, match=f"sparse of {2**36} bytes, allowed: up to {reading.MOST_BYTES}"
+    ):
         read_file("file", path)
 
 
@@ -63,13 +66,24 @@ def test_reasons(tmp_path, monkeypatch, name, reason):
 def test_a_pipe_in_place_of_a_checked_file_is_not_waited_for(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe")
     monkeypatch.setattr(reading, "check_input", lambda what, path: path)
-    with pytest.raises(InputError, match="allowed: a regular file"):
+    with pytest.raises(InputError, match="pipe, a pipe, allowed: a regular file"):
         read_file("file", tmp_path / "pipe")
+
+
+@pytest.mark.parametrize("size", [3, 5])
+def test_files_that_are_written_meanwhile(tmp_path, monkeypatch, size):
+    path = tmp_path / "log.txt"
+    path.write_bytes(b"four")
+    said = os.stat_result((0o100600, *[0] * 5, size, *[0] * 3))
+    monkeypatch.setattr(os, "fstat", lambda _: said)
+    with pytest.raises(InputError, match="of another size than it says, allowed: a file at rest"):
+        read_file("file", path)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_table(tmp_path, kind):
     path, word = make_special(tmp_path, kind)
-    for work in (sampler.load, sampler.read_table):
-        with pytest.raises(InputError, match=f"table: got {path}, a {word}, allowed: a .h5 file"):
-            work(path)
+    with pytest.raises(InputError, match=f"table: got {path}, a {word}, allowed: a .h5 file"):
+        sampler.load(path)
+    with pytest.raises(TableError, match=f"table: got {path}, a {word}, allowed: a regular file"):
+        sampler.read_table(path)

@@ -206,8 +206,14 @@ REFUSED = {
         "got big-endian float32, allowed",
     ),
     "real index": (_replace(ALIAS, lambda x: x.astype("f4")), "got float32, allowed: uint16"),
-    "text": (_replace("axes/speed", lambda x: x.astype("S8")), "axes/speed: got bytes64"),
-    "unknown text": (lambda f: f.create_dataset("x", data=[b"text"]), "x: got object values"),
+    "text": (
+        _replace("axes/speed", lambda x: x.astype("S8")),
+        "axes/speed: got text, allowed: numbers",
+    ),
+    "unknown text": (
+        lambda f: f.create_dataset("x", data=[b"text"]),
+        "x: got text, allowed: numbers",
+    ),
     "NaN": (
         _value(QUANTILES, (1, 2, 1, 3, 4), np.nan),
         r"got nan at \[1, 2, 1, 3, 4\], .*: finite",

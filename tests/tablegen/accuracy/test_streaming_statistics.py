@@ -23,8 +23,10 @@ from tablegen.accuracy.streaming_statistics import (
     statistics_of,
     summarise,
 )
+from tablegen.batches import BATCH
 from tablegen.config import load_config
-from tablegen.simulate import BATCH, make_condition, simulate_condition
+from tablegen.model.particle_run import simulate_batch
+from tablegen.simulate import make_condition, simulate_condition
 
 #: The module itself: `tablegen` may give its name to something else.
 MODULE = importlib.import_module("tablegen.accuracy.streaming_statistics")
@@ -179,7 +181,7 @@ def test_order_of_merging_changes_bits(whole):
 
 
 def test_slow_first_batch_changes_no_bit_and_lets_nothing_pile_up(monkeypatch):
-    monkeypatch.setattr(MODULE, "BATCH", 100)
+    monkeypatch.setattr("tablegen.batches.BATCH", 100)
     expected = run(3000, threads=2)
     work, started, meanwhile = MODULE._batch_statistics, [], []
 
@@ -231,13 +233,13 @@ def test_bad_arguments_are_refused():
 
 
 def test_particle_in_endless_contact_is_an_error(monkeypatch):
-    real = MODULE.simulate_batch
+    real = simulate_batch
 
     def stuck_in_second(*arguments):
         keys = arguments[3]
         return 7 if keys.particle[0] == BATCH else real(*arguments)
 
-    monkeypatch.setattr(MODULE, "simulate_batch", stuck_in_second)
+    monkeypatch.setattr("tablegen.batches.simulate_batch", stuck_in_second)
     message = f"particle {BATCH + 7} of seed 31, stream 0 is .* contact_resolution"
     with pytest.raises(RuntimeError, match=message):
         run()

@@ -76,7 +76,7 @@ def test_declarations_that_say_little_are_noted(run, tiny, tmp_path):
     said = run("inspect", path).out
     assert "declared          at most KS 1.0000, sliced Wasserstein 1000000.0000," in said
     assert "note              the table declares little: ks 1, sliced_wasserstein 1e+06," in said
-    write_table(path, declaring(contents, ks=1e-6))
+    write_table(path, declaring(contents, ks=0.001))
     assert (
         "note              the file stores more than it declares: KS 0." in run("inspect", path).out
     )

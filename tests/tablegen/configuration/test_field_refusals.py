@@ -14,6 +14,7 @@ from tablegen.particles.mesh import MOST_VERTICES
 FIELDS = """
 domain.alpha_deg = [0.0, 90.0] => domain.alpha_deg[0]: got 0, ... 0
 domain.alpha_deg = [0.5, 91.0] => domain.alpha_deg[1]: got 91, ... 90
+domain.alpha_deg = [0.5, 90.00000000000001] => domain.alpha_deg[1]: got 90.00000000000001, ... 90
 domain.alpha_deg = [60.0, 20.0] => domain.alpha_deg: got [60, 20], ... low <= high
 domain.alpha_deg = [45.0] => domain.alpha_deg: got [45], ... 2
 domain.alpha_deg = [20, 40, 60] => domain.alpha_deg: got [20, 40, 60], ... 2

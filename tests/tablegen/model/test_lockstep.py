@@ -6,7 +6,12 @@ from mesh_fixtures import box, grain
 from motion_fixtures import PAIR, POPULATION
 
 from tablegen.materials.pairs import MaterialPair
-from tablegen.model.random_particles import ParticleKeys, draw_particle, draw_particles
+from tablegen.model.random_particles import (
+    ParticleKeys,
+    draw_grain,
+    draw_orientation,
+    draw_particles,
+)
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.model.simd import WIDTH
 from tablegen.particles.population import MeshShape, Population
@@ -82,6 +87,7 @@ def test_draws_in_lanes_are_those_of_one_particle():
     draw_particles(population_args, keys, axes, kind)
     motion = np.empty(MOTION_SIZE)
     for i in range(len(axes)):
-        drawn = draw_particle(population_args, keys.seed, index[i], hit[i], grain[0], motion)
+        drawn = draw_grain(population_args, keys.seed, index[i], grain[0])
+        draw_orientation(keys.seed, index[i], hit[i], motion)
         np.testing.assert_array_equal(drawn, kind[i])
         np.testing.assert_array_equal(motion[3:9], axes[i])
