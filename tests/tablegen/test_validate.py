@@ -97,9 +97,9 @@ class TestVerdict:
 
 class TestAccuracyAskedFor:
     def test_takes_the_place_of_the_declared_one(self, tiny):
-        found = validate(tiny.path, conditions=1, samples=1000, seed=1, accuracy="ks=1e-6,auc=0.9")
+        found = validate(tiny.path, conditions=1, samples=1000, seed=1, accuracy="ks=0.001,auc=0.9")
         assert found.declared == TINY.accuracy
-        assert (found.asked.ks, found.asked.auc) == (1e-6, 0.9)
+        assert (found.asked.ks, found.asked.auc) == (0.001, 0.9)
         assert found.asked.correlation_error == TINY.accuracy.correlation_error
         assert not found.holds
         assert not [line for line in found.missed + found.undecided if line[:3] == "auc"]
