@@ -18,9 +18,10 @@ from tablegen.accuracy.conditions import check_conditions, pick_conditions
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, decide, judge, limits
 from tablegen.accuracy.measure import measure
 from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
-from tablegen.accuracy.requested import asked_accuracy, looser_than_compact
+from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config import AccuracyTargets, Config, stored_config
 from tablegen.configuration.defaults import VALIDATE_CONDITIONS
+from tablegen.configuration.metric_table import looser_than_compact, worst_stored
 
 #: Bits of a seed that nobody gave: few enough to type.
 _SEED_BITS = 32
@@ -42,6 +43,8 @@ class Validation:
         What the table's configuration declares.
     asked : AccuracyTargets
         What it was held against: the declared accuracy unless the user asked for another.
+    stored : dict of float, or None
+        Worst distance of each metric that the file stores, as it says of itself; None if nothing.
     screening : Screening or None
         The coarse test of all nodes; None if only conditions of the user's choice were measured.
     comparisons : list of Comparison
@@ -57,6 +60,7 @@ class Validation:
     seed: int
     declared: AccuracyTargets
     asked: AccuracyTargets
+    stored: dict[str, float] | None
     screening: Screening | None
     comparisons: list[Comparison]
     nodes: list[Comparison]
@@ -74,9 +78,20 @@ class Validation:
         return [*self.comparisons, *self.nodes]
 
     @property
+    def surpassed(self) -> dict[str, float]:
+        """Errors that are, noise allowed for, above the worst that the file stores."""
+        found = {}
+        for name, worst in (self.stored or {}).items():
+            least = (limits(name, c.estimates[name], len(self.measured))[0] for c in self.measured)
+            found[name] = max(least)
+            if found[name] <= worst:
+                del found[name]
+        return found
+
+    @property
     def lenient(self) -> list[str]:
         """Distances for which less is declared than by the preset "compact"."""
-        return looser_than_compact(self.declared)
+        return looser_than_compact(self.declared.model_dump())
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready dictionary with every number."""
@@ -88,6 +103,7 @@ class Validation:
             "software_version": sampler.__version__,
             "declared": self.declared.model_dump(),
             "asked": self.asked.model_dump(),
+            "stored": self.stored,
             "false_alarms": FALSE_ALARMS,
             "false_holds": FALSE_HOLDS,
             "holds": self.holds,
@@ -172,6 +188,7 @@ def validate(
         seed=seed,
         declared=config.accuracy,
         asked=asked,
+        stored=worst_stored(table.accuracy),
         screening=screening,
         comparisons=found[: len(places)],
         nodes=found[len(places) :],

@@ -10,7 +10,14 @@ from sampler.commands import options
 from sampler.commands.program import DONE
 from sampler.errors import InputError
 from sampler.files.json_text import json_text
-from tablegen.configuration.metric_table import METRICS, declared_accuracy
+from tablegen.configuration.metric_table import (
+    METRICS,
+    declared_accuracy,
+    errors_text,
+    little_declared,
+    looser_than_compact,
+    worst_stored,
+)
 
 if TYPE_CHECKING:
     from sampler.formats.hdf5 import TableContents
@@ -66,7 +73,6 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         for path, values in kept.items()
         if path.startswith("accuracy/")
     }
-    measured = accuracy["alpha_deg"].size > 0
     return {
         "pair": contents.pair,
         "components": list(contents.variables),
@@ -81,9 +87,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "processors": list(contents.processors),
         "bytes_in_memory": bytes_of((arrays, *kept.values())),
         "declared": _declared(contents.config),
-        "worst": {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
-        if measured
-        else None,
+        "worst": worst_stored(accuracy),
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
 
@@ -110,7 +114,9 @@ def identity_text(contents: "TableContents") -> str:
     measured, declared = "nothing", facts["declared"]
     if worst is not None:
         count = len(facts["accuracy"]["alpha_deg"])
-        measured = f"at {count} conditions between nodes, noise included, worst: {_errors(worst)}"
+        measured = (
+            f"at {count} conditions between nodes, noise included, worst: {errors_text(worst)}"
+        )
     return "\n".join(
         [
             f"pair              {facts['pair']}",
@@ -124,15 +130,24 @@ def identity_text(contents: "TableContents") -> str:
             f"content SHA-256   {facts['content_sha256']}",
             *_processor_lines(contents),
             f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
-            f"declared          at most {_errors(declared)}" if declared else "declared          ?",
+            f"declared          {f'at most {errors_text(declared)}' if declared else '?'}",
             f"measured          {measured}",
+            *_note_lines(declared, worst),
         ]
     )
 
 
-def _errors(values: Mapping[str, float]) -> str:
-    """Put the errors on one line."""
-    return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())
+def _note_lines(
+    declared: Mapping[str, float] | None, worst: Mapping[str, float] | None
+) -> list[str]:
+    """Say where a declaration says little, or is not met by what the file itself stores."""
+    if declared is None:
+        return []
+    missed = {name: x for name, x in (worst or {}).items() if x > declared[name]}
+    notes = [little_declared(declared)] if looser_than_compact(declared) else []
+    if missed:
+        notes.append(f"the file stores more than it declares: {errors_text(missed)}")
+    return [f"note              {note}" for note in notes]
 
 
 def _declared(config: str) -> dict[str, float] | None:

@@ -105,6 +105,43 @@ PRESETS: dict[str, dict[str, float]] = {
 }
 
 
+#: Preset beyond which a declared accuracy says little.
+_LOOSEST = "compact"
+
+
+def looser_than_compact(declared: Mapping[str, float]) -> list[str]:
+    """Metrics for which an accuracy allows more than the preset "compact"."""
+    return [name for name in METRICS if declared[name] > PRESETS[_LOOSEST][name]]
+
+
+def little_declared(declared: Mapping[str, float]) -> str:
+    """Say for which metrics an accuracy allows more than the preset "compact", if for any."""
+    names = looser_than_compact(declared)
+    allowed = ", ".join(f"{name} {declared[name]:g}" for name in names)
+    usual = ", ".join(f"{PRESETS[_LOOSEST][name]:g}" for name in names)
+    if not names:
+        return ""
+    return f"the table declares little: {allowed}, where the preset {_LOOSEST} has {usual}"
+
+
+def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
+    """Largest distance of each metric in what a table stores; None if nothing was measured.
+
+    Parameters
+    ----------
+    accuracy : mapping of str to array
+        As `sampler.Table.accuracy`.
+    """
+    if accuracy["alpha_deg"].size == 0:
+        return None
+    return {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
+
+
+def errors_text(values: Mapping[str, float]) -> str:
+    """Distances by metric on one line."""
+    return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())
+
+
 def declared_accuracy(given: Mapping[str, Any]) -> dict[str, Any]:
     """Largest distances that ``[accuracy]`` of a configuration declares, by number or preset.
 
