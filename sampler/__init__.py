@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from sampler.errors import NOT_APPROACHING as NOT_APPROACHING
     from sampler.errors import NOT_FINITE as NOT_FINITE
     from sampler.errors import OK as OK
+    from sampler.errors import ROUGHNESS_NOT_USABLE as ROUGHNESS_NOT_USABLE
     from sampler.errors import SPEED_NOT_POSITIVE as SPEED_NOT_POSITIVE
     from sampler.errors import TILT_NOT_FOUND as TILT_NOT_FOUND
     from sampler.errors import InputError as InputError
@@ -56,6 +57,7 @@ import_late(
         "sampler.errors": (
             *("OK", "CLAMPED", "NOT_FINITE", "NOT_APPROACHING", "SPEED_NOT_POSITIVE"),
             *("NORMAL_NOT_USABLE", "HALF_SIZE_NOT_POSITIVE", "TILT_NOT_FOUND", "CASCADE_NOT_ENDED"),
+            "ROUGHNESS_NOT_USABLE",
             *("InputError", "OutsideTableWarning", "TableError"),
         ),
         "sampler.files.locate": ("data_directory",),

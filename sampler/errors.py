@@ -12,15 +12,17 @@ NOT_FINITE = -1
 NOT_APPROACHING = -2
 """Status code: the particle does not approach the wall."""
 SPEED_NOT_POSITIVE = -3
-"""Status code: at rest relative to the wall."""
+"""Status code: at rest relative to the wall, or within 1e-150 m/s of it."""
 NORMAL_NOT_USABLE = -4
 """Status code: a normal of length zero."""
 HALF_SIZE_NOT_POSITIVE = -5
-"""Status code: a half-size that is not positive."""
+"""Status code: a half-size that is not positive, or below 1e-30 m."""
 TILT_NOT_FOUND = -6
 """Status code of rough walls: no tilt was accepted, with a probability below 1e-50 a hit."""
 CASCADE_NOT_ENDED = -7
 """Status code of rough walls: bounces without end, with a probability below 1e-30 a hit."""
+ROUGHNESS_NOT_USABLE = -8
+"""Status code of rough walls: a roughness outside of 0 to 0.5 rad."""
 
 
 class InputError(ValueError):

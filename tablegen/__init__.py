@@ -20,8 +20,12 @@ if TYPE_CHECKING:
     from tablegen.config import Config as Config
     from tablegen.config import load_config as load_config
     from tablegen.config import parse_config as parse_config
+    from tablegen.direct import DirectModel as DirectModel
     from tablegen.generate import Generated as Generated
     from tablegen.generate import generate as generate
+    from tablegen.model.one_rebound import draw as draw
+    from tablegen.model.one_rebound import grain as grain
+    from tablegen.model.one_rebound import rebound as rebound
     from tablegen.simulate import Simulation as Simulation
     from tablegen.simulate import simulate as simulate
     from tablegen.validate import Validation as Validation
@@ -32,7 +36,9 @@ import_late(
     __name__,
     {
         "tablegen.config": ("Config", "load_config", "parse_config"),
+        "tablegen.direct": ("DirectModel",),
         "tablegen.generate": ("Generated", "generate"),
+        "tablegen.model.one_rebound": ("draw", "grain", "rebound"),
         "tablegen.simulate": ("Simulation", "simulate"),
         "tablegen.validate": ("Validation", "validate"),
     },

@@ -5,7 +5,7 @@ A particle is keyed by (seed, stream, index), so no result depends on how a run 
 
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,14 @@ from numpy.typing import NDArray
 from sampler.compilation.side_by_side import go_on
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.conditions import Condition, one_row
 from tablegen.model.particle_run import simulate_audited, simulate_batch
-from tablegen.model.rebound import COLLISION_ALARM, Condition
+from tablegen.model.random_particles import keys_of_run
+from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.particles.population import Population
+
+if TYPE_CHECKING:
+    from tablegen.simulate import Simulation
 
 #: Particles that a thread takes at once: few enough to balance threads. Statistics are merged by
 #: batches, so their last bits depend on it.
@@ -31,6 +36,28 @@ def batches(count: int) -> Iterator[slice]:
     """Particles of each batch of a run."""
     for start in range(0, count, BATCH):
         yield slice(start, min(start + BATCH, count))
+
+
+class NotFiniteError(RuntimeError):
+    """A particle with a state or energy that is not finite, which is a defect of the model.
+
+    Attributes
+    ----------
+    simulation : Simulation or None
+        All particles, where they were kept.
+    """
+
+    def __init__(
+        self, particle: int, seed: int, stream: int, simulation: "Simulation | None" = None
+    ) -> None:
+        super().__init__(f"particle {particle} of seed {seed}, stream {stream} is not finite")
+        self.simulation = simulation
+
+
+def first_not_finite(*arrays: NDArray[np.float64]) -> int:
+    """First row, in any of some arrays (n, k), with a number that is not finite; -1 if none."""
+    bad = [np.flatnonzero(~np.isfinite(array).all(axis=1)) for array in arrays]
+    return min((int(rows[0]) for rows in bad if rows.size), default=-1)
 
 
 class ParticleRun:
@@ -51,8 +78,8 @@ class ParticleRun:
         stream: int,
         audited: bool = False,
     ) -> None:
-        keys = np.uint64(seed), np.uint32(stream)
-        self._shared = pair.kernel_arguments(), population.kernel_arguments(), condition, keys
+        self._shared = pair.kernel_arguments(), population.kernel_arguments(), one_row(condition)
+        self._keys = seed, stream
         self._audited = audited
         #: Particles of the next call. Threads write it as they see fit: no result depends on it.
         self._size = _FIRST_CALL
@@ -90,14 +117,33 @@ class ParticleRun:
             start += size
         return audit
 
+    def check_finite(
+        self, first: int, *arrays: NDArray[np.float64], simulation: "Simulation | None" = None
+    ) -> None:
+        """Raise `NotFiniteError` for the first particle with a number that is not finite.
+
+        Parameters
+        ----------
+        first : int
+            Index of the particle of row 0.
+        *arrays
+            States and energies.
+        simulation : Simulation, optional
+            What to keep of the run.
+        """
+        bad = first_not_finite(*arrays)
+        if bad >= 0:
+            raise NotFiniteError(first + bad, *self._keys, simulation)
+
     def _call(self, first: int, rows: list[NDArray[Any]], audit: NDArray[np.float64]) -> None:
-        arguments = [*self._shared, first, *rows]
+        seed, stream = self._keys
+        keys = keys_of_run(seed, stream, first, len(rows[0]))
+        arguments = [*self._shared, keys, *rows]
         if self._audited:
             arguments.append(audit)
         stuck = (simulate_audited if self._audited else simulate_batch)(*arguments)
         if stuck >= 0:
-            *_, (seed, stream) = self._shared
             raise RuntimeError(
-                f"particle {stuck} of seed {seed}, stream {stream} is still in contact after "
-                f"{COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
+                f"particle {first + stuck} of seed {seed}, stream {stream} is still in contact "
+                f"after {COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
             )

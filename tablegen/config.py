@@ -22,8 +22,10 @@ from pydantic import (
 )
 
 from sampler.errors import InputError
-from sampler.files.locate import find_config, find_file
+from sampler.files.locate import find_config
+from sampler.formats.bounds import is_line
 from sampler.formats.channels import STATE, VARIABLES
+from tablegen.configuration.config_files import names_a_file, pair_file, read_text
 from tablegen.configuration.field_types import (
     AngleRange,
     ComponentNames,
@@ -32,10 +34,12 @@ from tablegen.configuration.field_types import (
     Record,
     SpeedRange,
 )
-from tablegen.configuration.messages import MISSING, complaint, refusal
+from tablegen.configuration.messages import MISSING, complaint, refusal, shown
 from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.configuration.scenes import Tree, merged
+from tablegen.configuration.toml_text import check_tree, parse_toml
 from tablegen.materials.pairs import MaterialPair
+from tablegen.model.bounds import CONTACT_RESOLUTION, TOLERANCE
 from tablegen.particles.mesh import read_mesh
 from tablegen.particles.population import Population
 
@@ -84,9 +88,9 @@ class ModelSettings(Record):
     """Numerical parameters of the direct model."""
 
     #: Smallest rebound speed of a contact point over the impact speed; ends sustained contact.
-    contact_resolution: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
+    contact_resolution: Annotated[float, Field(**CONTACT_RESOLUTION.field)] = 1e-3
     #: Tolerance of the free rotation between collisions.
-    tolerance: Annotated[float, Field(ge=1e-14, le=1e-4)] = 1e-10
+    tolerance: Annotated[float, Field(**TOLERANCE.field)] = 1e-10
 
 
 class TableSettings(Record):
@@ -98,7 +102,7 @@ class TableSettings(Record):
     speed_nodes: Increasing[float] | None = None
     #: Components of the mixture that carries the dependence.
     components: Annotated[int | None, Field(ge=1, le=4096)] = None
-    quantile_knots: Annotated[int | None, Field(ge=17), AfterValidator(_odd)] = None
+    quantile_knots: Annotated[int | None, Field(ge=17, le=65535), AfterValidator(_odd)] = None
     #: Make the law exactly symmetric about the impact plane.
     mirror: bool = False
 
@@ -212,6 +216,7 @@ class Config(Record):
             If the result is not a valid configuration.
         """
         origin = f"{self.name}, changed"
+        check_tree(changes, origin)
         changes, _ = _with_meshes_read(changes, origin, Path())
         return _checked(merged(tomllib.loads(self.text), changes), origin, None)
 
@@ -259,7 +264,7 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     InputError
         As for `load_config`.
     """
-    data, read = _with_meshes_read(_parse(text, origin), origin, directory or Path())
+    data, read = _with_meshes_read(parse_toml(text, origin), origin, directory or Path())
     if not isinstance(data.get("pair"), str):
         return _checked(data, origin, None if read else text)
     base = _base(data.pop("pair"), origin, directory or Path())
@@ -269,6 +274,33 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     tree = merged(base_tree, data)
     tree["pair"].setdefault("name", base.name)
     return _checked(tree, origin, None)
+
+
+def stored_config(text: str, origin: str) -> Config:
+    """Read the configuration that a table holds, which needs no file but itself.
+
+    Parameters
+    ----------
+    text : str
+        ``config`` of a table.
+    origin : str
+        Where the text comes from, to open every error message.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    InputError
+        As for `parse_config`; also if it names another file, for the pair or for a mesh. No file
+        is opened.
+    """
+    tree = parse_toml(text, origin)
+    if isinstance(tree.get("pair"), str):
+        allowed = "the laws of the pair themselves, in the configuration of a table"
+        raise InputError(f"{origin}: pair: got {shown(tree['pair'])}, allowed: {allowed}")
+    return _checked(tree, origin, text)
 
 
 def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | None]:
@@ -293,7 +325,7 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
         As for `load_config`.
     """
     path = find_config(name_or_path)
-    tree, _ = _with_meshes_read(_parse(_read(path), path.name), path.name, path.parent)
+    tree, _ = _with_meshes_read(parse_toml(read_text(path), path.name), path.name, path.parent)
     named = tree.pop("pair") if isinstance(tree.get("pair"), str) else None
     tree.pop("name", None)
     return _checked(merged(tomllib.loads(config.text), tree), path.name, None), named
@@ -301,12 +333,10 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
 
 def _base(reference: str, origin: str, directory: Path) -> Config:
     """Read the pair file that a scene refers to."""
-    is_path = reference.endswith(".toml") or len(Path(reference).parts) > 1
-    try:
-        path = find_file("pair", directory / reference if is_path else reference, ".toml")
-    except InputError as error:
-        raise InputError(f"{origin}: {error}") from error
-    if isinstance(_parse(_read(path), path.name).get("pair"), str):
+    if not is_line(reference):
+        raise InputError(f"{origin}: pair: got {shown(reference)}, allowed: a name or a path")
+    path = pair_file(reference, origin, directory)
+    if isinstance(parse_toml(read_text(path), path.name).get("pair"), str):
         raise InputError(
             f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"
         )
@@ -329,8 +359,10 @@ def _with_meshes_read(tree: Tree, origin: str, directory: Path) -> tuple[Tree, b
 
 def _with_vertices(mesh: object, place: str, directory: Path) -> object:
     """Entry of a mesh with the vertices of its file, unless it has vertices already."""
-    if not isinstance(mesh, dict) or "vertices" in mesh or not isinstance(mesh.get("file"), str):
+    if not names_a_file(mesh):
         return mesh
+    if not is_line(mesh["file"]):
+        raise InputError(f"{place}: got {shown(mesh['file'])}, allowed: the path of a mesh file")
     try:
         read = read_mesh(directory / mesh["file"])
     except InputError as error:
@@ -340,28 +372,7 @@ def _with_vertices(mesh: object, place: str, directory: Path) -> object:
 
 def _load(path: Path) -> Config:
     """Read a configuration file."""
-    return parse_config(_read(path), path.name, path.parent)
-
-
-def _read(path: Path) -> str:
-    """Text of a file; a byte-order mark, which some editors write, is dropped."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path.name}: got byte {error.object[error.start]:#04x} at position {error.start}, "
-            "allowed: UTF-8 text"
-        ) from error
-    except OSError as error:
-        raise InputError(f"{path.name}: cannot be read: {error.strerror}") from error
-
-
-def _parse(text: str, origin: str) -> Tree:
-    """Tree of a TOML text."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{origin}: not valid TOML: {error}") from error
+    return parse_config(read_text(path), path.name, path.parent)
 
 
 def _checked(tree: Tree, origin: str, text: str | None) -> Config:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from sampler.files.atomic import check_output
 from sampler.formats.hdf5 import write_table
+from sampler.inputs.rows import as_integer
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import pick_conditions
@@ -17,6 +18,7 @@ from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.refinement.assembly import accuracy_datasets, assemble
 from tablegen.refinement.axes import make_axes
 from tablegen.refinement.refine import refine_grid
+from tablegen.refinement.rehearsal import rehearse
 from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.processor_kind import processor_kind
 from tablegen.tasks.runner import TaskRunner
@@ -50,6 +52,7 @@ def generate(
     output: str | Path,
     *,
     resume: bool = False,
+    discard: bool = False,
     executor: Executor | None = None,
     conditions: int = GENERATE_CONDITIONS,
     samples: int | None = None,
@@ -69,7 +72,10 @@ def generate(
     output : str or Path
         The .h5 file; it appears when it is complete.
     resume : bool
-        Use the checkpoints of an interrupted run.
+        Use the checkpoints of an interrupted run, if there are any.
+    discard : bool
+        Remove the checkpoints of an interrupted run, if there are any. With neither, they are
+        refused.
     executor : concurrent.futures.Executor, optional
         Runs the tasks; by default one thread a processor.
     conditions : int
@@ -88,31 +94,39 @@ def generate(
     Raises
     ------
     InputError
-        If the output cannot be written, or the checkpoints are those of another configuration.
+        If the output cannot be written, another run is making it, or there are checkpoints that
+        nothing was said of, or that are those of another configuration; or if the finished table
+        would be refused, which `tablegen.refinement.rehearsal` finds out before any work.
     """
+    as_integer("conditions", conditions, 0, 2**63 - 1, "0 or more")
+    if samples is not None:
+        as_integer("samples", samples, 1000, 2**63 - 1, "1000 or more")
     path = check_output(output)
-    store = CheckpointStore(path, f"{software()}\n{config.text}", resume)
-    runner = TaskRunner(store, executor, progress)
-    before()
-    refined = refine_grid(config, runner)
-    contents = assemble(config, make_axes(config, refined.placement.grid), refined.nodes)
-    table = Table(contents)
-    begin = time.perf_counter()
-    comparisons = measure(
-        table,
-        config,
-        pick_conditions(table, conditions, _MEASURE_SEED),
-        seed=_MEASURE_SEED,
-        samples=samples,
-        progress=progress,
-    )
-    measured = accuracy_datasets(comparisons, len(contents.variables))
-    contents = replace(
-        contents,
-        datasets={**contents.datasets, **measured},
-        processors=tuple(sorted(runner.processors | {processor_kind()})),
-    )
-    write_table(path, contents)
-    store.discard()
+    fingerprint = f"{software()}\n{config.text}"
+    with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
+        runner = TaskRunner(store, executor, progress)
+        if not store.resumed:
+            rehearse(config, store.rehearsal)
+        before()
+        refined = refine_grid(config, runner)
+        contents = assemble(config, make_axes(config, refined.placement.grid), refined.nodes)
+        table = Table(contents)
+        begin = time.perf_counter()
+        comparisons = measure(
+            table,
+            config,
+            pick_conditions(table, conditions, _MEASURE_SEED),
+            seed=_MEASURE_SEED,
+            samples=samples,
+            progress=progress,
+        )
+        measured = accuracy_datasets(comparisons, len(contents.variables))
+        contents = replace(
+            contents,
+            datasets={**contents.datasets, **measured},
+            processors=tuple(sorted(runner.processors | {processor_kind()})),
+        )
+        write_table(path, contents)
+        store.remove()
     seconds = {**runner.seconds, "measurement": time.perf_counter() - begin}
     return Generated(Table(contents), comparisons, seconds)

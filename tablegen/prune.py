@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from sampler.drawing.steps import locate
 from sampler.errors import InputError
 from sampler.files.atomic import check_output
+from sampler.files.locate import find_table
 from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents, write_table
 from sampler.formats.packing import table_arrays
 from sampler.formats.table_arrays import Axis
+from sampler.inputs.told_apart import told_apart
 from sampler.table import load
-from tablegen.config import Config, parse_config
+from tablegen.config import Config, stored_config
 from tablegen.configuration.metric_table import METRICS
 
 
@@ -47,7 +49,7 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     InputError
         If the scene needs what the table does not have.
     """
-    own = parse_config(contents.config, "config of the table")
+    own = stored_config(contents.config, "config of the table")
     _check_scene(contents, own, scene, origin)
     arrays = table_arrays(contents)
     rows = _cut(arrays.alpha, *map(math.radians, scene.domain.alpha_deg))
@@ -87,7 +89,7 @@ def prune(
         Complete; `tablegen.config.scene_over` makes one of any scene and the table's
         own.
     output : str or Path
-        The .h5 file to write.
+        The .h5 file to write, another than the table.
     origin : str
         Where the scene comes from, to open an error message.
 
@@ -101,7 +103,7 @@ def prune(
     InputError
         As for `pruned`; also if a file cannot be read or written.
     """
-    path = check_output(output)
+    path = check_output(output, [find_table(name_or_path)])
     contents = pruned(load(name_or_path).contents, scene, origin)
     write_table(path, contents)
     return contents
@@ -126,15 +128,16 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
         low, high = getattr(scene.domain, field)
         first, last = contents[nodes][0], contents[nodes][-1]
         if not first <= low <= high <= last:
+            got = ", ".join(told_apart(end, first, last, digits=6) for end in (low, high))
             raise InputError(
-                f"{origin}: domain.{field}: got [{low:g}, {high:g}], "
+                f"{origin}: domain.{field}: got [{got}], "
                 f"allowed: inside [{first:g}, {last:g}], which the table covers"
             )
     for metric in METRICS:
         wanted, declared = getattr(scene.accuracy, metric), getattr(own.accuracy, metric)
         if wanted < declared:
             raise InputError(
-                f"{origin}: accuracy.{metric}: got {wanted:g}, "
+                f"{origin}: accuracy.{metric}: got {told_apart(wanted, declared, digits=6)}, "
                 f"allowed: {declared:g} or more, which the table declares"
             )
 

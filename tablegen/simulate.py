@@ -5,6 +5,7 @@ threads or on how the particles are split into batches.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +18,10 @@ from sampler.inputs.rows import as_integer
 from tablegen.batches import ParticleRun, batches
 from tablegen.config import Config
 from tablegen.materials.pairs import MaterialPair
+from tablegen.model import bounds
 from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.conditions import Condition, impact_condition
 from tablegen.model.correctly_rounded import cosine_and_sine
-from tablegen.model.rebound import Condition
 from tablegen.particles.population import Population
 from tablegen.tasks.progress import bar
 
@@ -28,11 +30,8 @@ from tablegen.tasks.progress import bar
 CONTACT_RESOLUTION = 1e-3
 TOLERANCE = 1e-10
 
-#: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
-GRAZING = 0.0087
-
-#: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
-MANY_TURNS = 10.0
+#: How far an angle may leave its bounds because it was turned into radians and back.
+_ROUNDING = 1e-15
 
 
 @dataclass(frozen=True)
@@ -64,18 +63,34 @@ class Simulation:
 
 
 def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
-    """Return the impact angle [rad] if it lies in (0, pi/2], else raise InputError."""
-    if not 0.0 < alpha1 <= np.pi / 2 * (1.0 + 1e-15):
+    """Return the impact angle [rad] if it is within its bounds, else raise InputError."""
+    low, high = bounds.ALPHA_DEG.low, bounds.ALPHA_DEG.high
+    degrees = math.degrees(bounds.as_number(alpha1))
+    # the ends, turned into radians and back
+    if low * (1.0 - _ROUNDING) <= degrees <= high * (1.0 + _ROUNDING):
+        return min(float(alpha1), np.pi / 2)
+    raise bounds.ALPHA_DEG.refusal(name, alpha1 if math.isnan(degrees) else degrees)
+
+
+def _check_spin(spin: Sequence[float], alpha1: float, sine: float) -> tuple[float, float, float]:
+    """Return the spin before an impact if it is within its bounds, else raise InputError."""
+    row = isinstance(spin, list | tuple) or (isinstance(spin, np.ndarray) and spin.ndim == 1)
+    if not row or len(spin) != 3:
+        raise InputError(f"spin: got {bounds.told(spin)}, allowed: three numbers")
+    x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
+    size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * sine
+    if size > most:
         raise InputError(
-            f"{name}: got {np.degrees(alpha1):.6g} degrees, allowed: above 0 and up to 90 degrees"
+            f"spin: got {size:.6g} V/a at {math.degrees(alpha1):.6g} degrees, allowed there: up "
+            f"to {most:.6g} V/a, {bounds.MOST_TURNED:,.0f} radians before the first contact"
         )
-    return min(float(alpha1), np.pi / 2)
+    return x, y, z
 
 
 def make_condition(
     alpha1: float,
     speed: float,
-    spin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    spin: Sequence[float] = (0.0, 0.0, 0.0),
     resolution: float = CONTACT_RESOLUTION,
     tolerance: float = TOLERANCE,
 ) -> Condition:
@@ -84,45 +99,31 @@ def make_condition(
     Parameters
     ----------
     alpha1 : float
-        Impact angle [rad], in (0, pi/2].
+        Impact angle [rad], from 1e-6 degrees to pi/2.
     speed : float
-        Impact speed [m/s], positive.
-    spin : tuple of three floats
-        Angular velocity before the impact times a / V, wall axes.
+        Impact speed [m/s], 1e-6 to 1e5.
+    spin : three floats
+        Angular velocity before the impact times a / V, wall axes; each up to 1e3, and all
+        together up to 5e5 sin(alpha1).
     resolution : float
-        Smallest rebound speed of a contact point over V, in (0, 0.1]. Below half a degree,
+        Smallest rebound speed of a contact point over V, 1e-5 to 0.1. Below half a degree,
         where it is no longer small against the normal impact speed, it shrinks with that.
     tolerance : float
-        Truncation of the flight series, in [1e-14, 1e-4]. For a particle that turns many times
+        Truncation of the flight series, 1e-14 to 1e-4. For a particle that turns many times
         before its first contact it counts as that much less.
 
     Raises
     ------
     InputError
-        If a value is not allowed.
+        If a value is not allowed; `tablegen.model.bounds` has all bounds.
     """
     alpha1 = check_impact_angle(alpha1)
-    if not (speed > 0.0 and np.isfinite(speed)):
-        raise InputError(f"speed: got {speed:g} m/s, allowed: a positive number")
-    if len(spin) != 3 or not np.all(np.isfinite(spin)):
-        raise InputError(f"spin: got {spin}, allowed: three finite numbers")
-    if not 0.0 < resolution <= 0.1:
-        raise InputError(f"contact_resolution: got {resolution:g}, allowed: above 0 and up to 0.1")
-    if not 1e-14 <= tolerance <= 1e-4:
-        raise InputError(f"tolerance: got {tolerance:g}, allowed: 1e-14 to 1e-4")
-    wx, wy, wz = (float(x) for x in spin)
+    speed = bounds.SPEED.checked("speed", speed)
+    resolution = bounds.CONTACT_RESOLUTION.checked("contact_resolution", resolution)
+    tolerance = bounds.TOLERANCE.checked("tolerance", tolerance)
     cosine, sine = cosine_and_sine(alpha1)
-    # from its greatest height to its least, turning all the way
-    turned = math.sqrt(wx * wx + wy * wy + wz * wz) * 2.0 / sine
-    return Condition(
-        alpha1,
-        cosine,
-        sine,
-        float(speed),
-        (wx, wy, wz),
-        float(resolution) * min(1.0, sine / GRAZING),
-        float(tolerance) / max(1.0, turned / MANY_TURNS),
-    )
+    numerics = resolution, tolerance
+    return impact_condition(cosine, sine, speed, _check_spin(spin, alpha1, sine), numerics)
 
 
 def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
@@ -192,7 +193,7 @@ def simulate_condition(
     InputError
         If an argument is out of range.
     RuntimeError
-        If a particle is still in contact after 10**8 collisions.
+        If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     workers = check_run(count, seed, stream, threads)
     result, kind = _allocate(count, audited)
@@ -207,6 +208,7 @@ def simulate_condition(
             np.maximum(result.audit, audit, out=result.audit)
             counted.update(size)
     result.shape[:] = kind[:, 0]
+    run.check_finite(0, result.state, result.energy, simulation=result)
     return result
 
 
@@ -217,7 +219,7 @@ def simulate(
     count: int,
     *,
     seed: int,
-    spin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    spin: Sequence[float] = (0.0, 0.0, 0.0),
     population: Population | None = None,
     stream: int = 0,
     threads: int | None = None,
@@ -232,15 +234,15 @@ def simulate(
     config : Config
         From `tablegen.load_config`.
     alpha1 : float
-        Impact angle [rad] from the wall, in (0, pi/2].
+        Impact angle [rad] from the wall, from 1e-6 degrees to pi/2.
     speed : float
-        Impact speed V [m/s], positive.
+        Impact speed V [m/s], 1e-6 to 1e5.
     count : int
         Number of particles, positive.
     seed : int
         0 to 2**64 - 1. Particle i is the same for any count and any number of threads.
-    spin : tuple of three floats
-        Angular velocity before the impact times a / V, wall axes.
+    spin : three floats
+        Angular velocity before the impact times a / V, wall axes; bounds as in `make_condition`.
     population : Population, optional
         Other particles than the configuration's, for example
         ``config.population.restricted_to("sphere")``.
@@ -260,7 +262,7 @@ def simulate(
     InputError
         If an argument is out of range.
     RuntimeError
-        If a particle is still in contact after 10**8 collisions.
+        If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     condition = make_condition(
         alpha1, speed, spin, config.model.contact_resolution, config.model.tolerance

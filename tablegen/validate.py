@@ -11,15 +11,17 @@ from sampler.errors import InputError
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.inputs.rows import as_integer
+from sampler.inputs.told_apart import told_apart
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import check_conditions, pick_conditions
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, decide, judge, limits
 from tablegen.accuracy.measure import measure
 from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
-from tablegen.accuracy.requested import asked_accuracy, looser_than_compact
-from tablegen.config import AccuracyTargets, Config, parse_config
+from tablegen.accuracy.requested import asked_accuracy
+from tablegen.config import AccuracyTargets, Config, stored_config
 from tablegen.configuration.defaults import VALIDATE_CONDITIONS
+from tablegen.configuration.metric_table import looser_than_compact, worst_stored
 
 #: Bits of a seed that nobody gave: few enough to type.
 _SEED_BITS = 32
@@ -41,6 +43,8 @@ class Validation:
         What the table's configuration declares.
     asked : AccuracyTargets
         What it was held against: the declared accuracy unless the user asked for another.
+    stored : dict of float, or None
+        Worst distance of each metric that the file stores, as it says of itself; None if nothing.
     screening : Screening or None
         The coarse test of all nodes; None if only conditions of the user's choice were measured.
     comparisons : list of Comparison
@@ -56,6 +60,7 @@ class Validation:
     seed: int
     declared: AccuracyTargets
     asked: AccuracyTargets
+    stored: dict[str, float] | None
     screening: Screening | None
     comparisons: list[Comparison]
     nodes: list[Comparison]
@@ -73,9 +78,20 @@ class Validation:
         return [*self.comparisons, *self.nodes]
 
     @property
+    def surpassed(self) -> dict[str, float]:
+        """Errors that are, noise allowed for, above the worst that the file stores."""
+        found = {}
+        for name, worst in (self.stored or {}).items():
+            least = (limits(name, c.estimates[name], len(self.measured))[0] for c in self.measured)
+            found[name] = max(least)
+            if found[name] <= worst:
+                del found[name]
+        return found
+
+    @property
     def lenient(self) -> list[str]:
         """Distances for which less is declared than by the preset "compact"."""
-        return looser_than_compact(self.declared)
+        return looser_than_compact(self.declared.model_dump())
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready dictionary with every number."""
@@ -87,6 +103,7 @@ class Validation:
             "software_version": sampler.__version__,
             "declared": self.declared.model_dump(),
             "asked": self.asked.model_dump(),
+            "stored": self.stored,
             "false_alarms": FALSE_ALARMS,
             "false_holds": FALSE_HOLDS,
             "holds": self.holds,
@@ -150,7 +167,7 @@ def validate(
     _check_arguments(conditions, samples, seed)
     # read once: the checksum is that of what is measured, whatever becomes of the file meanwhile
     contents = read_table(find_table(name_or_path))
-    config = parse_config(contents.config, f"{name_or_path}: config")
+    config = stored_config(contents.config, f"{name_or_path}: config")
     check_agreement(contents, config, str(name_or_path))
     asked = asked_accuracy(config.accuracy, accuracy)
     table = Table(contents)
@@ -171,6 +188,7 @@ def validate(
         seed=seed,
         declared=config.accuracy,
         asked=asked,
+        stored=worst_stored(table.accuracy),
         screening=screening,
         comparisons=found[: len(places)],
         nodes=found[len(places) :],
@@ -212,9 +230,10 @@ def check_agreement(contents: TableContents, config: Config, origin: str) -> Non
         ("speed", contents["axes/speed"], config.domain.speed),
     ):
         if (float(nodes[0]), float(nodes[-1])) != span:
+            got = " to ".join(told_apart(end, *span, digits=6) for end in nodes[[0, -1]].tolist())
             raise InputError(
-                f"{origin}: axes/{name}: got {nodes[0]:g} to {nodes[-1]:g}, allowed: {span[0]:g} "
-                f"to {span[1]:g}, the domain of the table's configuration"
+                f"{origin}: axes/{name}: got {got}, allowed: {span[0]:g} to {span[1]:g}, "
+                "the domain of the table's configuration"
             )
     if contents.variables != config.domain.columns:
         raise InputError(

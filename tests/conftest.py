@@ -42,12 +42,12 @@ def refuse(call, tmp_path):
     """Run what a program must refuse: one line, and the folder as it was. Returns the line."""
 
     def runner(program, *arguments):
-        before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+        before = {path: path.lstat().st_mtime_ns for path in tmp_path.rglob("*")}
         ended = call(program, *arguments)
         assert (ended.status, ended.out) == (2, "")
         line, end, rest = ended.err.partition("\n")
         assert (end, rest) == ("\n", "")
-        assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+        assert {path: path.lstat().st_mtime_ns for path in tmp_path.rglob("*")} == before
         assert line.startswith(f"{program}: error: ")
         return line.removeprefix(f"{program}: error: ")
 

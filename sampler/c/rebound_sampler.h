@@ -114,9 +114,15 @@ typedef struct rbt_table rbt_table;
 
 /* Open a binary table (.rbt) and check everything in it, its checksum included.
 
-   The file is mapped where the system can do that, and read otherwise. It must not be changed while
-   it is open (`sampler export` puts a new file in its place, which is safe). On success *table
-   belongs to the caller, who ends it with rbt_close. On an error *table is NULL. */
+   The file is mapped where the system can do that, so that all programs of a machine share one copy
+   in memory, and read otherwise. A mapped file must not be changed while it is open, which nothing
+   here can prevent or notice: one that is overwritten in place gives wrong draws, and one that is
+   cut short ends the program (SIGBUS). `sampler export` puts a new file in its place, which is safe,
+   as mv is; cp and rsync --inplace write into the old one. Where that may happen, compile with
+   RBT_NO_MMAP: then the file is read into memory, and its checksum is that of what is drawn from.
+
+   On success *table belongs to the caller, who ends it with rbt_close. On an error *table is NULL.
+   What is no regular file is refused at once. */
 RBT_API RBT_MUST_USE int rbt_open(const char *path, rbt_table **table);
 
 /* The same for the bytes of such a file in memory, at an address that is a multiple of 64. The bytes
@@ -177,7 +183,7 @@ RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha
 
    velocity, wall_velocity: of particle and wall at the contact, m/s; a wall_velocity of NULL is a
    wall at rest. normal: from the wall into the gas, any length but zero. half_size: largest
-   half-size a of the particle, m. new_velocity: m/s; may be velocity itself. omega: angular
+   half-size a of the particle, 1e-30 m or more. new_velocity: m/s; may be velocity itself. omega: angular
    velocity after the rebound, rad/s. At exactly normal impact the direction along the wall is
    uniform.
 
@@ -250,17 +256,19 @@ RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy);
 #if defined(REBOUND_SAMPLER_IMPLEMENTATION) && !defined(REBOUND_SAMPLER_IMPLEMENTED)
 #define REBOUND_SAMPLER_IMPLEMENTED
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#if !defined(RBT_NO_MMAP) && (defined(__unix__) || defined(__APPLE__))
-#define RBTI_MMAP 1
+#if defined(__unix__) || defined(__APPLE__)
+#define RBTI_POSIX 1
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#endif
+#if defined(RBTI_POSIX) && !defined(RBT_NO_MMAP)
+#define RBTI_MMAP 1
+#include <sys/mman.h>
 #else
 #include <stdio.h>
 #endif
@@ -310,6 +318,8 @@ extern "C" {
 #define RBTI_ROUNDING 1e-12
 #define RBTI_UNIT (1.0f / 4096.0f) /* of the numbers of a record */
 #define RBTI_NORMAL_IMPACT 1e-12
+#define RBTI_LEAST_HALF_SIZE 1e-30 /* m, and m/s: beyond them squares and quotients overflow */
+#define RBTI_LEAST_SPEED 1e-150
 
 /* Not isfinite(), which some compiler flags remove. */
 RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
@@ -893,12 +903,12 @@ RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double norm
         return RBT_ERR_NOT_FINITE;
     if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0)
         return RBT_ERR_NORMAL_NOT_USABLE;
-    if (half_size <= 0.0)
+    if (half_size < RBTI_LEAST_HALF_SIZE)
         return RBT_ERR_HALF_SIZE_NOT_POSITIVE;
     impact->half_size = half_size;
     rbti_combine(1.0, velocity, -1.0, impact->wall, impact->relative);
     impact->speed = sqrt(rbti_dot(impact->relative, impact->relative));
-    if (impact->speed == 0.0)
+    if (impact->speed < RBTI_LEAST_SPEED)
         return RBT_ERR_SPEED_NOT_POSITIVE;
     rbti_unit(normal, impact->e_y);
     const double approach = -rbti_dot(impact->relative, impact->e_y);
@@ -1084,6 +1094,16 @@ typedef struct rbti_header {
 #define RBTI_END_MIRRORED 6
 /* channels (bits) from which each variable is made */
 #define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80}
+/* least and largest value; see sampler/formats/bounds.py */
+#define RBTI_ALPHA_BOUNDS 1.7453292519925846e-11, 1.5707963267964675
+#define RBTI_SPEED_BOUNDS 1e-09, 1000000000.0
+#define RBTI_ANY_SPEED_BOUNDS 1e-300, 1e+300
+#define RBTI_VARIATE_BOUNDS 0.001, 1000000.0
+#define RBTI_MOST_NUMBER 1000000.0
+#define RBTI_NUMBER_ROUNDING 0.02002
+/* ends of the open interval of the quantiles of each channel */
+#define RBTI_LEAST_QUANTILES {0, -1, -1e+09, -1, -1e+09, -1e+09, 0, 0}
+#define RBTI_MOST_QUANTILES {1, 1, 1e+09, 1, 1e+09, 1e+09, 1, 1e+09}
 /* DO(dimension, least, most) */
 #define RBTI_DIMENSIONS(DO)                                                                        \
     DO(n_alpha, 1, 65536)                                                                          \
@@ -1172,6 +1192,21 @@ static int rbti_check_dimensions(const rbti_header *h)
     return RBT_OK;
 }
 
+/* Whether the name of the pair ends in the header, and has no bytes that control a terminal. */
+static int rbti_pair_holds(const rbti_header *h)
+{
+    unsigned before = 0;
+    for (size_t k = 0; k < sizeof h->pair; k++) {
+        const unsigned byte = (unsigned char)h->pair[k];
+        if (byte == 0)
+            return 1;
+        if (byte < 0x20 || byte == 0x7f || (before == 0xc2 && byte < 0xa0))
+            return 0;
+        before = byte;
+    }
+    return 0;
+}
+
 /* Bits of n names that are known and all different, followed by -1 only; 0 if they are not. */
 static unsigned rbti_name_bits(const int8_t names[RBT_VALUES], uint32_t n)
 {
@@ -1192,6 +1227,7 @@ static unsigned rbti_name_bits(const int8_t names[RBT_VALUES], uint32_t n)
 static int rbti_check_names(const rbti_header *h)
 {
     static const unsigned needs[RBT_VALUES] = RBTI_NEEDS;
+    RBTI_NEED(rbti_pair_holds(h), RBT_ERR_NAMES);
     RBTI_NEED(rbti_name_bits(h->channels, h->n_channels), RBT_ERR_NAMES);
     RBTI_NEED(rbti_name_bits(h->columns, h->n_columns), RBT_ERR_NAMES);
     unsigned needed = 0, held = 0;
@@ -1229,23 +1265,23 @@ static int rbti_check_offsets(const rbti_header *h)
     return RBT_OK;
 }
 
-static int rbti_axis_holds(const rbt_axis *a, double largest)
+static int rbti_axis_holds(const rbt_axis *a, double least, double largest)
 {
     const int one = a->first == a->last;
     return rbti_finite(a->first) && rbti_finite(a->last) && rbti_finite(a->origin) &&
-           rbti_finite(a->scale) && 0.0 < a->first && a->first <= a->last && a->last <= largest &&
-           a->origin <= a->first && a->scale >= 0.0 && (a->nodes == 1) == one &&
+           rbti_finite(a->scale) && least <= a->first && a->first <= a->last &&
+           a->last <= largest && 0.0 <= a->origin && a->origin <= a->first && a->scale >= 0.0 &&
+           (a->nodes == 1) == one &&
            (a->scale > 0.0 || (one && a->origin == a->first && a->offset == 0)) &&
            (a->last - a->origin) * a->scale <= (a->grid - 1.0) * (1.0 + 1e-9);
 }
 
 static int rbti_check_axes(const rbt_table *table)
 {
-    RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_HALF_PI * (1.0 + RBTI_ROUNDING)), RBT_ERR_AXES);
-    RBTI_NEED(rbti_axis_holds(&table->speed, DBL_MAX), RBT_ERR_AXES);
-    RBTI_NEED(rbti_finite(table->variate_max) && table->variate_max >= 1e-3 &&
-                  table->variate_max <= 1e6,
-              RBT_ERR_AXES);
+    const double variate[2] = {RBTI_VARIATE_BOUNDS}, most = table->variate_max;
+    RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_ALPHA_BOUNDS), RBT_ERR_AXES);
+    RBTI_NEED(rbti_axis_holds(&table->speed, RBTI_SPEED_BOUNDS), RBT_ERR_AXES);
+    RBTI_NEED(rbti_finite(most) && variate[0] <= most && most <= variate[1], RBT_ERR_AXES);
     return RBT_OK;
 }
 
@@ -1258,7 +1294,7 @@ static int rbti_number_holds(const rbt_axis *axis, double value, double number)
     const int32_t k = (int32_t)position < axis->grid - 2 ? (int32_t)position : axis->grid - 2;
     const double below = axis->coordinate[k];
     const double found = below + (position - k) * (axis->coordinate[k + 1] - below);
-    return fabs(found - number) <= 0.02;
+    return fabs(found - number) <= RBTI_NUMBER_ROUNDING;
 }
 
 static int rbti_coordinate_holds(const rbt_axis *axis)
@@ -1266,7 +1302,7 @@ static int rbti_coordinate_holds(const rbt_axis *axis)
     const double *values = axis->coordinate;
     int holds = 1;
     for (int32_t k = 0; k < axis->grid && holds; k++) {
-        holds = rbti_finite(values[k]) && fabs(values[k]) <= 1e6;
+        holds = rbti_finite(values[k]) && 0.0 <= values[k] && values[k] <= RBTI_MOST_NUMBER;
         if (axis->scale > 0.0)
             holds = holds && (k == 0 || values[k] > values[k - 1]);
         else
@@ -1318,12 +1354,13 @@ static int rbti_check_components(const rbt_table *table, size_t components)
     return RBT_OK;
 }
 
-/* Every quantile finite and, of v, u_hat, w_hat and energy_hat, within what is physical. */
+/* Every quantile within its bounds, which for v, u_hat, w_hat and energy_hat are those of physics. */
 static int rbti_check_spans(const rbt_table *table, size_t groups)
 {
+    static const double low[RBT_VALUES] = RBTI_LEAST_QUANTILES;
+    static const double high[RBT_VALUES] = RBTI_MOST_QUANTILES;
     for (int32_t row = 0; row < table->n_channels; row++) {
         const int channel = table->channels[row];
-        const int share = channel == 0 || channel == 6, even = channel == 1 || channel == 3;
         if (table->marginals[row] < 0)
             continue;
         for (size_t k = 0; k < groups; k++) {
@@ -1331,8 +1368,7 @@ static int rbti_check_spans(const rbt_table *table, size_t groups)
                 table->spans + 2 * (k * (size_t)table->n_marginals + (size_t)table->marginals[row]);
             const double least = span[0], most = span[0] + span[1] * (65535.0 * (1.0 + 1e-6));
             RBTI_NEED(rbti_finite(least) && rbti_finite(span[1]) && rbti_finite(most) &&
-                          span[1] >= 0.0 &&
-                          (!(share || even) || (least > (share ? 0.0 : -1.0) && most < 1.0)),
+                          span[1] >= 0.0 && low[channel] < least && most < high[channel],
                       RBT_ERR_SPANS);
         }
     }
@@ -1389,8 +1425,9 @@ static void rbti_fill_table(rbt_table *table, const rbti_header *h)
     rbti_fill_axis(&table->alpha, alpha, h->alpha_offset, h->n_alpha, h->n_alpha_grid);
     rbti_fill_axis(&table->speed, speed, h->speed_offset, h->n_speed, h->n_speed_grid);
     if (h->flags & RBTI_SPEED_INDEPENDENT) { /* any that is positive and finite */
-        table->speed.low = 1e-300;
-        table->speed.high = 1e300;
+        const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
+        table->speed.low = any[0];
+        table->speed.high = any[1];
     }
     table->variate_max = h->variate_max;
     table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
@@ -1461,7 +1498,7 @@ RBT_API int rbt_open_memory(const void *image, size_t size, rbt_table **table)
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
     *table = NULL;
-    const int file = open(path, O_RDONLY);
+    const int file = open(path, O_RDONLY | O_NONBLOCK); /* a pipe is not waited for */
     if (file < 0)
         return RBT_ERR_NOT_OPENED;
     struct stat about;
@@ -1509,6 +1546,11 @@ static int rbti_read_file(FILE *file, void **memory, char **image, size_t *size)
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
     *table = NULL;
+#ifdef RBTI_POSIX
+    struct stat about; /* opening a pipe would wait */
+    if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
+        return RBT_ERR_NOT_READ;
+#endif
     FILE *file = fopen(path, "rb");
     if (!file)
         return RBT_ERR_NOT_OPENED;
@@ -1553,12 +1595,13 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_NOT_FINITE, "arguments: allowed: finite numbers, speeds below 1e150 m/s"},
         {RBT_ERR_NOT_APPROACHING, "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed:"
          " towards the wall, (velocity - wall_velocity) . normal < 0"},
-        {RBT_ERR_SPEED_NOT_POSITIVE, "speed: allowed: above 0 m/s; velocity: allowed: other than "
-         "that of the wall"},
+        {RBT_ERR_SPEED_NOT_POSITIVE, "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or "
+         "more relative to the wall"},
         {RBT_ERR_NORMAL_NOT_USABLE, "normal: allowed: any length but zero"},
-        {RBT_ERR_HALF_SIZE_NOT_POSITIVE, "half_size: allowed: above 0 m"},
-        {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a file that exists"},
-        {RBT_ERR_NOT_READ, "file: cannot be read"},
+        {RBT_ERR_HALF_SIZE_NOT_POSITIVE, "half_size: allowed: 1e-30 m or more"},
+        {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a regular file that exists "
+         "and may be read"},
+        {RBT_ERR_NOT_READ, "file: cannot be read, or is a folder, pipe or device"},
         {RBT_ERR_NO_MEMORY, "memory: not enough for this table"},
         {RBT_ERR_BIG_ENDIAN, "machine: is big-endian, allowed: little-endian"},
         {RBT_ERR_FORMAT, "format: is no binary rebound table (.rbt)"},
@@ -1568,12 +1611,14 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_CHECKSUM, "sha256: the contents do not have this checksum"},
         {RBT_ERR_DIMENSIONS, "dimensions: one is 0 or too large, or does not fit the others"},
         {RBT_ERR_NAMES, "names: a channel or column is unknown, occurs twice or lacks "
-         "what it is made of"},
+         "what it is made of, or the pair has characters that control "
+         "terminals"},
         {RBT_ERR_OFFSETS, "offsets: an array does not lie in the file on a multiple of 64"},
-        {RBT_ERR_AXES, "axes: allowed: finite, growing, angles above 0 to pi/2, speeds"
-         " above 0"},
-        {RBT_ERR_COORDINATES, "coordinates: allowed: growing, whole at the first and the last"
-         " node"},
+        {RBT_ERR_AXES, "axes: allowed: growing, angles from 1e-09 to 90 degrees, "
+         "speeds from 1e-09 to 1e+09 m/s, last variate from 0.001 to "
+         "1e+06"},
+        {RBT_ERR_COORDINATES, "coordinates: allowed: growing from 0 to 1e+06, whole at the "
+         "first and the last node"},
         {RBT_ERR_NORMALS, "normals: allowed: finite cubics below 16"},
         {RBT_ERR_ALIAS, "alias: a component is not below their number"},
         {RBT_ERR_CLASSES, "first_of_class: allowed: from 0, non-decreasing, at most the "

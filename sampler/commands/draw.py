@@ -23,6 +23,7 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
 
 
 @click.command(
+    cls=options.Command,
     short_help="Draw states at one impact angle and speed.",
     epilog=options.examples(
         "sampler draw corundum-steel --alpha 30 --speed 150 --count 100000 --seed 1 --output a.npz",
@@ -66,7 +67,7 @@ def draw(
 def _check_inside(table: "Table", alpha: float, speed: float, outside: str) -> None:
     """Say that the condition is outside the table, or raise `InputError` if that shall stop."""
     from sampler.drawing.kernel import is_outside
-    from sampler.inputs.messages import told_apart
+    from sampler.inputs.told_apart import told_apart
 
     outside_alpha = is_outside(math.radians(alpha), table.arrays.alpha)
     if not outside_alpha and not is_outside(speed, table.arrays.speed):

@@ -1,6 +1,5 @@
 """``sampler list`` and ``tablegen list``: what comes with the package by name."""
 
-import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +9,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import DONE
+from sampler.files.json_text import json_text
 from sampler.files.locate import available, find_config, find_table
 
 
@@ -26,7 +26,7 @@ def list_names(as_json: bool) -> int:
     A name stands for its file wherever a command takes a table, a pair or a scene.
     """
     found = catalogue()
-    click.echo(json.dumps(found, indent=1) if as_json else catalogue_text(found))
+    click.echo(json_text(found).rstrip() if as_json else catalogue_text(found))
     return DONE
 
 

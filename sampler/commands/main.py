@@ -47,6 +47,9 @@ def _print_include_directory(ctx: click.Context, _: click.Parameter, given: bool
 def cli() -> None:
     """Draw rebound states of non-spherical particles from a table.
 
+    An output is a file: a regular one is replaced and keeps its mode, a link is followed; devices
+    and pipes, what is read, and other outputs are refused.
+
     Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted, 143 terminated.
     """
 

@@ -3,15 +3,11 @@
 import math
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
-from click.shell_completion import CompletionItem
 
-from sampler.errors import InputError
-from sampler.files.atomic import check_output
-from sampler.files.locate import available
+from sampler.commands.files import InputFile, Named, OutputFile, check_apart
 
 #: What a decorator of commands is given, and gives back.
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
@@ -21,7 +17,15 @@ SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
 class Command(click.Command):
-    """Command of both programs, whose examples name the program that was called."""
+    """Command of both programs.
+
+    Its examples name the program that was called, and it writes to nothing that it reads.
+    """
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command, after its files were told apart."""
+        check_apart(ctx)
+        return super().invoke(ctx)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the examples, in which PROGRAM stands for the program."""
@@ -32,7 +36,7 @@ class Command(click.Command):
 
 
 class Number(click.ParamType):
-    """Finite number in (low, high].
+    """Number from low to high.
 
     click's own ranges let NaN pass.
     """
@@ -40,9 +44,7 @@ class Number(click.ParamType):
     name = "number"
     kind: type[float] | type[int] = float
 
-    def __init__(
-        self, allowed: str, low: float = -math.inf, high: float = sys.float_info.max
-    ) -> None:
+    def __init__(self, allowed: str, low: float, high: float = sys.float_info.max) -> None:
         self.allowed, self.low, self.high = allowed, low, high
 
     def convert(
@@ -53,51 +55,19 @@ class Number(click.ParamType):
             number = self.kind(value)
         except ValueError:
             number = math.nan
-        if not self.low < number <= self.high:
+        if not self.low <= number <= self.high:
             self.fail(f"got {value!r}, allowed: {self.allowed}", param, ctx)
         return number
 
 
 class Integer(Number):
-    """Integer in [first, last]."""
+    """Integer from first to last."""
 
     name = "integer"
     kind = int
 
     def __init__(self, first: int, last: int) -> None:
-        super().__init__(f"a whole number from {first} to {last}", first - 1, last)
-
-
-class OutputFile(click.ParamType):
-    """File that can be written, checked before any work is done."""
-
-    name = "file"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """Check that the file's folder exists and can be written."""
-        try:
-            return check_output(value)
-        except InputError as error:
-            self.fail(str(error).removeprefix("output: "), param, ctx)
-
-
-class Named(click.ParamType):
-    """Name of a file that comes with the package, or a path; a shell completes both.
-
-    Whether there is such a file is for the command to find out.
-    """
-
-    name = "text"
-
-    def __init__(self, suffix: str) -> None:
-        self.suffix = suffix
-
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list[CompletionItem]:
-        """Names that begin with the word, and the files of the shell."""
-        names = [name for name in available(self.suffix) if name.startswith(incomplete)]
-        return [*map(CompletionItem, names), CompletionItem(incomplete, type="file")]
+        super().__init__(f"a whole number from {first} to {last}", first, last)
 
 
 SEED = Integer(0, 2**64 - 1)
@@ -105,13 +75,11 @@ COUNT = Integer(1, 2**40)
 SAMPLES = Integer(1000, 10**9)
 THREADS = Integer(1, 4096)
 CONDITIONS = Integer(1, 10_000)
-ANGLE = Number("above 0 and up to 90", 0.0, 90.0)
-RATIO = Number("above 0 and up to 1", 0.0, 1.0)
-POSITIVE = Number("a finite number above 0", 0.0)
-ANY = Number("a finite number")
+ANGLE = Number("above 0 and up to 90", math.ulp(0.0), 90.0)
+POSITIVE = Number("a finite number above 0", math.ulp(0.0))
 OUTPUT = OutputFile()
+INPUT = InputFile()
 TABLE = Named(".h5")
-CONFIG = Named(".toml")
 
 #: Adds the argument ``table``, which must be given.
 table = click.argument("table", type=TABLE, metavar="T.h5|NAME")

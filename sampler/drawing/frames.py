@@ -37,6 +37,12 @@ from sampler.formats.table_arrays import TableArrays
 #: left is rounding noise.
 NORMAL_IMPACT = 1e-12
 
+#: Least half-size [m]: below, the spin of a fast particle leaves the range of numbers.
+LEAST_HALF_SIZE = 1e-30
+
+#: Least speed [m/s] relative to the wall: below, the square of a component is no number any more.
+LEAST_SPEED = 1e-150
+
 #: Block of the keys' random words that gives the azimuth at normal impact.
 AZIMUTH_BLOCK = 2
 
@@ -79,7 +85,7 @@ def impact_status(velocity: Vector, normal: Vector, half_size: float, wall_veloc
         return NOT_FINITE
     if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
         return NORMAL_NOT_USABLE
-    if half_size <= 0.0:
+    if half_size < LEAST_HALF_SIZE:
         return HALF_SIZE_NOT_POSITIVE
     return OK
 
@@ -101,7 +107,7 @@ def impact(
     status = impact_status(velocity, normal, half_size, wall_velocity)
     relative = combine(1.0, velocity, -1.0, wall_velocity)
     speed = math.sqrt(dot(relative, relative))
-    if status == OK and speed == 0.0:
+    if status == OK and speed < LEAST_SPEED:
         status = SPEED_NOT_POSITIVE
     if status != OK:
         return status, 0.0, 0.0
@@ -122,7 +128,7 @@ def tangent(relative: Vector, e_y: Vector, seed: int, index: int, hit: int) -> V
 
 
 @no_refcount_inline_kernel
-def _to_lab(
+def to_lab(
     velocity: Vector,
     normal: Vector,
     half_size: float,
@@ -170,7 +176,7 @@ def rebound(
     normal : tuple of three float
         From the wall into the gas, any length but zero.
     half_size : float
-        Largest half-size a of the particle, m.
+        Largest half-size a of the particle, 1e-30 m or more.
     seed, index, hit : int
         Keys of the random numbers, as for `sampler.draw`.
     out : float64 array, shape (6,), written
@@ -193,7 +199,7 @@ def rebound(
     if status == OK:
         status = draw(arrays, alpha1, speed, seed, index, hit, out)
     if status >= OK:
-        _to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
+        to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
     return status
 
 
@@ -242,5 +248,5 @@ def rebound_batch(
                 results[k, variable] = drawn[np.uint64(variable * BLOCK + r)]
             given = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
-            _to_lab(*given, vector(wall_velocity, k), *keys, results[k])
+            to_lab(*given, vector(wall_velocity, k), *keys, results[k])
     return -1, OK, first_clamped, clamped

@@ -36,7 +36,14 @@ from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
 from sampler.drawing.block import item
-from sampler.drawing.frames import check_out, impact_angle, impact_status, rebound, tangent
+from sampler.drawing.frames import (
+    LEAST_SPEED,
+    check_out,
+    impact_angle,
+    impact_status,
+    rebound,
+    tangent,
+)
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, dot, unit, vector
@@ -45,6 +52,7 @@ from sampler.errors import (
     CLAMPED,
     NOT_APPROACHING,
     OK,
+    ROUGHNESS_NOT_USABLE,
     SPEED_NOT_POSITIVE,
     TILT_NOT_FOUND,
 )
@@ -185,6 +193,8 @@ def rough_bounces(
     tuple of two int
         Status and number of bounces.
     """
+    if not 0.0 <= roughness <= MAX_ROUGHNESS:  # nor NaN
+        return ROUGHNESS_NOT_USABLE, 0
     if roughness == 0.0:
         status = rebound(arrays, velocity, normal, half_size, wall_velocity, seed, index, hit, out)
         return status, 1
@@ -193,7 +203,7 @@ def rough_bounces(
         return status, 0
     # until it leaves, the particle moves relative to the wall
     moving = combine(1.0, velocity, -1.0, wall_velocity)
-    if dot(moving, moving) == 0.0:
+    if math.sqrt(dot(moving, moving)) < LEAST_SPEED:
         return SPEED_NOT_POSITIVE, 0
     e_y, at_rest = unit(normal), (0.0, 0.0, 0.0)
     if not dot(moving, e_y) < 0.0:
@@ -250,7 +260,8 @@ def rough_rebound(
     -------
     int
         As `sampler.drawing.frames.rebound`; `CLAMPED` if any bounce was; also `TILT_NOT_FOUND` (-6)
-        and `CASCADE_NOT_ENDED` (-7), with probabilities below 1e-50 and 1e-30 a hit.
+        and `CASCADE_NOT_ENDED` (-7), with probabilities below 1e-50 and 1e-30 a hit, and
+        `ROUGHNESS_NOT_USABLE` (-8).
 
     Raises
     ------

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from sampler.errors import InputError
+from sampler.files.reading import check_input
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -62,27 +63,23 @@ def find_file(what: str, name_or_path: str | os.PathLike[str], suffix: str) -> P
     Returns
     -------
     Path
-        An existing file.
+        A regular file that can be read.
 
     Raises
     ------
     InputError
-        If there is no such file or name.
+        If there is no such file or name, or it is something else than a regular file.
     """
     path = Path(name_or_path)
     is_word = isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != suffix
     if is_word and name_or_path in available(suffix):
         return data_directory() / f"{name_or_path}{suffix}"
-    # os.path answers False where Path.is_file raises, for names that are too long for example.
-    if os.path.isfile(path):
-        return path
-    if os.path.isdir(path):
-        raise InputError(f"{what}: got {name_or_path}, a folder, allowed: a {suffix} file")
-    if is_word:
+    # os.path answers False where Path.exists raises, for names that are too long for example.
+    if is_word and not os.path.lexists(path):
         names = ", ".join(available(suffix)) or "none are installed"
         allowed = f"a name ({names}) or the path of a {suffix} file"
         raise InputError(f"{what}: got '{name_or_path}', allowed: {allowed}")
-    raise InputError(f"{what}: got {name_or_path}, allowed: a file that exists")
+    return check_input(what, path, f"a {suffix} file")
 
 
 def find_table(name_or_path: str | os.PathLike[str]) -> Path:

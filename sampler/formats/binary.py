@@ -53,11 +53,8 @@ def _arrays_by_name(arrays: TableArrays) -> dict[str, NDArray[Any]]:
 
 def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
     """Header without offsets, size and checksum."""
-    pair = contents.pair.encode()
-    if len(pair) >= HEADER_DTYPE["pair"].itemsize or b"\0" in pair:
-        raise InputError(f"pair: got {len(pair)} bytes, allowed: at most 127, none of them 0")
     header = np.zeros((), HEADER_DTYPE)
-    header["magic"], header["pair"] = MAGIC, pair
+    header["magic"], header["pair"] = MAGIC, contents.pair.encode()
     header["major"], header["minor"] = BINARY_VERSION
     header["header_bytes"] = HEADER_DTYPE.itemsize
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
@@ -84,7 +81,7 @@ def binary_table(contents: TableContents) -> bytes:
     Raises
     ------
     InputError
-        If the table does not fit into the format: 2 GiB, and 127 bytes for the name of the pair.
+        If the table does not fit into the format, 2 GiB.
     """
     arrays = table_arrays(contents)
     header = _header(contents, arrays)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sampler.formats.bounds import ALPHA_DEG, MOST_NUMBER, PAIR_BYTES, SPEED, VARIATE_MAX
 from sampler.formats.channels import VARIABLES
 
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
@@ -99,21 +100,18 @@ ARRAYS = (
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
 
-#: Dimensions: what they count, and the least and largest that a reader accepts.
-DIMENSIONS = {
-    "n_alpha": ("nodes of the impact angle", 1, 65536),
-    "n_speed": ("nodes of the impact speed", 1, 65536),
-    "n_alpha_grid": ("entries of alpha_coordinate", 2, 2**24),
-    "n_speed_grid": ("entries of speed_coordinate", 2, 2**24),
-    "n_knots": ("knots of a quantile function", 2, 65536),
-    "n_components": ("mixture components of a node", 1, 65536),
-    "n_classes": ("classes of rebounds", 1, 65536),
-    "n_channels": ("channels of a component", 1, MOST_NAMES),
-    "n_marginals": ("channels with quantile functions", 1, MOST_NAMES),
-    "n_columns": ("variables of the state that the table gives", 1, MOST_NAMES),
-}
-
-_COUNTS = {name: meaning for name, (meaning, _, _) in DIMENSIONS.items()} | {
+#: What is counted; `sampler.formats.bounds.LENGTHS` bounds the dimensions of arrays.
+_COUNTS = {
+    "n_alpha": "nodes of the impact angle",
+    "n_speed": "nodes of the impact speed",
+    "n_alpha_grid": "entries of alpha_coordinate",
+    "n_speed_grid": "entries of speed_coordinate",
+    "n_knots": "knots of a quantile function",
+    "n_components": "mixture components of a node",
+    "n_classes": "classes of rebounds",
+    "n_channels": "channels of a component",
+    "n_marginals": "channels with quantile functions",
+    "n_columns": "variables of the state that the table gives",
     "stride": "numbers of the record of a component",
     "flags": f"{SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; else 0",
 }
@@ -126,7 +124,7 @@ HEADER = (
     Field("file_bytes", "<u8", 1, f"size of the file, below {MOST_BYTES}"),
     Field("sha256", "u1", 32, "checksum of the file without these 32 bytes"),
     Field("content_sha256", "u1", 32, "checksum of the table (.h5) that this was made from"),
-    Field("pair", "S128", 1, "name of the material pair, UTF-8, zeros behind it"),
+    Field("pair", f"S{PAIR_BYTES + 1}", 1, "name of the material pair, UTF-8, zeros behind it"),
     *(Field(name, "<u4", 1, meaning) for name, meaning in _COUNTS.items()),
     Field("channels", "i1", MOST_NAMES, "channel of each row of a factor; -1 from n_channels on"),
     Field("marginals", "i1", MOST_NAMES, "its quantile function, 0, 1, ...; -1: it has none"),
@@ -178,12 +176,16 @@ CODES = (
     Code(
         "ERR_SPEED_NOT_POSITIVE",
         -3,
-        "speed: allowed: above 0 m/s; velocity: allowed: other than that of the wall",
+        "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or more relative to the wall",
     ),
     Code("ERR_NORMAL_NOT_USABLE", -4, "normal: allowed: any length but zero"),
-    Code("ERR_HALF_SIZE_NOT_POSITIVE", -5, "half_size: allowed: above 0 m"),
-    Code("ERR_NOT_OPENED", -10, "file: cannot be opened, allowed: a file that exists"),
-    Code("ERR_NOT_READ", -11, "file: cannot be read"),
+    Code("ERR_HALF_SIZE_NOT_POSITIVE", -5, "half_size: allowed: 1e-30 m or more"),
+    Code(
+        "ERR_NOT_OPENED",
+        -10,
+        "file: cannot be opened, allowed: a regular file that exists and may be read",
+    ),
+    Code("ERR_NOT_READ", -11, "file: cannot be read, or is a folder, pipe or device"),
     Code("ERR_NO_MEMORY", -12, "memory: not enough for this table"),
     Code("ERR_BIG_ENDIAN", -13, "machine: is big-endian, allowed: little-endian"),
     Code("ERR_FORMAT", -14, "format: is no binary rebound table (.rbt)"),
@@ -198,14 +200,22 @@ CODES = (
     Code(
         "ERR_NAMES",
         -19,
-        "names: a channel or column is unknown, occurs twice or lacks what it is made of",
+        "names: a channel or column is unknown, occurs twice or lacks what it is made of, or the "
+        "pair has characters that control terminals",
     ),
     Code("ERR_OFFSETS", -20, "offsets: an array does not lie in the file on a multiple of 64"),
-    Code("ERR_AXES", -21, "axes: allowed: finite, growing, angles above 0 to pi/2, speeds above 0"),
+    Code(
+        "ERR_AXES",
+        -21,
+        f"axes: allowed: growing, angles from {ALPHA_DEG[0]:g} to {ALPHA_DEG[1]:g} degrees, speeds "
+        f"from {SPEED[0]:g} to {SPEED[1]:g} m/s, last variate from {VARIATE_MAX[0]:g} to "
+        f"{VARIATE_MAX[1]:g}",
+    ),
     Code(
         "ERR_COORDINATES",
         -22,
-        "coordinates: allowed: growing, whole at the first and the last node",
+        f"coordinates: allowed: growing from 0 to {MOST_NUMBER:g}, whole at the first and the last "
+        "node",
     ),
     Code("ERR_NORMALS", -23, "normals: allowed: finite cubics below 16"),
     Code("ERR_ALIAS", -24, "alias: a component is not below their number"),

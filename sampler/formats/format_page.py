@@ -12,6 +12,7 @@ from sampler.errors import InputError
 from sampler.files.atomic import write_text
 from sampler.files.locate import data_directory
 from sampler.formats.binary_layout import layout_text
+from sampler.formats.bounds import QUANTILES
 from sampler.formats.hdf5_layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, Dataset
 
 #: File name of the page, in the folder of the tables.
@@ -21,13 +22,21 @@ PAGE = "FORMAT.md"
 def _row(dataset: Dataset) -> str:
     shape = ", ".join(str(dim) for dim in dataset.dims)
     kind = np.dtype(dataset.dtype).name
-    return f"| `{dataset.path}` | {kind} | {shape} | {dataset.units} | {dataset.long_name} |"
+    cells = [f"`{dataset.path}`", kind, shape, dataset.units, dataset.long_name]
+    cells.append("; ".join(check.allowed for check in dataset.checks))
+    return f"| {' | '.join(cells)} |"
 
 
 def datasets_text() -> str:
     """Datasets of a table file as a Markdown table."""
-    head = ["| dataset | type | shape | units | meaning |", "|---|---|---|---|---|"]
+    head = ["| dataset | type | shape | units | meaning | values |", "|---|---|---|---|---|---|"]
     return "\n".join(head + [_row(dataset) for dataset in DATASETS]) + "\n"
+
+
+def quantiles_text() -> str:
+    """Bounds of the quantiles of each channel as a Markdown table."""
+    rows = [f"| {name} | ({low:g}, {high:g}) |" for name, (low, high) in QUANTILES.items()]
+    return "\n".join(["| channel | quantiles in |", "|---|---|", *rows]) + "\n"
 
 
 def attributes_text() -> str:
@@ -76,7 +85,12 @@ def filled(
 
 def filled_page(page: str) -> str:
     """Bring the marked parts of the page up to date; errors as `filled`."""
-    parts = {"attributes": attributes_text, "datasets": datasets_text, "binary": layout_text}
+    parts = {
+        "attributes": attributes_text,
+        "datasets": datasets_text,
+        "quantiles": quantiles_text,
+        "binary": layout_text,
+    }
     return filled(page, PAGE, parts)
 
 

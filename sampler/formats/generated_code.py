@@ -5,6 +5,7 @@ Run ``python -m sampler.formats.generated_code`` after a change to `sampler.form
 """
 
 import itertools
+import math
 import textwrap
 
 import numpy as np
@@ -15,7 +16,6 @@ from sampler.formats.binary_layout import (
     ARRAYS,
     BINARY_VERSION,
     CODES,
-    DIMENSIONS,
     HEADER,
     LIBRARY_VERSION,
     MAGIC,
@@ -25,6 +25,15 @@ from sampler.formats.binary_layout import (
     Field,
     StoredArray,
 )
+from sampler.formats.bounds import (
+    ALPHA_DEG,
+    LENGTHS,
+    MOST_NUMBER,
+    NUMBER_ROUNDING,
+    QUANTILES,
+    SPEED,
+    VARIATE_MAX,
+)
 from sampler.formats.channels import (
     CHANNELS,
     END_MIRRORED,
@@ -33,8 +42,12 @@ from sampler.formats.channels import (
     channels_for,
 )
 from sampler.formats.format_page import filled
+from sampler.formats.table_arrays import ANY_SPEED, ROUNDING
 
 _WIDTH = 98
+
+#: What the arithmetic of the reader in C may add to the rounding of a node's number.
+_REST = 1.001
 
 
 def _c_type(dtype: str) -> str:
@@ -90,12 +103,38 @@ def checked_constants() -> str:
         f"#define RBTI_END_MIRRORED {END_MIRRORED}",
         "/* channels (bits) from which each variable is made */",
         f"#define RBTI_NEEDS {{{needs}}}",
+        *_bounds(),
         "/* DO(dimension, least, most) */",
-        *_macro("RBTI_DIMENSIONS", [f"{n}, {a}, {b}" for n, (_, a, b) in DIMENSIONS.items()]),
+        *_macro(
+            "RBTI_DIMENSIONS", [f"{name}, {low}, {high}" for name, (low, high) in LENGTHS.items()]
+        ),
         "/* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */",
         *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _bounds() -> list[str]:
+    """Bounds of the values; an angle has the rounding of a unit conversion besides."""
+    low, high = map(math.radians, ALPHA_DEG)
+    pairs = {
+        "ALPHA": (low * (1.0 - ROUNDING), high * (1.0 + ROUNDING)),
+        "SPEED": SPEED,
+        "ANY_SPEED": ANY_SPEED,
+        "VARIATE": VARIATE_MAX,
+    }
+    quantiles = {
+        "LEAST": ", ".join(f"{QUANTILES[channel][0]:g}" for channel in CHANNELS),
+        "MOST": ", ".join(f"{QUANTILES[channel][1]:g}" for channel in CHANNELS),
+    }
+    return [
+        "/* least and largest value; see sampler/formats/bounds.py */",
+        *(f"#define RBTI_{name}_BOUNDS {low!r}, {high!r}" for name, (low, high) in pairs.items()),
+        f"#define RBTI_MOST_NUMBER {MOST_NUMBER!r}",
+        f"#define RBTI_NUMBER_ROUNDING {NUMBER_ROUNDING * _REST!r}",
+        "/* ends of the open interval of the quantiles of each channel */",
+        *(f"#define RBTI_{name}_QUANTILES {{{ends}}}" for name, ends in quantiles.items()),
+    ]
 
 
 def _macro(name: str, entries: list[str]) -> list[str]:

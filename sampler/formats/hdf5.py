@@ -1,5 +1,7 @@
 r"""Table files written and read as `sampler.formats.hdf5_layout` describes them.
 
+They are written by h5py, and read by `sampler.formats.hdf5_container`, which no file can hurt.
+
 Everything that the layout says is checked before a file is written and after it is read, so that
 the kernels may index without looking.
 
@@ -11,9 +13,7 @@ text ``name value\n`` (value as JSON).
 
 import hashlib
 import json
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,54 +21,25 @@ from typing import Any
 import h5py
 import numpy as np
 
-from sampler.errors import TableError
+from sampler.errors import InputError, TableError
 from sampler.files.atomic import atomic_output
+from sampler.files.reading import read_file
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.channels import CHANNELS, RANGES, STATE, VARIABLES, channels_for
+from sampler.formats.bounds import QUANTILES
+from sampler.formats.channels import CHANNELS, STATE, channels_for
+from sampler.formats.hdf5_attributes import check_attributes, check_names
 from sampler.formats.hdf5_checks import Array, Check
+from sampler.formats.hdf5_container import read_container
 from sampler.formats.hdf5_layout import (
-    ATTRIBUTES,
     DATASETS,
     FORMAT,
     FORMAT_VERSION,
-    MINIMUM_LENGTH,
-    OPTIONAL_ATTRIBUTES,
     Dataset,
 )
+from sampler.formats.table_shapes import check_shapes
 
-
-def _shape_text(dims: tuple[str | int, ...], lengths: Mapping[str, int]) -> str:
-    parts = (f"{d}={lengths[d]}" if d in lengths else str(d) for d in map(str, dims))
-    return "(" + ", ".join(parts) + ("," if len(dims) == 1 else "") + ")"
-
-
-def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
-    """Lengths of the named dimensions, from the shapes of all datasets by path.
-
-    Raises
-    ------
-    TableError
-        If a dataset is missing, or has a shape that does not fit the others'.
-    """
-    lengths: dict[str, int] = {}
-    for dataset in DATASETS:
-        if dataset.path not in shapes:
-            raise TableError(f"{dataset.path}: is missing, allowed: every dataset of the format")
-        shape = shapes[dataset.path]
-        fits = len(shape) == len(dataset.dims)
-        for dim, length in zip(dataset.dims, shape, strict=False):
-            if isinstance(dim, int):
-                fits = fits and length == dim
-            elif length < MINIMUM_LENGTH.get(dim, 0):
-                raise TableError(
-                    f"{dataset.path}: got {dim} = {length}, allowed: {MINIMUM_LENGTH[dim]} or more"
-                )
-            elif fits:
-                fits = lengths.setdefault(dim, length) == length
-        if not fits:
-            allowed = _shape_text(dataset.dims, lengths)
-            raise TableError(f"{dataset.path}: got shape {shape}, allowed: {allowed}")
-    return lengths
+#: Largest file that is read.
+MOST_BYTES = 2**31
 
 
 def _coerced(dataset: Dataset, values: Any) -> Array:
@@ -91,28 +62,15 @@ def _check_values(arrays: Mapping[str, Array]) -> None:
     tests: list[tuple[str, Check]] = [(dataset.path, checks.finite) for dataset in DATASETS]
     tests += [(dataset.path, check) for dataset in DATASETS for check in dataset.checks]
     for path, check in tests:
-        problem = check(arrays[path], arrays)
+        problem = check.problem(arrays[path], arrays)
         if problem is not None:
             raise TableError(f"{path}: {problem}")
-
-
-def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
-    """Components and channels known, in order, and enough of them."""
-    for name, given, known in (
-        ("components", variables, VARIABLES),
-        ("channels", channels, CHANNELS),
-    ):
-        if not given or not set(given) <= set(known) or len(set(given)) < len(given):
-            raise TableError(f"{name}: got {' '.join(given)!r}, allowed: some of {' '.join(known)}")
-    missing = [name for name in channels_for(variables) if name not in channels]
-    if missing:
-        raise TableError(f"channels: {' '.join(missing)} missing, allowed: all the components need")
 
 
 def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
     """Quantiles within what is physical."""
     for k, name in enumerate(marginals):
-        low, high = RANGES.get(name, (-np.inf, np.inf))
+        low, high = QUANTILES[name]
         part = quantiles[..., k, :]
         refused = (part <= low) | (part >= high)
         if refused.any():
@@ -155,32 +113,21 @@ class TableContents:
     processors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("pair", "config", "software_version", "seed"):
-            kind, meaning = ATTRIBUTES[name]
-            # Not isinstance: True is an int, and would be written as another type.
-            if type(getattr(self, name)) is not kind:
-                raise TableError(f"{name}: got {getattr(self, name)!r}, allowed: {meaning}")
-        if not 0 <= self.seed < 2**64:
-            raise TableError(f"seed: got {self.seed}, allowed: {ATTRIBUTES['seed'][1]}")
-        for kind_of_processor in self.processors:
-            if not kind_of_processor or "\n" in kind_of_processor:
-                raise TableError(
-                    f"processors: got {kind_of_processor!r}, "
-                    f"allowed: {OPTIONAL_ATTRIBUTES['processors'][1]}"
-                )
+        names = ("pair", "config", "software_version", "seed")
+        check_attributes({name: getattr(self, name) for name in names}, self.processors)
         known = [dataset.path for dataset in DATASETS]
         for path in self.datasets:
             if path not in known:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
-        _check_names(self.variables, self.channels)
+        check_names(self.variables, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
         lengths = check_shapes(shapes)
-        names = {
+        named = {
             "n_columns": self.variables,
             "n_channels": self.channels,
             "n_marginals": self.marginals,
         }
-        for dim, held in names.items():
+        for dim, held in named.items():
             if lengths[dim] != len(held):
                 allowed = f"{len(held)}, one for each name"
                 raise TableError(f"{dim}: got {lengths[dim]}, allowed: {allowed}")
@@ -228,7 +175,7 @@ def content_sha256(datasets: Mapping[str, Array], attributes: Mapping[str, Any])
         values = np.ascontiguousarray(datasets[path])
         shape = json.dumps(list(datasets[path].shape))
         digest.update(f"{path} {values.dtype.str} {shape}\n".encode())
-        digest.update(values.tobytes())
+        digest.update(values.data if values.size else b"")
     for name in sorted(attributes):
         if name != "content_sha256":
             digest.update(f"{name} {json.dumps(attributes[name])}\n".encode())
@@ -241,9 +188,9 @@ def write_table(path: str | Path, contents: TableContents) -> None:
     Equal contents give equal bytes: nothing in the file tells when or where it was written. A file
     of that name is replaced.
     """
-    image = _file_image(contents)
+    data = _file_image(contents)
     with atomic_output(path) as temporary:
-        temporary.write_bytes(image)
+        temporary.write_bytes(data)
 
 
 def _file_image(contents: TableContents) -> bytes:
@@ -292,6 +239,14 @@ def _name_axes(file: h5py.File) -> None:
                 node.dims[0].attach_scale(scale)
 
 
+def _bytes_of(source: Path) -> bytes:
+    """Bytes of a file, once and for all: nothing that happens to it later is seen."""
+    try:
+        return read_file("table", source, MOST_BYTES)
+    except InputError as error:
+        raise TableError(str(error)) from error
+
+
 def read_table(path: str | Path) -> TableContents:
     """Read a table file and check everything in it.
 
@@ -303,12 +258,9 @@ def read_table(path: str | Path) -> TableContents:
         is wrong with it and what is allowed.
     """
     source = Path(path)
-    if not os.path.isfile(source):
-        raise TableError(f"{source}: there is no such file")
+    whole = _bytes_of(source)
     try:
-        with _one_line_errors(), h5py.File(source, "r") as file:
-            attributes = _read_attributes(file)
-            datasets = _read_datasets(file)
+        attributes, datasets = read_container(whole)
         if content_sha256(datasets, attributes) != attributes["content_sha256"]:
             raise TableError("content_sha256: the contents do not have this checksum")
         known = {dataset.path for dataset in DATASETS}
@@ -327,71 +279,3 @@ def read_table(path: str | Path) -> TableContents:
         )
     except TableError as error:
         raise TableError(f"{source}: {error}") from error.__cause__
-
-
-@contextmanager
-def _one_line_errors() -> Iterator[None]:
-    """Turn what h5py raises on foreign or damaged files into one line.
-
-    The library opens some truncated files without complaint and fails on reading, with errors of
-    several types.
-    """
-    try:
-        yield
-    except TableError:
-        raise
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError, MemoryError) as error:
-        reason = str(error).strip("'\"").partition("\n")[0] or type(error).__name__
-        raise TableError(f"cannot be read as HDF5, truncated or damaged? ({reason})") from error
-
-
-def _plain(value: Any) -> Any:
-    """Attribute value as Python's own type, for JSON."""
-    if isinstance(value, bytes):
-        return value.decode()
-    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
-
-
-def _read_attributes(file: h5py.File) -> dict[str, Any]:
-    """Root attributes, after format and version were found to be ours."""
-    if _plain(file.attrs.get("format")) != FORMAT:
-        raise TableError(f'format: is not "{FORMAT}", so this is some other HDF5 file')
-    version = _plain(file.attrs.get("format_version"))
-    if not (isinstance(version, list) and [type(v) for v in version] == [int, int]):
-        raise TableError(f"format_version: got {version!r}, allowed: two integers")
-    if version[0] != FORMAT_VERSION[0]:
-        raise TableError(
-            f"format_version: got {version[0]}.{version[1]}, "
-            f"allowed: {FORMAT_VERSION[0]}.x (a newer file needs a newer rebound-tables)"
-        )
-    attributes = {name: _plain(value) for name, value in file.attrs.items()}
-    for name, (kind, meaning) in {**ATTRIBUTES, **OPTIONAL_ATTRIBUTES}.items():
-        if name not in attributes:
-            if name in OPTIONAL_ATTRIBUTES:
-                continue
-            raise TableError(f"{name}: is missing, allowed: {meaning}")
-        wrong = name == "speed_independent" and attributes[name] != 1
-        if wrong or type(attributes[name]) is not kind:
-            raise TableError(f"{name}: got {attributes[name]!r}, allowed: {meaning}")
-    return attributes
-
-
-def _read_datasets(file: h5py.File) -> dict[str, Array]:
-    """All datasets by path; shapes and types are checked before any values are read."""
-    found: dict[str, h5py.Dataset] = {}
-
-    def visit(path: str, node: h5py.Group | h5py.Dataset) -> None:
-        if isinstance(node, h5py.Dataset):
-            found[path] = node
-
-    file.visititems(visit)
-    check_shapes({path: dataset.shape for path, dataset in found.items()})
-    for dataset in DATASETS:
-        if found[dataset.path].dtype.str != dataset.dtype:
-            got, allowed = found[dataset.path].dtype.name, np.dtype(dataset.dtype).name
-            raise TableError(f"{dataset.path}: got {got}, allowed: {allowed}")
-    for path, node in found.items():
-        # Datasets of a later minor version count in the checksum, which is over plain numbers.
-        if node.dtype.kind not in "biuf":
-            raise TableError(f"{path}: got {node.dtype.name} values, allowed: numbers")
-    return {path: node[()] for path, node in found.items()}

@@ -5,13 +5,25 @@ else what is wrong: the value found, where, and what is allowed.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.formats.bounds import LEAST_STEP, MOST_NUMBER, NUMBER_ROUNDING
+from sampler.formats.table_arrays import ROUNDING
+
 Array = NDArray[Any]
-Check = Callable[[Array, Mapping[str, Array]], str | None]
+Finder = Callable[[Array, Mapping[str, Array]], str | None]
+
+
+class Check(NamedTuple):
+    """What the values of a dataset must fulfil."""
+
+    #: In a few words, for the page on the format.
+    allowed: str
+    #: Says what is wrong.
+    problem: Finder
 
 
 def _first(values: Array, refused: Array, allowed: str) -> str | None:
@@ -22,105 +34,126 @@ def _first(values: Array, refused: Array, allowed: str) -> str | None:
     return f"got {values[where]:.9g} at {list(where)}, allowed: {allowed}"
 
 
-def finite(values: Array, _: Mapping[str, Array]) -> str | None:
+def _finite(values: Array, _: Mapping[str, Array]) -> str | None:
     """No NaN, no infinity."""
     return _first(values, ~np.isfinite(values), "finite numbers")
 
 
-def increasing(values: Array, _: Mapping[str, Array]) -> str | None:
+finite = Check("finite", _finite)
+
+
+def _increasing(values: Array, _: Mapping[str, Array]) -> str | None:
     """Strictly increasing along the last dimension."""
     refused = np.diff(values, axis=-1) <= 0.0
     return _first(values[..., 1:], refused, "larger than the value before")
 
 
-def non_decreasing(values: Array, _: Mapping[str, Array]) -> str | None:
+def _steps_apart(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Positive numbers, each larger than the one before by more than a rounding."""
+    refused = values[1:] - values[:-1] < LEAST_STEP * values[1:]
+    allowed = f"larger than the value before, by {LEAST_STEP:g} of it"
+    return _first(values[1:], refused, allowed)
+
+
+apart = Check(f"each larger than the one before, by {LEAST_STEP:g} of it", _steps_apart)
+
+
+def _non_decreasing(values: Array, _: Mapping[str, Array]) -> str | None:
     """Not decreasing along the last dimension."""
     refused = values[..., 1:] < values[..., :-1]  # no difference, which small integers overflow
     return _first(values[..., 1:], refused, "at least the value before (non-decreasing)")
 
 
-def symmetric_knots(values: Array, _: Mapping[str, Array]) -> str | None:
-    """Equal steps from -x to x, x > 0."""
-    if values[-1] <= 0.0:
-        return f"got {values[-1]:.9g} at the end, allowed: a positive number"
-    equal = np.linspace(-values[-1], values[-1], values.size)
-    refused = np.abs(values - equal) > 1e-9 * values[-1]
-    return _first(values, refused, "equal steps, symmetric about 0")
+non_decreasing = Check("non-decreasing", _non_decreasing)
+
+
+def symmetric_knots(low: float, high: float) -> Check:
+    """Check for equal steps from -x to x, low <= x <= high."""
+
+    def problem(values: Array, _: Mapping[str, Array]) -> str | None:
+        last = values[-1]
+        if not low <= last <= high:
+            return f"got {last:.9g} at the end, allowed: from {low:g} to {high:g}"
+        refused = np.abs(values - np.linspace(-last, last, values.size)) > 1e-9 * last
+        return _first(values, refused, "equal steps, symmetric about 0")
+
+    return Check(f"equal steps from -x to x, x from {low:g} to {high:g}", problem)
 
 
 def within(low: float, high: float) -> Check:
     """Check for values in the closed interval [low, high]."""
 
-    def check(values: Array, _: Mapping[str, Array]) -> str | None:
+    def problem(values: Array, _: Mapping[str, Array]) -> str | None:
         return _first(values, (values < low) | (values > high), f"in [{low:g}, {high:g}]")
 
-    return check
+    return Check(f"{low:g} to {high:g}", problem)
 
 
-def above(low: float, high: float = np.inf) -> Check:
-    """Check for values in the half-open interval (low, high]."""
+def encloses(path: str, high: float) -> Check:
+    """Check for two values, in order and from 0 up, with all values of another dataset between."""
 
-    def check(values: Array, _: Mapping[str, Array]) -> str | None:
-        allowed = f"above {low:g}" + (f", at most {high:g}" if high < np.inf else "")
-        return _first(values, (values <= low) | (values > high), allowed)
-
-    return check
-
-
-#: How far the coordinate of a node may be from its index: it is interpolated between steps.
-_INDEX_ROUNDING = 0.02
-
-
-def encloses(path: str) -> Check:
-    """Check for two values, in order, with all values of another dataset between them."""
-
-    def check(values: Array, datasets: Mapping[str, Array]) -> str | None:
-        first, last = datasets[path][0], datasets[path][-1]
-        if not values[0] <= first <= last <= values[1]:
-            allowed = f"at most {first:.9g} and at least {last:.9g}, the ends of {path}"
-            return f"got {values[0]:.9g} and {values[1]:.9g}, allowed: {allowed}"
+    def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
+        (low, end), first, last = values, datasets[path][0], datasets[path][-1]
+        got = f"got {low:.9g} and {end:.9g}, allowed: "
+        if not 0.0 <= low <= first <= last <= end <= high:
+            below, above = f"from 0 to {first:.9g}", f"from {last:.9g} to {high:g}"
+            return f"{got}{below} and {above}, the ends of {path}"
+        if low < end and end - low < LEAST_STEP * end:
+            return f"{got}equal, or {LEAST_STEP:g} of them apart"
         return None
 
-    return check
+    allowed = f"at most and at least all `{path}`, from 0 to {high:g}"
+    return Check(allowed, problem)
 
 
 def node_index(path: str, span: str) -> Check:
     """Check for the fractional node index along an axis, at equal steps over a span.
 
-    It must grow strictly and be whole at every node, one more from node to node (a pruned table
-    keeps the numbers of the full one); 0 everywhere where the span is a point.
+    It must grow strictly from 0 or more and be whole at every node, one more from node to node (a
+    pruned table keeps the numbers of the full one); 0 everywhere where the span is a point. Whole
+    also within the rounding of the unit of a node, which a draw takes in radians.
     """
 
-    def check(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
         nodes, ends = datasets[path], datasets[span]
         if ends[0] == ends[1]:
             return _first(values, values != 0.0, "0 on an axis of one value")
+        wrong = within(0.0, MOST_NUMBER).problem(values, datasets) or _increasing(values, datasets)
         steps = np.linspace(ends[0], ends[1], values.size)
-        found = np.interp(nodes, steps, values)
-        expected = np.rint(found[0]) + np.arange(nodes.size)
-        refused = np.abs(found - expected) > _INDEX_ROUNDING
-        return increasing(values, datasets) or _first(found, refused, "the number of the node")
+        expected = np.rint(np.interp(nodes[0], steps, values)) + np.arange(nodes.size)
+        for factor in (1.0 - ROUNDING, 1.0 + ROUNDING):
+            found = np.interp(nodes * factor, steps, values)
+            refused = np.abs(found - expected) > NUMBER_ROUNDING
+            wrong = wrong or _first(found, refused, "the number of the node")
+        return wrong
 
-    return check
+    allowed = f"growing, from 0 to {MOST_NUMBER:g}, whole at every node within {NUMBER_ROUNDING:g}"
+    return Check(allowed, problem)
 
 
-def below_length(values: Array, _: Mapping[str, Array]) -> str | None:
+def _below_length(values: Array, _: Mapping[str, Array]) -> str | None:
     """Refuse indices not below the length of the last dimension."""
     return _first(values, values >= values.shape[-1], f"below {values.shape[-1]}")
 
 
-def class_starts(values: Array, datasets: Mapping[str, Array]) -> str | None:
+below_length = Check("below n_components", _below_length)
+
+
+def _class_starts(values: Array, datasets: Mapping[str, Array]) -> str | None:
     """Refuse classes that do not begin at component 0, turn back or begin after the last."""
     components = datasets["dependence/alias_index"].shape[-1]
     first = values[..., 0]
     problem = _first(first, first != 0, "0, where the first class begins")
     # as signed numbers: differences of unsigned ones are never negative
     signed = values.astype(np.int64)
-    problem = problem or non_decreasing(signed, datasets)
+    problem = problem or _non_decreasing(signed, datasets)
     return problem or _first(values, signed > components, f"at most {components}")
 
 
-def positive_diagonal(values: Array, datasets: Mapping[str, Array]) -> str | None:
+class_starts = Check("from 0, non-decreasing, at most n_components", _class_starts)
+
+
+def _positive_diagonal(values: Array, datasets: Mapping[str, Array]) -> str | None:
     """As many factors as the channels need (lower triangles, rows packed); diagonals positive."""
     channels = datasets["dependence/mean"].shape[-1]
     needed = channels * (channels + 1) // 2
@@ -129,3 +162,6 @@ def positive_diagonal(values: Array, datasets: Mapping[str, Array]) -> str | Non
     diagonal = values[..., [row * (row + 3) // 2 for row in range(channels)]]
     problem = _first(diagonal, diagonal <= 0, "positive")
     return None if problem is None else f"diagonals: {problem}"
+
+
+positive_diagonal = Check("positive on diagonals", _positive_diagonal)

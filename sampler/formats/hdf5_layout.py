@@ -7,9 +7,8 @@ its units and a long name. A new dataset or rule is added here and nowhere else.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from sampler.formats import hdf5_checks as checks
+from sampler.formats.bounds import ALPHA_DEG, LINE_CHARACTERS, PAIR_BYTES, SPEED, VARIATE_MAX
 from sampler.formats.fixed_point import MIXTURE_SCALE
 from sampler.formats.hdf5_checks import Check
 
@@ -33,7 +32,8 @@ class Dataset:
     units, long_name : str
         Stored beside the values.
     checks : tuple of Check
-        What the values must fulfil, besides being finite.
+        What the values must fulfil, besides being finite; quantiles also
+        `sampler.formats.bounds.QUANTILES`.
     compressed : bool
         Whether it is large enough to be worth gzip.
     """
@@ -50,19 +50,6 @@ class Dataset:
 _NODES = ("n_alpha", "n_speed")
 _SHARE = (checks.within(0.0, 1.0),)
 
-#: Shortest length of a dimension; those not named here may be 0.
-MINIMUM_LENGTH = {
-    "n_alpha": 1,
-    "n_speed": 1,
-    "n_alpha_grid": 2,
-    "n_speed_grid": 2,
-    "n_knots": 2,
-    "n_classes": 1,
-    "n_components": 1,
-    "n_channels": 1,
-    "n_marginals": 1,
-}
-
 DATASETS = (
     Dataset(
         "axes/alpha_deg",
@@ -70,7 +57,7 @@ DATASETS = (
         ("n_alpha",),
         "degree",
         "impact angle of the nodes, from the wall",
-        (checks.above(0.0, 90.0), checks.increasing),
+        (checks.within(*ALPHA_DEG), checks.apart),
     ),
     Dataset(
         "axes/speed",
@@ -78,7 +65,7 @@ DATASETS = (
         ("n_speed",),
         "m s-1",
         "impact speed of the nodes",
-        (checks.above(0.0), checks.increasing),
+        (checks.within(*SPEED), checks.apart),
     ),
     Dataset(
         "axes/alpha_span_deg",
@@ -86,7 +73,7 @@ DATASETS = (
         (2,),
         "degree",
         "impact angles at the first and the last entry of axes/alpha_coordinate",
-        (checks.encloses("axes/alpha_deg"),),
+        (checks.encloses("axes/alpha_deg", ALPHA_DEG[1]),),
     ),
     Dataset(
         "axes/alpha_coordinate",
@@ -102,7 +89,7 @@ DATASETS = (
         (2,),
         "m s-1",
         "impact speeds at the first and the last entry of axes/speed_coordinate",
-        (checks.encloses("axes/speed"),),
+        (checks.encloses("axes/speed", SPEED[1]),),
     ),
     Dataset(
         "axes/speed_coordinate",
@@ -118,7 +105,7 @@ DATASETS = (
         ("n_knots",),
         "1",
         "mixture variates z of the quantile knots",
-        (checks.symmetric_knots,),
+        (checks.symmetric_knots(*VARIATE_MAX),),
     ),
     Dataset(
         "marginals/quantiles",
@@ -187,7 +174,7 @@ DATASETS = (
         ("n_conditions",),
         "degree",
         "impact angle of the conditions where the accuracy was measured",
-        (checks.above(0.0, 90.0),),
+        (checks.within(*ALPHA_DEG),),
     ),
     Dataset(
         "accuracy/speed",
@@ -195,7 +182,7 @@ DATASETS = (
         ("n_conditions",),
         "m s-1",
         "impact speed of the conditions where the accuracy was measured",
-        (checks.above(0.0),),
+        (checks.within(*SPEED),),
     ),
     Dataset(
         "accuracy/ks",
@@ -211,7 +198,7 @@ DATASETS = (
         ("n_conditions",),
         "1",
         "sliced Wasserstein distance to direct simulation, standardised components",
-        (checks.within(0.0, np.inf),),
+        (checks.within(0.0, 1e9),),
     ),
     Dataset(
         "accuracy/correlation_error",
@@ -240,7 +227,8 @@ OPTIONAL_ATTRIBUTES: Mapping[str, tuple[type, str]] = {
     ),
     "processors": (
         str,
-        "kinds of processor that took part in making the table, one a line; missing in older files",
+        "kinds of processor that took part in making the table, one a line of at most "
+        f"{LINE_CHARACTERS} characters; missing in older files",
     ),
 }
 
@@ -249,10 +237,18 @@ ATTRIBUTES: Mapping[str, tuple[type, str]] = {
     "format": (str, f'"{FORMAT}"'),
     "format_version": (list, "two integers: major, minor"),
     "content_sha256": (str, "checksum of everything else, hexadecimal"),
-    "pair": (str, "name of the material pair"),
-    "config": (str, "TOML text from which the table was generated"),
+    "pair": (str, f"name of the material pair, one line of at most {PAIR_BYTES} bytes"),
+    "config": (
+        str,
+        "TOML text from which the table was generated, without control characters but tabs and "
+        "ends of lines",
+    ),
     "seed": (int, "seed of the simulation behind the table, from 0 to 2**64 - 1"),
-    "software_version": (str, "version of rebound-tables that made the file"),
+    "software_version": (
+        str,
+        "version of rebound-tables that made the file, one line of at most "
+        f"{LINE_CHARACTERS} characters",
+    ),
     "components": (str, "components of the state that a draw gives, separated by spaces"),
     "channels": (str, "channels of the mixture, in the order of its factors, separated by spaces"),
 }

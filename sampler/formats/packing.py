@@ -1,5 +1,6 @@
 """From the contents of a table file to the arrays of the kernels."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -8,13 +9,23 @@ from numpy.typing import NDArray
 from sampler.formats.channels import CHANNELS, VARIABLES
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.normal_cubics import normal_table
-from sampler.formats.table_arrays import ANY_SPEED, LANES, ROUNDING, Axis, TableArrays
+from sampler.formats.table_arrays import (
+    ANY_SPEED,
+    LANES,
+    ROUNDING,
+    Axis,
+    TableArrays,
+    record_stride,
+)
 
 #: Numbers of a cache line of 64 bytes, in 16 bits each.
 _LINE = 32
 
 #: Steps of the quantiles of a cell.
 _STEPS = 65535
+
+#: Knots of cells that are packed at a time: few enough for the cache, however large the table is.
+_BLOCK = 2**13
 
 #: Relative rounding, in single precision, that must not take a draw beyond the largest quantile.
 _MARGIN = 1e-6
@@ -61,12 +72,6 @@ def _axis(
     return Axis(first, last, low, high, origin, scale, offset, len(nodes), coordinate)
 
 
-def record_stride(channels: int) -> int:
-    """Numbers of a component's record: a power of two, so that none straddles a cache line."""
-    needed = 1 + channels + channels * (channels + 1) // 2
-    return 1 << (needed - 1).bit_length()
-
-
 def _records(contents: TableContents) -> NDArray[np.int16]:
     """Reflection probability, means and factors of each component side by side."""
     mean, factor = contents["dependence/mean"], contents["dependence/cholesky"]
@@ -84,13 +89,11 @@ def _records(contents: TableContents) -> NDArray[np.int16]:
     return flat
 
 
-def _cells(quantiles: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Quantiles at the four nodes of each cell: (cells, classes, marginals, knots, 4)."""
-    lower_i, upper_i = _ends(quantiles.shape[0])
-    lower_j, upper_j = _ends(quantiles.shape[1])
-    corners = [quantiles[np.ix_(i, j)] for i in (lower_i, upper_i) for j in (lower_j, upper_j)]
-    cells = np.stack(corners, axis=-1)
-    return cells.reshape(-1, *cells.shape[2:]).astype(np.float64)
+def _corners(n_alpha: int, n_speed: int) -> NDArray[np.int64]:
+    """Numbers of the four nodes of each cell: (cells, 4)."""
+    numbers = np.arange(n_alpha * n_speed).reshape(n_alpha, n_speed)
+    pairs = [numbers[np.ix_(i, j)] for i in _ends(n_alpha) for j in _ends(n_speed)]
+    return np.stack(pairs, axis=-1).reshape(-1, 4)
 
 
 def _ends(nodes: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -114,13 +117,29 @@ def pack_quantiles(
         Least quantile, and the size of a step.
     steps : uint16 array, shape (n_cells, n_classes, n_marginals, n_knots, 4)
     """
-    cells = _cells(quantiles)
-    least, largest = cells.min(axis=(-2, -1)), cells.max(axis=(-2, -1))
+    n_alpha, n_speed, *per_node, knots = quantiles.shape
+    corners, functions = _corners(n_alpha, n_speed), math.prod(per_node)
+    cells = (len(corners), *per_node)
+    spans, steps = np.empty((*cells, 2)), aligned((*cells, knots, 4), np.uint16)
+    all_spans, all_steps = spans.reshape(-1, 2), steps.reshape(-1, knots, 4)
+    rows, block = quantiles.reshape(-1, knots), max(1, _BLOCK // knots)
+    for start in range(0, len(all_spans), block):
+        part = slice(start, min(start + block, len(all_spans)))
+        cell, function = np.divmod(np.arange(part.start, part.stop), functions)
+        four = rows[corners[cell] * functions + function[:, None]]
+        all_spans[part], all_steps[part] = _in_steps(four.transpose(0, 2, 1).astype(np.float64))
+    return spans, steps
+
+
+def _in_steps(
+    quantiles: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Spans (n, 2) and steps (n, n_knots, 4) of functions at the corners of their cells."""
+    least, largest = quantiles.min(axis=(1, 2)), quantiles.max(axis=(1, 2))
     # a little short, so that rounding in a draw cannot lead beyond the largest quantile
     step = (largest - least) * (1.0 - _MARGIN) / _STEPS
-    safe = np.where(step > 0.0, step, 1.0)[..., None, None]
-    steps = aligned(cells.shape, np.uint16)
-    steps[...] = np.minimum(np.rint((cells - least[..., None, None]) / safe), _STEPS)
+    safe = np.where(step > 0.0, step, 1.0)[:, None, None]
+    steps = np.minimum(np.rint((quantiles - least[:, None, None]) / safe), _STEPS)
     return np.stack([least, step], axis=-1), steps
 
 

@@ -16,6 +16,12 @@ LANES = 8
 ROUNDING = 1e-12
 
 
+def record_stride(channels: int) -> int:
+    """Numbers of a component's record: a power of two, so that none straddles a cache line."""
+    needed = 1 + channels + channels * (channels + 1) // 2
+    return 1 << (needed - 1).bit_length()
+
+
 class Axis(NamedTuple):
     """One axis of the node grid, for look-up in constant time.
 

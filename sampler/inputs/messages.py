@@ -21,6 +21,7 @@ from sampler.errors import (
 )
 from sampler.formats.table_arrays import TableArrays
 from sampler.inputs.rows import Rows, place
+from sampler.inputs.told_apart import told_apart
 
 _LEAVES = "one that lets the particle leave the wall"
 
@@ -31,21 +32,12 @@ _CONDITIONS = {
 }
 _IMPACTS = {
     NOT_APPROACHING: ("velocity", "towards the wall, (velocity - wall_velocity) . normal < 0"),
-    SPEED_NOT_POSITIVE: ("velocity", "other than the velocity of the wall"),
+    SPEED_NOT_POSITIVE: ("velocity", "1e-150 m/s or more relative to the wall"),
     NORMAL_NOT_USABLE: ("normal", "any length but zero"),
-    HALF_SIZE_NOT_POSITIVE: ("half_size", "above 0 m"),
+    HALF_SIZE_NOT_POSITIVE: ("half_size", "1e-30 m or more"),
     TILT_NOT_FOUND: ("roughness", _LEAVES),
     CASCADE_NOT_ENDED: ("roughness", _LEAVES),
 }
-
-
-def told_apart(value: float, *limits: float, digits: int = 9) -> str:
-    """Text of a value with so many digits, or as many more as tell it from the limits."""
-    for count in range(digits, 18):
-        text = f"{value:.{count}g}"
-        if text not in (f"{limit:.{count}g}" for limit in limits):
-            break
-    return text
 
 
 def _text(value: Any) -> str:

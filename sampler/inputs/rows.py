@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sampler.errors import InputError
+from sampler.inputs.told_apart import told_apart
 
 Shape = tuple[int, ...]
 
-#: Arguments whose last axis has the three components of a vector.
-_VECTORS = ("velocity", "normal", "wall_velocity")
+#: Arguments whose last axis has three numbers: the components of a vector, or what a grain is.
+_VECTORS = ("velocity", "normal", "wall_velocity", "spin", "omega", "grain")
 
 
 def place(row: int, shape: Shape) -> str:
@@ -54,7 +55,7 @@ def as_reals_up_to(
     refused = ~((array >= 0.0) & (array <= high))
     if refused.any():
         k = int(refused.argmax())
-        where = f"{array.flat[k]:.9g} at {place(k, array.shape)}"
+        where = f"{told_apart(float(array.flat[k]), high)} at {place(k, array.shape)}"
         raise InputError(f"{name}: got {where}, allowed: 0 to {high:g}{unit}")
     return array
 

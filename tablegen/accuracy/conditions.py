@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from sampler.errors import InputError
+from sampler.inputs.told_apart import told_apart
 from sampler.table import Table
 
 #: A condition keeps this distance from the nodes of an axis, as a share of their distance.
@@ -81,7 +82,7 @@ def check_conditions(
         ):
             if not nodes[0] <= value <= nodes[-1]:
                 raise InputError(
-                    f"{name}: got {value:g} {unit}, allowed: {nodes[0]:g} to {nodes[-1]:g} {unit}, "
-                    "which the table covers"
+                    f"{name}: got {told_apart(value, nodes[0], nodes[-1], digits=6)} {unit}, "
+                    f"allowed: {nodes[0]:g} to {nodes[-1]:g} {unit}, which the table covers"
                 )
     return [(float(a), float(v)) for a, v in conditions]

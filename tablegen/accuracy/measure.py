@@ -66,9 +66,10 @@ def sample_size(targets: AccuracyTargets) -> int:
     """States a side with which a declared accuracy can be told from noise.
 
     Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with
-    probability q; at q = 1e-3 that is half of the declared distance.
+    probability q; at q = 1e-3 that is half of the declared distance. A distance below 0.0032 may
+    stay undecided: a table that declares it shall not use up the memory.
     """
-    return max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2))
+    return min(max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2)), _MOST_SAMPLES)
 
 
 def measure(

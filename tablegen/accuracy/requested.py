@@ -7,9 +7,6 @@ from tablegen.config import AccuracyTargets
 from tablegen.configuration.messages import complaint
 from tablegen.configuration.metric_table import METRICS, PRESETS
 
-#: Preset beyond which a declared accuracy says little.
-_LOOSEST = "compact"
-
 _ALLOWED = (
     f"{', '.join(PRESETS)}, or limits such as ks=0.01,auc=0.56 (of {', '.join(METRICS)}), or both"
 )
@@ -46,11 +43,6 @@ def asked_accuracy(declared: AccuracyTargets, text: str | None) -> AccuracyTarge
         return AccuracyTargets.model_validate(limits)
     except ValidationError as error:
         raise InputError(f"accuracy: {complaint(error, AccuracyTargets)}") from error
-
-
-def looser_than_compact(declared: AccuracyTargets) -> list[str]:
-    """Distances for which an accuracy allows more than the preset "compact"."""
-    return [name for name in METRICS if getattr(declared, name) > PRESETS[_LOOSEST][name]]
 
 
 def _number(text: str, whole: str) -> float:

@@ -16,8 +16,8 @@ from sampler.compilation.side_by_side import side_by_side
 from sampler.formats.channels import STATE
 from tablegen.batches import ParticleRun, batches
 from tablegen.materials.pairs import MaterialPair
+from tablegen.model.conditions import Condition
 from tablegen.model.float_array import FloatArray
-from tablegen.model.rebound import Condition
 from tablegen.particles.population import Population
 from tablegen.simulate import Simulation, check_run
 from tablegen.tasks.progress import bar
@@ -215,6 +215,7 @@ def _batch_statistics(run: ParticleRun, part: slice) -> RunStatistics:
     state, energy, kind = np.empty((size, 6)), np.empty((size, 2)), np.empty((size, 3))
     collisions = np.empty(size, dtype=np.int64)
     run.simulate(part.start, state, collisions, kind, energy)
+    run.check_finite(part.start, state, energy)
     return summarise(state, collisions, energy)
 
 
@@ -258,7 +259,7 @@ def simulate_statistics(
     InputError
         If an argument is out of range.
     RuntimeError
-        If a particle is still in contact after 10**8 collisions.
+        If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     workers = check_run(count, seed, stream, threads)
     work = partial(_batch_statistics, ParticleRun(pair, population, condition, seed, stream))

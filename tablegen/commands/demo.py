@@ -9,6 +9,7 @@ from sampler.commands.program import DONE, MISSED
 
 
 @click.command(
+    cls=options.Command,
     short_help="Generate a small table, draw from it, validate it.",
     epilog=options.examples("tablegen demo", "tablegen demo --output small.h5"),
 )

@@ -9,14 +9,20 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
+from sampler.files.atomic import atomic_output, check_output
+from sampler.files.locate import find_table
 from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
 if TYPE_CHECKING:
     from tablegen.studies.paper_figures.all_figures import PaperFigures
 
+#: Names of the files that the folder gets: pictures, as a pattern, and texts.
+_PICTURES = "figure-[0-9][0-9].[ps][nv]g"
+_TEXTS = ("statements.md", "statements.json", "laws.json")
+
 
 @click.command(
+    cls=options.Command,
     short_help="Draw the figures of the paper, and check what it says.",
     epilog=options.examples(
         "tablegen figures --output figures",
@@ -48,15 +54,15 @@ def figures(
     and particles, corundum-steel: for others they are measured and not judged.
     """
     import sampler
-    from tablegen.config import parse_config
+    from tablegen.config import stored_config
     from tablegen.studies.paper_figures.all_figures import make_paper_figures
     from tablegen.studies.paper_figures.statement_text import statements_text
     from tablegen.studies.paper_figures.style import require_matplotlib
 
     require_matplotlib("tablegen figures")
-    _check_folder(output)
+    _check_folder(output, table)
     loaded = sampler.load(table)
-    config = parse_config(loaded.config, f"{table}: config")
+    config = stored_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
     gallery = make_paper_figures(loaded, config, particles, seed, progress)
     assert gallery is not None  # matplotlib is there
@@ -67,24 +73,27 @@ def figures(
     return DONE
 
 
-def _check_folder(path: Path) -> None:
-    """Check that a folder can be written, or made in a folder that exists."""
-    parent = path if path.exists() else path.absolute().parent
+def _check_folder(path: Path, table: str) -> None:
+    """Check that a folder can be written, or made in a folder that exists; links are followed."""
+    path = Path(os.path.realpath(path))
+    parent = path if path.exists() else path.parent
     if not (parent.is_dir() and os.access(parent, os.W_OK)):
         raise InputError(
             f"--output: got {path}, allowed: a folder that can be written, or a new one in such"
         )
+    made = (*path.glob(_PICTURES), *(path / name for name in _TEXTS))
+    for file in made if path.exists() else ():
+        check_output(file, [find_table(table)])
 
 
 def _write_all(gallery: "PaperFigures", folder: Path) -> None:
     """Write each file whole."""
     from tablegen.studies.paper_figures import statement_text as text
 
-    folder.mkdir(exist_ok=True)
+    Path(os.path.realpath(folder)).mkdir(exist_ok=True)
     files = {picture.name: picture.data for picture in gallery.pictures}
-    files["statements.md"] = text.statements_page(gallery).encode()
-    files["statements.json"] = text.statements_json(gallery).encode()
-    files["laws.json"] = text.laws_json(gallery).encode()
+    texts = text.statements_page(gallery), text.statements_json(gallery), text.laws_json(gallery)
+    files |= {name: words.encode() for name, words in zip(_TEXTS, texts, strict=True)}
     for name, data in files.items():
         with atomic_output(folder / name) as temporary:
             temporary.write_bytes(data)

@@ -9,6 +9,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import note
+from tablegen.commands.config_argument import CONFIG
 from tablegen.commands.validate import print_verdict
 from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.tasks.executors import ENGINES, MPI, THREADS
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=options.Command,
     short_help="Make a table of a material pair or scene.",
     epilog=options.examples(
         "tablegen generate corundum-steel --output corundum-steel.h5",
@@ -28,9 +30,10 @@ if TYPE_CHECKING:
         "mpiexec -n 64 tablegen generate my-pair.toml --output my-pair.h5 --executor mpi",
     ),
 )
-@click.argument("config", type=options.CONFIG, metavar="CONFIG.toml")
+@click.argument("config", type=CONFIG, metavar="CONFIG.toml")
 @options.output("T.h5", "Table to write.")
 @click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
+@click.option("--discard", is_flag=True, help="Remove the finished pieces of an interrupted run.")
 @click.option(
     "--conditions",
     type=options.CONDITIONS,
@@ -67,6 +70,7 @@ def generate(
     config: str,
     output: Path,
     resume: bool,
+    discard: bool,
     conditions: int,
     samples: int | None,
     executor: str,
@@ -82,15 +86,17 @@ def generate(
 
     Nodes are placed where the error between them, measured against direct simulation, is too
     large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts
-    until the table is complete. The table has the same bytes whoever does the pieces, on processors
-    of one kind; made on several kinds it says so. The measured accuracy is stored in it; exit
-    status 1 says that it misses the declared one.
+    until the table is complete, and belong to one run at a time. If an interrupted run left some,
+    say what becomes of them: --resume or --discard. The table has the same bytes whoever does the
+    pieces, on processors of one kind; made on several kinds it says so. The measured accuracy is
+    stored in it; exit status 1 says that it misses the declared one.
     """
     from sampler.compilation.processors import processors
     from tablegen.config import load_config
     from tablegen.generate import generate as generate_table
     from tablegen.refinement.cost_estimate import cost_text, estimate, rebound_seconds
     from tablegen.tasks.executors import open_executor
+    from tablegen.tasks.parts_folder import parts_path
 
     settings = load_config(config)
 
@@ -110,6 +116,7 @@ def generate(
                 settings,
                 output,
                 resume=resume,
+                discard=discard,
                 executor=pool,
                 conditions=conditions,
                 samples=samples,
@@ -117,7 +124,8 @@ def generate(
                 before=note_cost,
             )
     except KeyboardInterrupt:
-        raise click.Abort(f"the same command with --resume continues from {output}.parts") from None
+        kept = parts_path(output)
+        raise click.Abort(f"the same command with --resume continues from {kept}") from None
     return _summarise(made, settings, output)
 
 

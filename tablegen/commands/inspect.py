@@ -1,7 +1,6 @@
 """``tablegen inspect``: what a table is."""
 
-import json
-import tomllib
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -9,13 +8,23 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import DONE
-from tablegen.configuration.metric_table import METRICS, declared_accuracy
+from sampler.errors import InputError
+from sampler.files.json_text import json_text
+from tablegen.configuration.metric_table import (
+    METRICS,
+    declared_accuracy,
+    errors_text,
+    little_declared,
+    looser_than_compact,
+    worst_stored,
+)
 
 if TYPE_CHECKING:
     from sampler.formats.hdf5 import TableContents
 
 
 @click.command(
+    cls=options.Command,
     short_help="Say what a table is.",
     epilog=options.examples(
         "tablegen inspect corundum-steel",
@@ -35,7 +44,7 @@ def inspect(table: str, as_json: bool, config: bool) -> int:
         raise click.UsageError("--json: got it with --config, allowed: one of them")
     contents = read_table(find_table(table))
     if as_json:
-        click.echo(json.dumps(identity(contents), indent=1, allow_nan=False))
+        click.echo(json_text(identity(contents)).rstrip())
     else:
         click.echo(contents.config if config else identity_text(contents))
     return DONE
@@ -64,7 +73,6 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         for path, values in kept.items()
         if path.startswith("accuracy/")
     }
-    measured = accuracy["alpha_deg"].size > 0
     return {
         "pair": contents.pair,
         "components": list(contents.variables),
@@ -79,9 +87,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "processors": list(contents.processors),
         "bytes_in_memory": bytes_of((arrays, *kept.values())),
         "declared": _declared(contents.config),
-        "worst": {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
-        if measured
-        else None,
+        "worst": worst_stored(accuracy),
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
 
@@ -108,7 +114,9 @@ def identity_text(contents: "TableContents") -> str:
     measured, declared = "nothing", facts["declared"]
     if worst is not None:
         count = len(facts["accuracy"]["alpha_deg"])
-        measured = f"at {count} conditions between nodes, noise included, worst: {_errors(worst)}"
+        measured = (
+            f"at {count} conditions between nodes, noise included, worst: {errors_text(worst)}"
+        )
     return "\n".join(
         [
             f"pair              {facts['pair']}",
@@ -122,21 +130,33 @@ def identity_text(contents: "TableContents") -> str:
             f"content SHA-256   {facts['content_sha256']}",
             *_processor_lines(contents),
             f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
-            f"declared          at most {_errors(declared)}" if declared else "declared          ?",
+            f"declared          {f'at most {errors_text(declared)}' if declared else '?'}",
             f"measured          {measured}",
+            *_note_lines(declared, worst),
         ]
     )
 
 
-def _errors(values: Mapping[str, float]) -> str:
-    """Put the errors on one line."""
-    return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())
+def _note_lines(
+    declared: Mapping[str, float] | None, worst: Mapping[str, float] | None
+) -> list[str]:
+    """Say where a declaration says little, or is not met by what the file itself stores."""
+    if declared is None:
+        return []
+    missed = {name: x for name, x in (worst or {}).items() if x > declared[name]}
+    notes = [little_declared(declared)] if looser_than_compact(declared) else []
+    if missed:
+        notes.append(f"the file stores more than it declares: {errors_text(missed)}")
+    return [f"note              {note}" for note in notes]
 
 
 def _declared(config: str) -> dict[str, float] | None:
     """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
+    from tablegen.configuration.toml_text import parse_toml
+
     try:
-        found = declared_accuracy(tomllib.loads(config).get("accuracy", {}))
-        return {name: float(found[name]) for name in METRICS}
-    except (tomllib.TOMLDecodeError, AttributeError, TypeError, ValueError):
+        found = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))
+        declared = {name: float(found[name]) for name in METRICS}
+    except (InputError, AttributeError, TypeError, ValueError):
         return None
+    return declared if all(map(math.isfinite, declared.values())) else None

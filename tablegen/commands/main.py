@@ -41,6 +41,9 @@ from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
 def cli() -> None:
     """Simulate the rebound of non-spherical particles and make tables to draw it from.
 
+    An output is a file: a regular one is replaced and keeps its mode, a link is followed; devices
+    and pipes, what is read, and other outputs are refused.
+
     Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted, 143
     terminated.
     """

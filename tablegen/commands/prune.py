@@ -9,6 +9,7 @@ from sampler.commands import options
 from sampler.commands.program import DONE, note
 from sampler.errors import InputError
 from sampler.formats.channels import VARIABLES
+from tablegen.commands.config_argument import CONFIG
 
 if TYPE_CHECKING:
     from tablegen.config import Config
@@ -31,6 +32,7 @@ class Variables(click.ParamType):
 
 
 @click.command(
+    cls=options.Command,
     short_help="Cut a table to what a scene needs.",
     epilog=options.examples(
         "tablegen prune corundum-steel --scene plane-flow --output plane.h5",
@@ -40,9 +42,7 @@ class Variables(click.ParamType):
     ),
 )
 @options.table
-@click.option(
-    "--scene", type=options.CONFIG, metavar="SCENE.toml", help="What to keep: a name, or a path."
-)
+@click.option("--scene", type=CONFIG, metavar="SCENE.toml", help="What to keep: a name, or a path.")
 @click.option(
     "--dimension",
     type=click.Choice(["2", "3"]),
@@ -70,7 +70,7 @@ def prune(
     """
     from sampler.files.locate import find_table
     from sampler.formats.hdf5 import read_table
-    from tablegen.config import parse_config
+    from tablegen.config import stored_config
     from tablegen.prune import prune as prune_table
 
     if scene is None and dimension is None and components is None:
@@ -78,7 +78,7 @@ def prune(
             "Missing option '--scene', '--dimension' or '--components', allowed: one or more"
         )
     source = find_table(table)
-    config = parse_config(read_table(source).config, "config of the table")
+    config = stored_config(read_table(source).config, "config of the table")
     wanted = _wanted(config, scene, dimension, components)
     contents = prune_table(source, wanted, output, scene or "flags")
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]

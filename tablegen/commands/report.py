@@ -1,6 +1,5 @@
 """``tablegen report``: error against run time."""
 
-import json
 from pathlib import Path
 
 import click
@@ -8,9 +7,11 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE
 from sampler.files.atomic import write_text
+from sampler.files.json_text import json_text
 
 
 @click.command(
+    cls=options.Command,
     short_help="Measure error against run time next to other methods.",
     epilog=options.examples(
         "tablegen report --quick",
@@ -33,7 +34,7 @@ from sampler.files.atomic import write_text
 @click.option(
     "--stability",
     "stability_file",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     metavar="F",
     help="Show this result of 'tablegen stability --json' on the page; else a brief study is run.",
 )
@@ -73,8 +74,7 @@ def report(
         return DONE
     atlas = map_accuracy(table, quick, seed, progress)
     if json_file:
-        text = json.dumps(record(evidence, atlas), indent=1, allow_nan=False)
-        write_text(json_file, text + "\n")
+        write_text(json_file, json_text(record(evidence, atlas)))
     if html_file:
         page = report_page(collect_report_data(evidence, atlas, stability_file, progress))
         write_text(html_file, page)

@@ -1,6 +1,5 @@
 """``tablegen simulate``: rebounds by direct simulation."""
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,8 +10,11 @@ from sampler.commands import options
 from sampler.commands.program import DONE, note
 from sampler.errors import InputError
 from sampler.files.atomic import write_arrays, write_text
+from sampler.files.json_text import json_text
 from sampler.files.locate import find_file
 from sampler.formats.channels import STATE
+from tablegen.commands import bounded
+from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=options.Command,
     epilog=options.examples(
         "tablegen simulate --pair corundum-steel --shape mixture --alpha 45 --speed 200 \\",
         "    --count 100000 --seed 1 --output rebounds.npz",
@@ -30,12 +33,12 @@ if TYPE_CHECKING:
         "    --count 100000 --seed 1 --output grains.npz",
         "tablegen simulate --pair corundum-steel --shape mixture --alpha 90 --speed 200 \\",
         "    --count 100000000 --seed 1 --statistics normal.json",
-    )
+    ),
 )
 @click.option(
     "--pair",
     required=True,
-    type=options.CONFIG,
+    type=CONFIG,
     help="Material pair: a name, or the path of a .toml file.",
 )
 @click.option(
@@ -45,12 +48,12 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--particle",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     metavar="MESH",
     help="Instead of a shape: the convex hull of an STL, OBJ or PLY file.",
 )
-@click.option("--alpha", required=True, type=options.ANGLE, metavar="DEG", help="Impact angle.")
-@click.option("--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed.")
+@click.option("--alpha", required=True, type=bounded.ANGLE, metavar="DEG", help="Impact angle.")
+@click.option("--speed", required=True, type=bounded.SPEED, metavar="M_S", help="Impact speed.")
 @click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
 @click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
 @click.option("--output", type=options.OUTPUT, metavar="F.npz", help="Write every rebound.")
@@ -62,11 +65,11 @@ if TYPE_CHECKING:
     help="Write statistics; without --output, memory does not grow with the count.",
 )
 @click.option(
-    "--aspect", type=options.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b, in (0, 1]."
+    "--aspect", type=bounded.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b, 0.001 to 1."
 )
 @click.option(
     "--spin",
-    type=options.ANY,
+    type=bounded.SPIN,
     nargs=3,
     default=(0.0, 0.0, 0.0),
     metavar="WX WY WZ",
@@ -99,8 +102,6 @@ def simulate(
 
     if output is None and statistics_file is None:
         raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
-    if output == statistics_file:
-        raise InputError(f"--statistics: got {output}, allowed: another file than --output")
     config = load_config(find_file("--pair", pair, ".toml"))
     population = _chosen_particles(config.population, shape, particle, aspect)
     condition = make_condition(
@@ -120,7 +121,7 @@ def simulate(
     if statistics_file is not None:
         about: dict[str, object] = {"pair": config.pair_name, "shape": shape, "aspect": aspect}
         about |= {"alpha_deg": alpha, "speed": speed, "spin": spin, "seed": seed}
-        write_text(statistics_file, json.dumps(about | statistics.to_dict(), indent=1) + "\n")
+        write_text(statistics_file, json_text(about | statistics.to_dict()))
     return DONE
 
 

@@ -7,11 +7,14 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE, MISSED
 from sampler.files.atomic import write_text
+from tablegen.commands import bounded
+from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import STABILITY_COUNT
 from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 @click.command(
+    cls=options.Command,
     short_help="Check the model on extreme particles and impacts.",
     epilog=options.examples(
         "tablegen stability --quick",
@@ -19,7 +22,7 @@ from tablegen.model.shape_codes import SHAPE_NAMES
         "tablegen stability --shape prism --aspect 0.02 0.02 --alpha 0.01 --count 1000",
     ),
 )
-@click.argument("pair", type=options.CONFIG, metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
+@click.argument("pair", type=CONFIG, metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
 @click.option("--quick", is_flag=True, help="2,368 cases: some 20 seconds on two cores.")
 @click.option(
     "--count",
@@ -33,20 +36,18 @@ from tablegen.model.shape_codes import SHAPE_NAMES
 @click.option("--shape", type=click.Choice(SHAPE_NAMES), multiple=True, help="Only this shape.")
 @click.option(
     "--aspect",
-    type=options.RATIO,
+    type=bounded.RATIO,
     nargs=2,
     multiple=True,
     metavar="BA CB",
     help="Only these b/a and c/b.",
 )
 @click.option(
-    "--alpha", type=options.ANGLE, multiple=True, metavar="DEG", help="Only this impact angle."
+    "--alpha", type=bounded.ANGLE, multiple=True, metavar="DEG", help="Only this impact angle."
 )
+@click.option("--speed", type=bounded.SPEED, multiple=True, metavar="M_S", help="Only this speed.")
 @click.option(
-    "--speed", type=options.POSITIVE, multiple=True, metavar="M_S", help="Only this speed."
-)
-@click.option(
-    "--spin", type=options.ANY, multiple=True, metavar="WZ", help="Only this spin, times a/V."
+    "--spin", type=bounded.SPIN, multiple=True, metavar="WZ", help="Only this spin, times a/V."
 )
 @options.threads
 @options.json_file("Write every case.")

@@ -1,6 +1,5 @@
 """``tablegen validate``: a table compared with fresh direct simulation."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ from sampler.commands import options
 from sampler.commands.program import DONE, MISSED
 from sampler.errors import InputError
 from sampler.files.atomic import write_text
+from sampler.files.json_text import json_text
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.configuration.defaults import VALIDATE_CONDITIONS
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=options.Command,
     short_help="Compare a table with fresh direct simulation.",
     epilog=options.examples(
         "tablegen validate corundum-steel",
@@ -115,7 +116,7 @@ def validate(
     )
     _print_comparisons(result, details)
     if json_file:
-        write_text(json_file, json.dumps(result.to_dict(), indent=1) + "\n")
+        write_text(json_file, json_text(result.to_dict()))
     if html_file:
         write_text(html_file, validation_page(result))
     if store:

@@ -10,7 +10,9 @@ from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from sampler.formats.bounds import is_line, is_text
 from sampler.formats.channels import VARIABLES
+from tablegen.model.bounds import ALPHA_DEG, ASPECT, SPEED
 
 Item = TypeVar("Item")
 
@@ -72,23 +74,44 @@ def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
     return names
 
 
+#: Longest name, in characters: it serves as a file name, and stands in tables.
+_NAME_CHARACTERS = 100
+
+
 def _plain_name(value: str) -> str:
     """Refuse a name that could not serve as a file name everywhere."""
     stem = value.translate(str.maketrans("", "", "._-"))
-    if not (value[:1].isalnum() and stem.isalnum() and value.isascii()):
-        raise ValueError("letters, digits, '.', '_' and '-', the first a letter or digit")
+    plain = value[:1].isalnum() and stem.isalnum() and value.isascii()
+    if not plain or len(value) > _NAME_CHARACTERS:
+        raise ValueError(
+            f"up to {_NAME_CHARACTERS} letters, digits, '.', '_' and '-', "
+            "the first a letter or digit"
+        )
     return value
 
 
-def _not_blank(value: str) -> str:
-    """Refuse text that says nothing."""
-    if not value.strip():
-        raise ValueError("text that is not blank")
+def _readable(value: str) -> str:
+    """Refuse text that says nothing, or that a terminal would obey."""
+    if not value.strip() or not is_text(value):
+        raise ValueError("text that is not blank and can be shown")
     return value
 
 
-#: Free text, not blank.
-Text = Annotated[str, AfterValidator(_not_blank)]
+def _short_line(value: str) -> str:
+    """Refuse text that does not fit on a line, or that a terminal would obey."""
+    if not is_line(value) or len(value) > _LINE_CHARACTERS:
+        raise ValueError(f"one line of up to {_LINE_CHARACTERS} characters that can be shown")
+    return value
+
+
+#: Longest text that stands on a line with others, in characters.
+_LINE_CHARACTERS = 200
+
+#: Free text, not blank, of any number of lines.
+Text = Annotated[str, AfterValidator(_readable)]
+
+#: Free text on one line, not blank.
+Line = Annotated[Text, AfterValidator(_short_line)]
 
 #: Name that can serve as a file name.
 Name = Annotated[str, AfterValidator(_plain_name)]
@@ -97,7 +120,7 @@ Name = Annotated[str, AfterValidator(_plain_name)]
 Positive = Annotated[float, Field(gt=0.0)]
 
 #: Ratio of two half-sizes of a particle, the smaller over the larger.
-AspectRatio = Annotated[float, Field(gt=0.0, le=1.0)]
+AspectRatio = Annotated[float, Field(**ASPECT.field)]
 
 #: Values b/a and c/b.
 AspectPair = tuple[AspectRatio, AspectRatio]
@@ -106,13 +129,13 @@ AspectPair = tuple[AspectRatio, AspectRatio]
 AspectRange = Annotated[AspectPair, AfterValidator(_rising)]
 
 #: Impact angle from the wall, degrees.
-Angle = Annotated[float, Field(gt=0.0, le=90.0)]
+Angle = Annotated[float, Field(**ALPHA_DEG.field)]
 
 #: Range of the impact angle; equal ends stand for one angle.
 AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(_rising)]
 
-#: Speed, m/s, up to what is far above any flow and far below overflow.
-Speed = Annotated[float, Field(gt=0.0, le=1e5)]
+#: Impact speed, m/s.
+Speed = Annotated[float, Field(**SPEED.field)]
 
 #: Range of speeds; equal ends stand for one speed.
 SpeedRange = Annotated[tuple[Speed, Speed], AfterValidator(_rising)]

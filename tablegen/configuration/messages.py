@@ -93,11 +93,16 @@ def shown(value: object) -> str:
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, float):
-        text = f"{value:.12g}"
+        text = f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value)
     elif isinstance(value, list | tuple):
         text = f"[{', '.join(shown(item) for item in value)}]"
     else:
         text = repr(value)
+    return _cut(text)
+
+
+def _cut(text: str) -> str:
+    """Begin of a text that is not worth repeating whole."""
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
@@ -124,7 +129,7 @@ def _described(problem: ErrorDetails, record: type[BaseModel]) -> tuple[str, str
     if given is MISSING:
         return path, f"{path}: missing, allowed: {allowed}"
     # A whole number written as 1.0 is refused for its point, which must then be seen.
-    got = repr(given) if kind.startswith("int_") else shown(given)
+    got = _cut(repr(given)) if kind.startswith("int_") else shown(given)
     return path, f"{path}: got {got}, allowed: {allowed}"
 
 

@@ -22,8 +22,11 @@ class Metric:
     head: str
     #: By preset. Largest distance that a table declares.
     presets: Mapping[str, float]
-    #: Bounds of what may be declared, as pydantic names them: ``gt`` or ``ge``, ``le``.
+    #: Bounds of what may be declared, as pydantic names them: ``ge``, ``le``. What is asked for
+    #: sets how many states are simulated, so that it may not be as small as one likes.
     allowed: Mapping[str, Any]
+    #: Distance of equal laws.
+    least: float = 0.0
     #: Decimal places.
     digits: int = 4
     #: Least distance above that of equal laws that can be told from noise.
@@ -37,11 +40,6 @@ class Metric:
     trial_states: int | None = None
     #: Whether it counts on the edges of the grid, or in the centres of cells only.
     on_edges: bool = True
-
-    @property
-    def least(self) -> float:
-        """Distance of equal laws."""
-        return float(self.allowed.get("ge", self.allowed.get("gt", 0.0)))
 
     @property
     def most(self) -> float:
@@ -64,7 +62,7 @@ METRICS: dict[str, Metric] = {
         short="KS",
         head="KS",
         presets={"compact": 0.04, "standard": 0.01, "fine": 0.005},
-        allowed={"gt": 0.0, "le": 1.0},
+        allowed={"ge": 1e-3, "le": 1.0},
         per_variable=True,
     ),
     "sliced_wasserstein": Metric(
@@ -72,7 +70,7 @@ METRICS: dict[str, Metric] = {
         short="sliced Wasserstein",
         head="sliced W",
         presets={"compact": 0.025, "standard": 0.008, "fine": 0.006},
-        allowed={"gt": 0.0},
+        allowed={"ge": 1e-4, "le": 1e9},
         trial_states=400_000,
         # near grazing its noise is two thirds of what the standard preset allows, which would
         # halve intervals that are good enough
@@ -83,7 +81,7 @@ METRICS: dict[str, Metric] = {
         short="correlation",
         head="corr.",
         presets={"compact": 0.06, "standard": 0.02, "fine": 0.015},
-        allowed={"gt": 0.0, "le": 2.0},
+        allowed={"ge": 1e-4, "le": 2.0},
     ),
     "auc": Metric(
         label="AUC of a classifier (0.5: cannot tell)",
@@ -91,6 +89,7 @@ METRICS: dict[str, Metric] = {
         head="AUC",
         presets={"compact": 0.65, "standard": 0.56, "fine": 0.53},
         allowed={"ge": 0.5, "le": 1.0},
+        least=0.5,
         digits=3,
         floor=0.002,
         learned=True,
@@ -104,6 +103,43 @@ PRESETS: dict[str, dict[str, float]] = {
     preset: {name: metric.presets[preset] for name, metric in METRICS.items()}
     for preset in ("compact", "standard", "fine")
 }
+
+
+#: Preset beyond which a declared accuracy says little.
+_LOOSEST = "compact"
+
+
+def looser_than_compact(declared: Mapping[str, float]) -> list[str]:
+    """Metrics for which an accuracy allows more than the preset "compact"."""
+    return [name for name in METRICS if declared[name] > PRESETS[_LOOSEST][name]]
+
+
+def little_declared(declared: Mapping[str, float]) -> str:
+    """Say for which metrics an accuracy allows more than the preset "compact", if for any."""
+    names = looser_than_compact(declared)
+    allowed = ", ".join(f"{name} {declared[name]:g}" for name in names)
+    usual = ", ".join(f"{PRESETS[_LOOSEST][name]:g}" for name in names)
+    if not names:
+        return ""
+    return f"the table declares little: {allowed}, where the preset {_LOOSEST} has {usual}"
+
+
+def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
+    """Largest distance of each metric in what a table stores; None if nothing was measured.
+
+    Parameters
+    ----------
+    accuracy : mapping of str to array
+        As `sampler.Table.accuracy`.
+    """
+    if accuracy["alpha_deg"].size == 0:
+        return None
+    return {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
+
+
+def errors_text(values: Mapping[str, float]) -> str:
+    """Distances by metric on one line."""
+    return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())
 
 
 def declared_accuracy(given: Mapping[str, Any]) -> dict[str, Any]:

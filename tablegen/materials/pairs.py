@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from tablegen.configuration.field_types import Name, Record, Text
+from tablegen.configuration.field_types import Line, Name, Record
 from tablegen.materials.resistance import ResistanceLaw
 from tablegen.materials.restitution import RestitutionLaw
 from tablegen.model.contact_laws import LawArguments
@@ -21,8 +21,8 @@ class MaterialPair(Record):
 
     #: Filled in where a scene refers to a pair by name.
     name: Name | None = None
-    particle: Text
-    wall: Text
+    particle: Line
+    wall: Line
     restitution: Annotated[RestitutionLaw, Field(discriminator="law")]
     resistance: Annotated[ResistanceLaw, Field(discriminator="law")]
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
+from tablegen.model.conditions import CONDITION_SIZE, condition_of, translates
 from tablegen.model.contact import contact_point
 from tablegen.model.rebound import (
     COLLISION_ALARM,
@@ -23,7 +24,6 @@ from tablegen.model.rebound import (
     collide,
     fly,
     rotational_energy,
-    translates,
     wall_spin,
 )
 from tablegen.model.rotation import ORDER
@@ -58,14 +58,16 @@ class LaneSlots(NamedTuple):
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
     ``properties`` (8, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
-    so far; ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH):
-    contact points; ``result`` (8, WIDTH): states and energies of particles that have left;
-    ``particle`` (WIDTH,): the index of the particle in each slot.
+    so far; ``condition`` (8, WIDTH) as in `tablegen.model.conditions`; ``candidates``
+    (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact points;
+    ``result`` (8, WIDTH): states and energies of particles that have left; ``particle`` (WIDTH,):
+    the index of the particle in each slot.
     """
 
     motion: np.ndarray
     series: np.ndarray
     properties: np.ndarray
+    condition: np.ndarray
     candidates: np.ndarray
     counts: np.ndarray
     point: np.ndarray
@@ -80,6 +82,7 @@ def make_slots(vertices):
         lane_array(MOTION_SIZE),
         lane_array(9 * (ORDER + 1)).reshape(9, ORDER + 1, WIDTH),
         lane_array(PROPERTIES),
+        lane_array(CONDITION_SIZE),
         lane_array(3 * vertices).reshape(vertices, 3, WIDTH),
         np.zeros(WIDTH, dtype=np.int64),
         lane_array(3),
@@ -89,16 +92,19 @@ def make_slots(vertices):
 
 
 @no_refcount_kernel
-def _clear(slots):
+def _clear(conditions, slots):
     """Fill inactive slots with a unit body, so that arithmetic on them stays finite.
 
-    Rows of vertices after those of a slot's particle are read, and must be centres.
+    Their condition is the first one, which may be that of all. Rows of vertices after those of a
+    slot's particle are read, and must be centres.
     """
     for slot in range(WIDTH):
         for k in range(MOTION_SIZE):
             slots.motion[k, slot] = 1.0 if k in (4, 6) else 0.0
         for k in range(PROPERTIES):
             slots.properties[k, slot] = 1.0
+        for k in range(CONDITION_SIZE):
+            slots.condition[k, slot] = conditions[0, k]
     for i in range(slots.candidates.shape[0]):
         for k in range(3):
             for slot in range(WIDTH):
@@ -120,9 +126,12 @@ def _load_mesh(population, mesh, slots, slot):
 
 
 @no_refcount_kernel
-def _load_slot(population, drawn, code, particle, slots, slot):
+def _load_slot(population, conditions, drawn, code, particle, slots, slot):
     """Load a random particle; `_load_shape` adds the properties of a shape other than a mesh."""
     axes, kind = drawn
+    if conditions.shape[0] > 1:
+        for k in range(CONDITION_SIZE):
+            slots.condition[k, slot] = conditions[particle, k]
     if code < FIRST_MESH:
         slots.properties[B, slot] = kind[particle, 1]
         slots.properties[C, slot] = kind[particle, 1] * kind[particle, 2]
@@ -159,17 +168,19 @@ def _body(slots, candidates, support_map):
 
 
 @no_refcount_kernel
-def _start(condition, body, slots, loaded):
-    """Set up the rebounds of the particles just loaded."""
+def _start(body, slots, loaded):
+    """Set up the rebounds of the particles just loaded; tell which of them touch the wall."""
+    condition = condition_of(slots.condition)
     approach(condition, body, slots.motion, loaded)
     energy = 0.5 + rotational_energy(body.moments, slots.motion)
     store(slots.properties, INITIAL, select(loaded, energy, load(slots.properties, INITIAL)))
+    return loaded & translates(condition)
 
 
 @no_refcount_kernel
-def _collide(law, condition, body, slots, touching):
+def _collide(law, body, slots, touching):
     """Collide the particles that touch the wall; tell which have too many collisions."""
-    motion = slots.motion
+    motion, condition = slots.motion, condition_of(slots.condition)
     gap = contact_point(body, motion, load(motion, HEIGHT), load(motion, V), slots.point)
     lift = select(touching, minimum(gap, 0.0), 0.0)
     store(motion, HEIGHT, load(motion, HEIGHT) - lift)
@@ -213,14 +224,15 @@ def _first_of(where, particle):
 
 
 @no_refcount_kernel
-def follow(law, population, condition, drawn, code, no_map, members, slots, outcome):
+def follow(law, population, conditions, drawn, code, no_map, members, slots, outcome):
     """Follow particles of one shape from before their first contact until they have left.
 
     Parameters
     ----------
     law : LawArguments
     population : PopulationArguments
-    condition : Condition
+    conditions : (n, 8) or (1, 8) float64
+        Of each particle, or of all.
     drawn : tuple ((n, 6) float64, (n, 3) float64)
         Wall axes n and x in body axes, and kind (shape code, b / a, c / b) of all particles.
     code : int
@@ -239,7 +251,7 @@ def follow(law, population, condition, drawn, code, no_map, members, slots, outc
         A particle that met the collision alarm, or -1.
     """
     support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
-    _clear(slots)
+    _clear(conditions, slots)
     candidates = slots.candidates if has_vertices(code) else slots.candidates[:0]
     touching = active = mask_from_bits(0)
     upcoming = 0
@@ -247,7 +259,7 @@ def follow(law, population, condition, drawn, code, no_map, members, slots, outc
         loading = 0
         for slot in range(WIDTH):
             if upcoming < members.shape[0] and not extract(active, slot):
-                _load_slot(population, drawn, code, members[upcoming], slots, slot)
+                _load_slot(population, conditions, drawn, code, members[upcoming], slots, slot)
                 upcoming += 1
                 loading |= 1 << slot
         loaded = mask_from_bits(loading)
@@ -258,14 +270,13 @@ def follow(law, population, condition, drawn, code, no_map, members, slots, outc
             _load_shape(population, code, slots)
         body = _body(slots, candidates, support_map)
         if loading != 0:
-            _start(condition, body, slots, loaded)
-            if translates(condition):
-                touching = touching | loaded
+            touching = touching | _start(body, slots, loaded)
         if any_lane(touching):
-            alarm = _collide(law, condition, body, slots, touching)
+            alarm = _collide(law, body, slots, touching)
             if any_lane(alarm):
                 return _first_of(alarm, slots.particle)
-        touches, left = fly(body, condition.tolerance, slots.motion, slots.series, active)
+        tolerance = condition_of(slots.condition).tolerance
+        touches, left = fly(body, tolerance, slots.motion, slots.series, active)
         touching = touches & active
         finished = left & active
         if any_lane(finished):

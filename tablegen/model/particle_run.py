@@ -1,4 +1,4 @@
-"""Rebounds of a run of particles of a population at one impact condition.
+"""Rebounds of many particles of a population, at one impact condition or at one each.
 
 Random particles are drawn first and sorted by shape, so that those followed in lockstep have
 equally many vertices. An audited run follows them one at a time, by the same kernels and to the
@@ -8,6 +8,7 @@ same bits. It is a kernel of its own because it takes as long to compile, and fe
 import numpy as np
 
 from sampler.compilation.jit import kernel, no_refcount_kernel
+from tablegen.model.conditions import condition_of
 from tablegen.model.lockstep import follow, make_slots
 from tablegen.model.random_particles import draw_particles
 from tablegen.model.rebound import (
@@ -44,7 +45,7 @@ def _sorted_by_shape(kind, codes):
 
 
 @no_refcount_kernel
-def _follow_one(law, population, condition, drawn, motion, storage, audit):
+def follow_one(law, population, condition, drawn, motion, storage, audit):
     """Rebound of one random particle with a given orientation.
 
     Parameters
@@ -75,33 +76,33 @@ def _follow_one(law, population, condition, drawn, motion, storage, audit):
 
 
 @kernel
-def simulate_batch(law, population, condition, keys, first, state, collisions, kind, energy):
-    """Simulate the particles ``first``, ``first + 1``, ... of a stream, WIDTH at a time.
+def simulate_batch(law, population, conditions, keys, state, collisions, kind, energy):
+    """Simulate particles, WIDTH at a time.
 
     Parameters
     ----------
     law : LawArguments
     population : PopulationArguments
-    condition : Condition
-    keys : tuple (uint64, uint32)
-        Seed and stream.
-    first : int
+    conditions : (n, 8) or (1, 8) float64
+        Impact condition of each particle, or of all (`tablegen.model.conditions`).
+    keys : ParticleKeys
     state : (n, 6) float64
         Output: velocities over V, angular velocities times a / V, wall axes.
     collisions : (n,) int64
         Output.
     kind : (n, 3) float64
-        Output: shape code (the same for all meshes), b / a, c / b.
+        Shape code, b / a, c / b. Output: the same, with one code for all meshes; input where
+        ``keys.grain`` is empty, with the code FIRST_MESH + k for mesh number k.
     energy : (n, 2) float64
         Output: translational and rotational energy over the energy before the impact.
 
     Returns
     -------
     int
-        Index of the first particle that did not finish, or -1.
+        Row of the first particle that did not finish, or -1.
     """
     axes = np.empty((state.shape[0], 6))
-    draw_particles(population, keys, first, axes, kind)
+    draw_particles(population, keys, axes, kind)
     codes = FIRST_MESH + population.meshes.resolutions.size
     order, starts = _sorted_by_shape(kind, codes)
     slots, no_map = make_slots(max(MAX_VERTICES, population.meshes.longest)), empty_map()
@@ -109,18 +110,16 @@ def simulate_batch(law, population, condition, keys, first, state, collisions, k
     for code in range(codes):
         members = order[starts[code] : starts[code + 1]]
         unfinished = follow(
-            law, population, condition, drawn, code, no_map, members, slots, outcome
+            law, population, conditions, drawn, code, no_map, members, slots, outcome
         )
         if unfinished >= 0:
-            return first + unfinished
+            return unfinished
     _merge_mesh_codes(kind)
     return -1
 
 
 @kernel
-def simulate_audited(
-    law, population, condition, keys, first, state, collisions, kind, energy, audit
-):
+def simulate_audited(law, population, conditions, keys, state, collisions, kind, energy, audit):
     """Simulate as `simulate_batch`, one particle at a time, every collision and flight checked.
 
     Parameters
@@ -129,18 +128,19 @@ def simulate_audited(
         Output: largest violation of each law.
     """
     axes, motion = np.empty((state.shape[0], 6)), np.empty(MOTION_SIZE)
-    draw_particles(population, keys, first, axes, kind)
+    draw_particles(population, keys, axes, kind)
     candidates = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
     storage = candidates, np.zeros(1, dtype=np.int64), empty_map(), workspace()
     for i in range(state.shape[0]):
+        condition = condition_of(conditions[i if conditions.shape[0] > 1 else 0])
         for k in range(6):
             motion[3 + k] = axes[i, k]
         drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
-        status, collisions[i], initial, rotational = _follow_one(
+        status, collisions[i], initial, rotational = follow_one(
             law, population, condition, drawn, motion, storage, audit
         )
         if status != LEFT:
-            return first + i
+            return i
         state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
         state[i, 3], state[i, 4], state[i, 5] = wall_spin(motion)
         velocity2 = motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2

@@ -1,18 +1,25 @@
 """Random particles: shape, aspect ratios and orientation from counter-based random numbers.
 
-A particle is a pure function of (seed, stream, index): block 0 of its counter gives b/a, c/b and
-two orientation numbers, block 1 the third orientation number and the shape. `draw_particle` draws
-one, `draw_particles` a run of them, some at a time in lanes (see `tablegen.model.simd`), with the
+A particle is a pure function of (seed, index, hit): block 0 of its counter gives b/a, c/b and
+two orientation numbers, block 1 the third orientation number and the shape. Shape and ratios may
+be those of another hit, as of a particle that keeps them. `draw_grain` and `draw_orientation` draw
+one particle, `draw_particles` many, some at a time in lanes (see `tablegen.model.simd`), with the
 same bits.
 """
 
+import math
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.block import item
 from sampler.drawing.normal import central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
+from tablegen.model.bounds import ASPECT
 from tablegen.model.rotation import set_orientation
-from tablegen.model.shapes import FIRST_MESH, SPHERE
+from tablegen.model.shapes import FIRST_MESH, MESH, SPHERE
 from tablegen.model.simd import (
     WIDTH,
     any_lane,
@@ -23,6 +30,9 @@ from tablegen.model.simd import (
     store,
     width,
 )
+
+#: Bounds of the ratios as plain numbers, which kernels take.
+_LEAST, _MOST = ASPECT.low, ASPECT.high
 
 #: Keeps the direct simulation and the table draws of one seed on different random numbers.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
@@ -65,11 +75,17 @@ def aspect_ratio(law, u):
 
 
 @no_refcount_inline_kernel
-def _words(seed, stream, index):
-    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape."""
-    key = np.uint64(seed) ^ SIMULATION_KEY
-    w0, w1, w2, w3 = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(0))
-    v0, v1, _, _ = philox_block(key, np.uint64(index), np.uint32(stream), np.uint32(1))
+def _words(seed, index, hit, grain):
+    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape.
+
+    Those of the ratios and of the shape are of the hit ``grain``, the others of ``hit``.
+    """
+    key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
+    w0, w1, w2, w3 = philox_block(key, index, np.uint32(hit), np.uint32(0))
+    v0, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
+    if grain != hit:
+        w0, w1, _, _ = philox_block(key, index, np.uint32(grain), np.uint32(0))
+        _, v1, _, _ = philox_block(key, index, np.uint32(grain), np.uint32(1))
     return uniform(w0), uniform(w1), uniform(w2), uniform(w3), uniform(v0), uniform(v1)
 
 
@@ -86,60 +102,118 @@ def _own_sizes(population, shape, b_over_a, c_over_b):
 
 
 @no_refcount_kernel
-def draw_particle(population, seed, stream, index, motion):
-    """Draw a particle and put its orientation into ``motion``.
+def draw_grain(population, seed, index, hit):
+    """Draw a grain.
 
     Parameters
     ----------
     population : PopulationArguments
-    seed : uint64
-    stream : uint32
-    index : uint64
-    motion : (13,) float64
-        Rows 3:9 are written.
+    seed, index, hit : int
+        A particle that keeps its grain has that of hit 0.
 
     Returns
     -------
-    tuple (shape code, b / a, c / b)
+    tuple (shape code, b / a, c / b) of three floats
         Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
     """
-    u = _words(seed, stream, index)
-    set_orientation(u[2], u[3], u[4], motion)
+    u = _words(seed, index, hit, hit)
     shape = pick_shape(population, u[5])
     b_over_a = aspect_ratio(population.aspect[0], u[0])
     c_over_b = aspect_ratio(population.aspect[1], u[1])
     b_over_a, c_over_b = _own_sizes(population, shape, b_over_a, c_over_b)
-    return shape, b_over_a, c_over_b
+    return float(shape), b_over_a, c_over_b
+
+
+@no_refcount_kernel
+def draw_orientation(seed, index, hit, motion):
+    """Draw the orientation of a particle at a hit into rows 3:9 of ``motion`` (13,)."""
+    u = _words(seed, index, hit, hit)
+    set_orientation(u[2], u[3], u[4], motion)
+
+
+@no_refcount_inline_kernel
+def grain_fits(population, shape, b_over_a, c_over_b):
+    """Whether a shape code and ratios are those of a grain; a mesh has half-sizes of its own."""
+    if FIRST_MESH <= shape < FIRST_MESH + population.meshes.resolutions.size:
+        return shape == math.floor(shape)
+    known = 0.0 <= shape < FIRST_MESH and shape != MESH and shape == math.floor(shape)
+    ratios = _LEAST <= b_over_a <= _MOST and _LEAST <= c_over_b <= _MOST
+    return known and ratios and (shape != SPHERE or (b_over_a == 1.0 and c_over_b == 1.0))
+
+
+class ParticleKeys(NamedTuple):
+    """Keys of the random numbers of n particles; arrays have n elements, or one for all.
+
+    ``seed`` and ``particle`` (uint64) say which it is, ``hit`` (uint32) which of its rebounds: it
+    gives the orientation. ``grain`` (uint32) is the hit whose random numbers give the shape and
+    its ratios; it is empty where they are given and not drawn.
+    """
+
+    seed: np.uint64
+    particle: NDArray[np.uint64]
+    hit: NDArray[np.uint32]
+    grain: NDArray[np.uint32]
+
+
+def keys_of_run(seed: int, stream: int, first: int, count: int) -> ParticleKeys:
+    """Keys of the particles ``first``, ``first + 1``, ... of a stream."""
+    index = np.arange(first, first + count, dtype=np.uint64)
+    streams = np.array([stream], dtype=np.uint32)
+    return ParticleKeys(np.uint64(seed), index, streams, streams)
 
 
 @kernel
-def draw_particles(population, keys, first, axes, kind):
-    """Draw the particles ``first``, ``first + 1``, ...
+def draw_particles(population, keys, axes, kind):
+    """Draw particles.
 
     Parameters
     ----------
     population : PopulationArguments
-    keys : tuple (uint64, uint32)
-        Seed and stream.
-    first : int
+    keys : ParticleKeys
     axes : (n, 6) float64
         Output: wall axes n and x in body axes.
     kind : (n, 3) float64
-        Output: shape code, b / a, c / b.
+        Output: shape code, b / a, c / b; left as it is where the grains are given.
     """
-    seed, stream = keys
+    given = keys.grain.size == 0
     words, motion, ratio = lane_array(6), lane_array(9), lane_array(2)
     for start in range(0, axes.shape[0], WIDTH):
+        count = min(WIDTH, axes.shape[0] - start)
         for i in range(WIDTH):
-            u = _words(seed, stream, first + start + i)
-            for k in range(6):
-                words[k, i] = u[k]
+            # lanes that are not full repeat the last particle
+            k = start + min(i, count - 1)
+            hit = item(keys.hit, k)
+            grain = hit if given else item(keys.grain, k)
+            u = _words(keys.seed, item(keys.particle, k), hit, grain)
+            for j in range(6):
+                words[j, i] = u[j]
         set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
+        for i in range(count):
+            for j in range(6):
+                axes[start + i, j] = motion[3 + j, i]
+        if given:
+            continue
         store(ratio, 0, aspect_ratio(population.aspect[0], load(words, 0)))
         store(ratio, 1, aspect_ratio(population.aspect[1], load(words, 1)))
-        for i in range(min(WIDTH, axes.shape[0] - start)):
+        for i in range(count):
             shape = pick_shape(population, words[5, i])
             b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
             kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, b_over_a, c_over_b
-            for k in range(6):
-                axes[start + i, k] = motion[3 + k, i]
+
+
+@kernel
+def draw_grains(population, seed, index, kind):
+    """Draw the grains that particles keep into ``kind`` (n, 3); ``index`` is (n,) or (1,)."""
+    kept = np.uint32(0)
+    for k in range(kind.shape[0]):
+        grain = draw_grain(population, seed, item(index, k), kept)
+        kind[k, 0], kind[k, 1], kind[k, 2] = grain
+
+
+@no_refcount_kernel
+def first_misfit(population, kind):
+    """First row of ``kind`` (n, 3) that is no grain, or -1."""
+    for k in range(kind.shape[0]):
+        if not grain_fits(population, kind[k, 0], kind[k, 1], kind[k, 2]):
+            return k
+    return -1

@@ -19,13 +19,13 @@ audited; `tablegen.model.lockstep` follows many.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energy_gain, impulse
+from tablegen.model.conditions import translates
 from tablegen.model.contact import contact_point, search
 from tablegen.model.contact_laws import resistance, restitution
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
@@ -58,30 +58,6 @@ COLLISION_ALARM = 100_000_000
 #: independent reference simulation passes the bounding radius. At zero, correlations of omega_x and
 #: omega_y differ from the reference's by up to 0.008, at this height by no more than its noise.
 CLEARANCE = 0.006
-
-
-class Condition(NamedTuple):
-    """Impact condition and numerical parameters of a rebound.
-
-    ``alpha1`` [rad], its ``cosine`` and ``sine``, which are the velocity before the impact,
-    ``speed`` [m/s], ``spin``: angular velocity before the impact in wall axes times a / V,
-    ``resolution``: smallest rebound speed of a contact point over V, ``tolerance``: truncation of
-    the flight series.
-    """
-
-    alpha1: float
-    cosine: float
-    sine: float
-    speed: float
-    spin: tuple[float, float, float]
-    resolution: float
-    tolerance: float
-
-
-@inline_kernel
-def translates(condition):
-    """Whether particles arrive without spin."""
-    return condition.spin[0] == 0.0 and condition.spin[1] == 0.0 and condition.spin[2] == 0.0
 
 
 @inline_kernel
@@ -359,9 +335,9 @@ def approach(condition, body, motion, where=True):
     store(motion, U, select(where, condition.cosine, load(motion, U)))
     store(motion, V, select(where, -condition.sine, load(motion, V)))
     store(motion, W, select(where, 0.0, load(motion, W)))
-    height = (
-        support_depth(body, n[0], n[1], n[2]) if translates(condition) else body.bounding_radius
-    )
+    height, still = body.bounding_radius, where & translates(condition)
+    if any_lane(still):
+        height = select(still, support_depth(body, n[0], n[1], n[2]), height)
     store(motion, HEIGHT, select(where, height, load(motion, HEIGHT)))
 
 

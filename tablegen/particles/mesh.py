@@ -10,6 +10,7 @@ Where several vertices of a mesh touch the wall together, the contact is at thei
 a triangle and a regular face that is the centre; a random orientation never lands so.
 """
 
+import io
 import os
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,6 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
+from sampler.files.reading import read_file
+from tablegen.model.bounds import MESH_SIZE
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import Body
 from tablegen.model.support_map import SupportMap, longest_list
@@ -31,6 +34,9 @@ SUFFIXES = (".stl", ".obj", ".ply")
 
 #: Most vertices of a hull; a configuration carries them all.
 MOST_VERTICES = 10_000
+
+#: Largest mesh file, in bytes.
+MOST_BYTES = 2**28
 
 #: Least volume of a mesh over that of its convex hull that still counts as convex.
 CONVEX = 0.999
@@ -142,8 +148,9 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     Raises
     ------
     InputError
-        If the file is missing or cannot be read, or the mesh is empty, has fewer than four
-        vertices, is open, has faces that are turned inside out, is flat, or has too many corners.
+        If the file is missing, is no regular file, is too long or cannot be read, or the mesh is
+        empty, has fewer than four vertices, an extent outside of `MESH_SIZE`, is open, has faces
+        that are turned inside out, is flat, or has too many corners.
     """
     path = Path(path)
     points, faces = _triangles(path)
@@ -151,6 +158,8 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
         raise _refused(path, "which has no faces", "a closed surface")
     if len(points) < 4:
         raise _refused(path, f"which has {len(points)} vertices", "4 or more")
+    if problem := _size_problem(points):
+        raise _refused(path, f"with {problem}", _SIZES)
     try:
         corners = points[true_vertices(points)]
     except FlatError as error:
@@ -158,8 +167,9 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     if len(corners) > MOST_VERTICES:
         given = f"whose convex hull has {len(corners)} vertices"
         raise _refused(path, given, f"up to {MOST_VERTICES}")
-    volume = _enclosed_volume(path, points, faces)
-    hull = ConvexHull(corners - corners.mean(axis=0))
+    size = np.ptp(points, axis=0).max()
+    volume = _enclosed_volume(path, points / size, faces)
+    hull = ConvexHull((corners - corners.mean(axis=0)) / size)
     vertices: Vertices = tuple((float(x), float(y), float(z)) for x, y, z in corners)
     return MeshFile(path.name, vertices, volume / mass_of(hull).volume)
 
@@ -179,8 +189,8 @@ def mesh_particle(vertices: ArrayLike) -> MeshParticle:
     Raises
     ------
     InputError
-        If there are fewer than four points, too many, one that is not finite, or they lie in a
-        plane.
+        If there are fewer than four points, too many, one that is not finite, an extent outside of
+        `MESH_SIZE`, or they lie in a plane.
     """
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not 4 <= len(points) <= MOST_VERTICES:
@@ -188,6 +198,8 @@ def mesh_particle(vertices: ArrayLike) -> MeshParticle:
         raise InputError(f"vertices: got shape {points.shape}, allowed: {allowed}")
     if not np.isfinite(points).all():
         raise InputError("vertices: got a number that is not finite, allowed: finite numbers")
+    if problem := _size_problem(points):
+        raise InputError(f"vertices: got {problem}, allowed: {_SIZES}")
     try:
         points = points[true_vertices(points)]
     except FlatError as error:
@@ -229,6 +241,18 @@ def _in_principal_axes(points: FloatArray, shift: FloatArray, size: float) -> Me
     )
 
 
+_SIZES = f"coordinates up to {MESH_SIZE.high:g}, a largest extent of {MESH_SIZE.low:g} or more"
+
+
+def _size_problem(points: FloatArray) -> str | None:
+    """Say why points are too large or too small; those in one place are left to others."""
+    largest = np.abs(points).max()
+    if largest > MESH_SIZE.high:
+        return f"a coordinate of {largest:g}"
+    extent = np.ptp(points, axis=0).max()
+    return f"an extent of {extent:g}" if 0.0 < extent < MESH_SIZE.low else None
+
+
 def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
     """Vertices and triangles of a file, as they stand in it."""
     # an import of a second that only meshes need
@@ -237,11 +261,10 @@ def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
         raise _refused(path, "", f"a file ending in {', '.join(SUFFIXES)}")
+    content = io.BytesIO(read_file("particle", path, MOST_BYTES))
     try:
-        with open(path, "rb") as file:
-            mesh = trimesh.load_mesh(file, file_type=kind[1:], process=False)
-    except OSError as error:
-        raise _refused(path, f"which cannot be read ({error.strerror})", "a mesh file") from error
+        # bytes have no place from which materials and images that they name could be read
+        mesh = trimesh.load_mesh(content, kind[1:], process=False, skip_materials=True)
     except Exception as error:
         # the library's readers raise anything on a file that is not what its suffix says
         raise _refused(
@@ -254,18 +277,17 @@ def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
 
 
 def _enclosed_volume(path: Path, points: FloatArray, faces: NDArray[np.int64]) -> float:
-    """Volume within a closed surface, in units of the file; any other surface is refused."""
+    """Volume within a closed surface of unit size; any other surface is refused."""
     import trimesh
 
-    # the library merges vertices by an absolute distance, so it gets a surface of unit size
-    size = np.ptp(points, axis=0).max()
-    surface = trimesh.Trimesh((points - points.mean(axis=0)) / size, faces, process=True)
+    # the library merges vertices by an absolute distance, which is why the size matters
+    surface = trimesh.Trimesh(points - points.mean(axis=0), faces, process=True)
     surface.update_faces(surface.nondegenerate_faces())
     if not surface.is_watertight:
         raise _refused(path, "which is open", "a closed surface, each edge shared by two faces")
     if not surface.is_winding_consistent:
         raise _refused(path, "with faces turned inside out", "faces that all face outward")
-    return float(abs(np.linalg.det(surface.triangles).sum()) / 6.0 * size**3)
+    return float(abs(np.linalg.det(surface.triangles).sum()) / 6.0)
 
 
 def _refused(path: Path, given: str, allowed: str) -> InputError:

@@ -11,8 +11,9 @@ from scipy.special import ndtr
 
 from sampler.errors import InputError
 from tablegen.configuration.defaults import MIXTURE
-from tablegen.configuration.field_types import AspectPair, AspectRange, Record, Text
+from tablegen.configuration.field_types import AspectPair, AspectRange, Line, Record
 from tablegen.configuration.messages import refusal, shown
+from tablegen.model.bounds import ASPECT
 from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.model.shapes import FIRST_MESH, MeshArguments
 from tablegen.model.support_map import longest_list
@@ -112,7 +113,7 @@ class MeshShape(Record):
     """A convex particle given by its vertices, which `tablegen.config` reads."""
 
     #: Where the vertices come from, for the record only.
-    file: Text | None = None
+    file: Line | None = None
     #: Points whose convex hull is the particle, in any units and axes.
     vertices: Annotated[Vertices, AfterValidator(_solid)]
     weight: Weight = 1.0
@@ -234,7 +235,7 @@ class Population(Record):
         Parameters
         ----------
         ba, cb : float
-            Ratios b/a and c/b of the half-sizes a >= b >= c, in (0, 1].
+            Ratios b/a and c/b of the half-sizes a >= b >= c, 0.001 to 1.
 
         Returns
         -------
@@ -243,12 +244,12 @@ class Population(Record):
         Raises
         ------
         InputError
-            If a ratio is not in (0, 1], or other than 1 for a population of spheres.
+            If a ratio is out of range, or other than 1 for a population of spheres.
         """
         try:
             aspect = FixedAspect(distribution="fixed", values=(ba, cb))
         except ValidationError as error:
-            allowed = "two ratios b/a and c/b, each above 0 and up to 1"
+            allowed = f"two ratios b/a and c/b, each {ASPECT.words}"
             raise InputError(f"aspect: got {shown((ba, cb))}, allowed: {allowed}") from error
         spheres = set(self.shapes.positive()) == {"sphere"} and not self._weighty_meshes()
         if spheres and aspect.values != (1.0, 1.0):

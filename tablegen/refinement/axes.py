@@ -20,8 +20,16 @@ from tablegen.refinement.intervals import Grid, Middle, Place
 #: Monotone function of an angle or speed in which interpolation is linear.
 Abscissa = Callable[[FloatArray], FloatArray]
 
-#: Entries of a look-up table.
-LOOKUP_SIZE = 2049
+#: Entries that a look-up may have; it gets the fewest that find its nodes.
+LOOKUP_SIZES = tuple(2**k + 1 for k in range(11, 18))
+
+#: How far a look-up may be off at a node, where it has a kink between two entries: half of what a
+#: table file may be.
+_MOST_OFF = 0.01
+
+#: Least distance of two nodes over that of the ends: 32 steps of the largest look-up, in which it
+#: finds nodes of any abscissa.
+_LEAST_DISTANCE = 32.0 / (LOOKUP_SIZES[-1] - 1)
 
 #: Intervals of the first grid, before any error is measured: equal steps, at most this wide in the
 #: square root of the angle in degrees, and for the restitution abscissa so many that it changes by
@@ -29,8 +37,8 @@ LOOKUP_SIZE = 2049
 _ANGLE_STEP = 0.6
 _SPEED_STEP = 0.75
 
-#: Intervals narrower than this share of an axis, in its abscissa, are not halved: the look-up
-#: would have too few entries in them.
+#: Intervals narrower than this share of an axis, in its abscissa, are not halved: what is off there
+#: has another cause than the nodes.
 _FINEST = 1.0 / 256.0
 
 
@@ -42,8 +50,8 @@ class Axes:
     alpha_deg: FloatArray
     #: (n_speed,) float64. Speeds of the nodes [m/s].
     speed: FloatArray
-    #: (LOOKUP_SIZE,) float64. Fractional node index at equal steps between the first and the last
-    #: node.
+    #: (n,) float64, n one of `LOOKUP_SIZES`. Fractional node index at equal steps between the first
+    #: and the last node.
     alpha_coordinate: FloatArray
     speed_coordinate: FloatArray
 
@@ -117,23 +125,48 @@ def middles(config: Config) -> tuple[Middle, Middle]:
 
 def _middle(axis: Abscissa, ends: tuple[float, float], fixed: bool) -> Middle:
     whole = float(abs(np.diff(axis(np.array(ends)))[0]))
+    least = _LEAST_DISTANCE * (ends[1] - ends[0])
 
     def middle(low: float, high: float) -> float | None:
         a, b = axis(np.array([low, high]))
         if fixed or abs(b - a) < 2.0 * _FINEST * whole:
             return None
-        return _halfway(axis, low, high)
+        half = _halfway(axis, low, high)
+        return half if min(half - low, high - half) >= least else None
 
     return middle
 
 
-def _lookup(nodes: FloatArray, abscissa: FloatArray, points: FloatArray) -> FloatArray:
-    """Fractional node index of ``points``, piecewise linear in the abscissa of the nodes."""
+def _lookup(field: str, nodes: FloatArray, axis: Abscissa) -> FloatArray:
+    """Fractional node index at equal steps between two ends, piecewise linear in an abscissa.
+
+    Parameters
+    ----------
+    field : str
+        Of the nodes, to open an error message.
+    nodes : (n,) float64
+    axis : callable
+        Grows.
+    """
+    numbers = np.arange(len(nodes), dtype=np.float64)
     if len(nodes) == 1:
-        return np.zeros(len(points))
-    index = np.interp(points, abscissa, np.arange(len(nodes), dtype=np.float64))
-    index[0], index[-1] = 0.0, len(nodes) - 1.0
-    return index
+        return np.zeros(LOOKUP_SIZES[0])
+    for size in LOOKUP_SIZES:
+        points = np.linspace(nodes[0], nodes[-1], size)
+        index = np.interp(axis(points), axis(nodes), numbers)
+        index[0], index[-1] = numbers[0], numbers[-1]
+        if not (np.diff(index) > 0.0).all():
+            raise InputError(
+                f"{field}: got {nodes[0]:g} to {nodes[-1]:g}, where interpolation has no digits "
+                "left to tell values apart, allowed: a range in which rebounds change more"
+            )
+        if np.abs(np.interp(nodes, points, index) - numbers).max() <= _MOST_OFF:
+            return index
+    k, least = int(np.diff(nodes).argmin()), _LEAST_DISTANCE * (nodes[-1] - nodes[0])
+    raise InputError(
+        f"{field}: got {nodes[k]:.9g} and {nodes[k + 1]:.9g}, which a look-up from {nodes[0]:g} to "
+        f"{nodes[-1]:g} cannot tell apart, allowed: nodes {least:.2g} apart"
+    )
 
 
 def middle_of(config: Config, place: Place) -> tuple[float, float]:
@@ -158,15 +191,16 @@ def make_axes(config: Config, grid: Grid | None = None) -> Axes:
     config : Config
     grid : Grid, optional
         By default the one of `first_grid`.
+
+    Raises
+    ------
+    InputError
+        If no look-up can tell the nodes of an axis apart.
     """
     alpha, speed = (np.array(nodes) for nodes in grid or first_grid(config))
-    alphas = np.linspace(alpha[0], alpha[-1], LOOKUP_SIZE)
-    speeds = np.linspace(speed[0], speed[-1], LOOKUP_SIZE)
     return Axes(
         alpha_deg=alpha,
         speed=speed,
-        alpha_coordinate=_lookup(alpha, np.sqrt(alpha), np.sqrt(alphas)),
-        speed_coordinate=_lookup(
-            speed, -config.speed_coordinate(speed), -config.speed_coordinate(speeds)
-        ),
+        alpha_coordinate=_lookup("table.alpha_nodes_deg", alpha, np.sqrt),
+        speed_coordinate=_lookup("table.speed_nodes", speed, lambda v: -config.speed_coordinate(v)),
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 import sampler
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
+from sampler.files.atomic import atomic_output, check_output
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.config import Config, load_config
 from tablegen.generate import generate
@@ -51,6 +51,7 @@ def run_demo(output: Path, say: Callable[[str], None], progress: bool = True) ->
     -------
     Validation
     """
+    check_output(_picture_path(output))
     config = load_config("demo")
     begin = time.perf_counter()
     alpha, speed = config.domain.alpha_deg, config.domain.speed
@@ -111,15 +112,18 @@ def _median_seconds(work: Callable[[], object]) -> float:
     return statistics.median(seconds)
 
 
+def _picture_path(table: Path) -> Path:
+    path = table.with_suffix(".png")
+    return table.with_name(f"{table.name}.png") if path == table else path
+
+
 def _picture_text(direct: FloatArray, drawn: FloatArray, table: Path) -> str:
     """Draw the joint density from both sources; where the picture is, or what it needs."""
     try:
         require_matplotlib("picture")
     except InputError as error:
         return f"   no {error}"
-    path = table.with_suffix(".png")
-    if path == table:
-        path = table.with_name(f"{table.name}.png")
+    path = _picture_path(table)
     picture = joint_picture(
         [Source("direct simulation", direct), Source("table", drawn)],
         path.name,

@@ -1,7 +1,8 @@
 """Checkpoints: results of finished tasks on disk, from which an interrupted run is resumed.
 
-A checkpoint is a set of named arrays with a key. Those of a run are in a folder next to its output,
-with the fingerprint of what they were made from; it is removed when the output is complete.
+A checkpoint is a set of named arrays with a key. Those of a run are the pieces in its
+`tablegen.tasks.parts_folder`, with the fingerprint of what they were made from; they are removed
+when the output is complete.
 
 A checkpoint is a ``.npz`` archive followed by 32 bytes: the SHA-256 digest of the fingerprint, the
 key and the archive. So one that was cut short or altered, or that belongs to another key or another
@@ -10,17 +11,17 @@ run, is recognised, and its task done again.
 
 import hashlib
 import io
-import os
-import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
+from tablegen.tasks.parts_folder import PartsFolder
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -33,7 +34,7 @@ _DIGEST_SIZE = 32
 
 
 class CheckpointStore:
-    """Folder ``OUTPUT.parts`` with the checkpoints of a run.
+    """Checkpoints of a run, in a folder that is its own until the store is closed.
 
     Parameters
     ----------
@@ -43,46 +44,76 @@ class CheckpointStore:
         Everything that decides the result of a task, but for its key; checkpoints with another
         fingerprint are not used.
     resume : bool
-        Keep the checkpoints of an interrupted run with the same fingerprint; else start again.
+        Use the checkpoints of an interrupted run with the same fingerprint, if there are any.
+    discard : bool
+        Remove the checkpoints of an interrupted run, if there are any.
 
     Raises
     ------
     InputError
-        If the checkpoints to resume from have another fingerprint, or the folder cannot be made
-        or written to.
+        If another run is making the output; if there are checkpoints, and neither `resume` nor
+        `discard` says what becomes of them, or those to resume from have another fingerprint; or
+        if the folder cannot be used.
+
+    Attributes
+    ----------
+    resumed : bool
+        Whether there are checkpoints already.
     """
 
-    def __init__(self, output: Path, fingerprint: str, resume: bool) -> None:
-        self.folder = output.with_name(output.name + ".parts")
+    def __init__(
+        self, output: Path, fingerprint: str, *, resume: bool = False, discard: bool = False
+    ) -> None:
+        if resume and discard:
+            raise InputError("--discard: got it with --resume, allowed: one of the two")
         self._fingerprint = hashlib.sha256(fingerprint.encode()).hexdigest()
-        if resume and self.folder.is_dir() and any(self.folder.iterdir()):
-            self._check_fingerprint()
-            return
-        self.discard()
+        self._parts = PartsFolder(output)
         try:
-            self.folder.mkdir()
-            with atomic_output(self._stamp) as temporary:
-                temporary.write_text(self._fingerprint)
-        except OSError as error:
-            raise InputError(f"output: cannot make {self.folder}: {error.strerror}") from error
+            self.resumed = not discard and self._parts.pieces > 0
+            if self.resumed:
+                self._check_can_go_on(resume)
+            else:
+                self._parts.begin(self._fingerprint)
+        except BaseException:
+            self.close()
+            raise
+
+    def _check_can_go_on(self, resume: bool) -> None:
+        pieces, same = self._parts.pieces, self._parts.fingerprint == self._fingerprint
+        if same and resume:
+            return
+        made_from = "" if same else ", made from another configuration or version"
+        going_on = "--resume, which uses them" if same else "another output"
+        raise InputError(
+            f"output: got {self.folder} with {pieces} piece{'s' * (pieces > 1)} of an unfinished "
+            f"run{made_from}, "
+            f"allowed: {going_on}, or --discard, which removes them"
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
 
     @property
-    def _stamp(self) -> Path:
-        return self.folder / "recipe.sha256"
+    def folder(self) -> Path:
+        """Where the checkpoints are."""
+        return self._parts.path
 
-    def _check_fingerprint(self) -> None:
-        found = self._stamp.read_text() if self._stamp.is_file() else "nothing"
-        if found != self._fingerprint:
-            raise InputError(
-                f"resume: got {self.folder}, made from another configuration or version, "
-                "allowed: parts of this one (leave out --resume to start afresh)"
-            )
-        if not os.access(self.folder, os.W_OK):
-            raise InputError(f"resume: got {self.folder}, allowed: a folder that can be written")
+    @property
+    def rehearsal(self) -> Path:
+        """A file in the folder for a table that is tried and removed."""
+        return self._parts.rehearsal
 
     def path(self, key: str) -> Path:
         """File of a checkpoint, whether it is there or not."""
-        return self.folder / f"piece-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
+        return self._parts.file(hashlib.sha256(key.encode()).hexdigest()[:16])
 
     def _digest(self, key: str, archive: bytes) -> bytes:
         owner = hashlib.sha256(key.encode()).digest()
@@ -117,6 +148,10 @@ class CheckpointStore:
         except InputError as error:
             raise InputError(f"{error}; earlier pieces are kept for --resume") from error
 
-    def discard(self) -> None:
-        """Remove the folder with everything in it."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+    def remove(self) -> None:
+        """Remove all checkpoints, which ends the run."""
+        self._parts.remove()
+
+    def close(self) -> None:
+        """Leave the checkpoints for a later run."""
+        self._parts.close()

@@ -7,9 +7,10 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from sampler.errors import InputError
+from tablegen.tasks.dask_scheduler import check_scheduler
 
-#: Seconds after which a scheduler counts as out of reach.
-_TIMEOUT = 10
+#: Seconds after which a scheduler counts as out of reach: with the time to start, less than 15.
+_TIMEOUT = 8
 
 
 #: What the scheduler and every worker must be able to run.
@@ -70,6 +71,7 @@ def dask_workers(
             cluster = LocalCluster(n_workers=workers, threads_per_worker=1, **options)
             client = stack.enter_context(Client(stack.enter_context(cluster)))
         else:
+            check_scheduler(scheduler, _TIMEOUT)
             try:
                 client = stack.enter_context(Client(scheduler, timeout=_TIMEOUT))
                 # a worker that cannot unpickle its task closes without a message, and the run hangs
@@ -80,11 +82,8 @@ def dask_workers(
                     f"--scheduler: got {scheduler}, where Python says {error}, "
                     "allowed: a cluster with the same environment as here"
                 ) from error
-            except (OSError, ValueError) as error:
-                raise InputError(
-                    f"--scheduler: got {scheduler}, where none answered within {_TIMEOUT} s, "
-                    "allowed: the address of a running Dask scheduler"
-                ) from error
+            except OSError as error:
+                raise InputError(f"--scheduler: got {scheduler}, which was lost") from error
             if not client.scheduler_info()["workers"]:
                 say(f"the scheduler {scheduler} has no workers yet; waiting for them")
         try:

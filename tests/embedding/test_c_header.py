@@ -316,6 +316,7 @@ def test_rebounds_of_a_batch_are_those_one_by_one_and_of_python(library, n, wall
         ("wall_velocity", 1e4, -2),
         ("normal", 0.0, -4),
         ("half_size", 0.0, -5),
+        ("half_size", 1e-310, -5),
     ],
 )
 def test_a_batch_of_rebounds_stops_before_the_first_error(library, bad, name, value, code):

@@ -25,4 +25,6 @@ def test_a_wrong_vector_and_a_missing_table(tmp_path):
     wrong.write_text(first.replace(" 0 0 0 0 ", " 0 1 0 0 ") + "\n", encoding="ascii")
     assert "case 1 fails" in toolchain.run(program, VECTORS / "full.rbt", wrong, status=1)
     missing = toolchain.run(program, tmp_path / "none.rbt", wrong, status=1)
-    assert missing == "file: cannot be opened, allowed: a file that exists\n"
+    assert (
+        missing == "file: cannot be opened, allowed: a regular file that exists and may be read\n"
+    )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import toolchain
 from malformed import MALFORMED, keep, make
+from special_files import KINDS, make_special
 
 from sampler.formats.binary_layout import CODES, HEADER_DTYPE, field_offset
 
@@ -37,9 +38,31 @@ def test_the_good_one(library, tmp_path):
         pass
 
 
-def test_no_file_and_a_folder(library, tmp_path):
-    assert toolchain.open_code(library, tmp_path / "none")[0] == -10
-    assert toolchain.open_code(library, tmp_path)[0] == -11
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_no_regular_file(library, reading_library, tmp_path, kind):
+    path, _ = make_special(tmp_path, kind)
+    for each in (library, reading_library):
+        assert toolchain.open_code(each, tmp_path / "none")[0] == -10
+        code, table = toolchain.open_code(each, path)  # a pipe would wait for ever
+        assert (code, table.value) in ((-11, None), (-10, None))
+        assert code == -11 or kind == "socket"  # which cannot be opened either
+
+
+def test_a_table_that_was_read_is_not_the_file(reading_library, tmp_path):
+    """What is allowed without memory maps only: overwritten in place, and cut short."""
+    path = tmp_path / "t.rbt"
+    path.write_bytes(GOOD)
+    alpha1, speed, index, hit = toolchain.random_conditions(100)
+    states, report = np.zeros((2, 100, 6)), toolchain.Report()
+    with toolchain.opened(reading_library, path) as table:
+        for each in states:
+            keys = 5, index, hit
+            assert (
+                reading_library.rbt_draw_batch(table, 100, alpha1, speed, *keys, each, report) >= 0
+            )
+            path.write_bytes(bytes(100))
+    np.testing.assert_array_equal(*states)
+    assert states.any(axis=-1).all()
 
 
 def test_memory_that_is_not_aligned(library):

@@ -4,7 +4,7 @@ import numpy as np
 from reference_model import Law, Setup, rebounds
 
 from tablegen.config import load_config
-from tablegen.model.random_particles import draw_particles
+from tablegen.model.random_particles import draw_particles, keys_of_run
 from tablegen.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
@@ -22,8 +22,7 @@ def random_particles(population, count, seed):
         Shape codes, b / a and c / b, rotations from body to wall axes.
     """
     axes, kind = np.empty((count, 6)), np.empty((count, 3))
-    keys = np.uint64(seed), np.uint32(0)
-    draw_particles(population.kernel_arguments(), keys, 0, axes, kind)
+    draw_particles(population.kernel_arguments(), keys_of_run(seed, 0, 0, count), axes, kind)
     normal, axis = axes[:, :3], axes[:, 3:]
     rotations = np.stack([axis, normal, np.cross(axis, normal)], axis=1)
     return kind[:, 0].astype(np.int64), kind[:, 1:].copy(), rotations
@@ -48,7 +47,7 @@ def follow(population, condition, count, seed, changes=None):
     alpha_deg, speed, spin, resolution = condition
     fast_condition = make_condition(np.radians(alpha_deg), speed, spin, resolution)
     fast = simulate_condition(CONFIG.pair, population, fast_condition, count, seed=seed)
-    settings = Setup(fast_condition.alpha1, speed, spin, resolution)._asdict()
+    settings = Setup(np.radians(alpha_deg), speed, spin, resolution)._asdict()
     settings |= LAW._asdict() | {"truncation": TRUNCATION} | (changes or {})
     law = Law(*(settings.pop(name) for name in Law._fields))
     truncation = settings.pop("truncation")

@@ -68,6 +68,15 @@ def independent_columns(states: np.ndarray, seed: int) -> np.ndarray:
     return np.column_stack([rng.permutation(column) for column in states.T])
 
 
+def forged(contents: TableContents) -> TableContents:
+    """A lenient declaration, and a stored accuracy of no error at all."""
+    lenient = {"ks": 1.0, "sliced_wasserstein": 1e6, "correlation_error": 2.0, "auc": 1.0}
+    stored = {path: 0.0 * contents[path] for path in contents.datasets if path[:9] == "accuracy/"}
+    kept = {name: contents[name] for name in ("accuracy/alpha_deg", "accuracy/speed")}
+    stored["accuracy/auc"] = stored["accuracy/auc"] + 0.5
+    return declaring(_with(contents, {**stored, **kept}), **lenient)
+
+
 def _at(contents: TableContents, node: tuple[int, int], changes: dict) -> TableContents:
     """The table with other values at one node."""
     arrays = {name: contents[name].copy() for name in changes}

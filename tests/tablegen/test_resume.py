@@ -16,6 +16,7 @@ from command_line import BAD_INPUT, DONE, INTERRUPTED, config_file
 from processes import TABLEGEN, command
 from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH
 
+from sampler.errors import InputError
 from sampler.formats.hdf5 import write_table
 from tablegen.fitting.node import fit_node
 from tablegen.generate import generate
@@ -126,6 +127,31 @@ def test_ended_run_is_resumed_without_doing_anything_twice(
     assert not (tmp_path / "t.h5.parts").exists()
 
 
+def test_run_without_a_word_on_the_pieces_is_refused(ended_by, tmp_path, monkeypatch):
+    ended_by(signal.SIGKILL)
+    kept = {path: path.stat().st_mtime_ns for path in checkpoints(tmp_path)}
+    with pytest.raises(InputError, match=r"of an unfinished run, allowed: --resume.* --discard"):
+        made_here(tmp_path / "t.h5", monkeypatch)
+    assert {path: path.stat().st_mtime_ns for path in checkpoints(tmp_path)} == kept
+
+
+def test_second_run_is_told_of_the_first_until_that_has_ended(tmp_path):
+    words = [str(word) for word in generating(tmp_path)]
+    with subprocess.Popen(words) as run:
+        while len(checkpoints(tmp_path)) < 1:
+            assert run.poll() is None, "it ended before a node was there"
+            time.sleep(0.005)
+        for config in (CONFIG, ROUGH):
+            for flags in ({}, {"resume": True}, {"discard": True}):
+                with pytest.raises(InputError, match="which another run is making, allowed"):
+                    generate(config, tmp_path / "t.h5", conditions=1, samples=MEASURED, **flags)
+        assert run.poll() is None
+        run.kill()
+    assert len(checkpoints(tmp_path)) >= 1
+    generate(ROUGH, tmp_path / "t.h5", conditions=1, samples=MEASURED, discard=True)
+    assert [path.name for path in tmp_path.glob("t.h5*")] == ["t.h5"]
+
+
 def spoiled(file, foreign):
     data = file.read_bytes()
     return {
@@ -188,16 +214,23 @@ _WORDS = "generate my.toml --output t.h5 --conditions 1 --samples 1000 --workers
 _GENERATE = f"{TABLEGEN[0]} -m tablegen {_WORDS}"
 
 
+#: Fill the disk as soon as there is a node.
+_FILL = (
+    "(until ls t.h5.parts/piece* > out 2>&1; do sleep 0.01; done; cat /dev/zero > filler 2> out) &"
+)
+
+
 @pytest.mark.parametrize("full", ["at once", "after some nodes", "at the table"])
 def test_full_disk_is_one_line_and_keeps_the_checkpoints(file_system, sizes, full):
     size, least, most = {
         "at once": (4096, 0, 0),
-        "after some nodes": (sizes.checkpoints // 2, 1, NODES - 1),
+        "after some nodes": (2 * (sizes.checkpoints + sizes.table), 1, NODES - 1),
         "at the table": (sizes.checkpoints + sizes.table // 2, NODES, NODES),
     }[full]
     ended = file_system(
         size,
-        f"{_GENERATE}; echo status $?; ls t.h5.parts | grep -c piece; ls -A | grep -c h5$",
+        f"{_FILL if full == 'after some nodes' else ''} {_GENERATE}; echo status $?; rm -f filler",
+        "ls t.h5.parts 2> out | grep -c piece; ls -A | grep -c h5$",
         "mount -o remount,size=10M tablegen-test .",
         f"{_GENERATE} --resume > out; echo status $?; ls -A",
     )

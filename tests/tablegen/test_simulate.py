@@ -170,25 +170,50 @@ def test_fixed_aspect_reaches_the_mechanics():
     assert np.abs(slim.state.mean(axis=0) - round_.state.mean(axis=0)).max() > 0.05
 
 
+#: What is no number, and what of it a message repeats.
+NO_NUMBERS = [
+    (None, "None"),
+    (True, "True"),
+    ("abc", "'abc'"),
+    ("0.5", "'0.5'"),
+    (0.5j, "0.5j"),
+    (np.array([0.5, 0.6]), "array([0.5, 0.6])"),
+    (np.array(0.5), "array(0.5)"),
+    ([0.5], "[0.5]"),
+    (10**400, "a number beyond"),
+]
+
 #: Arguments of `make_condition` or of a run, how each is repeated, and what is allowed.
 REFUSED = [
     *(
-        ("alpha1", np.radians(deg), f"{deg:.6g} degrees", "above 0 and up to 90 degrees")
-        for deg in (0.0, -1.0, 90.001, 91.0, np.nan, np.inf, -np.inf)
+        ("alpha1", np.radians(deg), f"{deg:.9g}", "1e-06 to 90 degrees")
+        for deg in (0.0, -1.0, 1e-300, 9.9e-7, 90.0000001, 90.001, 91.0, np.nan, np.inf, -np.inf)
     ),
     *(
-        ("speed", speed, f"{speed:g} m/s", "a positive number")
-        for speed in (0.0, -200.0, np.nan, np.inf, -np.inf)
+        ("speed", speed, f"{speed:g}", "1e-06 to 100000 m/s")
+        for speed in (0.0, -200.0, 1e-300, 1.1e5, np.nan, np.inf, -np.inf)
+    ),
+    *(("spin", spin, "(", "three numbers") for spin in ((0.0, 1.0), (0.0,) * 4)),
+    *(
+        ("spin", (0.0, part, 0.0), f"{part:g}", "-1000 to 1000 V/a")
+        for part in (np.nan, np.inf, -1e100, 1000.1)
     ),
     *(
-        ("spin", spin, "(", "three finite numbers")
-        for spin in ((0.0, 1.0), (0.0,) * 4, (0.0, np.nan, 0.0), (np.inf, 0.0, 0.0))
+        ("contact_resolution", value, f"{value:g}", "1e-05 to 0.1")
+        for value in (0.0, -1e-3, 0.11, 9e-6, 1e-300, np.nan)
     ),
     *(
-        ("contact_resolution", value, f"{value:g}", "above 0 and up to 0.1")
-        for value in (0.0, -1e-3, 0.11, np.nan)
+        ("tolerance", value, f"{value:g}", "1e-14 to 0.0001")
+        for value in (0.0, 1e-15, 1e-3, 1e-300, np.nan)
     ),
-    *(("tolerance", value, f"{value:g}", "1e-14 to 1e-4") for value in (0.0, 1e-15, 1e-3, np.nan)),
+    *(
+        (field, value, given, "1")
+        for field in ("alpha1", "speed", "contact_resolution", "tolerance")
+        for value, given in NO_NUMBERS
+    ),
+    *(("spin", value, given, "three numbers") for value, given in NO_NUMBERS),
+    ("spin", ["1", 0.0, 0.0], "'1'", "-1000 to 1000 V/a"),
+    ("spin", [True, 0.0, 0.0], "True", "-1000 to 1000 V/a"),
     *(("count", value, f"{value}", "1 or more") for value in (0, -1)),
     *(("seed", value, f"{value}", "0 to 2**64 - 1") for value in (-1, 2**64)),
     *(("stream", value, f"{value}", "0 to 2**32 - 1") for value in (-1, 2**32)),
@@ -222,16 +247,20 @@ def test_values_outside_their_range_are_refused_in_one_line(field, value, given,
 
 def test_ends_of_the_ranges_are_allowed():
     # 90 degrees from a file may come out a rounding above pi / 2
-    assert make_condition(np.pi / 2 * (1.0 + 1e-16), 200.0).alpha1 == np.pi / 2
+    assert make_condition(np.pi / 2 * (1.0 + 1e-16), 200.0) == make_condition(np.pi / 2, 200.0)
     assert check_impact_angle(np.radians(90.0)) == np.pi / 2
-    assert check_impact_angle(1e-9) == 1e-9
+    assert check_impact_angle(np.radians(1e-6)) == np.radians(1e-6)
+    assert make_condition(0.5, 1e5).speed == 1e5
+    assert make_condition(np.float32(0.5), np.int64(200), np.ones(3)).spin == (1.0, 1.0, 1.0)
+    made = make_condition(np.radians(1e-6), 1e-6, resolution=1e-5, tolerance=1e-14)
+    assert made.resolution > 0.0
     made = make_condition(0.5, 200.0, resolution=0.1, tolerance=1e-4)
     assert (made.resolution, made.tolerance) == (0.1, 1e-4)
     assert np.all(np.isfinite(run(10, seed=2**64 - 1, stream=2**32 - 1).state))
 
 
 def test_grazing_angles_down_to_the_smallest_give_finite_states():
-    for alpha in (1e-3, 1e-6, 1e-9):
+    for alpha in (1e-3, 1e-6, np.radians(1e-6)):
         made = run(2000, condition=make_condition(alpha, 200.0), audited=True)
         assert np.all(np.isfinite(made.state))
         assert made.state[:, 1].min() > 0.0

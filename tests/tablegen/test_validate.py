@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from corrupt_tables import (
     declaring,
+    forged,
+    garbage,
     independent_channels,
     lopsided,
     shifted_speeds,
@@ -21,7 +23,8 @@ from sampler.formats.channels import STATE
 from sampler.formats.hdf5 import write_table
 from tablegen.accuracy.descriptive import Profile
 from tablegen.accuracy.measure import measure
-from tablegen.configuration.metric_table import METRICS
+from tablegen.configuration.metric_table import METRICS, errors_text, worst_stored
+from tablegen.studies.validation.validation_text import coverage_lines
 from tablegen.validate import validate
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
@@ -94,9 +97,9 @@ class TestVerdict:
 
 class TestAccuracyAskedFor:
     def test_takes_the_place_of_the_declared_one(self, tiny):
-        found = validate(tiny.path, conditions=1, samples=1000, seed=1, accuracy="ks=1e-6,auc=0.9")
+        found = validate(tiny.path, conditions=1, samples=1000, seed=1, accuracy="ks=0.001,auc=0.9")
         assert found.declared == TINY.accuracy
-        assert (found.asked.ks, found.asked.auc) == (1e-6, 0.9)
+        assert (found.asked.ks, found.asked.auc) == (0.001, 0.9)
         assert found.asked.correlation_error == TINY.accuracy.correlation_error
         assert not found.holds
         assert not [line for line in found.missed + found.undecided if line[:3] == "auc"]
@@ -104,6 +107,31 @@ class TestAccuracyAskedFor:
     def test_a_lenient_declaration_is_known(self, tiny):
         found = validate(tiny.path, conditions=1, samples=1000, seed=1)
         assert found.lenient == list(METRICS)
+
+
+class TestStoredAccuracy:
+    def test_stands_beside_what_was_measured(self, tiny):
+        found = validate(tiny.path, conditions=1, samples=1000, seed=1)
+        assert found.stored == worst_stored(sampler.load(tiny.path).accuracy)
+        text = "\n".join(coverage_lines(found))
+        assert f"The file says of itself, at worst: {errors_text(found.stored)}. Measured" in text
+        assert "larger than the file says" not in text
+
+    def test_of_a_forged_table_is_contradicted(self, tiny, tmp_path):
+        """Garbage at all nodes, with a lenient declaration and a stored accuracy of 0: it holds
+        what it declares, and both are said to be worth nothing."""
+        path = tmp_path / "forged.h5"
+        contents = tiny.generated.table.contents
+        write_table(path, forged(garbage(contents, np.ones((2, 2), dtype=bool))))
+        found = validate(path, conditions=1, samples=1000, seed=1)
+        assert found.holds
+        assert found.stored["ks"] == 0.0
+        assert found.surpassed["ks"] > 0.3
+        assert found.to_dict()["stored"] == found.stored
+        text = "\n".join(coverage_lines(found))
+        assert "Note: the table declares little: ks 1," in text
+        assert "says of itself, at worst: KS 0.0000, sliced Wasserstein 0.0000" in text
+        assert "Note: the error is larger than the file says, at least KS 0." in text
 
 
 class TestChosenConditions:

@@ -1,8 +1,8 @@
 """Statements and table of the paper as text, Markdown and JSON."""
 
-import json
 from collections.abc import Sequence
 
+from sampler.files.json_text import json_text
 from tablegen.studies.paper_figures.all_figures import (
     COLLISION_HEAD,
     PaperFigures,
@@ -114,12 +114,12 @@ def statements_json(gallery: PaperFigures) -> str:
             for row in collision_rows(gallery.statistics)
         ],
     }
-    return json.dumps(data, indent=1, allow_nan=False) + "\n"
+    return json_text(data)
 
 
 def laws_json(gallery: PaperFigures) -> str:
     """JSON of the numbers behind the curves."""
-    return json.dumps(to_dict(gallery), indent=1, allow_nan=False) + "\n"
+    return json_text(to_dict(gallery))
 
 
 def statements_text(statements: Sequence[Statement]) -> str:

@@ -12,7 +12,7 @@ import sampler
 from sampler.files.locate import find_table
 from sampler.table import Table
 from tablegen.accuracy.metrics import Reference
-from tablegen.config import Config, parse_config
+from tablegen.config import Config, stored_config
 from tablegen.studies.report.baselines import baseline_methods
 from tablegen.studies.report.benchmark import Benchmark, make_case, run_benchmark, steps
 from tablegen.studies.report.budget import FULL, QUICK, Budget
@@ -83,7 +83,7 @@ class _Run:
     ) -> None:
         self.budget, self.seed, self.bar = budget, seed, bar
         self.table = whole_table(name)
-        self.config: Config = parse_config(self.table.config, f"{name}: config")
+        self.config: Config = stored_config(self.table.config, f"{name}: config")
         tables = [table_method(name), *(other_table(other, self.table) for other in beside)]
         baselines, self.left_out = baseline_methods()
         self.methods = [*direct_methods(), *tables, *baselines]

@@ -6,7 +6,7 @@ from typing import Any
 
 import sampler
 from sampler.formats.hdf5 import TableContents
-from tablegen.config import Config, parse_config
+from tablegen.config import Config, stored_config
 from tablegen.model.float_array import FloatArray
 from tablegen.studies.paper_figures.all_figures import PaperFigures, make_paper_figures
 from tablegen.studies.report.accuracy_map import AccuracyMap, make_accuracy_map, steps
@@ -57,7 +57,7 @@ def map_accuracy(name_or_path: str, quick: bool, seed: int, progress: bool) -> A
     """
     budget = QUICK if quick else FULL
     table = sampler.load(name_or_path)
-    config = parse_config(table.config, f"{name_or_path}: config")
+    config = stored_config(table.config, f"{name_or_path}: config")
     with bar(progress, total=steps(table, budget), desc="accuracy map") as counted:
         return make_accuracy_map(table, config, budget, seed, counted.update)
 
@@ -88,7 +88,7 @@ def collect_report_data(
     if stability_file is not None:
         study = read_study(stability_file)
     table = sampler.load(evidence.table)
-    config = parse_config(table.config, f"{evidence.table}: config")
+    config = stored_config(table.config, f"{evidence.table}: config")
     rows, columns = budget.views
     with bar(progress, total=rows * columns, desc="joint views") as counted:
         views = make_views(table, config, budget, seed, counted.update)

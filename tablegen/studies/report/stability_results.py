@@ -6,6 +6,7 @@ from pathlib import Path
 from pydantic import TypeAdapter
 
 from sampler.errors import InputError
+from sampler.files.reading import read_file
 from tablegen.config import Config
 from tablegen.studies.stability.cases import QUICK, Grid
 from tablegen.studies.stability.stability_study import Study, run_study
@@ -22,13 +23,12 @@ def read_study(path: Path) -> Study:
     InputError
         If the file cannot be read, or is something else.
     """
+    text = read_file("--stability", path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(text)
         # a case is written among what was measured of it
         outcomes = [{**outcome, "case": outcome} for outcome in data["cases"]]
         return TypeAdapter(Study).validate_python({**data, "outcomes": outcomes})
-    except OSError as error:
-        raise InputError(f"--stability: {path} cannot be read: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(
             f"--stability: got {path}, allowed: a file that 'tablegen stability --json' wrote"

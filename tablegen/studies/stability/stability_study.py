@@ -12,6 +12,7 @@ import sampler
 from sampler.compilation.processors import processors
 from sampler.compilation.side_by_side import side_by_side
 from sampler.errors import InputError
+from tablegen.batches import NotFiniteError
 from tablegen.config import Config
 from tablegen.configuration.defaults import STABILITY_COUNT
 from tablegen.materials.pairs import MaterialPair
@@ -95,6 +96,8 @@ def _simulated(
         return simulate_condition(
             config.pair, population, condition, count, seed=seed, threads=1, audited=audited
         )
+    except NotFiniteError as error:
+        return error.simulation  # which the outcome counts
     except RuntimeError:
         return None
 

@@ -1,8 +1,8 @@
 """The stability study as text for a terminal, and as JSON with every case."""
 
-import json
 from collections.abc import Sequence
 
+from sampler.files.json_text import json_text
 from tablegen.studies.stability.outcome import Outcome
 from tablegen.studies.stability.stability_study import Study
 from tablegen.studies.stability.stability_summary import HEAD, LEGEND, extremes, group_rows
@@ -91,6 +91,6 @@ def study_json(study: Study) -> str:
         If a number is not finite, which no outcome holds.
     """
     data = study.to_dict()
-    cases = [json.dumps(case, allow_nan=False) for case in data.pop("cases")]
-    head = json.dumps(data, indent=1, allow_nan=False).removesuffix("\n}")
+    cases = [json_text(case, indent=None).rstrip() for case in data.pop("cases")]
+    head = json_text(data).removesuffix("\n}\n")
     return head + ',\n "cases": [\n  ' + ",\n  ".join(cases) + "\n ]\n}\n"

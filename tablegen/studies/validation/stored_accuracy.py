@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sampler.errors import InputError
+from sampler.files.atomic import check_output
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.refinement.assembly import accuracy_datasets
@@ -22,12 +23,13 @@ def check_store(table: str | Path, chosen: bool) -> None:
     Raises
     ------
     InputError
-        If conditions were chosen, or the table is not named by its path.
+        If conditions were chosen, or the table is not named by its path or may not be written.
     """
     if chosen:
         raise InputError("--store: got it with --alpha and --speed, allowed: without them")
     if find_table(table) != Path(table):
         raise InputError(f"--store: got the name '{table}', allowed: the path of a .h5 file")
+    check_output(table)
 
 
 def store_accuracy(path: str | Path, validation: Validation) -> str:

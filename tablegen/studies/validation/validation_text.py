@@ -1,7 +1,7 @@
 """What a validation looked at and how sure its verdict is, in sentences for terminal and page."""
 
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS
-from tablegen.configuration.metric_table import PRESETS
+from tablegen.configuration.metric_table import errors_text, little_declared
 from tablegen.validate import Validation
 
 
@@ -25,11 +25,27 @@ def coverage_lines(validation: Validation) -> list[str]:
         ]
     seed = validation.seed
     lines.append(f"Seed {seed}: --seed {seed} makes the same validation again.")
-    if validation.lenient:
-        declared = ", ".join(f"{n} {getattr(validation.declared, n):g}" for n in validation.lenient)
-        usual = ", ".join(f"{PRESETS['compact'][n]:g}" for n in validation.lenient)
+    if little := little_declared(validation.declared.model_dump()):
+        lines.append(f"Note: {little}.")
+    return lines + _stored_lines(validation)
+
+
+def _stored_lines(validation: Validation) -> list[str]:
+    """Put what the file says of its accuracy beside what was measured."""
+    if validation.stored is None:
+        return ["The file stores no accuracy of its own."]
+    largest = {
+        name: max(c.estimates[name].value for c in validation.measured)
+        for name in validation.stored
+    }
+    lines = [
+        f"The file says of itself, at worst: {errors_text(validation.stored)}. Measured here: "
+        f"{errors_text(largest)}."
+    ]
+    if validation.surpassed:
         lines.append(
-            f"Note: the table declares little: {declared}, where the preset compact has {usual}."
+            "Note: the error is larger than the file says, at least "
+            f"{errors_text(validation.surpassed)}."
         )
     return lines
 

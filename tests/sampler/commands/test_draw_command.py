@@ -100,7 +100,7 @@ def test_flag_and_value_are_named(refuse, words, flag, values):
         ({"table": "quartz"}, "table: got 'quartz', allowed: a name"),
         ({"table": "none.h5"}, "table: got none.h5, allowed: a file that exists"),
         ({"output": "/none/out.npz"}, "'--output': got /none/out.npz, allowed: a file in"),
-        ({"output": "/"}, "'--output': got /, a folder, allowed: a file name"),
+        ({"output": "/"}, "'--output': got /, a folder, allowed: a regular file"),
     ],
 )
 def test_bad_input_is_one_line(refuse, words, changes, named):

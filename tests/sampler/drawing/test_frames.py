@@ -217,6 +217,8 @@ GOOD = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
         (1, (0.0, 0.0, 0.0), errors.NORMAL_NOT_USABLE),
         (2, 0.0, errors.HALF_SIZE_NOT_POSITIVE),
         (2, -1.0, errors.HALF_SIZE_NOT_POSITIVE),
+        (2, 1e-310, errors.HALF_SIZE_NOT_POSITIVE),
+        (0, (0.0, -1e-170, 0.0), errors.SPEED_NOT_POSITIVE),
         (0, (0.0, 0.0, 0.0), errors.SPEED_NOT_POSITIVE),
         (0, (60.0, 80.0, 0.0), errors.NOT_APPROACHING),
         (0, (60.0, 0.0, 0.0), errors.NOT_APPROACHING),
@@ -227,6 +229,15 @@ def test_refused_impacts_write_nothing(table, place, value, code):
     out = np.full(6, -7.0)
     assert frames.rebound(table.arrays, *arguments, 1, 2, 3, out) == code
     np.testing.assert_array_equal(out, -7.0)
+
+
+def test_the_smallest_and_fastest_that_are_taken_have_finite_spins(table):
+    for velocity, half_size in ((1e-150, 1e-30), (1e149, 1e-30), (1e149, 1e308)):
+        out = np.empty(6)
+        impact = ((velocity, -velocity, 0.0), (0.0, 1.0, 0.0), half_size, (0.0, 0.0, 0.0))
+        assert frames.rebound(table.arrays, *impact, 1, 2, 3, out) >= errors.OK
+        assert np.isfinite(out).all()
+        assert out[1] > 0.0
 
 
 def test_particle_energy_with_a_moving_wall(table):

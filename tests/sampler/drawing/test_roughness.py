@@ -310,7 +310,7 @@ def test_receding_particles_are_refused(shipped):
     for velocity in ((1.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
         with pytest.raises(sampler.InputError, match=r"velocity: got .* towards the wall"):
             shipped.rebound(velocity, UP, 1e-5, seed=1, index=0, roughness=0.1)
-    with pytest.raises(sampler.InputError, match="other than the velocity of the wall"):
+    with pytest.raises(sampler.InputError, match="1e-150 m/s or more relative to the wall"):
         shipped.rebound(AT_REST, UP, 1e-5, seed=1, index=0, roughness=0.1)
     with pytest.raises(sampler.InputError, match="velocity: got nan"):
         shipped.rebound([np.nan, -1.0, 0.0], UP, 1e-5, seed=1, index=0, roughness=0.1)
@@ -334,3 +334,7 @@ def test_kernel_inside_compiled_code(shipped):
     v, omega = shipped.rebound([90.0, -90.0, 0.0], UP, 1e-5, seed=1, index=2, hit=3, roughness=0.1)
     np.testing.assert_array_equal(out, [*v, *omega])
     assert sampler.CASCADE_NOT_ENDED < 0
+    for roughness in (10.0, 0.500001, -0.1, np.nan, np.inf):
+        refused = (*arguments[:5], roughness, *arguments[6:])
+        assert rough_rebound(*refused) == sampler.ROUGHNESS_NOT_USABLE
+    np.testing.assert_array_equal(out, [*v, *omega])

@@ -80,6 +80,10 @@ def test_axis_of_one_node_has_only_that():
             [(30.0, 100.0), (0.5, 100.0)],
             "alpha: got 0.5 degrees, allowed: 1 to 90 degrees, which the table covers",
         ),
+        (
+            [(90.0000001, 100.0)],
+            "alpha: got 90.0000001 degrees, allowed: 1 to 90 degrees, which the table covers",
+        ),
         ([(30.0, 310.0)], "speed: got 310 m/s, allowed: 50 to 300 m/s, which the table covers"),
         (
             [(float("nan"), 100.0)],

@@ -70,6 +70,28 @@ class TestChannels:
             stored = c[name].astype(np.float32)
             assert low < stored.min() <= stored.max() < high, name
 
+    @pytest.mark.parametrize("alpha_deg", [1e-3, 45.0, 90.0])
+    def test_of_spheres_that_lose_nothing_are_those_of_almost_nothing(self, alpha_deg):
+        law = {"law": "constant", "value": 1.0, "source": "a test"}
+        resistance = {**law, "value": 0.0}
+        elastic = CONFIG.with_changes(
+            {
+                "pair": {"restitution": law, "resistance": resistance},
+                "domain": {"extrapolate": True},
+            }
+        )
+        spheres = elastic.population.restricted_to("sphere")
+        alpha1 = np.radians(alpha_deg)
+        found = simulate(elastic, alpha1, 150.0, 100, seed=2, population=spheres)
+        assert np.square(found.state[:, :3]).sum(axis=1).max() > 1.0 - 1e-9
+        c = channels_of(found, CHANNELS)
+        for name, (low, high) in RANGES.items():
+            stored = c[name].astype(np.float32)
+            assert low < stored.min() <= stored.max() < high, name
+        np.testing.assert_allclose(c["v"], np.sin(alpha1), rtol=1e-6)
+        u = c["u_hat"] * np.sqrt(1.0 - c["v"] ** 2)
+        np.testing.assert_allclose(u, np.cos(alpha1), rtol=1e-6, atol=1e-6)
+
     def test_a_sphere_that_does_not_turn_keeps_a_share_above_zero(self):
         straight = simulated("sphere", alpha_deg=90.0, count=3)
         assert straight.energy[:, 1].max() < 1e-12

@@ -236,8 +236,8 @@ def test_particle_in_endless_contact_is_an_error(monkeypatch):
     real = simulate_batch
 
     def stuck_in_second(*arguments):
-        first = arguments[4]
-        return first + 7 if first == BATCH else real(*arguments)
+        keys = arguments[3]
+        return 7 if keys.particle[0] == BATCH else real(*arguments)
 
     monkeypatch.setattr("tablegen.batches.simulate_batch", stuck_in_second)
     message = f"particle {BATCH + 7} of seed 31, stream 0 is .* contact_resolution"
@@ -285,7 +285,7 @@ class TestCommand:
         assert line == "Missing option '--output' or '--statistics', allowed: one or both"
         file = tmp_path / "x"
         line = refused("simulate", *flags(SIMULATE, {"--output": file, "--statistics": file}))
-        assert line == f"--statistics: got {file}, allowed: another file than --output"
+        assert line == f"--statistics: got {file}, the same file as --output, allowed: another"
 
     def test_statistics_file_is_checked_before_any_work(self, refused, tmp_path, monkeypatch):
         monkeypatch.setattr("tablegen.accuracy.streaming_statistics.simulate_statistics", None)

@@ -78,7 +78,7 @@ def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, wor
     monkeypatch.setattr(REFINE, "fit_node", None)
     for path, reason in (
         (tmp_path / "none" / "f", "a folder that exists"),
-        (tmp_path, "a file name"),
+        (tmp_path, "a regular file"),
     ):
         line = refused(*words, flag, path)
         assert flag in line
@@ -134,7 +134,11 @@ class TestGenerate:
         run("generate", config_file(tmp_path), "--output", output, "--quiet")
         changed = config_file(tmp_path, table={"seed": 99})
         line = refused("generate", changed, "--output", output, "--resume")
-        assert line.startswith(f"resume: got {output}.parts, ")
+        assert line.startswith(
+            f"output: got {output}.parts with 4 pieces of an unfinished run, made "
+        )
+        line = refused("generate", config_file(tmp_path), "--output", output)
+        assert line.endswith("allowed: --resume, which uses them, or --discard, which removes them")
 
 
 class TestValidate:

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 from command_line import DONE
+from corrupt_tables import declaring, forged
 from tiny_tables import TINY
 
 import sampler
+from sampler.formats.hdf5 import write_table
 from tablegen.commands.inspect import identity, identity_text
 from tablegen.configuration.metric_table import PRESETS
 
@@ -66,6 +68,19 @@ def test_json_and_configuration_are_one_too_many(refused, tiny):
     assert refused("inspect", tiny.path, "--json", "--config") == (
         "--json: got it with --config, allowed: one of them"
     )
+
+
+def test_declarations_that_say_little_are_noted(run, tiny, tmp_path):
+    contents, path = tiny.generated.table.contents, tmp_path / "t.h5"
+    write_table(path, forged(contents))
+    said = run("inspect", path).out
+    assert "declared          at most KS 1.0000, sliced Wasserstein 1000000.0000," in said
+    assert "note              the table declares little: ks 1, sliced_wasserstein 1e+06," in said
+    write_table(path, declaring(contents, ks=0.001))
+    assert (
+        "note              the file stores more than it declares: KS 0." in run("inspect", path).out
+    )
+    assert "note  " not in run("inspect", "corundum-steel").out
 
 
 def test_declared_accuracy_of_a_preset_and_of_nonsense(tiny):

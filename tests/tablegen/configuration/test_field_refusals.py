@@ -14,6 +14,7 @@ from tablegen.particles.mesh import MOST_VERTICES
 FIELDS = """
 domain.alpha_deg = [0.0, 90.0] => domain.alpha_deg[0]: got 0, ... 0
 domain.alpha_deg = [0.5, 91.0] => domain.alpha_deg[1]: got 91, ... 90
+domain.alpha_deg = [0.5, 90.00000000000001] => domain.alpha_deg[1]: got 90.00000000000001, ... 90
 domain.alpha_deg = [60.0, 20.0] => domain.alpha_deg: got [60, 20], ... low <= high
 domain.alpha_deg = [45.0] => domain.alpha_deg: got [45], ... 2
 domain.alpha_deg = [20, 40, 60] => domain.alpha_deg: got [20, 40, 60], ... 2
@@ -58,7 +59,7 @@ population.aspect.range = [0.0, 1.0] => population.aspect.range[0]: got 0, ... 0
 population.aspect.range = [9.0, 9.5] => population.aspect.range[0]: got 9, ... 1
 population.aspect = {mean = 9.0} => population.aspect.range: got [0.5, 1], ... 1e-06 of the
 population.meshes = 3 => population.meshes: got 3, ... array
-population.meshes = [{file = "none.stl"}] => population.meshes[0].file: got none.stl, ... mesh
+population.meshes = [{file = "none.stl"}] => population.meshes[0].file: got none.stl, ... exists
 population.meshes = [{weight = 1}] => population.meshes[0].vertices: missing, ... a value
 population.meshes = [{fiel = "a"}] => population.meshes[0].fiel: unknown field, ... file, vertices
 population.meshes = [{vertices = 3}] => population.meshes[0].vertices: got 3, ... array

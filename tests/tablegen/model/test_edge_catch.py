@@ -15,6 +15,7 @@ from planar_reference import impact, mobility, paper_law, rebound, rotation_of_s
 from scipy.optimize import brentq
 
 from tablegen.model.collision import impulse
+from tablegen.model.conditions import GRAZING
 from tablegen.simulate import make_condition
 
 SECTION = section_of("prism", 1.0, 1.0, 2)
@@ -98,7 +99,10 @@ def test_impulse_goes_with_the_root_of_the_jump_at_the_threshold():
 
 def thrown(theta, alpha):
     """State (u, v, omega_z) of the model after a rebound without a floor to the bounce."""
-    condition = make_condition(alpha, 200.0, resolution=1e-9)
+    resolution = 1e-9 * min(1.0, math.sin(alpha) / GRAZING)
+    condition = make_condition(0.5, 200.0)._replace(
+        cosine=math.cos(alpha), sine=math.sin(alpha), resolution=resolution
+    )
     made = run_rebound(condition, body_of("prism", 1.0, 1.0), rotation_of_section(theta, 2))
     return made.state[[0, 1, 5]], made.collisions
 

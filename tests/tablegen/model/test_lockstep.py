@@ -2,29 +2,21 @@
 
 import numpy as np
 import pytest
-from mesh_fixtures import box, grain
-from motion_fixtures import PAIR, POPULATION
+from crowds import CROWD
+from motion_fixtures import PAIR
 
 from tablegen.materials.pairs import MaterialPair
-from tablegen.model.random_particles import draw_particle, draw_particles
+from tablegen.model.random_particles import (
+    ParticleKeys,
+    draw_grain,
+    draw_orientation,
+    draw_particles,
+)
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.model.simd import WIDTH
-from tablegen.particles.population import MeshShape, Population
 from tablegen.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.processor
-
-#: All shapes, and two meshes with very different numbers of vertices.
-CROWD = Population.model_validate(
-    POPULATION.model_dump(by_alias=True)
-    | {
-        "shapes": dict.fromkeys(POPULATION.shapes.model_dump(by_alias=True), 1.0),
-        "meshes": tuple(
-            MeshShape(vertices=tuple(map(tuple, points.tolist())), weight=2.0)
-            for points in (grain(200), box(0.5, 0.3))
-        ),
-    }
-)
 
 SPINS = [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)]
 
@@ -75,11 +67,14 @@ def test_other_laws(restitution, resistance):
 
 def test_draws_in_lanes_are_those_of_one_particle():
     population_args = CROWD.kernel_arguments()
-    keys = np.uint64(2**63 + 5), np.uint32(7)
+    index = np.arange(2**40, 2**40 + 1001, dtype=np.uint64)
+    hit, grain = np.arange(1001, dtype=np.uint32) % 3, np.ones(1, dtype=np.uint32)
+    keys = ParticleKeys(np.uint64(2**63 + 5), index, hit, grain)
     axes, kind = np.empty((1001, 6)), np.empty((1001, 3))
-    draw_particles(population_args, keys, 2**40, axes, kind)
+    draw_particles(population_args, keys, axes, kind)
     motion = np.empty(MOTION_SIZE)
     for i in range(len(axes)):
-        drawn = draw_particle(population_args, *keys, 2**40 + i, motion)
+        drawn = draw_grain(population_args, keys.seed, index[i], grain[0])
+        draw_orientation(keys.seed, index[i], hit[i], motion)
         np.testing.assert_array_equal(drawn, kind[i])
         np.testing.assert_array_equal(motion[3:9], axes[i])

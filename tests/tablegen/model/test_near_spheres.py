@@ -8,10 +8,10 @@ from reference_model import SPHERE, Law, Setup, Turn, collide, make_particle
 from tablegen.simulate import make_condition, simulate_condition
 
 
-def rebounds(aspect, alpha_deg, spin, resolution=1e-3):
+def rebounds(aspect, alpha_deg, spin, **numerics):
     """Rebounds of ellipsoids with given ratios b/a and c/b."""
     population = POPULATION.restricted_to("ellipsoid").with_aspect(*aspect)
-    condition = make_condition(np.radians(alpha_deg), 200.0, spin, resolution)
+    condition = make_condition(np.radians(alpha_deg), 200.0, spin)._replace(**numerics)
     return simulate_condition(PAIR, population, condition, 400, seed=91, threads=1)
 
 

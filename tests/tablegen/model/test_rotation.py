@@ -16,7 +16,7 @@ from motion_fixtures import (
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
-from tablegen.model.random_particles import draw_particle
+from tablegen.model.random_particles import draw_orientation
 from tablegen.model.rotation import (
     ORDER,
     evaluate,
@@ -204,11 +204,11 @@ def test_orientation_is_uniform(rotations):
     assert least_p_value(rotations) > FALSE_ALARM
 
 
-def test_orientation_of_drawn_particles_is_uniform(population_args):
+def test_orientation_of_drawn_particles_is_uniform():
     made = np.empty((20_000, 3, 3))
     motion = motion_of(np.eye(3))
     for i in range(len(made)):
-        draw_particle(population_args, np.uint64(5), np.uint32(3), i, motion)
+        draw_orientation(5, i, 3, motion)
         made[i] = rotation_of(motion)
     assert least_p_value(made) > FALSE_ALARM
 

@@ -1,6 +1,8 @@
 """Particles from mesh files: what the files hold, and the frame of the particle."""
 
 import math
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,7 +37,7 @@ class TestFiles:
         assert read.is_convex
         assert read.solidity == pytest.approx(1.0, abs=1e-5)
 
-    @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
+    @pytest.mark.parametrize("scale", [1e-29, 1e-6, 1.0, 1e3, 1e29])
     def test_hull_of_a_mesh_that_is_not_convex(self, tmp_path, scale):
         two_cubes().apply_scale(scale).export(tmp_path / "two.stl")
         read = read_mesh(tmp_path / "two.stl")
@@ -45,6 +47,55 @@ class TestFiles:
         made = load_mesh(tmp_path / "two.stl")
         np.testing.assert_allclose(made.half_sizes, [1.0, 1.0 / 3.0, 1.0 / 3.0], rtol=1e-6)
         assert made.unit == pytest.approx(1.5 * scale, rel=1e-6)
+
+
+class TestOtherFiles:
+    """Nothing is opened beside the mesh itself, and nothing is said of what it names."""
+
+    @pytest.mark.parametrize("lines", ["mtllib stone.mtl\nusemtl stone\n", "mtllib stone.mtl\n"])
+    def test_materials_of_obj(self, tmp_path, opened_files, capfd, caplog, lines):
+        (tmp_path / "stone.mtl").write_text("newmtl stone\nKd 1 0 0\nmap_Kd stone.png\n")
+        (tmp_path / "stone.png").write_bytes(b"no image")
+        path = written(tmp_path, "a.obj", lines + obj_text(1.0))
+        self.check(path, opened_files, capfd, caplog)
+
+    def test_texture_of_ply(self, tmp_path, opened_files, capfd, caplog):
+        (tmp_path / "stone.png").write_bytes(b"no image")
+        plain = trimesh.exchange.ply.export_ply(surface(box(0.8, 0.6)), encoding="ascii")
+        named = plain.replace(
+            b"element vertex", b"comment TextureFile stone.png\nelement vertex", 1
+        )
+        path = written(tmp_path, "a.ply", named)
+        self.check(path, opened_files, capfd, caplog)
+
+    @staticmethod
+    def check(path, opened_files, capfd, caplog):
+        opened_files.names = names = []
+        assert len(read_mesh(path).vertices) == 8
+        opened_files.names = None
+        assert {name for name in names if str(path.parent) in name} == {str(path)}
+        assert capfd.readouterr() == ("", "")
+        assert caplog.text == ""
+
+
+def obj_text(scale):
+    """An OBJ file of a box, at any scale that text can hold."""
+    mesh = surface(box(0.8, 0.6))
+    lines = [f"v {' '.join(repr(float(x * scale)) for x in row)}" for row in mesh.vertices]
+    return "\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces), ""])
+
+
+@pytest.fixture(scope="session")
+def opened_files():
+    """Paths of the files that are opened, while it has a list of `names`."""
+    watch = SimpleNamespace(names=None)
+
+    def hook(event, details):
+        if watch.names is not None and event == "open":
+            watch.names.append(str(details[0]))
+
+    sys.addaudithook(hook)  # which cannot be removed
+    return watch
 
 
 def written(folder, name, content):
@@ -80,7 +131,7 @@ class TestRefusedFiles:
     @pytest.mark.parametrize(
         ("name", "content", "reason"),
         [
-            ("none.stl", None, "cannot be read (No such file or directory), allowed: a mesh"),
+            ("none.stl", None, "none.stl, allowed: a file that exists"),
             ("grain.step", "ISO-10303-21;", "grain.step, allowed: a file ending in .stl, .obj"),
             ("empty.stl", "", "which has no faces, allowed: a closed surface"),
             ("empty.obj", "", "which has no faces, allowed: a closed surface"),
@@ -92,6 +143,9 @@ class TestRefusedFiles:
             ("flat.obj", FLAT, "which is flat, allowed: a mesh that encloses a volume"),
             ("nan.obj", FLAT.replace("v 1 1 0", "v 1 nan 1"), "vertex that is not finite, all"),
             ("open.stl", without_a_face(), "which is open, allowed: a closed surface"),
+            ("small.obj", obj_text(1e-300), "with an extent of 2e-300, allowed: coordinates up to"),
+            ("large.obj", obj_text(1e300), "with a coordinate of 1e+300, allowed: coordinates up"),
+            ("largest.obj", obj_text(1.5e308), "with a coordinate of 1.5e+308, allowed: coordin"),
             ("inside.stl", inside_out(), "with faces turned inside out, allowed: faces that"),
         ],
     )
@@ -103,6 +157,11 @@ class TestRefusedFiles:
         assert line.startswith(f"particle: got {path}")
         assert reason in line
         assert "\n" not in line
+
+    def test_a_file_that_is_too_long(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("tablegen.particles.mesh.MOST_BYTES", 100)
+        with pytest.raises(InputError, match=r"of \d+ bytes, allowed: up to 100"):
+            read_mesh(written(tmp_path, "grain.stl", surface(grain(60))))
 
     def test_too_many_corners(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tablegen.particles.mesh.MOST_VERTICES", 50)
@@ -116,6 +175,8 @@ class TestRefusedFiles:
             (np.zeros((3, 3)), r"got shape \(3, 3\), allowed: 4 to 10000 rows of three numbers"),
             (np.zeros((8, 2)), r"got shape \(8, 2\), allowed"),
             (np.full((8, 3), math.nan), "not finite"),
+            (1e31 * box(0.8, 0.6), "a coordinate of 1e.31, allowed: coordinates up to 1e.30"),
+            (1e-31 * box(0.8, 0.6), "an extent of 2e-31, allowed: .* a largest extent of 1e-30 or"),
             (box(0.8, 0.0), "that lie in a plane, allowed: points that span a volume"),
         ],
     )

@@ -185,7 +185,7 @@ class TestCommand:
         [
             ({"--particle": "grain.stl"}, "'--shape' or '--particle': got both, allowed: one of"),
             ({"--shape": None}, "'--shape' or '--particle': missing, allowed: one of them"),
-            ({"--shape": None, "--particle": "none.stl"}, "particle: got none.stl, which cannot"),
+            ({"--shape": None, "--particle": "none.stl"}, "particle: got none.stl, allowed"),
             (
                 {"--shape": None, "--particle": "none.stl", "--aspect": (0.5, 0.5)},
                 "aspect: got [0.5, 0.5] with --particle, allowed with --shape only",

@@ -1,14 +1,19 @@
 """Node grids and look-ups: where the nodes are, and what lies between them."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.refinement.axes import LOOKUP_SIZE, first_grid, make_axes, middle_of, middles
-from tablegen.refinement.intervals import Place
+from tablegen.refinement.axes import LOOKUP_SIZES, first_grid, make_axes, middle_of, middles
+from tablegen.refinement.intervals import Grid, Place
 
 SHIPPED = load_config("corundum-steel")
+
+#: Entries of a look-up whose nodes are not close.
+FEWEST = LOOKUP_SIZES[0]
 
 
 def axes_of(alpha_deg=(0.5, 90.0), speed=(50.0, 300.0), **table):
@@ -42,7 +47,7 @@ def test_nodes_and_look_up_span_the_domain(domain):
     for ends, (nodes, coordinate) in zip(domain, both(axes_of(*domain)), strict=True):
         assert (nodes[0], nodes[-1]) == ends
         assert (np.diff(nodes) > 0.0).all()
-        assert coordinate.shape == (LOOKUP_SIZE,)
+        assert coordinate.shape == (FEWEST,)
         assert (coordinate[0], coordinate[-1]) == (0.0, len(nodes) - 1.0)
         assert (np.diff(coordinate) > 0.0).all()
 
@@ -104,7 +109,7 @@ def test_single_condition():
     axes = axes_of((35.0, 35.0), (120.0, 120.0))
     for value, (nodes, coordinate) in zip((35.0, 120.0), both(axes), strict=True):
         np.testing.assert_array_equal(nodes, [value])
-        np.testing.assert_array_equal(coordinate, np.zeros(LOOKUP_SIZE))
+        np.testing.assert_array_equal(coordinate, np.zeros(FEWEST))
 
 
 def test_look_up_finds_the_nodes():
@@ -114,7 +119,7 @@ def test_look_up_finds_the_nodes():
         entry = np.diff(coordinate).max()
         np.testing.assert_allclose(found, np.arange(len(nodes)), rtol=0.0, atol=entry)
         # Refused: nodes that are off by a few entries.
-        moved = nodes[1:-1] + 4.0 * (nodes[-1] - nodes[0]) / LOOKUP_SIZE
+        moved = nodes[1:-1] + 4.0 * (nodes[-1] - nodes[0]) / FEWEST
         assert (looked_up(coordinate, nodes, moved) - np.arange(1, len(nodes) - 1) > 0.0).all()
 
 
@@ -137,6 +142,71 @@ def test_look_up_is_linear_in_the_abscissa(axis, nodes, abscissa):
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=entry)
     # Refused: an index that is linear in the angle or the speed itself.
     assert np.abs(np.interp(values, nodes, np.arange(3)) - expected).max() > 20.0 * entry
+
+
+class TestCloseNodes:
+    @pytest.mark.parametrize(
+        ("nodes", "entries"),
+        [
+            ([0.1, 0.11, 0.12, 0.2, 1.0, 10.0, 90.0], 2**17 + 1),
+            ([0.5, 0.55, 0.6, 1.0, 90.0], 2**16 + 1),
+            # the first interval of the default domain, halved three times
+            ([0.5, 0.6087, 0.7281, 0.999, 90.0], 2**13 + 1),
+        ],
+    )
+    def test_get_a_finer_look_up_that_the_file_format_takes(self, nodes, entries):
+        axes = axes_of((nodes[0], 90.0), alpha_nodes_deg=nodes)
+        coordinate = axes.alpha_coordinate
+        assert coordinate.shape == (entries,)
+        np.testing.assert_allclose(
+            looked_up(coordinate, nodes, nodes), range(len(nodes)), rtol=0.0, atol=0.01
+        )
+        # Refused: what every table had.
+        fewer = coordinate[:: (entries - 1) // (FEWEST - 1)]
+        assert np.abs(looked_up(fewer, nodes, nodes) - range(len(nodes))).max() > 0.02
+
+    @pytest.mark.parametrize("first", [0.5, 0.1, 0.01, 0.001, 1e-6])
+    def test_are_as_close_as_the_refinement_makes_them(self, first):
+        """Every interval is halved until none may be: what no error can go beyond."""
+        config = SHIPPED.with_changes(
+            {"domain": {"alpha_deg": [first, 90.0], "speed": [0.01, 900.0], "extrapolate": True}}
+        )
+        grid = [
+            halved(nodes, m) for nodes, m in zip(first_grid(config), middles(config), strict=True)
+        ]
+        for nodes, coordinate in both(make_axes(config, Grid(*grid))):
+            assert len(nodes) > 100
+            found = looked_up(coordinate, nodes, nodes)
+            np.testing.assert_allclose(found, range(len(nodes)), rtol=0.0, atol=0.01)
+            assert (np.diff(coordinate) > 0.0).all()
+
+    def test_too_close_are_refused(self):
+        with pytest.raises(InputError) as caught:
+            axes_of((0.1, 90.0), alpha_nodes_deg=[0.1, 0.101, 1.0, 90.0])
+        assert str(caught.value) == (
+            "table.alpha_nodes_deg: got 0.1 and 0.101, which a look-up from 0.1 to 90 cannot tell "
+            "apart, allowed: nodes 0.022 apart"
+        )
+        assert 0.022 > 89.9 / 4096 > 0.0215
+
+    def test_of_speeds_without_digits_are_refused(self):
+        changes = {
+            "pair": {"restitution": {"coefficient": 1.0, "exponent": 1.0}},
+            "domain": {"speed": [100.0, 1000.0], "extrapolate": True},
+            "table": {"speed_nodes": [100.0, 200.0, 1000.0]},
+        }
+        with pytest.raises(InputError, match=r"^table\.speed_nodes: got 100 to 1000, where"):
+            make_axes(SHIPPED.with_changes(changes))
+
+
+def halved(nodes, middle):
+    """Nodes with all middles that there are."""
+    while True:
+        more = (middle(low, high) for low, high in pairwise(nodes))
+        finer = tuple(sorted({*nodes, *(node for node in more if node is not None)}))
+        if finer == nodes:
+            return nodes
+        nodes = finer
 
 
 def test_speeds_that_the_law_cannot_tell_apart_are_refused():

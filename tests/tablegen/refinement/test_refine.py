@@ -99,7 +99,7 @@ class TestSimulated:
         for workers in (1, 3):
             with ThreadPoolExecutor(workers) as pool:
                 made.append(refine_grid(config, TaskRunner(executor=pool)))
-        store = CheckpointStore(tmp_path / "t.h5", "fingerprint", resume=False)
+        store = CheckpointStore(tmp_path / "t.h5", "fingerprint")
         refine_grid(config, TaskRunner(store))
         pieces = sorted(store.folder.glob("piece-*.npz"))
         for piece in pieces[::2]:

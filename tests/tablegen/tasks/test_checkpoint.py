@@ -24,7 +24,16 @@ def output(tmp_path):
 
 @pytest.fixture
 def store(output):
-    return CheckpointStore(output, "fingerprint", resume=False)
+    with CheckpointStore(output, "fingerprint") as store:
+        yield store
+
+
+@pytest.fixture
+def left(output):
+    """Folder with one checkpoint of an interrupted run."""
+    with CheckpointStore(output, "fingerprint") as store:
+        store.save(KEY, ARRAYS)
+    return store.folder
 
 
 def resumed(output):
@@ -44,47 +53,28 @@ class TestStore:
         with np.load(store.path(KEY)) as file:
             np.testing.assert_array_equal(file["quantiles"], ARRAYS["quantiles"])
 
-    def test_lies_next_to_the_output_until_it_is_discarded(self, store, output):
+    def test_lies_next_to_the_output_until_it_is_removed(self, store, output):
         store.save(KEY, ARRAYS)
         assert store.folder == output.with_name("t.h5.parts")
         names = sorted(path.name for path in store.folder.iterdir())
         assert names == [store.path(KEY).name, "recipe.sha256"]
-        store.discard()
+        store.remove()
         assert list(output.parent.iterdir()) == []
 
-    def test_resume_keeps_checkpoints_and_a_new_start_does_not(self, store, output):
-        store.save(KEY, ARRAYS)
-        assert resumed(output).load(KEY) is not None
-        assert CheckpointStore(output, "fingerprint", resume=False).load(KEY) is None
+    def test_leaves_nothing_without_checkpoints(self, output):
+        with CheckpointStore(output, "fingerprint") as store:
+            assert store.folder.is_dir()
+        assert list(output.parent.iterdir()) == []
 
     @pytest.mark.parametrize("empty_folder", [False, True])
     def test_resume_without_checkpoints_starts(self, output, empty_folder):
         """A full disk leaves an empty folder of a run that could not begin."""
         if empty_folder:
             output.with_name("t.h5.parts").mkdir()
-        resumed(output).save(KEY, ARRAYS)
-        assert resumed(output).load(KEY) is not None
-
-    def test_another_fingerprint_is_refused_in_one_line(self, store, output):
-        store.save(KEY, ARRAYS)
-        with pytest.raises(InputError, match=r"^resume: got .*t\.h5\.parts, .*allowed: [^\n]*$"):
-            CheckpointStore(output, "another", resume=True)
-        assert store.load(KEY) is not None
-        # so is a folder of unknown origin
-        (store.folder / "recipe.sha256").unlink()
-        with pytest.raises(InputError, match="resume: got"):
-            resumed(output)
-
-    def test_folder_that_cannot_be_made_is_refused_in_one_line(self, output):
-        output.with_name("t.h5.parts").write_text("a file of the user's")
-        with pytest.raises(InputError, match=r"^output: cannot make [^\n]*$"):
-            CheckpointStore(output, "fingerprint", resume=False)
-        assert output.with_name("t.h5.parts").read_text() == "a file of the user's"
-
-    def test_folder_that_cannot_be_written_is_refused(self, store, output, monkeypatch):
-        monkeypatch.setattr(os, "access", lambda path, _: path != store.folder)
-        with pytest.raises(InputError, match="allowed: a folder that can be written"):
-            resumed(output)
+        with resumed(output) as store:
+            store.save(KEY, ARRAYS)
+        with resumed(output) as store:
+            assert store.load(KEY) is not None
 
     def test_failed_save_leaves_no_checkpoint_and_the_others(self, store, monkeypatch):
         store.save("earlier", ARRAYS)
@@ -100,6 +90,63 @@ class TestStore:
         assert store.load(KEY) is None
         assert store.load("earlier") is not None
         assert len(list(store.folder.iterdir())) == 2
+
+
+class TestEarlierCheckpoints:
+    """What an interrupted run left is used, removed or refused, as the user says."""
+
+    def test_are_used_to_resume(self, left, output):
+        with resumed(output) as store:
+            assert store.load(KEY) is not None
+        assert left.is_dir()
+
+    def test_are_removed_if_asked(self, left, output):
+        with CheckpointStore(output, "another", discard=True) as store:
+            assert store.load(KEY) is None
+            store.save(KEY, ARRAYS)
+        with CheckpointStore(output, "another", resume=True) as store:
+            assert store.load(KEY) is not None
+
+    @pytest.mark.parametrize(
+        ("fingerprint", "flags", "said"),
+        [
+            (
+                "fingerprint",
+                {},
+                "with 1 piece of an unfinished run, "
+                "allowed: --resume, which uses them, or --discard, which removes them",
+            ),
+            (
+                "another",
+                {},
+                "with 1 piece of an unfinished run, made from another configuration or version, "
+                "allowed: another output, or --discard, which removes them",
+            ),
+            (
+                "another",
+                {"resume": True},
+                "with 1 piece of an unfinished run, made from another configuration or version, "
+                "allowed: another output, or --discard, which removes them",
+            ),
+        ],
+    )
+    def test_are_refused_otherwise_and_stay(self, left, output, fingerprint, flags, said):
+        before = {path: path.stat().st_mtime_ns for path in output.parent.rglob("*")}
+        with pytest.raises(InputError) as caught:
+            CheckpointStore(output, fingerprint, **flags)
+        assert str(caught.value) == f"output: got {left} {said}"
+        assert {path: path.stat().st_mtime_ns for path in output.parent.rglob("*")} == before
+        with resumed(output) as store:
+            assert store.load(KEY) is not None
+
+    def test_of_unknown_origin_are_refused(self, left, output):
+        (left / "recipe.sha256").unlink()
+        with pytest.raises(InputError, match="made from another configuration"):
+            resumed(output)
+
+    def test_cannot_be_both_used_and_removed(self, left, output):
+        with pytest.raises(InputError, match=r"^--discard: got it with --resume, allowed: one"):
+            CheckpointStore(output, "fingerprint", resume=True, discard=True)
 
 
 class TestDamage:
@@ -123,9 +170,9 @@ class TestDamage:
         assert store.load(KEY) is None
 
     def test_checkpoint_of_another_fingerprint(self, store, file, tmp_path):
-        other = CheckpointStore(tmp_path / "other.h5", "another", resume=False)
-        other.save(KEY, ARRAYS)
-        other.path(KEY).replace(file)
+        with CheckpointStore(tmp_path / "other.h5", "another") as other:
+            other.save(KEY, ARRAYS)
+            other.path(KEY).replace(file)
         assert store.load(KEY) is None
 
     def test_archive_without_a_digest_and_another_file(self, store, file):

@@ -1,13 +1,19 @@
 """Engines: the same bytes from all of them, and one line when one cannot be used."""
 
+import signal
+import socket
+import subprocess
 import sys
+import threading
+import time
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, suppress
 
 import numpy as np
 import pytest
 import tomli_w
-from command_line import BAD_INPUT, DONE, config_file
+from command_line import BAD_INPUT, DONE, INTERRUPTED, config_file
 from crashing_tasks import die, die_once
 from processes import TABLEGEN, command, mpiexec, needs_dask, needs_mpi, our_lines
 from tiny_tables import ROUGH
@@ -84,6 +90,28 @@ class TestSameBytes:
         assert our_lines(ended.err) == []
 
 
+@pytest.fixture
+def service():
+    """Open a port that accepts, says some words and no more; returns its address."""
+    with ExitStack() as stack:
+        accepted, asked = [], threading.Event()
+
+        def accept(port, words):
+            with suppress(OSError):  # when the port is closed
+                while True:
+                    accepted.append(stack.enter_context(port.accept()[0]))
+                    accepted[-1].sendall(words)
+                    asked.set()
+
+        def opened(words):
+            port = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
+            threading.Thread(target=accept, args=(port, words), daemon=True).start()
+            return f"tcp://127.0.0.1:{port.getsockname()[1]}"
+
+        opened.asked = asked
+        yield opened
+
+
 class TestDask:
     @pytest.fixture
     def two_workers(self):
@@ -143,6 +171,56 @@ class TestDask:
         words = ("--output", tmp_path / "t.h5", "--executor", "dask", "--scheduler", address)
         line = refused("generate", config_file(tmp_path), *words)
         assert line.startswith(f"--scheduler: got {address}, where none answered within 1 s, ")
+
+    @needs_dask
+    def test_port_that_accepts_and_says_nothing_is_given_up(self, service, monkeypatch):
+        monkeypatch.setattr("tablegen.tasks.dask_workers._TIMEOUT", 1)
+        begun = time.monotonic()
+        with (
+            pytest.raises(
+                InputError, match=r"^--scheduler: got \S+, where none answered within 1 s"
+            ),
+            open_executor("dask", scheduler=service(b"")),
+        ):
+            pass
+        assert time.monotonic() - begun < 5.0
+
+    @needs_dask
+    @pytest.mark.parametrize(
+        "words",
+        [
+            b"HTTP/1.0 400 Bad Request\r\nContent-Length: 0\r\n\r\n",
+            b"SSH-2.0-OpenSSH_9.6\r\n",
+            (1).to_bytes(8, "little") + (4).to_bytes(8, "little") + b"junk",
+        ],
+    )
+    def test_another_service_is_one_line(self, service, words):
+        with (
+            pytest.raises(InputError, match=r"^--scheduler: got \S+, where no Dask [^\n]*$"),
+            open_executor("dask", scheduler=service(words)),
+        ):
+            pass
+
+    @needs_dask
+    def test_certificates_that_are_missing(self):
+        with (
+            pytest.raises(InputError, match=r"^--scheduler: got tls://\S+, for which there are no"),
+            open_executor("dask", scheduler="tls://127.0.0.1:9"),
+        ):
+            pass
+
+    @needs_dask
+    def test_wait_for_a_silent_port_can_be_interrupted(self, service, tmp_path):
+        words = ("--executor", "dask", "--scheduler", service(b""))
+        line = [str(word) for word in generating(tmp_path, *words)]
+        with subprocess.Popen(line, stderr=subprocess.PIPE, text=True) as run:
+            assert service.asked.wait(60)
+            begun = time.monotonic()
+            run.send_signal(signal.SIGINT)
+            _, said = run.communicate(timeout=60)
+        assert (run.returncode, said.count("\n")) == (INTERRUPTED, 1)
+        assert time.monotonic() - begun < 5.0
+        assert not (tmp_path / "t.h5.parts").exists()
 
     @needs_dask
     def test_cluster_without_our_package(self, monkeypatch):

@@ -51,8 +51,8 @@ def kinds_of_tasks(monkeypatch):
 
 def half_of_the_tasks(path):
     """Fit two of the four nodes of the rough table, as an interrupted run leaves them."""
-    store = CheckpointStore(path, FINGERPRINT, resume=False)
-    fit_nodes(ROUGH, Grid(ANGLES[:1], SPEEDS), TaskRunner(store))
+    with CheckpointStore(path, FINGERPRINT) as store:
+        fit_nodes(ROUGH, Grid(ANGLES[:1], SPEEDS), TaskRunner(store))
 
 
 def test_is_one_line_and_stays_the_same():
@@ -153,8 +153,8 @@ def begun(tmp_path):
 class TestTwoProcessors:
     def test_a_run_goes_on_on_another(self, begun):
         assert len(list(begun.with_name("t.h5.parts").glob("piece-*.npz"))) == 2
-        store = CheckpointStore(begun, FINGERPRINT, resume=True)
-        there = str(store.load(node_key(*NODES[0], resolution(ROUGH)))[runner.PROCESSOR])
+        with CheckpointStore(begun, FINGERPRINT, resume=True) as store:
+            there = str(store.load(node_key(*NODES[0], resolution(ROUGH)))[runner.PROCESSOR])
         generate(ROUGH, begun, conditions=1, resume=True)
         assert read_table(begun).processors == tuple(sorted({there, processor_kind()}))
         # only a processor that is of the kind by itself computes results of that kind

@@ -28,7 +28,7 @@ def failing(number):
 
 @pytest.fixture
 def store(tmp_path):
-    return CheckpointStore(tmp_path / "t.h5", "fingerprint", resume=False)
+    return CheckpointStore(tmp_path / "t.h5", "fingerprint")
 
 
 class TestNumbers:

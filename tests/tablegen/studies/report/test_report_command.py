@@ -84,7 +84,7 @@ def test_without_plotly_nothing_is_measured(refused, tiny, monkeypatch, tmp_path
         (("--seed", -1), ("--seed", "got '-1'")),
         (("--json", "none/there.json"), ("--json", "a folder that exists")),
         (("--html", "none/there.html"), ("--html", "a folder that exists")),
-        (("--stability", "none.json"), ("--stability", "cannot be read")),
+        (("--stability", "none.json"), ("--stability", "none.json, allowed: a file")),
     ],
 )
 def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):

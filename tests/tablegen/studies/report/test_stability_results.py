@@ -37,7 +37,7 @@ def test_something_else_is_refused(tmp_path, text):
 
 
 def test_missing_file_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"--stability: .* cannot be read"):
+    with pytest.raises(InputError, match=r"--stability: got .*, allowed: a file that exists"):
         read_study(tmp_path / "none.json")
 
 

@@ -1,0 +1,68 @@
+"""Shapes of the datasets of a table: they fit together, and the table fits into the draw."""
+
+from collections.abc import Mapping
+
+from sampler.errors import TableError
+from sampler.formats.bounds import LENGTHS
+from sampler.formats.hdf5_layout import DATASETS
+from sampler.formats.table_arrays import LANES, record_stride
+
+_MOST_ENTRIES = 2**31
+
+
+def _shape_text(dims: tuple[str | int, ...], lengths: Mapping[str, int]) -> str:
+    parts = (f"{d}={lengths[d]}" if d in lengths else str(d) for d in map(str, dims))
+    return "(" + ", ".join(parts) + ("," if len(dims) == 1 else "") + ")"
+
+
+def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
+    """Lengths of the named dimensions, from the shapes of all datasets by path.
+
+    Raises
+    ------
+    TableError
+        If a dataset is missing, or has a shape that does not fit the others'.
+    """
+    lengths: dict[str, int] = {}
+    for dataset in DATASETS:
+        if dataset.path not in shapes:
+            raise TableError(f"{dataset.path}: is missing, allowed: every dataset of the format")
+        shape = shapes[dataset.path]
+        fits = len(shape) == len(dataset.dims)
+        for dim, length in zip(dataset.dims, shape, strict=False):
+            if isinstance(dim, int):
+                fits = fits and length == dim
+                continue
+            least, most = LENGTHS.get(dim, (0, length))
+            if length < least:
+                raise TableError(f"{dataset.path}: got {dim} = {length}, allowed: {least} or more")
+            if length > most:
+                raise TableError(f"{dataset.path}: got {dim} = {length}, allowed: at most {most}")
+            if fits:
+                fits = lengths.setdefault(dim, length) == length
+        if not fits:
+            allowed = _shape_text(dataset.dims, lengths)
+            raise TableError(f"{dataset.path}: got shape {shape}, allowed: {allowed}")
+    _check_entries(lengths)
+    return lengths
+
+
+def _check_entries(lengths: Mapping[str, int]) -> None:
+    """Refuse tables whose arrays in memory have entries that a draw, in 32 bits, cannot count to.
+
+    See `sampler.formats.table_arrays.TableArrays`.
+    """
+    n_alpha, n_speed = lengths["n_alpha"], lengths["n_speed"]
+    cells = max(n_alpha - 1, 1) * max(n_speed - 1, 1)
+    marginals = lengths["n_classes"] * lengths["n_marginals"]
+    records = n_alpha * n_speed * lengths["n_components"]
+    entries = {
+        "marginals/quantiles": 4 * cells * marginals * lengths["n_knots"],
+        "dependence/cholesky": records * record_stride(lengths["n_channels"]) + LANES,
+        "dependence/first_of_class": n_alpha * n_speed * lengths["n_classes"],
+    }
+    for path, count in entries.items():
+        if count >= _MOST_ENTRIES:
+            raise TableError(
+                f"{path}: got {count} entries in memory, allowed: below {_MOST_ENTRIES}"
+            )

@@ -1,0 +1,15 @@
+"""Types of flags that have bounds of the direct model."""
+
+from sampler.commands.options import Number
+from tablegen.model import bounds
+
+
+def _within(allowed: bounds.Bounds) -> Number:
+    """Make the type of a number within bounds."""
+    return Number(allowed.words, allowed.low, allowed.high)
+
+
+ANGLE = _within(bounds.ALPHA_DEG)
+SPEED = _within(bounds.SPEED)
+RATIO = _within(bounds.ASPECT)
+SPIN = _within(bounds.SPIN)

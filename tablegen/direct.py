@@ -1,0 +1,368 @@
+"""Direct rebounds of particles that each have their own velocity, spin and grain."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sampler.compilation.processors import processors
+from sampler.compilation.side_by_side import side_by_side
+from sampler.errors import InputError
+from sampler.formats.channels import STATE
+from sampler.inputs.messages import row_message
+from sampler.inputs.output import Rebound
+from sampler.inputs.rows import Keys, Rows, as_integer, broadcast, place
+from tablegen.batches import BATCH, first_not_finite
+from tablegen.config import Config
+from tablegen.model.bounds import ALPHA_DEG, ASPECT, MOST_TURNED, SPEED, SPIN
+from tablegen.model.conditions import CONDITION_SIZE
+from tablegen.model.impacts import (
+    OUT_OF_BOUNDS,
+    TURNS_TOO_OFTEN,
+    lab_conditions,
+    states_to_lab,
+    wall_conditions,
+)
+from tablegen.model.one_rebound import DirectArrays, work_size
+from tablegen.model.particle_run import simulate_batch
+from tablegen.model.random_particles import ParticleKeys, draw_grains, first_misfit
+from tablegen.model.rebound import COLLISION_ALARM
+from tablegen.particles.population import Population
+
+#: Whose grain a particle has: its own, a fresh one at every hit, or the one given.
+Grain = Literal["own", "fresh"] | ArrayLike
+
+#: The hit whose random numbers make a grain that is kept.
+_OWN = np.zeros(1, dtype=np.uint32)
+
+
+class _Failure(NamedTuple):
+    """A row that could not be worked out, and its code: 0 if it never left the wall."""
+
+    row: int
+    code: int
+
+
+class _Particles(NamedTuple):
+    """Rows of a call, the hits whose random numbers make the grains, and those that are given."""
+
+    rows: Rows
+    made_at: NDArray[np.uint32]
+    given: NDArray[np.float64] | None
+
+    def keys(self, part: slice) -> ParticleKeys:
+        """Keys of some rows."""
+        seed, index, hit = self.rows.keys
+        made_at = _of(self.made_at, part) if self.given is None else self.made_at[:0]
+        return ParticleKeys(seed, _of(index, part), _of(hit, part), made_at)
+
+    def kind(self, part: slice) -> NDArray[np.float64]:
+        """Array of the grains of some rows, to be written where they are drawn."""
+        kind = np.empty((part.stop - part.start, 3))
+        if self.given is not None:
+            kind[:] = _of(self.given, part)
+        return kind
+
+
+def _of(array: NDArray[Any], part: slice) -> NDArray[Any]:
+    """Rows of an array that has one for each particle, or one for all."""
+    return array[part] if len(array) > 1 else array
+
+
+def _raise(rows: Rows, failure: _Failure) -> None:
+    """Raise the error of a row."""
+    row, code = failure
+    at = place(row, rows.shape)
+    if code == 0:
+        raise RuntimeError(
+            f"the particle at {at} is still in contact after {COLLISION_ALARM:,} collisions; "
+            "a larger contact_resolution ends its chain"
+        )
+    if code == OUT_OF_BOUNDS:
+        raise InputError(_bounds_message(rows, row))
+    if code != TURNS_TOO_OFTEN:
+        raise InputError(row_message(rows, row, code))
+    name = "omega" if "omega" in rows.values else "spin"
+    got = ", ".join(f"{x:.9g}" for x in rows.at(name, row))
+    raise InputError(
+        f"{name}: got {got} at {at}, allowed: at most {MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), "
+        "before the first contact"
+    )
+
+
+def _bounds_message(rows: Rows, row: int) -> str:
+    """Message on a row whose angle, speed or spin is outside of the bounds of the model."""
+    names = [name for name in rows.values if name not in ("normal", "half_size")]
+    got = "; ".join(
+        f"{name} {', '.join(f'{x:.9g}' for x in np.atleast_1d(rows.at(name, row)))}"
+        for name in names
+    )
+    return (
+        f"{names[0]}: got {got} at {place(row, rows.shape)}, allowed: an impact at "
+        f"{ALPHA_DEG.words} and {SPEED.words}, with a spin of {SPIN.words}"
+    )
+
+
+def _work_all(work: Callable[[int], _Failure | None], rows: Rows, threads: int | None) -> None:
+    """Work on the batches of all rows; raise the error of the first that fails."""
+    if threads is not None:
+        threads = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
+    starts = range(0, rows.n, BATCH)
+    workers = max(min(threads or processors(), len(starts)), 1)
+    for failure in side_by_side(work, starts, workers):
+        if failure is not None:
+            _raise(rows, failure)
+
+
+class DirectModel:
+    """Rebounds by direct simulation, with the methods of `sampler.Table` that draw them.
+
+    So a program that takes its rebounds from a table can take them from here, and anyone can check
+    a table in their own flow. Each particle has a velocity, a spin and a grain of its own; a grain
+    is a shape and its ratios b/a and c/b.
+
+    Parameters
+    ----------
+    config : Config
+        From `tablegen.load_config`: laws, particles and numerical parameters.
+    population : Population, optional
+        Other particles than the configuration's, for example
+        ``config.population.restricted_to("prism")``.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z.
+    arrays : DirectArrays
+        For `tablegen.rebound` and `tablegen.draw` in the user's own compiled code.
+    work_size : int
+        Numbers of the work space that they need.
+    """
+
+    columns = STATE
+
+    def __init__(self, config: Config, population: Population | None = None) -> None:
+        self.arrays = DirectArrays(
+            config.pair.kernel_arguments(),
+            (population or config.population).kernel_arguments(),
+            (config.model.contact_resolution, config.model.tolerance),
+        )
+        self.work_size: int = work_size(self.arrays.population)
+
+    def sample(
+        self,
+        alpha1: ArrayLike,
+        speed: ArrayLike,
+        *,
+        spin: ArrayLike | None = None,
+        grain: Grain = "own",
+        seed: int | None = None,
+        index: ArrayLike | None = None,
+        hit: ArrayLike | None = None,
+        rng: np.random.Generator | None = None,
+        size: int | tuple[int, ...] | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.float64]:
+        """Simulate rebounds in the frame of the wall.
+
+        Parameters
+        ----------
+        alpha1 : float or array
+            Impact angle in rad from the wall, in (0, pi/2].
+        speed : float or array
+            Impact speed V in m/s, > 0. All arrays broadcast, as in numpy.
+        spin : array, shape (..., 3), optional
+            Angular velocity before the impact times a/V, wall frame; none if left out. A particle
+            may turn by at most 1e6 rad before its first contact: 2 |spin| / sin(alpha1).
+        grain : "own", "fresh" or array, shape (..., 3)
+            "own": a particle has the same grain at every hit, drawn from the population by
+            (seed, index). "fresh": it has another one at every hit, drawn by (seed, index, hit).
+            An array: shape code, b/a and c/b of each particle, as `grains` returns them.
+        seed : int
+            Seed of the run, uint64.
+        index : int or array of int
+            Identity of each particle, uint64.
+        hit : int or array of int, optional
+            How many walls each particle has met before, uint32; 0, the first, if left out. It
+            selects the orientation.
+        rng, size
+            In place of the keys, as for `sampler.Table.sample`.
+        threads : int, optional
+            Threads to use; by default one a processor. The states do not depend on it.
+
+        Returns
+        -------
+        float64 array, shape (..., 6)
+            u, v, w over V and omega_x, omega_y, omega_z times a/V, in the wall frame: x along the
+            tangential velocity before impact, y into the gas. With equal angles, speeds and spins,
+            index 0, 1, ... and hit 0 they are those of `tablegen.simulate` with this seed.
+
+        Raises
+        ------
+        InputError
+            If an input has a wrong type or shape, is not finite or not allowed. Names the first
+            row.
+        RuntimeError
+            If a particle is still in contact after 10**8 collisions.
+        """
+        given = {"alpha1": alpha1, "speed": speed, "spin": np.zeros(3) if spin is None else spin}
+        particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
+        values, numerics = particles.rows.values, self.arrays.numerics
+        fill = partial(wall_conditions, values["alpha1"], values["speed"], values["spin"], numerics)
+        states = self._simulated(particles, threads, fill)
+        return states.reshape(*particles.rows.shape, 6)
+
+    def rebound(
+        self,
+        velocity: ArrayLike,
+        normal: ArrayLike,
+        half_size: ArrayLike,
+        *,
+        omega: ArrayLike | None = None,
+        grain: Grain = "own",
+        seed: int | None = None,
+        index: ArrayLike | None = None,
+        hit: ArrayLike | None = None,
+        rng: np.random.Generator | None = None,
+        size: int | tuple[int, ...] | None = None,
+        wall_velocity: ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> Rebound:
+        """Rebound particles from a wall, in the lab frame.
+
+        Parameters
+        ----------
+        velocity : array, shape (..., 3)
+            Velocity before impact, m/s.
+        normal : array, shape (..., 3)
+            Wall normal into the gas, of any length but zero.
+        half_size : float or array, shape (...)
+            Largest half-size a of the particle, m.
+        omega : array, shape (..., 3), optional
+            Angular velocity before impact, rad/s; none if left out.
+        grain, seed, index, hit, rng, size, threads
+            As for `sample`.
+        wall_velocity : array, shape (..., 3), optional
+            Velocity of the wall at the point of contact, m/s; at rest if left out.
+
+        Returns
+        -------
+        Rebound
+            ``velocity, omega``, both of shape (..., 3), m/s and rad/s. At exactly normal impact the
+            direction along the wall is uniform.
+
+        Raises
+        ------
+        InputError
+            As `sample`; also if a particle does not approach the wall or a normal is zero.
+        RuntimeError
+            As `sample`.
+        """
+        given = {
+            "velocity": velocity,
+            "normal": normal,
+            "half_size": half_size,
+            "wall_velocity": np.zeros(3) if wall_velocity is None else wall_velocity,
+            "omega": np.zeros(3) if omega is None else omega,
+        }
+        particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
+        rows = particles.rows
+        numbers = [rows.values[name] for name in given]
+        fill: Callable[..., Any] = partial(
+            lab_conditions, tuple(numbers[:4]), numbers[4], rows.keys, self.arrays.numerics
+        )
+        finish = partial(states_to_lab, tuple(numbers[:4]), rows.keys)
+        states = self._simulated(particles, threads, fill, finish)
+        parts = (states[:, :3], states[:, 3:])
+        return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
+
+    def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
+        """Give the grains that particles keep.
+
+        Parameters
+        ----------
+        seed, index
+            As for `sample`.
+
+        Returns
+        -------
+        float64 array, shape (..., 3)
+            Shape code of `tablegen.model.shape_codes.SHAPE_CODES` (of mesh number k of the
+            population FIRST_MESH + k, of `tablegen.model.shapes`), b/a and c/b.
+        """
+        rows = broadcast({}, Keys(seed, index))
+        key, particles, _ = rows.keys
+        grains = np.empty((rows.n, 3))
+        draw_grains(self.arrays.population, key, particles, grains)
+        return grains.reshape(*rows.shape, 3)
+
+    def _particles(self, given: dict[str, ArrayLike], grain: Grain, keys: Keys) -> _Particles:
+        """Rows of the arguments, and where their grains come from."""
+        if not isinstance(grain, str):
+            rows = broadcast(given | {"grain": grain}, keys)
+            return _Particles(rows, _OWN, self._checked_grains(rows))
+        if grain not in ("own", "fresh"):
+            allowed = "'own', 'fresh', or numbers of shape (..., 3)"
+            raise InputError(f"grain: got {grain!r}, allowed: {allowed}")
+        rows = broadcast(given, keys)
+        return _Particles(rows, rows.keys[2] if grain == "fresh" else _OWN, None)
+
+    def _checked_grains(self, rows: Rows) -> NDArray[np.float64]:
+        """Take the grains out of the rows; refuse the first that is none."""
+        grains = rows.values.pop("grain")
+        row = first_misfit(self.arrays.population, grains)
+        if row < 0:
+            return grains
+        got = ", ".join(f"{x:.9g}" for x in grains[row])
+        meshes = self.arrays.population.meshes.resolutions.size
+        raise InputError(
+            f"grain: got {got} at {place(row, rows.shape)}, allowed: the code of a shape"
+            f"{' or mesh' if meshes else ''}, and b/a and c/b, both {ASPECT.words}, of a sphere 1"
+        )
+
+    def _simulated(
+        self,
+        particles: _Particles,
+        threads: int | None,
+        fill: Callable[..., Any],
+        finish: Callable[..., Any] | None = None,
+    ) -> NDArray[np.float64]:
+        """States of all rows, (n, 6).
+
+        Parameters
+        ----------
+        particles : _Particles
+        threads : int or None
+        fill : callable
+            Takes conditions to write and their first row; gives a bad row, or -1, and its code.
+        finish : callable, optional
+            Takes states in the frame of the wall, which it may replace, and their first row.
+        """
+        n = particles.rows.n
+        states = np.empty((n, 6))
+        law, population, _ = self.arrays
+
+        def work(start: int) -> _Failure | None:
+            part = slice(start, min(start + BATCH, n))
+            count = part.stop - start
+            conditions = np.empty((count, CONDITION_SIZE))
+            row, code = fill(conditions, start)
+            if row >= 0:
+                return _Failure(row, code)
+            keys, kind = particles.keys(part), particles.kind(part)
+            outcome = (states[part], np.empty(count, dtype=np.int64), kind, np.empty((count, 2)))
+            stuck = simulate_batch(law, population, conditions, keys, *outcome)
+            if stuck >= 0:
+                return _Failure(start + stuck, 0)
+            if finish is not None:
+                finish(states[part], start)
+            return None
+
+        _work_all(work, particles.rows, threads)
+        bad = first_not_finite(states)
+        if bad >= 0:
+            at = place(bad, particles.rows.shape)
+            raise RuntimeError(f"the particle at {at} is not finite")
+        return states

@@ -1,0 +1,103 @@
+"""What the direct model is asked for at most: the one table of bounds, which LAWS.md shows.
+
+Within them every rebound ends, with a finite state; LAWS.md says what the worst corners cost.
+Beyond them time grows without end, or rounding eats what is computed. They hold in files, flags and
+functions alike.
+"""
+
+import math
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+from sampler.errors import InputError
+
+#: Longest piece of a given value that is worth repeating.
+_LONGEST = 60
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Closed range of a quantity."""
+
+    low: float
+    high: float
+    unit: str = ""
+
+    @property
+    def field(self) -> dict[str, float]:
+        """Both ends, as pydantic names them."""
+        return {"ge": self.low, "le": self.high}
+
+    @property
+    def words(self) -> str:
+        """What is allowed, for messages and help pages."""
+        return f"{self.low:g} to {self.high:g}{self.unit}"
+
+    def checked(self, name: str, value: Any) -> float:
+        """Return a number within the range; raises `InputError` for anything else.
+
+        Parameters
+        ----------
+        name : str
+            Of the argument, for the message.
+        value : object
+            What was given; True and False, texts and arrays are no numbers.
+        """
+        number = as_number(value)
+        if not self.low <= number <= self.high:  # not a NaN either
+            raise self.refusal(name, value)
+        return number
+
+    def refusal(self, name: str, value: Any) -> InputError:
+        """Error for a value that is no number of the range."""
+        unit = self.unit if math.isfinite(as_number(value)) else ""
+        return InputError(f"{name}: got {told(value)}{unit}, allowed: {self.words}")
+
+
+def as_number(value: Any) -> float:
+    """Value as a floating-point number; NaN for what is none, or too large for one."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.nan
+
+
+def told(value: Any) -> str:
+    """Text of a given value, short and in one line."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            return f"{float(value):.12g}"
+        except OverflowError:
+            return "a number beyond the largest of 64 bits"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+#: Ratios b/a and c/b.
+ASPECT = Bounds(1e-3, 1.0)
+
+#: Impact angle from the wall.
+ALPHA_DEG = Bounds(1e-6, 90.0, " degrees")
+
+#: Impact speed.
+SPEED = Bounds(1e-6, 1e5, " m/s")
+
+#: Each component of the angular velocity before the impact.
+SPIN = Bounds(-1e3, 1e3, " V/a")
+
+#: Angle [rad] that a particle may turn from its greatest height to its least, before any contact:
+#: 2 |spin| / sin(alpha1).
+MOST_TURNED = 1e6
+
+#: Smallest rebound speed of a contact point over V.
+CONTACT_RESOLUTION = Bounds(1e-5, 0.1)
+
+#: Truncation of the flight series.
+TOLERANCE = Bounds(1e-14, 1e-4)
+
+#: Least extent of a mesh in the units of its file, and the largest coordinate. Cubes of these
+#: numbers are numbers.
+MESH_SIZE = Bounds(1e-30, 1e30)

@@ -1,0 +1,145 @@
+"""Whatever numbers a table has within its bounds, it can be exported, and draws are finite.
+
+The numbers of these tables are random, often at the ends of what is allowed, and mean nothing.
+"""
+
+import numpy as np
+import pytest
+import toolchain
+from synthetic_table import make_contents, make_datasets
+
+from sampler import InputError, Table
+from sampler.formats.binary import write_binary_table
+from sampler.formats.bounds import ALPHA_DEG, MOST_NUMBER, QUANTILES, SPEED, VARIATE_MAX
+from sampler.formats.channels import VARIABLES, channels_for
+from sampler.formats.table_arrays import ROUNDING
+
+N_DRAWS = 200
+
+
+def numbers_between(rng, low, high, shape):
+    """Numbers of the closed interval, many at its ends, of all orders of magnitude."""
+    share = rng.choice([0.0, 1.0, rng.uniform()], shape) * 10.0 ** rng.choice([0, -3, -9], shape)
+    return np.clip(low + share * (high - low), low, high)
+
+
+def axis(rng, bounds, nodes):
+    """Nodes, ends and coordinate of an axis; the numbers of the nodes may begin anywhere."""
+    if nodes == 1:
+        node = numbers_between(rng, *bounds, 1)
+        return node, node[[0, 0]], np.zeros(int(rng.integers(2, 9)))
+    width, end = 10.0 ** rng.uniform(-7.0, 0.0), bounds[1] * 10.0 ** rng.choice([0.0, -2.0, -7.0])
+    ends = np.array([max(end * (1.0 - width), bounds[0]), end])
+    grid = int(rng.integers(nodes, nodes + 30))
+    at = np.sort(rng.choice(grid, nodes, replace=False))
+    numbers = np.arange(nodes) + (rng.integers(1, 20) if at[0] > 0 else 0)
+    places = [-1, *at, grid]  # beyond the nodes as in a table that was pruned
+    coordinate = np.interp(np.arange(grid), places, [-1e-3, *numbers, numbers[-1] + 20])
+    return np.linspace(*ends, grid)[at], ends, coordinate
+
+
+def quantiles(rng, marginals, shape):
+    """Quantile functions with jumps, up to the last numbers within their bounds."""
+    found = np.empty((*shape[:-1], len(marginals), shape[-1]), dtype=np.float32)
+    for k, name in enumerate(marginals):
+        low, high = (np.float32(end) for end in QUANTILES[name])
+        low, high = np.nextafter(low, np.float32(1)), np.nextafter(high, np.float32(0))
+        found[..., k, :] = np.sort(numbers_between(rng, low, high, shape), axis=-1)
+    return found
+
+
+def random_contents(seed, variables):
+    """A table of random numbers, or `TableError` if they are not allowed."""
+    rng = np.random.default_rng(seed)
+    marginals = channels_for(variables)
+    n, shape = len(marginals), tuple(int(k) for k in rng.integers(1, 4, 2))
+    classes, components, knots = (int(k) for k in rng.integers((1, 1, 2), (4, 6, 20)))
+    alpha, alpha_span, alpha_coordinate = axis(rng, ALPHA_DEG, shape[0])
+    speed, speed_span, speed_coordinate = axis(rng, SPEED, shape[1])
+    most = float(np.exp(rng.uniform(*np.log(VARIATE_MAX))))
+    factors = rng.choice([-32768, 32767, 1], (*shape, components, n * (n + 1) // 2))
+    factors[..., [row * (row + 3) // 2 for row in range(n)]] = rng.choice([1, 32767])
+    starts = np.sort(rng.integers(0, components + 1, (*shape, classes)), axis=-1)
+    starts[..., 0] = 0
+    datasets = make_datasets() | {
+        "axes/alpha_deg": alpha,
+        "axes/alpha_span_deg": alpha_span,
+        "axes/alpha_coordinate": alpha_coordinate,
+        "axes/speed": speed,
+        "axes/speed_span": speed_span,
+        "axes/speed_coordinate": speed_coordinate,
+        "marginals/variate_knots": np.linspace(-most, most, knots),
+        "marginals/quantiles": quantiles(rng, marginals, (*shape, classes, knots)),
+        "dependence/first_of_class": starts,
+        "dependence/alias_probability": rng.integers(0, 65536, (*shape, components)),
+        "dependence/alias_index": rng.integers(0, components, (*shape, components)),
+        "dependence/reflection": rng.integers(0, 4097, (*shape, components)),
+        "dependence/mean": rng.choice([-32768, 0, 32767], (*shape, components, n)),
+        "dependence/cholesky": factors,
+        "accuracy/ks": np.full((2, len(variables)), 0.01),
+    }
+    return make_contents(datasets, variables=tuple(variables), channels=marginals)
+
+
+def conditions(contents, rng):
+    """Angles and speeds on and between the nodes, and at the ends."""
+    found = []
+    for nodes in (np.radians(contents["axes/alpha_deg"]), contents["axes/speed"]):
+        between = nodes[0] + rng.uniform(size=N_DRAWS) * (nodes[-1] - nodes[0])
+        found.append(np.where(rng.uniform(size=N_DRAWS) < 0.5, rng.choice(nodes, N_DRAWS), between))
+    return found
+
+
+def states_in_c(library, path, alpha1, speed, index):
+    """First six variables, of the reader in C."""
+    states, hit = np.empty((len(index), 6)), np.zeros(len(index), np.uint32)
+    report = toolchain.Report()
+    with toolchain.opened(library, path) as table:
+        arguments = (len(index), alpha1, speed, 3, index, hit, states)
+        code = library.rbt_draw_batch(table, *arguments, toolchain.ctypes.byref(report))
+    assert (code, report.clamped) == (0, 0)
+    return states
+
+
+@pytest.mark.parametrize("variables", [VARIABLES[:6], VARIABLES], ids=["six", "eight"])
+def test_every_draw_is_finite_and_every_table_can_be_exported(library, tmp_path, variables):
+    path, made = tmp_path / "t.rbt", 0
+    for seed in range(60):
+        contents = random_contents(seed, variables)
+        rng, index = np.random.default_rng(seed), np.arange(N_DRAWS, dtype=np.uint64)
+        alpha1, speed = conditions(contents, rng)
+        states = Table(contents).sample(alpha1, speed, seed=3, index=index)
+        assert np.isfinite(states).all(), seed
+        energy = (states[:, :3] ** 2).sum(axis=1)
+        if len(variables) > 6:
+            energy += states[:, 6]
+            assert (states[:, 7] >= 0.0).all(), seed
+        # the last digit of a sum of squares
+        assert ((states[:, 1] > 0.0) & (states[:, 1] < 1.0) & (energy <= 1.0 + 1e-15)).all(), seed
+        write_binary_table(path, contents)
+        np.testing.assert_array_equal(
+            states_in_c(library, path, alpha1, speed, index), states[:, :6], str(seed)
+        )
+        made += contents["axes/alpha_deg"].size > 1
+    assert made > 20
+
+
+def steep(most):
+    """Contents whose coordinate rises by `most` right behind a node."""
+    contents = random_contents(7, VARIABLES[:6])
+    nodes, datasets = len(contents["axes/alpha_deg"]), dict(contents.datasets)
+    ends = 20.0 * np.array([1.0, 1.0 + nodes * 1e-8])
+    datasets["axes/alpha_span_deg"] = ends
+    datasets["axes/alpha_deg"] = np.linspace(*ends, nodes + 1)[:-1]
+    datasets["axes/alpha_coordinate"] = np.array([*range(nodes), nodes - 1.0 + most])
+    return make_contents(datasets)
+
+
+def test_a_node_at_a_jump_must_be_whole_in_radians_too(library, tmp_path):
+    """Its number is worked out anew from radians, and must be the same but for rounding."""
+    assert ROUNDING / 1e-8 * 100.0 < 0.02 < ROUNDING / 1e-8 * 1e6
+    write_binary_table(tmp_path / "t.rbt", steep(100.0))
+    with toolchain.opened(library, tmp_path / "t.rbt"):
+        pass
+    with pytest.raises(InputError, match=r"axes/alpha_coordinate: .*: the number of the node"):
+        steep(MOST_NUMBER / 2.0)
