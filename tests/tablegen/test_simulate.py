@@ -319,25 +319,33 @@ class TestInterruption:
         with interrupted(within=1.0):
             run(5_000_000, threads=threads)
 
-    def test_slow_particles_are_simulated_few_at_a_time(self, monkeypatch):
-        sizes = []
+    @pytest.fixture
+    def sizes(self, monkeypatch):
+        """Numbers of particles of each call of a kernel that takes so many seconds for each."""
 
-        def slow(*arguments):
-            sizes.append(len(arguments[5]))
-            time.sleep(0.002 * sizes[-1])
-            return -1
+        def kernel(seconds):
+            seen = []
 
-        monkeypatch.setattr("tablegen.batches.simulate_batch", slow)
+            def simulate(*arguments):
+                for array in arguments[5:9]:
+                    array[:] = 0
+                seen.append(len(arguments[5]))
+                time.sleep(seconds * seen[-1])
+                return -1
+
+            monkeypatch.setattr("tablegen.batches.simulate_batch", simulate)
+            return seen
+
+        return kernel
+
+    def test_slow_particles_are_simulated_few_at_a_time(self, sizes):
+        seen = sizes(0.002)
         run(300, threads=1)
-        assert sum(sizes) == 300
-        assert max(sizes) <= 50  # a tenth of a second
+        assert sum(seen) == 300
+        assert max(seen) <= 50  # a tenth of a second
 
-    def test_quick_particles_are_simulated_many_at_a_time(self, monkeypatch):
-        sizes = []
-        monkeypatch.setattr(
-            "tablegen.batches.simulate_batch",
-            lambda *arguments: sizes.append(len(arguments[5])) or -1,
-        )
+    def test_quick_particles_are_simulated_many_at_a_time(self, sizes):
+        seen = sizes(0.0)
         run(4 * BATCH, threads=1)
-        assert sum(sizes) == 4 * BATCH
-        assert max(sizes) == BATCH
+        assert sum(seen) == 4 * BATCH
+        assert max(seen) == BATCH
