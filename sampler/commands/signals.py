@@ -20,7 +20,7 @@ from typing import Any
 _WORDS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "terminated"}
 
 #: Seconds for the main thread to end in order.
-GRACE = 1.0
+GRACE = 0.8
 
 
 def _say_nothing(_: Any) -> None:

@@ -15,7 +15,7 @@ _Piece = TypeVar("_Piece")
 _Result = TypeVar("_Result")
 
 #: Seconds for which what was given up is waited for: it may write to an array of the user's.
-_PATIENCE = 0.5
+_PATIENCE = 0.4
 
 #: Of a thread, ``given_up``: events that say that the work it does is no longer wanted.
 _HERE = threading.local()

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from numba import types
 from numba.core.errors import TypingError
+from numba.core.imputils import impl_ret_borrowed
 from numba.extending import intrinsic
 
 
@@ -38,13 +39,25 @@ def output_of(name: str) -> Callable[[Any], None]:
     return _checked(name, _is_vector, "a writable float64 array of one dimension")
 
 
-def _is_work_space(kind: Any) -> bool:
-    return _is_vector(kind) and kind.layout == "C"
+def work_space_of(name: str) -> Callable[[Any], Any]:
+    """Make a function of kernels that returns its array, and compiles only for one to work in.
 
+    What is compiled for the array takes it for a run of memory, so it must get the result and not
+    the argument: then it is not compiled for a wrong one at all.
+    """
 
-def work_space_of(name: str) -> Callable[[Any], None]:
-    """Make the check of an array to work in, which kernels take as a run of memory."""
-    return _checked(name, _is_work_space, "a writable contiguous float64 array of one dimension")
+    @intrinsic
+    def checked(typingctx: Any, value: Any) -> Any:
+        if not (_is_vector(value) and value.layout == "C"):
+            allowed = "a writable contiguous float64 array of one dimension"
+            raise TypingError(f"{name}: got {value}, allowed: {allowed}")
+
+        def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return impl_ret_borrowed(context, builder, sig.return_type, args[0])
+
+        return value(value), emit
+
+    return cast(Callable[[Any], Any], checked)
 
 
 def key_of(name: str) -> Callable[[Any], None]:

@@ -1,5 +1,7 @@
 r"""Table files written and read as `sampler.formats.hdf5_layout` describes them.
 
+They are written by h5py, and read by `sampler.formats.hdf5_container`, which no file can hurt.
+
 Everything that the layout says is checked before a file is written and after it is read, so that
 the kernels may index without looking.
 

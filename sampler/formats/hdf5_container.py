@@ -73,7 +73,7 @@ def _check_version(image: Image, places: Mapping[str, int]) -> None:
         raise TableError(f'format: is not "{FORMAT}", so this is some other HDF5 file')
     version = _value(image, places, "format_version") if "format_version" in places else None
     if not (isinstance(version, list) and [type(v) for v in version] == [int, int]):
-        raise TableError(f"format_version: got {version!r}, allowed: two integers")
+        raise TableError(f"format_version: got {shown(version)}, allowed: two integers")
     if version[0] != FORMAT_VERSION[0]:
         raise TableError(
             f"format_version: got {version[0]}.{version[1]}, "

@@ -6,6 +6,7 @@ The kernels count no references and return numbers only, so any compiled functio
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
 from numba import types
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
@@ -34,7 +35,7 @@ GRAIN_NOT_USABLE = -102
 #: Status code: still in contact after `tablegen.model.rebound.COLLISION_ALARM` collisions.
 STILL_IN_CONTACT = -103
 
-check_out, check_work = output_of("out"), work_space_of("work")
+check_out, work_space = output_of("out"), work_space_of("work")
 
 #: Numbers of the work space before those of candidate vertices: the motion now and before, a
 #: contact point, and the series of a flight.
@@ -71,6 +72,12 @@ def _storage(population, work, count):
     meshes = population.meshes
     no_map = SupportMap(0, math.inf, meshes.starts[:0], meshes.points[:0])
     return candidates, count, no_map, (series, point, before)
+
+
+@inline_kernel
+def _keys(seed, index, hit):
+    """Keys in their own types, whatever integers they are given as."""
+    return np.uint64(seed), np.uint64(index), np.uint32(hit)
 
 
 @no_refcount_kernel
@@ -119,6 +126,7 @@ def grain(arrays, seed, index, hit):
     check_seed(seed)
     check_index(index)
     check_hit(hit)
+    seed, index, hit = _keys(seed, index, hit)
     return draw_grain(arrays.population, seed, index, hit)
 
 
@@ -160,13 +168,13 @@ def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
     check_seed(seed)
     check_index(index)
     check_hit(hit)
-    check_work(work)
     check_out(out)
-    _check_sizes(arrays, work, out)
+    space = work_space(work)
+    _check_sizes(arrays, space, out)
     cosine_sine = cosine_and_sine(allowed_angle(alpha1))
     status, condition = wall_condition(alpha1, cosine_sine, speed, spin, arrays.numerics)
     if status == OK:
-        status = _follow(arrays, condition, grain, (seed, index, hit), work, out)
+        status = _follow(arrays, condition, grain, _keys(seed, index, hit), space, out)
     return status
 
 
@@ -217,14 +225,14 @@ def rebound(
     check_seed(seed)
     check_index(index)
     check_hit(hit)
-    check_work(work)
     check_out(out)
-    _check_sizes(arrays, work, out)
-    keys = seed, index, hit
+    space = work_space(work)
+    _check_sizes(arrays, space, out)
+    keys = _keys(seed, index, hit)
     impact = velocity, normal, half_size, wall_velocity
     status, condition = lab_condition(impact, omega, keys, arrays.numerics)
     if status == OK:
-        status = _follow(arrays, condition, grain, keys, work, out)
+        status = _follow(arrays, condition, grain, keys, space, out)
     if status == OK:
-        to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
+        to_lab(velocity, normal, half_size, wall_velocity, keys[0], keys[1], keys[2], out)
     return status

@@ -204,8 +204,10 @@ def draw_particles(population, keys, axes, kind):
 @kernel
 def draw_grains(population, seed, index, kind):
     """Draw the grains that particles keep into ``kind`` (n, 3); ``index`` is (n,) or (1,)."""
+    kept = np.uint32(0)
     for k in range(kind.shape[0]):
-        kind[k, 0], kind[k, 1], kind[k, 2] = draw_grain(population, seed, item(index, k), 0)
+        grain = draw_grain(population, seed, item(index, k), kept)
+        kind[k, 0], kind[k, 1], kind[k, 2] = grain
 
 
 @no_refcount_kernel

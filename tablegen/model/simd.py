@@ -20,6 +20,7 @@ import operator
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core.errors import TypingError
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import lower_builtin, lower_cast, models, register_model
@@ -304,7 +305,9 @@ def _index_type(index):
 
 
 def _entry_type(array, index):
-    """Float or lanes, by how many dimensions the index leaves over."""
+    """Float or lanes, by how many dimensions the index leaves over; refuses other arrays."""
+    if array.dtype != types.float64 or array.layout != "C":
+        raise TypingError(f"got {array}, allowed: a C-contiguous float64 array")
     given = 1 if isinstance(index, types.Integer) else len(index)
     return types.float64 if array.ndim == given else lanes
 

@@ -44,7 +44,7 @@ def runs(request, setting):
 
 
 def test_first_hits_are_the_same_for_all_models(runs):
-    for model in ("spheres", "direct"):
+    for model in ("spheres", "memoryless", "direct"):
         np.testing.assert_array_equal(runs[model].first[:, :3], runs["table"].first[:, :3])
         np.testing.assert_array_equal(runs[model].fields[:, 0], runs["table"].fields[:, 0])
     assert len(runs["table"].first) == (runs["table"].hits > 0).sum()
@@ -76,9 +76,9 @@ def test_rebounds_gain_no_speed(runs):
         assert (np.hypot(run.first[:, 3], run.first[:, 4]) <= 1.0 + 1e-12).all()
 
 
-def test_table_is_direct_simulation_and_spheres_are_not(runs):
+def test_table_is_memoryless_simulation_and_spheres_are_not(runs):
     """A right table fails with probability 1e-3."""
-    difference = compare(runs["table"], runs["direct"])
+    difference = compare(runs["table"], runs["memoryless"])
     assert difference.same(1e-3)
     assert max(difference.rebound) < difference.rebound_noise + 0.01
     spheres = compare(runs["spheres"], runs["direct"])
@@ -91,7 +91,7 @@ def test_table_is_direct_simulation_and_spheres_are_not(runs):
 def test_comparison_sees_another_population(runs, setting):
     """Ellipsoids only, in place of the mixture: far less wrong than spheres."""
     case = runs["direct"].case
-    ellipsoids = _run(setting, case, "direct", shape="ellipsoid")
+    ellipsoids = _run(setting, case, "memoryless", shape="ellipsoid")
     difference = compare(runs["table"], ellipsoids)
     assert not difference.same(1e-3)
     assert difference.field < compare(runs["spheres"], runs["direct"]).field
@@ -122,7 +122,8 @@ def test_particles_without_drag_are_a_uniform_stream(setting, body):
     config, table = setting
     outcome, flow = make_outcome(20_000, GRID), Flow(BODIES.index(body), 0.0, 0.0)
     wall = make_wall("spheres", config, table)
-    follow_batch(flow, wall, (200.0, 1e-5), GRID, 3, 0, make_store(), np.empty(6), outcome)
+    store, after = make_store(wall), np.empty(6)
+    follow_batch(flow, wall, (200.0, 1e-5), GRID, 3, 0, store, after, outcome)
     density = outcome.field[0] * density_scale(body, 20_000)
     weight = (np.arange(GRID.rows) + 0.5) ** (body == "sphere")
     before = np.average(density[:, :60].mean(axis=1), weights=weight)
@@ -172,7 +173,8 @@ def test_command_writes_report_numbers_and_pictures(tmp_path, capsys):
     assert [run["model"] for run in numbers["runs"]] == list(MODELS)
     # 100 particles, rounded up to a multiple of the batches
     assert all(sum(run["particles_by_hits"]) == run["particles"] == 128 for run in numbers["runs"])
-    assert {d["model"] for d in numbers["differences"]} == {"table", "spheres"}
+    compared = [(d["model"], d["other"]) for d in numbers["differences"]]
+    assert compared == [("table", "memoryless"), ("table", "direct"), ("spheres", "direct")]
     pytest.importorskip("matplotlib")
     for file in (figure, tmp_path / "new" / "dusty_gas.png", tmp_path / "new" / "hits.png"):
         assert file.read_bytes().startswith(b"\x89PNG")

@@ -1,4 +1,4 @@
-"""The three models of the wall, each against what it stands for."""
+"""The four models of the wall, each against what it stands for."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -17,6 +17,7 @@ from dusty_gas.walls import (
 from scipy.spatial.transform import Rotation
 
 import sampler
+import tablegen
 from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing.philox import philox_block, uniform
 from tablegen.config import load_config
@@ -41,19 +42,21 @@ def wall_of(config, table):
     return {model: make_wall(model, config, table) for model in MODELS}
 
 
-def _rebound(wall, velocity, normal, keys):
+def _rebound(wall, velocity, normal, keys, omega=(0.0, 0.0, 0.0)):
     out = np.empty(6)
     keys = (np.uint64(keys[0]), *keys[1:])
     # Vectors of one type, or kernels would be compiled for others.
-    vectors = tuple(map(float, velocity)), tuple(map(float, normal))
-    status = rebound_at_wall(wall, *vectors, HALF_SIZE, keys, make_store(), out)
+    velocity, normal, omega = (tuple(map(float, v)) for v in (velocity, normal, omega))
+    store = make_store(wall)
+    status = rebound_at_wall(wall, velocity, normal, HALF_SIZE, omega, keys, store, out)
     return status, out
 
 
 @pytest.mark.parametrize(("alpha_deg", "speed"), CONDITIONS)
 def test_spheres_are_the_spheres_of_the_model(wall_of, config, alpha_deg, speed):
     out = np.empty(6)
-    sphere_state(wall_of["spheres"], np.radians(alpha_deg), speed, make_store(), out)
+    wall = wall_of["spheres"]
+    sphere_state(wall, np.radians(alpha_deg), speed, make_store(wall), out)
     spheres = config.population.restricted_to("sphere")
     condition = make_condition(np.radians(alpha_deg), speed)
     made = simulate_condition(config.pair, spheres, condition, 1, seed=1, threads=1)
@@ -61,18 +64,34 @@ def test_spheres_are_the_spheres_of_the_model(wall_of, config, alpha_deg, speed)
 
 
 @pytest.mark.parametrize(("alpha_deg", "speed"), CONDITIONS)
-def test_direct_rebounds_are_those_of_simulate(wall_of, config, alpha_deg, speed):
+def test_memoryless_rebounds_are_those_of_simulate(wall_of, config, alpha_deg, speed):
     """The same bits for seed, particle, and the hit for a stream."""
-    seed, hit = 12, 3
+    seed, hit, spin = 12, 3, (1.0, 2.0, 3.0)
     condition = make_condition(np.radians(alpha_deg), speed)
     made = simulate_condition(
         config.pair, config.population, condition, 40, seed=seed, stream=hit, threads=1
     )
-    store, out = make_store(), np.empty(6)
+    wall, out = wall_of["memoryless"], np.empty(6)
+    store = make_store(wall)
     for index in range(40):
-        keys = (seed, index, hit)
-        direct_state(wall_of["direct"], np.radians(alpha_deg), speed, keys, store, out)
+        keys = (np.uint64(seed), index, hit)
+        direct_state(wall, np.radians(alpha_deg), speed, spin, keys, store, out)
         np.testing.assert_array_equal(out, made.state[index])
+
+
+def test_direct_rebounds_keep_spin_and_grain(wall_of, config):
+    """They are those of the direct model with the spin and the particle's own grain."""
+    direct, wall = tablegen.DirectModel(config), wall_of["direct"]
+    velocity, normal, omega = [70.0, -60.0, 20.0], [0.6, 0.8, 0.0], [2e6, -3e6, 4e6]
+    keys = {"seed": 5, "index": 7, "hit": 2}
+    expected = direct.rebound(velocity, normal, HALF_SIZE, omega=omega, **keys)
+    _, out = _rebound(wall, velocity, normal, (5, 7, 2), omega)
+    np.testing.assert_allclose(out[:3], expected.velocity, rtol=1e-9)
+    np.testing.assert_allclose(out[3:], expected.omega, rtol=1e-9)
+    for forgets in ({"grain": "fresh"}, {"omega": None}):
+        given = {"omega": omega} | forgets
+        other = direct.rebound(velocity, normal, HALF_SIZE, **given, **keys)
+        assert np.abs(out[:3] - other.velocity).max() > 1.0
 
 
 def test_table_rebounds_are_those_of_the_table(wall_of, table):
@@ -166,7 +185,7 @@ def _throw(flow, wall, seed, first, count, store, out):
         r = np.sqrt(p[0] ** 2 + p[1] ** 2 + (p[2] ** 2 if flow.body == SPHERE else 0.0))
         n = (p[0] / r, p[1] / r, p[2] / r if flow.body == SPHERE else 0.0)
         v = (200.0 * p[3], 200.0 * p[4], 200.0 * p[5])
-        status = rebound_at_wall(wall, v, n, 2e-5, (seed, index, 0), store, out)
+        status = rebound_at_wall(wall, v, n, 2e-5, (0.0, 0.0, 0.0), (seed, index, 0), store, out)
         good = status >= 0
         for k in range(6):
             good = good and np.isfinite(out[k])
@@ -187,7 +206,7 @@ def _throw_all(wall, count, workers=2):
     def work(part):
         body, first, size = part
         flow = Flow(body, 0.1, 100.0)
-        return _throw(flow, wall, 5, first, size, make_store(), np.empty(6))
+        return _throw(flow, wall, 5, first, size, make_store(wall), np.empty(6))
 
     size = count // 20
     parts = [(body, k * size, size) for body in (CYLINDER, SPHERE) for k in range(20)]

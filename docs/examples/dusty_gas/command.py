@@ -149,7 +149,7 @@ def _write(options: argparse.Namespace, words: Sequence[str], runs: Sequence[Run
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the example; exit status: 0 done, 1 a table differs from direct simulation."""
+    """Run the example; exit status: 0 done, 1 a table differs from the law that it holds."""
     words = sys.argv[1:] if argv is None else argv
     try:
         options = parse(words)

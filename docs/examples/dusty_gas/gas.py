@@ -15,6 +15,10 @@ CYLINDER, SPHERE = 0, 1
 BODIES = ("cylinder", "sphere")
 
 
+#: Response time of a particle's velocity over that of its spin, for a sphere: 60/18.
+SPIN_RESPONSE = 10.0 / 3.0
+
+
 class Flow(NamedTuple):
     """What moves a particle between its hits.
 
@@ -52,6 +56,16 @@ def gas_velocity(body, x, y, z):
     q = 0.5 / (r2 * math.sqrt(r2))
     s = -3.0 * q * x / r2
     return 1.0 + q + s * x, s * y, s * z
+
+
+@inline_kernel
+def spin_left(flow, passed):
+    """Share of its spin that a particle has after some time.
+
+    The viscous torque on a sphere, 8 pi mu (d/2)^3 times its angular velocity; potential flow has
+    no vorticity, so the spin decays to zero.
+    """
+    return math.exp(-SPIN_RESPONSE * flow.response * passed)
 
 
 @inline_kernel

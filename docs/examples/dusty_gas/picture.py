@@ -1,4 +1,4 @@
-"""Fields of the three models beside each other, and the laws of their hits."""
+"""Fields of models beside each other, and the laws of their hits."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,15 +6,23 @@ from pathlib import Path
 import numpy as np
 
 from dusty_gas.run import GRID, Run
-from dusty_gas.walls import MODELS
 
 #: Densities at the ends of the colour scale.
 _LOW, _HIGH = 0.05, 10.0
 
 _TITLES = {
     "spheres": "spheres, regular rebound",
-    "direct": "direct simulation at each hit",
+    "direct": "direct simulation, spin and grain kept",
     "table": "draw from the table",
+}
+
+
+#: Shade and dashes of the lines of each model.
+_STYLES = {
+    "spheres": (0.9, "-"),
+    "memoryless": (0.3, ":"),
+    "direct": (0.5, "-"),
+    "table": (0.0, "--"),
 }
 
 
@@ -35,10 +43,10 @@ def draw_fields(runs: Sequence[Run], file: Path) -> None:
     by_key = {(run.case.body, run.model): run for run in runs}
     bodies = list(dict.fromkeys(run.case.body for run in runs))
     figure = Figure(figsize=(10, 1.6 * len(bodies) + 0.9), layout="constrained")
-    panels = figure.subplots(len(bodies), len(MODELS), sharex=True, sharey=True, squeeze=False)
+    panels = figure.subplots(len(bodies), len(_TITLES), sharex=True, sharey=True, squeeze=False)
     right, top = GRID.left + GRID.columns * GRID.pitch, GRID.rows * GRID.pitch
     for body, row in zip(bodies, panels, strict=True):
-        for model, axes in zip(MODELS, row, strict=True):
+        for model, axes in zip(_TITLES, row, strict=True):
             # cividis looks the same to readers with and without a colour-vision deficiency.
             image = axes.imshow(
                 np.clip(by_key[body, model].density, _LOW, _HIGH),
@@ -77,9 +85,7 @@ def draw_hits(runs: Sequence[Run], file: Path) -> None:
                 shade = 0.9 * sizes.index(run.case.stokes) / max(1, len(sizes) - 1)
                 _outline(row[:2], run.first, shade, "-", f"St {run.case.stokes:g}")
             if run.case.stokes == sizes[-1]:
-                shade, style = {"spheres": (0.9, "-"), "direct": (0.5, "-"), "table": (0.0, "--")}[
-                    run.model
-                ]
+                shade, style = _STYLES[run.model]
                 _outline(row[2:], run.second, shade, style, f"St {sizes[-1]:g}, {run.model}")
         for k, axes in enumerate(row):
             which = "first hits" if k < 2 else "second hits"

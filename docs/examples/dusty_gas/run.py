@@ -132,7 +132,7 @@ def _timed_rebound(case: Case, wall: Wall, seed: np.uint64, records: FloatArray)
     """Processor time of one of the recorded rebounds; the best of three."""
     if not len(records):
         return math.nan
-    store, times = make_store(), []
+    store, times = make_store(wall), []
     for _ in range(3):
         begin = time.thread_time()
         worst = replay(
@@ -164,7 +164,7 @@ def follow_all(case: Case, model: str, wall: Wall, count: int, *, seed: int, thr
     scale = (case.speed, 0.5 * case.diameter)
 
     def work(batch: int, n: int = size) -> tuple[Outcome, float]:
-        outcome, store, after = make_outcome(n, GRID), make_store(), np.empty(6)
+        outcome, store, after = make_outcome(n, GRID), make_store(wall), np.empty(6)
         begin = time.thread_time()
         follow_batch(case.flow(), wall, scale, GRID, key, batch * size, store, after, outcome)
         return outcome, time.thread_time() - begin

@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dusty_gas.gas import CYLINDER, outward
+from dusty_gas.gas import CYLINDER, outward, spin_left
 from dusty_gas.motion import advance
 from dusty_gas.walls import rebound_at_wall
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.vectors import scaled
 from sampler.errors import CLAMPED, OK
 
 #: Keeps places in the stream and rebounds on different random numbers.
@@ -35,9 +36,9 @@ LONGEST = 100.0
 #: Hits of a particle of which every number is kept.
 RECORDED = 3
 
-#: Columns of a record: particle, its hit, position (3), velocity before (3), after (3), spin (3).
-#: Lengths in R, velocities in m/s, angular velocities in rad/s.
-RECORD_SIZE = 14
+#: Columns of a record: particle, its hit, position (3), velocity before (3), after (3), spin after
+#: (3) and before (3). Lengths in R, velocities in m/s, angular velocities in rad/s.
+RECORD_SIZE = 17
 
 #: Rows of the outcome of a particle.
 HITS, CLAMPED_HITS, STATUS = 0, 1, 2
@@ -106,29 +107,30 @@ def _count(grid, body, p, layer, field):
 
 
 @no_refcount_inline_kernel
-def _record(outcome, index, hit, p, velocity, after):
+def _record(outcome, index, hit, p, velocity, after, omega):
     """Keep a hit."""
     row = outcome.records[outcome.used[0]]
     row[0], row[1] = index, hit
     for k in range(3):
         row[2 + k] = p[k]
         row[5 + k] = velocity[k]
+        row[14 + k] = omega[k]
     for k in range(6):
         row[8 + k] = after[k]
     outcome.used[0] += 1
 
 
 @no_refcount_kernel
-def _hit(flow, wall, scale, keys, p, store, after, outcome):
+def _hit(flow, wall, scale, keys, p, omega, store, after, outcome):
     """Rebound of a particle on the surface; a status and its position and velocity afterwards."""
     speed, half_size = scale
     normal = outward(flow.body, p[0], p[1], p[2])
     velocity = (speed * p[3], speed * p[4], speed * p[5])
-    status = rebound_at_wall(wall, velocity, normal, half_size, keys, store, after)
+    status = rebound_at_wall(wall, velocity, normal, half_size, omega, keys, store, after)
     if status < OK:
         return status, p
     if keys[2] < RECORDED:
-        _record(outcome, keys[1], keys[2], p, velocity, after)
+        _record(outcome, keys[1], keys[2], p, velocity, after, omega)
     return status, (p[0], p[1], p[2], after[0] / speed, after[1] / speed, after[2] / speed)
 
 
@@ -155,15 +157,19 @@ def follow(flow, wall, scale, grid, seed, index, p, store, after, outcome, row):
     """
     mine = outcome.particles[row]
     mine[HITS], mine[CLAMPED_HITS], mine[STATUS] = 0, 0, LINGERS
+    omega, flown = (0.0, 0.0, 0.0), 0.0
     for _ in range(int(LONGEST / STEP)):
         left = STEP
         while left > 0.0:
             hits, passed, p = advance(flow, p, left)
             left -= passed
+            flown += passed
             if not hits:
                 break
             keys = (seed, index, mine[HITS])
-            status, p = _hit(flow, wall, scale, keys, p, store, after, outcome)
+            omega = scaled(spin_left(flow, flown), omega)
+            status, p = _hit(flow, wall, scale, keys, p, omega, store, after, outcome)
+            omega, flown = (after[3], after[4], after[5]), 0.0
             if status < OK:
                 mine[STATUS] = FAILED
                 return
@@ -194,7 +200,8 @@ def replay(wall, body, half_size, seed, records, store, after):
         normal = outward(body, row[2], row[3], row[4])
         velocity = (row[5], row[6], row[7])
         keys = (seed, int(row[0]), int(row[1]))
-        rebound_at_wall(wall, velocity, normal, half_size, keys, store, after)
+        omega = (row[14], row[15], row[16])
+        rebound_at_wall(wall, velocity, normal, half_size, omega, keys, store, after)
         for i in range(3):
             worst = max(worst, abs(after[i] - row[8 + i]))
     return worst

@@ -15,7 +15,7 @@ import pytest
 from documents import ROOT
 
 #: Ends the process some time after the first signal.
-GRACE = 1.0
+GRACE = 0.8
 
 #: A call into C that Python's threads do not wait for, and that no signal ends.
 DEAF = "import hashlib; hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)"

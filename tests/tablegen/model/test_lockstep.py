@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from mesh_fixtures import box, grain
-from motion_fixtures import PAIR, POPULATION
+from crowds import CROWD
+from motion_fixtures import PAIR
 
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.random_particles import (
@@ -14,22 +14,9 @@ from tablegen.model.random_particles import (
 )
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.model.simd import WIDTH
-from tablegen.particles.population import MeshShape, Population
 from tablegen.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.processor
-
-#: All shapes, and two meshes with very different numbers of vertices.
-CROWD = Population.model_validate(
-    POPULATION.model_dump(by_alias=True)
-    | {
-        "shapes": dict.fromkeys(POPULATION.shapes.model_dump(by_alias=True), 1.0),
-        "meshes": tuple(
-            MeshShape(vertices=tuple(map(tuple, points.tolist())), weight=2.0)
-            for points in (grain(200), box(0.5, 0.3))
-        ),
-    }
-)
 
 SPINS = [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)]
 

@@ -1,0 +1,132 @@
+"""A rebound in the user's own compiled code: the bits of many, and no wrong argument."""
+
+import numba
+import numpy as np
+import pytest
+from crowds import CROWD
+from motion_fixtures import CONFIG
+from numba.core.errors import TypingError
+
+import tablegen
+from sampler.errors import HALF_SIZE_NOT_POSITIVE, NOT_APPROACHING, NOT_FINITE, OK
+from tablegen.model.impacts import TURNS_TOO_OFTEN
+from tablegen.model.one_rebound import GRAIN_NOT_USABLE
+
+MODEL = tablegen.DirectModel(CONFIG, CROWD)
+AT_REST = (0.0, 0.0, 0.0)
+
+
+@numba.njit
+def track(arrays, velocity, normal, omega, own, work_size):
+    """Rebounds of particles at their hit 3, in an ordinary compiled function."""
+    n = len(velocity)
+    status, after, work = np.empty(n, dtype=np.int64), np.empty((n, 6)), np.empty(work_size)
+    for k in range(n):
+        v = velocity[k, 0], velocity[k, 1], velocity[k, 2]
+        e_y = normal[k, 0], normal[k, 1], normal[k, 2]
+        w = omega[k, 0], omega[k, 1], omega[k, 2]
+        grain = tablegen.grain(arrays, 7, k, 0 if own else 3)
+        status[k] = tablegen.rebound(
+            arrays, v, e_y, 1e-5, (0.0, 0.0, 0.0), w, grain, 7, k, 3, work, after[k]
+        )
+    return status, after
+
+
+@numba.njit
+def track_in_wall_frame(arrays, alpha1, speed, spin, work_size):
+    """As `track`, in the frame of the wall."""
+    n = len(alpha1)
+    states, work = np.empty((n, 6)), np.empty(work_size)
+    for k in range(n):
+        w = spin[k, 0], spin[k, 1], spin[k, 2]
+        grain = tablegen.grain(arrays, 7, k, 0)
+        tablegen.draw(arrays, alpha1[k], speed[k], w, grain, 7, k, 3, work, states[k])
+    return states
+
+
+@pytest.mark.processor
+@pytest.mark.parametrize("grain", ["own", "fresh"])
+def test_bits_are_those_of_eight_at_a_time(grain):
+    rng = np.random.default_rng(2)
+    normal, velocity = rng.standard_normal((2, 1000, 3))
+    velocity *= -80.0 * np.sign(np.einsum("nk,nk->n", velocity, normal))[:, None]
+    velocity[:100] = -80.0 * normal[:100]
+    omega = rng.normal(0.0, 5e6, (1000, 3)) * (rng.random((1000, 1)) < 0.7)
+    given = (velocity, normal, omega, grain == "own", MODEL.work_size)
+    status, after = track(MODEL.arrays, *given)
+    assert (status == OK).all()
+    keys = {"seed": 7, "index": range(1000), "hit": 3, "grain": grain}
+    expected = MODEL.rebound(velocity, normal, 1e-5, omega=omega, **keys)
+    np.testing.assert_array_equal(after[:, :3], expected.velocity)
+    np.testing.assert_array_equal(after[:, 3:], expected.omega)
+
+
+@pytest.mark.processor
+def test_bits_in_the_frame_of_the_wall():
+    rng = np.random.default_rng(3)
+    alpha, speed, spin = (
+        rng.uniform(0.01, 1.5, 500),
+        rng.uniform(5, 250, 500),
+        rng.normal(size=(500, 3)),
+    )
+    states = track_in_wall_frame(MODEL.arrays, alpha, speed, spin, MODEL.work_size)
+    keys = {"seed": 7, "index": range(500), "hit": 3}
+    np.testing.assert_array_equal(states, MODEL.sample(alpha, speed, spin=spin, **keys))
+
+
+def rebound(**changes):
+    """Status and outcome of a rebound from Python, with some arguments changed."""
+    arguments = {
+        "arrays": MODEL.arrays,
+        "velocity": (10.0, -20.0, 0.0),
+        "normal": (0.0, 1.0, 0.0),
+        "half_size": 1e-5,
+        "wall_velocity": AT_REST,
+        "omega": AT_REST,
+        "grain": (1.0, 0.8, 0.7),
+        "seed": 1,
+        "index": 2,
+        "hit": 0,
+        "work": np.empty(MODEL.work_size),
+        "out": np.zeros(6),
+    } | changes
+    return tablegen.rebound(*arguments.values()), arguments["out"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({"velocity": (1.0, 2.0, 0.0)}, NOT_APPROACHING),
+        ({"half_size": 0.0}, HALF_SIZE_NOT_POSITIVE),
+        ({"omega": (0.0, np.nan, 0.0)}, NOT_FINITE),
+        ({"omega": (0.0, 0.0, 1e14)}, TURNS_TOO_OFTEN),
+        ({"grain": (1.0, 1.5, 0.7)}, GRAIN_NOT_USABLE),
+        ({"grain": (5.0, 0.8, 0.7)}, GRAIN_NOT_USABLE),
+    ],
+)
+def test_bad_numbers_give_a_code_and_write_nothing(changes, code):
+    status, out = rebound(**changes)
+    assert status == code
+    assert not out.any()
+    assert rebound()[0] == OK
+
+
+def test_short_arrays_are_refused():
+    with pytest.raises(ValueError, match=r"^work: got too few numbers, allowed: the model's work_"):
+        rebound(work=np.empty(MODEL.work_size - 1))
+    with pytest.raises(ValueError, match=r"^out: got fewer than 6 numbers, allowed: shape \(6,\)$"):
+        rebound(out=np.zeros(5))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("work", np.empty(2 * MODEL.work_size)[::2]),
+        ("work", np.empty(MODEL.work_size, dtype=np.float32)),
+        ("out", np.zeros((1, 6))),
+        ("index", 2.0),
+    ],
+)
+def test_wrong_types_are_refused_while_compiling(name, value):
+    with pytest.raises(TypingError, match=f"{name}: got .*, allowed: "):
+        rebound(**{name: value})
