@@ -27,7 +27,8 @@ SIMULATE = (
     "tablegen simulate --pair corundum-steel --shape prism --alpha 45 --speed 200 --seed 1 --quiet"
 )
 DRAW = f"sampler draw {FULL} --alpha 45 --speed 200 --count 2000 --seed 1 --output"
-VALIDATE = "tablegen validate corundum-steel-compact --alpha 45 --speed 200 --samples 1000 --seed 1 --quiet"
+VALIDATE = "tablegen validate corundum-steel-compact --alpha 45 --speed 200 --seed 1 --quiet"
+VALIDATE += " --samples 1000"
 
 #: Commands that write a file, whose name follows, by the suffix of the file.
 WRITERS = {
