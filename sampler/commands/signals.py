@@ -77,7 +77,8 @@ def ended_by_signals(program: str) -> Iterator[None]:
     heard, told = socket.socketpair()
     told.setblocking(False)
     watcher = threading.Thread(target=_watch, args=(program, heard, numbers), daemon=True)
-    watcher.start()
+    with suppress(RuntimeError):  # where the user may have no further thread: what is short works
+        watcher.start()
     signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
     for number in numbers:
         signal.signal(number, _ENDING.begin)

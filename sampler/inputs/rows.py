@@ -171,12 +171,14 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
 
 
 def _flat(array: NDArray[Any], shape: Shape, tail: Shape) -> NDArray[Any]:
-    """Rows of an array, shape (n, *tail), or (1, *tail) where one row stands for all."""
-    if array.size == math.prod(tail):
-        return np.ascontiguousarray(array).reshape(1, *tail)
-    if array.shape != shape + tail:
+    """Rows of an array, shape (n, *tail), or (1, *tail) where one row stands for all.
+
+    What cannot be written is copied: it has another type to numba, which would compile for it.
+    """
+    if array.size != math.prod(tail) and array.shape != shape + tail:
         array = np.broadcast_to(array, shape + tail)
-    return np.ascontiguousarray(array).reshape(-1, *tail)
+    rows = np.ascontiguousarray(array).reshape(-1, *tail)
+    return rows if rows.flags.writeable else rows.copy()
 
 
 class Keys(NamedTuple):

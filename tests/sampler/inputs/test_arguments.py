@@ -7,6 +7,8 @@ import pytest
 
 import sampler
 from sampler import InputError
+from sampler.drawing.batch import draw_batch
+from sampler.drawing.frames import rebound_batch
 from sampler.inputs.rows import as_integer
 
 IMPACT = {"velocity": [60.0, -80.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
@@ -110,3 +112,26 @@ def test_what_is_refused_looks_refused(table_path, name, value, got, allowed):
     assert allowed in str(refused.value)
     shown = float(str(refused.value).split()[2])
     assert not 50.0 <= shown <= 300.0 if name == "speed" else shown > np.pi / 2
+
+
+def _read_only(values):
+    array = np.array(values)
+    array.flags.writeable = False
+    return array
+
+
+def test_arrays_that_cannot_be_written_need_no_kernel_of_their_own(table):
+    """As pandas and memory maps give them; another type to numba, and seconds of compilation."""
+    impacts = {name: np.array([value] * 3) for name, value in IMPACT.items()}
+    keys = {"index": np.arange(3, dtype=np.uint64), "hit": np.zeros(3, dtype=np.uint32)}
+    conditions = {"alpha1": np.full(3, 0.7), "speed": np.full(3, 100.0)}
+    drawn = table.sample(**conditions, **keys, seed=1)
+    left = table.rebound(**impacts, **keys, seed=1)
+    compiled = [len(kernel.signatures) for kernel in (draw_batch, rebound_batch)]
+    keys, conditions, impacts = (
+        {name: _read_only(values) for name, values in given.items()}
+        for given in (keys, conditions, impacts)
+    )
+    np.testing.assert_array_equal(table.sample(**conditions, **keys, seed=1), drawn)
+    np.testing.assert_array_equal(table.rebound(**impacts, **keys, seed=1), left)
+    assert [len(kernel.signatures) for kernel in (draw_batch, rebound_batch)] == compiled
