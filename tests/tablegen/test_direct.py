@@ -222,10 +222,10 @@ class TestExtremes:
 
     def test_states_are_finite_and_leave_the_wall(self):
         alpha, speed, spin = mixed_impacts(400)
-        alpha[:100] = np.geomspace(1e-12, 1e-3, 100)
+        alpha[:100] = np.geomspace(np.radians(1e-6), 1e-3, 100)
         spin[:100] = 0.0
         alpha[100:110], spin[100:110] = 1e-3, [30.0, -40.0, 50.0]
-        speed[110:200] = np.geomspace(1e-9, 1.0, 90)
+        speed[110:200] = np.geomspace(1e-6, 1.0, 90)
         spin[110:200] *= 100.0
         states = CROWDED.sample(alpha, speed, spin=spin, seed=1, index=range(400))
         assert np.isfinite(states).all()
