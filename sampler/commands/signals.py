@@ -1,7 +1,7 @@
 """Signals that end a program: in order where that is quick, and at once after a second.
 
-Ctrl-C, or what asks a process to end, becomes `KeyboardInterrupt` in the main thread, so that what
-was begun is undone. The main thread may not hear of it, or be kept by others: by the compiler, a
+Ctrl-C, or what asks a process to end, is a `KeyboardInterrupt` in the main thread, so that what was
+begun is undone. The main thread may not hear of it, or be kept by others: by the compiler, a
 kernel, a pipe that nobody reads. So a thread that only waits for signals ends the process then.
 """
 
@@ -27,6 +27,14 @@ def _say_nothing(_: Any) -> None:
     """Take the place of a hook that prints a traceback."""
 
 
+class EndedError(KeyboardInterrupt):
+    """A signal ends the program.
+
+    A class of its own, because Python remembers a plain `KeyboardInterrupt` that has passed through
+    `exec`, and ``python -m`` then ends by SIGINT in place of the exit status.
+    """
+
+
 class _Ending:
     """What is known of the end of this process."""
 
@@ -42,7 +50,7 @@ class _Ending:
             self.signal = number
             # what it breaks off in a destructor or a thread is no news
             sys.unraisablehook = threading.excepthook = _say_nothing
-            raise KeyboardInterrupt
+            raise EndedError
 
 
 _ENDING = _Ending()

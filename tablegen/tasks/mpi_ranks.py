@@ -51,8 +51,9 @@ def on_first_rank(command: Callable[[Executor], int]) -> int:
             "with mpiexec -n N in front and the same MPI library as mpi4py's"
         )
     if world.Get_rank() > 0:
-        # an interruption concerns the first rank, which ends the others
+        # an interruption concerns the first rank, which ends the others; it also says so
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
     with MPICommExecutor(world, root=0) as opened:
         executor = cast(Executor | None, opened)
         return 0 if executor is None else command(executor)

@@ -79,6 +79,8 @@ def made_up(folder, what):
     if what == "is importing":
         text = "import time\nopen('ready', 'w').close()\ntime.sleep(60)\n"
     (commands / "main.py").write_text(text)
+    text = "from sampler.commands.process import run_process\nrun_process('prog')\n"
+    (folder / "prog" / "__main__.py").write_text(text)
 
 
 @pytest.fixture
@@ -87,10 +89,9 @@ def ended_by(tmp_path):
 
     def run(what, *numbers, before=None):
         made_up(tmp_path, what)
-        line = "from sampler.commands.process import run_process; run_process('prog')"
         paths = os.pathsep.join([str(tmp_path), str(ROOT), os.environ.get("PYTHONPATH", "")])
         process = subprocess.Popen(
-            [sys.executable, "-c", line],
+            [sys.executable, "-m", "prog"],
             cwd=tmp_path,
             env=os.environ | {"PYTHONPATH": paths},
             stderr=subprocess.PIPE,
@@ -142,3 +143,25 @@ def test_what_the_parent_ignores_is_ignored(ended_by):
 
     ended = ended_by("waits", signal.SIGINT, signal.SIGTERM, before=ignore)
     assert ended.status == 143
+
+
+#: Python remembers a plain KeyboardInterrupt that has passed through `exec`, and ends by SIGINT.
+GENERATED = """
+import os, signal, sys, time
+from sampler.commands.signals import ended_by_signals
+with ended_by_signals("prog"):
+    try:
+        exec("os.kill(os.getpid(), signal.SIGTERM); time.sleep(60)")
+    except KeyboardInterrupt:
+        pass
+sys.exit(143)
+"""
+
+
+def test_status_is_kept_where_source_is_generated(tmp_path):
+    (tmp_path / "generated.py").write_text(GENERATED)
+    paths = os.pathsep.join([str(tmp_path), str(ROOT), os.environ.get("PYTHONPATH", "")])
+    ended = subprocess.run(
+        [sys.executable, "-m", "generated"], env=os.environ | {"PYTHONPATH": paths}, timeout=60
+    )
+    assert ended.returncode == 143
