@@ -27,7 +27,8 @@ SIMULATE = (
     "tablegen simulate --pair corundum-steel --shape prism --alpha 45 --speed 200 --seed 1 --quiet"
 )
 DRAW = f"sampler draw {FULL} --alpha 45 --speed 200 --count 2000 --seed 1 --output"
-VALIDATE = "tablegen validate corundum-steel-compact --alpha 45 --speed 200 --samples 1000 --quiet"
+VALIDATE = "tablegen validate corundum-steel-compact --alpha 45 --speed 200 --seed 1 --quiet"
+VALIDATE += " --samples 1000"
 
 #: Commands that write a file, whose name follows, by the suffix of the file.
 WRITERS = {
@@ -135,7 +136,7 @@ def test_folder_that_vanishes_while_a_table_is_made(tmp_path):
     folder.mkdir()
     config.write_text(SLOW)
     output = folder / "t.h5"
-    words = words_of("tablegen generate --workers 1 --conditions 1 --samples 1000 --quiet")
+    words = words_of("tablegen generate --workers 1 --conditions 1 --samples 1000 --seed 1 --quiet")
     words += [str(config), "--output", str(output)]
     with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as run:
         deadline = time.monotonic() + 150.0

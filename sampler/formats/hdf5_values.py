@@ -228,6 +228,8 @@ def _filters(image: Image, at: int) -> list[int]:
 
 def read(image: Image, path: str, values: Values) -> Array:
     """Values of a dataset; its size is the caller's concern."""
+    if values.nbytes == 0:
+        return np.empty(values.shape, values.dtype)
     (kind,) = image.numbers("xB", values.layout)
     if kind == _CHUNKED:
         return _chunked(image, path, values)
@@ -237,8 +239,6 @@ def read(image: Image, path: str, values: Values) -> Array:
         at, (size,) = values.layout + 4, image.numbers("H", values.layout + 2)
     if kind not in (_COMPACT, _CONTIGUOUS) or values.filters or size != values.nbytes:
         raise damaged(path)
-    if values.nbytes == 0:
-        return np.empty(values.shape, values.dtype)
     # a copy, which can be written to: to numba, others are of another type
     return np.frombuffer(image.part(at, size), values.dtype).reshape(values.shape).copy()
 
@@ -255,21 +255,29 @@ def _chunked(image: Image, path: str, values: Values) -> Array:
     result, starts = np.empty(values.shape, values.dtype), set()
     for key, address in tree(image, root, _CHUNK_TREE, 16 + 8 * rank):
         size, skipped, *start = image.numbers(f"II{rank}Q", key)
-        data = image.part(address, size)
-        if _GZIP in values.filters:
-            data = zlib.decompressobj().decompress(data, block_bytes)  # and no further
         held = result[tuple(slice(a, a + n) for a, n in zip(start, chunk, strict=True))]
-        if skipped or len(data) != block_bytes or any(map(int.__mod__, start, chunk)):
+        usable = not skipped and held.size and not any(map(int.__mod__, start, chunk))
+        # each place once: in a hostile file, many chunks may be one
+        if not usable or tuple(start) in starts:
             raise damaged(f"{path}, chunk at {start}")
-        plain = _unshuffled(data, values.dtype.itemsize) if _SHUFFLE in values.filters else data
-        block = np.frombuffer(plain, values.dtype).reshape(chunk)
+        starts.add(tuple(start))
+        block = _unpacked(image.part(address, size), values, block_bytes).reshape(chunk)
         held[...] = block[tuple(slice(n) for n in held.shape)]
-        if held.size:
-            starts.add(tuple(start))
     expected = _count(-(-n // step) for n, step in zip(values.shape, chunk, strict=True))
     if len(starts) != expected:
         raise damaged(f"{path}: {len(starts)} chunks of {expected}")
     return result
+
+
+def _unpacked(data: bytes, values: Values, size: int) -> Array:
+    """Numbers of a chunk that has this size in bytes; no more of it is unpacked."""
+    if _GZIP in values.filters:
+        data = zlib.decompressobj().decompress(data, size)
+    if len(data) != size:
+        raise damaged(f"a chunk of {len(data)} bytes")
+    item_bytes = values.dtype.itemsize
+    plain = _unshuffled(data, item_bytes) if _SHUFFLE in values.filters else data
+    return np.frombuffer(plain, values.dtype)
 
 
 def _unshuffled(data: bytes, item_bytes: int) -> Array:

@@ -25,7 +25,7 @@ from tablegen.model.simd import WIDTH, lane_array, load, store
 TURNS_TOO_OFTEN = -101
 
 #: Status code: an angle, a speed or a component of a spin outside of `tablegen.model.bounds`.
-OUT_OF_BOUNDS = -102
+OUT_OF_BOUNDS = -104
 
 #: Largest impact angle, pi / 2 and a rounding.
 _STEEPEST = 0.5 * math.pi * (1.0 + 1e-15)
@@ -41,11 +41,12 @@ def _checked(speed, cosine, sine, spin, numerics):
     x, y, z = spin
     status = OK
     # in this form neither NaN nor infinity passes
-    known = sine >= _LEAST_SINE and _LEAST_SPEED <= speed <= _MOST_SPEED
-    if not (known and max(abs(x), abs(y), abs(z)) <= _MOST_SPIN):
+    if not (sine >= _LEAST_SINE and _LEAST_SPEED <= speed <= _MOST_SPEED):
         status = OUT_OF_BOUNDS
     elif not angle_turned(sine, spin) <= MOST_TURNED:
         status = TURNS_TOO_OFTEN
+    elif not max(abs(x), abs(y), abs(z)) <= _MOST_SPIN:
+        status = OUT_OF_BOUNDS
     return status, impact_condition(cosine, sine, speed, spin, numerics)
 
 

@@ -157,7 +157,8 @@ def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
     -------
     int
         `OK` (0), or a negative code, and nothing is written: those of `sampler.draw`,
-        `TURNS_TOO_OFTEN` (-101), `GRAIN_NOT_USABLE` (-102), `STILL_IN_CONTACT` (-103).
+        `TURNS_TOO_OFTEN` (-101), `GRAIN_NOT_USABLE` (-102), `STILL_IN_CONTACT` (-103),
+        `OUT_OF_BOUNDS` (-104).
 
     Raises
     ------

@@ -8,6 +8,7 @@ from scipy.stats import ks_2samp
 
 import tablegen
 from sampler.errors import InputError
+from tablegen.batches import BATCH
 from tablegen.config import load_config
 from tablegen.direct import DirectModel
 from tablegen.model.audit import AUDIT_SIZE, PENETRATION
@@ -18,7 +19,7 @@ from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.shapes import FIRST_MESH
-from tablegen.simulate import BATCH, make_condition, simulate_condition
+from tablegen.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
 MODEL, CROWDED = DirectModel(CONFIG), DirectModel(CONFIG, CROWD)
@@ -221,10 +222,10 @@ class TestExtremes:
 
     def test_states_are_finite_and_leave_the_wall(self):
         alpha, speed, spin = mixed_impacts(400)
-        alpha[:100] = np.geomspace(1e-12, 1e-3, 100)
+        alpha[:100] = np.geomspace(np.radians(1e-6), 1e-3, 100)
         spin[:100] = 0.0
         alpha[100:110], spin[100:110] = 1e-3, [30.0, -40.0, 50.0]
-        speed[110:200] = np.geomspace(1e-9, 1.0, 90)
+        speed[110:200] = np.geomspace(1e-6, 1.0, 90)
         spin[110:200] *= 100.0
         states = CROWDED.sample(alpha, speed, spin=spin, seed=1, index=range(400))
         assert np.isfinite(states).all()
@@ -239,7 +240,7 @@ LAB = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-
     "seed": 1,
     "index": [4, 5],
 }
-CODES = "allowed: the code of a shape, and b/a and c/b above 0 and up to 1, of a sphere 1"
+CODES = "allowed: the code of a shape, and b/a and c/b, both 0.001 to 1, of a sphere 1"
 
 REFUSED = [
     (WALL, {"alpha1": [0.5, 1.6]}, "alpha1: got 1.6 at index 1, allowed: above 0, at most pi/2"),
@@ -254,6 +255,14 @@ REFUSED = [
         "spin: got 0, 0, 501 at index 1, allowed: at most 1e+06 rad, 2 |spin| / sin(alpha1), bef",
     ),
     (WALL, {"spin": "x"}, "spin: got "),
+    (WALL, {"alpha1": 1e-9}, "alpha1: got alpha1 1e-09; speed "),
+    (WALL | {"alpha1": 0.5}, {"speed": 1e6}, "alpha1: got alpha1 0.5; speed 1000000; spin 0, 0, 0"),
+    (
+        WALL | {"alpha1": 0.5, "speed": 9.0},
+        {"spin": [1001.0, 0.0, 0.0]},
+        "alpha1: got alpha1 0.5; speed 9; spin 1001, 0, 0 at index 0, allowed: an impact at 1e-06 "
+        "to 90 degrees and 1e-06 to 100000 m/s, with a spin of -1000 to 1000 V/a",
+    ),
     (WALL, {"grain": "old"}, "grain: got 'old', allowed: 'own', 'fresh', or numbers of shape"),
     (WALL, {"grain": [0.0, 1.0]}, "grain: got shape (2,), allowed: (3,) or (..., 3)"),
     *(
@@ -261,6 +270,7 @@ REFUSED = [
         for grain, shown in [
             ((0.0, 1.1, 1.0), "0, 1.1, 1"),
             ((0.0, 1.0, 0.0), "0, 1, 0"),
+            ((0.0, 1.0, 1e-5), "0, 1, 1e-05"),
             ((4.0, 1.0, 0.9), "4, 1, 0.9"),
             ((5.0, 1.0, 1.0), "5, 1, 1"),
             ((FIRST_MESH, 1.0, 1.0), f"{FIRST_MESH}, 1, 1"),
@@ -278,10 +288,10 @@ REFUSED = [
         {"velocity": [[1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]},
         "velocity: got 1, 1, 0 at index 1, allowed: towards the wall",
     ),
-    (LAB, {"velocity": [0.0, 0.0, 0.0]}, "velocity: got 0, 0, 0 at index 0, allowed: other than"),
+    (LAB, {"velocity": [0.0, 0.0, 0.0]}, "velocity: got 0, 0, 0 at index 0, allowed: 1e-150 m/s"),
     (LAB, {"velocity": [1e200, -1e200, 0.0]}, "velocity: got 1e+200, -1e+200, 0 at index 0, "),
     (LAB, {"normal": [0.0, 0.0, 0.0]}, "normal: got 0, 0, 0 at index 0, allowed: any length"),
-    (LAB, {"half_size": [1e-5, 0.0]}, "half_size: got 0 at index 1, allowed: above 0 m"),
+    (LAB, {"half_size": [1e-5, 0.0]}, "half_size: got 0 at index 1, allowed: 1e-30 m"),
     (LAB, {"omega": [[0.0, 0.0, np.nan]]}, "omega: got 0, 0, nan at index 0, allowed: finite"),
     (LAB, {"omega": [0.0, 1e12, 0.0]}, "omega: got 0, 1e+12, 0 at index 0, allowed: at most 1e+06"),
 ]

@@ -1,5 +1,6 @@
 """Files that hurt the HDF5 library, or would take memory or time, are refused in one line."""
 
+import struct
 import subprocess
 import sys
 import tracemalloc
@@ -75,6 +76,13 @@ def _stored(path, **storage):
     return change
 
 
+def _texts_removed(opened):
+    for name in ("a", "b", "c"):
+        opened.attrs[name] = name * 99
+    for name in ("b", "a"):
+        del opened.attrs[name]
+
+
 #: What h5py may do to a file unless told otherwise.
 EDITS = {
     "nothing": lambda f: None,
@@ -90,6 +98,11 @@ EDITS = {
     "many attributes": lambda f: [f.attrs.__setitem__(f"a{k}", k) for k in range(200)],
     "long attribute": lambda f: f.attrs.__setitem__("note", "α text " * 10_000),
     "fixed text": lambda f: f.attrs.__setitem__("note", np.bytes_("text")),
+    "resizable and empty": lambda f: f.create_dataset("x", (0, 3), maxshape=(None, 3)),
+    "texts replaced": lambda f: [
+        f.attrs.__setitem__(name, name * k) for k in (90, 2, 500, 7) for name in ("pair", "a", "b")
+    ],
+    "texts removed": _texts_removed,
     "list of numbers": lambda f: f.attrs.__setitem__("note", np.arange(6.0).reshape(2, 3)),
     "many groups": lambda f: [f.create_group(f"a/b{k}/c") for k in range(100)],
     "loop": lambda f: f.__setitem__("axes/loop", f["/"]),
@@ -275,6 +288,22 @@ def test_damaged_texts_neither_hang_nor_take_memory(file, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     assert [line.partition(": ")[0] for line in done.stdout.splitlines()] == list(map(str, paths))
     assert done.stdout.count("truncated or damaged? (text of an attribute)") == len(paths)
+
+
+def test_a_chunk_of_two_places_is_refused(file):
+    """Before it is unpacked: a file of a megabyte has room for a thousand times the same."""
+    _edit(file, lambda f: f.create_dataset("later", data=np.arange(9.0), chunks=(2,)))
+    whole = bytearray(file.read_bytes())
+    # the keys of the B-tree: size and filters of a chunk, its place and 0, then its address
+    second = next(
+        at
+        for at in range(0, len(whole) - 24, 8)
+        if whole[at : at + 24] == struct.pack("<IIQQ", 16, 0, 2, 0)
+    )
+    whole[second + 8] = 0
+    file.write_bytes(whole)
+    with pytest.raises(TableError, match=r"later, chunk at \[0\]"):
+        read_table(file)
 
 
 def test_overlapping_structures_are_read_only_so_often():

@@ -9,7 +9,7 @@ from numba.core.errors import TypingError
 
 import tablegen
 from sampler.errors import HALF_SIZE_NOT_POSITIVE, NOT_APPROACHING, NOT_FINITE, OK
-from tablegen.model.impacts import TURNS_TOO_OFTEN
+from tablegen.model.impacts import OUT_OF_BOUNDS, TURNS_TOO_OFTEN
 from tablegen.model.one_rebound import GRAIN_NOT_USABLE
 
 MODEL = tablegen.DirectModel(CONFIG, CROWD)
@@ -100,6 +100,9 @@ def rebound(**changes):
         ({"half_size": 0.0}, HALF_SIZE_NOT_POSITIVE),
         ({"omega": (0.0, np.nan, 0.0)}, NOT_FINITE),
         ({"omega": (0.0, 0.0, 1e14)}, TURNS_TOO_OFTEN),
+        ({"velocity": (0.0, -1e-9, 0.0)}, OUT_OF_BOUNDS),
+        ({"velocity": (0.0, -1e9, 0.0)}, OUT_OF_BOUNDS),
+        ({"velocity": (1.0, -1e-9, 0.0)}, OUT_OF_BOUNDS),
         ({"grain": (1.0, 1.5, 0.7)}, GRAIN_NOT_USABLE),
         ({"grain": (5.0, 0.8, 0.7)}, GRAIN_NOT_USABLE),
     ],

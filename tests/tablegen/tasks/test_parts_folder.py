@@ -117,7 +117,7 @@ class TestLock:
     def test_ends_with_a_killed_process(self, output):
         processes = multiprocessing.get_context("fork")
         ready = processes.Event()
-        other = processes.Process(target=hold, args=(output, ready))
+        other = processes.Process(target=hold, args=(output, ready), daemon=True)
         other.start()
         assert ready.wait(30)
         with pytest.raises(InputError, match=LOCKED):
