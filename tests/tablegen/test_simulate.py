@@ -327,9 +327,10 @@ class TestInterruption:
             seen = []
 
             def simulate(*arguments):
-                for array in arguments[5:9]:
+                outputs = arguments[-4:]
+                for array in outputs:
                     array[:] = 0
-                seen.append(len(arguments[5]))
+                seen.append(len(outputs[0]))
                 time.sleep(seconds * seen[-1])
                 return -1
 
