@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sampler.compilation.side_by_side import go_on
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.conditions import Condition, one_row
+from tablegen.model.impact_condition import Condition, one_row
 from tablegen.model.particle_run import simulate_audited, simulate_batch
 from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM

@@ -23,8 +23,8 @@ from pydantic import (
 
 from sampler.errors import InputError
 from sampler.files.locate import find_config
-from sampler.formats.bounds import is_line
 from sampler.formats.channels import STATE, VARIABLES
+from sampler.formats.table_bounds import is_line
 from tablegen.configuration.config_files import names_a_file, pair_file, read_text
 from tablegen.configuration.field_types import (
     AngleRange,
@@ -39,7 +39,7 @@ from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accur
 from tablegen.configuration.scenes import Tree, merged
 from tablegen.configuration.toml_text import check_tree, parse_toml
 from tablegen.materials.pairs import MaterialPair
-from tablegen.model.bounds import CONTACT_RESOLUTION, TOLERANCE
+from tablegen.model.model_bounds import CONTACT_RESOLUTION, TOLERANCE
 from tablegen.particles.mesh import read_mesh
 from tablegen.particles.population import Population
 

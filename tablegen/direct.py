@@ -16,8 +16,7 @@ from sampler.inputs.output import Rebound
 from sampler.inputs.rows import Keys, Rows, as_integer, broadcast, place
 from tablegen.batches import BATCH, first_not_finite
 from tablegen.config import Config
-from tablegen.model.bounds import ALPHA_DEG, ASPECT, MOST_TURNED, SPEED, SPIN
-from tablegen.model.conditions import CONDITION_SIZE
+from tablegen.model.impact_condition import CONDITION_SIZE
 from tablegen.model.impacts import (
     OUT_OF_BOUNDS,
     TURNS_TOO_OFTEN,
@@ -25,6 +24,7 @@ from tablegen.model.impacts import (
     states_to_lab,
     wall_conditions,
 )
+from tablegen.model.model_bounds import ALPHA_DEG, ASPECT, MOST_TURNED, SPEED, SPIN
 from tablegen.model.one_rebound import DirectArrays, work_size
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys, draw_grains, first_misfit

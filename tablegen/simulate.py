@@ -18,10 +18,10 @@ from sampler.inputs.rows import as_integer
 from tablegen.batches import ParticleRun, batches
 from tablegen.config import Config
 from tablegen.materials.pairs import MaterialPair
-from tablegen.model import bounds
+from tablegen.model import model_bounds as bounds
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.conditions import Condition, impact_condition
 from tablegen.model.correctly_rounded import cosine_and_sine
+from tablegen.model.impact_condition import Condition, impact_condition
 from tablegen.particles.population import Population
 from tablegen.tasks.progress import bar
 
@@ -115,7 +115,7 @@ def make_condition(
     Raises
     ------
     InputError
-        If a value is not allowed; `tablegen.model.bounds` has all bounds.
+        If a value is not allowed; `tablegen.model.model_bounds` has all bounds.
     """
     alpha1 = check_impact_angle(alpha1)
     speed = bounds.SPEED.checked("speed", speed)

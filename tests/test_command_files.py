@@ -11,7 +11,7 @@ import pytest
 from command_lines import PROGRAMS
 from special_files import KINDS, make_special
 
-from sampler.commands.files import FileType, OutputFile
+from sampler.commands.file_types import FileType, OutputFile
 from sampler.commands.options import Command
 
 VECTORS = Path(__file__).resolve().parent / "vectors"

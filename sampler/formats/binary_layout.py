@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.formats.bounds import ALPHA_DEG, MOST_NUMBER, PAIR_BYTES, SPEED, VARIATE_MAX
 from sampler.formats.channels import VARIABLES
+from sampler.formats.table_bounds import ALPHA_DEG, MOST_NUMBER, PAIR_BYTES, SPEED, VARIATE_MAX
 
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
@@ -100,7 +100,7 @@ ARRAYS = (
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
 
-#: What is counted; `sampler.formats.bounds.LENGTHS` bounds the dimensions of arrays.
+#: What is counted; `sampler.formats.table_bounds.LENGTHS` bounds the dimensions of arrays.
 _COUNTS = {
     "n_alpha": "nodes of the impact angle",
     "n_speed": "nodes of the impact speed",

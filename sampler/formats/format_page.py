@@ -12,8 +12,8 @@ from sampler.errors import InputError
 from sampler.files.atomic import write_text
 from sampler.files.locate import data_directory
 from sampler.formats.binary_layout import layout_text
-from sampler.formats.bounds import QUANTILES
 from sampler.formats.hdf5_layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, Dataset
+from sampler.formats.table_bounds import QUANTILES
 
 #: File name of the page, in the folder of the tables.
 PAGE = "FORMAT.md"

@@ -25,15 +25,6 @@ from sampler.formats.binary_layout import (
     Field,
     StoredArray,
 )
-from sampler.formats.bounds import (
-    ALPHA_DEG,
-    LENGTHS,
-    MOST_NUMBER,
-    NUMBER_ROUNDING,
-    QUANTILES,
-    SPEED,
-    VARIATE_MAX,
-)
 from sampler.formats.channels import (
     CHANNELS,
     END_MIRRORED,
@@ -43,6 +34,15 @@ from sampler.formats.channels import (
 )
 from sampler.formats.format_page import filled
 from sampler.formats.table_arrays import ANY_SPEED, ROUNDING
+from sampler.formats.table_bounds import (
+    ALPHA_DEG,
+    LENGTHS,
+    MOST_NUMBER,
+    NUMBER_ROUNDING,
+    QUANTILES,
+    SPEED,
+    VARIATE_MAX,
+)
 
 _WIDTH = 98
 
@@ -128,7 +128,7 @@ def _bounds() -> list[str]:
         "MOST": ", ".join(f"{QUANTILES[channel][1]:g}" for channel in CHANNELS),
     }
     return [
-        "/* least and largest value; see sampler/formats/bounds.py */",
+        "/* least and largest value; see sampler/formats/table_bounds.py */",
         *(f"#define RBTI_{name}_BOUNDS {low!r}, {high!r}" for name, (low, high) in pairs.items()),
         f"#define RBTI_MOST_NUMBER {MOST_NUMBER!r}",
         f"#define RBTI_NUMBER_ROUNDING {NUMBER_ROUNDING * _REST!r}",

@@ -25,7 +25,6 @@ from sampler.errors import InputError, TableError
 from sampler.files.atomic import atomic_output
 from sampler.files.reading import read_file
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.bounds import QUANTILES
 from sampler.formats.channels import CHANNELS, STATE, channels_for
 from sampler.formats.hdf5_attributes import check_attributes, check_names
 from sampler.formats.hdf5_checks import Array, Check
@@ -36,6 +35,7 @@ from sampler.formats.hdf5_layout import (
     FORMAT_VERSION,
     Dataset,
 )
+from sampler.formats.table_bounds import QUANTILES
 from sampler.formats.table_shapes import check_shapes
 
 #: Largest file that is read.

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from sampler.errors import TableError
-from sampler.formats.bounds import LINE_CHARACTERS, PAIR_BYTES, is_line, is_text
 from sampler.formats.channels import CHANNELS, VARIABLES, channels_for
 from sampler.formats.hdf5_layout import ATTRIBUTES, OPTIONAL_ATTRIBUTES
+from sampler.formats.table_bounds import LINE_CHARACTERS, PAIR_BYTES, is_line, is_text
 
 #: Characters of a given value that are worth repeating.
 _LONGEST = 60

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.bounds import ALPHA_DEG, LINE_CHARACTERS, PAIR_BYTES, SPEED, VARIATE_MAX
 from sampler.formats.fixed_point import MIXTURE_SCALE
 from sampler.formats.hdf5_checks import Check
+from sampler.formats.table_bounds import ALPHA_DEG, LINE_CHARACTERS, PAIR_BYTES, SPEED, VARIATE_MAX
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
@@ -33,7 +33,7 @@ class Dataset:
         Stored beside the values.
     checks : tuple of Check
         What the values must fulfil, besides being finite; quantiles also
-        `sampler.formats.bounds.QUANTILES`.
+        `sampler.formats.table_bounds.QUANTILES`.
     compressed : bool
         Whether it is large enough to be worth gzip.
     """

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 from sampler.errors import TableError
-from sampler.formats.bounds import LENGTHS
 from sampler.formats.hdf5_layout import DATASETS
 from sampler.formats.table_arrays import LANES, record_stride
+from sampler.formats.table_bounds import LENGTHS
 
 _MOST_ENTRIES = 2**31
 

@@ -16,8 +16,8 @@ from sampler.compilation.side_by_side import side_by_side
 from sampler.formats.channels import STATE
 from tablegen.batches import ParticleRun, batches
 from tablegen.materials.pairs import MaterialPair
-from tablegen.model.conditions import Condition
 from tablegen.model.float_array import FloatArray
+from tablegen.model.impact_condition import Condition
 from tablegen.particles.population import Population
 from tablegen.simulate import Simulation, check_run
 from tablegen.tasks.progress import bar

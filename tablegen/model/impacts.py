@@ -16,15 +16,15 @@ from sampler.drawing.block import item
 from sampler.drawing.frames import impact_status, tangent, to_lab
 from sampler.drawing.vectors import combine, cross, dot, is_finite, unit, vector
 from sampler.errors import NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
-from tablegen.model.bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
-from tablegen.model.conditions import angle_turned, impact_condition, put_condition
 from tablegen.model.correctly_rounded import cosine_and_sine
+from tablegen.model.impact_condition import angle_turned, impact_condition, put_condition
+from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.simd import WIDTH, lane_array, load, store
 
 #: Status code: a particle turns by more than `MOST_TURNED` before its first contact.
 TURNS_TOO_OFTEN = -101
 
-#: Status code: an angle, a speed or a component of a spin outside of `tablegen.model.bounds`.
+#: Status code: an angle, a speed or a component of a spin outside of `tablegen.model.model_bounds`.
 OUT_OF_BOUNDS = -104
 
 #: Largest impact angle, pi / 2 and a rounding.

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from tablegen.model.conditions import CONDITION_SIZE, condition_of, translates
 from tablegen.model.contact import contact_point
+from tablegen.model.impact_condition import CONDITION_SIZE, condition_of, translates
 from tablegen.model.rebound import (
     COLLISION_ALARM,
     HEIGHT,
@@ -58,7 +58,7 @@ class LaneSlots(NamedTuple):
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
     ``properties`` (8, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
-    so far; ``condition`` (8, WIDTH) as in `tablegen.model.conditions`; ``candidates``
+    so far; ``condition`` (8, WIDTH) as in `tablegen.model.impact_condition`; ``candidates``
     (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact points;
     ``result`` (8, WIDTH): states and energies of particles that have left; ``particle`` (WIDTH,):
     the index of the particle in each slot.

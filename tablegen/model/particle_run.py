@@ -8,7 +8,7 @@ same bits. It is a kernel of its own because it takes as long to compile, and fe
 import numpy as np
 
 from sampler.compilation.jit import kernel, no_refcount_kernel
-from tablegen.model.conditions import condition_of
+from tablegen.model.impact_condition import condition_of
 from tablegen.model.lockstep import follow, make_slots
 from tablegen.model.random_particles import draw_particles
 from tablegen.model.rebound import (
@@ -84,7 +84,7 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
     law : LawArguments
     population : PopulationArguments
     conditions : (n, 8) or (1, 8) float64
-        Impact condition of each particle, or of all (`tablegen.model.conditions`).
+        Impact condition of each particle, or of all (`tablegen.model.impact_condition`).
     keys : ParticleKeys
     state : (n, 6) float64
         Output: velocities over V, angular velocities times a / V, wall axes.

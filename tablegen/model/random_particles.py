@@ -17,7 +17,7 @@ from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcou
 from sampler.drawing.block import item
 from sampler.drawing.normal import central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
-from tablegen.model.bounds import ASPECT
+from tablegen.model.model_bounds import ASPECT
 from tablegen.model.rotation import set_orientation
 from tablegen.model.shapes import FIRST_MESH, MESH, SPHERE
 from tablegen.model.simd import (

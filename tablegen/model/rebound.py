@@ -25,9 +25,9 @@ import numpy as np
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energy_gain, impulse
-from tablegen.model.conditions import translates
 from tablegen.model.contact import contact_point, search
 from tablegen.model.contact_laws import resistance, restitution
+from tablegen.model.impact_condition import translates
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
 from tablegen.model.shapes import support_depth
 from tablegen.model.simd import (

@@ -22,8 +22,8 @@ from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
 from sampler.files.reading import read_file
-from tablegen.model.bounds import MESH_SIZE
 from tablegen.model.float_array import FloatArray
+from tablegen.model.model_bounds import MESH_SIZE
 from tablegen.model.shapes import Body
 from tablegen.model.support_map import SupportMap, longest_list
 from tablegen.particles.solids import FlatError, mass_of, principal_axes, true_vertices

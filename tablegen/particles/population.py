@@ -13,7 +13,7 @@ from sampler.errors import InputError
 from tablegen.configuration.defaults import MIXTURE
 from tablegen.configuration.field_types import AspectPair, AspectRange, Line, Record
 from tablegen.configuration.messages import refusal, shown
-from tablegen.model.bounds import ASPECT
+from tablegen.model.model_bounds import ASPECT
 from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.model.shapes import FIRST_MESH, MeshArguments
 from tablegen.model.support_map import longest_list

@@ -12,7 +12,7 @@ from tablegen.batches import BATCH
 from tablegen.config import load_config
 from tablegen.direct import DirectModel
 from tablegen.model.audit import AUDIT_SIZE, PENETRATION
-from tablegen.model.conditions import CONDITION_SIZE
+from tablegen.model.impact_condition import CONDITION_SIZE
 from tablegen.model.impacts import wall_conditions
 from tablegen.model.particle_run import simulate_audited
 from tablegen.model.random_particles import keys_of_run

@@ -15,7 +15,7 @@ from planar_reference import impact, mobility, paper_law, rebound, rotation_of_s
 from scipy.optimize import brentq
 
 from tablegen.model.collision import impulse
-from tablegen.model.conditions import GRAZING
+from tablegen.model.impact_condition import GRAZING
 from tablegen.simulate import make_condition
 
 SECTION = section_of("prism", 1.0, 1.0, 2)

@@ -9,7 +9,7 @@ from documents import ROOT
 
 from sampler.errors import InputError
 from tablegen.config import load_config
-from tablegen.model import bounds
+from tablegen.model import model_bounds as bounds
 from tablegen.particles.mesh import mesh_particle, read_mesh
 from tablegen.simulate import make_condition, simulate_condition
 

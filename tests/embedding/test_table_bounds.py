@@ -10,9 +10,9 @@ from synthetic_table import make_contents, make_datasets
 
 from sampler import InputError, Table
 from sampler.formats.binary import write_binary_table
-from sampler.formats.bounds import ALPHA_DEG, MOST_NUMBER, QUANTILES, SPEED, VARIATE_MAX
 from sampler.formats.channels import VARIABLES, channels_for
 from sampler.formats.table_arrays import ROUNDING
+from sampler.formats.table_bounds import ALPHA_DEG, MOST_NUMBER, QUANTILES, SPEED, VARIATE_MAX
 
 N_DRAWS = 200
 

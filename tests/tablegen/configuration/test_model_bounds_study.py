@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tablegen.config import load_config
-from tablegen.model import bounds
+from tablegen.model import model_bounds as bounds
 from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.simulate import make_condition, simulate_condition
 
