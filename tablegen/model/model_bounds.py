@@ -93,7 +93,7 @@ SPIN = Bounds(-1e3, 1e3, " V/a")
 MOST_TURNED = 1e6
 
 #: Smallest rebound speed of a contact point over V.
-CONTACT_RESOLUTION = Bounds(1e-5, 0.1)
+CONTACT_RESOLUTION = Bounds(1e-6, 0.1)
 
 #: Truncation of the flight series.
 TOLERANCE = Bounds(1e-14, 1e-4)

@@ -199,8 +199,8 @@ REFUSED = [
         for part in (np.nan, np.inf, -1e100, 1000.1)
     ),
     *(
-        ("contact_resolution", value, f"{value:g}", "1e-05 to 0.1")
-        for value in (0.0, -1e-3, 0.11, 9e-6, 1e-300, np.nan)
+        ("contact_resolution", value, f"{value:g}", "1e-06 to 0.1")
+        for value in (0.0, -1e-3, 0.11, 9e-7, 1e-300, np.nan)
     ),
     *(
         ("tolerance", value, f"{value:g}", "1e-14 to 0.0001")
@@ -252,7 +252,7 @@ def test_ends_of_the_ranges_are_allowed():
     assert check_impact_angle(np.radians(1e-6)) == np.radians(1e-6)
     assert make_condition(0.5, 1e5).speed == 1e5
     assert make_condition(np.float32(0.5), np.int64(200), np.ones(3)).spin == (1.0, 1.0, 1.0)
-    made = make_condition(np.radians(1e-6), 1e-6, resolution=1e-5, tolerance=1e-14)
+    made = make_condition(np.radians(1e-6), 1e-6, resolution=1e-6, tolerance=1e-14)
     assert made.resolution > 0.0
     made = make_condition(0.5, 200.0, resolution=0.1, tolerance=1e-4)
     assert (made.resolution, made.tolerance) == (0.1, 1e-4)

@@ -51,7 +51,7 @@ FIELDS = [
     ),
     (
         {"model": {"contact_resolution": 1e-300}},
-        "model.contact_resolution: got 1e-300, allowed: greater than or equal to 0.00001",
+        "model.contact_resolution: got 1e-300, allowed: greater than or equal to 0.000001",
     ),
 ]
 

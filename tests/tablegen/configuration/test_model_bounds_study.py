@@ -13,7 +13,7 @@ from tablegen.simulate import make_condition, simulate_condition
 
 #: Cases, particles of each, and the longest that a particle may take, seconds: five times what the
 #: worst corner took on an idle machine.
-CASES, PARTICLES, LIMIT = 200, 2, 40.0
+CASES, PARTICLES, LIMIT = 200, 2, 225.0
 
 SOURCE = {"source": "a corner"}
 RESTITUTION = (
