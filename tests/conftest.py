@@ -7,6 +7,7 @@ own file. Kernels of tests and examples also call those of other tests and examp
 import hashlib
 import os
 import re
+import signal
 import tempfile
 from importlib import import_module
 from pathlib import Path
@@ -22,6 +23,11 @@ _texts = (path.read_bytes() for path in _FILES)
 _digest = hashlib.sha256(b"".join(text for text in _texts if _COMPILES.search(text)))
 _folder = f"rebound-tables-{os.getuid()}-{_digest.hexdigest()[:16]}"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(tempfile.gettempdir()) / _folder))
+
+# A shell starts what goes on in the background with Ctrl-C ignored, and the programs that tests
+# start would inherit that; these tests send it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
