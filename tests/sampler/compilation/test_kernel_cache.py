@@ -9,16 +9,20 @@ import re
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import numba
 import pytest
-from documents import ROOT
 from numba.core import config
 from numba.core.caching import FunctionCache
 
+import sampler
 from sampler.compilation import kernel_cache
 from sampler.compilation.jit import kernel
 from sampler.compilation.kernel_cache import KEPT, KernelCache, kernel_sources
+
+#: Folder of the packages that are tested, installed or not.
+ROOT = Path(sampler.__file__).resolve().parents[1]
 
 #: A small kernel of one file that calls kernels of another.
 SCORE = "from sampler.drawing.roughness import proposed_score as f; print(f(1.0, 0.1, 0.5, 0.5))"
