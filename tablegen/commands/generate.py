@@ -125,6 +125,8 @@ def generate(
             )
     except KeyboardInterrupt:
         kept = parts_path(output)
+        if not kept.exists():
+            raise
         raise click.Abort(f"the same command with --resume continues from {kept}") from None
     return _summarise(made, settings, output)
 

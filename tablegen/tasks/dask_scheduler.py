@@ -5,6 +5,7 @@ that accepts and says nothing, or that belongs to another service, it waits for 
 """
 
 import asyncio
+from collections.abc import Coroutine
 from typing import Any
 
 from sampler.errors import InputError
@@ -35,7 +36,7 @@ def check_scheduler(address: str, timeout: float) -> None:
             "allowed after: distributed.comm.tls in Dask's configuration"
         )
     try:
-        kind = asyncio.run(asyncio.wait_for(_kind_of_service(address, timeout, security), timeout))
+        kind = asyncio.run(_in_time(_kind_of_service(address, timeout, security), timeout))
     except (OSError, ValueError) as error:  # timeouts are of the first kind
         raise InputError(
             f"--scheduler: got {address}, where none answered within {timeout} s, {_ALLOWED}"
@@ -47,6 +48,12 @@ def check_scheduler(address: str, timeout: float) -> None:
         ) from error
     if kind != "Scheduler":
         raise InputError(f"--scheduler: got {address}, which is a {kind}, {_ALLOWED}")
+
+
+async def _in_time(answer: Coroutine[Any, Any, str], timeout: float) -> str:
+    # what Ctrl-C breaks off is no news; errors come out of the call
+    asyncio.get_running_loop().set_exception_handler(lambda *_: None)
+    return await asyncio.wait_for(answer, timeout)
 
 
 async def _kind_of_service(address: str, timeout: float, security: dict[str, Any]) -> str:

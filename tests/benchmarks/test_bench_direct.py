@@ -3,8 +3,12 @@
 import sys
 
 import bench_direct
+import pytest
 
 
+@pytest.mark.study(
+    reason="compiles loops of its own for a minute; what they call is tested elsewhere"
+)
 def test_all_ways_are_timed(monkeypatch, capsys):
     arguments = ["bench_direct.py", "--conditions", "3", "--particles", "20", "--rounds", "1"]
     monkeypatch.setattr(sys, "argv", arguments)
