@@ -4,7 +4,7 @@ import sys
 from importlib import import_module
 from typing import NoReturn
 
-from sampler.commands.signals import ended_by_signals, ending, say
+from sampler.commands.signals import ended_by_signals, ending, first_to_say, say
 
 
 def run_process(program: str) -> NoReturn:
@@ -21,5 +21,6 @@ def run_process(program: str) -> NoReturn:
             status = import_module(f"{program}.commands.main").main()
     except KeyboardInterrupt:  # before the program could hear of it
         status, word = ending()
-        say(f"{program}: {word}")
+        if first_to_say():
+            say(f"{program}: {word}")
     sys.exit(status)

@@ -9,7 +9,7 @@ from typing import Any, TextIO
 
 import click
 
-from sampler.commands.signals import ending, is_ending, line_break
+from sampler.commands.signals import ending, first_to_say, is_ending, line_break
 from sampler.errors import InputError
 
 #: Exit statuses: all is well, an accuracy was missed, bad input, any other failure. Python's own 1,
@@ -80,8 +80,9 @@ def run_program(
         return FAILED  # click, where nobody reads the output any more
     except (Exception, KeyboardInterrupt) as error:
         status, line = _end(error)
-        with suppress(OSError):
-            click.echo(f"{line_break() * is_ending()}{name}: {_one_line(line)}", err=True)
+        if not is_ending() or first_to_say():
+            with suppress(OSError):
+                click.echo(f"{line_break() * is_ending()}{name}: {_one_line(line)}", err=True)
         return status
     finally:
         for stream in (sys.stdout, sys.stderr):

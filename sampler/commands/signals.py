@@ -41,8 +41,11 @@ class _Ending:
     def __init__(self) -> None:
         #: Number of the signal that ends it, if any.
         self.signal: int | None = None
-        #: Whether the line that says so is written.
-        self.said = False
+        #: Taken by who writes the line that says so: this thread or the watcher.
+        self.line = threading.Lock()
+        #: The end of the watcher's socket that signals write to. Kept, because to close it, which
+        #: the block's end by an exception would do, wakes the watcher before it is time.
+        self.told: socket.socket | None = None
 
     def begin(self, number: int, frame: FrameType | None) -> None:
         """Handle a signal; the watcher sees to further ones."""
@@ -59,8 +62,12 @@ _ENDING = _Ending()
 def ending() -> tuple[int, str]:
     """Exit status of a program that is interrupted, and the word for it."""
     number = _ENDING.signal or signal.SIGINT
-    _ENDING.said = True
     return 128 + number, _WORDS[signal.Signals(number).name]
+
+
+def first_to_say() -> bool:
+    """Whether nobody has begun yet to write the line on the end, which the caller then does."""
+    return _ENDING.line.acquire(blocking=False)
 
 
 def is_ending() -> bool:
@@ -84,6 +91,7 @@ def ended_by_signals(program: str) -> Iterator[None]:
     numbers = [number for number in numbers if signal.getsignal(number) in usual]
     heard, told = socket.socketpair()
     told.setblocking(False)
+    _ENDING.told = told
     watcher = threading.Thread(target=_watch, args=(program, heard, numbers), daemon=True)
     with suppress(RuntimeError):  # where the user may have no further thread: what is short works
         watcher.start()
@@ -107,9 +115,8 @@ def _watch(program: str, heard: socket.socket, numbers: list[int]) -> None:
         return
     select.select([heard], [], [], GRACE)
     _ENDING.signal = _ENDING.signal or read[0]
-    said = _ENDING.said
     status, word = ending()
-    if not said:
+    if first_to_say():
         say(f"{program}: {word}")
     os._exit(status)
 
