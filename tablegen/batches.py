@@ -38,6 +38,14 @@ def batches(count: int) -> Iterator[slice]:
         yield slice(start, min(start + BATCH, count))
 
 
+def unfinished(particle: str) -> RuntimeError:
+    """Error for a particle, in words, that has too many collisions."""
+    return RuntimeError(
+        f"{particle} is still in contact after {COLLISION_ALARM:,} collisions; "
+        "a larger contact_resolution ends its chain"
+    )
+
+
 class NotFiniteError(RuntimeError):
     """A particle with a state or energy that is not finite, which is a defect of the model.
 
@@ -143,7 +151,4 @@ class ParticleRun:
             arguments.append(audit)
         stuck = (simulate_audited if self._audited else simulate_batch)(*arguments)
         if stuck >= 0:
-            raise RuntimeError(
-                f"particle {first + stuck} of seed {seed}, stream {stream} is still in contact "
-                f"after {COLLISION_ALARM:,} collisions; a larger contact_resolution ends its chain"
-            )
+            raise unfinished(f"particle {first + stuck} of seed {seed}, stream {stream}")

@@ -14,7 +14,7 @@ from sampler.formats.channels import STATE
 from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound
 from sampler.inputs.rows import Keys, Rows, as_integer, broadcast, place
-from tablegen.batches import BATCH, first_not_finite
+from tablegen.batches import BATCH, batches, first_not_finite, unfinished
 from tablegen.config import Config
 from tablegen.model.impact_condition import CONDITION_SIZE
 from tablegen.model.impacts import (
@@ -28,7 +28,6 @@ from tablegen.model.model_bounds import ALPHA_DEG, ASPECT, MOST_TURNED, SPEED, S
 from tablegen.model.one_rebound import DirectArrays, work_size
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys, draw_grains, first_misfit
-from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.particles.population import Population
 
 #: Whose grain a particle has: its own, a fresh one at every hit, or the one given.
@@ -76,10 +75,7 @@ def _raise(rows: Rows, failure: _Failure) -> None:
     row, code = failure
     at = place(row, rows.shape)
     if code == 0:
-        raise RuntimeError(
-            f"the particle at {at} is still in contact after {COLLISION_ALARM:,} collisions; "
-            "a larger contact_resolution ends its chain"
-        )
+        raise unfinished(f"the particle at {at}")
     if code == OUT_OF_BOUNDS:
         raise InputError(_bounds_message(rows, row))
     if code != TURNS_TOO_OFTEN:
@@ -105,13 +101,12 @@ def _bounds_message(rows: Rows, row: int) -> str:
     )
 
 
-def _work_all(work: Callable[[int], _Failure | None], rows: Rows, threads: int | None) -> None:
+def _work_all(work: Callable[[slice], _Failure | None], rows: Rows, threads: int | None) -> None:
     """Work on the batches of all rows; raise the error of the first that fails."""
     if threads is not None:
         threads = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
-    starts = range(0, rows.n, BATCH)
-    workers = max(min(threads or processors(), len(starts)), 1)
-    for failure in side_by_side(work, starts, workers):
+    workers = max(min(threads or processors(), -(-rows.n // BATCH)), 1)
+    for failure in side_by_side(work, batches(rows.n), workers):
         if failure is not None:
             _raise(rows, failure)
 
@@ -344,9 +339,8 @@ class DirectModel:
         states = np.empty((n, 6))
         law, population, _ = self.arrays
 
-        def work(start: int) -> _Failure | None:
-            part = slice(start, min(start + BATCH, n))
-            count = part.stop - start
+        def work(part: slice) -> _Failure | None:
+            start, count = part.start, part.stop - part.start
             conditions = np.empty((count, CONDITION_SIZE))
             row, code = fill(conditions, start)
             if row >= 0:
