@@ -316,7 +316,7 @@ def spin_draw_batch(
             if status < OK:
                 return k, status, first_clamped, clamped, extrapolated
             if n < count:
-                extrapolated += np.int64(not low <= speeds[r] <= high)
+                extrapolated += 0 if low <= speeds[r] <= high else 1
                 if status == CLAMPED:
                     clamped += 1
                     first_clamped = k if first_clamped < 0 else first_clamped

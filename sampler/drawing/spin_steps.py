@@ -104,7 +104,7 @@ def fill_conditions(spin, alpha1, speed, sx, sy, sz, inputs, at):
 
 @no_refcount_inline_kernel
 def find_leaf(spin, shape, inputs, at):
-    """Step 2: leaf of the conditions, from `at` on, in the tree of a shape by its row in the law."""
+    """Step 2: leaf of the conditions, from `at` on, in the tree of a shape, a row of the law."""
     node = np.int64(spin.roots[np.uint64(shape)])
     while node >= 0:
         value = inputs[np.uint64(at + np.int64(spin.node_axis[np.uint64(node)]))]

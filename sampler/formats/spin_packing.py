@@ -62,7 +62,7 @@ def _inputs(contents: TableContents) -> NDArray[np.float32]:
 
 def _no_law() -> SpinArrays:
     """Spin law of a table that has none."""
-    reals, shorts = (np.zeros(0, t) for t in (np.float32, np.int16))
+    reals, shorts = np.zeros(0, np.float32), np.zeros(0, np.int16)
     return SpinArrays(
         *(0, 0),
         *(0.0,) * 10,
