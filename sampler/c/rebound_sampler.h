@@ -256,7 +256,7 @@ typedef struct rbt_axis {
 
 /* A spin law: see sampler/formats/spin_arrays.py. */
 typedef struct rbt_spin_law {
-    int32_t n_shapes, n_nodes, n_leaves, n_groups, n_group_experts, n_knots; /* 0 shapes: no law */
+    int32_t n_shapes, n_nodes, n_leaves, n_knots; /* 0 shapes: no law */
     int32_t fresh_grains; /* whether a particle has another grain at each hit */
     double alpha_first, alpha_last, alpha_low, alpha_high;
     double speed_first, speed_last, speed_low, speed_high, speed_coefficient, speed_exponent;
@@ -383,7 +383,8 @@ extern "C" {
 #define RBTI_FEATURES 23
 #define RBTI_OUTCOMES 6
 #define RBTI_EXPERT_STRIDE 160
-#define RBTI_MOST_GATES 32
+#define RBTI_GROUPS 8
+#define RBTI_GROUP_SIZE 16
 #define RBTI_INERTIA 0.6666666666666666
 #define RBTI_LEAST_RATIO 0.001
 #define RBTI_SCORE_MAX 6.0f
@@ -997,7 +998,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
     }
     RBTI_EACH_DRAW(r)
     {
-        inputs[m + r] = exp(-law->speed_coefficient * pow(effective[r], law->speed_exponent));
+        inputs[m + r] = exp(-law->speed_coefficient * exp(law->speed_exponent * log(effective[r])));
     }
 }
 
@@ -1016,7 +1017,7 @@ RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, 
     }
     RBTI_EACH_DRAW(r)
     {
-        const size_t numbers = RBTI_FEATURES * (size_t)law->n_groups;
+        const size_t numbers = RBTI_FEATURES * RBTI_GROUPS;
         const int16_t *gates = law->group_gates + numbers * (size_t)d->leaf[r];
         for (size_t k = 0; k < numbers; k += RBTI_LINE)
             RBTI_PREFETCH(gates + k);
@@ -1086,7 +1087,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16
     RBTI_EACH_DRAW(r)
     {
         const int16_t *gate = gates + RBTI_FEATURES * count * (size_t)places[r];
-        float sums[RBTI_MOST_GATES] RBTI_ALIGNED;
+        float sums[RBTI_GROUP_SIZE] RBTI_ALIGNED;
         for (size_t k = 0; k < count; k++)
             sums[k] = 0.0f;
         for (size_t f = 0; f < RBTI_FEATURES; f++) {
@@ -1104,12 +1105,8 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *g
                                         const int32_t *places, const float *features,
                                         const uint32_t *words, int32_t *chosen)
 {
-    float weights[RBTI_MOST_GATES * RBTI_BLOCK] RBTI_ALIGNED;
-    float most[RBTI_BLOCK] RBTI_ALIGNED, total[RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r)
-    {
-        weights[r] = 0.0f; /* compilers do not know that there is a first one */
-    }
+    float weights[RBTI_GROUP_SIZE * RBTI_BLOCK] RBTI_ALIGNED;
+    float most[RBTI_BLOCK] RBTI_ALIGNED, share[RBTI_BLOCK] RBTI_ALIGNED;
     rbti_fill_logits(m, count, gates, places, features, weights);
     RBTI_EACH_DRAW(r)
     {
@@ -1127,63 +1124,43 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *g
             weights[k * m + r] = rbti_exponential((weights[k * m + r] - most[r]) * RBTI_GATE_UNIT);
         }
     }
-    RBTI_EACH_DRAW(r)
-    {
-        total[r] = weights[r];
-    }
     for (size_t k = 1; k < count; k++) {
         RBTI_EACH_DRAW(r)
         {
-            total[r] += weights[k * m + r];
+            weights[k * m + r] += weights[(k - 1) * m + r];
         }
     }
     RBTI_EACH_DRAW(r)
     {
-        const float share = ((float)(int32_t)(words[r] >> 8) + 0.5f) * (1.0f / 16777216.0f);
-        total[r] = share * total[r];
-        most[r] = weights[r]; /* from here on the sum of the weights so far */
+        share[r] = ((float)(int32_t)(words[r] >> 8) + 0.5f) * (1.0f / 16777216.0f);
+        share[r] *= weights[(count - 1) * m + r];
         chosen[r] = 0;
     }
-    for (size_t k = 1; k < count; k++) {
+    for (size_t k = 0; k + 1 < count; k++) {
         RBTI_EACH_DRAW(r)
         {
-            chosen[r] += total[r] >= most[r];
-            most[r] += weights[k * m + r];
+            chosen[r] += share[r] >= weights[k * m + r];
         }
     }
-}
-
-/* The same with numbers that the compiler knows, where they are common. */
-RBTI_INLINE RBT_DEVICE void rbti_choose_any(size_t m, int32_t count, const int16_t *gates,
-                                            const int32_t *places, const float *features,
-                                            const uint32_t *words, int32_t *chosen)
-{
-    if (count == 16)
-        rbti_choose(m, 16, gates, places, features, words, chosen);
-    else if (count == 8)
-        rbti_choose(m, 8, gates, places, features, words, chosen);
-    else
-        rbti_choose(m, (size_t)count, gates, places, features, words, chosen);
 }
 
 /* Group of experts and expert of each draw, numbered through all leaves. */
 RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
-    const int32_t groups = law->n_groups, experts = law->n_group_experts;
-    const size_t numbers = RBTI_FEATURES * (size_t)experts;
-    rbti_choose_any(m, groups, law->group_gates, d->leaf, d->features, d->words, d->group);
+    const size_t numbers = RBTI_FEATURES * RBTI_GROUP_SIZE;
+    rbti_choose(m, RBTI_GROUPS, law->group_gates, d->leaf, d->features, d->words, d->group);
     RBTI_EACH_DRAW(r)
     {
-        d->group[r] += d->leaf[r] * groups;
+        d->group[r] += d->leaf[r] * RBTI_GROUPS;
         const int16_t *gates = law->gates + numbers * (size_t)d->group[r];
         for (size_t k = 0; k < numbers; k += RBTI_LINE)
             RBTI_PREFETCH(gates + k);
     }
-    rbti_choose_any(m, experts, law->gates, d->group, d->features, d->words + m, d->expert);
+    rbti_choose(m, RBTI_GROUP_SIZE, law->gates, d->group, d->features, d->words + m, d->expert);
     RBTI_EACH_DRAW(r)
     {
-        d->expert[r] += d->group[r] * experts;
+        d->expert[r] += d->group[r] * RBTI_GROUP_SIZE;
         const int16_t *record = law->experts + RBTI_EXPERT_STRIDE * (size_t)d->expert[r];
         for (size_t k = 0; k < RBTI_EXPERT_STRIDE; k += RBTI_LINE)
             RBTI_PREFETCH(record + k);
@@ -1232,7 +1209,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, const rbt_spin_law *law
             const float z = scores[r];
             const float bounded = z / sqrtf(1.0f + z * z * RBTI_PER_SQUARE);
             float position = (bounded + RBTI_SCORE_MAX) * scale;
-            position = position > 0.0f ? position : 0.0f;
+            /* above the first knot, so that v stays positive */
+            position = position > 1.0f / 1048576.0f ? position : 1.0f / 1048576.0f;
             int32_t knot = (int32_t)position;
             knot = knot < last ? knot : last;
             position -= (float)knot;
@@ -1762,7 +1740,7 @@ typedef struct rbti_header {
     uint64_t at_alpha_coordinate, at_speed_coordinate, at_normals, at_alias, at_first_of_class,
         at_components, at_spans, at_quantiles;
     double valid_speed[2];
-    uint32_t n_shapes, n_nodes, n_leaves, n_groups, n_group_experts, n_spin_knots;
+    uint32_t n_shapes, n_nodes, n_leaves, n_spin_knots;
     double spin_alpha[2], spin_speed[2], spin_coordinate[2], aspect[8];
     uint64_t at_shape_codes, at_shape_shares, at_shape_ratios, at_roots, at_node_axis,
         at_node_cut, at_node_child, at_inputs, at_group_gates, at_gates, at_experts,
@@ -1812,8 +1790,6 @@ typedef struct rbti_header {
     DO(n_shapes, 1, 1024)                                                                          \
     DO(n_nodes, 1, 1048576)                                                                        \
     DO(n_leaves, 1, 1048576)                                                                       \
-    DO(n_groups, 1, 32)                                                                            \
-    DO(n_group_experts, 1, 32)                                                                     \
     DO(n_spin_knots, 2, 4096)
 /* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */
 #define RBTI_ARRAYS(DO)                                                                            \
@@ -1835,11 +1811,9 @@ typedef struct rbti_header {
     DO(node_cut, spin.node_cut, double, h->n_nodes, 1, 0)                                          \
     DO(node_child, spin.node_child, int32_t, h->n_nodes, (uint64_t)2, 0)                           \
     DO(inputs, spin.inputs, float, h->n_leaves, (uint64_t)14, 0)                                   \
-    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, (uint64_t)23 * h->n_groups, 0)         \
-    DO(gates, spin.gates, int16_t, h->n_leaves, (uint64_t)h->n_groups * 23 * h->n_group_experts,   \
-       0)                                                                                          \
-    DO(experts, spin.experts, int16_t, h->n_leaves, (uint64_t)h->n_groups * h->n_group_experts *   \
-       160, 8)                                                                                     \
+    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, (uint64_t)23 * 8, 0)                   \
+    DO(gates, spin.gates, int16_t, h->n_leaves, (uint64_t)8 * 23 * 16, 0)                          \
+    DO(experts, spin.experts, int16_t, h->n_leaves, (uint64_t)128 * 160, 8)                        \
     DO(spin_spans, spin.spans, float, h->n_leaves, (uint64_t)6 * 2, 0)                             \
     DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, (uint64_t)6 * h->n_spin_knots, 0)
 /* end checks */
@@ -2203,7 +2177,7 @@ static int rbti_check_trees(const rbt_spin_law *law)
 static int rbti_check_leaves(const rbt_spin_law *law)
 {
     const size_t leaves = (size_t)law->n_leaves;
-    const size_t experts = leaves * (size_t)law->n_groups * (size_t)law->n_group_experts;
+    const size_t experts = leaves * RBTI_GROUPS * RBTI_GROUP_SIZE;
     for (size_t k = 0; k < leaves * RBTI_INPUTS; k++) {
         const float *of = law->inputs + k / RBTI_INPUTS * (2 * RBTI_INPUTS) + k % RBTI_INPUTS;
         RBTI_NEED(rbti_within((double)of[0], -RBTI_MOST_MIDDLE, RBTI_MOST_MIDDLE), RBT_ERR_LEAVES);
@@ -2289,8 +2263,6 @@ static void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
         return;
     law->n_nodes = (int32_t)h->n_nodes;
     law->n_leaves = (int32_t)h->n_leaves;
-    law->n_groups = (int32_t)h->n_groups;
-    law->n_group_experts = (int32_t)h->n_group_experts;
     law->n_knots = (int32_t)h->n_spin_knots;
     law->alpha_first = h->spin_alpha[0];
     law->alpha_last = h->spin_alpha[1];

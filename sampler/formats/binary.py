@@ -76,7 +76,6 @@ def _fill_spin_fields(header: NDArray[np.void], spin: SpinArrays) -> None:
     header["n_shapes"] = spin.grains.shape_codes.size
     header["n_nodes"], header["n_spin_knots"] = spin.node_axis.size, spin.n_knots
     header["n_leaves"] = spin.inputs.size // (2 * N_INPUTS)
-    header["n_groups"], header["n_group_experts"] = spin.n_groups, spin.n_group_experts
     header["spin_alpha"] = spin.alpha_first, spin.alpha_last
     header["spin_speed"] = spin.speed_first, spin.speed_last
     header["spin_coordinate"] = spin.speed_coefficient, spin.speed_exponent

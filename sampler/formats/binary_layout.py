@@ -14,7 +14,14 @@ import numpy as np
 
 from sampler.formats.channels import VARIABLES
 from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import N_FEATURES, N_INPUTS, N_OUTCOMES
+from sampler.formats.spin_bounds import (
+    GROUP_SIZE,
+    N_EXPERTS,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+)
 from sampler.formats.table_bounds import ALPHA_DEG, MOST_NUMBER, PAIR_BYTES, SPEED, VARIATE_MAX
 
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
@@ -99,7 +106,7 @@ ARRAYS = (
     ),
 )  # fmt: skip
 
-_LEAVES, _GROUPS = "n_leaves", ("n_leaves", "n_groups")
+_LEAVES = "n_leaves"
 
 #: Of the spin law; a table without it has none of them. Those of the law's shapes are of the
 #: shapes with a positive weight.
@@ -117,13 +124,13 @@ SPIN_ARRAYS = (
     ),
     StoredArray("inputs", "<f4", (_LEAVES, 2 * N_INPUTS), "middles, then factors, of the inputs"),
     StoredArray(
-        "group_gates", "<i2", (_LEAVES, N_FEATURES, "n_groups"), "gates of the groups; 1/512"
+        "group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS), "gates of the groups; 1/512"
     ),
     StoredArray(
-        "gates", "<i2", (*_GROUPS, N_FEATURES, "n_group_experts"), "gates of the experts; 1/512"
+        "gates", "<i2", (_LEAVES, N_GROUPS, N_FEATURES, GROUP_SIZE), "gates of the experts; 1/512"
     ),
     StoredArray(
-        "experts", "<i2", (*_GROUPS, "n_group_experts", EXPERT_STRIDE),
+        "experts", "<i2", (_LEAVES, N_EXPERTS, EXPERT_STRIDE),
         "records: coefficients of the means, 1/2048, by feature; factors (columns packed), 1/4096; "
         "padding; 8 zeros behind the last record", extra=8,
     ),
@@ -159,8 +166,6 @@ SPIN_COUNTS = {
     "n_shapes": "shapes of particles in the spin law; 0: there is none, and what follows is 0",
     "n_nodes": "nodes of their trees",
     "n_leaves": "leaves of their trees",
-    "n_groups": "groups of experts of a leaf",
-    "n_group_experts": "experts of a group",
     "n_spin_knots": "knots of a quantile function of the spin law",
 }
 
