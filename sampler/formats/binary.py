@@ -59,7 +59,7 @@ def _spin_arrays_by_name(spin: SpinArrays) -> dict[str, NDArray[Any]]:
     if spin.n_shapes == 0:
         return {}
     grains = spin.grains
-    named = {
+    named: dict[str, NDArray[Any]] = {
         "shape_codes": grains.shape_codes,
         "shape_shares": grains.cumulative_weights,
         "shape_ratios": grains.fixed_ratios,
