@@ -1,7 +1,8 @@
 """Field lists of tables/FORMAT.md, made from the layouts that reader and writer follow.
 
 Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats.hdf5_layout`,
-`sampler.formats.spin_layout` or `sampler.formats.binary_layout`; everything outside the marked parts of the page is written by hand.
+`sampler.formats.spin_layout` or `sampler.formats.binary_layout`; everything outside the marked
+parts of the page is written by hand.
 """
 
 from collections.abc import Callable, Iterable, Mapping
