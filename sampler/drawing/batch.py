@@ -58,7 +58,7 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     -------
     tuple of five int
         First row with an error (-1: none) and its code; first clamped row (-1: none), and before the
-        error the numbers of rows that were clamped, and whose speed extrapolates the pair's laws.
+        error the numbers of rows that were clamped, and whose speed extrapolates the laws.
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
