@@ -111,7 +111,7 @@ def spin_arrays(contents: TableContents) -> SpinArrays:
         speed_last=float(speed[1]),
         speed_low=float(speed[0] * low),
         speed_high=float(speed[1] * high),
-        speed_coefficient=float(coefficient),
+        speed_scale=float(coefficient * speed[1] ** exponent),
         speed_exponent=float(exponent),
         grains=grain_law(
             contents["spin/shape_codes"],
