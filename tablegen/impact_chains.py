@@ -1,12 +1,11 @@
 """Chains of impacts: which conditions occur when particles meet one wall after another.
 
-Between two walls nothing acts on a particle. The next wall is either the same one again, met at the
-angle of the departure, as on the outside of a bend, or the opposite one, as in a channel. A particle
-keeps its grain.
+Between two walls nothing acts on a particle, and it keeps its grain. The next wall is either the
+same one again, met at the angle of the departure, as on the outside of a bend, or the opposite one,
+as in a channel.
 """
 
-from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +25,8 @@ _KEY = 2**31 + 1
 _MOST_SPIN = 100.0
 
 
-class Impacts(NamedTuple):
+@dataclass(frozen=True)
+class Impacts:
     """Impacts of n particles, one each."""
 
     #: Shape (n,). Angles [rad] from the wall, speeds V [m/s].
@@ -38,9 +38,11 @@ class Impacts(NamedTuple):
     index: NDArray[np.uint64]
     hit: NDArray[np.uint32]
 
-    def of(self, rows: NDArray[np.bool_]) -> "Impacts":
+    def of(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "Impacts":
         """Impacts of some of the particles."""
-        return Impacts(*(values[rows] for values in self))
+        return Impacts(
+            self.alpha1[rows], self.speed[rows], self.spin[rows], self.index[rows], self.hit[rows]
+        )
 
 
 def effective_speed(impacts: Impacts) -> FloatArray:
@@ -164,9 +166,14 @@ def occurring_impacts(
         taken.append(impacts.of(inside & (wanted == number)))
         going = inside & (wanted > number)
         impacts, opposite, wanted = impacts.of(going), opposite[going], wanted[going]
-    columns = [np.concatenate(parts) for parts in zip(*taken, strict=True)]
-    order = np.argsort(columns[3])
-    return Impacts(*(values[order] for values in columns))
+    found = Impacts(
+        np.concatenate([part.alpha1 for part in taken]),
+        np.concatenate([part.speed for part in taken]),
+        np.concatenate([part.spin for part in taken]),
+        np.concatenate([part.index for part in taken]),
+        np.concatenate([part.hit for part in taken]),
+    )
+    return found.of(np.argsort(found.index))
 
 
 def simulated(
@@ -175,9 +182,15 @@ def simulated(
     """States after impacts by direct simulation, with the particles' own grains, (n, 6)."""
     if len(impacts.index) == 0:
         return np.empty((0, 6))
-    sample: Callable[..., FloatArray] = model.sample
-    alpha1, speed, spin, index, hit = impacts
-    return sample(alpha1, speed, spin=spin, seed=seed, index=index, hit=hit, threads=threads)
+    return model.sample(
+        impacts.alpha1,
+        impacts.speed,
+        spin=impacts.spin,
+        seed=seed,
+        index=impacts.index,
+        hit=impacts.hit,
+        threads=threads,
+    )
 
 
 def _inside(config: Config, impacts: Impacts) -> NDArray[np.bool_]:

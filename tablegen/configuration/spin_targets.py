@@ -1,6 +1,7 @@
 """The accuracy that a spin law declares."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model, model_validator
@@ -28,6 +29,14 @@ _FIELDS: dict[str, Any] = {
 _SpinFields: Any = create_model("_SpinFields", __base__=Record, **_FIELDS)
 
 
+@dataclass(frozen=True)
+class JointTargets:
+    """Largest distances of the law of condition and outcome over the impacts of chains."""
+
+    ks: float
+    auc: float
+
+
 class SpinTargets(_SpinFields):
     """Largest distances from direct simulation that a spin law declares.
 
@@ -42,9 +51,9 @@ class SpinTargets(_SpinFields):
         return declared_spin_accuracy(given) if isinstance(given, dict) else given
 
     @property
-    def joint(self) -> dict[str, float]:
-        """Limits over the impacts of chains, by metric."""
-        return {name: getattr(self, f"{JOINT}{name}") for name in JOINT_METRICS}
+    def joint(self) -> JointTargets:
+        """Limits over the impacts of chains."""
+        return JointTargets(**{name: getattr(self, f"{JOINT}{name}") for name in JOINT_METRICS})
 
 
 def declared_spin_accuracy(given: Mapping[str, Any]) -> dict[str, Any]:
