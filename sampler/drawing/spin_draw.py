@@ -180,11 +180,7 @@ def grain_filler(width):
         key = np.uint64(seed) ^ SIMULATION_KEY
         fill_words(6, key, index, grain_hit, first, count, words)
         for n in range(width):
-            three = (
-                words[np.uint64(n)],
-                words[np.uint64(width + n)],
-                words[np.uint64(5 * width + n)],
-            )
+            three = words[np.uint64(n)], words[np.uint64(width + n)], words[np.uint64(5 * width + n)]
             code, b_over_a, c_over_b = grain_of_words(law, *three)
             at = np.uint64(3 * n)
             grains[at] = code

@@ -36,11 +36,7 @@ from sampler.formats.table_arrays import LANES
 
 _F = np.float32
 _ZERO, _HALF, _ONE = _F(0.0), _F(0.5), _F(1.0)
-_GATE_UNIT, _MEAN_UNIT, _FACTOR_UNIT = (
-    _F(1.0 / GATE_UNIT),
-    _F(1.0 / MEAN_UNIT),
-    _F(1.0 / FACTOR_UNIT),
-)
+_GATE_UNIT, _MEAN_UNIT, _FACTOR_UNIT = _F(1.0 / GATE_UNIT), _F(1.0 / MEAN_UNIT), _F(1.0 / FACTOR_UNIT)
 _SCORE_MAX, _PER_SQUARE = _F(SCORE_MAX), _F(1.0 / SCORE_MAX**2)
 
 #: Below 2**-126 a weight counts for nothing, and single precision has other rules.

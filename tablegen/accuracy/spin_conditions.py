@@ -1,12 +1,16 @@
 """Where a spin law is measured one condition at a time: even over angle, speed and spin."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
 
+from sampler.errors import InputError
+from sampler.formats.hdf5 import TableContents
+from sampler.inputs.told_apart import told_apart
 from tablegen.config import Config
-from tablegen.impact_chains import speeds_measured
+from tablegen.impact_chains import energy_factor, speeds_measured
 
 #: Angles [degrees] that are of interest, and the largest spin before the impact, times V/a.
 ANGLES_DEG = (5.0, 85.0)
@@ -58,3 +62,37 @@ def pick_spin_conditions(config: Config, count: int, seed: int) -> list[SpinCond
         SpinCondition(low + (high - low) * a, slow + (fast - slow) * v, (x, y, z))
         for a, v, (x, y, z) in zip(*points[:, :2].T.tolist(), spins.tolist(), strict=True)
     ]
+
+
+def check_spin_conditions(
+    contents: TableContents, conditions: Sequence[SpinCondition]
+) -> list[SpinCondition]:
+    """Refuse spinning conditions that a table does not cover.
+
+    Parameters
+    ----------
+    contents : TableContents
+        With a spin law.
+    conditions : sequence of SpinCondition
+
+    Raises
+    ------
+    InputError
+        If an angle or an effective speed V_e is outside of the law's range, or no number.
+    """
+    for place in conditions:
+        spin = np.asarray(place.spin, dtype=np.float64)
+        if spin.shape != (3,) or not np.isfinite(spin).all():
+            raise InputError(f"spin: got {place.spin}, allowed: three finite numbers")
+        effective = place.speed * float(energy_factor(spin[None])[0])
+        for name, value, path, unit in (
+            ("alpha", place.alpha_deg, "spin/alpha_range_deg", "degrees"),
+            ("speed with the spin's energy", effective, "spin/speed_range", "m/s"),
+        ):
+            low, high = contents[path].tolist()
+            if not low <= value <= high:
+                raise InputError(
+                    f"{name}: got {told_apart(value, low, high, digits=6)} {unit}, "
+                    f"allowed: {low:g} to {high:g} {unit}, which the spin law covers"
+                )
+    return list(conditions)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sampler.formats.channels import STATE
+from sampler.formats.spin_layout import ACCURACY
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import Verdict, judge
@@ -16,8 +17,9 @@ from tablegen.accuracy.joint_law import JointComparison, compare_chains
 from tablegen.accuracy.measure import ComparedCondition, compared_side_by_side
 from tablegen.accuracy.spin_conditions import SpinCondition
 from tablegen.config import Config
-from tablegen.configuration.metric_table import JOINT, METRICS
+from tablegen.configuration.metric_table import JOINT, JOINT_METRICS, METRICS
 from tablegen.configuration.spin_targets import SpinTargets
+from tablegen.tasks.progress import bar
 
 #: Numbers of spinning conditions begin here, and the seed of each differs by its number: those of
 #: other conditions and of nodes are elsewhere.
@@ -87,8 +89,9 @@ def measure_spin(
     found = compared_side_by_side(places, samples, targets, progress, "spinning")
     over = None
     if joint:
-        with threadpool_limits(limits=1):
+        with threadpool_limits(limits=1), bar(progress, total=1, desc="chains") as counted:
             over = compare_chains(table, config, seed=seed, samples=samples, targets=targets.joint)
+            counted.update()
     return SpinAccuracy(found, over)
 
 
@@ -112,7 +115,7 @@ def spin_accuracy_datasets(measured: SpinAccuracy | None) -> dict[str, NDArray[n
     wide = {"spin": 3, "ks": len(STATE), "joint_ks": len(STATE)}
     found = {name: np.array(values, dtype=np.float64) for name, values in columns.items()}
     return {
-        f"spin_accuracy/{name}": values.reshape(-1, wide[name]) if name in wide else values
+        f"{ACCURACY}{name}": values.reshape(-1, wide[name]) if name in wide else values
         for name, values in found.items()
     }
 
@@ -123,8 +126,11 @@ def worst_spin_stored(stored: Mapping[str, NDArray[np.float64]]) -> dict[str, fl
     Parameters
     ----------
     stored : mapping from name to array
-        Datasets of the group ``spin_accuracy``, by name.
+        Datasets of a table file, by their paths.
     """
-    names = (*METRICS, "joint_ks", "joint_auc")
-    worst = {n: float(stored[n].max()) for n in names if n in stored and stored[n].size}
+    worst = {}
+    for name in (*METRICS, *(f"{JOINT}{metric}" for metric in JOINT_METRICS)):
+        values = stored.get(f"{ACCURACY}{name}")
+        if values is not None and values.size:
+            worst[name] = float(values.max())
     return worst or None
