@@ -4,7 +4,7 @@ from tablegen.accuracy.decision import limits
 from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.spin_measure import SpinAccuracy
 from tablegen.accuracy.spin_validation import SpinValidation
-from tablegen.configuration.metric_table import JOINT, JOINT_METRICS, METRICS
+from tablegen.configuration.metric_table import JOINT_METRICS, METRICS, spin_errors_text
 from tablegen.configuration.spin_targets import JointTargets, SpinTargets
 from tablegen.studies.text_table import table_lines
 from tablegen.studies.validation.accuracy_text import accuracy_text
@@ -84,16 +84,6 @@ def joint_line(joint: JointComparison) -> str:
     )
 
 
-def limits_text(values: dict[str, float]) -> str:
-    """Limits of a spin law on one line."""
-    parts = []
-    for name, value in values.items():
-        metric = METRICS[name.removeprefix(JOINT)]
-        chains = " over chains" if name.startswith(JOINT) else ""
-        parts.append(f"{metric.short}{chains} {metric.text(value)}")
-    return ", ".join(parts)
-
-
 def spin_lines(spin: SpinValidation, chosen: bool, together: int) -> list[str]:
     """Say what was looked at of a spin law, and what the file says of itself.
 
@@ -110,15 +100,17 @@ def spin_lines(spin: SpinValidation, chosen: bool, together: int) -> list[str]:
     lines = [f"Looked at the spin law at {count} spinning condition{'s' * (count > 1)} {whose}."]
     if spin.measured.joint is not None:
         lines.append(joint_line(spin.measured.joint))
+    elif not chosen:
+        lines.append("Nothing was measured over chains of impacts, which leave the table's range.")
     if spin.stored is None:
         return [*lines, "The file stores no accuracy of its spin law."]
     lines.append(
-        f"The file says of its spin law, at worst: {limits_text(spin.stored)}. Measured here: "
-        f"{limits_text(spin.worst)}."
+        f"The file says of its spin law, at worst: {spin_errors_text(spin.stored)}. Measured here: "
+        f"{spin_errors_text(spin.worst)}."
     )
     if surpassed := spin.surpassed(together):
         lines.append(
             "Note: the error of the spin law is larger than the file says, at least "
-            f"{limits_text(surpassed)}."
+            f"{spin_errors_text(surpassed)}."
         )
     return lines
