@@ -6,7 +6,7 @@ one impact, and its condition, its grain and its outcome are compared as one law
 """
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -39,7 +39,10 @@ _MOST_SAMPLES = 2_000_000
 _PILOT = 2_000
 _LEAST_SHARE = 0.02
 
-#: Keys of the particles whose outcomes the table draws begin here; those of the others are below.
+#: States (n, 6) after impacts.
+Draw = Callable[[Impacts], FloatArray]
+
+#: Keys of the particles whose outcomes are drawn begin here; those of the others are below.
 _DRAWN = 2**40
 
 
@@ -84,9 +87,9 @@ class _Side:
     """Conditions, grains and outcomes of one side; further ones do not change the first."""
 
     def __init__(
-        self, config: Config, seed: int, share: float, table: Table | None, threads: int | None
+        self, config: Config, seed: int, share: float, draw: Draw | None, threads: int | None
     ) -> None:
-        self.config, self.seed, self.table, self.threads = config, seed, table, threads
+        self.config, self.seed, self.draw, self.threads = config, seed, draw, threads
         self.model, self.share = DirectModel(config), share
         self.impacts: Impacts
         #: Shapes (n, 5), (n, 3) and (n, 6).
@@ -97,7 +100,7 @@ class _Side:
     def reach(self, count: int) -> None:
         """Follow particles to about so many impacts."""
         index = np.arange(math.ceil(count / self.share), dtype=np.uint64)
-        if self.table is not None:
+        if self.draw is not None:
             index += np.uint64(_DRAWN)
         chains = occurring_impacts(self.config, self.model, self.seed, index, self.threads)
         factor = energy_factor(chains.spin)[:, None]
@@ -116,11 +119,9 @@ class _Side:
     def _states(self) -> FloatArray:
         """States after the impacts, over V."""
         chains = self.impacts
-        if self.table is None:
+        if self.draw is None:
             return simulated(self.model, chains, self.seed, self.threads)
-        how: dict[str, Any] = {"seed": self.seed, "threads": self.threads, "spin": chains.spin}
-        keys: dict[str, Any] = {"index": chains.index, "hit": chains.hit}
-        return self.table.sample(chains.alpha1, chains.speed, **keys, **how)
+        return self.draw(chains)
 
 
 def _estimates(
@@ -135,8 +136,28 @@ def _estimates(
     return found
 
 
+def drawn_from(table: Table, seed: int, threads: int | None = None, *, spin: bool = True) -> Draw:
+    """Give the function that draws the outcomes of impacts from a table.
+
+    Parameters
+    ----------
+    table : Table
+    seed : int
+    threads : int, optional
+    spin : bool
+        Whether the table is told the spin; else every impact is a first one to it.
+    """
+
+    def draw(impacts: Impacts) -> FloatArray:
+        given: dict[str, Any] = {"spin": impacts.spin} if spin else {}
+        keys: dict[str, Any] = {"seed": seed, "index": impacts.index, "hit": impacts.hit}
+        return table.sample(impacts.alpha1, impacts.speed, threads=threads, **keys, **given)
+
+    return draw
+
+
 def compare_chains(
-    table: Table,
+    draw: Draw,
     config: Config,
     *,
     seed: int,
@@ -147,14 +168,14 @@ def compare_chains(
     """Compare a spin law with direct simulation over the impacts that occur in chains.
 
     Both sides have conditions that direct simulation made, each of particles of its own; the
-    outcomes of one side are drawn from the table. A particle keeps its grain on both.
+    outcomes of one side are drawn. A particle keeps its grain on both.
 
     Parameters
     ----------
-    table : Table
-        With a spin law.
+    draw : callable
+        From impacts to states (n, 6); see `drawn_from`.
     config : Config
-        What the table claims to represent.
+        What the law claims to represent.
     seed : int
     samples : int, optional
         Impacts a side at first, about; where these do not decide, up to nine times as many are
@@ -173,7 +194,7 @@ def compare_chains(
         return None
     allowed: Targets = targets or config.spin_targets.joint
     count, seed_of_metrics = samples or SAMPLES, seed % 2**32
-    drawn, direct = (_Side(config, seed, share, side, threads) for side in (table, None))
+    drawn, direct = (_Side(config, seed, share, side, threads) for side in (draw, None))
     found = _first_look(drawn, direct, count, Settings(seed_of_metrics))
     trained = min(found.states, METRICS["auc"].trial_states or found.states) // 2
     again = Settings(seed_of_metrics, classified=None, trained=trained)

@@ -13,7 +13,7 @@ from sampler.formats.spin_layout import ACCURACY
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import Verdict, judge
-from tablegen.accuracy.joint_law import JointComparison, compare_chains
+from tablegen.accuracy.joint_law import JointComparison, compare_chains, drawn_from
 from tablegen.accuracy.measure import ComparedCondition, compared_side_by_side
 from tablegen.accuracy.spin_conditions import SpinCondition
 from tablegen.config import Config
@@ -90,7 +90,8 @@ def measure_spin(
     over = None
     if joint:
         with threadpool_limits(limits=1), bar(progress, total=1, desc="chains") as counted:
-            over = compare_chains(table, config, seed=seed, samples=samples, targets=targets.joint)
+            draw = drawn_from(table, seed)
+            over = compare_chains(draw, config, seed=seed, samples=samples, targets=targets.joint)
             counted.update()
     return SpinAccuracy(found, over)
 

@@ -7,7 +7,7 @@ import pytest
 from spin_laws import WRONG, DirectTable
 
 from sampler.formats.spin_layout import ACCURACY, SPIN_DATASETS
-from tablegen.accuracy.joint_law import compare_chains
+from tablegen.accuracy.joint_law import compare_chains, drawn_from
 from tablegen.accuracy.measure import FIRST_STREAM, ComparedCondition
 from tablegen.accuracy.spin_conditions import pick_spin_conditions
 from tablegen.accuracy.spin_measure import (
@@ -89,10 +89,10 @@ class TestVerdict:
         assert condition["spin"] == list(right.comparisons[0].spin)
 
     def test_more_impacts_are_taken_where_it_is_open(self):
-        how = {"seed": 5, "samples": 1000}
-        first = compare_chains(RIGHT, CONFIG, targets=JointTargets(ks=1.0, auc=1.0), **how)
+        how, law = {"seed": 5, "samples": 1000}, drawn_from(RIGHT, 5)
+        first = compare_chains(law, CONFIG, targets=JointTargets(ks=1.0, auc=1.0), **how)
         open_ = JointTargets(ks=first.estimates["ks"].value, auc=1.0)
-        again = compare_chains(RIGHT, CONFIG, targets=open_, **how)
+        again = compare_chains(law, CONFIG, targets=open_, **how)
         assert 800 < first.states < 1200
         assert again.states > 2500
         assert again.estimates["ks"].standard_error < first.estimates["ks"].standard_error
@@ -102,7 +102,7 @@ class TestVerdict:
 
 def test_a_table_of_few_angles_has_no_chains():
     config = CONFIG.with_changes({"domain": {"alpha_deg": [89.0, 90.0]}})
-    assert compare_chains(DirectTable(config), config, seed=1) is None
+    assert compare_chains(drawn_from(DirectTable(config), 1), config, seed=1) is None
 
 
 class TestConditions:
