@@ -23,6 +23,11 @@ LENGTHS = {
     "n_channels": (1, len(CHANNELS)),
     "n_marginals": (1, len(CHANNELS)),
     "n_columns": (1, len(VARIABLES)),
+    "n_shapes": (1, 2**10),
+    "n_nodes": (1, 2**20),
+    "n_leaves": (1, 2**20),
+    "n_spin_knots": (2, 2**12),
+    "n_joint": (0, 1),
 }
 
 #: Impact angle of a node, degrees.
