@@ -23,6 +23,8 @@ CASCADE_NOT_ENDED = -7
 """Status code of rough walls: bounces without end, with a probability below 1e-30 a hit."""
 ROUGHNESS_NOT_USABLE = -8
 """Status code of rough walls: a roughness outside of 0 to 0.5 rad."""
+NO_SPIN_LAW = -9
+"""Status code: a spin was given, and the table has no spin law."""
 
 
 class InputError(ValueError):

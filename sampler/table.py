@@ -17,7 +17,8 @@ from sampler.drawing.threads import Counter, merge, run_rows
 from sampler.errors import InputError, OutsideTableWarning, TableError
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import TableContents, read_table
-from sampler.formats.packing import kept_beside, repacked, table_arrays
+from sampler.formats.packing import kept_beside, table_arrays
+from sampler.formats.packing_memory import repacked
 from sampler.formats.table_arrays import bytes_of, same
 from sampler.inputs.messages import outside_message, outside_warning, row_message
 from sampler.inputs.output import Rebound, as_output, where_to_draw

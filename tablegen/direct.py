@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sampler.compilation.processors import processors
 from sampler.compilation.side_by_side import side_by_side
+from sampler.drawing.grain import OWN_GRAIN
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
 from sampler.inputs.messages import row_message
@@ -33,8 +34,7 @@ from tablegen.particles.population import Population
 #: Whose grain a particle has: its own, a fresh one at every hit, or the one given.
 Grain = Literal["own", "fresh"] | ArrayLike
 
-#: The hit whose random numbers make a grain that is kept.
-_OWN = np.zeros(1, dtype=np.uint32)
+_OWN = np.full(1, OWN_GRAIN)
 
 
 class _Failure(NamedTuple):

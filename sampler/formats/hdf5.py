@@ -26,15 +26,21 @@ from sampler.files.atomic import atomic_output
 from sampler.files.reading import read_file
 from sampler.formats import hdf5_checks as checks
 from sampler.formats.channels import CHANNELS, STATE, channels_for
-from sampler.formats.hdf5_attributes import check_attributes, check_names
+from sampler.formats.hdf5_attributes import (
+    check_attributes,
+    check_names,
+    check_valid_speed,
+    speeds_of,
+)
 from sampler.formats.hdf5_checks import Array, Check
 from sampler.formats.hdf5_container import read_container
 from sampler.formats.hdf5_layout import (
-    DATASETS,
+    FIRST_VERSION,
     FORMAT,
     FORMAT_VERSION,
     Dataset,
 )
+from sampler.formats.spin_layout import GROUP, layout_of
 from sampler.formats.table_bounds import QUANTILES
 from sampler.formats.table_shapes import check_shapes
 
@@ -59,8 +65,9 @@ def _coerced(dataset: Dataset, values: Any) -> Array:
 def _check_values(arrays: Mapping[str, Array]) -> None:
     """Run every check of the layout."""
     # Finite first and everywhere: the other checks compare, which NaN would slip through.
-    tests: list[tuple[str, Check]] = [(dataset.path, checks.finite) for dataset in DATASETS]
-    tests += [(dataset.path, check) for dataset in DATASETS for check in dataset.checks]
+    layout = layout_of(arrays)
+    tests: list[tuple[str, Check]] = [(dataset.path, checks.finite) for dataset in layout]
+    tests += [(dataset.path, check) for dataset in layout for check in dataset.checks]
     for path, check in tests:
         problem = check.problem(arrays[path], arrays)
         if problem is not None:
@@ -88,13 +95,16 @@ class TableContents:
     Attributes
     ----------
     datasets : mapping from path to array
-        All of `DATASETS`, and no other; floating-point arrays are rounded to the file's type.
+        All of `DATASETS`, with a spin law also of `SPIN_DATASETS`, and no other; floating-point
+        arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
     variables, channels, processors : tuple of str
         See `ATTRIBUTES`; the file calls the variables of a state its components.
     speed_independent : bool
         Whether rebounds do not depend on the speed.
+    valid_speed : tuple of two float, optional
+        Speeds, m/s, between which the laws of the pair were measured.
 
     Raises
     ------
@@ -111,11 +121,14 @@ class TableContents:
     channels: tuple[str, ...] = CHANNELS[:6]
     speed_independent: bool = False
     processors: tuple[str, ...] = ()
+    valid_speed: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         names = ("pair", "config", "software_version", "seed")
         check_attributes({name: getattr(self, name) for name in names}, self.processors)
-        known = [dataset.path for dataset in DATASETS]
+        check_valid_speed(self.valid_speed)
+        layout = layout_of(self.datasets)
+        known = [dataset.path for dataset in layout]
         for path in self.datasets:
             if path not in known:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
@@ -131,13 +144,18 @@ class TableContents:
             if lengths[dim] != len(held):
                 allowed = f"{len(held)}, one for each name"
                 raise TableError(f"{dim}: got {lengths[dim]}, allowed: {allowed}")
-        arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in DATASETS}
+        arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in layout}
         _check_values(arrays)
         _check_ranges(arrays["marginals/quantiles"], self.marginals)
         object.__setattr__(self, "datasets", arrays)
 
     def __getitem__(self, path: str) -> Array:
         return self.datasets[path]
+
+    @property
+    def has_spin(self) -> bool:
+        """Whether the table has a spin law."""
+        return f"{GROUP}roots" in self.datasets
 
     @property
     def marginals(self) -> tuple[str, ...]:
@@ -151,9 +169,12 @@ class TableContents:
         optional: dict[str, Any] = {"speed_independent": 1} if self.speed_independent else {}
         if self.processors:
             optional["processors"] = "\n".join(self.processors)
+        if self.valid_speed is not None:
+            optional["valid_speed"] = "{:.17g} {:.17g}".format(*self.valid_speed)
+        later = self.has_spin or self.valid_speed is not None
         return optional | {
             "format": FORMAT,
-            "format_version": list(FORMAT_VERSION),
+            "format_version": list(FORMAT_VERSION if later else FIRST_VERSION),
             "pair": self.pair,
             "config": self.config,
             "seed": self.seed,
@@ -196,9 +217,10 @@ def write_table(path: str | Path, contents: TableContents) -> None:
 def _file_image(contents: TableContents) -> bytes:
     """Bytes of a table file, made in memory: HDF5 crashes the process where a disk is full."""
     with h5py.File("table", "w", driver="core", backing_store=False, libver="earliest") as file:
-        for dataset in DATASETS:
+        layout = layout_of(contents.datasets)
+        for dataset in layout:
             _write_dataset(file, dataset, contents[dataset.path])
-        _name_axes(file)
+        _name_axes(file, layout)
         for name, value in contents.attributes.items():
             # An unsigned type only where it is needed: the seed may exceed int64.
             file.attrs[name] = np.uint64(value) if name == "seed" else value
@@ -217,7 +239,7 @@ def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
     written.attrs["long_name"] = dataset.long_name
 
 
-def _name_axes(file: h5py.File) -> None:
+def _name_axes(file: h5py.File, layout: tuple[Dataset, ...]) -> None:
     """Label every axis by its dimension, and make scales, from which xarray takes its names.
 
     The first dataset of a group with one axis is the scale of that axis. Only datasets with one
@@ -225,7 +247,7 @@ def _name_axes(file: h5py.File) -> None:
     axes or for none, and most axes of a table are no dataset.
     """
     scales: dict[tuple[str, str], h5py.Dataset] = {}
-    for dataset in DATASETS:
+    for dataset in layout:
         node = file[dataset.path]
         named = [(axis, dim) for axis, dim in enumerate(dataset.dims) if isinstance(dim, str)]
         for axis, dim in named:
@@ -263,7 +285,7 @@ def read_table(path: str | Path) -> TableContents:
         attributes, datasets = read_container(whole)
         if content_sha256(datasets, attributes) != attributes["content_sha256"]:
             raise TableError("content_sha256: the contents do not have this checksum")
-        known = {dataset.path for dataset in DATASETS}
+        known = {dataset.path for dataset in layout_of(datasets)}
         return TableContents(
             datasets={name: values for name, values in datasets.items() if name in known},
             pair=attributes["pair"],
@@ -276,6 +298,7 @@ def read_table(path: str | Path) -> TableContents:
             processors=tuple(attributes["processors"].split("\n"))
             if "processors" in attributes
             else (),
+            valid_speed=speeds_of(attributes.get("valid_speed")),
         )
     except TableError as error:
         raise TableError(f"{source}: {error}") from error.__cause__

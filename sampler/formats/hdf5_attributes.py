@@ -9,7 +9,7 @@ from typing import Any
 from sampler.errors import TableError
 from sampler.formats.channels import CHANNELS, VARIABLES, channels_for
 from sampler.formats.hdf5_layout import ATTRIBUTES, OPTIONAL_ATTRIBUTES
-from sampler.formats.table_bounds import LINE_CHARACTERS, PAIR_BYTES, is_line, is_text
+from sampler.formats.table_bounds import LINE_CHARACTERS, PAIR_BYTES, SPEED, is_line, is_text
 
 #: Characters of a given value that are worth repeating.
 _LONGEST = 60
@@ -88,3 +88,22 @@ def check_units(path: str, given: Any, known: str) -> None:
     """
     if given is not None and not (isinstance(given, str) and given == known):
         raise TableError(f"{path}: units: got {shown(given)}, allowed: {known!r}")
+
+
+def speeds_of(text: str | None) -> tuple[float, float] | None:
+    """Two speeds, in m/s, of the attribute ``valid_speed``; None of none."""
+    if text is None:
+        return None
+    meaning = OPTIONAL_ATTRIBUTES["valid_speed"][1]
+    try:
+        low, high = (float(word) for word in text.split())
+    except ValueError:
+        raise TableError(f"valid_speed: got {shown(text)}, allowed: {meaning}") from None
+    return low, high
+
+
+def check_valid_speed(speeds: tuple[float, float] | None) -> None:
+    """Refuse speeds that are no range."""
+    if speeds is not None and not 0.0 <= speeds[0] <= speeds[1] <= SPEED[1]:
+        meaning = OPTIONAL_ATTRIBUTES["valid_speed"][1]
+        raise TableError(f"valid_speed: got {shown(speeds)}, allowed: {meaning}")

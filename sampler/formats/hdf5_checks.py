@@ -26,7 +26,7 @@ class Check(NamedTuple):
     problem: Finder
 
 
-def _first(values: Array, refused: Array, allowed: str) -> str | None:
+def first_refused(values: Array, refused: Array, allowed: str) -> str | None:
     """Message on the first refused value, if any; `refused` may be shorter at the end."""
     if not refused.any():
         return None
@@ -36,7 +36,7 @@ def _first(values: Array, refused: Array, allowed: str) -> str | None:
 
 def _finite(values: Array, _: Mapping[str, Array]) -> str | None:
     """No NaN, no infinity."""
-    return _first(values, ~np.isfinite(values), "finite numbers")
+    return first_refused(values, ~np.isfinite(values), "finite numbers")
 
 
 finite = Check("finite", _finite)
@@ -45,14 +45,17 @@ finite = Check("finite", _finite)
 def _increasing(values: Array, _: Mapping[str, Array]) -> str | None:
     """Strictly increasing along the last dimension."""
     refused = np.diff(values, axis=-1) <= 0.0
-    return _first(values[..., 1:], refused, "larger than the value before")
+    return first_refused(values[..., 1:], refused, "larger than the value before")
+
+
+increasing = Check("increasing", _increasing)
 
 
 def _steps_apart(values: Array, _: Mapping[str, Array]) -> str | None:
     """Positive numbers, each larger than the one before by more than a rounding."""
     refused = values[1:] - values[:-1] < LEAST_STEP * values[1:]
     allowed = f"larger than the value before, by {LEAST_STEP:g} of it"
-    return _first(values[1:], refused, allowed)
+    return first_refused(values[1:], refused, allowed)
 
 
 apart = Check(f"each larger than the one before, by {LEAST_STEP:g} of it", _steps_apart)
@@ -61,7 +64,7 @@ apart = Check(f"each larger than the one before, by {LEAST_STEP:g} of it", _step
 def _non_decreasing(values: Array, _: Mapping[str, Array]) -> str | None:
     """Not decreasing along the last dimension."""
     refused = values[..., 1:] < values[..., :-1]  # no difference, which small integers overflow
-    return _first(values[..., 1:], refused, "at least the value before (non-decreasing)")
+    return first_refused(values[..., 1:], refused, "at least the value before (non-decreasing)")
 
 
 non_decreasing = Check("non-decreasing", _non_decreasing)
@@ -75,7 +78,7 @@ def symmetric_knots(low: float, high: float) -> Check:
         if not low <= last <= high:
             return f"got {last:.9g} at the end, allowed: from {low:g} to {high:g}"
         refused = np.abs(values - np.linspace(-last, last, values.size)) > 1e-9 * last
-        return _first(values, refused, "equal steps, symmetric about 0")
+        return first_refused(values, refused, "equal steps, symmetric about 0")
 
     return Check(f"equal steps from -x to x, x from {low:g} to {high:g}", problem)
 
@@ -84,7 +87,7 @@ def within(low: float, high: float) -> Check:
     """Check for values in the closed interval [low, high]."""
 
     def problem(values: Array, _: Mapping[str, Array]) -> str | None:
-        return _first(values, (values < low) | (values > high), f"in [{low:g}, {high:g}]")
+        return first_refused(values, (values < low) | (values > high), f"in [{low:g}, {high:g}]")
 
     return Check(f"{low:g} to {high:g}", problem)
 
@@ -117,14 +120,14 @@ def node_index(path: str, span: str) -> Check:
     def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
         nodes, ends = datasets[path], datasets[span]
         if ends[0] == ends[1]:
-            return _first(values, values != 0.0, "0 on an axis of one value")
+            return first_refused(values, values != 0.0, "0 on an axis of one value")
         wrong = within(0.0, MOST_NUMBER).problem(values, datasets) or _increasing(values, datasets)
         steps = np.linspace(ends[0], ends[1], values.size)
         expected = np.rint(np.interp(nodes[0], steps, values)) + np.arange(nodes.size)
         for factor in (1.0 - ROUNDING, 1.0 + ROUNDING):
             found = np.interp(nodes * factor, steps, values)
             refused = np.abs(found - expected) > NUMBER_ROUNDING
-            wrong = wrong or _first(found, refused, "the number of the node")
+            wrong = wrong or first_refused(found, refused, "the number of the node")
         return wrong
 
     allowed = f"growing, from 0 to {MOST_NUMBER:g}, whole at every node within {NUMBER_ROUNDING:g}"
@@ -133,7 +136,7 @@ def node_index(path: str, span: str) -> Check:
 
 def _below_length(values: Array, _: Mapping[str, Array]) -> str | None:
     """Refuse indices not below the length of the last dimension."""
-    return _first(values, values >= values.shape[-1], f"below {values.shape[-1]}")
+    return first_refused(values, values >= values.shape[-1], f"below {values.shape[-1]}")
 
 
 below_length = Check("below n_components", _below_length)
@@ -143,11 +146,11 @@ def _class_starts(values: Array, datasets: Mapping[str, Array]) -> str | None:
     """Refuse classes that do not begin at component 0, turn back or begin after the last."""
     components = datasets["dependence/alias_index"].shape[-1]
     first = values[..., 0]
-    problem = _first(first, first != 0, "0, where the first class begins")
+    problem = first_refused(first, first != 0, "0, where the first class begins")
     # as signed numbers: differences of unsigned ones are never negative
     signed = values.astype(np.int64)
     problem = problem or _non_decreasing(signed, datasets)
-    return problem or _first(values, signed > components, f"at most {components}")
+    return problem or first_refused(values, signed > components, f"at most {components}")
 
 
 class_starts = Check("from 0, non-decreasing, at most n_components", _class_starts)
@@ -160,7 +163,7 @@ def _positive_diagonal(values: Array, datasets: Mapping[str, Array]) -> str | No
     if values.shape[-1] != needed:
         return f"got {values.shape[-1]} factors, allowed: {needed} for {channels} channels"
     diagonal = values[..., [row * (row + 3) // 2 for row in range(channels)]]
-    problem = _first(diagonal, diagonal <= 0, "positive")
+    problem = first_refused(diagonal, diagonal <= 0, "positive")
     return None if problem is None else f"diagonals: {problem}"
 
 

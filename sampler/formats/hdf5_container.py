@@ -15,7 +15,6 @@ from sampler.formats.hdf5_attributes import check_units, shown
 from sampler.formats.hdf5_image import Image, damaged, objects
 from sampler.formats.hdf5_layout import (
     ATTRIBUTES,
-    DATASETS,
     FORMAT,
     FORMAT_VERSION,
     OPTIONAL_ATTRIBUTES,
@@ -29,6 +28,7 @@ from sampler.formats.hdf5_values import (
     dataset,
     read,
 )
+from sampler.formats.spin_layout import layout_of
 from sampler.formats.table_shapes import check_shapes
 
 #: Bytes of the datasets that a file of any size may have, and further ones for each of its bytes.
@@ -104,7 +104,7 @@ def _read_datasets(image: Image, found: Mapping[str, Any]) -> dict[str, Array]:
         if values is not None:
             described[path] = values
     check_shapes({path: values.shape for path, values in described.items()})
-    for known in DATASETS:
+    for known in layout_of(described):
         got, allowed = described[known.path].dtype, np.dtype(known.dtype)
         if got.str != known.dtype:
             order = "big-endian " if got.str[0] == ">" else ""

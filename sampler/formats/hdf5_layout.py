@@ -14,7 +14,9 @@ from sampler.formats.table_bounds import ALPHA_DEG, LINE_CHARACTERS, PAIR_BYTES,
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
-FORMAT_VERSION = (1, 0)
+FORMAT_VERSION = (1, 1)
+#: What is written where nothing of a later minor version is held: older readers know all of it.
+FIRST_VERSION = (1, 0)
 
 
 @dataclass(frozen=True)
@@ -224,6 +226,11 @@ OPTIONAL_ATTRIBUTES: Mapping[str, tuple[type, str]] = {
         int,
         "1: rebounds do not depend on the speed, so that none is outside the table; "
         "left out where they do",
+    ),
+    "valid_speed": (
+        str,
+        "two numbers: speeds in m/s between which the laws of the pair were measured; draws at "
+        "others are extrapolations; missing where nothing is known, and in older files",
     ),
     "processors": (
         str,

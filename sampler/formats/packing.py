@@ -1,7 +1,6 @@
 """From the contents of a table file to the arrays of the kernels."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +8,8 @@ from numpy.typing import NDArray
 from sampler.formats.channels import CHANNELS, VARIABLES
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.normal_cubics import normal_table
+from sampler.formats.packing_memory import aligned
+from sampler.formats.spin_packing import spin_arrays
 from sampler.formats.table_arrays import (
     ANY_SPEED,
     LANES,
@@ -29,32 +30,6 @@ _BLOCK = 2**13
 
 #: Relative rounding, in single precision, that must not take a draw beyond the largest quantile.
 _MARGIN = 1e-6
-
-
-def aligned(shape: tuple[int, ...], dtype: type) -> NDArray:
-    """Zeros that begin on a cache line."""
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    buffer = np.zeros(size + 63, dtype=np.uint8)
-    start = -buffer.ctypes.data % 64
-    return buffer[start : start + size].view(dtype).reshape(shape)
-
-
-def repacked(value: Any) -> Any:
-    """Arrays in nested tuples as the kernels were compiled for and are fast on.
-
-    An array that has been pickled may be read-only, which is another type to numba, and begin
-    anywhere: it is copied. One that is writable and begins on a cache line is taken as it is.
-    """
-    if isinstance(value, tuple):
-        parts = [repacked(part) for part in value]
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    if not isinstance(value, np.ndarray):
-        return value
-    if value.flags.writeable and value.ctypes.data % 64 == 0:
-        return value
-    copy = aligned(value.shape, value.dtype.type)
-    copy[...] = value
-    return copy
 
 
 def _axis(
@@ -187,10 +162,16 @@ def table_arrays(contents: TableContents) -> TableArrays:
         components=_records(contents),
         spans=spans.reshape(-1),
         quantiles=steps.reshape(-1),
+        valid_speed=contents.valid_speed or ANY_SPEED,
+        spin=spin_arrays(contents),
     )
 
 
 def kept_beside(contents: TableContents) -> dict[str, NDArray]:
     """Datasets that a loaded table keeps as they are: axes and measured accuracy."""
-    paths = (path for path in contents.datasets if path.startswith(("axes/", "accuracy/")))
+    paths = (
+        path
+        for path in contents.datasets
+        if path.startswith(("axes/", "accuracy/", "spin_accuracy/"))
+    )
     return {path: contents[path] for path in paths}

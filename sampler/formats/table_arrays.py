@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.formats.spin_arrays import SpinArrays
+
 #: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed: any that is
 #: positive and finite. Not the limits of the numbers, which compilers may take for granted.
 ANY_SPEED = (1e-300, 1e300)
@@ -89,6 +91,11 @@ class TableArrays(NamedTuple):
         In these steps: the four nodes' values at one knot lie side by side, in the order (lower,
         lower), (lower, upper), (upper, lower), (upper, upper) of angle and speed, so that one
         interpolation reads 16 neighbouring bytes.
+    valid_speed : tuple of two float
+        Impact speeds, m/s, between which the laws of the pair were measured; `ANY_SPEED` where that
+        is not known. Draws at others are counted as extrapolated.
+    spin : SpinArrays
+        The law of particles that arrive spinning.
     """
 
     alpha: Axis
@@ -109,6 +116,8 @@ class TableArrays(NamedTuple):
     components: NDArray[np.int16]
     spans: NDArray[np.float64]
     quantiles: NDArray[np.uint16]
+    valid_speed: tuple[float, float]
+    spin: SpinArrays
 
 
 def bytes_of(value: Any) -> int:

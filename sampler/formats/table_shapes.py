@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 
 from sampler.errors import TableError
-from sampler.formats.hdf5_layout import DATASETS
+from sampler.formats.spin_arrays import EXPERT_STRIDE
+from sampler.formats.spin_bounds import N_FEATURES, N_OUTCOMES
+from sampler.formats.spin_layout import layout_of
 from sampler.formats.table_arrays import LANES, record_stride
 from sampler.formats.table_bounds import LENGTHS
 
@@ -24,7 +26,7 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
         If a dataset is missing, or has a shape that does not fit the others'.
     """
     lengths: dict[str, int] = {}
-    for dataset in DATASETS:
+    for dataset in layout_of(shapes):
         if dataset.path not in shapes:
             raise TableError(f"{dataset.path}: is missing, allowed: every dataset of the format")
         shape = shapes[dataset.path]
@@ -61,6 +63,13 @@ def _check_entries(lengths: Mapping[str, int]) -> None:
         "dependence/cholesky": records * record_stride(lengths["n_channels"]) + LANES,
         "dependence/first_of_class": n_alpha * n_speed * lengths["n_classes"],
     }
+    if "n_leaves" in lengths:
+        experts = lengths["n_leaves"] * lengths["n_experts"]
+        entries["spin/mean"] = experts * EXPERT_STRIDE + LANES
+        gates = lengths["n_leaves"] * lengths["n_groups"] * lengths["n_group_experts"]
+        entries["spin/gate"] = gates * N_FEATURES
+        knots = lengths["n_leaves"] * N_OUTCOMES * lengths["n_spin_knots"]
+        entries["spin/quantiles"] = knots
     for path, count in entries.items():
         if count >= _MOST_ENTRIES:
             raise TableError(

@@ -15,6 +15,13 @@ from numpy.typing import NDArray
 
 from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import item
+from sampler.drawing.grain import (
+    OWN_GRAIN,
+    SIMULATION_KEY,
+    aspect_ratio,
+    grain_numbers,
+    pick_row,
+)
 from sampler.drawing.normal import central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from tablegen.model.model_bounds import ASPECT
@@ -34,19 +41,6 @@ from tablegen.model.simd import (
 #: Bounds of the ratios as plain numbers, which kernels take.
 _LEAST, _MOST = ASPECT.low, ASPECT.high
 
-#: Keeps the direct simulation and the table draws of one seed on different random numbers.
-SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
-
-
-@no_refcount_inline_kernel
-def pick_shape(population, u):
-    """Shape code for a uniform number u in (0, 1); meshes have FIRST_MESH and what follows."""
-    last = population.shape_codes.size - 1
-    for i in range(last):
-        if u < population.cumulative_weights[i]:
-            return population.shape_codes[i]
-    return population.shape_codes[last]
-
 
 @kernel
 def quantile(p):
@@ -62,12 +56,8 @@ def quantile(p):
 
 
 @no_refcount_inline_kernel
-def aspect_ratio(law, u):
-    """Truncated-normal aspect ratio for u in (0, 1).
-
-    ``law`` holds mean, standard deviation and the normal probabilities of the two cuts; a
-    fixed ratio has standard deviation zero.
-    """
+def aspect_ratios(law, u):
+    """As `sampler.drawing.grain.aspect_ratio`, of the particles in all lanes."""
     mean, deviation, low, high = law[0], law[1], law[2], law[3]
     if deviation == 0.0:
         return mean + 0.0 * u
@@ -83,10 +73,10 @@ def _words(seed, index, hit, grain):
     key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
     w0, w1, w2, w3 = philox_block(key, index, np.uint32(hit), np.uint32(0))
     v0, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
+    first, second, which = uniform(w0), uniform(w1), uniform(v1)
     if grain != hit:
-        w0, w1, _, _ = philox_block(key, index, np.uint32(grain), np.uint32(0))
-        _, v1, _, _ = philox_block(key, index, np.uint32(grain), np.uint32(1))
-    return uniform(w0), uniform(w1), uniform(w2), uniform(w3), uniform(v0), uniform(v1)
+        first, second, which = grain_numbers(seed, index, grain)
+    return first, second, uniform(w2), uniform(w3), uniform(v0), which
 
 
 @no_refcount_inline_kernel
@@ -116,10 +106,10 @@ def draw_grain(population, seed, index, hit):
     tuple (shape code, b / a, c / b) of three floats
         Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
     """
-    u = _words(seed, index, hit, hit)
-    shape = pick_shape(population, u[5])
-    b_over_a = aspect_ratio(population.aspect[0], u[0])
-    c_over_b = aspect_ratio(population.aspect[1], u[1])
+    first, second, which = grain_numbers(seed, index, hit)
+    shape = population.shape_codes[pick_row(population, which)]
+    b_over_a = aspect_ratio(population.aspect[0], first)
+    c_over_b = aspect_ratio(population.aspect[1], second)
     b_over_a, c_over_b = _own_sizes(population, shape, b_over_a, c_over_b)
     return float(shape), b_over_a, c_over_b
 
@@ -193,10 +183,10 @@ def draw_particles(population, keys, axes, kind):
                 axes[start + i, j] = motion[3 + j, i]
         if given:
             continue
-        store(ratio, 0, aspect_ratio(population.aspect[0], load(words, 0)))
-        store(ratio, 1, aspect_ratio(population.aspect[1], load(words, 1)))
+        store(ratio, 0, aspect_ratios(population.aspect[0], load(words, 0)))
+        store(ratio, 1, aspect_ratios(population.aspect[1], load(words, 1)))
         for i in range(count):
-            shape = pick_shape(population, words[5, i])
+            shape = population.shape_codes[pick_row(population, words[5, i])]
             b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
             kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, b_over_a, c_over_b
 
@@ -204,9 +194,8 @@ def draw_particles(population, keys, axes, kind):
 @kernel
 def draw_grains(population, seed, index, kind):
     """Draw the grains that particles keep into ``kind`` (n, 3); ``index`` is (n,) or (1,)."""
-    kept = np.uint32(0)
     for k in range(kind.shape[0]):
-        grain = draw_grain(population, seed, item(index, k), kept)
+        grain = draw_grain(population, seed, item(index, k), OWN_GRAIN)
         kind[k, 0], kind[k, 1], kind[k, 2] = grain
 
 

@@ -1,18 +1,8 @@
-"""The shapes of particles by name; nothing is imported here, for help pages list them.
+"""The shapes of particles by name, as `sampler.formats.shape_codes` has them.
 
 `tablegen.model.shapes` has their vertices and moments of inertia.
 """
 
-#: Code of each shape, in kernels and in the files of `tablegen simulate`. Files written before
-#: must keep their meaning: a new shape takes the next number that is free, and none changes.
-SHAPE_CODES = {
-    "ellipsoid": 0,
-    "prism": 1,
-    "truncated-prism": 2,
-    "tetrahedron": 3,
-    "sphere": 4,
-    "mesh": 5,
-}
-
-#: Shapes that a population may hold by name; meshes it holds besides.
-SHAPE_NAMES = tuple(name for name in SHAPE_CODES if name != "mesh")
+from sampler.formats.shape_codes import FIRST_MESH as FIRST_MESH
+from sampler.formats.shape_codes import SHAPE_CODES as SHAPE_CODES
+from sampler.formats.shape_codes import SHAPE_NAMES as SHAPE_NAMES

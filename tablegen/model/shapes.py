@@ -19,6 +19,7 @@ from sampler.compilation.jit import (
     no_refcount_inline_kernel,
     no_refcount_kernel,
 )
+from tablegen.model.shape_codes import FIRST_MESH as FIRST_MESH
 from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.simd import extract, fma, load, maximum, sqrt, store, store_lane, width
 from tablegen.model.support_map import NO_MAP, SupportMap, empty_map, support_range
@@ -26,10 +27,6 @@ from tablegen.model.support_map import NO_MAP, SupportMap, empty_map, support_ra
 ELLIPSOID, PRISM = SHAPE_CODES["ellipsoid"], SHAPE_CODES["prism"]
 TRUNCATED_PRISM, TETRAHEDRON = SHAPE_CODES["truncated-prism"], SHAPE_CODES["tetrahedron"]
 SPHERE, MESH = SHAPE_CODES["sphere"], SHAPE_CODES["mesh"]
-
-#: Inside the kernels, mesh number k of a population is FIRST_MESH + k, above all other codes;
-#: outside, all are MESH.
-FIRST_MESH = 1 + max(SHAPE_CODES.values())
 
 #: Most vertices that a shape other than a mesh has.
 MAX_VERTICES = 24

@@ -1,0 +1,73 @@
+"""The grain of a particle, its shape and the ratios b/a and c/b, from its keys.
+
+A grain is a pure function of (seed, index, hit), and that of hit 0 is the particle's own: whoever
+follows a particle from wall to wall has nothing to store. Under the key seed XOR `SIMULATION_KEY`,
+words 0 and 1 of block 0 give b/a and c/b and word 1 of block 1 the shape; direct simulation takes
+the same words, and so gives a particle the same grain.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.compilation.jit import no_refcount_inline_kernel
+from sampler.drawing.normal import normal_quantile
+from sampler.drawing.philox import philox_block, uniform
+from sampler.formats.grain_law import GrainLaw
+
+#: Keeps the direct simulation, and the grains, of a seed on other random numbers than the draws.
+SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
+
+#: The hit whose random numbers make the grain that a particle keeps.
+OWN_GRAIN = np.uint32(0)
+
+Grain = tuple[float, float, float]
+
+
+@no_refcount_inline_kernel
+def pick_row(law: Any, u: float) -> int:
+    """Row of the shapes of a law for a uniform number u in (0, 1)."""
+    last = law.shape_codes.size - 1
+    for row in range(last):
+        if u < law.cumulative_weights[row]:
+            return row
+    return last
+
+
+@no_refcount_inline_kernel
+def aspect_ratio(law: NDArray[np.float64], u: float) -> float:
+    """Truncated-normal aspect ratio for u in (0, 1), from a row of `GrainLaw.aspect`."""
+    mean, deviation, low, high = law[0], law[1], law[2], law[3]
+    if deviation == 0.0:
+        return mean
+    return mean + deviation * normal_quantile(low + u * (high - low))
+
+
+@no_refcount_inline_kernel
+def grain_numbers(seed: int, index: int, hit: int) -> Grain:
+    """Uniform numbers of a grain: two aspect ratios, the shape."""
+    key, particle = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
+    w0, w1, _, _ = philox_block(key, particle, np.uint32(hit), np.uint32(0))
+    _, v1, _, _ = philox_block(key, particle, np.uint32(hit), np.uint32(1))
+    return uniform(w0), uniform(w1), uniform(v1)
+
+
+@no_refcount_inline_kernel
+def draw_grain(law: GrainLaw, seed: int, index: int, hit: int) -> Grain:
+    """Draw a grain: shape code, b/a and c/b, as floats.
+
+    Parameters
+    ----------
+    law : GrainLaw
+        With at least one shape.
+    seed, index, hit : int
+        A particle that keeps its grain has that of hit `OWN_GRAIN`.
+    """
+    first, second, which = grain_numbers(seed, index, hit)
+    row = pick_row(law, which)
+    if law.fixed_ratios[row, 0] > 0.0:
+        ratios = law.fixed_ratios[row, 0], law.fixed_ratios[row, 1]
+    else:
+        ratios = aspect_ratio(law.aspect[0], first), aspect_ratio(law.aspect[1], second)
+    return float(law.shape_codes[row]), ratios[0], ratios[1]

@@ -1,0 +1,293 @@
+"""The draw from the spin law: particles that arrive spinning, each with a grain of its own.
+
+The steps are in `sampler.drawing.spin_steps`. A block of draws goes through them side by side, and
+what a step reads at scattered places has been prefetched by the step before; a draw alone is a
+block of one. Its cost is bounded: one path down a tree, the weights of one leaf's groups and of one
+group's experts, one expert.
+
+Word 0 of the keys chooses the group, word 1 the expert, words 2 to 7 are the normals; a grain has
+words of its own (see `sampler.drawing.grain`).
+"""
+
+import math
+
+import numpy as np
+from numba import types
+
+from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.block import BLOCK, item, word_filler
+from sampler.drawing.grain import SIMULATION_KEY, grain_of_words
+from sampler.drawing.intrinsics import local_array, prefetch
+from sampler.drawing.kernel import condition_status
+from sampler.drawing.normal import normal_of_word
+from sampler.drawing.spin_steps import (
+    choose,
+    effective_factor,
+    fill_conditions,
+    fill_features,
+    fill_outcomes,
+    fill_scores,
+    fill_state,
+    find_leaf,
+)
+from sampler.errors import CLAMPED, NO_SPIN_LAW, NOT_FINITE, OK
+from sampler.formats.spin_arrays import EXPERT_STRIDE
+from sampler.formats.spin_bounds import MOST_GATES, N_FEATURES, N_INPUTS, N_OUTCOMES
+from sampler.formats.table_arrays import LANES
+
+#: Words of a draw, and numbers of a condition.
+WORDS, CONDITION = 8, 6
+_LINE = 32
+
+_local_features = local_array(types.float32, N_FEATURES)
+_local_weights = local_array(types.float32, MOST_GATES)
+_local_row, _local_outcomes = local_array(types.float32, LANES), local_array(types.float32, LANES)
+_local_state = local_array(types.float64, N_OUTCOMES)
+
+
+@no_refcount_inline_kernel
+def spin_status(spin, alpha1, speed, sx, sy, sz):
+    """`OK`, `CLAMPED` or the negative code of a condition with a spin times a/V."""
+    factor = effective_factor(sx, sy, sz)
+    effective = speed * factor
+    angle = spin.alpha_low <= alpha1 <= spin.alpha_high
+    # true for what is most common, false for NaN
+    if angle and speed > 0.0 and spin.speed_low <= effective <= spin.speed_high:
+        return OK
+    status = condition_status(alpha1, speed)
+    if status == OK and spin.n_shapes == 0:
+        return NO_SPIN_LAW
+    if status == OK and not (math.isfinite(factor) and math.isfinite(effective)):
+        return NOT_FINITE
+    return CLAMPED if status == OK else status
+
+
+@no_refcount_inline_kernel
+def shape_row(spin, code):
+    """Row of a shape among those of the law; the first if it is none of them."""
+    found = 0
+    for row in range(spin.n_shapes):
+        found = row if spin.shape_codes[row] == code else found
+    return found
+
+
+def condition_reader(width):
+    """Make the function that finds the leaves of as many draws, and their features."""
+
+    @no_refcount_inline_kernel
+    def read_conditions(spin, alpha1, speed, spins, grains, conditions, factors, turns, leaves):
+        """Write conditions, V_e / V, signs and leaves; prefetch the leaves' inputs."""
+        for n in range(width):
+            r = np.uint64(n)
+            own = conditions[n * CONDITION : (n + 1) * CONDITION]
+            at = np.uint64(3 * n)
+            sx, sy, sz = spins[at], spins[at + np.uint64(1)], spins[at + np.uint64(2)]
+            factors[r], turns[r] = fill_conditions(spin, alpha1[r], speed[r], sx, sy, sz, own)
+            row = shape_row(spin, np.int64(grains[at]))
+            leaf = find_leaf(spin, row, own)
+            leaves[r] = leaf
+            prefetch(spin.inputs, leaf * (2 * N_INPUTS))
+            gates = leaf * (N_FEATURES * spin.n_groups)
+            for line in range(0, N_FEATURES * spin.n_groups, _LINE):
+                prefetch(spin.group_gates, gates + line)
+
+    return read_conditions
+
+
+def expert_chooser(width):
+    """Make the function that chooses the experts of as many draws."""
+    local_groups = local_array(types.int64, width)
+
+    @no_refcount_inline_kernel
+    def choose_experts(spin, words, conditions, grains, leaves, features, records):
+        """Write features and the record of the expert of each draw."""
+        groups, weights = local_groups(), _local_weights()
+        group_size = np.int64(spin.n_group_experts)
+        gates = N_FEATURES * group_size
+        for n in range(width):
+            r, at = np.uint64(n), np.uint64(3 * n)
+            own = features[n * N_FEATURES : (n + 1) * N_FEATURES]
+            leaf = leaves[r]
+            inputs = conditions[n * CONDITION : (n + 1) * CONDITION]
+            ratios = grains[at + np.uint64(1)], grains[at + np.uint64(2)]
+            fill_features(spin, leaf, inputs, ratios[0], ratios[1], own)
+            base, count = leaf * (N_FEATURES * spin.n_groups), np.int64(spin.n_groups)
+            group = choose(spin.group_gates, base, count, own, words[r], weights)
+            groups[r] = leaf * count + group
+            for line in range(0, gates, _LINE):
+                prefetch(spin.gates, groups[r] * gates + line)
+        for n in range(width):
+            r = np.uint64(n)
+            own = features[n * N_FEATURES : (n + 1) * N_FEATURES]
+            word = words[np.uint64(width + n)]
+            expert = choose(spin.gates, groups[r] * gates, group_size, own, word, weights)
+            records[r] = groups[r] * group_size + expert
+            for line in range(0, EXPERT_STRIDE, _LINE):
+                prefetch(spin.experts, records[r] * EXPERT_STRIDE + line)
+
+    return choose_experts
+
+
+def spin_drawer(width):
+    """Make the function that takes all steps of as many draws."""
+    local_conditions = local_array(types.float64, CONDITION * width)
+    local_reals, local_longs = local_array(types.float64, width), local_array(types.int64, width)
+    local_features = local_array(types.float32, N_FEATURES * width)
+    read_conditions, choose_experts = condition_reader(width), expert_chooser(width)
+
+    @no_refcount_inline_kernel
+    def draw_spinning(arrays, words, alpha1, speed, spins, grains, states):
+        """Make states, six numbers a draw, of random words, conditions and grains.
+
+        `spins` and `grains` have three numbers a draw; `words` has word k of draw r at
+        ``k * width + r``.
+        """
+        spin = arrays.spin
+        conditions, features = local_conditions(), local_features()
+        factors, turns = local_reals(), local_reals()
+        leaves, records = local_longs(), local_longs()
+        normals, scores, outcomes = _local_row(), _local_row(), _local_outcomes()
+        read_conditions(spin, alpha1, speed, spins, grains, conditions, factors, turns, leaves)
+        choose_experts(spin, words, conditions, grains, leaves, features, records)
+        for n in range(width):
+            r = np.uint64(n)
+            for k in range(N_OUTCOMES):
+                word = words[np.uint64((2 + k) * width + n)]
+                normals[np.uint64(k)] = normal_of_word(arrays.normals, word)
+            own = features[n * N_FEATURES : (n + 1) * N_FEATURES]
+            fill_scores(spin.experts, records[r], own, normals, scores)
+            fill_outcomes(spin, leaves[r], scores, outcomes)
+            fill_state(outcomes, factors[r], turns[r], states[6 * n : 6 * n + 6])
+
+    return draw_spinning
+
+
+def grain_filler(width):
+    """Make the function that draws the grains of as many particles."""
+    local_words = local_array(types.uint32, WORDS * width)
+    fill_words = word_filler(width)
+
+    @no_refcount_inline_kernel
+    def fill_grains(law, given, seed, index, grain_hit, first, count, grains):
+        """Write grains: those given, (n, 3), or if there are none those of the keys."""
+        if given.shape[0] > 0:
+            for n in range(width):
+                k = np.uint64(first + min(n, count - 1) if given.shape[0] > 1 else 0)
+                for part in range(3):
+                    grains[np.uint64(3 * n + part)] = given[k, np.uint64(part)]
+            return
+        words = local_words()
+        key = np.uint64(seed) ^ SIMULATION_KEY
+        fill_words(6, key, index, grain_hit, first, count, words)
+        for n in range(width):
+            three = words[np.uint64(n)], words[np.uint64(width + n)], words[np.uint64(5 * width + n)]
+            code, b_over_a, c_over_b = grain_of_words(law, *three)
+            at = np.uint64(3 * n)
+            grains[at] = code
+            grains[at + np.uint64(1)], grains[at + np.uint64(2)] = b_over_a, c_over_b
+
+    return fill_grains
+
+
+local_words = local_array(types.uint32, WORDS * BLOCK)
+local_reals = local_array(types.float64, BLOCK)
+local_vectors = local_array(types.float64, 3 * BLOCK)
+local_states = local_array(types.float64, N_OUTCOMES * BLOCK)
+fill_words, fill_grains, draw_spinning = word_filler(BLOCK), grain_filler(BLOCK), spin_drawer(BLOCK)
+
+_one_index, _one_hit = local_array(types.uint64, 1), local_array(types.uint32, 1)
+_one_real, _one_vector = local_array(types.float64, 1), local_array(types.float64, 3)
+_one_word_row = local_array(types.uint32, WORDS)
+_fill_one_words, _fill_one_grain, _draw_one = word_filler(1), grain_filler(1), spin_drawer(1)
+
+
+@no_refcount_inline_kernel
+def draw_with_spin(arrays, alpha1, speed, spin, seed, index, hit, given, grain_hit, state):
+    """Draw one state of a particle that arrives spinning.
+
+    Parameters
+    ----------
+    arrays : TableArrays
+    alpha1, speed : float
+    spin : tuple of three float
+        Times a/V, wall frame.
+    seed, index, hit : int
+    given : float64 array, shape (1, 3) or (0, 3)
+        The grain, or none: then it is that of `grain_hit`.
+    grain_hit : int
+    state : float64 array, shape (6,), written
+
+    Returns
+    -------
+    int
+        Status, as of `sampler.draw`; with a negative one nothing is written.
+    """
+    status = spin_status(arrays.spin, alpha1, speed, spin[0], spin[1], spin[2])
+    if status < OK:
+        return status
+    indices, hits, grain_hits = _one_index(), _one_hit(), _one_hit()
+    indices[0], hits[0], grain_hits[0] = np.uint64(index), np.uint32(hit), np.uint32(grain_hit)
+    angles, speeds, spins, grains = _one_real(), _one_real(), _one_vector(), _one_vector()
+    angles[0], speeds[0] = alpha1, speed
+    spins[0], spins[1], spins[2] = spin
+    words = _one_word_row()
+    _fill_one_words(6, seed, indices, hits, 0, 1, words)
+    _fill_one_grain(arrays.spin.grains, given, seed, indices, grain_hits, 0, 1, grains)
+    _draw_one(arrays, words, angles, speeds, spins, grains, state)
+    return status
+
+
+@no_refcount_kernel
+def spin_draw_batch(
+    arrays, alpha1, speed, spin, given, grain_hit, seed, index, hit, states, start, stop
+):
+    """Draw the states of the rows from start to stop; ends with the block of the first error.
+
+    Parameters
+    ----------
+    arrays : TableArrays
+    alpha1, speed : float64 arrays, shape (n,) or (1,)
+    spin : float64 array, shape (n, 3) or (1, 3)
+        Times a/V, wall frame.
+    given : float64 array, shape (n, 3), (1, 3) or (0, 3)
+        Grains, or none: then they are those of `grain_hit`.
+    grain_hit : uint32 array, shape (n,) or (1,)
+    seed : uint64
+    index : uint64 array, shape (n,) or (1,)
+    hit : uint32 array, shape (n,) or (1,)
+    states : float64 or float32 array, shape (n, n_columns), rows start to stop written
+    start, stop : int
+
+    Returns
+    -------
+    tuple of five int
+        As `sampler.drawing.batch.draw_batch`.
+    """
+    words, drawn = local_words(), local_states()
+    angles, speeds, spins, grains = local_reals(), local_reals(), local_vectors(), local_vectors()
+    low, high = arrays.valid_speed
+    first_clamped, clamped, extrapolated = -1, 0, 0
+    for first in range(start, stop, BLOCK):
+        count = min(BLOCK, stop - first)
+        for n in range(BLOCK):
+            r, k = np.uint64(n), first + min(n, count - 1)
+            row = np.uint64(k if spin.shape[0] > 1 else 0)
+            angles[r], speeds[r] = item(alpha1, k), item(speed, k)
+            sx, sy, sz = spin[row, 0], spin[row, 1], spin[row, 2]
+            spins[3 * n], spins[3 * n + 1], spins[3 * n + 2] = sx, sy, sz
+            status = spin_status(arrays.spin, angles[r], speeds[r], sx, sy, sz)
+            if status < OK:
+                return k, status, first_clamped, clamped, extrapolated
+            if n < count:
+                extrapolated += np.int64(not low <= speeds[r] <= high)
+                if status == CLAMPED:
+                    clamped += 1
+                    first_clamped = k if first_clamped < 0 else first_clamped
+        fill_words(6, seed, index, hit, first, count, words)
+        fill_grains(arrays.spin.grains, given, seed, index, grain_hit, first, count, grains)
+        draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
+        for n in range(count):
+            for column in range(len(arrays.columns)):
+                component = np.uint64(6 * n + arrays.columns[column])
+                states[np.uint64(first + n), np.uint64(column)] = drawn[component]
+    return -1, OK, first_clamped, clamped, extrapolated
