@@ -37,6 +37,7 @@ from tablegen.configuration.field_types import (
 from tablegen.configuration.messages import MISSING, complaint, refusal, shown
 from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.configuration.scenes import Tree, merged
+from tablegen.configuration.spin_targets import SpinTargets
 from tablegen.configuration.toml_text import check_tree, parse_toml
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.model_bounds import CONTACT_RESOLUTION, TOLERANCE
@@ -138,6 +139,8 @@ class Config(Record):
     model: ModelSettings = ModelSettings()
     table: TableSettings = TableSettings()
     accuracy: AccuracyTargets = AccuracyTargets.model_validate({})
+    #: Of the spin law; the preset of the accuracy if not given.
+    spin_accuracy: SpinTargets | None = None
     _text: str = PrivateAttr()
 
     def model_post_init(self, _: object) -> None:
@@ -192,6 +195,12 @@ class Config(Record):
     def pair_name(self) -> str:
         """Name of the material pair: that of the pair file a scene refers to, or our own."""
         return self.pair.name or self.name
+
+    @property
+    def spin_targets(self) -> SpinTargets:
+        """Largest distances that the spin law declares."""
+        preset = {"preset": self.accuracy.preset}
+        return self.spin_accuracy or SpinTargets.model_validate(preset)
 
     def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
         """Abscissa for interpolation in speed; see `RestitutionLaw.coordinate`."""
