@@ -9,15 +9,18 @@ spread over the domain, so that no flow finds a hole.
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
 
+from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
+from sampler.formats.spin_bounds import INERTIA, N_CONDITIONS
+from tablegen.config import Config
+from tablegen.impact_chains import Impacts, energy_factor, next_impacts, speeds_measured
 from tablegen.model.float_array import FloatArray
-from tablegen.model.shape_codes import SHAPE_CODES
-from tablegen.model.shapes import FIRST_MESH
 from tablegen.particles.population import FixedAspect, Population
-from tablegen.spin_law.coordinates import CONDITIONS, MOST_INERTIA, spin_factor
 
 #: Share of the conditions that come from chains, and hits of a chain.
 _CHAINS, _HITS = 0.5, 6
@@ -26,9 +29,9 @@ _CHAINS, _HITS = 0.5, 6
 _MOST_SPIN = 1.21
 
 #: Spins over V/a up to which an impact of a chain counts, and the least speed [m/s].
-_FASTEST_SPIN, _SLOWEST = 12.0, 1e-3
+_FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
 
-#: Largest V_e over the largest speed: reached there by a spin of 2.1 V/a.
+#: Largest V_e over the largest speed V: a spin of 2.1 V/a reaches it there.
 FASTEST = 2.0
 
 #: Share of the grains whose ratios are spread evenly over their range, for other populations.
@@ -38,16 +41,29 @@ _EVEN = 0.5
 Rebound = Callable[[FloatArray, FloatArray, int], FloatArray]
 
 
+def _angle(degrees: float) -> float:
+    return min(math.radians(degrees), math.pi / 2.0)
+
+
 class Range(NamedTuple):
     """Impacts that are covered: angles [rad], and V_e [m/s]."""
 
     alpha: tuple[float, float]
     speed: tuple[float, float]
+    #: Speeds V at which chains begin.
+    first_speed: tuple[float, float]
 
-    def holds(self, conditions: FloatArray) -> np.ndarray:
+    @classmethod
+    def of(cls, config: Config) -> Self:
+        """Give the range that the spin law of a configuration covers."""
+        low, high = config.domain.speed
+        alpha = _angle(config.domain.alpha_deg[0]), _angle(config.domain.alpha_deg[1])
+        return cls(alpha, (low, FASTEST * high), speeds_measured(config))
+
+    def holds(self, conditions: FloatArray) -> NDArray[np.bool_]:
         """Which conditions (n, 5) are covered, (n,) bool."""
         alpha, speed, spin = conditions[:, 0], conditions[:, 1], conditions[:, 2:]
-        effective = speed * spin_factor(spin)
+        effective = speed * energy_factor(spin)
         return (
             (self.alpha[0] <= alpha)
             & (alpha <= self.alpha[1])
@@ -78,8 +94,6 @@ def draw_ratios(
 
     Half of them follow the law of the population, half are even over its range.
     """
-    from scipy.special import ndtri
-
     low, high = ratio_range(population, shape_code).T
     ratios = rng.uniform(low, high, (count, 2))
     lawful = rng.random(count) >= _EVEN
@@ -120,7 +134,7 @@ def spread_conditions(domain: Range, count: int, rng: np.random.Generator) -> Fl
     size = rng.uniform(0.0, _MOST_SPIN, count)
     direction = rng.standard_normal((count, 3))
     direction /= np.sqrt(np.sum(direction**2, axis=1))[:, None]
-    share = np.sqrt(1.0 - MOST_INERTIA * size * size)
+    share = np.sqrt(1.0 - INERTIA * size * size)
     return np.column_stack(
         [
             _angles(domain, count, rng),
@@ -130,37 +144,14 @@ def spread_conditions(domain: Range, count: int, rng: np.random.Generator) -> Fl
     )
 
 
-def following(conditions: FloatArray, states: FloatArray, opposite: np.ndarray) -> FloatArray:
-    """Impacts that follow rebounds without forces between.
-
-    Parameters
-    ----------
-    conditions : (n, 5) float64
-    states : (n, 6) float64
-        Rebounds of them.
-    opposite : (n,) bool
-        Whether the next wall is the opposite one, or the same.
-
-    Returns
-    -------
-    (n, 5) float64
-        In the wall axes of the next impact.
-    """
-    u, v, w, omega_x, omega_y, omega_z = states.T
-    along = np.hypot(u, w)
-    speed = np.sqrt(along * along + v * v)
-    safe = np.where(along > 0.0, along, 1.0)
-    cosine, sine = np.where(along > 0.0, u / safe, 1.0), w / safe
-    # the new axes are (cosine, 0, sine), the normal and their product; the opposite wall turns
-    # the last two round
-    turn = np.where(opposite, -1.0, 1.0)
-    spin = [
-        omega_x * cosine + omega_z * sine,
-        turn * omega_y,
-        turn * (omega_z * cosine - omega_x * sine),
-    ]
-    alpha = np.arctan2(v, along)
-    return np.column_stack([alpha, conditions[:, 1] * speed, np.array(spin).T / speed[:, None]])
+def _following(
+    conditions: FloatArray, states: FloatArray, opposite: NDArray[np.bool_]
+) -> FloatArray:
+    """Impacts that follow rebounds without forces between, (n, 5)."""
+    none = np.zeros(len(conditions), dtype=np.uint64), np.zeros(len(conditions), dtype=np.uint32)
+    before = Impacts(conditions[:, 0], conditions[:, 1], conditions[:, 2:], *none)
+    after = next_impacts(before, states, opposite)
+    return np.column_stack([after.alpha1, after.speed, after.spin])
 
 
 def chain_conditions(
@@ -182,9 +173,9 @@ def chain_conditions(
     tuple of (n, 5) and (n, 3) float64
         Conditions and the grains that meet them.
     """
-    count, highest = len(grains), domain.speed[1] / FASTEST
+    count = len(grains)
     conditions = still_conditions(domain, count, rng)
-    conditions[:, 1] = rng.uniform(max(domain.speed[0], highest / 6.0), highest, count)
+    conditions[:, 1] = rng.uniform(*domain.first_speed, count)
     keeps, opposite = rng.random(count) < 0.5, rng.random(count) < 0.5
     found: list[tuple[FloatArray, FloatArray]] = []
     for hit in range(1, _HITS):
@@ -192,14 +183,14 @@ def chain_conditions(
             break
         states = rebound(conditions, grains, hit)
         walls = np.where(keeps, opposite, rng.random(len(keeps)) < 0.5)
-        conditions = following(conditions, states, walls)
+        conditions = _following(conditions, states, walls)
         other = ~keeps & (rng.random(len(keeps)) < 0.5)
         conditions[other, 0] = rng.uniform(*domain.alpha, int(other.sum()))
         good = domain.holds(conditions)
         conditions, grains = conditions[good], grains[good]
         keeps, opposite = keeps[good], opposite[good]
         found.append((conditions, grains))
-    none = [(np.empty((0, CONDITIONS)), np.empty((0, 3)))]
+    none = [(np.empty((0, N_CONDITIONS)), np.empty((0, 3)))]
     parts, owners = zip(*(found or none), strict=True)
     return np.concatenate(parts), np.concatenate(owners)
 

@@ -1,31 +1,25 @@
 """Conditions and outcomes of the spin law as the numbers that are fitted.
 
-With spin s = a Omega / V before the impact, f = sqrt(1 + 2/3 |s|^2) and V_e = f V, every impact lies
-in a bounded domain: no body of half-size a has a moment of inertia above 2/3 m a^2, so m V_e^2 / 2
-bounds the energy, V_e the speed after the impact, and |s| / f is below sqrt(3/2).
+With spin s = a Omega / V before the impact, f = sqrt(1 + 2/3 |s|^2) and V_e = f V, every impact
+lies in a bounded domain: no body of half-size a has a moment of inertia above 2/3 m a^2, so
+m V_e^2 / 2 bounds the energy, V_e the speed after the impact, and |s| / f is below sqrt(3/2).
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from sampler.formats.spin_bounds import N_CONDITIONS
+from tablegen.impact_chains import energy_factor
 from tablegen.model.float_array import FloatArray
-
-#: Largest moment of inertia of a body over its mass and the square of its half-size.
-MOST_INERTIA = 2.0 / 3.0
-
-#: Numbers of a condition, of a condition with the ratios of the grain, and of an outcome.
-CONDITIONS, INPUTS, OUTCOMES = 5, 7, 6
 
 #: Signs of the outcomes, and of a condition's numbers, under reflection in the impact plane.
 OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 CONDITION_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0])
 
 #: Pairs of numbers of a condition whose products are features.
-_PAIRS = np.triu_indices(CONDITIONS)
-
-#: Number of features.
-FEATURES = 1 + INPUTS + len(_PAIRS[0])
+_PAIRS = np.triu_indices(N_CONDITIONS)
 
 
 class SpeedCoordinate(NamedTuple):
@@ -37,11 +31,6 @@ class SpeedCoordinate(NamedTuple):
     def of(self, speed: FloatArray) -> FloatArray:
         """Coordinate of speeds [m/s]."""
         return np.exp(-self.coefficient * speed**self.exponent)
-
-
-def spin_factor(spin: FloatArray) -> FloatArray:
-    """Ratio f of V_e and V, (n,), for spins (n, 3) over V/a."""
-    return np.sqrt(1.0 + MOST_INERTIA * np.sum(spin * spin, axis=1))
 
 
 def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
@@ -58,7 +47,7 @@ def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
     (n, 5) float64
         sqrt(alpha1), the coordinate of V_e, and the spin over V_e/a.
     """
-    factor = spin_factor(conditions[:, 2:])
+    factor = energy_factor(conditions[:, 2:])
     return np.column_stack(
         [
             np.sqrt(conditions[:, 0]),
@@ -83,17 +72,10 @@ def outcomes(states: FloatArray, spin: FloatArray) -> FloatArray:
     (n, 6) float64
         Velocities w over V_e as w / sqrt(1 - |w|^2), and angular velocities times a / V_e.
     """
-    scaled = states / spin_factor(spin)[:, None]
+    scaled = states / energy_factor(spin)[:, None]
     # rounding may reach the bound where a sphere keeps all of its energy
     rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), 1e-6)
     return np.column_stack([scaled[:, :3] / np.sqrt(rest)[:, None], scaled[:, 3:]])
-
-
-def states(numbers: FloatArray, spin: FloatArray) -> FloatArray:
-    """Turn `outcomes` back into states over V, (n, 6)."""
-    p = numbers[:, :3]
-    velocity = p / np.sqrt(1.0 + np.sum(p * p, axis=1))[:, None]
-    return np.column_stack([velocity, numbers[:, 3:]]) * spin_factor(spin)[:, None]
 
 
 def folded(q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -131,7 +113,7 @@ def features(t: FloatArray) -> FloatArray:
     return np.hstack([np.ones((len(t), 1)), t, products])
 
 
-def used_features(varies: np.ndarray) -> np.ndarray:
+def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which features say something, (23,) bool, if only some of the 7 inputs vary, (7,) bool."""
     i, j = _PAIRS
     return np.concatenate([[True], varies, varies[i] & varies[j]])

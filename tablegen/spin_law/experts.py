@@ -1,7 +1,7 @@
 """Mixture of experts fitted by expectation-maximisation.
 
-An expert is a linear regression of the outcomes' normal scores x on the features phi of a condition,
-with a covariance of its own:
+An expert is a linear regression of the outcomes' normal scores x on the features phi of a
+condition, with a covariance of its own:
 
     p(x | phi) = sum_g G_g(phi) sum_s E_gs(phi) N(x; A_gs phi, C_gs),
 
@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sampler.compilation.side_by_side import go_on
+from sampler.formats.spin_bounds import N_OUTCOMES
 from tablegen.model.float_array import FloatArray
-from tablegen.spin_law.coordinates import OUTCOMES
 from tablegen.spin_law.expectation import (
     Single,
     add_densities,
@@ -35,15 +35,15 @@ _BLOCK = 512
 _LEAST_SHARE, _LEAST_CURVATURE = 1e-3, 1e-4
 
 #: Share of the rebounds that the first iterations look at, and those that derivatives take.
-_FIRST_PART, _CURVATURE_PART = 0.25, 0.25
+_FIRST_PART, _CURVATURE_PART = 0.5, 0.25
 
 #: Iterations on part of the rebounds, on all of them, and from one curvature to the next.
-_FIRST, _LAST, _CURVATURES_EVERY = 12, 8, 3
+_FIRST, _LAST, _CURVATURES_EVERY = 14, 4, 3
 
 #: Regularisation. Features of a regression count as if so much a rebound, and so many rebounds
 #: more, had said zero; so many rebounds of such a variance are added to each covariance; each
 #: variance has at least the ridge.
-_PULL, _PULL_ROWS = 1e-3, 0.02
+_PULL, _PULL_ROWS = 1e-3, 3.0
 _PRIOR_ROWS, _PRIOR_VARIANCE, _RIDGE = 0.5, 0.05, 1e-4
 
 #: Share of a Newton step that is taken, its largest length, and the pull of logits to zero.
@@ -165,7 +165,7 @@ def _start(
 ) -> tuple[Experts, FloatArray]:
     """Begin with clusters of conditions and outcomes together, and their sums of products."""
     (groups, experts), width = sizes, vectors.shape[1]
-    count, features = groups * experts, width - OUTCOMES
+    count, features = groups * experts, width - N_OUTCOMES
     centres = _clusters(points[:_CLUSTER_ROWS], count, rng)
     centres = centres[_in_groups(centres, groups)]
     products = np.zeros((count, width * (width + 1) // 2))
@@ -178,8 +178,8 @@ def _start(
     by_group = mass.reshape(groups, experts).sum(axis=1)
     group_gate[:, 0] = np.log((by_group + 1.0) / (len(vectors) + groups))
     gate[:, 0] = np.log((mass + 1.0) / np.repeat(by_group + experts, experts))
-    mean = np.zeros((count, OUTCOMES, features))
-    factor = np.repeat(np.eye(OUTCOMES)[None], count, axis=0)
+    mean = np.zeros((count, N_OUTCOMES, features))
+    factor = np.repeat(np.eye(N_OUTCOMES)[None], count, axis=0)
     return Experts(group_gate, gate, mean, factor), products
 
 
@@ -193,7 +193,7 @@ def _whitening(fitted: Experts) -> tuple[Single, Single]:
     both = np.concatenate([-inverse @ fitted.mean, inverse], axis=2)
     matrix = both.transpose(2, 1, 0).reshape(both.shape[2], -1)
     diagonal = np.einsum("kii->ki", fitted.factor)
-    constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * OUTCOMES * math.log(2.0 * math.pi)
+    constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * N_OUTCOMES * math.log(2.0 * math.pi)
     return np.ascontiguousarray(matrix, dtype=np.float32), constant.astype(np.float32)
 
 
@@ -269,7 +269,7 @@ def _square(packed: FloatArray, size: int) -> FloatArray:
 def _regress(fitted: Experts, products: FloatArray) -> None:
     """Regressions and covariances that maximise the expected likelihood."""
     features = fitted.gate.shape[1]
-    moments = _square(products, features + OUTCOMES)
+    moments = _square(products, features + N_OUTCOMES)
     mass = np.maximum(products[:, 0], 1e-9)
     inputs, cross = moments[:, :features, :features], moments[:, features:, :features]
     pull = np.eye(features)
@@ -278,8 +278,8 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
     mean = np.linalg.solve(pulled, cross.transpose(0, 2, 1)).transpose(0, 2, 1)
     rest = moments[:, features:, features:] - mean @ cross.transpose(0, 2, 1)
     rest += mean @ inputs @ mean.transpose(0, 2, 1) - cross @ mean.transpose(0, 2, 1)
-    prior = _PRIOR_ROWS * _PRIOR_VARIANCE * np.eye(OUTCOMES)
-    covariance = (rest + prior) / (mass + _PRIOR_ROWS)[:, None, None] + _RIDGE * np.eye(OUTCOMES)
+    prior = _PRIOR_ROWS * _PRIOR_VARIANCE * np.eye(N_OUTCOMES)
+    covariance = (rest + prior) / (mass + _PRIOR_ROWS)[:, None, None] + _RIDGE * np.eye(N_OUTCOMES)
     fitted.mean = mean
     fitted.factor = np.linalg.cholesky(0.5 * (covariance + covariance.transpose(0, 2, 1)))
 
@@ -289,14 +289,16 @@ def _move_gates(
 ) -> None:
     """Take a step of both gates, and let the logits of each softmax have a mean of zero."""
     groups, count = len(fitted.group_gate), len(fitted.gate)
-    fitted.group_gate = _stepped(fitted.group_gate, sums.by_group, curvatures[0], rows)
-    fitted.group_gate -= fitted.group_gate.mean(axis=0)
+    group_gate = _stepped(fitted.group_gate, sums.by_group, curvatures[0], rows)
+    fitted.group_gate = group_gate - group_gate.mean(axis=0)
     moved = _stepped(fitted.gate, sums.by_expert, curvatures[1], rows)
     parts = moved.reshape(groups, count // groups, -1)
     fitted.gate = (parts - parts.mean(axis=1, keepdims=True)).reshape(moved.shape)
 
 
-def _stepped(gate: FloatArray, gradient: FloatArray, curvature: FloatArray, rows: int) -> FloatArray:
+def _stepped(
+    gate: FloatArray, gradient: FloatArray, curvature: FloatArray, rows: int
+) -> FloatArray:
     """Gate after a damped Newton step."""
     floor = max(1e-4 * rows / len(gate), 1.0)
     matrix = curvature + floor * np.eye(gate.shape[1])

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.formats.spin_bounds import N_CONDITIONS, NO_SPIN
 from tablegen.model.float_array import FloatArray
-from tablegen.spin_law.coordinates import CONDITIONS
 
-#: Number of the axis |sigma|^2 in a tree, and the cut below which a spin counts as none.
-SPIN_AXIS, SPIN_CUT = CONDITIONS, 1e-12
+#: Number of the axis |sigma|^2 in a tree.
+_SPIN_AXIS = N_CONDITIONS
 
 #: Width that counts as one on each axis: about that of the domain, two fifths of it for the speed,
 #: of which a law depends on less.
@@ -93,7 +93,7 @@ def grow(q: FloatArray, leaves: int) -> tuple[Tree, list[Leaf]]:
 
 
 def _widest(q: FloatArray) -> _Cut | None:
-    """Cut at the median of the axis over which conditions are spread widest; None if there is none."""
+    """Cut at the median of the axis over which conditions are spread widest, if there is one."""
     low, high = np.quantile(q, [0.05, 0.95], axis=0)
     for axis in np.argsort(-(high - low) / _WIDTHS, kind="stable"):
         value = float(np.median(q[:, axis]))
@@ -132,14 +132,14 @@ def joined(still: Tree, still_leaves: int, spinning: Tree) -> Tree:
         dtype=np.int32,
     )
     return Tree(
-        np.concatenate([[SPIN_AXIS], still.axis, spinning.axis]).astype(np.int8),
-        np.concatenate([[SPIN_CUT], still.cut, spinning.cut]),
+        np.concatenate([[_SPIN_AXIS], still.axis, spinning.axis]).astype(np.int8),
+        np.concatenate([[NO_SPIN], still.cut, spinning.cut]),
         np.concatenate([root, below, above]).astype(np.int32),
     )
 
 
 def find_leaves(tree: Tree, q: FloatArray) -> NDArray[np.int64]:
-    """Number of the leaf of each of some folded conditions (n, 5), (n,)."""
+    """Find the number of the leaf of each of some folded conditions (n, 5), (n,)."""
     values = np.column_stack([q, np.sum(q[:, 2:] ** 2, axis=1)])
     at = np.zeros(len(q), dtype=np.int64)
     while (going := np.flatnonzero(at >= 0)).size:
