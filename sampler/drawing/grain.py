@@ -54,6 +54,17 @@ def grain_numbers(seed: int, index: int, hit: int) -> Grain:
 
 
 @no_refcount_inline_kernel
+def grain_of_numbers(law: GrainLaw, first: float, second: float, which: float) -> Grain:
+    """Grain of three uniform numbers in (0, 1): for b/a, c/b and the shape."""
+    row = pick_row(law, which)
+    if law.fixed_ratios[row, 0] > 0.0:
+        ratios = law.fixed_ratios[row, 0], law.fixed_ratios[row, 1]
+    else:
+        ratios = aspect_ratio(law.aspect[0], first), aspect_ratio(law.aspect[1], second)
+    return float(law.shape_codes[row]), ratios[0], ratios[1]
+
+
+@no_refcount_inline_kernel
 def draw_grain(law: GrainLaw, seed: int, index: int, hit: int) -> Grain:
     """Draw a grain: shape code, b/a and c/b, as floats.
 
@@ -64,10 +75,4 @@ def draw_grain(law: GrainLaw, seed: int, index: int, hit: int) -> Grain:
     seed, index, hit : int
         A particle that keeps its grain has that of hit `OWN_GRAIN`.
     """
-    first, second, which = grain_numbers(seed, index, hit)
-    row = pick_row(law, which)
-    if law.fixed_ratios[row, 0] > 0.0:
-        ratios = law.fixed_ratios[row, 0], law.fixed_ratios[row, 1]
-    else:
-        ratios = aspect_ratio(law.aspect[0], first), aspect_ratio(law.aspect[1], second)
-    return float(law.shape_codes[row]), ratios[0], ratios[1]
+    return grain_of_numbers(law, *grain_numbers(seed, index, hit))

@@ -155,6 +155,56 @@ def mean_of_corners(typingctx, steps, channels, entries, fractions, weights, dra
     return types.void(steps, channels, entries, fractions, weights, types.intp, means), emit
 
 
+def row_summer(rows: int, lanes: int, stride: int) -> Callable[..., None]:
+    """Make a kernel function that adds up rows of integers, each times a number of its own.
+
+    The sums stay in registers; as a loop over an array they would wait for memory in every row.
+
+    Parameters
+    ----------
+    rows : int
+    lanes : int
+        Numbers of a row that are read, and of the result.
+    stride : int
+        Numbers from one row to the next.
+
+    Returns
+    -------
+    callable
+        Takes an int16 array and where the first row begins, a float32 array and where the factors
+        begin, and a float32 array and where the sums go. They are 0 + row 0 * factor 0 + ..., in
+        that order, in single precision.
+    """
+    shorts, longs = (ir.VectorType(ir.IntType(bits), lanes) for bits in (16, 32))
+    singles = ir.VectorType(ir.FloatType(), lanes)
+
+    @operation
+    def sum_rows(typingctx, numbers, start, factors, first, sums, place):
+        def emit(context, builder, sig, args):
+            def begin(k):
+                return builder.gep(
+                    _array(context, builder, sig.args[k], args[k]).data, [args[k + 1]]
+                )
+
+            source, factor, target = begin(0), begin(2), begin(4)
+            total = singles(None)
+            for row in range(rows):
+                whole = builder.bitcast(
+                    builder.gep(source, [_WORD(row * stride)]), shorts.as_pointer()
+                )
+                values = builder.sitofp(builder.sext(builder.load(whole, align=2), longs), singles)
+                one = builder.load(builder.gep(factor, [_WORD(row)]))
+                alone = builder.insert_element(singles(None), one, _WORD(0))
+                every = builder.shuffle_vector(alone, singles(None), longs(None))
+                total = builder.fadd(total, builder.fmul(every, values))
+            builder.store(total, builder.bitcast(target, singles.as_pointer()), align=4)
+            return context.get_dummy_value()
+
+        return types.void(numbers, types.intp, factors, types.intp, sums, types.intp), emit
+
+    return cast(Callable[..., None], sum_rows)
+
+
 @operation
 def single_bits(typingctx, value):
     """Get the bits of a float32, as uint32."""

@@ -16,33 +16,35 @@ from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, item, word_filler
-from sampler.drawing.grain import SIMULATION_KEY, grain_of_words
+from sampler.drawing.grain import SIMULATION_KEY, grain_of_numbers
 from sampler.drawing.intrinsics import local_array, prefetch
 from sampler.drawing.kernel import condition_status
 from sampler.drawing.normal import normal_of_word
+from sampler.drawing.philox import uniform
 from sampler.drawing.spin_steps import (
-    choose,
+    choose_group,
+    choose_of_group,
     effective_factor,
     fill_conditions,
     fill_features,
-    fill_outcomes,
     fill_scores,
     fill_state,
     find_leaf,
+    outcome_at,
+    place_among_knots,
 )
 from sampler.errors import CLAMPED, NO_SPIN_LAW, NOT_FINITE, OK
 from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import MOST_GATES, N_FEATURES, N_INPUTS, N_OUTCOMES
+from sampler.formats.spin_bounds import GROUP_SIZE, N_FEATURES, N_GROUPS, N_INPUTS, N_OUTCOMES
 from sampler.formats.table_arrays import LANES
 
 #: Words of a draw, and numbers of a condition.
 WORDS, CONDITION = 8, 6
+#: Numbers of 16 bits in a cache line; coefficients of the groups of a leaf, and of one group.
 _LINE = 32
+_GROUP_GATES, _GATES = N_FEATURES * N_GROUPS, N_FEATURES * GROUP_SIZE
 
-_local_features = local_array(types.float32, N_FEATURES)
-_local_weights = local_array(types.float32, MOST_GATES)
-_local_row, _local_outcomes = local_array(types.float32, LANES), local_array(types.float32, LANES)
-_local_state = local_array(types.float64, N_OUTCOMES)
+_local_row = local_array(types.float32, LANES)
 
 
 @no_refcount_inline_kernel
@@ -71,61 +73,98 @@ def shape_row(spin, code):
     return found
 
 
-def condition_reader(width):
-    """Make the function that finds the leaves of as many draws, and their features."""
+def leaf_finder(width):
+    """Make the function that finds the leaves of as many draws."""
 
     @no_refcount_inline_kernel
-    def read_conditions(spin, alpha1, speed, spins, grains, conditions, factors, turns, leaves):
-        """Write conditions, V_e / V, signs and leaves; prefetch the leaves' inputs."""
+    def find_leaves(spin, alpha1, speed, spins, grains, conditions, factors, turns, leaves):
+        """Write conditions, V_e / V, signs and leaves; prefetch what the leaves have."""
+        for n in range(width):
+            r, at = np.uint64(n), np.uint64(3 * n)
+            three = spins[at], spins[at + np.uint64(1)], spins[at + np.uint64(2)]
+            condition = (alpha1[r], speed[r], *three)
+            factors[r], turns[r] = fill_conditions(spin, *condition, conditions, CONDITION * n)
         for n in range(width):
             r = np.uint64(n)
-            own = conditions[n * CONDITION : (n + 1) * CONDITION]
-            at = np.uint64(3 * n)
-            sx, sy, sz = spins[at], spins[at + np.uint64(1)], spins[at + np.uint64(2)]
-            factors[r], turns[r] = fill_conditions(spin, alpha1[r], speed[r], sx, sy, sz, own)
-            row = shape_row(spin, np.int64(grains[at]))
-            leaf = find_leaf(spin, row, own)
+            row = shape_row(spin, np.int64(grains[np.uint64(3 * n)]))
+            leaf = find_leaf(spin, row, conditions, CONDITION * n)
             leaves[r] = leaf
             prefetch(spin.inputs, leaf * (2 * N_INPUTS))
-            gates = leaf * (N_FEATURES * spin.n_groups)
-            for line in range(0, N_FEATURES * spin.n_groups, _LINE):
-                prefetch(spin.group_gates, gates + line)
+            for line in range(0, _GROUP_GATES, _LINE):
+                prefetch(spin.group_gates, leaf * _GROUP_GATES + line)
 
-    return read_conditions
+    return find_leaves
 
 
 def expert_chooser(width):
     """Make the function that chooses the experts of as many draws."""
-    local_groups = local_array(types.int64, width)
 
     @no_refcount_inline_kernel
     def choose_experts(spin, words, conditions, grains, leaves, features, records):
         """Write features and the record of the expert of each draw."""
-        groups, weights = local_groups(), _local_weights()
-        group_size = np.int64(spin.n_group_experts)
-        gates = N_FEATURES * group_size
         for n in range(width):
-            r, at = np.uint64(n), np.uint64(3 * n)
-            own = features[n * N_FEATURES : (n + 1) * N_FEATURES]
-            leaf = leaves[r]
-            inputs = conditions[n * CONDITION : (n + 1) * CONDITION]
+            r, at, first = np.uint64(n), np.uint64(3 * n), N_FEATURES * n
             ratios = grains[at + np.uint64(1)], grains[at + np.uint64(2)]
-            fill_features(spin, leaf, inputs, ratios[0], ratios[1], own)
-            base, count = leaf * (N_FEATURES * spin.n_groups), np.int64(spin.n_groups)
-            group = choose(spin.group_gates, base, count, own, words[r], weights)
-            groups[r] = leaf * count + group
-            for line in range(0, gates, _LINE):
-                prefetch(spin.gates, groups[r] * gates + line)
+            fill_features(spin, leaves[r], conditions, CONDITION * n, *ratios, features, first)
         for n in range(width):
-            r = np.uint64(n)
-            own = features[n * N_FEATURES : (n + 1) * N_FEATURES]
+            r, first = np.uint64(n), N_FEATURES * n
+            base = leaves[r] * _GROUP_GATES
+            group = choose_group(spin.group_gates, base, features, first, words[r])
+            records[r] = leaves[r] * N_GROUPS + group
+            for line in range(0, _GATES, _LINE):
+                prefetch(spin.gates, records[r] * _GATES + line)
+        for n in range(width):
+            r, first = np.uint64(n), N_FEATURES * n
             word = words[np.uint64(width + n)]
-            expert = choose(spin.gates, groups[r] * gates, group_size, own, word, weights)
-            records[r] = groups[r] * group_size + expert
+            expert = choose_of_group(spin.gates, records[r] * _GATES, features, first, word)
+            records[r] = records[r] * GROUP_SIZE + expert
             for line in range(0, EXPERT_STRIDE, _LINE):
                 prefetch(spin.experts, records[r] * EXPERT_STRIDE + line)
 
     return choose_experts
+
+
+def score_filler(width):
+    """Make the function that takes step 5 of as many draws."""
+    local_normals = local_array(types.float32, N_OUTCOMES * width)
+
+    @no_refcount_inline_kernel
+    def fill_all_scores(arrays, words, records, features, scores):
+        """Write the scores of each draw, eight numbers apart."""
+        normals, own = local_normals(), _local_row()
+        for number in range(N_OUTCOMES * width):
+            word = words[np.uint64(2 * width + number)]
+            normals[np.uint64(number)] = normal_of_word(arrays.normals, word)
+        experts = arrays.spin.experts
+        for n in range(width):
+            for k in range(N_OUTCOMES):
+                own[np.uint64(k)] = normals[np.uint64(k * width + n)]
+            record = records[np.uint64(n)]
+            fill_scores(experts, record, features, N_FEATURES * n, own, scores, LANES * n)
+
+    return fill_all_scores
+
+
+def outcome_filler(width):
+    """Make the function that takes step 6 of as many draws."""
+    local_knots = local_array(types.int32, LANES * width)
+
+    @no_refcount_inline_kernel
+    def fill_outcomes(spin, leaves, scores):
+        """Replace scores by outcomes."""
+        knots = local_knots()
+        for number in range(LANES * width):
+            k = np.uint64(number)
+            knots[k], scores[k] = place_among_knots(spin, scores[k])
+        for n in range(width):
+            first = leaves[np.uint64(n)] * N_OUTCOMES
+            for row in range(N_OUTCOMES):
+                k = np.uint64(LANES * n + row)
+                function = first + row
+                entry = function * spin.n_knots + np.int64(knots[k])
+                scores[k] = outcome_at(spin, function, entry, scores[k])
+
+    return fill_outcomes
 
 
 def spin_drawer(width):
@@ -133,7 +172,9 @@ def spin_drawer(width):
     local_conditions = local_array(types.float64, CONDITION * width)
     local_reals, local_longs = local_array(types.float64, width), local_array(types.int64, width)
     local_features = local_array(types.float32, N_FEATURES * width)
-    read_conditions, choose_experts = condition_reader(width), expert_chooser(width)
+    local_scores = local_array(types.float32, LANES * width)
+    find_leaves, choose_experts = leaf_finder(width), expert_chooser(width)
+    fill_all_scores, fill_outcomes = score_filler(width), outcome_filler(width)
 
     @no_refcount_inline_kernel
     def draw_spinning(arrays, words, alpha1, speed, spins, grains, states):
@@ -143,21 +184,16 @@ def spin_drawer(width):
         ``k * width + r``.
         """
         spin = arrays.spin
-        conditions, features = local_conditions(), local_features()
+        conditions, features, scores = local_conditions(), local_features(), local_scores()
         factors, turns = local_reals(), local_reals()
         leaves, records = local_longs(), local_longs()
-        normals, scores, outcomes = _local_row(), _local_row(), _local_outcomes()
-        read_conditions(spin, alpha1, speed, spins, grains, conditions, factors, turns, leaves)
+        find_leaves(spin, alpha1, speed, spins, grains, conditions, factors, turns, leaves)
         choose_experts(spin, words, conditions, grains, leaves, features, records)
+        fill_all_scores(arrays, words, records, features, scores)
+        fill_outcomes(spin, leaves, scores)
         for n in range(width):
             r = np.uint64(n)
-            for k in range(N_OUTCOMES):
-                word = words[np.uint64((2 + k) * width + n)]
-                normals[np.uint64(k)] = normal_of_word(arrays.normals, word)
-            own = features[n * N_FEATURES : (n + 1) * N_FEATURES]
-            fill_scores(spin.experts, records[r], own, normals, scores)
-            fill_outcomes(spin, leaves[r], scores, outcomes)
-            fill_state(outcomes, factors[r], turns[r], states[6 * n : 6 * n + 6])
+            fill_state(scores, LANES * n, factors[r], turns[r], states, N_OUTCOMES * n)
 
     return draw_spinning
 
@@ -180,8 +216,9 @@ def grain_filler(width):
         key = np.uint64(seed) ^ SIMULATION_KEY
         fill_words(6, key, index, grain_hit, first, count, words)
         for n in range(width):
-            three = words[np.uint64(n)], words[np.uint64(width + n)], words[np.uint64(5 * width + n)]
-            code, b_over_a, c_over_b = grain_of_words(law, *three)
+            first_ratio, second = uniform(words[np.uint64(n)]), uniform(words[np.uint64(width + n)])
+            which = uniform(words[np.uint64(5 * width + n)])
+            code, b_over_a, c_over_b = grain_of_numbers(law, first_ratio, second, which)
             at = np.uint64(3 * n)
             grains[at] = code
             grains[at + np.uint64(1)], grains[at + np.uint64(2)] = b_over_a, c_over_b
@@ -279,7 +316,7 @@ def spin_draw_batch(
             if status < OK:
                 return k, status, first_clamped, clamped, extrapolated
             if n < count:
-                extrapolated += np.int64(not low <= speeds[r] <= high)
+                extrapolated += 0 if low <= speeds[r] <= high else 1
                 if status == CLAMPED:
                     clamped += 1
                     first_clamped = k if first_clamped < 0 else first_clamped

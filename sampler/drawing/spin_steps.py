@@ -17,17 +17,20 @@ operations, so that an expert is chosen by the same bits in every language.
 import math
 
 import numpy as np
+from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel
-from sampler.drawing.intrinsics import single_of_bits
+from sampler.drawing.intrinsics import local_array, row_summer, single_of_bits
 from sampler.formats.spin_arrays import EXPERT_STRIDE
 from sampler.formats.spin_bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
+    GROUP_SIZE,
     INERTIA,
     MEAN_UNIT,
     N_CONDITIONS,
     N_FEATURES,
+    N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
     SCORE_MAX,
@@ -36,7 +39,11 @@ from sampler.formats.table_arrays import LANES
 
 _F = np.float32
 _ZERO, _HALF, _ONE = _F(0.0), _F(0.5), _F(1.0)
-_GATE_UNIT, _MEAN_UNIT, _FACTOR_UNIT = _F(1.0 / GATE_UNIT), _F(1.0 / MEAN_UNIT), _F(1.0 / FACTOR_UNIT)
+_GATE_UNIT, _MEAN_UNIT, _FACTOR_UNIT = (
+    _F(1.0 / GATE_UNIT),
+    _F(1.0 / MEAN_UNIT),
+    _F(1.0 / FACTOR_UNIT),
+)
 _SCORE_MAX, _PER_SQUARE = _F(SCORE_MAX), _F(1.0 / SCORE_MAX**2)
 
 #: Below 2**-126 a weight counts for nothing, and single precision has other rules.
@@ -61,7 +68,7 @@ def effective_factor(sx, sy, sz):
 
 
 @no_refcount_inline_kernel
-def fill_conditions(spin, alpha1, speed, sx, sy, sz, inputs):
+def fill_conditions(spin, alpha1, speed, sx, sy, sz, inputs, at):
     """Step 1: write the five conditions and the squared spin; give V_e / V and the sign.
 
     Parameters
@@ -72,7 +79,8 @@ def fill_conditions(spin, alpha1, speed, sx, sy, sz, inputs):
     sx, sy, sz : float
         Spin times a/V.
     inputs : float64 array
-        Conditions at 0 to 4, the square of sigma at 5.
+        From `at` on the five conditions, then the square of sigma.
+    at : int
 
     Returns
     -------
@@ -84,41 +92,44 @@ def fill_conditions(spin, alpha1, speed, sx, sy, sz, inputs):
     tx, ty, tz = turn * sx / factor, turn * sy / factor, sz / factor
     angle = min(max(alpha1, spin.alpha_first), spin.alpha_last)
     effective = min(max(speed * factor, spin.speed_first), spin.speed_last)
-    inputs[0] = math.sqrt(angle)
-    inputs[1] = math.exp(-spin.speed_coefficient * math.pow(effective, spin.speed_exponent))
-    inputs[2], inputs[3], inputs[4] = tx, ty, tz
-    inputs[5] = tx * tx + ty * ty + tz * tz
+    power = math.exp(spin.speed_exponent * math.log(effective))
+    inputs[np.uint64(at)] = math.sqrt(angle)
+    inputs[np.uint64(at + 1)] = math.exp(-spin.speed_coefficient * power)
+    inputs[np.uint64(at + 2)] = tx
+    inputs[np.uint64(at + 3)] = ty
+    inputs[np.uint64(at + 4)] = tz
+    inputs[np.uint64(at + 5)] = tx * tx + ty * ty + tz * tz
     return factor, turn
 
 
 @no_refcount_inline_kernel
-def find_leaf(spin, shape, inputs):
-    """Step 2: leaf of the conditions in the tree of a shape, by its number in the law."""
-    node = np.int64(spin.roots[shape])
+def find_leaf(spin, shape, inputs, at):
+    """Step 2: leaf of the conditions, from `at` on, in the tree of a shape, a row of the law."""
+    node = np.int64(spin.roots[np.uint64(shape)])
     while node >= 0:
-        value = inputs[np.int64(spin.node_axis[node])]
-        second = np.int64(value >= spin.node_cut[node])
-        node = np.int64(spin.node_child[2 * node + second])
+        value = inputs[np.uint64(at + np.int64(spin.node_axis[np.uint64(node)]))]
+        second = np.int64(value >= spin.node_cut[np.uint64(node)])
+        node = np.int64(spin.node_child[np.uint64(2 * node + second)])
     return -1 - node
 
 
 @no_refcount_inline_kernel
-def fill_features(spin, leaf, inputs, b_over_a, c_over_b, features):
-    """Step 3: write the features of the conditions and ratios in a leaf."""
-    base = np.uint64(leaf * (2 * N_INPUTS))
-    features[0] = _ONE
+def fill_features(spin, leaf, inputs, at, b_over_a, c_over_b, features, first):
+    """Step 3: write the features, from `first` on, of conditions, from `at` on, and ratios."""
+    base = np.int64(leaf * (2 * N_INPUTS))
+    features[np.uint64(first)] = _ONE
     for k in range(N_INPUTS):
-        x = inputs[k]
+        x = inputs[np.uint64(at + min(k, N_CONDITIONS - 1))]
         if k >= N_CONDITIONS:
             x = b_over_a if k == N_CONDITIONS else c_over_b
-        place = base + np.uint64(k)
+        place = np.uint64(base + k)
         distance = _F(x) - spin.inputs[place]
-        features[1 + k] = distance * spin.inputs[place + np.uint64(N_INPUTS)]
-    number = 1 + N_INPUTS
+        features[np.uint64(first + 1 + k)] = distance * spin.inputs[place + np.uint64(N_INPUTS)]
+    number = first + 1 + N_INPUTS
     for i in range(N_CONDITIONS):
         for j in range(i, N_CONDITIONS):
-            product = features[1 + i] * features[1 + j]
-            features[number] = product - (_HALF if i == j else _ZERO)
+            product = features[np.uint64(first + 1 + i)] * features[np.uint64(first + 1 + j)]
+            features[np.uint64(number)] = product - (_HALF if i == j else _ZERO)
             number += 1
 
 
@@ -132,90 +143,98 @@ def exponential(x):
     return p * single_of_bits(np.uint32(np.uint32(n + _EXPONENT_BIAS) << _EXPONENT_SHIFT))
 
 
-@no_refcount_inline_kernel
-def choose(gates, base, count, features, word, weights):
-    """Step 4: number below `count`, by its weight, from the upper 24 bits of a word.
+def chooser(count):
+    """Make the function that chooses one of `count` by their weights."""
+    local_weights = local_array(types.float32, count)
+    sum_rows = row_summer(N_FEATURES, count, count)
 
-    Parameters
-    ----------
-    gates : int16 array
-        At `base` the coefficients of the first feature, `count` side by side, and so on.
-    features : float32 array
-    word : uint32
-    weights : float32 array, shape (count or more,)
-        Room to work in.
-    """
-    for k in range(count):
-        weights[k] = _ZERO
-    for f in range(N_FEATURES):
-        feature, row = features[f], np.uint64(base + f * count)
+    @no_refcount_inline_kernel
+    def choose(gates, base, features, first, word):
+        """Step 4: number below `count`, by its weight, from the upper 24 bits of a word.
+
+        Parameters
+        ----------
+        gates : int16 array
+            At `base` the coefficients of the first feature, `count` side by side, and so on.
+        base : int
+        features : float32 array
+            From `first` on.
+        first : int
+        word : uint32
+        """
+        weights = local_weights()
+        sum_rows(gates, base, features, first, weights, 0)
+        most = weights[0]
+        for k in range(1, count):
+            most = max(most, weights[np.uint64(k)])
         for k in range(count):
-            weights[k] += feature * _F(gates[row + np.uint64(k)])
-    most = weights[0]
-    for k in range(1, count):
-        most = max(most, weights[k])
-    for k in range(count):
-        weights[k] = exponential((weights[k] - most) * _GATE_UNIT)
-    total = weights[0]
-    for k in range(1, count):
-        total += weights[k]
-    share = (_F(np.int32(word >> _UNIFORM_SHIFT)) + _HALF) * _UNIFORM_UNIT * total
-    chosen, below = np.int64(0), weights[0]
-    for k in range(1, count):
-        chosen += np.int64(share >= below)
-        below += weights[k]
-    return chosen
+            i = np.uint64(k)
+            weights[i] = exponential((weights[i] - most) * _GATE_UNIT)
+        for k in range(1, count):
+            weights[np.uint64(k)] += weights[np.uint64(k - 1)]
+        share = (_F(np.int32(word >> _UNIFORM_SHIFT)) + _HALF) * _UNIFORM_UNIT
+        share *= weights[np.uint64(count - 1)]
+        chosen = np.int32(0)
+        for k in range(count - 1):
+            chosen += np.int32(share >= weights[np.uint64(k)])
+        return np.int64(chosen)
+
+    return choose
+
+
+choose_group, choose_of_group = chooser(N_GROUPS), chooser(GROUP_SIZE)
+_sum_means = row_summer(N_FEATURES, LANES, N_OUTCOMES)
 
 
 @no_refcount_inline_kernel
-def fill_scores(experts, record, features, normals, scores):
-    """Step 5: write the six scores, in the first of eight places."""
-    base = np.uint64(record * EXPERT_STRIDE)
+def fill_scores(experts, record, features, first, normals, scores, place):
+    """Step 5: write the scores, six and two that mean nothing, from `place` on.
+
+    Features begin at `first`; normal k of the draw is at ``normals[k]``.
+    """
+    base = np.int64(record * EXPERT_STRIDE)
+    _sum_means(experts, base, features, first, scores, place)
     for row in range(LANES):
-        scores[row] = _ZERO
-    for f in range(N_FEATURES):
-        feature, start = features[f], base + np.uint64(f * N_OUTCOMES)
-        for row in range(LANES):
-            scores[row] += feature * _F(experts[start + np.uint64(row)])
-    for row in range(LANES):
-        scores[row] *= _MEAN_UNIT
+        scores[np.uint64(place + row)] *= _MEAN_UNIT
     for column in range(N_OUTCOMES):
-        normal = normals[column] * _FACTOR_UNIT
-        start = base + np.uint64(_MEANS + column * N_OUTCOMES - column * (column + 1) // 2)
+        normal = normals[np.uint64(column)] * _FACTOR_UNIT
+        start = base + (_MEANS + column * N_OUTCOMES - column * (column + 1) // 2)
         for row in range(LANES):
-            factor = _F(experts[start + np.uint64(row)])
-            scores[row] += factor * (normal if row >= column else _ZERO)
+            factor = _F(experts[np.uint64(start + row)])
+            scores[np.uint64(place + row)] += factor * (normal if row >= column else _ZERO)
 
 
 @no_refcount_inline_kernel
-def fill_outcomes(spin, leaf, scores, outcomes):
-    """Step 6: write the outcomes that belong to the scores."""
-    last = np.int32(spin.n_knots - 2)
+def place_among_knots(spin, score):
+    """Step 6: knot below the bounded score, and the fraction from it to the next."""
     scale = _F(spin.n_knots - 1) / (_SCORE_MAX + _SCORE_MAX)
-    for row in range(N_OUTCOMES):
-        z = scores[row]
-        bounded = z / np.sqrt(_ONE + z * z * _PER_SQUARE)
-        position = max((bounded + _SCORE_MAX) * scale, _LEAST_POSITION)
-        knot = min(np.int32(position), last)
-        rest = min(position - _F(knot), _ONE)
-        function = leaf * N_OUTCOMES + row
-        entry = np.uint64(function * spin.n_knots + knot)
-        low = _F(spin.quantiles[entry])
-        high = _F(spin.quantiles[entry + np.uint64(1)])
-        span = np.uint64(2 * function)
-        steps = low + rest * (high - low)
-        outcomes[row] = spin.spans[span] + spin.spans[span + np.uint64(1)] * steps
+    bounded = score / np.sqrt(_ONE + score * score * _PER_SQUARE)
+    position = max((bounded + _SCORE_MAX) * scale, _LEAST_POSITION)
+    knot = min(np.int32(position), np.int32(spin.n_knots - 2))
+    return knot, min(position - _F(knot), _ONE)
 
 
 @no_refcount_inline_kernel
-def fill_state(outcomes, factor, turn, state):
-    """Step 7: write the state, u, v, w over V and omega_x, omega_y, omega_z times a/V.
+def outcome_at(spin, function, entry, rest):
+    """Step 6: quantile of a function, between its knot at `entry` and the next."""
+    low = _F(spin.quantiles[np.uint64(entry)])
+    high = _F(spin.quantiles[np.uint64(entry + 1)])
+    least, step = spin.spans[np.uint64(2 * function)], spin.spans[np.uint64(2 * function + 1)]
+    return least + step * (low + rest * (high - low))
+
+
+@no_refcount_inline_kernel
+def fill_state(outcomes, at, factor, turn, state, place):
+    """Step 7: write u, v, w over V and omega_x, omega_y, omega_z times a/V, from `place` on.
 
     The speed is below V_e whatever the outcomes are, which is all that the energy allows.
     """
-    p, q, r = np.float64(outcomes[0]), np.float64(outcomes[1]), np.float64(outcomes[2])
+    p, q = np.float64(outcomes[np.uint64(at)]), np.float64(outcomes[np.uint64(at + 1)])
+    r = np.float64(outcomes[np.uint64(at + 2)])
     scale = factor / math.sqrt(1.0 + (p * p + q * q + r * r))
-    state[0], state[1], state[2] = p * scale, q * scale, turn * r * scale
-    state[3] = turn * factor * np.float64(outcomes[3])
-    state[4] = turn * factor * np.float64(outcomes[4])
-    state[5] = factor * np.float64(outcomes[5])
+    state[np.uint64(place)] = p * scale
+    state[np.uint64(place + 1)] = q * scale
+    state[np.uint64(place + 2)] = turn * r * scale
+    state[np.uint64(place + 3)] = turn * factor * np.float64(outcomes[np.uint64(at + 3)])
+    state[np.uint64(place + 4)] = turn * factor * np.float64(outcomes[np.uint64(at + 4)])
+    state[np.uint64(place + 5)] = factor * np.float64(outcomes[np.uint64(at + 5)])

@@ -20,8 +20,8 @@ class SpinArrays(NamedTuple):
 
     Attributes
     ----------
-    n_shapes, n_groups, n_group_experts, n_knots : int
-        S, G, E, K.
+    n_shapes, n_knots : int
+        S, K.
     alpha_first, alpha_last, alpha_low, alpha_high : float
         Ends of the range of impact angles, rad, and what is not outside yet.
     speed_first, speed_last, speed_low, speed_high : float
@@ -51,8 +51,6 @@ class SpinArrays(NamedTuple):
     """
 
     n_shapes: int
-    n_groups: int
-    n_group_experts: int
     n_knots: int
     alpha_first: float
     alpha_last: float

@@ -28,8 +28,10 @@ SCORE_MAX = 6.0
 #: are bounded, and with what the layout allows of inputs every draw is finite.
 GATE_UNIT, MEAN_UNIT, FACTOR_UNIT = 512, 2048, 4096
 
-#: Most groups, and most experts of a group: a draw keeps their weights on the stack.
-MOST_GATES = 32
+#: Groups of a leaf, and experts of a group. The same in every law, so that the compiler knows how
+#: many weights lie side by side; those that a leaf does not need have a weight of almost 0.
+N_GROUPS, GROUP_SIZE = 8, 16
+N_EXPERTS = N_GROUPS * GROUP_SIZE
 
 #: Effective speeds, m/s.
 SPEED = (1e-9, 1e9)

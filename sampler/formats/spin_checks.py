@@ -50,17 +50,6 @@ def _children(values: Array, datasets: Mapping[str, Array]) -> str | None:
 children = Check("a later node, or -1 - leaf", _children)
 
 
-def _experts_of_groups(values: Array, datasets: Mapping[str, Array]) -> str | None:
-    """As many experts as the groups have."""
-    shape = datasets["spin/gate"].shape
-    if values.shape[1] != shape[1] * shape[3]:
-        return f"got {values.shape[1]} experts, allowed: {shape[1] * shape[3]}, those of the gates"
-    return None
-
-
-experts_of_groups = Check("n_groups times n_group_experts experts", _experts_of_groups)
-
-
 def _positive_diagonal(values: Array, _: Mapping[str, Array]) -> str | None:
     """Diagonals of the factors are positive."""
     diagonal = values[..., [row * (row + 3) // 2 for row in range(N_OUTCOMES)]]

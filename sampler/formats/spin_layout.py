@@ -12,10 +12,13 @@ from sampler.formats.hdf5_layout import DATASETS, Dataset
 from sampler.formats.spin_bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
+    GROUP_SIZE,
     MEAN_UNIT,
     N_CONDITIONS,
+    N_EXPERTS,
     N_FACTORS,
     N_FEATURES,
+    N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
     OUTCOME,
@@ -27,7 +30,7 @@ from sampler.formats.table_bounds import ALPHA_DEG
 #: Where the datasets of the spin law begin, and those of its accuracy.
 GROUP, ACCURACY = "spin/", "spin_accuracy/"
 
-_EXPERTS = ("n_leaves", "n_experts")
+_EXPERTS = ("n_leaves", N_EXPERTS)
 _SHARE = (checks.within(0.0, 1.0),)
 
 SPIN_DATASETS = (
@@ -98,7 +101,7 @@ SPIN_DATASETS = (
     ),
     Dataset(
         "spin/node_axis",
-        "<i1",
+        "|i1",
         ("n_nodes",),
         "1",
         "what a node compares: 0 to 4 a condition, 5 the square of a Omega / V_e",
@@ -139,7 +142,7 @@ SPIN_DATASETS = (
     Dataset(
         "spin/group_gate",
         "<i2",
-        ("n_leaves", N_FEATURES, "n_groups"),
+        ("n_leaves", N_FEATURES, N_GROUPS),
         f"1/{GATE_UNIT}",
         "coefficients of the features in the logarithm of each group's weight",
         compressed=True,
@@ -147,7 +150,7 @@ SPIN_DATASETS = (
     Dataset(
         "spin/gate",
         "<i2",
-        ("n_leaves", "n_groups", N_FEATURES, "n_group_experts"),
+        ("n_leaves", N_GROUPS, N_FEATURES, GROUP_SIZE),
         f"1/{GATE_UNIT}",
         "the same of the experts within their group",
         compressed=True,
@@ -158,7 +161,6 @@ SPIN_DATASETS = (
         (*_EXPERTS, N_FEATURES, N_OUTCOMES),
         f"1/{MEAN_UNIT}",
         "coefficients of the features in the mean score of each outcome, by expert",
-        (spin_checks.experts_of_groups,),
         compressed=True,
     ),
     Dataset(

@@ -62,9 +62,9 @@ def _inputs(contents: TableContents) -> NDArray[np.float32]:
 
 def _no_law() -> SpinArrays:
     """Spin law of a table that has none."""
-    reals, shorts = (np.zeros(0, t) for t in (np.float32, np.int16))
+    reals, shorts = np.zeros(0, np.float32), np.zeros(0, np.int16)
     return SpinArrays(
-        *(0, 0, 0, 0),
+        *(0, 0),
         *(0.0,) * 10,
         no_grains(),
         np.zeros(0, np.int64),
@@ -98,12 +98,9 @@ def spin_arrays(contents: TableContents) -> SpinArrays:
     speed = contents["spin/speed_range"]
     low, high = 1.0 - ROUNDING, 1.0 + ROUNDING
     coefficient, exponent = contents["spin/speed_coordinate"]
-    _, n_groups, _, n_group_experts = contents["spin/gate"].shape
     spans, quantiles = _quantiles(contents["spin/quantiles"])
     return SpinArrays(
         n_shapes=len(contents["spin/shape_codes"]),
-        n_groups=n_groups,
-        n_group_experts=n_group_experts,
         n_knots=contents["spin/quantiles"].shape[-1],
         alpha_first=float(alpha[0]),
         alpha_last=float(alpha[1]),

@@ -9,7 +9,6 @@ through `sampler.formats.generated_code`.
 import re
 
 from sampler.formats.channels import CHANNELS, RANGES, VARIABLES
-from sampler.formats.spin_bounds import MOST_GATES
 
 #: Least and greatest length of the dimensions of arrays. Components and their classes are counted
 #: in 16 bits, and a draw finds its knot in single precision.
@@ -27,8 +26,6 @@ LENGTHS = {
     "n_shapes": (1, 2**10),
     "n_nodes": (1, 2**20),
     "n_leaves": (1, 2**20),
-    "n_groups": (1, MOST_GATES),
-    "n_group_experts": (1, MOST_GATES),
     "n_spin_knots": (2, 2**12),
     "n_joint": (0, 1),
 }

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from sampler.errors import TableError
 from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import N_FEATURES, N_OUTCOMES
+from sampler.formats.spin_bounds import N_EXPERTS, N_OUTCOMES
 from sampler.formats.spin_layout import layout_of
 from sampler.formats.table_arrays import LANES, record_stride
 from sampler.formats.table_bounds import LENGTHS
@@ -64,10 +64,7 @@ def _check_entries(lengths: Mapping[str, int]) -> None:
         "dependence/first_of_class": n_alpha * n_speed * lengths["n_classes"],
     }
     if "n_leaves" in lengths:
-        experts = lengths["n_leaves"] * lengths["n_experts"]
-        entries["spin/mean"] = experts * EXPERT_STRIDE + LANES
-        gates = lengths["n_leaves"] * lengths["n_groups"] * lengths["n_group_experts"]
-        entries["spin/gate"] = gates * N_FEATURES
+        entries["spin/mean"] = lengths["n_leaves"] * N_EXPERTS * EXPERT_STRIDE + LANES
         knots = lengths["n_leaves"] * N_OUTCOMES * lengths["n_spin_knots"]
         entries["spin/quantiles"] = knots
     for path, count in entries.items():
