@@ -24,7 +24,7 @@ from pydantic import (
 from sampler.errors import InputError
 from sampler.files.locate import find_config
 from sampler.formats.channels import STATE, VARIABLES
-from sampler.formats.spin_bounds import MOST_GATES
+from sampler.formats.spin_bounds import GROUP_SIZE, N_GROUPS
 from sampler.formats.table_bounds import is_line
 from tablegen.configuration.config_files import names_a_file, pair_file, read_text
 from tablegen.configuration.field_types import (
@@ -110,8 +110,8 @@ class TableSettings(Record):
     #: Of the spin law: leaves of the tree of a shape, groups of experts in a leaf, experts in a
     #: group, and simulated rebounds of a leaf.
     spin_leaves: Annotated[int | None, Field(ge=1, le=1024)] = None
-    spin_groups: Annotated[int | None, Field(ge=1, le=MOST_GATES)] = None
-    spin_experts: Annotated[int | None, Field(ge=1, le=MOST_GATES)] = None
+    spin_groups: Annotated[int | None, Field(ge=1, le=N_GROUPS)] = None
+    spin_experts: Annotated[int | None, Field(ge=1, le=GROUP_SIZE)] = None
     spin_rebounds: Annotated[int | None, Field(ge=1000, le=10**8)] = None
 
 

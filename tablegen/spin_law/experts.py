@@ -290,10 +290,11 @@ def _move_gates(
     """Take a step of both gates, and let the logits of each softmax have a mean of zero."""
     groups, count = len(fitted.group_gate), len(fitted.gate)
     group_gate = _stepped(fitted.group_gate, sums.by_group, curvatures[0], rows)
-    fitted.group_gate = group_gate - group_gate.mean(axis=0)
+    group_gate = group_gate - group_gate.mean(axis=0)
     moved = _stepped(fitted.gate, sums.by_expert, curvatures[1], rows)
     parts = moved.reshape(groups, count // groups, -1)
-    fitted.gate = (parts - parts.mean(axis=1, keepdims=True)).reshape(moved.shape)
+    moved = (parts - parts.mean(axis=1, keepdims=True)).reshape(moved.shape)
+    fitted.group_gate, fitted.gate = group_gate, moved
 
 
 def _stepped(

@@ -8,8 +8,12 @@ from numpy.typing import NDArray
 from sampler.formats.spin_bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
+    GROUP_SIZE,
     MEAN_UNIT,
+    N_EXPERTS,
+    N_FACTORS,
     N_FEATURES,
+    N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
     SCORE_MAX,
@@ -36,6 +40,9 @@ _GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (8, 16), (4, 16), 8
 
 #: Least quantile of p_v that a file may have from the second on, with a margin for rounding.
 _LEAST_V = 2e-9
+
+#: Logit, in units of the file, of what is never chosen: e^-60 of the others.
+_NEVER = 60 * GATE_UNIT
 
 _LARGEST = np.iinfo(np.int16).max
 
@@ -127,24 +134,31 @@ def _rounded(values: FloatArray, unit: int, step: NDArray[np.int64] | int) -> ND
 
 
 def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
-    """Experts in the integers and the order of the file; features that say nothing get zeros."""
-    groups, count = len(found.group_gate), len(found.gate)
+    """Experts in the integers and the order of the file.
+
+    Features that say nothing get zeros, and experts that were not fitted are never chosen.
+    """
+    groups, each = len(found.group_gate), len(found.gate) // len(found.group_gate)
     gate_steps, mean_steps = _steps(used, _GATE_STEPS), _steps(used, _MEAN_STEPS)
-    group_gate = np.zeros((groups, N_FEATURES), dtype=np.int16)
-    gate = np.zeros((count, N_FEATURES), dtype=np.int16)
-    mean = np.zeros((count, N_OUTCOMES, N_FEATURES), dtype=np.int16)
-    group_gate[:, used] = _rounded(found.group_gate, GATE_UNIT, gate_steps)
-    gate[:, used] = _rounded(found.gate, GATE_UNIT, gate_steps)
-    mean[:, :, used] = _rounded(found.mean, MEAN_UNIT, mean_steps)
+    group_gate = np.zeros((N_GROUPS, N_FEATURES), dtype=np.int16)
+    gate = np.zeros((N_GROUPS, GROUP_SIZE, N_FEATURES), dtype=np.int16)
+    mean = np.zeros((N_GROUPS, GROUP_SIZE, N_OUTCOMES, N_FEATURES), dtype=np.int16)
+    factor = np.zeros((N_GROUPS, GROUP_SIZE, N_FACTORS), dtype=np.int16)
+    group_gate[groups:, 0], gate[:, each:, 0] = -_NEVER, -_NEVER
+    group_gate[:groups, used] = _rounded(found.group_gate, GATE_UNIT, gate_steps)
+    whole = _rounded(found.gate, GATE_UNIT, gate_steps)
+    gate[:groups, :each, used] = whole.reshape(groups, each, -1)
+    whole = _rounded(found.mean, MEAN_UNIT, mean_steps)
+    mean[:groups, :each, :, used] = whole.reshape(groups, each, N_OUTCOMES, -1)
     rows, columns = np.tril_indices(N_OUTCOMES)
-    factor = _rounded(found.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
-    diagonal = rows == columns
-    factor[:, diagonal] = np.maximum(factor[:, diagonal], _FACTOR_STEP)
+    whole = _rounded(found.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
+    factor[:groups, :each] = whole.reshape(groups, each, -1)
+    factor[..., rows == columns] = np.maximum(factor[..., rows == columns], _FACTOR_STEP)
     return StoredExperts(
         np.ascontiguousarray(group_gate.T),
-        np.ascontiguousarray(gate.reshape(groups, -1, N_FEATURES).transpose(0, 2, 1)),
-        np.ascontiguousarray(mean.transpose(0, 2, 1)),
-        factor,
+        np.ascontiguousarray(gate.transpose(0, 2, 1)),
+        np.ascontiguousarray(mean.reshape(N_EXPERTS, N_OUTCOMES, -1).transpose(0, 2, 1)),
+        factor.reshape(N_EXPERTS, -1),
     )
 
 

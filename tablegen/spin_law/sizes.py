@@ -17,7 +17,7 @@ class SpinSizes(NamedTuple):
     leaves, still_leaves : int
         Of the tree of a shape: of conditions with spin, and of those without.
     groups, experts : int
-        Groups of a leaf, and experts of a group.
+        Groups of a leaf, and experts of a group; the file has room for 8 of 16.
     rebounds : int
         Simulated for the fit of a leaf, and once more for its quantiles.
     knots : int
@@ -47,7 +47,7 @@ class SpinSizes(NamedTuple):
 SPIN_SIZES = {
     "compact": SpinSizes(16, 4, 8, 8, 120_000, 65),
     "standard": SpinSizes(32, 6, 8, 16, 240_000, 97),
-    "fine": SpinSizes(64, 8, 16, 16, 480_000, 129),
+    "fine": SpinSizes(96, 12, 8, 16, 480_000, 129),
 }
 
 
