@@ -259,7 +259,7 @@ typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots; /* 0 shapes: no law */
     int32_t fresh_grains; /* whether a particle has another grain at each hit */
     double alpha_first, alpha_last, alpha_low, alpha_high;
-    double speed_first, speed_last, speed_low, speed_high, speed_coefficient, speed_exponent;
+    double speed_first, speed_last, speed_low, speed_high, speed_scale, speed_exponent;
     double aspect[8];
     const int32_t *shape_codes;
     const double *shape_shares, *shape_ratios;
@@ -393,6 +393,7 @@ extern "C" {
 #define RBTI_MEAN_UNIT (1.0f / 2048.0f)
 #define RBTI_FACTOR_UNIT (1.0f / 4096.0f)
 /* end spin */
+#define RBTI_LOG2_E 1.4426950408889634f
 #define RBTI_SIMULATION_KEY 0x53494d554c415445u
 
 /* Not isfinite(), which some compiler flags remove. */
@@ -973,6 +974,72 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, 
     }
 }
 
+/* No weight counts below 2^-126. Where a number was clamped, what follows stands in a loop of its own:
+   compilers make two ways of a number that may be a constant. */
+RBTI_INLINE RBT_DEVICE float rbti_least_power(float y)
+{
+    return y > -126.0f ? y : -126.0f;
+}
+
+/* 2^y of a number from -126 to 0; no library's, and the same in every language. */
+RBTI_INLINE RBT_DEVICE float rbti_power_of_two(float y)
+{
+    const int32_t n = (int32_t)(y - 0.5f);
+    const float r = y - (float)n;
+    const float p =
+        1.0f +
+        r * (0.6931471805599453f +
+             r * (0.2402265069591007f +
+                  r * (0.05550410866482158f +
+                       r * (0.009618129107628477f +
+                            r * (0.0013333558146428443f + r * 0.00015403530393381608f)))));
+    const uint32_t bits = (uint32_t)(n + 127) << 23;
+    float power;
+    memcpy(&power, &bits, sizeof power);
+    return p * power;
+}
+
+/* Logarithm to the base 2 of a positive number. */
+RBTI_INLINE RBT_DEVICE float rbti_logarithm_to_two(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    bits -= 0x3f3504f3u; /* 1 / sqrt(2) */
+    const float exponent = (float)((int32_t)bits >> 23);
+    bits = (bits & 0x7fffffu) + 0x3f3504f3u;
+    float mantissa;
+    memcpy(&mantissa, &bits, sizeof mantissa);
+    const float s = (mantissa - 1.0f) / (mantissa + 1.0f), q = s * s;
+    return exponent +
+           s * (2.8853900817779268f +
+                q * (0.9617966939259757f +
+                     q * (0.5770780163555854f +
+                          q * (0.41219858311113243f + q * 0.3205988979753252f))));
+}
+
+/* exp(-k V_e^n), from V_e. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_law *law,
+                                                       const double *effective, double *values)
+{
+    const float exponent = (float)law->speed_exponent, scale = -(float)law->speed_scale;
+    const double last = law->speed_last;
+    float y[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        const float power = exponent * rbti_logarithm_to_two((float)(effective[r] / last));
+        y[r] = rbti_least_power(power < 0.0f ? power : 0.0f);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const float x = scale * rbti_power_of_two(y[r]);
+        y[r] = rbti_least_power(x * RBTI_LOG2_E);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        values[r] = (double)rbti_power_of_two(y[r]);
+    }
+}
+
 /* Conditions of the mirror image with sigma_x >= 0. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
 {
@@ -996,10 +1063,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
         d->factor[r] = factor;
         d->turn[r] = turn;
     }
-    RBTI_EACH_DRAW(r)
-    {
-        inputs[m + r] = exp(-law->speed_coefficient * exp(law->speed_exponent * log(effective[r])));
-    }
+    rbti_fill_speed_coordinate(m, law, effective, inputs + m);
 }
 
 /* Leaf of each draw in the tree of its shape. */
@@ -1057,24 +1121,6 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law
             product += m;
         }
     }
-}
-
-/* 2^y of a number from -126 to 0; no library's, and the same in every language. */
-RBTI_INLINE RBT_DEVICE float rbti_power_of_two(float y)
-{
-    const int32_t n = (int32_t)(y - 0.5f);
-    const float r = y - (float)n;
-    const float p =
-        1.0f +
-        r * (0.6931471805599453f +
-             r * (0.2402265069591007f +
-                  r * (0.05550410866482158f +
-                       r * (0.009618129107628477f +
-                            r * (0.0013333558146428443f + r * 0.00015403530393381608f)))));
-    const uint32_t bits = (uint32_t)(n + 127) << 23;
-    float power;
-    memcpy(&power, &bits, sizeof power);
-    return p * power;
 }
 
 /* Eight numbers that one instruction takes, where compilers have them. */
@@ -1158,10 +1204,9 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *g
     for (size_t k = 0; k < count; k++) {
         RBTI_EACH_DRAW(r)
         {
-            const float y = (weights[k * m + r] - most[r]) * RBTI_GATE_UNIT * 1.4426950408889634f;
-            weights[k * m + r] = y > -126.0f ? y : -126.0f;
+            const float x = (weights[k * m + r] - most[r]) * RBTI_GATE_UNIT;
+            weights[k * m + r] = rbti_least_power(x * RBTI_LOG2_E);
         }
-        /* a loop of its own: compilers make two ways of a number that may be a constant */
         RBTI_EACH_DRAW(r)
         {
             weights[k * m + r] = rbti_power_of_two(weights[k * m + r]);
@@ -1822,6 +1867,7 @@ typedef struct rbti_header {
 #define RBTI_OUTCOME_BOUNDS -1000000.0, 1000000.0
 #define RBTI_MOST_NUMBER 1000000.0
 #define RBTI_NUMBER_ROUNDING 0.02002
+#define RBTI_MOST_SPEED_SCALE 1e+30
 #define RBTI_MOST_CUT 1000.0
 #define RBTI_MOST_MIDDLE 1000.0f
 #define RBTI_MOST_SCALE 10000.0f
@@ -2078,7 +2124,7 @@ static int rbti_check_spin_axes(const rbt_spin_law *law)
               RBT_ERR_AXES);
     RBTI_NEED(rbti_range_holds(law->speed_first, law->speed_last, RBTI_SPIN_SPEED_BOUNDS),
               RBT_ERR_AXES);
-    RBTI_NEED(rbti_within(law->speed_coefficient, bounds[0], bounds[1]) &&
+    RBTI_NEED(rbti_within(law->speed_scale, 0.0, RBTI_MOST_SPEED_SCALE) &&
                   rbti_within(law->speed_exponent, bounds[0], bounds[1]),
               RBT_ERR_AXES);
     return RBT_OK;
@@ -2326,7 +2372,7 @@ static void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
     law->speed_last = h->spin_speed[1];
     law->speed_low = law->speed_first * (1.0 - RBTI_ROUNDING);
     law->speed_high = law->speed_last * (1.0 + RBTI_ROUNDING);
-    law->speed_coefficient = h->spin_coordinate[0];
+    law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }

@@ -78,7 +78,7 @@ def _fill_spin_fields(header: NDArray[np.void], spin: SpinArrays) -> None:
     header["n_leaves"] = spin.inputs.size // (2 * N_INPUTS)
     header["spin_alpha"] = spin.alpha_first, spin.alpha_last
     header["spin_speed"] = spin.speed_first, spin.speed_last
-    header["spin_coordinate"] = spin.speed_coefficient, spin.speed_exponent
+    header["spin_coordinate"] = spin.speed_scale, spin.speed_exponent
     header["aspect"] = spin.grains.aspect.reshape(-1)
 
 

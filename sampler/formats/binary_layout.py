@@ -203,7 +203,12 @@ HEADER = (
     *(Field(name, "<u4", 1, meaning) for name, meaning in SPIN_COUNTS.items()),
     Field("spin_alpha", "<f8", 2, "smallest and largest impact angle of the spin law, rad"),
     Field("spin_speed", "<f8", 2, "smallest and largest effective speed V_e, m/s"),
-    Field("spin_coordinate", "<f8", 2, "k and n of the speed's coordinate exp(-k V_e^n)"),
+    Field(
+        "spin_coordinate",
+        "<f8",
+        2,
+        "k times the n-th power of the largest V_e, and n, of exp(-k V_e^n)",
+    ),
     Field("aspect", "<f8", 8, "laws of b/a and c/b: mean, deviation, probabilities of the ends"),
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
 )

@@ -106,7 +106,8 @@ def test_grains_are_those_of_python_and_kept_unless_told_otherwise(library, law)
 
 
 def test_every_draw_leaves_the_wall_below_the_effective_speed(library, law):
-    alpha1, speed, spin, index, hit = given = conditions(3000, seed=8)
+    given = conditions(3000, seed=8)
+    spin = given[2]
     spin[:500] *= 1e3
     with toolchain.opened(library, law.path) as table:
         _, states, _ = drawn(library, table, *given)
