@@ -121,8 +121,11 @@ def spin_rebound_batch(
         draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
         for n in range(count):
             k = first + n
-            for variable in range(6):
-                results[k, variable] = drawn[np.uint64(6 * n + variable)]
+            results[k] = 0.0
+            for column in range(len(arrays.columns)):
+                variable = arrays.columns[column]
+                if variable < 6:
+                    results[k, variable] = drawn[np.uint64(6 * n + variable)]
             one = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
             to_lab(*one, vector(wall_velocity, k), *keys, results[k])
