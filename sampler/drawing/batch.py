@@ -9,8 +9,8 @@ from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, MOST_WORDS, N_VALUES, item, state_drawer, word_filler
+from sampler.drawing.condition_status import status_of
 from sampler.drawing.intrinsics import local_array
-from sampler.drawing.kernel import status_of
 from sampler.errors import CLAMPED, OK
 
 local_words = local_array(types.uint32, MOST_WORDS * BLOCK)
@@ -21,20 +21,23 @@ fill_words, draw_states = word_filler(BLOCK), state_drawer(BLOCK)
 
 @no_refcount_inline_kernel
 def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
-    """Copy the conditions of a block; whether all of them lie within the table.
+    """Copy the conditions of a block.
 
-    Without branches; NaN is not within.
+    Without branches; NaN is within nothing. Returns whether all conditions lie within the table,
+    and how many speeds are not those at which the pair's laws were measured.
     """
     low, high = arrays.alpha.low, arrays.alpha.high
     least, most = arrays.speed.low, arrays.speed.high
-    outside = np.int64(0)
+    slow, fast = arrays.valid_speed
+    outside, extrapolated = np.int64(0), np.int64(0)
     for r in range(BLOCK):
         k = first + min(r, count - 1)
         angle, velocity = item(alpha1, k), item(speed, k)
         angles[np.uint64(r)], velocities[np.uint64(r)] = angle, velocity
         inside = (angle >= low) & (angle <= high) & (velocity >= least) & (velocity <= most)
         outside += np.int64(not inside)
-    return outside == 0
+        extrapolated += np.int64((not (slow <= velocity) & (velocity <= fast)) & (r < count))
+    return outside == 0, extrapolated
 
 
 @no_refcount_kernel
@@ -53,28 +56,31 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
 
     Returns
     -------
-    tuple of four int
+    tuple of five int
         First row with an error (-1: none) and its code; first clamped row (-1: none) and the
-        number of clamped rows before the error.
+        number of clamped rows before the error; number of rows, before its block, at speeds at
+        which the pair's laws are extrapolated.
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
-    first_clamped = -1
-    clamped = 0
+    first_clamped, clamped, extrapolated = -1, 0, 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        if not fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
+        conditions = (arrays, alpha1, speed, first, count, angles, velocities)
+        all_inside, beyond = fill_conditions(*conditions)
+        if not all_inside:
             for r in range(count):
                 status = status_of(arrays, angles[np.uint64(r)], velocities[np.uint64(r)])
                 if status < OK:
-                    return first + r, status, first_clamped, clamped
+                    return first + r, status, first_clamped, clamped, extrapolated
                 if status == CLAMPED:
                     clamped += 1
                     first_clamped = first + r if first_clamped < 0 else first_clamped
+        extrapolated += beyond
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         draw_states(arrays, words, angles, velocities, drawn)
         for r in range(count):
             for column in range(len(arrays.columns)):
                 component = np.uint64(arrays.columns[column] * BLOCK + r)
                 states[np.uint64(first + r), np.uint64(column)] = drawn[component]
-    return -1, OK, first_clamped, clamped
+    return -1, OK, first_clamped, clamped, extrapolated

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.argument_types import output_of
+from sampler.drawing.argument_types import check_omega, output_of
 from sampler.drawing.batch import (
     draw_states,
     fill_words,
@@ -20,7 +20,8 @@ from sampler.drawing.batch import (
     local_words,
 )
 from sampler.drawing.block import BLOCK, item
-from sampler.drawing.kernel import draw, status_of
+from sampler.drawing.condition_status import status_of
+from sampler.drawing.kernel import draw
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
 from sampler.errors import (
@@ -114,6 +115,14 @@ def impact(
     return status, impact_angle(relative, unit(normal))[0], speed
 
 
+@no_refcount_inline_kernel
+def is_extrapolated(arrays: TableArrays, velocity: Vector, wall_velocity: Vector) -> int:
+    """1 where the pair's laws were not measured at the speed of an impact, else 0."""
+    relative = combine(1.0, velocity, -1.0, wall_velocity)
+    slow, fast = arrays.valid_speed
+    return int(not slow <= math.sqrt(dot(relative, relative)) <= fast)
+
+
 @inline_kernel
 def tangent(relative: Vector, e_y: Vector, seed: int, index: int, hit: int) -> Vector:
     """Return the unit vector e_x along the tangential velocity.
@@ -154,6 +163,31 @@ def to_lab(
         out[axis] += wall_velocity[axis]
 
 
+@inline_kernel
+def spin_in_wall_axes(omega: Vector, e_x: Vector, e_y: Vector, scale: float) -> Vector:
+    """Return the components of an angular velocity (rad/s) along the wall's axes, times a/V (s)."""
+    e_z = cross(e_x, e_y)
+    return (scale * dot(omega, e_x), scale * dot(omega, e_y), scale * dot(omega, e_z))
+
+
+@inline_kernel
+def impact_spin(
+    velocity: Vector,
+    normal: Vector,
+    half_size: float,
+    wall_velocity: Vector,
+    omega: Vector,
+    seed: int,
+    index: int,
+    hit: int,
+) -> Vector:
+    """Spin of an impact that can be made, times a/V, from an angular velocity in the lab frame."""
+    relative = combine(1.0, velocity, -1.0, wall_velocity)
+    e_y = unit(normal)
+    e_x = tangent(relative, e_y, seed, index, hit)
+    return spin_in_wall_axes(omega, e_x, e_y, half_size / math.sqrt(dot(relative, relative)))
+
+
 @no_refcount_kernel
 def rebound(
     arrays: TableArrays,
@@ -165,6 +199,8 @@ def rebound(
     index: int,
     hit: int,
     out: NDArray[np.float64],
+    omega: Vector | None = None,
+    grain: Vector | None = None,
 ) -> int:
     """Rebound of one particle in the lab frame; callable from the user's own compiled code.
 
@@ -181,6 +217,11 @@ def rebound(
         Keys of the random numbers, as for `sampler.draw`.
     out : float64 array, shape (6,), written
         Velocity in m/s, then angular velocity in rad/s, lab frame.
+    omega : tuple of three float, optional
+        Angular velocity before the impact, rad/s, lab frame: then the rebound is drawn from the
+        spin law, also where it is zero. None: from the law of particles without spin.
+    grain : tuple of three float, optional
+        As for `sampler.draw`.
 
     Returns
     -------
@@ -197,7 +238,13 @@ def rebound(
         raise ValueError("out: got fewer than 6 numbers, allowed: shape (6,)")
     status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
     if status == OK:
-        status = draw(arrays, alpha1, speed, seed, index, hit, out)
+        if omega is None:
+            status = draw(arrays, alpha1, speed, seed, index, hit, out, None, grain)
+        else:
+            check_omega(omega)
+            impact_of = (velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
+            spin = impact_spin(*impact_of)
+            status = draw(arrays, alpha1, speed, seed, index, hit, out, spin, grain)
     if status >= OK:
         to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
     return status
@@ -216,16 +263,16 @@ def rebound_batch(
     results: NDArray[np.float64],
     start: int,
     stop: int,
-) -> tuple[int, int, int, int]:
+) -> tuple[int, int, int, int, int]:
     """Rebounds of the rows from start to stop; ends with the block of the first error.
 
     Arrays have n rows or one; `results` has shape (n, 6): velocity and angular velocity.
-    Returns the same four numbers as `sampler.drawing.batch.draw_batch`.
+    Returns the same five numbers as `sampler.drawing.batch.draw_batch`.
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
-    first_clamped = -1
-    clamped = 0
+    first_clamped, clamped, extrapolated = -1, 0, 0
+    slow, fast = arrays.valid_speed
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
         for r in range(BLOCK):
@@ -235,10 +282,12 @@ def rebound_batch(
             status, alpha1, speed = impact(*given, vector(wall_velocity, k))
             status = status_of(arrays, alpha1, speed) if status == OK else status
             if status < OK:
-                return k, status, first_clamped, clamped
-            if status == CLAMPED and r < count:
-                clamped += 1
-                first_clamped = k if first_clamped < 0 else first_clamped
+                return k, status, first_clamped, clamped, extrapolated
+            if r < count:
+                extrapolated += int(not slow <= speed <= fast)
+                if status == CLAMPED:
+                    clamped += 1
+                    first_clamped = k if first_clamped < 0 else first_clamped
             angles[np.uint64(r)], velocities[np.uint64(r)] = alpha1, speed
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         draw_states(arrays, words, angles, velocities, drawn)
@@ -249,4 +298,4 @@ def rebound_batch(
             given = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
             to_lab(*given, vector(wall_velocity, k), *keys, results[k])
-    return -1, OK, first_clamped, clamped
+    return -1, OK, first_clamped, clamped, extrapolated
