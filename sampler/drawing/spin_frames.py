@@ -1,0 +1,148 @@
+"""Rebounds of many particles that arrive spinning, in the lab frame.
+
+Grains are those given, (n, 3) or (1, 3), or where there are none, (0, 3), those of the hits
+``grain_hit``. As in `sampler.drawing.frames`, arrays have n rows or one.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.block import BLOCK, item
+from sampler.drawing.frames import impact, impact_spin, is_extrapolated, to_lab
+from sampler.drawing.grain import draw_grain
+from sampler.drawing.roughness import rough_rebound
+from sampler.drawing.spin_draw import (
+    draw_spinning,
+    fill_grains,
+    fill_words,
+    local_reals,
+    local_states,
+    local_vectors,
+    local_words,
+    spin_status,
+)
+from sampler.drawing.vectors import Vector, vector
+from sampler.errors import CLAMPED, OK
+from sampler.formats.table_arrays import TableArrays
+
+
+@no_refcount_kernel
+def spin_rebound_batch(
+    arrays: TableArrays,
+    velocity: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    half_size: NDArray[np.float64],
+    wall_velocity: NDArray[np.float64],
+    omega: NDArray[np.float64],
+    given: NDArray[np.float64],
+    grain_hit: NDArray[np.uint32],
+    seed: int,
+    index: NDArray[np.uint64],
+    hit: NDArray[np.uint32],
+    results: NDArray[np.float64],
+    start: int,
+    stop: int,
+) -> tuple[int, int, int, int, int]:
+    """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
+    words, drawn = local_words(), local_states()
+    angles, speeds, spins, grains = local_reals(), local_reals(), local_vectors(), local_vectors()
+    first_clamped, clamped, extrapolated = -1, 0, 0
+    slow, fast = arrays.valid_speed
+    for first in range(start, stop, BLOCK):
+        count = min(BLOCK, stop - first)
+        for r in range(BLOCK):
+            # a block that is not full repeats its last draw
+            k = first + min(r, count - 1)
+            given_k = (vector(velocity, k), vector(normal, k), item(half_size, k))
+            status, alpha1, speed = impact(*given_k, vector(wall_velocity, k))
+            if status != OK:
+                return k, status, first_clamped, clamped, extrapolated
+            keys = (seed, item(index, k), item(hit, k))
+            spin = impact_spin(*given_k, vector(wall_velocity, k), vector(omega, k), *keys)
+            status = spin_status(arrays.spin, alpha1, speed, spin[0], spin[1], spin[2])
+            if status < OK:
+                return k, status, first_clamped, clamped, extrapolated
+            if r < count:
+                extrapolated += int(not slow <= speed <= fast)
+                if status == CLAMPED:
+                    clamped += 1
+                    first_clamped = k if first_clamped < 0 else first_clamped
+            angles[np.uint64(r)], speeds[np.uint64(r)] = alpha1, speed
+            for axis in range(3):
+                spins[np.uint64(3 * r + axis)] = spin[axis]
+        fill_words(6, seed, index, hit, first, count, words)
+        fill_grains(arrays.spin.grains, given, seed, index, grain_hit, first, count, grains)
+        draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
+        for r in range(count):
+            k = first + r
+            for variable in range(6):
+                results[k, variable] = 0.0
+            for variable in arrays.columns:
+                if variable < 6:
+                    results[k, variable] = drawn[np.uint64(6 * r + variable)]
+            given_k = (vector(velocity, k), vector(normal, k), item(half_size, k))
+            keys = (seed, item(index, k), item(hit, k))
+            to_lab(*given_k, vector(wall_velocity, k), *keys, results[k])
+    return -1, OK, first_clamped, clamped, extrapolated
+
+
+@no_refcount_inline_kernel
+def _grain_of_row(
+    arrays: TableArrays,
+    given: NDArray[np.float64],
+    grain_hit: NDArray[np.uint32],
+    seed: int,
+    index: NDArray[np.uint64],
+    k: int,
+) -> Vector:
+    """Grain of a row; of a table without spin law, which refuses a spin, any."""
+    if given.shape[0] > 0:
+        return vector(given, k)
+    if arrays.spin.n_shapes == 0:
+        return 0.0, 1.0, 1.0
+    return draw_grain(arrays.spin.grains, seed, item(index, k), item(grain_hit, k))
+
+
+@no_refcount_kernel
+def rough_spin_rebound_batch(
+    arrays: TableArrays,
+    velocity: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    half_size: NDArray[np.float64],
+    wall_velocity: NDArray[np.float64],
+    roughness: NDArray[np.float64],
+    omega: NDArray[np.float64],
+    given: NDArray[np.float64],
+    grain_hit: NDArray[np.uint32],
+    seed: int,
+    index: NDArray[np.uint64],
+    hit: NDArray[np.uint32],
+    results: NDArray[np.float64],
+    start: int,
+    stop: int,
+) -> tuple[int, int, int, int, int]:
+    """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
+    first_clamped, clamped, extrapolated = -1, 0, 0
+    for k in range(start, stop):
+        extrapolated += is_extrapolated(arrays, vector(velocity, k), vector(wall_velocity, k))
+        status = rough_rebound(
+            arrays,
+            vector(velocity, k),
+            vector(normal, k),
+            item(half_size, k),
+            vector(wall_velocity, k),
+            item(roughness, k),
+            seed,
+            item(index, k),
+            item(hit, k),
+            results[k],
+            vector(omega, k),
+            _grain_of_row(arrays, given, grain_hit, seed, index, k),
+        )
+        if status < OK:
+            return k, status, first_clamped, clamped, extrapolated
+        if status == CLAMPED:
+            clamped += 1
+            first_clamped = k if first_clamped < 0 else first_clamped
+    return -1, OK, first_clamped, clamped, extrapolated
