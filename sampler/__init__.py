@@ -11,10 +11,11 @@ True
 
 The columns are u, v, w over V and omega_x, omega_y, omega_z times a/V. ``table.rebound`` does the
 same for velocities in the lab frame. Both take keys in place of a generator: the seed of a run, the
-index of each particle and how many walls it has hit. Of particles that arrive spinning, give the
-spin (``spin=``, ``omega=``): each keeps its grain from wall to wall. ``sampler.draw``, ``sampler.rebound`` and
-``sampler.rough_rebound`` do it for one particle inside compiled code, and return status codes:
-``sampler.OK``, ``sampler.CLAMPED`` and the others of `sampler.errors`.
+index of each particle and how many walls it has hit. Of particles that arrive
+spinning, give the spin (``spin=``, ``omega=``); each has one grain, from wall to wall.
+``sampler.draw``, ``sampler.rebound`` and ``sampler.rough_rebound`` do it for one particle inside
+compiled code, and return status codes: ``sampler.OK``, ``sampler.CLAMPED`` and the others of
+`sampler.errors`.
 """
 
 from typing import TYPE_CHECKING

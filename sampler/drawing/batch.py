@@ -9,8 +9,8 @@ from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, MOST_WORDS, N_VALUES, item, state_drawer, word_filler
-from sampler.drawing.condition_status import status_of
 from sampler.drawing.intrinsics import local_array
+from sampler.drawing.kernel import status_of
 from sampler.errors import CLAMPED, OK
 
 local_words = local_array(types.uint32, MOST_WORDS * BLOCK)
@@ -21,14 +21,13 @@ fill_words, draw_states = word_filler(BLOCK), state_drawer(BLOCK)
 
 @no_refcount_inline_kernel
 def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
-    """Copy the conditions of a block.
+    """Copy the conditions of a block; whether all lie within the table, and how many extrapolate.
 
-    Without branches; NaN is within nothing. Returns whether all conditions lie within the table,
-    and how many speeds are not those at which the pair's laws were measured.
+    Without branches; NaN is not within.
     """
     low, high = arrays.alpha.low, arrays.alpha.high
     least, most = arrays.speed.low, arrays.speed.high
-    slow, fast = arrays.valid_speed
+    valid_least, valid_most = arrays.valid_speed
     outside, extrapolated = np.int64(0), np.int64(0)
     for r in range(BLOCK):
         k = first + min(r, count - 1)
@@ -36,7 +35,8 @@ def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
         angles[np.uint64(r)], velocities[np.uint64(r)] = angle, velocity
         inside = (angle >= low) & (angle <= high) & (velocity >= least) & (velocity <= most)
         outside += np.int64(not inside)
-        extrapolated += np.int64((not (slow <= velocity) & (velocity <= fast)) & (r < count))
+        valid = (velocity >= valid_least) & (velocity <= valid_most) | (r >= count)
+        extrapolated += np.int64(not valid)
     return outside == 0, extrapolated
 
 
@@ -57,18 +57,19 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     Returns
     -------
     tuple of five int
-        First row with an error (-1: none) and its code; first clamped row (-1: none) and the
-        number of clamped rows before the error; number of rows, before its block, at speeds at
-        which the pair's laws are extrapolated.
+        First row with an error (-1: none) and its code; first clamped row (-1: none); before the
+        error the number of rows that were clamped, and of those that extrapolate the laws.
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
-    first_clamped, clamped, extrapolated = -1, 0, 0
+    first_clamped = -1
+    clamped, extrapolated = 0, 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        conditions = (arrays, alpha1, speed, first, count, angles, velocities)
-        all_inside, beyond = fill_conditions(*conditions)
-        if not all_inside:
+        given = arrays, alpha1, speed, first, count, angles, velocities
+        inside, beyond = fill_conditions(*given)
+        extrapolated += beyond
+        if not inside:
             for r in range(count):
                 status = status_of(arrays, angles[np.uint64(r)], velocities[np.uint64(r)])
                 if status < OK:
@@ -76,7 +77,6 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
                 if status == CLAMPED:
                     clamped += 1
                     first_clamped = first + r if first_clamped < 0 else first_clamped
-        extrapolated += beyond
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         draw_states(arrays, words, angles, velocities, drawn)
         for r in range(count):

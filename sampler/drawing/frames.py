@@ -2,7 +2,8 @@
 
 The wall frame has y along the wall normal into the gas, x along the tangential part of the
 velocity relative to the wall, and z = x cross y. At exactly normal impact there is no
-tangential part and the law is symmetric about y, so the direction of x is drawn uniformly.
+tangential part and the law is symmetric about y, so the direction of x is drawn uniformly; a spin
+before the impact is seen from there.
 """
 
 import math
@@ -23,6 +24,7 @@ from sampler.drawing.block import BLOCK, item
 from sampler.drawing.condition_status import status_of
 from sampler.drawing.kernel import draw
 from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.spin_draw import spin_status
 from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
 from sampler.errors import (
     CLAMPED,
@@ -163,15 +165,8 @@ def to_lab(
         out[axis] += wall_velocity[axis]
 
 
-@inline_kernel
-def spin_in_wall_axes(omega: Vector, e_x: Vector, e_y: Vector, scale: float) -> Vector:
-    """Return the components of an angular velocity (rad/s) along the wall's axes, times a/V (s)."""
-    e_z = cross(e_x, e_y)
-    return (scale * dot(omega, e_x), scale * dot(omega, e_y), scale * dot(omega, e_z))
-
-
-@inline_kernel
-def impact_spin(
+@no_refcount_inline_kernel
+def spin_of(
     velocity: Vector,
     normal: Vector,
     half_size: float,
@@ -181,11 +176,36 @@ def impact_spin(
     index: int,
     hit: int,
 ) -> Vector:
-    """Spin of an impact that can be made, times a/V, from an angular velocity in the lab frame."""
+    """Return the spin times a/V in the frame of the wall, of an angular velocity (rad/s)."""
     relative = combine(1.0, velocity, -1.0, wall_velocity)
     e_y = unit(normal)
     e_x = tangent(relative, e_y, seed, index, hit)
-    return spin_in_wall_axes(omega, e_x, e_y, half_size / math.sqrt(dot(relative, relative)))
+    scale = half_size / math.sqrt(dot(relative, relative))
+    e_z = cross(e_x, e_y)
+    return scale * dot(omega, e_x), scale * dot(omega, e_y), scale * dot(omega, e_z)
+
+
+@no_refcount_inline_kernel
+def spinning_impact(
+    arrays: TableArrays,
+    velocity: Vector,
+    normal: Vector,
+    half_size: float,
+    wall_velocity: Vector,
+    omega: Vector,
+    seed: int,
+    index: int,
+    hit: int,
+) -> tuple[int, float, float, Vector]:
+    """Condition of an impact with a spin: status, angle (rad), speed (m/s), spin times a/V."""
+    spin = (0.0, 0.0, 0.0)
+    status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
+    if status == OK and not is_finite(omega):
+        status = NOT_FINITE
+    if status == OK:
+        spin = spin_of(velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
+        status = spin_status(arrays.spin, alpha1, speed, spin[0], spin[1], spin[2])
+    return status, alpha1, speed, spin
 
 
 @no_refcount_kernel
@@ -236,14 +256,15 @@ def rebound(
     check_out(out)
     if out.size < 6:
         raise ValueError("out: got fewer than 6 numbers, allowed: shape (6,)")
-    status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
-    if status == OK:
-        if omega is None:
+    if omega is None:
+        status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
+        if status == OK:
             status = draw(arrays, alpha1, speed, seed, index, hit, out, None, grain)
-        else:
-            check_omega(omega)
-            impact_of = (velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
-            spin = impact_spin(*impact_of)
+    else:
+        check_omega(omega)
+        whole = (arrays, velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
+        status, alpha1, speed, spin = spinning_impact(*whole)
+        if status >= OK:
             status = draw(arrays, alpha1, speed, seed, index, hit, out, spin, grain)
     if status >= OK:
         to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)

@@ -34,8 +34,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
-from sampler.drawing.argument_types import check_omega
+from sampler.compilation.jit import (
+    inline_kernel,
+    kernel,
+    no_refcount_inline_kernel,
+    no_refcount_kernel,
+)
 from sampler.drawing.block import item
 from sampler.drawing.frames import (
     LEAST_SPEED,
@@ -176,6 +180,30 @@ def facet_normal(
     return combine(math.cos(tilt), e_y, -math.sin(tilt), e_x)
 
 
+@no_refcount_inline_kernel
+def _given_or(omega: Vector | None, other: Vector) -> Vector:
+    """Return three floats, the others where none are given."""
+    if omega is None:
+        return other
+    return float(omega[0]), float(omega[1]), float(omega[2])
+
+
+@no_refcount_inline_kernel
+def _bounce(
+    arrays: TableArrays,
+    impact: Any,
+    spinning: Vector,
+    kept: Vector,
+    omega: Vector | None,
+    grain: Vector | None,
+    out: NDArray[np.float64],
+) -> int:
+    """One bounce: with the spin that the particle has where one was given before the first."""
+    if omega is None:
+        return rebound(arrays, *impact, out, None, grain)
+    return rebound(arrays, *impact, out, spinning, kept)
+
+
 @no_refcount_kernel
 def rough_bounces(
     arrays: TableArrays,
@@ -216,13 +244,8 @@ def rough_bounces(
     if not dot(moving, e_y) < 0.0:
         return NOT_APPROACHING, 0
     clamped = OK
-    # which branches are compiled depends on the arguments alone
-    if omega is None:
-        spinning, kept = None, grain
-    else:
-        check_omega(omega)
-        spinning = (float(omega[0]), float(omega[1]), float(omega[2]))
-        kept = own_grain(arrays, seed, index) if grain is None else grain
+    # all bounces have one grain, though each has a seed of its own
+    spinning, kept = _given_or(omega, at_rest), _given_or(grain, own_grain(arrays, seed, index))
     for bounce in range(MAX_BOUNCES):
         key = bounce_seed(seed, bounce)
         alpha1 = max(impact_angle(moving, e_y)[0], 0.0)
@@ -230,14 +253,13 @@ def rough_bounces(
         if not found:
             return TILT_NOT_FOUND, bounce
         facet = facet_normal(moving, e_y, tilt, key, index, hit)
-        local = (arrays, moving, facet, half_size, at_rest, key, index, hit, out)
-        status = rebound(*local, spinning, kept)
+        impact = (moving, facet, half_size, at_rest, key, index, hit)
+        status = _bounce(arrays, impact, spinning, kept, omega, grain, out)
         if status < OK:
             return status, bounce
         clamped = max(clamped, status)
         moving = (out[0], out[1], out[2])
-        if omega is not None:
-            spinning = (out[3], out[4], out[5])
+        spinning = (out[3], out[4], out[5])
         if dot(moving, e_y) > 0.0:
             for axis in range(3):
                 out[axis] += wall_velocity[axis]

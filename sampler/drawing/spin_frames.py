@@ -1,7 +1,7 @@
 """Rebounds of many particles that arrive spinning, in the lab frame.
 
-Grains are those given, (n, 3) or (1, 3), or where there are none, (0, 3), those of the hits
-``grain_hit``. As in `sampler.drawing.frames`, arrays have n rows or one.
+As the batches of `sampler.drawing.frames` and `sampler.drawing.roughness`, with the angular
+velocity before the impact, rad/s, and grains.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, item
-from sampler.drawing.frames import impact, impact_spin, is_extrapolated, to_lab
+from sampler.drawing.frames import is_extrapolated, spinning_impact, to_lab
 from sampler.drawing.grain import draw_grain
 from sampler.drawing.roughness import rough_rebound
 from sampler.drawing.spin_draw import (
@@ -20,7 +20,6 @@ from sampler.drawing.spin_draw import (
     local_states,
     local_vectors,
     local_words,
-    spin_status,
 )
 from sampler.drawing.vectors import Vector, vector
 from sampler.errors import CLAMPED, OK
@@ -44,46 +43,47 @@ def spin_rebound_batch(
     start: int,
     stop: int,
 ) -> tuple[int, int, int, int, int]:
-    """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
+    """Rebounds of the rows from start to stop; ends with the block of the first error.
+
+    Arrays have n rows or one; `omega`, (n, 3) or (1, 3), is in rad/s before the impact, and
+    `given` and `grain_hit` are as of `sampler.drawing.spin_draw.spin_draw_batch`. `results` has
+    shape (n, 6): velocity and angular velocity. Returns the same five numbers.
+    """
     words, drawn = local_words(), local_states()
     angles, speeds, spins, grains = local_reals(), local_reals(), local_vectors(), local_vectors()
+    low, high = arrays.valid_speed
     first_clamped, clamped, extrapolated = -1, 0, 0
-    slow, fast = arrays.valid_speed
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        for r in range(BLOCK):
+        for n in range(BLOCK):
             # a block that is not full repeats its last draw
-            k = first + min(r, count - 1)
-            given_k = (vector(velocity, k), vector(normal, k), item(half_size, k))
-            status, alpha1, speed = impact(*given_k, vector(wall_velocity, k))
-            if status != OK:
-                return k, status, first_clamped, clamped, extrapolated
+            k, r = first + min(n, count - 1), np.uint64(n)
+            one = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
-            spin = impact_spin(*given_k, vector(wall_velocity, k), vector(omega, k), *keys)
-            status = spin_status(arrays.spin, alpha1, speed, spin[0], spin[1], spin[2])
+            status, angles[r], speeds[r], spin = spinning_impact(
+                arrays, *one, vector(wall_velocity, k), vector(omega, k), *keys
+            )
             if status < OK:
                 return k, status, first_clamped, clamped, extrapolated
-            if r < count:
-                extrapolated += int(not slow <= speed <= fast)
+            spins[3 * n], spins[3 * n + 1], spins[3 * n + 2] = spin
+            if n < count:
+                extrapolated += 0 if low <= speeds[r] <= high else 1
                 if status == CLAMPED:
                     clamped += 1
                     first_clamped = k if first_clamped < 0 else first_clamped
-            angles[np.uint64(r)], speeds[np.uint64(r)] = alpha1, speed
-            for axis in range(3):
-                spins[np.uint64(3 * r + axis)] = spin[axis]
         fill_words(6, seed, index, hit, first, count, words)
         fill_grains(arrays.spin.grains, given, seed, index, grain_hit, first, count, grains)
         draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
-        for r in range(count):
-            k = first + r
+        for n in range(count):
+            k = first + n
             for variable in range(6):
                 results[k, variable] = 0.0
             for variable in arrays.columns:
                 if variable < 6:
-                    results[k, variable] = drawn[np.uint64(6 * r + variable)]
-            given_k = (vector(velocity, k), vector(normal, k), item(half_size, k))
+                    results[k, variable] = drawn[np.uint64(6 * n + variable)]
+            one = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
-            to_lab(*given_k, vector(wall_velocity, k), *keys, results[k])
+            to_lab(*one, vector(wall_velocity, k), *keys, results[k])
     return -1, OK, first_clamped, clamped, extrapolated
 
 

@@ -87,5 +87,5 @@ def merge(parts: list[Report], outside_is_bad: bool) -> Report:
     bad = next((part for part in parts if part.bad_row >= 0), None)
     if bad is not None and not (outside_is_bad and 0 <= clamped_row < bad.bad_row):
         return bad
-    clamped, extrapolated = (sum(counts) for counts in zip(*(p[3:] for p in parts), strict=True))
+    clamped, extrapolated = (sum(column) for column in list(zip(*parts, strict=True))[3:])
     return Report(-1, OK, clamped_row, clamped, extrapolated)
