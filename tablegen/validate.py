@@ -24,11 +24,16 @@ from tablegen.accuracy.spin_conditions import (
     check_spin_conditions,
     pick_spin_conditions,
 )
-from tablegen.accuracy.spin_measure import measure_spin, worst_spin_stored
+from tablegen.accuracy.spin_measure import measure_spin
 from tablegen.accuracy.spin_validation import SpinValidation, judged_record
 from tablegen.config import AccuracyTargets, Config, stored_config
 from tablegen.configuration.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS
-from tablegen.configuration.metric_table import looser_than_compact, worst_stored
+from tablegen.configuration.metric_table import (
+    METRICS,
+    looser_than_compact,
+    worst_spin_stored,
+    worst_stored,
+)
 
 #: A condition of the user's choice: angle [degrees], speed [m/s], and spin [V/a] if it has one.
 Place = tuple[float, float] | tuple[float, float, Spin]
@@ -102,7 +107,8 @@ class Validation:
         for name, worst in (self.stored or {}).items():
             least = (limits(name, c.estimates[name], self.together)[0] for c in self.measured)
             found[name] = max(least, default=0.0)
-            if found[name] <= worst:
+            # noise may take what is stored below the distance of equal laws
+            if found[name] <= max(worst, METRICS[name].least):
                 del found[name]
         return found
 

@@ -5,7 +5,8 @@ single condition shows whether a particle keeps its grain. So many particles are
 one impact, and its condition, its grain and its outcome are compared as one law.
 """
 
-from collections.abc import Collection
+import math
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,13 +28,21 @@ from tablegen.impact_chains import (
 )
 from tablegen.model.float_array import FloatArray
 
-#: Particles a side at first, and each further look at an undecided comparison has so many times as
+#: Impacts a side at first, and each further look at an undecided comparison has so many times as
 #: many, up to the limit: two million take two gigabytes.
 SAMPLES = 400_000
 _MORE = 3
 _MOST_SAMPLES = 2_000_000
 
-#: Keys of the particles whose outcomes the table draws begin here; those of the others are below.
+#: Particles from which the share is taken that gives impacts within the table's range, and the
+#: least share: of a table of few angles hardly a chain has two impacts there.
+_PILOT = 2_000
+_LEAST_SHARE = 0.02
+
+#: States (n, 6) after impacts.
+Draw = Callable[[Impacts], FloatArray]
+
+#: Keys of the particles whose outcomes are drawn begin here; those of the others are below.
 _DRAWN = 2**40
 
 
@@ -77,9 +86,11 @@ class JointComparison:
 class _Side:
     """Conditions, grains and outcomes of one side; further ones do not change the first."""
 
-    def __init__(self, config: Config, seed: int, table: Table | None, threads: int | None) -> None:
-        self.config, self.seed, self.table, self.threads = config, seed, table, threads
-        self.model = DirectModel(config)
+    def __init__(
+        self, config: Config, seed: int, share: float, draw: Draw | None, threads: int | None
+    ) -> None:
+        self.config, self.seed, self.draw, self.threads = config, seed, draw, threads
+        self.model, self.share = DirectModel(config), share
         self.impacts: Impacts
         #: Shapes (n, 5), (n, 3) and (n, 6).
         self.conditions: FloatArray
@@ -87,9 +98,9 @@ class _Side:
         self.outcomes: FloatArray
 
     def reach(self, count: int) -> None:
-        """Follow so many particles."""
-        index = np.arange(count, dtype=np.uint64)
-        if self.table is not None:
+        """Follow particles to about so many impacts."""
+        index = np.arange(math.ceil(count / self.share), dtype=np.uint64)
+        if self.draw is not None:
             index += np.uint64(_DRAWN)
         chains = occurring_impacts(self.config, self.model, self.seed, index, self.threads)
         factor = energy_factor(chains.spin)[:, None]
@@ -108,11 +119,9 @@ class _Side:
     def _states(self) -> FloatArray:
         """States after the impacts, over V."""
         chains = self.impacts
-        if self.table is None:
+        if self.draw is None:
             return simulated(self.model, chains, self.seed, self.threads)
-        how: dict[str, Any] = {"seed": self.seed, "threads": self.threads, "spin": chains.spin}
-        keys: dict[str, Any] = {"index": chains.index, "hit": chains.hit}
-        return self.table.sample(chains.alpha1, chains.speed, **keys, **how)
+        return self.draw(chains)
 
 
 def _estimates(
@@ -127,36 +136,65 @@ def _estimates(
     return found
 
 
+def drawn_from(table: Table, seed: int, threads: int | None = None, *, spin: bool = True) -> Draw:
+    """Give the function that draws the outcomes of impacts from a table.
+
+    Parameters
+    ----------
+    table : Table
+    seed : int
+    threads : int, optional
+    spin : bool
+        Whether the table is told the spin; else every impact is a first one to it.
+    """
+
+    def draw(impacts: Impacts) -> FloatArray:
+        given: dict[str, Any] = {"spin": impacts.spin} if spin else {}
+        keys: dict[str, Any] = {"seed": seed, "index": impacts.index, "hit": impacts.hit}
+        return table.sample(impacts.alpha1, impacts.speed, threads=threads, **keys, **given)
+
+    return draw
+
+
 def compare_chains(
-    table: Table,
+    draw: Draw,
     config: Config,
     *,
     seed: int,
     samples: int | None = None,
     targets: JointTargets | None = None,
     threads: int | None = None,
-) -> JointComparison:
+) -> JointComparison | None:
     """Compare a spin law with direct simulation over the impacts that occur in chains.
 
     Both sides have conditions that direct simulation made, each of particles of its own; the
-    outcomes of one side are drawn from the table. A particle keeps its grain on both.
+    outcomes of one side are drawn. A particle keeps its grain on both.
 
     Parameters
     ----------
-    table : Table
-        With a spin law.
+    draw : callable
+        From impacts to states (n, 6); see `drawn_from`.
     config : Config
-        What the table claims to represent.
+        What the law claims to represent.
     seed : int
     samples : int, optional
-        Particles a side at first; where these do not decide, up to nine times as many are taken.
+        Impacts a side at first, about; where these do not decide, up to nine times as many are
+        taken.
     targets : JointTargets, optional
         Accuracy that is asked for; the declared one by default.
     threads : int, optional
+
+    Returns
+    -------
+    JointComparison or None
+        None if hardly a chain stays within the table's range up to its second impact.
     """
+    share = share_inside(config, seed)
+    if share < _LEAST_SHARE:
+        return None
     allowed: Targets = targets or config.spin_targets.joint
     count, seed_of_metrics = samples or SAMPLES, seed % 2**32
-    drawn, direct = (_Side(config, seed, side, threads) for side in (table, None))
+    drawn, direct = (_Side(config, seed, share, side, threads) for side in (draw, None))
     found = _first_look(drawn, direct, count, Settings(seed_of_metrics))
     trained = min(found.states, METRICS["auc"].trial_states or found.states) // 2
     again = Settings(seed_of_metrics, classified=None, trained=trained)
@@ -171,6 +209,12 @@ def compare_chains(
         states = min(len(drawn.outcomes), len(direct.outcomes))
         found = replace(found, estimates=found.estimates | new, states=states)
     return found
+
+
+def share_inside(config: Config, seed: int) -> float:
+    """Share of particles that give an impact within the table's range."""
+    pilot = np.arange(_PILOT, dtype=np.uint64)
+    return len(occurring_impacts(config, DirectModel(config), seed, pilot).index) / _PILOT
 
 
 def _first_look(drawn: _Side, direct: _Side, count: int, settings: Settings) -> JointComparison:

@@ -1,6 +1,6 @@
 """Accuracy of a spin law: at some conditions, and over the impacts that occur in chains."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,11 +13,11 @@ from sampler.formats.spin_layout import ACCURACY
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import Verdict, judge
-from tablegen.accuracy.joint_law import JointComparison, compare_chains
+from tablegen.accuracy.joint_law import JointComparison, compare_chains, drawn_from
 from tablegen.accuracy.measure import ComparedCondition, compared_side_by_side
 from tablegen.accuracy.spin_conditions import SpinCondition
 from tablegen.config import Config
-from tablegen.configuration.metric_table import JOINT, JOINT_METRICS, METRICS
+from tablegen.configuration.metric_table import JOINT, METRICS
 from tablegen.configuration.spin_targets import SpinTargets
 from tablegen.tasks.progress import bar
 
@@ -90,7 +90,8 @@ def measure_spin(
     over = None
     if joint:
         with threadpool_limits(limits=1), bar(progress, total=1, desc="chains") as counted:
-            over = compare_chains(table, config, seed=seed, samples=samples, targets=targets.joint)
+            draw = drawn_from(table, seed)
+            over = compare_chains(draw, config, seed=seed, samples=samples, targets=targets.joint)
             counted.update()
     return SpinAccuracy(found, over)
 
@@ -118,19 +119,3 @@ def spin_accuracy_datasets(measured: SpinAccuracy | None) -> dict[str, NDArray[n
         f"{ACCURACY}{name}": values.reshape(-1, wide[name]) if name in wide else values
         for name, values in found.items()
     }
-
-
-def worst_spin_stored(stored: Mapping[str, NDArray[np.float64]]) -> dict[str, float] | None:
-    """Largest distance of each limit of a spin law that a table stores; None if nothing.
-
-    Parameters
-    ----------
-    stored : mapping from name to array
-        Datasets of a table file, by their paths.
-    """
-    worst = {}
-    for name in (*METRICS, *(f"{JOINT}{metric}" for metric in JOINT_METRICS)):
-        values = stored.get(f"{ACCURACY}{name}")
-        if values is not None and values.size:
-            worst[name] = float(values.max())
-    return worst or None

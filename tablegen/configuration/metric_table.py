@@ -164,6 +164,32 @@ def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
     return {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
 
 
+def worst_spin_stored(datasets: Mapping[str, Any]) -> dict[str, float] | None:
+    """Largest distance of each limit of a spin law that a table stores; None if nothing.
+
+    Parameters
+    ----------
+    datasets : mapping of str to array
+        Of a table file, by their paths; those of the group ``spin_accuracy`` count.
+    """
+    worst = {}
+    for name in SPIN_PRESETS[_LOOSEST]:
+        values = datasets.get(f"spin_accuracy/{name}")
+        if values is not None and values.size:
+            worst[name] = float(values.max())
+    return worst or None
+
+
+def spin_errors_text(values: Mapping[str, float]) -> str:
+    """Distances of a spin law by the name of their limit, on one line."""
+    parts = []
+    for name, value in values.items():
+        metric = METRICS[name.removeprefix(JOINT)]
+        chains = " over chains" if name.startswith(JOINT) else ""
+        parts.append(f"{metric.short}{chains} {metric.text(value)}")
+    return ", ".join(parts)
+
+
 def errors_text(values: Mapping[str, float]) -> str:
     """Distances by metric on one line."""
     return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())
