@@ -24,6 +24,7 @@ from pydantic import (
 from sampler.errors import InputError
 from sampler.files.locate import find_config
 from sampler.formats.channels import STATE, VARIABLES
+from sampler.formats.spin_bounds import GROUP_SIZE, N_GROUPS
 from sampler.formats.table_bounds import is_line
 from tablegen.configuration.config_files import names_a_file, pair_file, read_text
 from tablegen.configuration.field_types import (
@@ -106,6 +107,12 @@ class TableSettings(Record):
     quantile_knots: Annotated[int | None, Field(ge=17, le=65535), AfterValidator(_odd)] = None
     #: Make the law exactly symmetric about the impact plane.
     mirror: bool = False
+    #: Of the spin law: leaves of the tree of a shape, groups of experts in a leaf, experts in a
+    #: group, and simulated rebounds of a leaf.
+    spin_leaves: Annotated[int | None, Field(ge=1, le=1024)] = None
+    spin_groups: Annotated[int | None, Field(ge=1, le=N_GROUPS)] = None
+    spin_experts: Annotated[int | None, Field(ge=1, le=GROUP_SIZE)] = None
+    spin_rebounds: Annotated[int | None, Field(ge=1000, le=10**8)] = None
 
 
 #: The preset, and a field for each metric.
@@ -135,6 +142,8 @@ class Config(Record):
     name: Name
     pair: MaterialPair
     population: Population
+    #: Whether the table has a law for particles that arrive spinning.
+    spin: bool = False
     domain: Domain
     model: ModelSettings = ModelSettings()
     table: TableSettings = TableSettings()
@@ -170,6 +179,14 @@ class Config(Record):
                 "or set domain.extrapolate = true"
             )
             raise refusal("domain.speed", self.domain.speed, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _spin_gives_states(self) -> Self:
+        others = [name for name in self.domain.columns if name not in STATE]
+        if self.spin and others:
+            allowed = f"false with {', '.join(others)} among the components, which it does not give"
+            raise refusal("spin", self.spin, allowed)
         return self
 
     @model_validator(mode="after")

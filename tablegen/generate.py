@@ -22,6 +22,7 @@ from tablegen.refinement.assembly import accuracy_datasets, assemble
 from tablegen.refinement.axes import make_axes
 from tablegen.refinement.refine import refine_grid
 from tablegen.refinement.rehearsal import rehearse
+from tablegen.spin_law.law import spin_law
 from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.processor_kind import processor_kind
 from tablegen.tasks.runner import TaskRunner
@@ -116,7 +117,9 @@ def generate(
             rehearse(config, store.rehearsal)
         before()
         refined = refine_grid(config, runner)
-        contents = assemble(config, make_axes(config, refined.placement.grid), refined.nodes)
+        law = spin_law(config, runner) if config.spin else None
+        axes = make_axes(config, refined.placement.grid)
+        contents = assemble(config, axes, refined.nodes, law)
         table = Table(contents)
         begin = time.perf_counter()
         how: Any = {"seed": _MEASURE_SEED, "samples": samples, "progress": progress}
