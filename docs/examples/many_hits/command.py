@@ -15,7 +15,7 @@ from many_hits.cases import FLOWS, GROUPS, follow_flow
 from many_hits.chain_report import chain_numbers, chains_text
 from many_hits.chains import OPPOSITE, SAME, Chain, follow_chain
 from many_hits.flow_report import flow_numbers, flow_text
-from many_hits.models import Wall, has_spin_law, make_walls, seed_of
+from many_hits.models import Wall, make_walls, seed_of
 from many_hits.motion import Gas
 from many_hits.picture import chains_picture, flow_picture, write
 from sampler.compilation.processors import processors
@@ -113,7 +113,7 @@ def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
     """Follow the particles, write report, numbers and picture."""
     table = sampler.load(options.table)
     made = make_walls(parse_config(table.config, options.table), table, options.threads)
-    if not has_spin_law(table):
+    if not table.has_spin:
         print(f"many_hits: note: {options.table} takes no spin", file=sys.stderr)
     command = f"`{' '.join(['python docs/examples/many_hits', *words])}`"
     numbers: Any

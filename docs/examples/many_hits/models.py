@@ -65,11 +65,6 @@ class Walls(NamedTuple):
         return f"Draws outside the table, which took its nearest condition: {', '.join(counts)}.\n"
 
 
-def has_spin_law(table: Table) -> bool:
-    """Whether a table takes the spin before a hit."""
-    return table.arrays.spin.n_shapes > 0
-
-
 def make_walls(config: Config, table: Table, threads: int) -> Walls:
     """Walls of all models, without ``table`` if that takes no spin.
 
@@ -83,7 +78,7 @@ def make_walls(config: Config, table: Table, threads: int) -> Walls:
     """
     # Copies, each of which counts what is outside for itself.
     tables = {"table": copy.copy(table), "table-without-spin": copy.copy(table)}
-    if not has_spin_law(table):
+    if not table.has_spin:
         tables.pop("table")
     particles = DirectModel(config)
     spheres = DirectModel(config, config.population.restricted_to("sphere"))
