@@ -110,7 +110,8 @@ DEFINE_DPM_BC(rebound_wall, tp, t, f, f_normal, dim)
         velocity[k] = TP_VEL(tp)[k];
 
     const int code = rbt_rebound(rebound_table, velocity, normal, REBOUND_HALF_SIZE * TP_DIAM(tp),
-                                 wall, REBOUND_SEED, (uint64_t)TP_ID(tp), hit, velocity, omega);
+                                 wall, NULL, REBOUND_SEED, (uint64_t)TP_ID(tp), hit, velocity,
+                                 omega);
     if (code == RBT_ERR_NOT_APPROACHING)
         return PATH_ACTIVE; /* at the wall, but leaving already: no hit */
     if (code < RBT_OK) {

@@ -75,7 +75,8 @@ int Foam::reboundTable::rebound
 {
     return rbt_rebound
     (
-        table_, U.cdata(), n.cdata(), a, Uwall.cdata(), seed, particle, hit, U.data(), omega.data()
+        table_, U.cdata(), n.cdata(), a, Uwall.cdata(), nullptr, seed, particle, hit,
+        U.data(), omega.data()
     );
 }
 
