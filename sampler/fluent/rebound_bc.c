@@ -59,17 +59,13 @@ static int rebound_warned = 0;  /* of an impact outside the table, once a proces
 
 DEFINE_EXECUTE_ON_LOADING(rebound_open, libname)
 {
-    const double none[3] = {0.0, 0.0, 0.0};
-    double state[6];
     const int code = rbt_open(REBOUND_TABLE, &rebound_table);
     if (code < RBT_OK) {
         Message("%s: %s: %s\n", libname, REBOUND_TABLE, rbt_strerror(code));
         return;
     }
     rbt_valid_speed(rebound_table, rebound_valid);
-    /* whether it has a spin law, says a draw at any condition */
-    rebound_keeps_spin = REBOUND_KEEP_SPIN &&
-                         rbt_draw(rebound_table, 1.0, 100.0, none, 0, 0, 0, state) >= RBT_OK;
+    rebound_keeps_spin = REBOUND_KEEP_SPIN && rbt_has_spin_law(rebound_table);
     if (REBOUND_KEEP_SPIN && !rebound_keeps_spin)
         Message("%s: %s: no spin law: particles are taken to arrive without spin\n", libname,
                 REBOUND_TABLE);

@@ -49,11 +49,7 @@ bool Foam::reboundTable::gives(const int k) const
 
 bool Foam::reboundTable::hasSpinLaw() const
 {
-    // A draw says so, whatever its condition
-    const double none[3] = {0, 0, 0};
-    double state[6];
-
-    return rbt_draw(table_, 1, 100, none, 0, 0, 0, state) != RBT_ERR_NO_SPIN_LAW;
+    return rbt_has_spin_law(table_);
 }
 
 
