@@ -41,7 +41,7 @@ static void check_draws(const rbt_table *table)
         index[k] = (uint64_t)k * 0x9E3779B97F4A7C15u;
         hit[k] = (uint32_t)k;
     }
-    need(rbt_draw_batch(table, DRAWS, alpha1, speed, 1, index, hit, states, NULL) >= RBT_OK);
+    need(rbt_draw_batch(table, DRAWS, alpha1, speed, NULL, 1, index, hit, states, NULL) >= RBT_OK);
     for (int k = 0; k < DRAWS; k++) {
         need(rbt_draw_all(table, alpha1[k], speed[k], 1, index[k], hit[k], values) >= RBT_OK);
         for (int m = 0; m < RBT_VALUES; m++)
@@ -52,7 +52,7 @@ static void check_draws(const rbt_table *table)
         need(values[1] >= 0.0 && values[1] < 1.0 && energy <= 1.0 + 1e-12);
         need(values[6] >= 0.0 && energy + values[6] <= 1.0 + 1e-12);
     }
-    need(rbt_draw(table, 0.5 * alphas[0], 2.0 * speeds[1], 1, 2, 3, values) != RBT_OK);
+    need(rbt_draw(table, 0.5 * alphas[0], 2.0 * speeds[1], NULL, 1, 2, 3, values) != RBT_OK);
     need(rbt_pair(table)[127] == 0);
 }
 

@@ -56,10 +56,8 @@ def test_a_table_that_was_read_is_not_the_file(reading_library, tmp_path):
     states, report = np.zeros((2, 100, 6)), toolchain.Report()
     with toolchain.opened(reading_library, path) as table:
         for each in states:
-            keys = 5, index, hit
-            assert (
-                reading_library.rbt_draw_batch(table, 100, alpha1, speed, *keys, each, report) >= 0
-            )
+            given = alpha1, speed, None, 5, index, hit, each, report
+            assert reading_library.rbt_draw_batch(table, 100, *given) >= 0
             path.write_bytes(bytes(100))
     np.testing.assert_array_equal(*states)
     assert states.any(axis=-1).all()
