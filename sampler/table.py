@@ -13,6 +13,8 @@ from sampler.drawing.batch import draw_batch
 from sampler.drawing.frames import rebound_batch
 from sampler.drawing.law import states_of_law
 from sampler.drawing.roughness import MAX_ROUGHNESS, rough_rebound_batch
+from sampler.drawing.spin_draw import spin_draw_batch
+from sampler.drawing.spin_frames import spin_rebound_batch
 from sampler.drawing.threads import Counter, merge, run_rows
 from sampler.errors import InputError, OutsideTableWarning, TableError
 from sampler.files.locate import find_table
@@ -20,6 +22,7 @@ from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.packing import kept_beside, table_arrays
 from sampler.formats.packing_memory import repacked
 from sampler.formats.table_arrays import bytes_of, same
+from sampler.inputs.grains import Grain, check_grains, rows_with_grains
 from sampler.inputs.messages import outside_message, outside_warning, row_message
 from sampler.inputs.output import Rebound, as_output, where_to_draw
 from sampler.inputs.rows import (
@@ -72,10 +75,10 @@ class Table:
         self.speed_independent = contents.speed_independent
         self._small = kept_beside(contents)
         self._source: TableContents | Path = contents
-        self._clamped = Counter()
+        self._clamped, self._extrapolated = Counter(), Counter()
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_clamped": Counter()}
+        return self.__dict__ | {"_clamped": Counter(), "_extrapolated": Counter()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -147,11 +150,23 @@ class Table:
         """How many draws so far lay outside the table and were moved to its edge."""
         return self._clamped.value
 
+    @property
+    def extrapolated(self) -> int:
+        """How many draws so far had a speed at which the pair's laws are an extrapolation."""
+        return self._extrapolated.value
+
+    @property
+    def has_spin(self) -> bool:
+        """Whether the table has the law of particles that arrive spinning."""
+        return self.arrays.spin.n_shapes > 0
+
     def sample(
         self,
         alpha1: ArrayLike,
         speed: ArrayLike,
         *,
+        spin: ArrayLike | None = None,
+        grain: Grain = "own",
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
@@ -171,6 +186,13 @@ class Table:
             Impact angle in rad from the wall, in (0, pi/2].
         speed : float or array
             Impact speed V in m/s, > 0. All arrays broadcast, as in numpy.
+        spin : array, shape (..., 3), optional
+            Angular velocity before the impact times a/V, in the frame of the wall. Left out, the
+            particle has not spun, and no grain of its own is asked for.
+        grain : "own", "fresh" or array, shape (..., 3)
+            With a spin. "own": a particle has the same grain at every hit, drawn by (seed, index);
+            "fresh": another one at every hit, drawn by (seed, index, hit). An array: shape code,
+            b/a and c/b of each particle.
         seed : int
             Seed of the run, uint64.
         index : int or array of int
@@ -201,10 +223,20 @@ class Table:
             ``outside="raise"`` also: outside the table). Names the first row.
         """
         keys = Keys(seed, index, hit, rng, size)
-        rows = broadcast({"alpha1": alpha1, "speed": speed}, keys)
+        given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
+        rows, batch, extra = self._rows(given, "spin", spin, grain, keys)
         states = as_output(out, (*rows.shape, len(self.columns)))
-        drawn = states if out is None else where_to_draw(states, rows, self.arrays, self.outside)
-        self._draw(draw_batch, rows, drawn.reshape(rows.n, len(self.columns)), threads)
+        # a draw with a spin can be refused for more reasons than are looked at before
+        drawn = states
+        if out is not None:
+            plain = spin is None
+            drawn = (
+                where_to_draw(states, rows, self.arrays, self.outside)
+                if plain
+                else np.empty_like(states)
+            )
+        results = drawn.reshape(rows.n, len(self.columns))
+        self._draw(batch or draw_batch, rows, results, threads, extra=extra)
         if drawn is not states:
             states[...] = drawn
         return states
@@ -215,6 +247,8 @@ class Table:
         normal: ArrayLike,
         half_size: ArrayLike,
         *,
+        omega: ArrayLike | None = None,
+        grain: Grain = "own",
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
@@ -234,7 +268,9 @@ class Table:
             Wall normal into the gas, of any length but zero.
         half_size : float or array, shape (...)
             Largest half-size a of the particle, m.
-        seed, index, hit, rng, size, threads
+        omega : array, shape (..., 3), optional
+            Angular velocity before the impact, rad/s, lab frame; as `spin` of `sample`.
+        grain, seed, index, hit, rng, size, threads
             As for `sample`.
         wall_velocity : array, shape (..., 3), optional
             Velocity of the wall at the point of contact, m/s; at rest if left out.
@@ -259,13 +295,13 @@ class Table:
             "half_size": half_size,
             "wall_velocity": np.zeros(3) if wall_velocity is None else wall_velocity,
         }
-        batch: Callable[..., Any] = rebound_batch
         if roughness is not None:
-            batch = rough_rebound_batch
             arguments["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
-        rows = broadcast(arguments, Keys(seed, index, hit, rng, size))
+        keys = Keys(seed, index, hit, rng, size)
+        rows, batch, extra = self._rows(arguments, "omega", omega, grain, keys)
+        plain = rebound_batch if roughness is None else rough_rebound_batch
         results = np.empty((rows.n, 6))
-        self._draw(batch, rows, results, threads)
+        self._draw(batch or plain, rows, results, threads, extra=extra)
         parts = (results[:, :3], results[:, 3:])
         return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
 
@@ -346,6 +382,27 @@ class Table:
         results = [reduce(states) for states in states_of_law(self.arrays, conditions)]
         return np.array(results).reshape(*rows.shape, *reduce(np.zeros((1, drawn.shape[1]))).shape)
 
+    def _rows(
+        self,
+        arguments: dict[str, ArrayLike],
+        name: str,
+        spin: ArrayLike | None,
+        grain: Grain,
+        keys: Keys,
+    ) -> tuple[Rows, Callable[..., Any] | None, tuple[Any, ...]]:
+        """Rows of a call; with a spin also the kernel that draws, and what it takes of grains."""
+        if spin is None:
+            return broadcast(arguments, keys), None, ()
+        if not self.has_spin:
+            raise InputError(
+                f"{name}: got a spin, allowed: none, this table was made without a spin law"
+            )
+        rows, grains = rows_with_grains(arguments | {name: spin}, grain, keys)
+        if len(grains.given):
+            check_grains(self.arrays, rows, grains.given)
+        batch = spin_rebound_batch if "velocity" in arguments else spin_draw_batch
+        return rows, batch, tuple(grains)
+
     def _draw(
         self,
         batch: Callable[..., Any],
@@ -353,14 +410,16 @@ class Table:
         results: NDArray[Any],
         threads: int | None,
         stacklevel: int = 3,
+        extra: tuple[Any, ...] = (),
     ) -> None:
         """Write the results of all rows; refuse the first bad row, or count what is outside."""
         if threads is not None:
             threads = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
-        arguments = (self.arrays, *rows.values.values(), *rows.keys, results)
+        arguments = (self.arrays, *rows.values.values(), *extra, *rows.keys, results)
         report = merge(run_rows(batch, arguments, rows.n, threads), self.outside == "raise")
         if report.bad_row >= 0:
             raise InputError(row_message(rows, report.bad_row, report.code))
+        self._extrapolated.add(report.extrapolated)
         if report.clamped == 0:
             return
         row = report.clamped_row

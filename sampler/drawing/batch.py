@@ -21,20 +21,23 @@ fill_words, draw_states = word_filler(BLOCK), state_drawer(BLOCK)
 
 @no_refcount_inline_kernel
 def fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
-    """Copy the conditions of a block; whether all of them lie within the table.
+    """Copy the conditions of a block; whether all lie within the table, and how many extrapolate.
 
     Without branches; NaN is not within.
     """
     low, high = arrays.alpha.low, arrays.alpha.high
     least, most = arrays.speed.low, arrays.speed.high
-    outside = np.int64(0)
+    valid_least, valid_most = arrays.valid_speed
+    outside, extrapolated = np.int64(0), np.int64(0)
     for r in range(BLOCK):
         k = first + min(r, count - 1)
         angle, velocity = item(alpha1, k), item(speed, k)
         angles[np.uint64(r)], velocities[np.uint64(r)] = angle, velocity
         inside = (angle >= low) & (angle <= high) & (velocity >= least) & (velocity <= most)
         outside += np.int64(not inside)
-    return outside == 0
+        valid = (velocity >= valid_least) & (velocity <= valid_most) | (r >= count)
+        extrapolated += np.int64(not valid)
+    return outside == 0, extrapolated
 
 
 @no_refcount_kernel
@@ -53,21 +56,24 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
 
     Returns
     -------
-    tuple of four int
-        First row with an error (-1: none) and its code; first clamped row (-1: none) and the
-        number of clamped rows before the error.
+    tuple of five int
+        First row with an error (-1: none) and its code; first clamped row (-1: none), and before the
+        error the numbers of rows that were clamped, and whose speed extrapolates the laws.
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
     first_clamped = -1
-    clamped = 0
+    clamped, extrapolated = 0, 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
-        if not fill_conditions(arrays, alpha1, speed, first, count, angles, velocities):
+        given = arrays, alpha1, speed, first, count, angles, velocities
+        inside, beyond = fill_conditions(*given)
+        extrapolated += beyond
+        if not inside:
             for r in range(count):
                 status = status_of(arrays, angles[np.uint64(r)], velocities[np.uint64(r)])
                 if status < OK:
-                    return first + r, status, first_clamped, clamped
+                    return first + r, status, first_clamped, clamped, extrapolated
                 if status == CLAMPED:
                     clamped += 1
                     first_clamped = first + r if first_clamped < 0 else first_clamped
@@ -77,4 +83,4 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
             for column in range(len(arrays.columns)):
                 component = np.uint64(arrays.columns[column] * BLOCK + r)
                 states[np.uint64(first + r), np.uint64(column)] = drawn[component]
-    return -1, OK, first_clamped, clamped
+    return -1, OK, first_clamped, clamped, extrapolated

@@ -216,16 +216,17 @@ def rebound_batch(
     results: NDArray[np.float64],
     start: int,
     stop: int,
-) -> tuple[int, int, int, int]:
+) -> tuple[int, int, int, int, int]:
     """Rebounds of the rows from start to stop; ends with the block of the first error.
 
     Arrays have n rows or one; `results` has shape (n, 6): velocity and angular velocity.
-    Returns the same four numbers as `sampler.drawing.batch.draw_batch`.
+    Returns the same five numbers as `sampler.drawing.batch.draw_batch`.
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
     first_clamped = -1
-    clamped = 0
+    clamped, extrapolated = 0, 0
+    valid_least, valid_most = arrays.valid_speed
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
         for r in range(BLOCK):
@@ -235,10 +236,11 @@ def rebound_batch(
             status, alpha1, speed = impact(*given, vector(wall_velocity, k))
             status = status_of(arrays, alpha1, speed) if status == OK else status
             if status < OK:
-                return k, status, first_clamped, clamped
+                return k, status, first_clamped, clamped, extrapolated
             if status == CLAMPED and r < count:
                 clamped += 1
                 first_clamped = k if first_clamped < 0 else first_clamped
+            extrapolated += 0 if valid_least <= speed <= valid_most or r >= count else 1
             angles[np.uint64(r)], velocities[np.uint64(r)] = alpha1, speed
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         draw_states(arrays, words, angles, velocities, drawn)
@@ -249,4 +251,4 @@ def rebound_batch(
             given = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
             to_lab(*given, vector(wall_velocity, k), *keys, results[k])
-    return -1, OK, first_clamped, clamped
+    return -1, OK, first_clamped, clamped, extrapolated

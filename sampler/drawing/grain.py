@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.jit import no_refcount_inline_kernel
-from sampler.drawing.normal import normal_quantile
+from sampler.drawing.normal import MIDDLE, central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.formats.grain_law import GrainLaw
 
@@ -28,20 +28,34 @@ Grain = tuple[float, float, float]
 @no_refcount_inline_kernel
 def pick_row(law: Any, u: float) -> int:
     """Row of the shapes of a law for a uniform number u in (0, 1)."""
-    last = law.shape_codes.size - 1
-    for row in range(last):
-        if u < law.cumulative_weights[row]:
-            return row
-    return last
+    row = 0
+    for k in range(law.shape_codes.size - 1):
+        row += int(u >= law.cumulative_weights[np.uint64(k)])
+    return row
 
 
 @no_refcount_inline_kernel
-def aspect_ratio(law: NDArray[np.float64], u: float) -> float:
+def middle_aspect_ratio(law: NDArray[np.float64], row: int, u: float) -> tuple[float, float]:
+    """Aspect ratio where the normal quantile needs no tail, and how far its probability is out.
+
+    The ratio holds where that is at most `MIDDLE`; a fixed one always does.
+    """
+    place = np.uint64(row)
+    mean, deviation = law[place, np.uint64(0)], law[place, np.uint64(1)]
+    low, high = law[place, np.uint64(2)], law[place, np.uint64(3)]
+    q = low + u * (high - low) - 0.5
+    ratio = mean + deviation * (q * central_ratio(0.180625 - q * q))
+    return (ratio if deviation > 0.0 else mean), (abs(q) if deviation > 0.0 else 0.0)
+
+
+@no_refcount_inline_kernel
+def aspect_ratio(law: NDArray[np.float64], row: int, u: float) -> float:
     """Truncated-normal aspect ratio for u in (0, 1), from a row of `GrainLaw.aspect`."""
-    mean, deviation, low, high = law[0], law[1], law[2], law[3]
-    if deviation == 0.0:
-        return mean
-    return mean + deviation * normal_quantile(low + u * (high - low))
+    ratio, out = middle_aspect_ratio(law, row, u)
+    if out <= MIDDLE:
+        return ratio
+    low, high = law[row, 2], law[row, 3]
+    return law[row, 0] + law[row, 1] * normal_quantile(low + u * (high - low))
 
 
 @no_refcount_inline_kernel
@@ -60,7 +74,7 @@ def grain_of_numbers(law: GrainLaw, first: float, second: float, which: float) -
     if law.fixed_ratios[row, 0] > 0.0:
         ratios = law.fixed_ratios[row, 0], law.fixed_ratios[row, 1]
     else:
-        ratios = aspect_ratio(law.aspect[0], first), aspect_ratio(law.aspect[1], second)
+        ratios = aspect_ratio(law.aspect, 0, first), aspect_ratio(law.aspect, 1, second)
     return float(law.shape_codes[row]), ratios[0], ratios[1]
 
 

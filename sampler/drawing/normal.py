@@ -23,6 +23,9 @@ _FIRST_PIECE = np.int32(126 * PIECES)
 _PIECE_BITS = np.uint32(3)
 _MANTISSA = np.uint32(0x7FFFFF)
 _ONE_BITS = np.uint32(0x3F800000)
+#: Distance of a probability from 1/2 up to which `central_ratio` gives its quantile.
+MIDDLE = 0.425
+
 _ONE, _HALF, _TWO = np.float32(1.0), np.float32(0.5), np.float32(2.0)
 _SIGN_SHIFT = np.uint32(31)
 _DISTANCE = np.uint32(0x7FFFFFFF)
@@ -96,7 +99,7 @@ def _tail(r):
 def normal_quantile(p):
     """Return the standard normal quantile of p in the open interval (0, 1)."""
     q = p - 0.5
-    if abs(q) <= 0.425:
+    if abs(q) <= MIDDLE:
         return q * central_ratio(0.180625 - q * q)
     if q < 0.0:
         return -_tail(math.sqrt(-math.log(p)))

@@ -288,10 +288,11 @@ def rough_rebound_batch(
     results: NDArray[np.float64],
     start: int,
     stop: int,
-) -> tuple[int, int, int, int]:
+) -> tuple[int, int, int, int, int]:
     """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
     first_clamped = -1
-    clamped = 0
+    clamped, extrapolated = 0, 0
+    low, high = arrays.valid_speed
     for k in range(start, stop):
         status = rough_rebound(
             arrays,
@@ -306,9 +307,11 @@ def rough_rebound_batch(
             results[k],
         )
         if status < OK:
-            return k, status, first_clamped, clamped
+            return k, status, first_clamped, clamped, extrapolated
+        relative = combine(1.0, vector(velocity, k), -1.0, vector(wall_velocity, k))
+        extrapolated += 0 if low <= math.sqrt(dot(relative, relative)) <= high else 1
         if status == CLAMPED:
             clamped += 1
             if first_clamped < 0:
                 first_clamped = k
-    return -1, OK, first_clamped, clamped
+    return -1, OK, first_clamped, clamped, extrapolated

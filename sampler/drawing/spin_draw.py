@@ -16,10 +16,15 @@ from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, item, word_filler
-from sampler.drawing.grain import SIMULATION_KEY, grain_of_numbers
+from sampler.drawing.grain import (
+    SIMULATION_KEY,
+    aspect_ratio,
+    middle_aspect_ratio,
+    pick_row,
+)
 from sampler.drawing.intrinsics import local_array, prefetch
 from sampler.drawing.kernel import condition_status
-from sampler.drawing.normal import normal_of_word
+from sampler.drawing.normal import MIDDLE, normal_of_word
 from sampler.drawing.philox import uniform
 from sampler.drawing.spin_steps import (
     choose_group,
@@ -201,27 +206,40 @@ def spin_drawer(width):
 def grain_filler(width):
     """Make the function that draws the grains of as many particles."""
     local_words = local_array(types.uint32, WORDS * width)
+    local_distances = local_array(types.float64, 2 * width)
     fill_words = word_filler(width)
+
+    @no_refcount_inline_kernel
+    def draw_grains(law, seed, index, grain_hit, first, count, grains):
+        """Write the grains of the keys, first all as if no ratio lay in a tail of its law."""
+        words, distances = local_words(), local_distances()
+        fill_words(6, np.uint64(seed) ^ SIMULATION_KEY, index, grain_hit, first, count, words)
+        for n in range(width):
+            at, row = np.uint64(3 * n), pick_row(law, uniform(words[np.uint64(5 * width + n)]))
+            grains[at] = np.float64(law.shape_codes[np.uint64(row)])
+            for k in range(2):
+                ratio, out = middle_aspect_ratio(
+                    law.aspect, k, uniform(words[np.uint64(k * width + n)])
+                )
+                own = law.fixed_ratios[np.uint64(row), np.uint64(k)]
+                grains[at + np.uint64(1 + k)] = own if own > 0.0 else ratio
+                distances[np.uint64(2 * n + k)] = 0.0 if own > 0.0 else out
+        for n in range(width):
+            for k in range(2):
+                if distances[np.uint64(2 * n + k)] > MIDDLE:
+                    u = uniform(words[np.uint64(k * width + n)])
+                    grains[np.uint64(3 * n + 1 + k)] = aspect_ratio(law.aspect, k, u)
 
     @no_refcount_inline_kernel
     def fill_grains(law, given, seed, index, grain_hit, first, count, grains):
         """Write grains: those given, (n, 3), or if there are none those of the keys."""
-        if given.shape[0] > 0:
-            for n in range(width):
-                k = np.uint64(first + min(n, count - 1) if given.shape[0] > 1 else 0)
-                for part in range(3):
-                    grains[np.uint64(3 * n + part)] = given[k, np.uint64(part)]
+        if given.shape[0] == 0:
+            draw_grains(law, seed, index, grain_hit, first, count, grains)
             return
-        words = local_words()
-        key = np.uint64(seed) ^ SIMULATION_KEY
-        fill_words(6, key, index, grain_hit, first, count, words)
         for n in range(width):
-            first_ratio, second = uniform(words[np.uint64(n)]), uniform(words[np.uint64(width + n)])
-            which = uniform(words[np.uint64(5 * width + n)])
-            code, b_over_a, c_over_b = grain_of_numbers(law, first_ratio, second, which)
-            at = np.uint64(3 * n)
-            grains[at] = code
-            grains[at + np.uint64(1)], grains[at + np.uint64(2)] = b_over_a, c_over_b
+            k = np.uint64(first + min(n, count - 1) if given.shape[0] > 1 else 0)
+            for part in range(3):
+                grains[np.uint64(3 * n + part)] = given[k, np.uint64(part)]
 
     return fill_grains
 

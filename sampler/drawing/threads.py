@@ -41,6 +41,7 @@ class Report(NamedTuple):
     code: int
     clamped_row: int
     clamped: int
+    extrapolated: int
 
 
 def run_rows(
@@ -86,4 +87,5 @@ def merge(parts: list[Report], outside_is_bad: bool) -> Report:
     bad = next((part for part in parts if part.bad_row >= 0), None)
     if bad is not None and not (outside_is_bad and 0 <= clamped_row < bad.bad_row):
         return bad
-    return Report(-1, OK, clamped_row, sum(part.clamped for part in parts))
+    clamped, extrapolated = (sum(column) for column in list(zip(*parts, strict=True))[3:])
+    return Report(-1, OK, clamped_row, clamped, extrapolated)

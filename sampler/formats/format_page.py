@@ -1,10 +1,11 @@
 """Field lists of tables/FORMAT.md, made from the layouts that reader and writer follow.
 
-Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats.hdf5_layout` or
-`sampler.formats.binary_layout`; everything outside the marked parts of the page is written by hand.
+Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats.hdf5_layout`,
+`sampler.formats.spin_layout` or `sampler.formats.binary_layout`; everything outside the marked
+parts of the page is written by hand.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from sampler.files.atomic import write_text
 from sampler.files.locate import data_directory
 from sampler.formats.binary_layout import layout_text
 from sampler.formats.hdf5_layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, Dataset
+from sampler.formats.spin_layout import SPIN_DATASETS
 from sampler.formats.table_bounds import QUANTILES
 
 #: File name of the page, in the folder of the tables.
@@ -27,10 +29,20 @@ def _row(dataset: Dataset) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def datasets_text() -> str:
-    """Datasets of a table file as a Markdown table."""
+def _list_of(datasets: Iterable[Dataset]) -> str:
+    """Datasets as a Markdown table."""
     head = ["| dataset | type | shape | units | meaning | values |", "|---|---|---|---|---|---|"]
-    return "\n".join(head + [_row(dataset) for dataset in DATASETS]) + "\n"
+    return "\n".join(head + [_row(dataset) for dataset in datasets]) + "\n"
+
+
+def datasets_text() -> str:
+    """Datasets of every table file as a Markdown table."""
+    return _list_of(DATASETS)
+
+
+def spin_text() -> str:
+    """Datasets of the spin law as a Markdown table."""
+    return _list_of(SPIN_DATASETS)
 
 
 def quantiles_text() -> str:
@@ -88,6 +100,7 @@ def filled_page(page: str) -> str:
     parts = {
         "attributes": attributes_text,
         "datasets": datasets_text,
+        "spin": spin_text,
         "quantiles": quantiles_text,
         "binary": layout_text,
     }

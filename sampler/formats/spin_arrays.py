@@ -30,6 +30,8 @@ class SpinArrays(NamedTuple):
         k and n of the speed's coordinate exp(-k V_e^n).
     grains : GrainLaw
     shape_codes : int64 array, S
+    ratio_range : float64 array, (S, 2, 2)
+        Smallest and largest b/a, then c/b, that were simulated.
     roots : int32 array, S
     node_axis : int8 array, N
     node_cut : float64 array, N
@@ -64,6 +66,7 @@ class SpinArrays(NamedTuple):
     speed_exponent: float
     grains: GrainLaw
     shape_codes: NDArray[np.int64]
+    ratio_range: NDArray[np.float64]
     roots: NDArray[np.int32]
     node_axis: NDArray[np.int8]
     node_cut: NDArray[np.float64]

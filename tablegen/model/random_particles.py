@@ -108,8 +108,8 @@ def draw_grain(population, seed, index, hit):
     """
     first, second, which = grain_numbers(seed, index, hit)
     shape = population.shape_codes[pick_row(population, which)]
-    b_over_a = aspect_ratio(population.aspect[0], first)
-    c_over_b = aspect_ratio(population.aspect[1], second)
+    b_over_a = aspect_ratio(population.aspect, 0, first)
+    c_over_b = aspect_ratio(population.aspect, 1, second)
     b_over_a, c_over_b = _own_sizes(population, shape, b_over_a, c_over_b)
     return float(shape), b_over_a, c_over_b
 

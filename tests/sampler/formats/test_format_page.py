@@ -8,6 +8,7 @@ from sampler.formats import format_page
 from sampler.formats import hdf5_layout as layout
 from sampler.formats.binary_layout import ARRAYS, HEADER
 from sampler.formats.format_page import PAGE, filled_page
+from sampler.formats.spin_layout import SPIN_DATASETS
 
 COMMAND = "python -m sampler.formats.format_page"
 
@@ -35,10 +36,11 @@ def test_a_new_dataset_would_be_missed(page, monkeypatch):
 
 
 def test_lists_everything(page):
-    names = [dataset.path for dataset in layout.DATASETS] + list(layout.ATTRIBUTES)
+    every = layout.DATASETS + SPIN_DATASETS
+    names = [dataset.path for dataset in every] + list(layout.ATTRIBUTES)
     names += [entry.name for entry in (*HEADER, *ARRAYS)]
     assert [name for name in names if f"| `{name}` |" not in page] == []
-    dims = {dim for dataset in layout.DATASETS for dim in dataset.dims if isinstance(dim, str)}
+    dims = {dim for dataset in every for dim in dataset.dims if isinstance(dim, str)}
     assert [dim for dim in sorted(dims) if f"`{dim}`" not in page] == []
 
 
