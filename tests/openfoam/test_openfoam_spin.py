@@ -1,13 +1,21 @@
-"""OpenFOAM with the plugin: parcels carry their spin from wall to wall as a loop in Python does."""
+"""OpenFOAM with the plugin: parcels carry their spin from wall to wall as a loop in Python does.
+
+The table's spin law has random numbers: a law of no particle, which depends on the spin.
+"""
+
+from dataclasses import replace
 
 import bounces
 import foam_run
 import numpy as np
 import pytest
 import shots
+from spin_tables import with_spin_law
+
+import sampler
+from sampler.formats.binary import write_binary_table
 
 CLOUD = "constant/kinematicCloudProperties"
-SEED_LINE = "seed            7;"
 #: A run in which parcels meet up to nine walls.
 END = 0.02
 LONG = ("system/controlDict", "endTime         1e-3", f"endTime         {END}")
@@ -15,18 +23,28 @@ LONG = ("system/controlDict", "endTime         1e-3", f"endTime         {END}")
 FEW = 2e-3
 #: Rate [1/s] at which the gas of the case slows a sphere's spin down: 60 mu / (rho d^2).
 DECAY = 60.0 * 1.8e-5 / (shots.DENSITY * shots.DIAMETER**2)
+#: The end walls of the box become symmetry planes.
+SYMMETRY = ("system/blockMeshDict", "ends\n    {\n        type wall", "ends { type symmetry")
 
 
-def entry(text):
-    """The change to the case that adds an entry to the model's coefficients."""
-    return CLOUD, SEED_LINE, f"{SEED_LINE}\n        {text}"
+@pytest.fixture(scope="module")
+def spinning(table):
+    """A table with a spin law."""
+    return sampler.Table(with_spin_law(table.contents))
+
+
+@pytest.fixture(scope="module")
+def entries(spinning, tmp_path_factory):
+    """The change to the case that names this table, and adds entries to the coefficients."""
+    path = tmp_path_factory.mktemp("table") / "spinning.rbt"
+    write_binary_table(path, spinning.contents)
+    return lambda added="": (CLOUD, '"corundum-steel.rbt";', f'"{path}"; {added}')
 
 
 def share_off(fields, velocity, omega):
     """Share of parcels that end otherwise than expected."""
     off = np.abs(fields["U"] - velocity).max(axis=1) > 1e-6
-    scale = np.abs(omega).max()
-    return np.mean(off | (np.abs(fields["omega"] - omega).max(axis=1) > 1e-6 * scale))
+    return np.mean(off | (np.abs(fields["omega"] - omega).max(axis=1) > 1.0))
 
 
 def last_counts(log):
@@ -35,50 +53,48 @@ def last_counts(log):
     return [int(count) for count in line.split("=")[1].split(",")]
 
 
-@pytest.fixture(scope="module")
-def spinning(table):
-    """The table, if it has a spin law."""
-    if not shots.has_spin_law(table):
-        pytest.skip("the shipped table has no spin law")
-    return table
-
-
 @pytest.mark.study
 @pytest.mark.parametrize("cloud", ["kinematic", "colliding"])
 @pytest.mark.parametrize("processors", [1, 2])
-def test_parcels_keep_their_spin(work, spinning, started, cloud, processors, tmp_path):
+def test_parcels_keep_their_spin(work, spinning, entries, started, cloud, processors, tmp_path):
+    before = spinning.clamped, spinning.extrapolated
     velocity, omega, hits = bounces.replay(spinning, started, END)
-    case = tmp_path / "case"
+    outside = spinning.clamped - before[0], spinning.extrapolated - before[1]
     fields, log = shots.run_shots(
-        work, case, started, cloud, processors, edits=[LONG], end=f"{END}"
+        work,
+        tmp_path / "case",
+        started,
+        cloud,
+        processors,
+        edits=[LONG, entries()],
+        end=f"{END}",
     )
     assert hits.max() > 5
     assert np.mean(fields["dTarget"] != hits) <= FEW
     assert share_off(fields, velocity, omega) <= FEW
-    assert last_counts(log)[0] == fields["dTarget"].sum()
-    assert last_counts(log)[3] == 0
+    counts = last_counts(log)
+    assert counts[0] == fields["dTarget"].sum()
+    np.testing.assert_allclose(counts[1:3], outside, rtol=FEW)
+    assert counts[3] == 0
 
 
 @pytest.mark.study
 @pytest.mark.parametrize("cloud", ["kinematic", "colliding"])
-def test_the_gas_slows_the_spin_down(work, spinning, started, cloud, tmp_path):
+def test_the_gas_slows_the_spin_down(work, spinning, entries, started, cloud, tmp_path):
     velocity, omega, _ = bounces.replay(spinning, started, END, 2.0 * DECAY)
     kept, _, _ = bounces.replay(spinning, started, END)
     assert np.mean(np.abs(kept - velocity).max(axis=1) > 1e-3) > 0.2
-    edits = [LONG, entry("gasTorque 2;")]
+    edits = [LONG, entries("gasTorque 2;")]
     fields, _ = shots.run_shots(work, tmp_path / "case", started, cloud, edits=edits, end=f"{END}")
     assert share_off(fields, velocity, omega) <= FEW
 
 
 @pytest.mark.study
 @pytest.mark.parametrize("cloud", ["kinematic", "colliding"])
-def test_a_symmetry_plane_mirrors_the_spin(work, spinning, started, cloud, tmp_path):
-    velocity, omega, hits = bounces.replay(spinning, started, END, symmetry_axis=0)
-    ends = ("system/blockMeshDict", "ends\n    {\n        type wall", "ends { type symmetry")
-    fields, _ = shots.run_shots(
-        work, tmp_path / "case", started, cloud, edits=[LONG, ends], end=f"{END}"
-    )
-    np.testing.assert_array_equal(fields["dTarget"] > 0, hits > 0)
+def test_a_symmetry_plane_mirrors_the_spin(work, spinning, entries, started, cloud, tmp_path):
+    velocity, omega, _ = bounces.replay(spinning, started, END, symmetry_axis=0)
+    edits = [LONG, entries(), SYMMETRY]
+    fields, _ = shots.run_shots(work, tmp_path / "case", started, cloud, edits=edits, end=f"{END}")
     assert share_off(fields, velocity, omega) <= FEW
 
 
@@ -94,14 +110,14 @@ SIDES = """
 
 @pytest.mark.study
 @pytest.mark.parametrize("processors", [1, 2])
-def test_a_periodic_patch_turns_the_spin(work, spinning, started, processors, tmp_path):
+def test_a_periodic_patch_turns_the_spin(work, spinning, entries, started, processors, tmp_path):
     """OpenFOAM turns the angular momentum of colliding parcels; we the spin of the others."""
     left = SIDES.format(name="left", other="back", face="0 4 7 3")
     back = SIDES.format(name="back", other="left", face="0 3 2 1")
-    boundary = ("system/blockMeshDict", "boundary\n(", f"boundary\n({left}{back}")
     edits = [
         LONG,
-        boundary,
+        entries(),
+        ("system/blockMeshDict", "boundary\n(", f"boundary\n({left}{back}"),
         ("system/blockMeshDict", "((0 4 7 3) (1 2 6 5))", "((1 2 6 5))"),
         ("system/blockMeshDict", "((0 3 2 1) (4 5 6 7))", "((4 5 6 7))"),
     ]
@@ -111,16 +127,16 @@ def test_a_periodic_patch_turns_the_spin(work, spinning, started, processors, tm
             work, tmp_path / cloud, started, cloud, processors, edits=edits, end=f"{END}"
         )
     without, _, _ = bounces.replay(spinning, started, END)
-    assert np.mean(np.abs(without - ends["colliding"]["U"]).max(axis=1) > 1e-3) > 0.2
+    assert np.mean(np.abs(without - ends["colliding"]["U"]).max(axis=1) > 1e-3) > 0.05
     assert share_off(ends["kinematic"], ends["colliding"]["U"], ends["colliding"]["omega"]) <= FEW
 
 
 @pytest.mark.study
 @pytest.mark.parametrize("cloud", ["kinematic", "colliding"])
-def test_spin_no_takes_the_law_of_particles_without_spin(work, spinning, started, cloud, tmp_path):
-    edits = [entry("spin no;")]
+def test_spin_no_takes_the_law_without_spin(work, table, entries, started, cloud, tmp_path):
+    edits = [entries("spin no;")]
     fields, log = shots.run_shots(work, tmp_path / "case", started, cloud, edits=edits)
-    velocity, omega = spinning.rebound(
+    velocity, omega = table.rebound(
         started.velocity,
         shots.NORMAL[started.wall],
         0.5 * shots.DIAMETER,
@@ -135,7 +151,7 @@ def test_spin_no_takes_the_law_of_particles_without_spin(work, spinning, started
 
 
 @pytest.mark.study
-def test_two_models_of_one_cloud_share_the_spin(work, spinning, started, tmp_path):
+def test_two_models_of_one_cloud_share_the_spin(work, spinning, entries, started, tmp_path):
     """Of floor and other walls: one decay, and one mirror at symmetry planes."""
     coefficients = 'tableFile "corundum-steel.rbt"; seed 7; gasTorque 1; patches'
     model = "patchInteractionModel tabulatedRebound; tabulatedReboundCoeffs"
@@ -149,7 +165,8 @@ def test_two_models_of_one_cloud_share_the_spin(work, spinning, started, tmp_pat
     edits = [
         LONG,
         (CLOUD, "patchInteractionModel tabulatedRebound;", f"patchInteractionModel {models}"),
-        ("system/blockMeshDict", "ends\n    {\n        type wall", "ends { type symmetry"),
+        entries(),
+        SYMMETRY,
     ]
     fields, _ = shots.run_shots(
         work, tmp_path / "case", started, "kinematic", edits=edits, end=f"{END}"
@@ -160,25 +177,38 @@ def test_two_models_of_one_cloud_share_the_spin(work, spinning, started, tmp_pat
 
 @pytest.mark.study
 @pytest.mark.parametrize(
-    ("cloud", "change", "message"),
+    ("added", "message"),
     [
-        ("colliding", entry("gasTorque -1;"), "gasTorque: got -1, allowed: 0 or a positive"),
-        ("colliding", entry("spin no; gasTorque 1;"), "gasTorque: got 1, allowed: 0, where no"),
-        (
-            "kinematic",
-            (CLOUD, "dispersionModel none;", "dispersionModel stochasticDispersionRAS;"),
-            "spin: got yes, allowed: no, with kinematic parcels and a dispersionModel",
-        ),
+        ("gasTorque -1;", "gasTorque: got -1, allowed: 0 or a positive number"),
+        ("spin no; gasTorque 1;", "gasTorque: got 1, allowed: 0, where no spin is kept"),
+        ("spin maybe;", "Expected 'true/false', 'on/off' ... found maybe"),
     ],
 )
-def test_a_spin_that_cannot_be_kept_is_refused(
-    work, spinning, started, cloud, change, message, tmp_path
-):
+def test_a_wrong_entry_is_refused(work, entries, started, added, message, tmp_path):
     with pytest.raises(foam_run.FoamError) as refusal:
-        shots.run_shots(work, tmp_path / "case", started, cloud, edits=[change])
+        shots.run_shots(work, tmp_path / "case", started, edits=[entries(added)])
     assert message in str(refusal.value)
 
 
 @pytest.mark.study
-def test_a_table_without_spin_law_keeps_no_spin(work, started, tmp_path):
-    """The compact table of a scene of two velocities has none."""
+def test_beside_a_dispersion_model_kinematic_parcels_keep_no_spin(work, entries, started, tmp_path):
+    dispersion = (CLOUD, "dispersionModel none;", "dispersionModel stochasticDispersionRAS;")
+    edits = [entries(), dispersion]
+    with pytest.raises(foam_run.FoamError) as refusal:
+        shots.run_shots(work, tmp_path / "case", started, "kinematic", edits=edits)
+    assert "spin: got yes, allowed: no, with kinematic parcels and a dis" in str(refusal.value)
+
+
+@pytest.mark.study
+def test_a_table_without_spin_law_keeps_no_spin(work, spinning, entries, started, tmp_path):
+    contents = spinning.contents
+    datasets = {path: x for path, x in contents.datasets.items() if not path.startswith("spin")}
+    path = tmp_path / "without.rbt"
+    write_binary_table(path, replace(contents, datasets=datasets))
+    file = (CLOUD, '"corundum-steel.rbt";', f'"{path}";')
+    _, log = shots.run_shots(work, tmp_path / "case", started, "kinematic", edits=[file])
+    assert last_counts(log)[3] == len(started.velocity)
+    edits = [(*file[:2], f"{file[2]} spin yes;")]
+    with pytest.raises(foam_run.FoamError) as refusal:
+        shots.run_shots(work, tmp_path / "refused", started, edits=edits)
+    assert "spin: got yes, allowed: no, with a table without spin law" in str(refusal.value)
