@@ -24,6 +24,7 @@ from pydantic import (
 from sampler.errors import InputError
 from sampler.files.locate import find_config
 from sampler.formats.channels import STATE, VARIABLES
+from sampler.formats.spin_bounds import GROUP_SIZE, N_GROUPS
 from sampler.formats.table_bounds import is_line
 from tablegen.configuration.config_files import names_a_file, pair_file, read_text
 from tablegen.configuration.field_types import (
@@ -37,6 +38,7 @@ from tablegen.configuration.field_types import (
 from tablegen.configuration.messages import MISSING, complaint, refusal, shown
 from tablegen.configuration.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.configuration.scenes import Tree, merged
+from tablegen.configuration.spin_targets import SpinTargets
 from tablegen.configuration.toml_text import check_tree, parse_toml
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.model_bounds import CONTACT_RESOLUTION, TOLERANCE
@@ -105,6 +107,12 @@ class TableSettings(Record):
     quantile_knots: Annotated[int | None, Field(ge=17, le=65535), AfterValidator(_odd)] = None
     #: Make the law exactly symmetric about the impact plane.
     mirror: bool = False
+    #: Of the spin law: leaves of the tree of a shape, groups of experts in a leaf, experts in a
+    #: group, and simulated rebounds of a leaf.
+    spin_leaves: Annotated[int | None, Field(ge=1, le=1024)] = None
+    spin_groups: Annotated[int | None, Field(ge=1, le=N_GROUPS)] = None
+    spin_experts: Annotated[int | None, Field(ge=1, le=GROUP_SIZE)] = None
+    spin_rebounds: Annotated[int | None, Field(ge=1000, le=10**8)] = None
 
 
 #: The preset, and a field for each metric.
@@ -134,10 +142,14 @@ class Config(Record):
     name: Name
     pair: MaterialPair
     population: Population
+    #: Whether the table has a law for particles that arrive spinning.
+    spin: bool = False
     domain: Domain
     model: ModelSettings = ModelSettings()
     table: TableSettings = TableSettings()
     accuracy: AccuracyTargets = AccuracyTargets.model_validate({})
+    #: Of the spin law; the preset of the accuracy if not given.
+    spin_accuracy: SpinTargets | None = None
     _text: str = PrivateAttr()
 
     def model_post_init(self, _: object) -> None:
@@ -170,6 +182,14 @@ class Config(Record):
         return self
 
     @model_validator(mode="after")
+    def _spin_gives_states(self) -> Self:
+        others = [name for name in self.domain.columns if name not in STATE]
+        if self.spin and others:
+            allowed = f"false with {', '.join(others)} among the components, which it does not give"
+            raise refusal("spin", self.spin, allowed)
+        return self
+
+    @model_validator(mode="after")
     def _nodes_span_domain(self) -> Self:
         for field, nodes, source, ends in (
             ("alpha_nodes_deg", self.table.alpha_nodes_deg, "alpha_deg", self.domain.alpha_deg),
@@ -192,6 +212,12 @@ class Config(Record):
     def pair_name(self) -> str:
         """Name of the material pair: that of the pair file a scene refers to, or our own."""
         return self.pair.name or self.name
+
+    @property
+    def spin_targets(self) -> SpinTargets:
+        """Largest distances that the spin law declares."""
+        preset = {"preset": self.accuracy.preset}
+        return self.spin_accuracy or SpinTargets.model_validate(preset)
 
     def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
         """Abscissa for interpolation in speed; see `RestitutionLaw.coordinate`."""

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from sampler.files.atomic import check_output
 from sampler.formats.hdf5 import write_table
@@ -13,12 +14,15 @@ from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import pick_conditions
 from tablegen.accuracy.measure import measure
+from tablegen.accuracy.spin_conditions import pick_spin_conditions
+from tablegen.accuracy.spin_measure import SpinAccuracy, measure_spin, spin_accuracy_datasets
 from tablegen.config import Config
-from tablegen.configuration.defaults import GENERATE_CONDITIONS
+from tablegen.configuration.defaults import GENERATE_CONDITIONS, GENERATE_SPIN_CONDITIONS
 from tablegen.refinement.assembly import accuracy_datasets, assemble
 from tablegen.refinement.axes import make_axes
 from tablegen.refinement.refine import refine_grid
 from tablegen.refinement.rehearsal import rehearse
+from tablegen.spin_law.law import spin_law
 from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.processor_kind import processor_kind
 from tablegen.tasks.runner import TaskRunner
@@ -37,6 +41,8 @@ class Generated:
     table : Table
     comparisons : list of Comparison
         At conditions between nodes that played no part in placing them.
+    spin : SpinAccuracy or None
+        The same of the spin law, if the table has one.
     seconds : dict
         Spent on simulation, fit and check of nodes by all workers together, and on the
         measurement of the whole table.
@@ -45,6 +51,7 @@ class Generated:
     table: Table
     comparisons: list[Comparison]
     seconds: dict[str, float]
+    spin: SpinAccuracy | None = None
 
 
 def generate(
@@ -79,7 +86,8 @@ def generate(
     executor : concurrent.futures.Executor, optional
         Runs the tasks; by default one thread a processor.
     conditions : int
-        Number of conditions between the nodes at which the accuracy is measured and stored.
+        Number of conditions between the nodes at which the accuracy is measured and stored; 0
+        leaves out the measurement of the spin law as well.
     samples : int, optional
         States a side there at first; by default as many as the declared accuracy needs.
     progress : bool
@@ -109,18 +117,20 @@ def generate(
             rehearse(config, store.rehearsal)
         before()
         refined = refine_grid(config, runner)
-        contents = assemble(config, make_axes(config, refined.placement.grid), refined.nodes)
+        law = spin_law(config, runner) if config.spin else None
+        axes = make_axes(config, refined.placement.grid)
+        contents = assemble(config, axes, refined.nodes, law)
         table = Table(contents)
         begin = time.perf_counter()
-        comparisons = measure(
-            table,
-            config,
-            pick_conditions(table, conditions, _MEASURE_SEED),
-            seed=_MEASURE_SEED,
-            samples=samples,
-            progress=progress,
-        )
+        how: Any = {"seed": _MEASURE_SEED, "samples": samples, "progress": progress}
+        places = pick_conditions(table, conditions, _MEASURE_SEED)
+        comparisons = measure(table, config, places, **how)
         measured = accuracy_datasets(comparisons, len(contents.variables))
+        spin = None
+        if contents.has_spin and conditions > 0:
+            spinning = pick_spin_conditions(config, GENERATE_SPIN_CONDITIONS, _MEASURE_SEED)
+            spin = measure_spin(table, config, spinning, **how)
+            measured |= spin_accuracy_datasets(spin)
         contents = replace(
             contents,
             datasets={**contents.datasets, **measured},
@@ -129,4 +139,4 @@ def generate(
         write_table(path, contents)
         store.remove()
     seconds = {**runner.seconds, "measurement": time.perf_counter() - begin}
-    return Generated(Table(contents), comparisons, seconds)
+    return Generated(Table(contents), comparisons, seconds, spin)

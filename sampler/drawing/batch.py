@@ -57,8 +57,8 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     Returns
     -------
     tuple of five int
-        First row with an error (-1: none) and its code; first clamped row (-1: none), and before the
-        error the numbers of rows that were clamped, and whose speed extrapolates the laws.
+        First row with an error (-1: none) and its code; first clamped row (-1: none); before the
+        error the number of rows that were clamped, and of those that extrapolate the laws.
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()

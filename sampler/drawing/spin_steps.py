@@ -20,7 +20,7 @@ import numpy as np
 from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel
-from sampler.drawing.intrinsics import local_array, row_summer, single_of_bits
+from sampler.drawing.intrinsics import local_array, row_summer, single_bits, single_of_bits
 from sampler.formats.spin_arrays import EXPERT_STRIDE
 from sampler.formats.spin_bounds import (
     FACTOR_UNIT,
@@ -56,6 +56,11 @@ _C4, _C5, _C6 = _F(0.009618129107628477), _F(0.0013333558146428443), _F(0.000154
 #: Where rounding leads to the first knot, or beyond: above it, so that v stays positive.
 _LEAST_POSITION = _F(2.0**-20)
 
+#: log2((1 + s) / (1 - s)) on |s| < 0.172: Taylor coefficients, absolute error below 1e-8.
+_L1, _L3, _L5 = _F(2.8853900817779268), _F(0.9617966939259757), _F(0.5770780163555854)
+_L7, _L9 = _F(0.41219858311113243), _F(0.3205988979753252)
+_ROOT_HALF, _MANTISSA = np.uint32(0x3F3504F3), np.uint32(0x7FFFFF)
+
 _UNIFORM_SHIFT, _UNIFORM_UNIT = np.uint32(8), _F(2.0**-24)
 _EXPONENT_BIAS, _EXPONENT_SHIFT = np.int32(127), np.uint32(23)
 _MEANS = N_FEATURES * N_OUTCOMES
@@ -65,6 +70,43 @@ _MEANS = N_FEATURES * N_OUTCOMES
 def effective_factor(sx, sy, sz):
     """Step 1: V_e over V, of a spin times a/V."""
     return math.sqrt(1.0 + INERTIA * (sx * sx + sy * sy + sz * sz))
+
+
+@no_refcount_inline_kernel
+def power_of_two(y):
+    """2**y of a float32 that is not positive, at least 2**-126; no library's."""
+    y = max(y, _LEAST_POWER)
+    n = np.int32(y - _HALF)
+    r = y - _F(n)
+    p = _ONE + r * (_C1 + r * (_C2 + r * (_C3 + r * (_C4 + r * (_C5 + r * _C6)))))
+    return p * single_of_bits(np.uint32(np.uint32(n + _EXPONENT_BIAS) << _EXPONENT_SHIFT))
+
+
+@no_refcount_inline_kernel
+def exponential(x):
+    """Exponential of a float32 that is not positive."""
+    return power_of_two(x * _LOG2_E)
+
+
+@no_refcount_inline_kernel
+def logarithm_to_two(x):
+    """Logarithm to the base 2 of a positive normal float32; no library's."""
+    bits = single_bits(x)
+    # the exponent and mantissa of a number in [1 / sqrt(2), sqrt(2))
+    shifted = np.uint32(bits - _ROOT_HALF)
+    exponent = np.int32(shifted) >> np.int32(23)
+    mantissa = single_of_bits(np.uint32((shifted & _MANTISSA) + _ROOT_HALF))
+    s = (mantissa - _ONE) / (mantissa + _ONE)
+    q = s * s
+    return _F(exponent) + s * (_L1 + q * (_L3 + q * (_L5 + q * (_L7 + q * _L9))))
+
+
+@no_refcount_inline_kernel
+def speed_coordinate(spin, effective):
+    """Step 1: exp(-k V_e^n), from V_e over its largest value."""
+    ratio = logarithm_to_two(_F(effective / spin.speed_last))
+    power = power_of_two(min(_F(spin.speed_exponent) * ratio, _ZERO))
+    return np.float64(exponential(-_F(spin.speed_scale) * power))
 
 
 @no_refcount_inline_kernel
@@ -92,9 +134,8 @@ def fill_conditions(spin, alpha1, speed, sx, sy, sz, inputs, at):
     tx, ty, tz = turn * sx / factor, turn * sy / factor, sz / factor
     angle = min(max(alpha1, spin.alpha_first), spin.alpha_last)
     effective = min(max(speed * factor, spin.speed_first), spin.speed_last)
-    power = math.exp(spin.speed_exponent * math.log(effective))
     inputs[np.uint64(at)] = math.sqrt(angle)
-    inputs[np.uint64(at + 1)] = math.exp(-spin.speed_coefficient * power)
+    inputs[np.uint64(at + 1)] = speed_coordinate(spin, effective)
     inputs[np.uint64(at + 2)] = tx
     inputs[np.uint64(at + 3)] = ty
     inputs[np.uint64(at + 4)] = tz
@@ -131,16 +172,6 @@ def fill_features(spin, leaf, inputs, at, b_over_a, c_over_b, features, first):
             product = features[np.uint64(first + 1 + i)] * features[np.uint64(first + 1 + j)]
             features[np.uint64(number)] = product - (_HALF if i == j else _ZERO)
             number += 1
-
-
-@no_refcount_inline_kernel
-def exponential(x):
-    """Exponential of a float32 that is not positive, 2**-126 or more; no library's."""
-    y = max(x * _LOG2_E, _LEAST_POWER)
-    n = np.int32(y - _HALF)
-    r = y - _F(n)
-    p = _ONE + r * (_C1 + r * (_C2 + r * (_C3 + r * (_C4 + r * (_C5 + r * _C6)))))
-    return p * single_of_bits(np.uint32(np.uint32(n + _EXPONENT_BIAS) << _EXPONENT_SHIFT))
 
 
 def chooser(count):

@@ -26,8 +26,8 @@ class SpinArrays(NamedTuple):
         Ends of the range of impact angles, rad, and what is not outside yet.
     speed_first, speed_last, speed_low, speed_high : float
         The same of the effective speed V_e, m/s.
-    speed_coefficient, speed_exponent : float
-        k and n of the speed's coordinate exp(-k V_e^n).
+    speed_scale, speed_exponent : float
+        k times the n-th power of the largest V_e, and n, of the speed's coordinate exp(-k V_e^n).
     grains : GrainLaw
     shape_codes : int64 array, S
     ratio_range : float64 array, (S, 2, 2)
@@ -62,7 +62,7 @@ class SpinArrays(NamedTuple):
     speed_last: float
     speed_low: float
     speed_high: float
-    speed_coefficient: float
+    speed_scale: float
     speed_exponent: float
     grains: GrainLaw
     shape_codes: NDArray[np.int64]

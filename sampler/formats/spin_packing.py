@@ -26,7 +26,7 @@ def _flat(values: NDArray[Any], dtype: type) -> NDArray[Any]:
     return flat
 
 
-def _experts(mean: NDArray[np.int16], factor: NDArray[np.int16]) -> NDArray[np.int16]:
+def expert_records(mean: NDArray[np.int16], factor: NDArray[np.int16]) -> NDArray[np.int16]:
     """Means and factors of each expert side by side."""
     count = mean.shape[0] * mean.shape[1]
     flat = aligned((count * EXPERT_STRIDE + LANES,), np.int16)
@@ -111,7 +111,7 @@ def spin_arrays(contents: TableContents) -> SpinArrays:
         speed_last=float(speed[1]),
         speed_low=float(speed[0] * low),
         speed_high=float(speed[1] * high),
-        speed_coefficient=float(coefficient),
+        speed_scale=float(coefficient * speed[1] ** exponent),
         speed_exponent=float(exponent),
         grains=grain_law(
             contents["spin/shape_codes"],
@@ -128,7 +128,7 @@ def spin_arrays(contents: TableContents) -> SpinArrays:
         inputs=_inputs(contents),
         group_gates=_flat(contents["spin/group_gate"], np.int16),
         gates=_flat(contents["spin/gate"], np.int16),
-        experts=_experts(contents["spin/mean"], contents["spin/factor"]),
+        experts=expert_records(contents["spin/mean"], contents["spin/factor"]),
         spans=spans,
         quantiles=quantiles,
     )

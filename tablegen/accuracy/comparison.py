@@ -13,6 +13,14 @@ from tablegen.accuracy.samples import as_sample
 from tablegen.configuration.metric_table import METRICS
 from tablegen.model.float_array import FloatArray
 
+#: Spin before an impact times a/V, wall axes.
+Spin = tuple[float, float, float]
+
+
+def spin_text(spin: Spin) -> str:
+    """Spin before an impact, for people."""
+    return f"({', '.join(f'{part:.2f}' for part in spin)})"
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -23,6 +31,14 @@ class Measured:
     speed: float
     #: By metric: the distance of the samples, and what is known of that of the laws.
     estimates: dict[str, Estimate]
+    #: Spin before the impact times a/V, wall axes; None: today's law, of particles without spin.
+    spin: Spin | None = field(default=None, kw_only=True)
+
+    @property
+    def place(self) -> str:
+        """The condition in words."""
+        spin = "" if self.spin is None else f", spin {spin_text(self.spin)}"
+        return f"{self.alpha_deg:.2f} degrees, {self.speed:.1f} m/s{spin}"
 
     def distances(self) -> dict[str, Any]:
         """Distances of the samples, noise included, by metric; of each variable where it has one.
@@ -52,6 +68,7 @@ class Comparison(Measured):
         return {
             "alpha_deg": self.alpha_deg,
             "speed": self.speed,
+            **({} if self.spin is None else {"spin": list(self.spin)}),
             **self.distances(),
             "table": _with_lists(self.table),
             "direct": _with_lists(self.direct),
@@ -73,6 +90,7 @@ def compare(
     speed: float,
     seed: int = 0,
     variables: tuple[str, ...] = STATE,
+    spin: Spin | None = None,
 ) -> Comparison:
     """Compare draws from a table with direct simulation at one condition.
 
@@ -87,6 +105,8 @@ def compare(
         Selects the projection directions and seeds the classifier.
     variables : tuple of d str
         What the columns are.
+    spin : tuple of three floats, optional
+        Before the impact, times a/V.
 
     Raises
     ------
@@ -102,6 +122,7 @@ def compare(
         direct=profile(direct, variables),
         variables=variables,
         states=min(len(table), len(direct)),
+        spin=spin,
     )
 
 

@@ -54,7 +54,7 @@ def _between_nodes(u: NDArray[np.float64], nodes: NDArray[np.float64]) -> NDArra
 
 
 def check_conditions(
-    table: Table, conditions: Sequence[tuple[float, float]]
+    table: Table, conditions: Sequence[tuple[float, float]], count: int | None = None
 ) -> list[tuple[float, float]]:
     """Refuse conditions that the table does not cover.
 
@@ -63,6 +63,8 @@ def check_conditions(
     table : Table
     conditions : sequence of (alpha_deg, speed)
         Impact angles [degrees] and speeds [m/s].
+    count : int, optional
+        How many there are with those that are checked elsewhere.
 
     Returns
     -------
@@ -73,7 +75,7 @@ def check_conditions(
     InputError
         If one is outside of the table's range, or there is none.
     """
-    if not conditions:
+    if (len(conditions) if count is None else count) == 0:
         raise InputError("at: got no condition, allowed: one or more")
     for alpha_deg, speed in conditions:
         for name, value, nodes, unit in (

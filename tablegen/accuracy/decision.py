@@ -8,16 +8,17 @@ probability that a table is said to hold, although it misses somewhere that was 
 every single distance must, so that no further correction than for the looks is needed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.stats import norm
 
-from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.config import AccuracyTargets
 from tablegen.configuration.metric_table import METRICS
+from tablegen.configuration.spin_targets import JointTargets, SpinTargets
 
 #: Probability that a table that has the accuracy is said to miss it; half of it belongs to the
 #: test of the nodes, and half to the comparisons.
@@ -32,6 +33,9 @@ _MANY = 100
 
 #: How often a comparison may be made, each time with more states.
 LOOKS = 3
+
+#: Largest distances by metric.
+Targets = AccuracyTargets | SpinTargets | JointTargets
 
 HOLDS, MISSED, UNDECIDED = "holds", "missed", "undecided"
 
@@ -84,7 +88,19 @@ def decide(name: str, estimate: Estimate, allowed: float, comparisons: int) -> s
     return UNDECIDED if low <= allowed and np.isfinite(estimate.value) else MISSED
 
 
-def undecided_metrics(comparison: Measured, targets: AccuracyTargets) -> list[str]:
+class Judged(Protocol):
+    """What is judged: distances somewhere."""
+
+    @property
+    def estimates(self) -> Mapping[str, Estimate]:
+        """By metric."""
+
+    @property
+    def place(self) -> str:
+        """Where, in words."""
+
+
+def undecided_metrics(comparison: Judged, targets: Targets) -> list[str]:
     """List the distances of a comparison that need more states."""
     return [
         name
@@ -108,20 +124,24 @@ class Verdict:
 
 
 def judge(
-    measured: Sequence[Measured], targets: AccuracyTargets, together: int | None = None
+    measured: Sequence[Judged], targets: Targets, together: int | None = None, whose: str = ""
 ) -> Verdict:
     """Hold what was measured against an accuracy.
 
     Parameters
     ----------
-    measured : sequence of Measured
-    targets : AccuracyTargets
+    measured : sequence of Judged
+    targets : Targets
     together : int, optional
         How many comparisons are judged together, if more than these.
+    whose : str
+        What a line begins with, if not with the metric.
     """
     count = together or len(measured)
     lines: dict[str, list[str]] = {HOLDS: [], MISSED: [], UNDECIDED: []}
     for name in METRICS:
+        if not all(name in c.estimates for c in measured):
+            continue
         allowed = getattr(targets, name)
         found = [(c, decide(name, c.estimates[name], allowed, count)) for c in measured]
         for outcome in (MISSED, UNDECIDED):
@@ -129,15 +149,14 @@ def judge(
             if such:
                 worst = max(such, key=lambda c: c.estimates[name].value)
                 others = f" and {len(such) - 1} more" if len(such) > 1 else ""
-                lines[outcome].append(f"{_line(name, worst, allowed, count)}{others}")
+                lines[outcome].append(f"{whose}{_line(name, worst, allowed, count)}{others}")
     return Verdict(lines[MISSED], lines[UNDECIDED])
 
 
-def _line(name: str, comparison: Measured, allowed: float, count: int) -> str:
+def _line(name: str, comparison: Judged, allowed: float, count: int) -> str:
     low, high = limits(name, comparison.estimates[name], count)
     value = comparison.estimates[name].value
-    where = f"{comparison.alpha_deg:.2f} degrees, {comparison.speed:.1f} m/s"
     return (
         f"{name}: {value:.4f}, the error {low:.4f} to {high:.4f}, where {allowed:g} is allowed, "
-        f"at {where}"
+        f"at {comparison.place}"
     )

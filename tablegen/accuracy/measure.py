@@ -10,8 +10,8 @@ from threadpoolctl import threadpool_limits
 from sampler.compilation.processors import processors
 from sampler.compilation.side_by_side import side_by_side
 from sampler.table import Table
-from tablegen.accuracy.comparison import Comparison, compare, sharpened
-from tablegen.accuracy.decision import LOOKS, undecided_metrics
+from tablegen.accuracy.comparison import Comparison, Spin, compare, sharpened
+from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config import AccuracyTargets, Config
 from tablegen.model.float_array import FloatArray
@@ -62,7 +62,7 @@ def in_threads(
     return found
 
 
-def sample_size(targets: AccuracyTargets) -> int:
+def sample_size(targets: Targets) -> int:
     """States a side with which a declared accuracy can be told from noise.
 
     Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with
@@ -106,15 +106,21 @@ def measure(
     -------
     list of Comparison, in the order of the conditions
     """
-    targets = targets or config.accuracy
-    samples = samples or sample_size(targets)
+    places = [ComparedCondition(table, config, *c, seed, k) for k, c in enumerate(conditions)]
+    return compared_side_by_side(places, samples, targets or config.accuracy, progress)
 
-    def compared(k: int) -> Comparison:
-        place = ComparedCondition(table, config, *conditions[k], seed, k)
-        return place.compared(samples, targets)
 
-    with bar(progress, "condition", total=len(conditions), desc="validating") as counted:
-        return in_threads(compared, range(len(conditions)), counted.update)
+def compared_side_by_side(
+    places: Sequence["ComparedCondition"],
+    samples: int | None,
+    targets: Targets,
+    progress: bool,
+    words: str = "validating",
+) -> list[Comparison]:
+    """Compare at some conditions, on all processors; arguments as for `measure`."""
+    count = samples or sample_size(targets)
+    with bar(progress, "condition", total=len(places), desc=words) as counted:
+        return in_threads(lambda place: place.compared(count, targets), places, counted.update)
 
 
 @dataclass(frozen=True)
@@ -128,10 +134,13 @@ class ComparedCondition:
     seed: int
     #: Keeps conditions that share a seed apart: of the simulation's stream, and hit of the draws.
     number: int
+    #: Spin before the impact times a/V; None: today's law, of particles without spin.
+    spin: Spin | None = None
 
     def states(self, count: int) -> tuple[FloatArray, FloatArray]:
         """States drawn from the table, and simulated ones; the first are the same for any count."""
         alpha1, index = np.radians(self.alpha_deg), np.arange(count)
+        spin: dict[str, Any] = {} if self.spin is None else {"spin": self.spin}
         direct = simulate(
             self.config,
             alpha1,
@@ -140,13 +149,14 @@ class ComparedCondition:
             seed=self.seed,
             stream=FIRST_STREAM + self.number,
             threads=1,
+            **spin,
         )
         drawn = self.table.sample(
-            alpha1, self.speed, seed=self.seed, hit=self.number, index=index, threads=1
+            alpha1, self.speed, seed=self.seed, hit=self.number, index=index, threads=1, **spin
         )
         return drawn, simulated_variables(direct, self.table.columns)
 
-    def compared(self, samples: int, targets: AccuracyTargets) -> Comparison:
+    def compared(self, samples: int, targets: Targets) -> Comparison:
         """Compare, with more states until everything is decided or there are too many."""
         seed = self.seed % 2**32
         comparison = compare(
@@ -155,6 +165,7 @@ class ComparedCondition:
             self.speed,
             seed=seed,
             variables=self.table.columns,
+            spin=self.spin,
         )
         for look in range(1, LOOKS):
             count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))

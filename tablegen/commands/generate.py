@@ -136,6 +136,7 @@ def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
     from tablegen.accuracy.decision import judge
     from tablegen.commands.inspect import identity_text, several_processors
     from tablegen.studies.validation.accuracy_text import accuracy_text, time_text
+    from tablegen.studies.validation.spin_text import spin_report
 
     contents = made.table.contents
     if len(contents.processors) > 1:
@@ -143,5 +144,11 @@ def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
     click.echo(identity_text(contents))
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
-    judged = judge(made.comparisons, settings.accuracy)
-    return print_verdict(judged.missed, judged.undecided)
+    together = len(made.comparisons) + (made.spin.count if made.spin else 0)
+    judged = judge(made.comparisons, settings.accuracy, together)
+    if made.spin is None:
+        return print_verdict(judged.missed, judged.undecided)
+    for line in spin_report(made.spin, settings.spin_targets, None, together):
+        click.echo(line)
+    of_spin = made.spin.judged(settings.spin_targets, together)
+    return print_verdict(judged.missed + of_spin.missed, judged.undecided + of_spin.undecided)

@@ -10,6 +10,10 @@ MIXTURE = "mixture"
 GENERATE_CONDITIONS = 8
 VALIDATE_CONDITIONS = 8
 
+#: The same of a spin law.
+GENERATE_SPIN_CONDITIONS = 24
+VALIDATE_SPIN_CONDITIONS = 24
+
 #: Particles of a case of the stability study.
 STABILITY_COUNT = 16
 

@@ -22,6 +22,10 @@ class Metric:
     head: str
     #: By preset. Largest distance that a table declares.
     presets: Mapping[str, float]
+    #: By preset. Largest distance that the spin law declares at any condition, and over the impacts
+    #: of chains; empty where that is not measured.
+    spin_presets: Mapping[str, float]
+    joint_presets: Mapping[str, float]
     #: Bounds of what may be declared, as pydantic names them: ``ge``, ``le``. What is asked for
     #: sets how many states are simulated, so that it may not be as small as one likes.
     allowed: Mapping[str, Any]
@@ -62,6 +66,8 @@ METRICS: dict[str, Metric] = {
         short="KS",
         head="KS",
         presets={"compact": 0.04, "standard": 0.01, "fine": 0.005},
+        spin_presets={"compact": 0.08, "standard": 0.03, "fine": 0.03},
+        joint_presets={"compact": 0.015, "standard": 0.005, "fine": 0.005},
         allowed={"ge": 1e-3, "le": 1.0},
         per_variable=True,
     ),
@@ -70,6 +76,8 @@ METRICS: dict[str, Metric] = {
         short="sliced Wasserstein",
         head="sliced W",
         presets={"compact": 0.025, "standard": 0.008, "fine": 0.006},
+        spin_presets={"compact": 0.06, "standard": 0.02, "fine": 0.02},
+        joint_presets={},
         allowed={"ge": 1e-4, "le": 1e9},
         trial_states=400_000,
         # near grazing its noise is two thirds of what the standard preset allows, which would
@@ -81,6 +89,8 @@ METRICS: dict[str, Metric] = {
         short="correlation",
         head="corr.",
         presets={"compact": 0.06, "standard": 0.02, "fine": 0.015},
+        spin_presets={"compact": 0.15, "standard": 0.06, "fine": 0.06},
+        joint_presets={},
         allowed={"ge": 1e-4, "le": 2.0},
     ),
     "auc": Metric(
@@ -88,6 +98,8 @@ METRICS: dict[str, Metric] = {
         short="AUC",
         head="AUC",
         presets={"compact": 0.65, "standard": 0.56, "fine": 0.53},
+        spin_presets={"compact": 0.75, "standard": 0.62, "fine": 0.62},
+        joint_presets={"compact": 0.57, "standard": 0.51, "fine": 0.51},
         allowed={"ge": 0.5, "le": 1.0},
         least=0.5,
         digits=3,
@@ -102,6 +114,21 @@ METRICS: dict[str, Metric] = {
 PRESETS: dict[str, dict[str, float]] = {
     preset: {name: metric.presets[preset] for name, metric in METRICS.items()}
     for preset in ("compact", "standard", "fine")
+}
+
+#: What the names of the limits over the impacts of chains begin with.
+JOINT = "joint_"
+
+#: Metrics that are taken over the impacts of chains.
+JOINT_METRICS = tuple(name for name, metric in METRICS.items() if metric.joint_presets)
+
+#: Accuracies of the spin law by name: at any condition, and over the impacts of chains.
+SPIN_PRESETS: dict[str, dict[str, float]] = {
+    preset: {
+        **{name: metric.spin_presets[preset] for name, metric in METRICS.items()},
+        **{f"{JOINT}{name}": METRICS[name].joint_presets[preset] for name in JOINT_METRICS},
+    }
+    for preset in PRESETS
 }
 
 
@@ -135,6 +162,32 @@ def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
     if accuracy["alpha_deg"].size == 0:
         return None
     return {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
+
+
+def worst_spin_stored(datasets: Mapping[str, Any]) -> dict[str, float] | None:
+    """Largest distance of each limit of a spin law that a table stores; None if nothing.
+
+    Parameters
+    ----------
+    datasets : mapping of str to array
+        Of a table file, by their paths; those of the group ``spin_accuracy`` count.
+    """
+    worst = {}
+    for name in SPIN_PRESETS[_LOOSEST]:
+        values = datasets.get(f"spin_accuracy/{name}")
+        if values is not None and values.size:
+            worst[name] = float(values.max())
+    return worst or None
+
+
+def spin_errors_text(values: Mapping[str, float]) -> str:
+    """Distances of a spin law by the name of their limit, on one line."""
+    parts = []
+    for name, value in values.items():
+        metric = METRICS[name.removeprefix(JOINT)]
+        chains = " over chains" if name.startswith(JOINT) else ""
+        parts.append(f"{metric.short}{chains} {metric.text(value)}")
+    return ", ".join(parts)
 
 
 def errors_text(values: Mapping[str, float]) -> str:

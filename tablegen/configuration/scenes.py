@@ -15,11 +15,12 @@ _NODES_OF_RANGE = {"alpha_deg": "alpha_nodes_deg", "speed": "speed_nodes"}
 def merged(base: Tree, changes: Tree) -> Tree:
     """Content of a pair file with a scene's changes laid over it; neither is modified.
 
-    Tables are merged field by field, everything else is replaced, with three exceptions. A table
+    Tables are merged field by field, everything else is replaced, with four exceptions. A table
     that changes its kind (another ``law``, ``distribution`` or ``preset``) replaces the old one
     whole, because the old one's numbers mean nothing to it. A changed range of the domain does not
-    inherit the nodes that were chosen for the old range. And a ``dimension`` does not inherit the
-    components that were listed for another.
+    inherit the nodes that were chosen for the old range. A ``dimension`` does not inherit the
+    components that were listed for another. And whoever names components or a dimension does not
+    inherit the spin law, which costs as much for fewer components.
 
     Parameters
     ----------
@@ -31,7 +32,7 @@ def merged(base: Tree, changes: Tree) -> Tree:
     dict
     """
     kept = _without_stale_components(_without_stale_nodes(base, changes), changes)
-    return _overlaid(kept, changes)
+    return _overlaid(_without_spin_law(kept, changes), changes)
 
 
 def _overlaid(base: Tree, changes: Tree) -> Tree:
@@ -65,3 +66,11 @@ def _without_stale_components(base: Tree, changes: Tree) -> Tree:
     if not isinstance(new, dict) or not isinstance(old, dict) or "dimension" not in new:
         return base
     return {**base, "domain": {k: value for k, value in old.items() if k != "components"}}
+
+
+def _without_spin_law(base: Tree, changes: Tree) -> Tree:
+    """Leave out the spin law of changes that name components."""
+    domain = changes.get("domain")
+    if not isinstance(domain, dict) or not {"components", "dimension"} & domain.keys():
+        return base
+    return {key: value for key, value in base.items() if key != "spin"}

@@ -1,6 +1,6 @@
 """Nodes put together to the contents of a table file."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,7 +45,12 @@ def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, N
     return found
 
 
-def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableContents:
+def assemble(
+    config: Config,
+    axes: Axes,
+    nodes: list[NodeArrays],
+    spin_law: Mapping[str, NDArray[Any]] | None = None,
+) -> TableContents:
     """Contents of a table whose accuracy has not been measured yet.
 
     Parameters
@@ -54,6 +59,8 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
     axes : Axes
     nodes : list of NodeArrays
         Row by row: all speeds of the first angle, then of the second.
+    spin_law : mapping from path to array, optional
+        Datasets of `tablegen.spin_law.law.spin_law`, if the table has a spin law.
     """
     return TableContents(
         datasets={
@@ -66,6 +73,7 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
             "marginals/variate_knots": variate_knots(nodes[0].quantiles.shape[-1]),
             **_stack(nodes, axes),
             **accuracy_datasets([], len(config.domain.columns)),
+            **(spin_law or {}),
         },
         pair=config.pair_name,
         config=config.text,
@@ -74,4 +82,5 @@ def assemble(config: Config, axes: Axes, nodes: list[NodeArrays]) -> TableConten
         variables=config.domain.columns,
         channels=fitted_channels(config).names,
         speed_independent=not config.pair.restitution.depends_on_speed,
+        valid_speed=config.pair.restitution.valid_speed,
     )

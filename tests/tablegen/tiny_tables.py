@@ -19,6 +19,7 @@ TINY = load_config("corundum-steel").with_changes(
     {
         "name": "tiny",
         "pair": {"name": "corundum-steel"},
+        "spin": False,
         "domain": {"alpha_deg": [35.0, 45.0], "speed": [60.0, 300.0]},
         "table": {
             "seed": 5,

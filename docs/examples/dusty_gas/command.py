@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from arguments import make_folder, number, output_file
+
 import sampler
 from dusty_gas.case import Case
 from dusty_gas.gas import BODIES
@@ -16,7 +18,7 @@ from dusty_gas.run import BATCHES, Run, follow_all
 from dusty_gas.walls import MODELS, make_wall
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output, check_output
+from sampler.files.atomic import atomic_output
 from tablegen.config import load_config
 
 DONE, DIFFERS, BAD_INPUT = 0, 1, 2
@@ -26,32 +28,6 @@ COUNT, MILLION = 64_000, 1_000_000
 
 #: Stokes number whose fields are drawn, if it is among those that were run.
 _DRAWN = 100.0
-
-
-def _number(low: float, high: float, kind: type = float):
-    """Parser of a number from low to high."""
-
-    def parse(text: str):
-        try:
-            value = kind(text)
-        except ValueError:
-            value = None
-        if value is None or not low <= value <= high:
-            allowed = "a whole number" if kind is int else "a number"
-            raise argparse.ArgumentTypeError(
-                f"got {text!r}, allowed: {allowed} from {low:g} to {high:g}"
-            )
-        return value
-
-    return parse
-
-
-def _file(text: str) -> Path:
-    """File that can be written."""
-    try:
-        return check_output(text)
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error).removeprefix("output: ")) from None
 
 
 def parse(argv: Sequence[str] | None) -> argparse.Namespace:
@@ -64,24 +40,24 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     add(
         "--stokes",
         nargs="+",
-        type=_number(0.1, 1000.0),
+        type=number(0.1, 1000.0),
         default=[1.0, 3.0, 10.0, 30.0, 100.0],
         metavar="ST",
         help="Stokes numbers, from the radius of the body",
     )
-    add("--speed", type=_number(1.0, 1000.0), default=200.0, metavar="M_S", help="of the stream")
+    add("--speed", type=number(1.0, 1000.0), default=200.0, metavar="M_S", help="of the stream")
     add(
         "--count",
-        type=_number(BATCHES, 1e9, int),
+        type=number(BATCHES, 1e9, int),
         default=COUNT,
         metavar="N",
         help=f"particles of each case, rounded up to a multiple of {BATCHES}",
     )
     add("--million", action="store_true", help="1,000,000 particles in each case")
-    add("--seed", type=_number(0, 2**64 - 1, int), default=1, metavar="S")
-    add("--threads", type=_number(1, 4096, int), default=processors(), metavar="N")
+    add("--seed", type=number(0, 2**64 - 1, int), default=1, metavar="S")
+    add("--threads", type=number(1, 4096, int), default=processors(), metavar="N")
     add("--output", type=Path, default=Path("build/dusty_gas"), metavar="FOLDER")
-    add("--figure", type=_file, metavar="F.png", help="the density fields once more, here")
+    add("--figure", type=output_file, metavar="F.png", help="the density fields once more, here")
     return parser.parse_args(argv)
 
 
@@ -101,17 +77,6 @@ def _run_all(options: argparse.Namespace) -> list[Run]:
                     follow_all(case, model, wall, count, seed=options.seed, threads=options.threads)
                 )
     return runs
-
-
-def _make_folder(path: Path) -> None:
-    """Make the output folder before any time is spent on what goes into it."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"output: got {path}, allowed: a folder that can be made ({error.strerror})"
-        ) from None
-    check_output(path / "dusty_gas.md")
 
 
 def _draw(options: argparse.Namespace, runs: Sequence[Run]) -> list[str]:
@@ -153,7 +118,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else argv
     try:
         options = parse(words)
-        _make_folder(options.output)
+        make_folder(options.output, "dusty_gas.md")
         return _write(options, words, _run_all(options))
     except InputError as error:
         print(f"dusty_gas: error: {error}", file=sys.stderr)

@@ -69,16 +69,22 @@ def spin_left(flow, passed):
 
 
 @inline_kernel
+def drag_factor(reynolds):
+    """Drag on a sphere over that of Stokes; Schiller and Naumann (1933), Re below about 1000."""
+    return 1.0 + 0.15 * reynolds**0.687
+
+
+@inline_kernel
 def acceleration(flow, x, y, z, u, v, w):
     """Acceleration of a particle by drag.
 
-    (gas velocity - particle velocity) (1 + 0.15 Re^0.687) / St with Re of the slip; Schiller and
-    Naumann (1933), for Re below about 1000.
+    (gas velocity - particle velocity) / St, times the `drag_factor` at the Reynolds number of the
+    slip.
     """
     gu, gv, gw = gas_velocity(flow.body, x, y, z)
     du, dv, dw = gu - u, gv - v, gw - w
-    rate = flow.response
     slip = flow.reynolds * math.sqrt(du * du + dv * dv + dw * dw)
+    rate = flow.response
     if slip > 0.0:
-        rate *= 1.0 + 0.15 * slip**0.687
+        rate *= drag_factor(slip)
     return rate * du, rate * dv, rate * dw

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from markdown_tables import markdown_table
 
 from dusty_gas.compare import Difference, compare
 from dusty_gas.run import Run
@@ -69,11 +70,6 @@ def run_numbers(run: Run) -> dict[str, Any]:
     }
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
-    return "\n".join(lines) + "\n"
-
-
 def _name(run: Run) -> list[str]:
     return [run.case.body, f"{run.case.stokes:g}"]
 
@@ -90,7 +86,7 @@ def _times(cases: Sequence[dict[str, Run]]) -> str:
         cells += [f"{1e9 * runs[m].rebound_seconds:.0f}" for m in MODELS]
         cells += [f"{100.0 * runs[m].rebound_share:.2f}" for m in MODELS]
         rows.append(cells)
-    return _table(head, rows)
+    return markdown_table(head, rows)
 
 
 def _hits(cases: Sequence[dict[str, Run]]) -> str:
@@ -119,7 +115,7 @@ def _hits(cases: Sequence[dict[str, Run]]) -> str:
                     f"{again[1]:.0f}",
                 ]
             )
-    return _table(head, rows)
+    return markdown_table(head, rows)
 
 
 def _row(run: Run, other: str, d: Difference, level: float) -> list[str]:
@@ -176,7 +172,7 @@ def make_report(runs: Sequence[Run], about: dict[str, Any]) -> tuple[str, dict[s
         "The model's laws are held at the ends of the table's range, beyond which they were not "
         f"measured, in all; of all particles, {ended} lingered or failed.\n\n"
         "## Differences\n\n"
-        f"{_table(head, rows)}\n"
+        f"{markdown_table(head, rows)}\n"
         "p: probability of such a difference by chance. A table that equals memoryless simulation "
         f"is called different with probability {level:g} in a case. Cases share their random "
         "numbers, so their p are not independent; with other seeds they are.\n\n"

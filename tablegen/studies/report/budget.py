@@ -36,6 +36,8 @@ class Budget:
     viewed: int
     #: Angles and speeds of those views.
     views: tuple[int, int]
+    #: Impacts of chains a side.
+    chained: int
     #: Particles per shape and angle of the paper's figures.
     figures: int
 
@@ -56,6 +58,7 @@ QUICK = Budget(
     mapped=200_000,
     viewed=100_000,
     views=(3, 2),
+    chained=50_000,
     figures=20_000,
 )
 
@@ -75,5 +78,6 @@ FULL = Budget(
     mapped=400_000,
     viewed=400_000,
     views=(4, 3),
+    chained=200_000,
     figures=200_000,
 )

@@ -20,6 +20,7 @@ from tablegen.studies.report.direct_method import direct_methods
 from tablegen.studies.report.machine import machine
 from tablegen.studies.report.sample_size_convergence import Sample, sample_sizes
 from tablegen.studies.report.sampling_methods import BenchmarkCase, SamplingMethod
+from tablegen.studies.report.spinning_impacts import SpinningImpacts, measure_spinning_impacts
 from tablegen.studies.report.table_sizes import (
     design_condition,
     design_methods,
@@ -30,6 +31,9 @@ from tablegen.studies.report.table_sizes import (
 )
 from tablegen.studies.report.tolerances import RESOLUTIONS, TOLERANCES, Setting, curve
 from tablegen.tasks.progress import bar
+
+#: Ways in which spinning particles rebound, at most.
+_WAYS = 3
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,8 @@ class ErrorAgainstTime:
     #: Numerics of the direct model, on the same particles.
     settings: tuple[Setting, ...]
     sizes: tuple[Sample, ...]
+    #: Particles that arrive spinning; None of a table in which no chain of impacts stays.
+    spinning: SpinningImpacts | None
     #: One line for each baseline that is not installed.
     left_out: tuple[str, ...]
     #: Wall time of the measurement.
@@ -92,7 +98,7 @@ class _Run:
         self.designs = design_methods(budget.node_samples)
         self.conditions = conditions(self.table, budget)
         at_each = steps(len(self.methods), budget) + len(RESOLUTIONS) + len(TOLERANCES)
-        last = steps(len(self.designs), budget) + len(self.main) * len(budget.sizes)
+        last = steps(len(self.designs), budget) + len(self.main) * len(budget.sizes) + _WAYS
         bar.reset(len(self.conditions) * at_each + last)
 
     def settings(self) -> list[Setting]:
@@ -125,6 +131,12 @@ class _Run:
         costs = {(r.family, r.name): r.nanoseconds for r in made[-1].runners}
         draws = [(m.family, m.prepare(case).draw, costs[m.family, m.name]) for m in self.main]
         return made, sample_sizes(draws, reference, self.budget, self.seed, self.bar.update)
+
+    def spinning(self) -> SpinningImpacts | None:
+        """Particles that arrive spinning."""
+        self.bar.set_description("spinning impacts", refresh=False)
+        budget, tick = self.budget, self.bar.update
+        return measure_spinning_impacts(self.table, self.config, budget, self.seed, tick)
 
     def table_sizes(self) -> Benchmark:
         """Tables of many sizes."""
@@ -168,6 +180,7 @@ def measure_error_against_time(
         settings = run.settings()
         races, sizes = run.benchmarks()
         designs = run.table_sizes()
+        spinning = run.spinning()
     return ErrorAgainstTime(
         table=name_or_path,
         content_sha256=run.table.contents.content_sha256,
@@ -181,6 +194,7 @@ def measure_error_against_time(
         designs=designs,
         settings=tuple(settings),
         sizes=tuple(sizes),
+        spinning=spinning,
         left_out=tuple(run.left_out),
         seconds=time.perf_counter() - begin,
     )

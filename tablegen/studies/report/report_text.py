@@ -5,6 +5,7 @@ from tablegen.studies.report.benchmark import Benchmark, MethodResult
 from tablegen.studies.report.error_against_time import ErrorAgainstTime
 from tablegen.studies.report.labels import quantity_text
 from tablegen.studies.report.method_errors import BatchMean
+from tablegen.studies.report.spinning_impacts import SpinningImpacts
 from tablegen.studies.text_table import table_lines
 
 #: Heads of the columns of `benchmark_rows`.
@@ -61,6 +62,40 @@ def setting_rows(evidence: ErrorAgainstTime) -> list[list[str]]:
     ]
 
 
+#: Heads of the columns of `spinning_rows`.
+SPINNING_HEAD = ("way", "ns, batch", "ns, one by one", "KS", "noise", "AUC", "impacts")
+
+
+def spinning_rows(found: SpinningImpacts) -> list[list[str]]:
+    """Cells of every way to rebound spinning particles."""
+    ks, auc = METRICS["ks"], METRICS["auc"]
+    return [
+        [
+            way.name,
+            f"{way.batch_nanoseconds:,.0f}",
+            f"{way.single_nanoseconds:,.0f}",
+            ks.text(way.estimates["ks"].value),
+            ks.text(way.estimates["ks"].noise),
+            auc.text(way.estimates["auc"].value),
+            f"{way.states:,}",
+        ]
+        for way in found.ways
+    ]
+
+
+def ratio_lines(found: SpinningImpacts) -> list[str]:
+    """Costs of a draw with spin over others."""
+    return [f"{name}: {ratio:.2f}" for name, ratio in found.ratios().items()]
+
+
+def spinning_lines(found: SpinningImpacts | None) -> list[str]:
+    """Particles that arrive spinning, for a terminal."""
+    title = "Particles that arrive spinning, at the impacts that occur in chains"
+    if found is None:
+        return ["", f"{title}: none, since chains leave the table's range"]
+    return ["", title, *table_lines(SPINNING_HEAD, spinning_rows(found)), *ratio_lines(found)]
+
+
 def machine_text(evidence: ErrorAgainstTime) -> str:
     """Say what the timings were measured on."""
     about = evidence.machine
@@ -90,6 +125,7 @@ def error_against_time_text(evidence: ErrorAgainstTime) -> str:
         "",
         "Numerics of direct simulation, on the same particles",
         *table_lines(SETTING_HEAD, setting_rows(evidence)),
+        *spinning_lines(evidence.spinning),
         "",
         *evidence.left_out,
         f"Measured in {evidence.seconds:.0f} s.",

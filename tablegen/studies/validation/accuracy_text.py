@@ -2,16 +2,27 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from tablegen.accuracy.comparison import Comparison
+from tablegen.accuracy.comparison import Comparison, spin_text
 from tablegen.accuracy.decision import limits
 from tablegen.config import AccuracyTargets
 from tablegen.configuration.metric_table import METRICS
+from tablegen.configuration.spin_targets import SpinTargets
 from tablegen.studies.text_table import table_lines
+
+#: Accuracies that a row may end with.
+Declared = AccuracyTargets | SpinTargets
 
 #: Heads of the columns of `accuracy_rows`; where noise is known, it is not listed.
 HEAD = ["condition", "states"]
 for _metric in METRICS.values():
     HEAD += [_metric.head] if _metric.learned else [_metric.head, "noise"]
+
+
+def condition_text(comparison: Comparison) -> str:
+    """Name a condition in a table."""
+    c = comparison
+    spin = "" if c.spin is None else f", {spin_text(c.spin)}"
+    return f"{c.alpha_deg:.2f}°, {c.speed:.1f} m/s{spin}"
 
 
 def _row(
@@ -28,8 +39,8 @@ def _row(
 
 def accuracy_rows(
     comparisons: Sequence[Comparison],
-    declared: AccuracyTargets,
-    asked: AccuracyTargets | None = None,
+    declared: Declared,
+    asked: Declared | None = None,
     together: int | None = None,
 ) -> list[list[str]]:
     """Cells of every condition; then what is largest, its confidence limits, what is allowed.
@@ -39,7 +50,7 @@ def accuracy_rows(
     Parameters
     ----------
     comparisons : sequence of Comparison
-    declared, asked : AccuracyTargets
+    declared, asked : AccuracyTargets or SpinTargets
         The second is left out if it is None or the same.
     together : int, optional
         How many comparisons are judged together, if more than these.
@@ -53,8 +64,7 @@ def accuracy_rows(
     for c in comparisons:
         values = {name: estimate.value for name, estimate in c.estimates.items()}
         noise = {name: estimate.noise for name, estimate in c.estimates.items()}
-        title = f"{c.alpha_deg:.2f}°, {c.speed:.1f} m/s"
-        rows.append(_row(title, f"{c.states:,}", values, noise))
+        rows.append(_row(condition_text(c), f"{c.states:,}", values, noise))
 
     def largest(quantity: Callable[[str, Comparison], float]) -> dict[str, float]:
         return {name: max(quantity(name, c) for c in comparisons) for name in METRICS}
@@ -75,8 +85,8 @@ def accuracy_rows(
 
 def accuracy_text(
     comparisons: Sequence[Comparison],
-    declared: AccuracyTargets,
-    asked: AccuracyTargets | None = None,
+    declared: Declared,
+    asked: Declared | None = None,
     together: int | None = None,
 ) -> str:
     """`accuracy_rows` for a terminal."""
@@ -115,7 +125,7 @@ def detail_rows(comparison: Comparison) -> list[list[str]]:
 
 def details_text(comparison: Comparison) -> str:
     """`detail_rows` for a terminal."""
-    title = f"at {comparison.alpha_deg:.2f} degrees, {comparison.speed:.1f} m/s"
+    title = f"at {comparison.place}"
     return "\n".join([title, *table_lines(DETAIL_HEAD, detail_rows(comparison))])
 
 

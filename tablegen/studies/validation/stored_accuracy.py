@@ -7,6 +7,7 @@ from sampler.errors import InputError
 from sampler.files.atomic import check_output
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import read_table, write_table
+from tablegen.accuracy.spin_measure import spin_accuracy_datasets
 from tablegen.refinement.assembly import accuracy_datasets
 from tablegen.validate import Validation
 
@@ -40,7 +41,8 @@ def store_accuracy(path: str | Path, validation: Validation) -> str:
     path : str or Path
         The .h5 file that was validated.
     validation : Validation
-        Its comparisons between nodes are stored: distances with the noise of the samples.
+        Its comparisons between nodes are stored, and those of the spin law if it was looked at:
+        distances with the noise of the samples.
 
     Returns
     -------
@@ -56,6 +58,8 @@ def store_accuracy(path: str | Path, validation: Validation) -> str:
     if contents.content_sha256 != validation.content_sha256:
         raise InputError(f"{path}: changed since it was measured, allowed: the file as it was")
     measured = accuracy_datasets(validation.comparisons, len(contents.variables))
+    if validation.spin is not None:
+        measured |= spin_accuracy_datasets(validation.spin.measured)
     contents = replace(contents, datasets={**contents.datasets, **measured})
     write_table(path, contents)
     return contents.content_sha256

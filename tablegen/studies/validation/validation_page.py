@@ -2,7 +2,7 @@
 
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.studies.pages.rendering import render_page
-from tablegen.studies.validation import accuracy_text
+from tablegen.studies.validation import accuracy_text, spin_text
 from tablegen.studies.validation.validation_text import certainty_line, coverage_lines, whose
 from tablegen.validate import Validation
 
@@ -19,4 +19,5 @@ def validation_page(validation: Validation) -> str:
         notes=[*coverage_lines(validation), certainty_line()],
         validation=validation,
         text=accuracy_text,
+        spin_text=spin_text,
     )

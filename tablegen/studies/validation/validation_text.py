@@ -2,6 +2,7 @@
 
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS
 from tablegen.configuration.metric_table import errors_text, little_declared
+from tablegen.studies.validation.spin_text import spin_lines
 from tablegen.validate import Validation
 
 
@@ -15,7 +16,9 @@ def coverage_lines(validation: Validation) -> list[str]:
     """Say what was looked at, with which seed, and whether the table declares little."""
     screening, count = validation.screening, len(validation.comparisons)
     conditions = f"{count} condition{'s' if count > 1 else ''}"
-    if screening is None:
+    if screening is None and count == 0:
+        lines = []
+    elif screening is None:
         lines = [f"Looked at {conditions} that you chose, and at nothing else of the table."]
     else:
         lines = [
@@ -23,6 +26,8 @@ def coverage_lines(validation: Validation) -> list[str]:
             f"closely at {conditions} between nodes and at the {len(validation.nodes)} nodes that "
             "looked worst."
         ]
+    if validation.spin is not None:
+        lines += spin_lines(validation.spin, screening is None, validation.together)
     seed = validation.seed
     lines.append(f"Seed {seed}: --seed {seed} makes the same validation again.")
     if little := little_declared(validation.declared.model_dump()):
@@ -32,6 +37,8 @@ def coverage_lines(validation: Validation) -> list[str]:
 
 def _stored_lines(validation: Validation) -> list[str]:
     """Put what the file says of its accuracy beside what was measured."""
+    if not validation.measured:
+        return []
     if validation.stored is None:
         return ["The file stores no accuracy of its own."]
     largest = {

@@ -3,9 +3,10 @@
 import pytest
 
 from sampler.errors import InputError
-from tablegen.accuracy.requested import asked_accuracy
+from tablegen.accuracy.requested import asked_accuracy, asked_spin_accuracy
 from tablegen.config import AccuracyTargets
-from tablegen.configuration.metric_table import METRICS, PRESETS, looser_than_compact
+from tablegen.configuration.metric_table import METRICS, PRESETS, SPIN_PRESETS, looser_than_compact
+from tablegen.configuration.spin_targets import SpinTargets
 
 DECLARED = AccuracyTargets(ks=0.3, sliced_wasserstein=0.2, correlation_error=0.5, auc=0.7)
 
@@ -65,3 +66,35 @@ def test_what_is_looser_than_the_loosest_preset():
     compact = AccuracyTargets.model_validate({"preset": "compact"})
     assert looser_than_compact(compact.model_dump()) == []
     assert looser_than_compact(compact.model_dump() | {"auc": 0.66}) == ["auc"]
+
+
+class TestSpinLaw:
+    """A preset counts for both laws; limits with spin_ for the spin law alone."""
+
+    DECLARED = SpinTargets(**SPIN_PRESETS["compact"])
+
+    def test_limits(self):
+        text = "spin_ks=0.01, ks=0.2,spin_joint_auc=0.6"
+        asked = asked_spin_accuracy(self.DECLARED, text)
+        expected = SPIN_PRESETS["compact"] | {"ks": 0.01, "joint_auc": 0.6}
+        assert asked.model_dump(exclude={"preset"}) == expected
+        assert numbers(asked_accuracy(DECLARED, text)) == {**numbers(DECLARED), "ks": 0.2}
+
+    def test_preset(self):
+        asked = asked_spin_accuracy(self.DECLARED, "fine,spin_auc=0.7")
+        assert asked.model_dump() == {"preset": "fine", **SPIN_PRESETS["fine"], "auc": 0.7}
+        assert asked_spin_accuracy(self.DECLARED, None) is self.DECLARED
+        assert asked_spin_accuracy(self.DECLARED, "ks=0.1") == self.DECLARED
+
+    @pytest.mark.parametrize(
+        ("text", "line"),
+        [
+            ("spin_ks=2", "accuracy: spin_ks: got 2, allowed: less than or equal to 1"),
+            ("spin_joint_w=1", "accuracy: got 'spin_joint_w=1', allowed: compact, standard"),
+            ("spin_auc=x", "accuracy: got 'spin_auc=x', allowed: compact"),
+        ],
+    )
+    def test_anything_else_is_refused(self, text, line):
+        with pytest.raises(InputError) as caught:
+            asked_spin_accuracy(self.DECLARED, text)
+        assert str(caught.value).startswith(line)

@@ -28,7 +28,7 @@ def page(text):
 
 def test_has_every_section_and_folds_those_after_run_time(page):
     sections = [attributes["aria-labelledby"] for tag, attributes in page.tags if tag == "section"]
-    assert sections == ["summary", "identity", "accuracy", "joint", "methods", *FOLDED]
+    assert sections == ["summary", "identity", "accuracy", "joint", "methods", "spinning", *FOLDED]
     before = [tag for tag, attributes in page.tags]
     headings = [k for k, (_, attributes) in enumerate(page.tags) if attributes.get("id") in FOLDED]
     assert [before[k - 2 : k] for k in headings] == len(FOLDED) * [["details", "summary"]]

@@ -17,5 +17,6 @@ TINY = Budget(
     mapped=2_000,
     viewed=3_000,
     views=(2, 1),
+    chained=500,
     figures=1_000,
 )

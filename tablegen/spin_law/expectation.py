@@ -1,0 +1,187 @@
+"""Kernels of the fit of experts: shares of the experts in each rebound, and sums weighted by them.
+
+Arrays are of single precision where there is one number a rebound, and sums are of double. Experts
+are numbered group by group.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.compilation.jit import inline_kernel, kernel
+from sampler.drawing.intrinsics import single_of_bits
+
+Single = NDArray[np.float32]
+
+_LOG2_E = np.float32(1.4426950408889634)
+_LN2_HIGH, _LN2_LOW = np.float32(0.693359375), np.float32(-2.12194440e-4)
+_ROUND = np.float32(12582912.0)
+_LEAST = np.float32(-80.0)
+_HALF, _ONE, _ZERO = np.float32(0.5), np.float32(1.0), np.float32(0.0)
+_P5, _P4, _P3 = (
+    np.float32(1.9875691500e-4),
+    np.float32(1.3981999507e-3),
+    np.float32(8.3334519073e-3),
+)
+_P2, _P1, _P0 = (
+    np.float32(4.1665795894e-2),
+    np.float32(1.6666665459e-1),
+    np.float32(5.0000001201e-1),
+)
+
+
+@inline_kernel
+def exponential(x: np.float32) -> np.float32:
+    """Exponential of a number up to 80, within 2e-7 of it; below -80 that of -80.
+
+    Written so that a loop over it becomes one over vectors. Source: Cephes, ``expf``.
+    """
+    x = max(x, _LEAST)
+    n = (x * _LOG2_E + _ROUND) - _ROUND
+    r = (x - n * _LN2_HIGH) - n * _LN2_LOW
+    p = ((((_P5 * r + _P4) * r + _P3) * r + _P2) * r + _P1) * r + _P0
+    power = single_of_bits(np.uint32((np.int32(n) + np.int32(127)) << np.int32(23)))
+    return ((p * r) * r + r + _ONE) * power
+
+
+@kernel
+def softmax(logits: Single) -> None:
+    """Turn logits (n, k) into probabilities, in place."""
+    for i in range(logits.shape[0]):
+        row = logits[i]
+        top = row[0]
+        for k in range(row.size):
+            top = max(top, row[k])
+        total = _ZERO
+        for k in range(row.size):
+            row[k] = exponential(row[k] - top)
+        for k in range(row.size):
+            total += row[k]
+        scale = _ONE / total
+        for k in range(row.size):
+            row[k] *= scale
+
+
+@kernel
+def add_densities(white: Single, constant: Single, log_density: Single) -> None:
+    """Logarithms of densities from whitened outcomes.
+
+    Parameters
+    ----------
+    white : (n, d * k) float32
+        Outcome less the mean, over the factor, of each of k experts: all first numbers, all second
+        ones and so on.
+    constant : (k,) float32
+    log_density : (n, k) float32
+        Output.
+    """
+    count = constant.size
+    for i in range(white.shape[0]):
+        row, out = white[i], log_density[i]
+        for k in range(count):
+            out[k] = constant[k]
+        for j in range(0, row.size, count):
+            part = row[j : j + count]
+            for k in range(count):
+                out[k] -= _HALF * part[k] * part[k]
+
+
+@kernel
+def find_shares(
+    log_density: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
+) -> float:
+    """Shares of experts in each rebound, and what gates have to learn.
+
+    Parameters
+    ----------
+    log_density : (n, k) float32
+        In: logarithms of densities. Out: shares of the experts.
+    group : (n, g) float32
+        Probabilities of the groups.
+    expert : (n, k) float32
+        Probabilities of the experts of a group, given the group.
+    by_group, by_expert : (n, g) and (n, k) float32
+        Output: gradients of the log-likelihood with respect to the logits.
+
+    Returns
+    -------
+    float
+        Sum of the log-likelihoods.
+    """
+    groups, count = group.shape[1], expert.shape[1]
+    each, likelihood = count // groups, 0.0
+    for i in range(log_density.shape[0]):
+        share, prior = log_density[i], expert[i]
+        top = share[0]
+        for k in range(count):
+            top = max(top, share[k])
+        for k in range(count):
+            share[k] = exponential(share[k] - top) * prior[k]
+        total = _ZERO
+        for g in range(groups):
+            part = _ZERO
+            for k in range(g * each, (g + 1) * each):
+                part += share[k]
+            by_group[i, g] = part * group[i, g]
+            total += by_group[i, g]
+        total = max(total, np.float32(1e-30))
+        likelihood += top + np.log(total)
+        scale = _ONE / total
+        for g in range(groups):
+            part = by_group[i, g] * scale
+            factor = group[i, g] * scale
+            by_group[i, g] = part - group[i, g]
+            for k in range(g * each, (g + 1) * each):
+                share[k] *= factor
+                by_expert[i, k] = share[k] - part * prior[k]
+    return likelihood
+
+
+@kernel
+def find_curvatures(
+    share: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
+) -> None:
+    """Diagonal second derivatives of minus the log-likelihood with respect to the logits.
+
+    Parameters as those of `find_shares` after it; ``by_group`` and ``by_expert`` are overwritten.
+    """
+    groups, count = group.shape[1], expert.shape[1]
+    each = count // groups
+    for i in range(share.shape[0]):
+        for g in range(groups):
+            part = _ZERO
+            for k in range(g * each, (g + 1) * each):
+                part += share[i, k]
+            by_group[i, g] = group[i, g] * (_ONE - group[i, g])
+            for k in range(g * each, (g + 1) * each):
+                by_expert[i, k] = part * expert[i, k] * (_ONE - expert[i, k])
+
+
+@kernel
+def add_products(
+    weight: Single, vectors: Single, least: float, products: NDArray[np.float64]
+) -> None:
+    """Add weighted products of the numbers of vectors; weights below the least are left out.
+
+    Parameters
+    ----------
+    weight : (n, k) float32
+    vectors : (n, d) float32
+    least : float
+    products : (k, d (d + 1) / 2) float64
+        Output: of each column of weights the sums of v_i v_j, i <= j.
+    """
+    size = products.shape[1]
+    one = np.empty(size, dtype=np.float32)
+    for i in range(weight.shape[0]):
+        place = 0
+        for a in range(vectors.shape[1]):
+            v = vectors[i, a]
+            for b in range(a, vectors.shape[1]):
+                one[place] = v * vectors[i, b]
+                place += 1
+        for k in range(weight.shape[1]):
+            w = weight[i, k]
+            if w >= least:
+                row = products[k]
+                for m in range(size):
+                    row[m] += w * one[m]

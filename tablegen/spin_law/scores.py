@@ -1,0 +1,79 @@
+"""Scores that a leaf draws, by the very steps of a draw from a table."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.compilation.jit import kernel
+from sampler.drawing.normal import normal_of_word
+from sampler.drawing.spin_steps import choose_group, choose_of_group, fill_scores
+from sampler.formats.normal_cubics import normal_table
+from sampler.formats.spin_bounds import GROUP_SIZE, N_FEATURES, N_OUTCOMES, SCORE_MAX
+from sampler.formats.spin_packing import expert_records
+from sampler.formats.table_arrays import LANES
+from tablegen.model.float_array import FloatArray
+
+
+class StoredExperts(NamedTuple):
+    """Experts of a leaf as the file has them, all int16, in 8 groups of 16.
+
+    ``group_gate`` (23, 8), ``gate`` (8, 23, 16), ``mean`` (128, 23, 6), ``factor`` (128, 21).
+    """
+
+    group_gate: NDArray[np.int16]
+    gate: NDArray[np.int16]
+    mean: NDArray[np.int16]
+    factor: NDArray[np.int16]
+
+
+@kernel
+def _draw(
+    group_gates: NDArray[np.int16],
+    gates: NDArray[np.int16],
+    experts: NDArray[np.int16],
+    features: NDArray[np.float32],
+    words: NDArray[np.uint32],
+    table: NDArray[np.float32],
+    scores: NDArray[np.float32],
+) -> None:
+    """Draw scores (n, 6) at features (n * 23,) from words (n, 8)."""
+    normals, row = np.zeros(LANES, dtype=np.float32), np.zeros(LANES, dtype=np.float32)
+    for i in range(words.shape[0]):
+        first = i * N_FEATURES
+        group = choose_group(group_gates, 0, features, first, words[i, 0])
+        base = group * (N_FEATURES * GROUP_SIZE)
+        expert = choose_of_group(gates, base, features, first, words[i, 1])
+        for k in range(N_OUTCOMES):
+            normals[k] = normal_of_word(table, words[i, 2 + k])
+        fill_scores(experts, group * GROUP_SIZE + expert, features, first, normals, row, 0)
+        for k in range(N_OUTCOMES):
+            scores[i, k] = row[k]
+
+
+def bounded_scores(
+    stored: StoredExperts, features: FloatArray, rng: np.random.Generator
+) -> NDArray[np.float32]:
+    """Draw scores zeta of a leaf.
+
+    Parameters
+    ----------
+    stored : StoredExperts
+    features : (n, 23) float64
+        Of conditions and ratios.
+    rng : numpy Generator
+
+    Returns
+    -------
+    (n, 6) float32, from -6 to 6
+    """
+    words = rng.integers(0, 2**32, (len(features), 2 + N_OUTCOMES), dtype=np.uint32)
+    scores = np.empty((len(features), N_OUTCOMES), dtype=np.float32)
+    records: Any = expert_records(stored.mean[None], stored.factor[None])
+    group_gates, gates = (
+        np.ascontiguousarray(part).ravel() for part in (stored.group_gate, stored.gate)
+    )
+    own = features.astype(np.float32).ravel()
+    _draw(group_gates, gates, records, own, words, normal_table(), scores)
+    bounded: NDArray[np.float32] = scores / np.sqrt(1.0 + scores**2 / np.float32(SCORE_MAX**2))
+    return bounded
