@@ -259,7 +259,7 @@ typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots; /* 0 shapes: no law */
     int32_t fresh_grains; /* whether a particle has another grain at each hit */
     double alpha_first, alpha_last, alpha_low, alpha_high;
-    double speed_first, speed_last, speed_low, speed_high, speed_coefficient, speed_exponent;
+    double speed_first, speed_last, speed_low, speed_high, speed_scale, speed_exponent;
     double aspect[8];
     const int32_t *shape_codes;
     const double *shape_shares, *shape_ratios;
@@ -393,6 +393,7 @@ extern "C" {
 #define RBTI_MEAN_UNIT (1.0f / 2048.0f)
 #define RBTI_FACTOR_UNIT (1.0f / 4096.0f)
 /* end spin */
+#define RBTI_LOG2_E 1.4426950408889634f
 #define RBTI_SIMULATION_KEY 0x53494d554c415445u
 
 /* Not isfinite(), which some compiler flags remove. */
@@ -963,13 +964,79 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, 
     {
         const double u = rbti_uniform(words[5 * m + r]);
         int32_t row = 0;
-        while (row < law->n_shapes - 1 && u >= law->shape_shares[row])
-            row++;
+        for (int32_t k = 0; k < law->n_shapes - 1; k++)
+            row += u >= law->shape_shares[k];
         shapes[r] = row;
         if (law->shape_ratios[2 * row] > 0.0) {
             ratios[r] = law->shape_ratios[2 * row];
             ratios[m + r] = law->shape_ratios[2 * row + 1];
         }
+    }
+}
+
+/* No weight counts below 2^-126. Where a number was clamped, what follows stands in a loop of its own:
+   compilers make two ways of a number that may be a constant. */
+RBTI_INLINE RBT_DEVICE float rbti_least_power(float y)
+{
+    return y > -126.0f ? y : -126.0f;
+}
+
+/* 2^y of a number from -126 to 0; no library's, and the same in every language. */
+RBTI_INLINE RBT_DEVICE float rbti_power_of_two(float y)
+{
+    const int32_t n = (int32_t)(y - 0.5f);
+    const float r = y - (float)n;
+    const float p =
+        1.0f +
+        r * (0.6931471805599453f +
+             r * (0.2402265069591007f +
+                  r * (0.05550410866482158f +
+                       r * (0.009618129107628477f +
+                            r * (0.0013333558146428443f + r * 0.00015403530393381608f)))));
+    const uint32_t bits = (uint32_t)(n + 127) << 23;
+    float power;
+    memcpy(&power, &bits, sizeof power);
+    return p * power;
+}
+
+/* Logarithm to the base 2 of a positive number. */
+RBTI_INLINE RBT_DEVICE float rbti_logarithm_to_two(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    bits -= 0x3f3504f3u; /* 1 / sqrt(2) */
+    const float exponent = (float)((int32_t)bits >> 23);
+    bits = (bits & 0x7fffffu) + 0x3f3504f3u;
+    float mantissa;
+    memcpy(&mantissa, &bits, sizeof mantissa);
+    const float s = (mantissa - 1.0f) / (mantissa + 1.0f), q = s * s;
+    return exponent +
+           s * (2.8853900817779268f +
+                q * (0.9617966939259757f +
+                     q * (0.5770780163555854f +
+                          q * (0.41219858311113243f + q * 0.3205988979753252f))));
+}
+
+/* exp(-k V_e^n), from V_e. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_law *law,
+                                                       const double *effective, double *values)
+{
+    const float exponent = (float)law->speed_exponent, scale = -(float)law->speed_scale;
+    const double last = law->speed_last;
+    float y[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        const float power = exponent * rbti_logarithm_to_two((float)(effective[r] / last));
+        y[r] = rbti_least_power(power < 0.0f ? power : 0.0f);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const float x = scale * rbti_power_of_two(y[r]);
+        y[r] = rbti_least_power(x * RBTI_LOG2_E);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        values[r] = (double)rbti_power_of_two(y[r]);
     }
 }
 
@@ -996,10 +1063,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
         d->factor[r] = factor;
         d->turn[r] = turn;
     }
-    RBTI_EACH_DRAW(r)
-    {
-        inputs[m + r] = exp(-law->speed_coefficient * exp(law->speed_exponent * log(effective[r])));
-    }
+    rbti_fill_speed_coordinate(m, law, effective, inputs + m);
 }
 
 /* Leaf of each draw in the tree of its shape. */
@@ -1059,24 +1123,46 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law
     }
 }
 
-/* Exponential of a number that is not positive; no library's, and the same in every language. */
-RBTI_INLINE RBT_DEVICE float rbti_exponential(float x)
+/* Eight numbers that one instruction takes, where compilers have them. */
+#if defined(__GNUC__) && !defined(__CUDACC__) && (defined(__clang__) || __GNUC__ >= 9)
+#define RBTI_VECTORS 1
+typedef int16_t rbti_shorts __attribute__((vector_size(16)));
+typedef int32_t rbti_longs __attribute__((vector_size(32)));
+typedef float rbti_singles __attribute__((vector_size(32)));
+#endif
+
+/* Sums of eight numbers side by side, times a factor, over `rows` of them; row k begins `stride` k
+   numbers behind the first, less `shrink` k (k + 1) / 2. Its first `shrink` k sums are left as they
+   are. As a loop over an array the sums would wait for memory in every row. */
+RBTI_INLINE RBT_DEVICE void rbti_sum_eight(size_t m, size_t rows, const int16_t *numbers,
+                                           size_t stride, size_t shrink, const float *factors,
+                                           float *sums)
 {
-    float y = x * 1.4426950408889634f;
-    y = y > -126.0f ? y : -126.0f;
-    const int32_t n = (int32_t)(y - 0.5f);
-    const float r = y - (float)n;
-    const float p =
-        1.0f +
-        r * (0.6931471805599453f +
-             r * (0.2402265069591007f +
-                  r * (0.05550410866482158f +
-                       r * (0.009618129107628477f +
-                            r * (0.0013333558146428443f + r * 0.00015403530393381608f)))));
-    const uint32_t bits = (uint32_t)(n + 127) << 23;
-    float power;
-    memcpy(&power, &bits, sizeof power);
-    return p * power;
+#ifdef RBTI_VECTORS
+    static const float window[13] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 1.0f,
+                                     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
+    rbti_singles total;
+    memcpy(&total, sums, sizeof total);
+    for (size_t row = 0; row < rows; row++) {
+        rbti_shorts raw;
+        memcpy(&raw, numbers + (row * stride - shrink * (row * (row + 1) / 2)), sizeof raw);
+        const rbti_longs wide = __builtin_convertvector(raw, rbti_longs);
+        rbti_singles factor = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        factor = factors[row * m] - factor;
+        if (shrink > 0) {
+            rbti_singles ones;
+            memcpy(&ones, window + 5 - row, sizeof ones);
+            factor *= ones;
+        }
+        total += __builtin_convertvector(wide, rbti_singles) * factor;
+    }
+    memcpy(sums, &total, sizeof total);
+#else
+    for (size_t row = 0; row < rows; row++)
+        for (size_t k = shrink * row; k < 8; k++)
+            sums[k] += factors[row * m] *
+                       (float)numbers[row * stride - shrink * (row * (row + 1) / 2) + k];
+#endif
 }
 
 /* Sums over the features of each draw times `count` coefficients that lie side by side. */
@@ -1090,11 +1176,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16
         float sums[RBTI_GROUP_SIZE] RBTI_ALIGNED;
         for (size_t k = 0; k < count; k++)
             sums[k] = 0.0f;
-        for (size_t f = 0; f < RBTI_FEATURES; f++) {
-            const float feature = features[f * m + r];
-            for (size_t k = 0; k < count; k++)
-                sums[k] += feature * (float)gate[f * count + k];
-        }
+        for (size_t k = 0; k < count; k += 8)
+            rbti_sum_eight(m, RBTI_FEATURES, gate + k, count, 0, features + r, sums + k);
         for (size_t k = 0; k < count; k++)
             logits[k * m + r] = sums[k];
     }
@@ -1121,7 +1204,12 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *g
     for (size_t k = 0; k < count; k++) {
         RBTI_EACH_DRAW(r)
         {
-            weights[k * m + r] = rbti_exponential((weights[k * m + r] - most[r]) * RBTI_GATE_UNIT);
+            const float x = (weights[k * m + r] - most[r]) * RBTI_GATE_UNIT;
+            weights[k * m + r] = rbti_least_power(x * RBTI_LOG2_E);
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            weights[k * m + r] = rbti_power_of_two(weights[k * m + r]);
         }
     }
     for (size_t k = 1; k < count; k++) {
@@ -1170,6 +1258,12 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, const rbt_spin_law *law
 /* Normals to scores: mean and factor of the expert. Eight rows are read, of which six count. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
 {
+    for (size_t k = 0; k < RBTI_OUTCOMES; k++) {
+        RBTI_EACH_DRAW(r)
+        {
+            d->scores[k * m + r] *= RBTI_FACTOR_UNIT;
+        }
+    }
     RBTI_EACH_DRAW(r)
     {
         const int16_t *record = law->experts + RBTI_EXPERT_STRIDE * (size_t)d->expert[r];
@@ -1177,27 +1271,17 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, const rbt_spin_law *law, 
         float sums[8] RBTI_ALIGNED;
         for (size_t k = 0; k < 8; k++)
             sums[k] = 0.0f;
-        for (size_t f = 0; f < RBTI_FEATURES; f++) {
-            const float feature = d->features[f * m + r];
-            for (size_t k = 0; k < 8; k++)
-                sums[k] += feature * (float)record[f * RBTI_OUTCOMES + k];
-        }
+        rbti_sum_eight(m, RBTI_FEATURES, record, RBTI_OUTCOMES, 0, d->features + r, sums);
         for (size_t k = 0; k < 8; k++)
             sums[k] *= RBTI_MEAN_UNIT;
-        for (size_t column = 0; column < RBTI_OUTCOMES; column++) {
-            const float normal = d->scores[column * m + r] * RBTI_FACTOR_UNIT;
-            const int16_t *factor = factors + column * RBTI_OUTCOMES - column * (column + 1) / 2;
-            for (size_t k = 0; k < 8; k++)
-                sums[k] += (float)factor[k] * (k >= column ? normal : 0.0f);
-        }
+        rbti_sum_eight(m, RBTI_OUTCOMES, factors, RBTI_OUTCOMES, 1, d->scores + r, sums);
         for (size_t k = 0; k < RBTI_OUTCOMES; k++)
             d->scores[k * m + r] = sums[k];
     }
 }
 
-/* Scores to outcomes, by the quantiles of the leaf. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, const rbt_spin_law *law,
-                                               rbti_spin_draws *d)
+/* Scores to places among the knots of the leaf's quantiles. */
+RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
 {
     const int32_t last = law->n_knots - 2, knots = law->n_knots;
     const float scale = (float)(law->n_knots - 1) / (RBTI_SCORE_MAX + RBTI_SCORE_MAX);
@@ -1222,14 +1306,28 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, const rbt_spin_law *law
             RBTI_PREFETCH(law->quantiles + entries[r]);
         }
     }
+}
+
+/* Places among knots to outcomes. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, const rbt_spin_law *law,
+                                               rbti_spin_draws *d)
+{
     for (int32_t row = 0; row < RBTI_OUTCOMES; row++) {
         const size_t at = (size_t)row * m;
+        uint32_t pair[RBTI_BLOCK] RBTI_ALIGNED;
+        float least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
         RBTI_EACH_DRAW(r)
         {
-            const uint16_t *steps = law->quantiles + d->entries[at + r];
             const float *span = law->spans + 2 * (d->leaf[r] * RBTI_OUTCOMES + row);
-            const float low = (float)steps[0], high = (float)steps[1];
-            d->outcomes[at + r] = span[0] + span[1] * (low + d->scores[at + r] * (high - low));
+            memcpy(pair + r, law->quantiles + d->entries[at + r], sizeof *pair);
+            least[r] = span[0];
+            step[r] = span[1];
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            const float low = (float)(int32_t)(pair[r] & 0xffffu);
+            const float high = (float)(int32_t)(pair[r] >> 16);
+            d->outcomes[at + r] = least[r] + step[r] * (low + d->scores[at + r] * (high - low));
         }
     }
 }
@@ -1275,6 +1373,7 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, ui
     for (size_t row = 0; row < RBTI_OUTCOMES; row++)
         rbti_fill_normals(m, table->normals, d->words + (2 + row) * m, d->scores + row * m);
     rbti_fill_scores(m, law, d);
+    rbti_find_knots(m, law, d);
     rbti_fill_outcomes(m, law, d);
     rbti_to_spin_states(m, count, table, d, states);
 }
@@ -1743,8 +1842,8 @@ typedef struct rbti_header {
     uint32_t n_shapes, n_nodes, n_leaves, n_spin_knots;
     double spin_alpha[2], spin_speed[2], spin_coordinate[2], aspect[8];
     uint64_t at_shape_codes, at_shape_shares, at_shape_ratios, at_roots, at_node_axis,
-        at_node_cut, at_node_child, at_inputs, at_group_gates, at_gates, at_experts,
-        at_spin_spans, at_spin_quantiles;
+        at_node_cut, at_node_child, at_inputs, at_spin_spans, at_spin_quantiles, at_group_gates,
+        at_gates, at_experts;
 } rbti_header;
 /* end header */
 
@@ -1768,6 +1867,7 @@ typedef struct rbti_header {
 #define RBTI_OUTCOME_BOUNDS -1000000.0, 1000000.0
 #define RBTI_MOST_NUMBER 1000000.0
 #define RBTI_NUMBER_ROUNDING 0.02002
+#define RBTI_MOST_SPEED_SCALE 1e+30
 #define RBTI_MOST_CUT 1000.0
 #define RBTI_MOST_MIDDLE 1000.0f
 #define RBTI_MOST_SCALE 10000.0f
@@ -1811,11 +1911,11 @@ typedef struct rbti_header {
     DO(node_cut, spin.node_cut, double, h->n_nodes, 1, 0)                                          \
     DO(node_child, spin.node_child, int32_t, h->n_nodes, (uint64_t)2, 0)                           \
     DO(inputs, spin.inputs, float, h->n_leaves, (uint64_t)14, 0)                                   \
+    DO(spin_spans, spin.spans, float, h->n_leaves, (uint64_t)6 * 2, 0)                             \
+    DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, (uint64_t)6 * h->n_spin_knots, 0)    \
     DO(group_gates, spin.group_gates, int16_t, h->n_leaves, (uint64_t)23 * 8, 0)                   \
     DO(gates, spin.gates, int16_t, h->n_leaves, (uint64_t)8 * 23 * 16, 0)                          \
-    DO(experts, spin.experts, int16_t, h->n_leaves, (uint64_t)128 * 160, 8)                        \
-    DO(spin_spans, spin.spans, float, h->n_leaves, (uint64_t)6 * 2, 0)                             \
-    DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, (uint64_t)6 * h->n_spin_knots, 0)
+    DO(experts, spin.experts, int16_t, h->n_leaves, (uint64_t)128 * 160, 8)
 /* end checks */
 
 /* End a function with a code where something does not hold. */
@@ -2024,7 +2124,7 @@ static int rbti_check_spin_axes(const rbt_spin_law *law)
               RBT_ERR_AXES);
     RBTI_NEED(rbti_range_holds(law->speed_first, law->speed_last, RBTI_SPIN_SPEED_BOUNDS),
               RBT_ERR_AXES);
-    RBTI_NEED(rbti_within(law->speed_coefficient, bounds[0], bounds[1]) &&
+    RBTI_NEED(rbti_within(law->speed_scale, 0.0, RBTI_MOST_SPEED_SCALE) &&
                   rbti_within(law->speed_exponent, bounds[0], bounds[1]),
               RBT_ERR_AXES);
     return RBT_OK;
@@ -2272,7 +2372,7 @@ static void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
     law->speed_last = h->spin_speed[1];
     law->speed_low = law->speed_first * (1.0 - RBTI_ROUNDING);
     law->speed_high = law->speed_last * (1.0 + RBTI_ROUNDING);
-    law->speed_coefficient = h->spin_coordinate[0];
+    law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }

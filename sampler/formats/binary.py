@@ -59,7 +59,7 @@ def _spin_arrays_by_name(spin: SpinArrays) -> dict[str, NDArray[Any]]:
     if spin.n_shapes == 0:
         return {}
     grains = spin.grains
-    named = {
+    named: dict[str, NDArray[Any]] = {
         "shape_codes": grains.shape_codes,
         "shape_shares": grains.cumulative_weights,
         "shape_ratios": grains.fixed_ratios,
@@ -78,7 +78,7 @@ def _fill_spin_fields(header: NDArray[np.void], spin: SpinArrays) -> None:
     header["n_leaves"] = spin.inputs.size // (2 * N_INPUTS)
     header["spin_alpha"] = spin.alpha_first, spin.alpha_last
     header["spin_speed"] = spin.speed_first, spin.speed_last
-    header["spin_coordinate"] = spin.speed_coefficient, spin.speed_exponent
+    header["spin_coordinate"] = spin.speed_scale, spin.speed_exponent
     header["aspect"] = spin.grains.aspect.reshape(-1)
 
 

@@ -124,6 +124,12 @@ SPIN_ARRAYS = (
     ),
     StoredArray("inputs", "<f4", (_LEAVES, 2 * N_INPUTS), "middles, then factors, of the inputs"),
     StoredArray(
+        "spin_spans", "<f4", (_LEAVES, N_OUTCOMES, 2), "least quantile, and size of the steps"
+    ),
+    StoredArray(
+        "spin_quantiles", "<u2", (_LEAVES, N_OUTCOMES, "n_spin_knots"), "steps of the quantiles"
+    ),
+    StoredArray(
         "group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS), "gates of the groups; 1/512"
     ),
     StoredArray(
@@ -133,12 +139,6 @@ SPIN_ARRAYS = (
         "experts", "<i2", (_LEAVES, N_EXPERTS, EXPERT_STRIDE),
         "records: coefficients of the means, 1/2048, by feature; factors (columns packed), 1/4096; "
         "padding; 8 zeros behind the last record", extra=8,
-    ),
-    StoredArray(
-        "spin_spans", "<f4", (_LEAVES, N_OUTCOMES, 2), "least quantile, and size of the steps"
-    ),
-    StoredArray(
-        "spin_quantiles", "<u2", (_LEAVES, N_OUTCOMES, "n_spin_knots"), "steps of the quantiles"
     ),
 )  # fmt: skip
 
@@ -203,7 +203,12 @@ HEADER = (
     *(Field(name, "<u4", 1, meaning) for name, meaning in SPIN_COUNTS.items()),
     Field("spin_alpha", "<f8", 2, "smallest and largest impact angle of the spin law, rad"),
     Field("spin_speed", "<f8", 2, "smallest and largest effective speed V_e, m/s"),
-    Field("spin_coordinate", "<f8", 2, "k and n of the speed's coordinate exp(-k V_e^n)"),
+    Field(
+        "spin_coordinate",
+        "<f8",
+        2,
+        "k times the n-th power of the largest V_e, and n, of exp(-k V_e^n)",
+    ),
     Field("aspect", "<f8", 8, "laws of b/a and c/b: mean, deviation, probabilities of the ends"),
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
 )
