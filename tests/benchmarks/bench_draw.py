@@ -72,7 +72,14 @@ def python_draws(table: sampler.Table, conditions: Conditions) -> dict[str, Draw
             c.alpha1, c.speed, seed=7, index=c.index, hit=c.hit, threads=1, out=c.singles
         ),
         "Python, Table.sample, spin": lambda: table.sample(
-            c.alpha1, c.speed, spin=c.spin, seed=7, index=c.index, hit=c.hit, threads=1, out=c.states
+            c.alpha1,
+            c.speed,
+            spin=c.spin,
+            seed=7,
+            index=c.index,
+            hit=c.hit,
+            threads=1,
+            out=c.states,
         ),
     }
 
