@@ -6,11 +6,11 @@
 Every one draws the same number of states of six components at random angles and speeds, on one
 thread. The bootstrap is ``rows[rng.integers(0, 10**6, n)]`` of an array of 10**6 rows in single
 precision; draws of Python are written in double precision, and once more in single precision, as
-those rows are. Rows with spin are draws from the spin law, at spins of all directions; a table without
-one gets a random one of 132 leaves. The floor is what no table of this size can go below: the random words of a draw and
-one read of 16 bytes at a random place. Times are processor time; all take turns in every round, and
-a ratio is the median of the ratios to the bootstrap of the same round. Without gcc the rows of C
-are left out.
+those rows are. Rows with spin are draws from the spin law, at spins of all directions; a table
+without one gets a random one of 132 leaves. The floor is what no table of this size can go below:
+the random words of a draw and one read of 16 bytes at a random place. Times are processor time; all
+take turns in every round, and a ratio is the median of the ratios to the bootstrap of the same
+round. Without gcc the rows of C are left out.
 """
 
 import argparse
@@ -26,7 +26,8 @@ from pathlib import Path
 import checkout  # noqa: F401  (before the imports that it makes possible)
 import numpy as np
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1] / part) for part in ("embedding", "")]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "embedding"))
 import toolchain
 from spin_tables import with_spin_law
 
