@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ PACKAGE = toolchain.INCLUDE.parent
 SOURCE = Path(__file__).resolve().parents[2] / "sampler"
 GUIDE = (PACKAGE / "EMBEDDING.md").read_text(encoding="utf-8")
 NOT_RUN = "<!-- not run by the test"
-BLOCKS = re.findall(r"(?:(<!-- .*) -->\n)?```(\w*)\n(.*?)```", GUIDE, re.S)
+BLOCKS = re.findall(r"(?:(<!-- [^\n]*) -->\n)?```(\w*)\n(.*?)```", GUIDE, re.S)
 
 
 def blocks(language):
@@ -152,6 +153,7 @@ def test_the_block_on_spin_compiles(tmp_path):
     (spin,) = [text for mark, language, text in BLOCKS if mark and language == "c"]
     before, call, after = re.split(r"( +code = rbt_rebound\(.*?;\n)", only("c"))
     assert "NULL, NULL" in call
+    spin = textwrap.indent(spin, "    ")
     (tmp_path / "spin.c").write_text(before.replace(", omega[3];", ";") + spin + after)
     toolchain.build("gcc", [tmp_path / "spin.c"], tmp_path / "spin")
 
