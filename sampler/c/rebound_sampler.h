@@ -342,9 +342,11 @@ extern "C" {
 
 #if defined(__GNUC__)
 #define RBTI_INLINE static inline __attribute__((always_inline))
+#define RBTI_APART static __attribute__((noinline)) /* its memory is no other function's burden */
 #define RBTI_ALIGNED __attribute__((aligned(64)))
 #else
 #define RBTI_INLINE static inline
+#define RBTI_APART static
 #define RBTI_ALIGNED
 #endif
 
@@ -1378,9 +1380,9 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, ui
     rbti_to_spin_states(m, count, table, d, states);
 }
 
-RBTI_INLINE RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, double speed,
-                                          const double spin[3], uint64_t seed, uint64_t index,
-                                          uint32_t hit, double *state)
+RBTI_APART RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, double speed,
+                                         const double spin[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double *state)
 {
     const int status = rbti_spin_status(table, alpha1, speed, spin[0], spin[1], spin[2]);
     if (status < RBT_OK)
