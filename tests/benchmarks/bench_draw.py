@@ -71,24 +71,26 @@ def python_draws(table: sampler.Table, conditions: Conditions) -> dict[str, Draw
     }
 
 
-def c_draws(image: Path, conditions: Conditions, folder: Path) -> dict[str, Draw]:
+def c_draws(image: Path, given: Conditions, folder: Path) -> dict[str, Draw]:
     """Batch, single calls and floor in C, compiled with and without the instructions of here."""
     found: dict[str, Draw] = {}
-    c = conditions
+    c = given
     n = c.index.size
     for flags in (("-O2",), NATIVE):
         source = folder / f"loops{len(flags)}.c"
         source.write_text((HERE / "draw_loops.c").read_text())
         library = toolchain.load_library(source, flags)
-        library.one_by_one.argtypes = library.rbt_draw_batch.argtypes[:-1]
+        types = library.rbt_draw_batch.argtypes
+        library.one_by_one.argtypes = [*types[:4], *types[5:-1]]
         library.floor_of_draws.argtypes = (
             ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64, library.one_by_one.argtypes[5],
         )  # fmt: skip
         _, opened = toolchain.open_code(library, image)
-        given = (opened, n, c.alpha1, c.speed, 7, c.index, c.hit, c.states)
+        conditions, keys = (opened, n, c.alpha1, c.speed), (7, c.index, c.hit, c.states)
+        batched, single = (*conditions, None, *keys, None), (*conditions, *keys)
         name = f"C {' '.join(flags)}"
-        found[f"{name}, batch"] = lambda f=library.rbt_draw_batch, a=given: f(*a, None)
-        found[f"{name}, one by one"] = lambda f=library.one_by_one, a=given: f(*a)
+        found[f"{name}, batch"] = lambda f=library.rbt_draw_batch, a=batched: f(*a)
+        found[f"{name}, one by one"] = lambda f=library.one_by_one, a=single: f(*a)
         if flags == NATIVE:
             words = (opened, n, 7, c.index)
             found["C floor"] = lambda f=library.floor_of_draws, a=words: f(*a)

@@ -12,7 +12,7 @@ int one_by_one(const rbt_table *table, size_t n, const double *alpha1, const dou
 {
     int codes = 0;
     for (size_t k = 0; k < n; k++)
-        codes |= rbt_draw(table, alpha1[k], speed[k], seed, index[k], hit[k], states + 6 * k);
+        codes |= rbt_draw(table, alpha1[k], speed[k], NULL, seed, index[k], hit[k], states + 6 * k);
     return codes;
 }
 

@@ -162,7 +162,7 @@ def test_openfoam_dictionary_has_the_entries_that_the_plugin_reads():
     body = re.search(r"tabulatedReboundCoeffs\n\{\n(.*?)\}", text, re.S).group(1)
     entries = dict(re.fullmatch(r" +(\w+) +(.*);", line).groups() for line in body.splitlines())
     assert set(entries) == read
-    assert len(read) == 5
+    assert len(read) == 7
     header = (PACKAGE / "openfoam/plugin/TabulatedRebound.H").read_text(encoding="utf-8")
     assert 'TypeName("tabulatedRebound")' in header
     assert entries["outOfRange"] in re.search(r"allowed: clamp, error", plugin).group()

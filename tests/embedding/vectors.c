@@ -66,8 +66,8 @@ static int check_draw(const rbt_table *table, const rbt_table *moved, char *text
     rbt_report report;
     const int codes[3] = {
         rbt_draw_all(table, condition[0], condition[1], seed, index, hit, values),
-        rbt_draw(moved, condition[0], condition[1], seed, index, hit, state),
-        rbt_draw_batch(table, 1, condition, condition + 1, seed, &index, &hit, row, &report),
+        rbt_draw(moved, condition[0], condition[1], NULL, seed, index, hit, state),
+        rbt_draw_batch(table, 1, condition, condition + 1, NULL, seed, &index, &hit, row, &report),
     };
     return codes[0] == code && codes[1] == code && codes[2] == code &&
            report.row == (code < 0 ? 0u : 1u) && report.clamped == (code > 0 ? 1u : 0u) &&
@@ -87,7 +87,7 @@ static int check_rebound(const rbt_table *table, char *text, double tolerance)
     if (!next_numbers(&text, 6, expected))
         return 0;
     set_untouched(6, result);
-    const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, seed, index, hit,
+    const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, NULL, seed, index, hit,
                                 result, result + 3);
     rbt_impacts impacts;
     memset(&impacts, 0, sizeof impacts);
