@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from sampler.formats.spin_bounds import SPEED_COORDINATE
 from tablegen.accuracy.spin_measure import spin_accuracy_datasets
 from tablegen.config import Config
 from tablegen.direct import DirectModel
@@ -55,10 +56,12 @@ class _Conditions(NamedTuple):
 
 
 def speed_coordinate(config: Config) -> SpeedCoordinate:
-    """Coordinate of the speed: that of the restitution law if it has this form."""
+    """Coordinate of the speed: that of the restitution law if a file can have it."""
     law = config.pair.restitution
     if isinstance(law, ExponentialRestitution):
-        return SpeedCoordinate(law.coefficient, law.exponent)
+        own = SpeedCoordinate(law.coefficient, law.exponent)
+        if all(SPEED_COORDINATE[0] <= number <= SPEED_COORDINATE[1] for number in own):
+            return own
     half = _HALF_WAY * Range.of(config).speed[1]
     return SpeedCoordinate(math.log(2.0) / half**_EXPONENT, _EXPONENT)
 

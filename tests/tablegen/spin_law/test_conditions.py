@@ -54,6 +54,15 @@ def test_conditions_fill_the_domain(made):
         assert np.abs(found[:, 2:].mean(axis=0) / found[:, 2:].std(axis=0)).max() < 0.1
 
 
+def test_no_condition_is_beyond_the_direct_model():
+    """At the ends of what a domain may be, particles turn at most a million radians first."""
+    domain = Range((math.radians(1e-6), math.pi / 2.0), (1e-6, 2e5), (1e-6, 1e5))
+    found = spread_conditions(domain, N, np.random.default_rng(6))
+    turned = 2.0 * np.linalg.norm(found[:, 2:], axis=1) / np.sin(found[:, 0])
+    assert turned.max() < 1e6
+    assert found[:, 1].min() >= 1e-6
+
+
 def test_half_of_the_conditions_are_those_of_chains():
     model = DirectModel(CONFIG)
     hits = []

@@ -149,6 +149,8 @@ def test_sizes_are_the_preset_s_or_those_named():
 
 def test_coordinate_of_the_speed_is_that_of_the_law_or_of_its_shape():
     assert speed_coordinate(SPINNING) == (0.1, 0.61)
+    steep = {"pair": {"restitution": {"coefficient": 1e9}}}
+    assert speed_coordinate(SPINNING.with_changes(steep)).exponent == 0.5
     constant = {"law": "constant", "value": 0.5, "source": "a test"}
     config = SPINNING.with_changes(
         {"pair": {"restitution": constant}, "domain": {"extrapolate": True}}
