@@ -36,6 +36,9 @@ _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
 #: wall is not simulated.
 _TURNED = 2.0 * 1.01 / MOST_TURNED
 
+#: Least speed V [m/s], with a margin for rounding to single precision.
+_LEAST_SPEED = 1.001 * SPEED.low
+
 #: Largest V_e over the largest speed V: a spin of 2.1 V/a reaches it there.
 FASTEST = 2.0
 
@@ -83,7 +86,7 @@ def _possible(conditions: FloatArray) -> FloatArray:
     """Conditions as steep and fast as the direct model needs them, at the ends of any domain."""
     steepest = _TURNED * np.sqrt(np.sum(conditions[:, 2:] ** 2, axis=1))
     alpha = np.minimum(np.maximum(conditions[:, 0], steepest), math.pi / 2.0)
-    return np.column_stack([alpha, np.maximum(conditions[:, 1], SPEED.low), conditions[:, 2:]])
+    return np.column_stack([alpha, np.maximum(conditions[:, 1], _LEAST_SPEED), conditions[:, 2:]])
 
 
 def ratio_range(population: Population, shape_code: int) -> FloatArray:

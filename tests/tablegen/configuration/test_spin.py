@@ -1,4 +1,4 @@
-"""Whether a table has a spin law: said in a file, inherited by scenes, refused where it cannot be."""
+"""Whether a table has a spin law: said in a file, inherited by scenes, or refused."""
 
 import pytest
 from tiny_tables import TINY

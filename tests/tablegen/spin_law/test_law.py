@@ -16,7 +16,8 @@ from tablegen.generate import generate
 from tablegen.impact_chains import occurring_impacts, simulated
 from tablegen.particles.mesh import MeshFile
 from tablegen.prune import pruned
-from tablegen.spin_law.law import speed_coordinate, spin_law
+from tablegen.spin_law.fit_tasks import speed_coordinate
+from tablegen.spin_law.law import spin_law
 from tablegen.spin_law.leaf import fit_leaf
 from tablegen.spin_law.sizes import SPIN_SIZES, spin_sizes
 from tablegen.tasks.runner import TaskRunner
@@ -115,7 +116,7 @@ def test_an_interrupted_law_goes_on(tmp_path, monkeypatch):
                 raise InterruptedRunError
             return fit_leaf(*arguments)
 
-        monkeypatch.setattr("tablegen.spin_law.law.fit_leaf", failing)
+        monkeypatch.setattr("tablegen.spin_law.fit_tasks.fit_leaf", failing)
         with pytest.raises(InterruptedRunError):
             generate(SPINNING, resumed, conditions=0, executor=pool)
         assert not resumed.exists()
