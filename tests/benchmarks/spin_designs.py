@@ -54,7 +54,7 @@ CONDITIONS = np.array(
 
 
 def simulated(shape, condition, seed):
-    """Grains of a shape and their rebounds at a condition."""
+    """Simulate grains of a shape at a condition."""
     model = DirectModel(CONFIG, CONFIG.population.restricted_to(shape))
     index = np.arange(COUNT)
     keys = {"seed": seed, "index": index, "spin": condition[2:], "threads": 1}
@@ -108,7 +108,7 @@ def by_size(name, *values):
 
 EXPERIMENTS = {
     "mirror": mirror,
-    "rebounds": partial(by_size, "rebounds", 120_000, 240_000, 480_000),
+    "rebounds": partial(by_size, "rebounds", 60_000, 120_000, 240_000),
     "experts": partial(by_size, "experts", 4, 8, 16),
 }
 
