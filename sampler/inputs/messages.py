@@ -71,8 +71,8 @@ def _too_large(rows: Rows, row: int) -> tuple[str, str]:
     """Argument whose square is no number any more, and what is allowed."""
     if "velocity" not in rows.values:
         return "spin", "a magnitude below 1e150, and of the speed too"
-    speed = _condition(rows, row)[1]
-    if "omega" in rows.values and speed < 1e150:
+    relative = rows.at("velocity", row) - rows.at("wall_velocity", row)
+    if "omega" in rows.values and math.hypot(*relative) < 1e150:
         return "omega", "a magnitude below 1e150 times V/a"
     return "velocity", "a magnitude below 1e150 m/s"
 

@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from reference_draw import key_words, reference_grain, reference_spin_draw
 from spin_tables import with_spin_law
 from synthetic_table import make_contents
 
@@ -123,6 +124,44 @@ class TestSample:
         median = table.quantile(0.5, "v", 0.5, 100.0, spin=[spin, (0.0, 0.0, 0.0)])
         assert abs((states[:, 1] < median[0]).mean() - 0.5) < 4.5 * 0.5 / np.sqrt(len(index))
         assert median.shape == (2,)
+
+
+class TestSpecification:
+    """Against plain Python, from the stored file."""
+
+    def test_grains(self, table):
+        for index in (0, 1, 2**40, 2**64 - 1, *range(100, 160)):
+            expected = reference_grain(CONTENTS, 2**63 + 9, index)
+            found = table.grains(2**63 + 9, index)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+
+    def test_states(self, table):
+        """Single precision: to 3e-4, but where a share is next to a border; one in a hundred."""
+        alpha1, speed, spin = conditions(seed=4)
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        errors = np.empty(N)
+        for k in range(N):
+            words = key_words(5, int(INDEX[k]), int(HITS[k]), 2)
+            grain = reference_grain(CONTENTS, 5, int(INDEX[k]))
+            given = (CONTENTS, alpha1[k], speed[k], spin[k], grain, words)
+            errors[k] = np.abs(reference_spin_draw(*given) - states[k]).max()
+        factor = np.sqrt(1.0 + 2.0 / 3.0 * (spin**2).sum(axis=1))
+        assert (errors > 3e-4 * factor).sum() <= 0.01 * N
+        assert np.median(errors) < 1e-4
+
+    def test_would_see_a_wrong_step(self):
+        """Words, spin and grain all matter to the specification."""
+        words, spin = key_words(5, 3, 1, 2), np.array([0.2, 0.3, -0.8])
+        base = reference_spin_draw(CONTENTS, 0.5, 90.0, spin, (1, 0.8, 0.7), words)
+        for changed in (
+            (spin * [1, 1, -1], (1, 0.8, 0.7), words),
+            (spin[[1, 0, 2]], (1, 0.8, 0.7), words),
+            (spin, (3, 0.8, 0.7), words),
+            (spin, (1, 0.7, 0.8), words),
+            (spin, (1, 0.8, 0.7), [*words[:7], words[7] ^ 0xFFFFFFFF]),
+        ):
+            other = reference_spin_draw(CONTENTS, 0.5, 90.0, *changed)
+            assert np.abs(other - base).max() > 1e-3
 
 
 class TestRebound:
