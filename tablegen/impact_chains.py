@@ -136,8 +136,8 @@ def occurring_impacts(
     """Impacts that occur in chains, one of each particle, simulated up to it.
 
     Half of the particles meet the same wall again and again, half the opposite one each time; each
-    gives its impact number 2, 3, 4, 5 or 6. A particle that has left the table's range of angles, or
-    is slower by its effective speed, gives none.
+    gives its impact number 2, 3, 4, 5 or 6. A particle that has left the table's range of angles,
+    or is slower by its effective speed, gives none.
 
     Parameters
     ----------

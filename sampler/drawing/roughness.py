@@ -191,7 +191,7 @@ def _given_or(omega: Vector | None, other: Vector) -> Vector:
 @no_refcount_inline_kernel
 def _bounce(
     arrays: TableArrays,
-    impact: tuple[Vector, Vector, float, Vector, Any, int, int],
+    impact: tuple[Vector, Vector, float, Vector, int, int, int],
     spinning: Vector,
     kept: Vector,
     omega: Vector | None,
