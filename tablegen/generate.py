@@ -28,6 +28,9 @@ from tablegen.tasks.processor_kind import processor_kind
 from tablegen.tasks.runner import TaskRunner
 from tablegen.tasks.software import software
 
+#: Spinning conditions for each of the others, up to `GENERATE_SPIN_CONDITIONS`.
+_SPINNING = 3
+
 #: Seed of the measurement: not one that a user's validation has by default.
 _MEASURE_SEED = 0xACC0
 
@@ -86,8 +89,8 @@ def generate(
     executor : concurrent.futures.Executor, optional
         Runs the tasks; by default one thread a processor.
     conditions : int
-        Number of conditions between the nodes at which the accuracy is measured and stored; 0
-        leaves out the measurement of the spin law as well.
+        Number of conditions between the nodes at which the accuracy is measured and stored. A spin
+        law is measured at three times as many, at most 24.
     samples : int, optional
         States a side there at first; by default as many as the declared accuracy needs.
     progress : bool
@@ -128,7 +131,8 @@ def generate(
         measured = accuracy_datasets(comparisons, len(contents.variables))
         spin = None
         if contents.has_spin and conditions > 0:
-            spinning = pick_spin_conditions(config, GENERATE_SPIN_CONDITIONS, _MEASURE_SEED)
+            few = min(GENERATE_SPIN_CONDITIONS, _SPINNING * conditions)
+            spinning = pick_spin_conditions(config, few, _MEASURE_SEED)
             spin = measure_spin(table, config, spinning, **how)
             measured |= spin_accuracy_datasets(spin)
         contents = replace(

@@ -50,6 +50,7 @@ SOURCES = (
     "pyproject.toml",
     "docs/method.md",
     "docs/examples/dusty_gas/__main__.py",
+    "docs/examples/many_hits/__main__.py",
     "tables/corundum-steel.h5",
     "tests/conftest.py",
     "tests/data/direct.json",

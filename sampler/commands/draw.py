@@ -66,7 +66,7 @@ def draw(
 
 def _check_inside(table: "Table", alpha: float, speed: float, outside: str) -> None:
     """Say that the condition is outside the table, or raise `InputError` if that shall stop."""
-    from sampler.drawing.kernel import is_outside
+    from sampler.drawing.condition_status import is_outside
     from sampler.inputs.told_apart import told_apart
 
     outside_alpha = is_outside(math.radians(alpha), table.arrays.alpha)

@@ -20,7 +20,7 @@ from sampler.formats.grain_law import GrainLaw
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 
 #: The hit whose random numbers make the grain that a particle keeps.
-OWN_GRAIN = np.uint32(0)
+OWN_GRAIN: Any = np.uint32(0)
 
 Grain = tuple[float, float, float]
 

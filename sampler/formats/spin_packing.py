@@ -70,7 +70,7 @@ def _no_law() -> SpinArrays:
     """Spin law of a table that has none."""
     reals, shorts = np.zeros(0, np.float32), np.zeros(0, np.int16)
     return SpinArrays(
-        *(0, 0),
+        *(0, 0, 0),
         *(0.0,) * 10,
         no_grains(),
         np.zeros(0, np.int64),
@@ -115,6 +115,7 @@ def spin_arrays(contents: TableContents) -> SpinArrays:
     return SpinArrays(
         n_shapes=len(contents["spin/shape_codes"]),
         n_knots=contents["spin/quantiles"].shape[-1],
+        serves_all=0,
         alpha_first=float(alpha[0]),
         alpha_last=float(alpha[1]),
         alpha_low=float(alpha[0] * low),

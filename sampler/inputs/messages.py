@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sampler.drawing.kernel import is_outside
+from sampler.drawing.condition_status import is_outside
 from sampler.errors import (
     CASCADE_NOT_ENDED,
     HALF_SIZE_NOT_POSITIVE,

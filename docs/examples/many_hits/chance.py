@@ -20,7 +20,9 @@ class Estimate(NamedTuple):
     def __str__(self) -> str:
         if not math.isfinite(self.value):
             return "–"
-        digits = min(max(1 - math.floor(math.log10(self.error)), 0), 6) if self.error > 0.0 else 2
+        # Rounding is no error; spheres of a chain all do the same.
+        chance = self.error > 1e-9 * abs(self.value)
+        digits = max(1 - math.floor(math.log10(self.error)), 0) if chance else 2
         return f"{self.value:.{digits}f} ± {self.error:.{digits}f}"
 
 

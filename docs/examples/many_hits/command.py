@@ -1,6 +1,7 @@
 """Command line: follow the particles with each model, write what came out."""
 
 import argparse
+import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
@@ -14,7 +15,7 @@ from many_hits.cases import FLOWS, GROUPS, follow_flow
 from many_hits.chain_report import chain_numbers, chains_text
 from many_hits.chains import OPPOSITE, SAME, Chain, follow_chain
 from many_hits.flow_report import flow_numbers, flow_text
-from many_hits.models import Wall, has_spin_law, make_walls, seed_of
+from many_hits.models import Wall, make_walls, seed_of
 from many_hits.motion import Gas
 from many_hits.picture import chains_picture, flow_picture, write
 from sampler.compilation.processors import processors
@@ -99,23 +100,33 @@ def run_flow(options: argparse.Namespace, walls: Mapping[str, Wall]) -> dict[str
     return flow_numbers(options.case, gas, flows)
 
 
+def _finite(numbers: Any) -> Any:
+    """Numbers with None for those that there are none of: JSON has no others."""
+    if isinstance(numbers, Mapping):
+        return {key: _finite(value) for key, value in numbers.items()}
+    if isinstance(numbers, list | tuple):
+        return [_finite(value) for value in numbers]
+    return None if isinstance(numbers, float) and not math.isfinite(numbers) else numbers
+
+
 def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
     """Follow the particles, write report, numbers and picture."""
     table = sampler.load(options.table)
-    walls = make_walls(parse_config(table.config, options.table), table, options.threads)
-    if not has_spin_law(table):
+    made = make_walls(parse_config(table.config, options.table), table, options.threads)
+    if not table.has_spin:
         print(f"many_hits: note: {options.table} takes no spin", file=sys.stderr)
     command = f"`{' '.join(['python docs/examples/many_hits', *words])}`"
     numbers: Any
     if options.case == CHAINS:
-        numbers = run_chains(options, walls)
+        numbers = run_chains(options, made.walls)
         text, picture = chains_text(numbers, command), chains_picture
     else:
-        numbers = run_flow(options, walls)
+        numbers = run_flow(options, made.walls)
         text, picture = flow_text(numbers, command), flow_picture
+    text = f"{text}\n{made.outside}"
     for ending, content in (
         ("md", text),
-        ("json", json_text({"command": command, "results": numbers})),
+        ("json", json_text({"command": command, "results": _finite(numbers)})),
     ):
         with atomic_output(options.output / f"{options.case}.{ending}") as temporary:
             temporary.write_text(content, encoding="utf-8")

@@ -87,19 +87,21 @@ class Run(NamedTuple):
 
 
 def inlet(bend: Bend, gas: Gas, index: NDArray[np.int64], seed: int) -> Particles:
-    """Particles at the inlet: anywhere across it, with the velocity of the gas, without spin."""
+    """Particles at the inlet: anywhere across it, with the velocity of the gas, without spin.
+
+    Their phase within the first step is random, or all would be counted in the same planes.
+    """
     n = len(index)
-    # Drawn for all particles from 0, so that it does not matter which are followed together.
-    share = np.random.default_rng(seed).random(int(index[-1]) + 1)[index]
-    x = np.stack((np.full(n, -bend.before), bend.inner + bend.width * share))
+    share, phase = np.random.default_rng(seed).random((2, n))
+    x = np.stack((STEP * bend.width * phase - bend.before, bend.inner + bend.width * share))
     v = np.tile(np.array([[gas.speed], [0.0], [0.0]]), n)
     return Particles(x, v, np.zeros((3, n)), index, np.zeros(n, dtype=np.int64), np.zeros(n))
 
 
 def next_inlet(stage: Stage, bend: Bend, particles: Particles) -> Particles:
     """Particles from behind a splitter, in the axes of the next bend, which turns the other way."""
-    x = np.stack((np.full_like(particles.x[0], -bend.before), bend.outer - particles.x[0]))
-    x[1] += stage.bend.inner
+    passed = -particles.x[1] - stage.bend.behind
+    x = np.stack((passed - bend.before, bend.outer - (particles.x[0] - stage.bend.inner)))
     turn = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     return Particles(
         x,
@@ -228,7 +230,8 @@ def follow_bend(
     bend, n = stage.bend, len(particles.index)
     shape = (run.groups, CELLS_ALONG, CELLS_ACROSS)
     kept = Passage(np.zeros(n, dtype=np.int64), np.zeros(shape, dtype=np.int64))
-    ended = particles.some(np.arange(n))
+    # Copies, which are written to.
+    particles, ended = (particles.some(np.arange(n)) for _ in range(2))
     row, h = np.arange(n), STEP * bend.width / gas.speed
     for _ in range(MOST_STEPS):
         _advance(number, bend, gas, run, particles, h, kept)

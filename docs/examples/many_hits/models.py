@@ -11,12 +11,15 @@ So the difference of ``table`` and ``direct`` is the table's error; that of ``fr
 ``direct`` what the grain is worth, and that of ``memoryless`` and ``fresh-grains`` the spin.
 """
 
+import copy
+import warnings
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.errors import OutsideTableWarning
 from sampler.inputs.output import Rebound
 from sampler.table import Table
 from tablegen import DirectModel
@@ -49,13 +52,21 @@ class Hits(NamedTuple):
 Wall = Callable[[Hits, int], Rebound]
 
 
-def has_spin_law(table: Table) -> bool:
-    """Whether a table takes the spin before a hit."""
-    return table.has_spin_law
+class Walls(NamedTuple):
+    """Walls by the names of their models, and the tables of those that draw from one."""
+
+    walls: dict[str, Wall]
+    tables: dict[str, Table]
+
+    @property
+    def outside(self) -> str:
+        """How many draws took the nearest condition of a table, in words."""
+        counts = (f"{name} {table.clamped:,}" for name, table in self.tables.items())
+        return f"Draws outside the table, which took its nearest condition: {', '.join(counts)}.\n"
 
 
-def make_walls(config: Config, table: Table, threads: int) -> dict[str, Wall]:
-    """Walls by the names of their models, without ``table`` if that takes no spin.
+def make_walls(config: Config, table: Table, threads: int) -> Walls:
+    """Walls of all models, without ``table`` if that takes no spin.
 
     Parameters
     ----------
@@ -65,6 +76,10 @@ def make_walls(config: Config, table: Table, threads: int) -> dict[str, Wall]:
     threads : int
         They change nothing but the time.
     """
+    # Copies, each of which counts what is outside for itself.
+    tables = {"table": copy.copy(table), "table-without-spin": copy.copy(table)}
+    if not table.has_spin:
+        tables.pop("table")
     particles = DirectModel(config)
     spheres = DirectModel(config, config.population.restricted_to("sphere"))
 
@@ -73,9 +88,11 @@ def make_walls(config: Config, table: Table, threads: int) -> dict[str, Wall]:
             velocity, normal, omega, index, hit = hits
             keys = {"seed": seed, "index": index, "hit": hit}
             before = {"omega": omega} if spin else {}
-            return source.rebound(
-                velocity, normal, HALF_SIZE, threads=threads, **before, **keys, **given
-            )
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", OutsideTableWarning)  # they are counted
+                return source.rebound(
+                    velocity, normal, HALF_SIZE, threads=threads, **before, **keys, **given
+                )
 
         return rebound
 
@@ -83,11 +100,10 @@ def make_walls(config: Config, table: Table, threads: int) -> dict[str, Wall]:
         "direct": wall(particles, spin=True),
         "fresh-grains": wall(particles, spin=True, grain="fresh"),
         "memoryless": wall(particles, spin=False, grain="fresh"),
-        "table": wall(table, spin=True),
-        "table-without-spin": wall(table, spin=False),
+        **{name: wall(source, spin=name == "table") for name, source in tables.items()},
         "spheres": wall(spheres, spin=True),
     }
-    return {name: walls[name] for name in MODELS if name != "table" or has_spin_law(table)}
+    return Walls(walls, tables)
 
 
 def seed_of(seed: int, *which: int) -> int:

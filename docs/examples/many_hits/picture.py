@@ -87,8 +87,7 @@ def _error_bars(axes: Any, numbers: Mapping[str, Any], stage: int, way: str) -> 
             marker=look.marker,
             capsize=3,
         )
-    axes.set(yticks=range(len(numbers["models"])), xlabel=f"{way}, bend {stage + 1} [%] (± 3 s.e.)")
-    axes.set_yticklabels([LOOKS[model].label for model in numbers["models"]])
+    axes.set(yticks=[], xlabel=f"{way}, bend {stage + 1} [% of all particles], ± 3 standard errors")
     axes.invert_yaxis()
 
 
