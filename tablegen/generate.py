@@ -14,10 +14,10 @@ from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import pick_conditions
 from tablegen.accuracy.measure import measure
-from tablegen.accuracy.spin_conditions import pick_spin_conditions
+from tablegen.accuracy.spin_conditions import pick_spin_conditions, spin_conditions_beside
 from tablegen.accuracy.spin_measure import SpinAccuracy, measure_spin, spin_accuracy_datasets
 from tablegen.config import Config
-from tablegen.configuration.defaults import GENERATE_CONDITIONS, GENERATE_SPIN_CONDITIONS
+from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.refinement.assembly import accuracy_datasets, assemble
 from tablegen.refinement.axes import make_axes
 from tablegen.refinement.refine import refine_grid
@@ -27,9 +27,6 @@ from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.processor_kind import processor_kind
 from tablegen.tasks.runner import TaskRunner
 from tablegen.tasks.software import software
-
-#: Spinning conditions for each of the others, up to `GENERATE_SPIN_CONDITIONS`.
-_SPINNING = 3
 
 #: Seed of the measurement: not one that a user's validation has by default.
 _MEASURE_SEED = 0xACC0
@@ -131,7 +128,7 @@ def generate(
         measured = accuracy_datasets(comparisons, len(contents.variables))
         spin = None
         if contents.has_spin and conditions > 0:
-            few = min(GENERATE_SPIN_CONDITIONS, _SPINNING * conditions)
+            few = spin_conditions_beside(conditions)
             spinning = pick_spin_conditions(config, few, _MEASURE_SEED)
             spin = measure_spin(table, config, spinning, **how)
             measured |= spin_accuracy_datasets(spin)

@@ -342,9 +342,11 @@ extern "C" {
 
 #if defined(__GNUC__)
 #define RBTI_INLINE static inline __attribute__((always_inline))
+#define RBTI_APART static __attribute__((noinline)) /* its memory is no other function's burden */
 #define RBTI_ALIGNED __attribute__((aligned(64)))
 #else
 #define RBTI_INLINE static inline
+#define RBTI_APART static
 #define RBTI_ALIGNED
 #endif
 
@@ -1378,9 +1380,9 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, ui
     rbti_to_spin_states(m, count, table, d, states);
 }
 
-RBTI_INLINE RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, double speed,
-                                          const double spin[3], uint64_t seed, uint64_t index,
-                                          uint32_t hit, double *state)
+RBTI_APART RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, double speed,
+                                         const double spin[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double *state)
 {
     const int status = rbti_spin_status(table, alpha1, speed, spin[0], spin[1], spin[2]);
     if (status < RBT_OK)
@@ -1657,13 +1659,16 @@ RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double norm
 }
 
 /* Angular velocity in the lab frame to spin in the frame of the impact. */
-RBTI_INLINE RBT_DEVICE void rbti_to_spin(const rbti_impact *impact, const double omega[3],
-                                         double spin[3])
+RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double omega[3],
+                                        double spin[3])
 {
+    if (!rbti_all_finite(omega))
+        return RBT_ERR_NOT_FINITE;
     const double scale = impact->half_size / impact->speed;
     spin[0] = scale * rbti_dot(omega, impact->e_x);
     spin[1] = scale * rbti_dot(omega, impact->e_y);
     spin[2] = scale * rbti_dot(omega, impact->e_z);
+    return RBT_OK;
 }
 
 /* A drawn state in the lab frame. */
@@ -1686,10 +1691,10 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
     rbti_impact impact;
     double state[6], spin[3];
     int code = rbti_meet(velocity, normal, half_size, wall_velocity, seed, index, hit, &impact);
+    if (code == RBT_OK && omega)
+        code = rbti_to_spin(&impact, omega, spin);
     if (code != RBT_OK)
         return code;
-    if (omega)
-        rbti_to_spin(&impact, omega, spin);
     code = rbt_draw(table, impact.alpha1, impact.speed, omega ? spin : NULL, seed, index, hit,
                     state);
     if (code >= RBT_OK)
@@ -1709,12 +1714,12 @@ static size_t rbti_meet_block(const rbt_impacts *impacts, size_t first, size_t n
         *code = rbti_meet(impacts->velocity + 3 * k, impacts->normal + 3 * k,
                           impacts->half_size[k], wall, seed, impacts->index[k], impacts->hit[k],
                           &met[count]);
+        if (*code == RBT_OK && impacts->omega)
+            *code = rbti_to_spin(&met[count], impacts->omega + 3 * k, spin + 3 * count);
         if (*code != RBT_OK)
             break;
         alpha1[count] = met[count].alpha1;
         speed[count] = met[count].speed;
-        if (impacts->omega)
-            rbti_to_spin(&met[count], impacts->omega + 3 * k, spin + 3 * count);
     }
     return count;
 }

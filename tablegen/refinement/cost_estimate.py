@@ -10,7 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tablegen.accuracy.joint_law import SAMPLES as CHAIN_IMPACTS
 from tablegen.accuracy.measure import sample_size
+from tablegen.accuracy.spin_conditions import spin_conditions_beside
 from tablegen.config import Config
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.refinement.axes import first_grid
@@ -40,6 +42,9 @@ _GROWTH, _IN_VAIN = 1.6, 1.4
 #: for each of its rebounds and as many more for every so many experts, and those of the trees for
 #: each condition.
 _SPINNING, _LEAF_FIT, _LEAF_EXPERTS, _TREE = 1.6, 6e-6, 30, 4e-6
+
+#: Rebounds of both sides for each impact that is compared over chains.
+_REBOUNDS = 8
 
 #: Margin of the seconds, either way.
 _MARGIN = 1.4
@@ -127,7 +132,7 @@ def estimate(config: Config, rebound: float, conditions: int = 0) -> Cost:
     least = math.prod(first) * node + (0.0 if fixed else _trials(*first) * trial)
     last = math.prod(most) * node + (0.0 if fixed else _IN_VAIN * _trials(*most) * trial)
     leaves, spinning = _spin_law(config, rebound) if config.spin else (0, 0.0)
-    besides += spinning
+    besides += spinning + (_spin_measurement(config, rebound, conditions) if config.spin else 0.0)
     return Cost(
         first,
         most,
@@ -150,6 +155,13 @@ def _spin_law(config: Config, rebound: float) -> tuple[int, float]:
         seconds += size.conditions * (_SPINNING * rebound + _TREE)
         leaves += each
     return leaves, seconds
+
+
+def _spin_measurement(config: Config, rebound: float, conditions: int) -> float:
+    """Processor time [s] of the measurement of a spin law, at conditions and over chains."""
+    at_one = sample_size(config.spin_targets) * (_SPINNING * rebound + _CHECK_STATE) + _CHECK
+    chains = CHAIN_IMPACTS * (_REBOUNDS * _SPINNING * rebound + _CHECK_STATE) + 2.0 * _CHECK
+    return _MEASURED * (spin_conditions_beside(conditions) * at_one + chains * (conditions > 0))
 
 
 def _time_text(low: float, high: float) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toolchain
+from spin_vectors import write_spin_vectors
 
 import sampler
 from sampler.drawing.kernel import draw
@@ -90,6 +91,22 @@ def test_vectors_where_nan_may_be_optimised_away(tmp_path):
     flags = [*flags.split(), "-fno-trapping-math"]
     program = toolchain.build("gcc", [HERE / "vectors.c"], tmp_path / "vectors", flags)
     check_vectors(program, 1e-5)
+
+
+@pytest.mark.processor
+@pytest.mark.parametrize(
+    ("compiler", "flags"),
+    chosen(
+        ("gcc", "g++", "clang", "clang++"),
+        ("-O0", "-O2", "-O3 -march=native", SANITIZED, NATIVE_GNU, ONE_COPY),
+        {("gcc", "-O0"), ("gcc", SANITIZED), ("g++", "-O2"), ("clang", "-O3 -march=native")},
+    ),
+)
+def test_vectors_of_particles_that_arrive_spinning(compiler, flags, tmp_path):
+    flags = [f for f in flags.split() if not (compiler.endswith("++") and f.startswith("-std"))]
+    program = toolchain.build(compiler, [HERE / "vectors.c"], tmp_path / "vectors", flags)
+    image, vectors, cases = write_spin_vectors(tmp_path)
+    assert toolchain.run(program, image, vectors, 0) == f"{cases} cases\n"
 
 
 def test_a_wrong_vector_is_found(tmp_path):
