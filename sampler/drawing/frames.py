@@ -25,6 +25,7 @@ from sampler.drawing.condition_status import status_of
 from sampler.drawing.kernel import draw
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.spin_draw import spin_status
+from sampler.drawing.spin_view import spin_law_of
 from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
 from sampler.errors import (
     CLAMPED,
@@ -204,7 +205,7 @@ def spinning_impact(
         status = NOT_FINITE
     if status == OK:
         spin = spin_of(velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
-        status = spin_status(arrays.spin, alpha1, speed, spin[0], spin[1], spin[2])
+        status = spin_status(spin_law_of(arrays.spin), alpha1, speed, spin[0], spin[1], spin[2])
     return status, alpha1, speed, spin
 
 

@@ -42,6 +42,7 @@ from sampler.drawing.condition_status import status_of
 from sampler.drawing.grain import OWN_GRAIN, draw_grain
 from sampler.drawing.intrinsics import local_array
 from sampler.drawing.spin_draw import draw_with_spin
+from sampler.drawing.spin_view import grain_law_of, serves_all, shapes_of
 from sampler.errors import OK, SPIN_NOT_GIVEN
 
 _local_index, _local_hit = local_array(types.uint64, 1), local_array(types.uint32, 1)
@@ -89,9 +90,9 @@ def _draw_with_spin(arrays, alpha1, speed, spin, grain, seed, index, hit, state)
 @no_refcount_inline_kernel
 def own_grain(arrays, seed, index):
     """Grain that a particle keeps; of a table without spin law, which refuses a spin, any."""
-    if arrays.spin.n_shapes == 0:
+    if shapes_of(arrays.spin) == 0:
         return 0.0, 1.0, 1.0
-    return draw_grain(arrays.spin.grains, seed, index, OWN_GRAIN)
+    return draw_grain(grain_law_of(arrays.spin), seed, index, OWN_GRAIN)
 
 
 @no_refcount_kernel
@@ -147,7 +148,7 @@ def draw(arrays, alpha1, speed, seed, index, hit, state, spin=None, grain=None):
     # the compiler leaves out the branches for what is not None
     if spin is None:
         if grain is None:
-            if arrays.spin.serves_all != 0:
+            if serves_all(arrays.spin):
                 return SPIN_NOT_GIVEN
             return _draw_without_spin(arrays, alpha1, speed, seed, index, hit, state)
         check_grain(grain)
@@ -179,6 +180,6 @@ def grain(arrays, seed, index, hit):
     check_seed(seed)
     check_index(index)
     check_hit(hit)
-    if arrays.spin.n_shapes == 0:
+    if shapes_of(arrays.spin) == 0:
         return 0.0, 0.0, 0.0
-    return draw_grain(arrays.spin.grains, seed, index, hit)
+    return draw_grain(grain_law_of(arrays.spin), seed, index, hit)

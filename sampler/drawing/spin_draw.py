@@ -38,6 +38,7 @@ from sampler.drawing.spin_steps import (
     outcome_at,
     place_among_knots,
 )
+from sampler.drawing.spin_view import spin_law_of
 from sampler.errors import CLAMPED, GRAIN_NOT_KNOWN, NO_SPIN_LAW, NOT_FINITE, OK
 from sampler.formats.spin_arrays import EXPERT_STRIDE
 from sampler.formats.spin_bounds import GROUP_SIZE, N_FEATURES, N_GROUPS, N_INPUTS, N_OUTCOMES
@@ -141,13 +142,13 @@ def score_filler(width):
     local_normals = local_array(types.float32, N_OUTCOMES * width)
 
     @no_refcount_inline_kernel
-    def fill_all_scores(arrays, words, records, features, scores):
+    def fill_all_scores(arrays, law, words, records, features, scores):
         """Write the scores of each draw, eight numbers apart."""
         normals, own = local_normals(), _local_row()
         for number in range(N_OUTCOMES * width):
             word = words[np.uint64(2 * width + number)]
             normals[np.uint64(number)] = normal_of_word(arrays.normals, word)
-        experts = arrays.spin.experts
+        experts = law.experts
         for n in range(width):
             for k in range(N_OUTCOMES):
                 own[np.uint64(k)] = normals[np.uint64(k * width + n)]
@@ -195,13 +196,13 @@ def spin_drawer(width):
         `spins` and `grains` have three numbers a draw; `words` has word k of draw r at
         ``k * width + r``.
         """
-        spin = arrays.spin
+        spin = spin_law_of(arrays.spin)
         conditions, features, scores = local_conditions(), local_features(), local_scores()
         factors, turns = local_reals(), local_reals()
         leaves, records = local_longs(), local_longs()
         find_leaves(spin, alpha1, speed, spins, grains, conditions, factors, turns, leaves)
         choose_experts(spin, words, conditions, grains, leaves, features, records)
-        fill_all_scores(arrays, words, records, features, scores)
+        fill_all_scores(arrays, spin, words, records, features, scores)
         fill_outcomes(spin, leaves, scores)
         for n in range(width):
             r = np.uint64(n)
@@ -283,10 +284,11 @@ def draw_with_spin(arrays, alpha1, speed, spin, grain, seed, index, hit, state):
     int
         Status, as of `sampler.draw`; with a negative one nothing is written.
     """
-    status = spin_status(arrays.spin, alpha1, speed, spin[0], spin[1], spin[2])
+    law = spin_law_of(arrays.spin)
+    status = spin_status(law, alpha1, speed, spin[0], spin[1], spin[2])
     if status < OK:
         return status
-    if not is_known(arrays.spin, grain[0], grain[1], grain[2]):
+    if not is_known(law, grain[0], grain[1], grain[2]):
         return GRAIN_NOT_KNOWN
     indices, hits = _one_index(), _one_hit()
     indices[0], hits[0] = np.uint64(index), np.uint32(hit)
@@ -329,6 +331,7 @@ def spin_draw_batch(
     words, drawn = local_words(), local_states()
     angles, speeds, spins, grains = local_reals(), local_reals(), local_vectors(), local_vectors()
     low, high = arrays.valid_speed
+    law = spin_law_of(arrays.spin)
     first_clamped, clamped, extrapolated = -1, 0, 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
@@ -338,7 +341,7 @@ def spin_draw_batch(
             angles[r], speeds[r] = item(alpha1, k), item(speed, k)
             sx, sy, sz = spin[row, 0], spin[row, 1], spin[row, 2]
             spins[3 * n], spins[3 * n + 1], spins[3 * n + 2] = sx, sy, sz
-            status = spin_status(arrays.spin, angles[r], speeds[r], sx, sy, sz)
+            status = spin_status(law, angles[r], speeds[r], sx, sy, sz)
             if status < OK:
                 return k, status, first_clamped, clamped, extrapolated
             if n < count:
@@ -347,7 +350,7 @@ def spin_draw_batch(
                     clamped += 1
                     first_clamped = k if first_clamped < 0 else first_clamped
         fill_words(6, seed, index, hit, first, count, words)
-        fill_grains(arrays.spin.grains, given, seed, index, grain_hit, first, count, grains)
+        fill_grains(law.grains, given, seed, index, grain_hit, first, count, grains)
         draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
         for n in range(count):
             for column in range(len(arrays.columns)):

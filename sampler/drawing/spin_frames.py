@@ -21,6 +21,7 @@ from sampler.drawing.spin_draw import (
     local_vectors,
     local_words,
 )
+from sampler.drawing.spin_view import grain_law_of, shapes_of
 from sampler.drawing.vectors import Vector, vector
 from sampler.errors import CLAMPED, OK
 from sampler.formats.table_arrays import TableArrays
@@ -72,7 +73,7 @@ def spin_rebound_batch(
                     clamped += 1
                     first_clamped = k if first_clamped < 0 else first_clamped
         fill_words(6, seed, index, hit, first, count, words)
-        fill_grains(arrays.spin.grains, given, seed, index, grain_hit, first, count, grains)
+        fill_grains(grain_law_of(arrays.spin), given, seed, index, grain_hit, first, count, grains)
         draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
         for n in range(count):
             k = first + n
@@ -99,9 +100,9 @@ def _grain_of_row(
     """Grain of a row; of a table without spin law, which refuses a spin, any."""
     if given.shape[0] > 0:
         return vector(given, k)
-    if arrays.spin.n_shapes == 0:
+    if shapes_of(arrays.spin) == 0:
         return 0.0, 1.0, 1.0
-    return draw_grain(arrays.spin.grains, seed, item(index, k), item(grain_hit, k))
+    return draw_grain(grain_law_of(arrays.spin), seed, item(index, k), item(grain_hit, k))
 
 
 @no_refcount_kernel

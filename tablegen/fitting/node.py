@@ -5,7 +5,7 @@ order, by any number of workers, with the same bytes on processors of one kind.
 """
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +65,7 @@ def fitted_channels(config: Config) -> FittedChannels:
     return FittedChannels(names, signs, config.table.mirror and bool((signs < 0.0).any()))
 
 
-def _factor_steps(factor: NDArray[np.float64]) -> NDArray[np.int16]:
+def _factor_steps(factor: NDArray[np.floating[Any]]) -> NDArray[np.int16]:
     """Factors (n, m, m) as in the file; diagonals stay positive."""
     steps = to_steps(factor, _COARSE)
     diagonal = np.arange(factor.shape[-1])
@@ -85,7 +85,12 @@ def _pack_mixture(
     weight[:count], reflection[:count] = mixture.weight, mixture.reflection
     mean[:count] = mixture.mean
     factor[:count] = np.linalg.cholesky(mixture.covariance)
-    return weight, to_steps(reflection), to_steps(mean, _COARSE), _factor_steps(factor)[:, rows, columns]
+    return (
+        weight,
+        to_steps(reflection),
+        to_steps(mean, _COARSE),
+        _factor_steps(factor)[:, rows, columns],
+    )
 
 
 def _as_stored(mixture: Mixture) -> Mixture:
