@@ -82,4 +82,5 @@ def unpacked(buffer: NDArray[np.int64]) -> SpinArrays:
     integers: list[Any] = [int(word) for word in buffer[: len(INTEGERS)]]
     reals: list[Any] = [float(x) for x in buffer[len(INTEGERS) : NUMBERS].view(np.float64)]
     grains = GrainLaw(*found[: len(GRAIN_ARRAYS)])
-    return SpinArrays(*integers, *reals, grains, *found[len(GRAIN_ARRAYS) :])
+    fields: list[Any] = [*integers, *reals, grains, *found[len(GRAIN_ARRAYS) :]]
+    return SpinArrays(*fields)
