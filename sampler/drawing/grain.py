@@ -15,6 +15,7 @@ from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kerne
 from sampler.drawing.normal import MIDDLE, central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.formats.grain_law import GrainLaw
+from sampler.formats.spin_bounds import LEAST_RATIO
 
 #: Keeps the direct simulation, and the grains, of a seed on other random numbers than the draws.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
@@ -35,6 +36,13 @@ def pick_row(law: Any, u: float) -> int:
 
 
 @no_refcount_inline_kernel
+def bounded_ratio(ratio: float) -> float:
+    """Ratio from `LEAST_RATIO` to 1, of whatever number: a law that nobody simulated may go on."""
+    at_least = ratio if ratio > LEAST_RATIO else LEAST_RATIO
+    return at_least if at_least < 1.0 else 1.0
+
+
+@no_refcount_inline_kernel
 def middle_aspect_ratio(law: NDArray[np.float64], row: int, u: float) -> tuple[float, float]:
     """Aspect ratio where the normal quantile needs no tail, and how far its probability is out.
 
@@ -45,7 +53,8 @@ def middle_aspect_ratio(law: NDArray[np.float64], row: int, u: float) -> tuple[f
     low, high = law[place, np.uint64(2)], law[place, np.uint64(3)]
     q = low + u * (high - low) - 0.5
     ratio = mean + deviation * (q * central_ratio(0.180625 - q * q))
-    return (ratio if deviation > 0.0 else mean), (abs(q) if deviation > 0.0 else 0.0)
+    ratio = bounded_ratio(ratio if deviation > 0.0 else mean)
+    return ratio, (abs(q) if deviation > 0.0 else 0.0)
 
 
 @no_refcount_inline_kernel
@@ -55,7 +64,7 @@ def aspect_ratio(law: NDArray[np.float64], row: int, u: float) -> float:
     if out <= MIDDLE:
         return ratio
     low, high = law[row, 2], law[row, 3]
-    return law[row, 0] + law[row, 1] * normal_quantile(low + u * (high - low))
+    return bounded_ratio(law[row, 0] + law[row, 1] * normal_quantile(low + u * (high - low)))
 
 
 @no_refcount_inline_kernel

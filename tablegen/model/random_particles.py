@@ -34,6 +34,8 @@ from tablegen.model.simd import (
     insert,
     lane_array,
     load,
+    maximum,
+    minimum,
     store,
     width,
 )
@@ -60,8 +62,10 @@ def aspect_ratios(law, u):
     """As `sampler.drawing.grain.aspect_ratio`, of the particles in all lanes."""
     mean, deviation, low, high = law[0], law[1], law[2], law[3]
     if deviation == 0.0:
-        return mean + 0.0 * u
-    return mean + deviation * quantile(low + u * (high - low))
+        ratios = mean + 0.0 * u
+    else:
+        ratios = mean + deviation * quantile(low + u * (high - low))
+    return minimum(_MOST, maximum(_LEAST, ratios))
 
 
 @no_refcount_inline_kernel

@@ -1,5 +1,6 @@
 """The spin law in C: the bits of Python, one by one and in batches, in both frames."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +109,23 @@ def test_grains_are_those_of_python_and_kept_unless_told_otherwise(library, law)
     # the logarithm of the C library may differ in the last digit
     np.testing.assert_allclose(found[:, 1], expected, rtol=1e-15)
     assert set(expected[:, 0]) == {0.0, 1.0, 4.0, 7.0}
+
+
+def test_ratios_beyond_all_that_was_simulated_are_moved_to_its_ends(library, tmp_path):
+    contents = with_spin_law(full(), codes=(0, 1, 3))
+    beyond = np.array([[0.5, 9.0, 0.0, 1.0], [-0.7, 1.3, 0.0, 1.0]])
+    contents = replace(contents, datasets={**contents.datasets, "spin/aspect": beyond})
+    wide, given = Law(tmp_path / "wide.rbt", contents), conditions(300)
+    grains, found = np.zeros((2, 300, 3))
+    with toolchain.opened(library, wide.path) as table:
+        for k in range(300):
+            grains[k] = draw_grain(unpacked(wide.arrays.spin).grains, SEED, np.uint64(k), OWN_GRAIN)
+            library.rbt_grain(table, int(SEED), k, 0, found[k])
+        np.testing.assert_array_equal(drawn(library, table, *given)[1], wide.states(*given)[0])
+    np.testing.assert_allclose(found, grains, rtol=1e-15)
+    assert grains[:, 1:].min() == 0.001
+    assert grains[:, 1:].max() == 1.0
+    assert len(set(grains[:, 1])) > 10
 
 
 def test_every_draw_leaves_the_wall_below_the_effective_speed(library, law):

@@ -119,7 +119,8 @@ def reference_grain(contents, seed, index, hit=0):
         mean, deviation, low, high = contents["spin/aspect"][k]
         drawn = mean + deviation * ndtri(low + u[k] * (high - low)) if deviation else mean
         own = code == 4 or code >= 6  # a sphere, a mesh
-        ratios.append(contents["spin/ratio_range"][row, k, 0] if own else drawn)
+        bounded = min(max(drawn, 0.001), 1.0)
+        ratios.append(contents["spin/ratio_range"][row, k, 0] if own else bounded)
     return code, *ratios
 
 
