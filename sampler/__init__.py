@@ -11,9 +11,11 @@ True
 
 The columns are u, v, w over V and omega_x, omega_y, omega_z times a/V. ``table.rebound`` does the
 same for velocities in the lab frame. Both take keys in place of a generator: the seed of a run, the
-index of each particle and how many walls it has hit. ``sampler.draw``, ``sampler.rebound`` and
-``sampler.rough_rebound`` do it for one particle inside compiled code, and return status codes:
-``sampler.OK``, ``sampler.CLAMPED`` and the others of `sampler.errors`.
+index of each particle and how many walls it has hit. Of particles that arrive
+spinning, give the spin (``spin=``, ``omega=``); each has one grain, from wall to wall.
+``sampler.draw``, ``sampler.rebound`` and ``sampler.rough_rebound`` do it for one particle inside
+compiled code, and return status codes: ``sampler.OK``, ``sampler.CLAMPED`` and the others of
+`sampler.errors`.
 """
 
 from typing import TYPE_CHECKING
@@ -23,16 +25,20 @@ from sampler.compilation.late import import_late
 if TYPE_CHECKING:
     from sampler.drawing.frames import rebound as rebound
     from sampler.drawing.kernel import draw as draw
+    from sampler.drawing.kernel import grain as grain
     from sampler.drawing.roughness import rough_rebound as rough_rebound
     from sampler.errors import CASCADE_NOT_ENDED as CASCADE_NOT_ENDED
     from sampler.errors import CLAMPED as CLAMPED
+    from sampler.errors import GRAIN_NOT_KNOWN as GRAIN_NOT_KNOWN
     from sampler.errors import HALF_SIZE_NOT_POSITIVE as HALF_SIZE_NOT_POSITIVE
+    from sampler.errors import NO_SPIN_LAW as NO_SPIN_LAW
     from sampler.errors import NORMAL_NOT_USABLE as NORMAL_NOT_USABLE
     from sampler.errors import NOT_APPROACHING as NOT_APPROACHING
     from sampler.errors import NOT_FINITE as NOT_FINITE
     from sampler.errors import OK as OK
     from sampler.errors import ROUGHNESS_NOT_USABLE as ROUGHNESS_NOT_USABLE
     from sampler.errors import SPEED_NOT_POSITIVE as SPEED_NOT_POSITIVE
+    from sampler.errors import SPIN_NOT_GIVEN as SPIN_NOT_GIVEN
     from sampler.errors import TILT_NOT_FOUND as TILT_NOT_FOUND
     from sampler.errors import InputError as InputError
     from sampler.errors import OutsideTableWarning as OutsideTableWarning
@@ -52,12 +58,12 @@ import_late(
     __name__,
     {
         "sampler.drawing.frames": ("rebound",),
-        "sampler.drawing.kernel": ("draw",),
+        "sampler.drawing.kernel": ("draw", "grain"),
         "sampler.drawing.roughness": ("rough_rebound",),
         "sampler.errors": (
             *("OK", "CLAMPED", "NOT_FINITE", "NOT_APPROACHING", "SPEED_NOT_POSITIVE"),
             *("NORMAL_NOT_USABLE", "HALF_SIZE_NOT_POSITIVE", "TILT_NOT_FOUND", "CASCADE_NOT_ENDED"),
-            "ROUGHNESS_NOT_USABLE",
+            *("ROUGHNESS_NOT_USABLE", "NO_SPIN_LAW", "GRAIN_NOT_KNOWN", "SPIN_NOT_GIVEN"),
             *("InputError", "OutsideTableWarning", "TableError"),
         ),
         "sampler.files.locate": ("data_directory",),

@@ -24,7 +24,11 @@ CASCADE_NOT_ENDED = -7
 ROUGHNESS_NOT_USABLE = -8
 """Status code of rough walls: a roughness outside of 0 to 0.5 rad."""
 NO_SPIN_LAW = -9
-"""Status code: a spin was given, and the table has no spin law."""
+"""Status code: a spin or a grain was given, and the table has no spin law."""
+GRAIN_NOT_KNOWN = -10
+"""Status code: a grain of a shape that the spin law does not have, or of ratios that are none."""
+SPIN_NOT_GIVEN = -11
+"""Status code: no spin, for the arrays of a table that was loaded with a population of its own."""
 
 
 class InputError(ValueError):

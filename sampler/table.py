@@ -1,8 +1,7 @@
 """A loaded table: checked input in, rebound states out."""
 
 import os
-import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,31 +13,34 @@ from sampler.drawing.frames import rebound_batch
 from sampler.drawing.law import states_of_law
 from sampler.drawing.roughness import MAX_ROUGHNESS, rough_rebound_batch
 from sampler.drawing.spin_draw import spin_draw_batch
-from sampler.drawing.spin_frames import spin_rebound_batch
-from sampler.drawing.threads import Counter, merge, run_rows
-from sampler.errors import InputError, OutsideTableWarning, TableError
+from sampler.drawing.spin_frames import rough_spin_rebound_batch, spin_rebound_batch
+from sampler.drawing.threads import merge, run_rows
+from sampler.errors import InputError, TableError
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.packing import kept_beside, table_arrays
 from sampler.formats.packing_memory import repacked
+from sampler.formats.spin_buffer import unpacked
 from sampler.formats.table_arrays import bytes_of, same
-from sampler.inputs.grains import Grain, check_grains, rows_with_grains
-from sampler.inputs.messages import outside_message, outside_warning, row_message
+from sampler.inputs.counts import Counts
+from sampler.inputs.grains import Grain, Grains, grains_of, rows_of_call
+from sampler.inputs.law_at_conditions import LawAtConditions, Reduction
+from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound, as_output, where_to_draw
-from sampler.inputs.rows import (
-    Keys,
-    Rows,
-    as_integer,
-    as_reals_up_to,
-    broadcast,
-    common_shape,
+from sampler.inputs.population import with_population
+from sampler.inputs.rows import Keys, Rows, as_integer, as_reals_up_to
+
+#: Kernels of smooth and of rough walls, for particles without spin and with one.
+_REBOUNDS: tuple[tuple[Callable[..., Any], ...], ...] = (
+    (rebound_batch, spin_rebound_batch),
+    (rough_rebound_batch, rough_spin_rebound_batch),
 )
 
 
-class Table:
-    """A rebound table in memory.
+class Table(LawAtConditions):
+    """A rebound table in memory, from `load`.
 
-    Make one with `load`. Draws are pure functions of the condition and of the keys, so one table
+    Draws are pure functions of the condition and of the keys, so one table
     serves any number of threads. A copy of it, in another process or not, has its arrays and its
     settings, and counts the draws outside anew.
 
@@ -48,6 +50,8 @@ class Table:
     outside : {"clamp", "raise"}
         What to do with an angle or speed outside the table: use the nearest that it has, count it
         in `clamped` and warn of the first (`OutsideTableWarning`), or raise `InputError`.
+    population : mapping, optional
+        Other particles than those that the table was generated for; see `load`.
 
     Attributes
     ----------
@@ -60,25 +64,31 @@ class Table:
         Name of the material pair; TOML text from which the table was generated.
     speed_independent : bool
         Whether rebounds do not depend on the speed; then no speed lies outside.
-    outside : str
+    outside, population
+        As they were given.
     """
 
     def __init__(
-        self, contents: TableContents, *, outside: Literal["clamp", "raise"] = "clamp"
+        self,
+        contents: TableContents,
+        *,
+        outside: Literal["clamp", "raise"] = "clamp",
+        population: Mapping[str, Any] | None = None,
     ) -> None:
         if outside not in ("clamp", "raise"):
             raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
         self.outside = outside
-        self.arrays = table_arrays(contents)
+        self.arrays = with_population(table_arrays(contents), contents, population)
+        self.population = population
         self.columns = contents.variables
         self.pair, self.config = contents.pair, contents.config
         self.speed_independent = contents.speed_independent
         self._small = kept_beside(contents)
         self._source: TableContents | Path = contents
-        self._clamped, self._extrapolated = Counter(), Counter()
+        self._counts = Counts()
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_clamped": Counter(), "_extrapolated": Counter()}
+        return self.__dict__ | {"_counts": Counts()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -101,7 +111,7 @@ class Table:
         if isinstance(self._source, TableContents):
             return self._source
         contents = read_table(self._source)
-        if not same(Table(contents)._held(), self._held()):
+        if not same(Table(contents, population=self.population)._held(), self._held()):
             raise TableError(f"{self._source}: was changed, allowed: the table that was loaded")
         return contents
 
@@ -148,17 +158,17 @@ class Table:
     @property
     def clamped(self) -> int:
         """How many draws so far lay outside the table and were moved to its edge."""
-        return self._clamped.value
+        return self._counts.clamped.value
 
     @property
     def extrapolated(self) -> int:
-        """How many draws so far had a speed at which the pair's laws are an extrapolation."""
-        return self._extrapolated.value
+        """How many draws so far had an impact speed outside the file's ``valid_speed``."""
+        return self._counts.extrapolated.value
 
     @property
     def has_spin(self) -> bool:
         """Whether the table has the law of particles that arrive spinning."""
-        return self.arrays.spin.n_shapes > 0
+        return unpacked(self.arrays.spin).n_shapes > 0
 
     def sample(
         self,
@@ -187,12 +197,13 @@ class Table:
         speed : float or array
             Impact speed V in m/s, > 0. All arrays broadcast, as in numpy.
         spin : array, shape (..., 3), optional
-            Angular velocity before the impact times a/V, in the frame of the wall. Left out, the
-            particle has not spun, and no grain of its own is asked for.
+            Angular velocity before the impact times a/V, in the frame of the wall: then the draw is
+            from the spin law, which also knows the grain. Left out, from the law of particles that
+            arrive without spin, of any grain: who follows particles gives zeros at their first hit.
         grain : "own", "fresh" or array, shape (..., 3)
-            With a spin. "own": a particle has the same grain at every hit, drawn by (seed, index);
-            "fresh": another one at every hit, drawn by (seed, index, hit). An array: shape code,
-            b/a and c/b of each particle.
+            "own": with a spin, a particle has the same grain at every hit, drawn by (seed, index),
+            as `grains` returns it. "fresh": another one at every hit, drawn by (seed, index, hit).
+            An array: shape code, b/a and c/b of each. The last two without a spin: a spin of zeros.
         seed : int
             Seed of the run, uint64.
         index : int or array of int
@@ -224,22 +235,36 @@ class Table:
         """
         keys = Keys(seed, index, hit, rng, size)
         given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
-        rows, batch, extra = self._rows(given, "spin", spin, grain, keys)
+        rows, grains = rows_of_call(self.arrays, given, "spin", spin, grain, keys)
         states = as_output(out, (*rows.shape, len(self.columns)))
-        # a draw with a spin can be refused for more reasons than are looked at before
-        drawn = states
+        drawn, batch = states, draw_batch if grains is None else spin_draw_batch
         if out is not None:
-            plain = spin is None
-            drawn = (
-                where_to_draw(states, rows, self.arrays, self.outside)
-                if plain
-                else np.empty_like(states)
-            )
-        results = drawn.reshape(rows.n, len(self.columns))
-        self._draw(batch or draw_batch, rows, results, threads, extra=extra)
+            drawn = where_to_draw(states, rows, self.arrays, self.outside)
+        self._draw(batch, rows, drawn.reshape(rows.n, len(self.columns)), threads, grains)
         if drawn is not states:
             states[...] = drawn
         return states
+
+    def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
+        """Give the grains that particles keep.
+
+        Parameters
+        ----------
+        seed, index
+            As for `sample`.
+
+        Returns
+        -------
+        float64 array, shape (..., 3)
+            Shape code of `sampler.formats.shape_codes` (``FIRST_MESH`` + k: mesh number k of the
+            table's population), b/a and c/b; those of `tablegen.DirectModel` for these keys.
+
+        Raises
+        ------
+        InputError
+            If the table has no spin law, or as `sample`.
+        """
+        return grains_of(self.arrays, seed, index)
 
     def rebound(
         self,
@@ -298,110 +323,25 @@ class Table:
         if roughness is not None:
             arguments["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
         keys = Keys(seed, index, hit, rng, size)
-        rows, batch, extra = self._rows(arguments, "omega", omega, grain, keys)
-        plain = rebound_batch if roughness is None else rough_rebound_batch
+        rows, grains = rows_of_call(self.arrays, arguments, "omega", omega, grain, keys)
         results = np.empty((rows.n, 6))
-        self._draw(batch or plain, rows, results, threads, extra=extra)
+        batch = _REBOUNDS[roughness is not None][grains is not None]
+        self._draw(batch, rows, results, threads, grains)
         parts = (results[:, :3], results[:, 3:])
         return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
 
-    def mean(self, alpha1: ArrayLike, speed: ArrayLike) -> NDArray[np.float64]:
-        """Return the mean of each variable of the law at a condition.
-
-        Like `std` and `quantile` it is that of 2**18 draws with keys that are always the same:
-        a pure function of the condition, whose error varies slowly along angle and speed; its
-        standard error is 0.002 standard deviations of the variable. A condition takes some 15 ms.
-
-        Parameters
-        ----------
-        alpha1 : float or array
-            Impact angle in rad from the wall, in (0, pi/2].
-        speed : float or array
-            Impact speed V in m/s, > 0. Both broadcast.
-
-        Returns
-        -------
-        float64 array, shape (..., n_columns)
-            In the order of `columns`, in the units of `sample`. Errors are those of `sample`; a
-            condition outside the table counts as one draw there.
-        """
-        return self._of_law(alpha1, speed, lambda states: states.mean(axis=0))
-
-    def std(self, alpha1: ArrayLike, speed: ArrayLike) -> NDArray[np.float64]:
-        """Return the standard deviation of each variable of the law at a condition; see `mean`."""
-        return self._of_law(alpha1, speed, lambda states: states.std(axis=0))
-
-    def quantile(
-        self, p: ArrayLike, variable: str, alpha1: ArrayLike, speed: ArrayLike
-    ) -> NDArray[np.float64]:
-        """Return quantiles of one variable of the law at a condition.
-
-        Parameters
-        ----------
-        p : float or array
-            Probabilities, from 0 to 1.
-        variable : str
-            One of `columns`.
-        alpha1, speed : float or array
-            As for `mean`; they broadcast with each other and with `p`.
-
-        Returns
-        -------
-        float64 array, shape of all three broadcast
-            What the variable stays below with probability p. The probability to stay below what is
-            returned has a standard error of sqrt(p (1 - p) / 2**18), at most 0.001; see `mean`.
-        """
-        if variable not in self.columns:
-            raise InputError(
-                f"variable: got {variable!r}, allowed: one of {', '.join(self.columns)}"
-            )
-        column = self.columns.index(variable)
-        probability = as_reals_up_to("p", p, 1.0)
-        given = {"p": probability, "alpha1": np.asarray(alpha1), "speed": np.asarray(speed)}
-        shape = common_shape({name: values.shape for name, values in given.items()})
-        probabilities = np.unique(probability)
-        found = self._of_law(
-            alpha1, speed, lambda states: np.quantile(states[:, column], probabilities)
-        )
-        # of all probabilities at each condition, those that belong to it
-        which = np.broadcast_to(np.searchsorted(probabilities, probability), shape)
-        found = np.broadcast_to(found, (*shape, probabilities.size))
-        return np.take_along_axis(found, which[..., None], axis=-1)[..., 0]
-
     def _of_law(
-        self,
-        alpha1: ArrayLike,
-        speed: ArrayLike,
-        reduce: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+        self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None, reduce: Reduction
     ) -> NDArray[np.float64]:
         """Reduce the draws at each condition to some numbers."""
-        rows = broadcast({"alpha1": alpha1, "speed": speed}, Keys(seed=0, index=0))
+        given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
+        rows, grains = rows_of_call(self.arrays, given, "spin", spin, "own", Keys(seed=0, index=0))
         drawn = np.empty((rows.n, len(self.columns)))
-        self._draw(draw_batch, rows, drawn, 1, stacklevel=4)  # one each, to check the conditions
-        conditions = ((rows.at("alpha1", k), rows.at("speed", k)) for k in range(rows.n))
+        batch = draw_batch if grains is None else spin_draw_batch
+        self._draw(batch, rows, drawn, 1, grains, 4)  # one each, to check the conditions
+        conditions = (tuple(rows.at(name, k) for name in rows.values) for k in range(rows.n))
         results = [reduce(states) for states in states_of_law(self.arrays, conditions)]
         return np.array(results).reshape(*rows.shape, *reduce(np.zeros((1, drawn.shape[1]))).shape)
-
-    def _rows(
-        self,
-        arguments: dict[str, ArrayLike],
-        name: str,
-        spin: ArrayLike | None,
-        grain: Grain,
-        keys: Keys,
-    ) -> tuple[Rows, Callable[..., Any] | None, tuple[Any, ...]]:
-        """Rows of a call; with a spin also the kernel that draws, and what it takes of grains."""
-        if spin is None:
-            return broadcast(arguments, keys), None, ()
-        if not self.has_spin:
-            raise InputError(
-                f"{name}: got a spin, allowed: none, this table was made without a spin law"
-            )
-        rows, grains = rows_with_grains(arguments | {name: spin}, grain, keys)
-        if len(grains.given):
-            check_grains(self.arrays, rows, grains.given)
-        batch = spin_rebound_batch if "velocity" in arguments else spin_draw_batch
-        return rows, batch, tuple(grains)
 
     def _draw(
         self,
@@ -409,29 +349,23 @@ class Table:
         rows: Rows,
         results: NDArray[Any],
         threads: int | None,
+        grains: Grains | None = None,
         stacklevel: int = 3,
-        extra: tuple[Any, ...] = (),
     ) -> None:
         """Write the results of all rows; refuse the first bad row, or count what is outside."""
         if threads is not None:
             threads = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
-        arguments = (self.arrays, *rows.values.values(), *extra, *rows.keys, results)
+        arguments = (self.arrays, *rows.values.values(), *(grains or ()), *rows.keys, results)
         report = merge(run_rows(batch, arguments, rows.n, threads), self.outside == "raise")
         if report.bad_row >= 0:
             raise InputError(row_message(rows, report.bad_row, report.code))
-        self._extrapolated.add(report.extrapolated)
-        if report.clamped == 0:
-            return
-        row = report.clamped_row
-        if self.outside == "raise":
-            raise InputError(outside_message(self.arrays, rows, row))
-        if self._clamped.add(report.clamped):
-            told = outside_warning(self.arrays, rows, row, report.clamped)
-            warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)  # the line that drew
+        self._counts.add(self.arrays, rows, report, self.outside, stacklevel + 1)
 
 
 def load(
-    name_or_path: str | os.PathLike[str], outside: Literal["clamp", "raise"] = "clamp"
+    name_or_path: str | os.PathLike[str],
+    outside: Literal["clamp", "raise"] = "clamp",
+    population: Mapping[str, Any] | None = None,
 ) -> Table:
     """Load a table.
 
@@ -441,6 +375,13 @@ def load(
         Name of a table that comes with the package, or path of a .h5 file.
     outside : {"clamp", "raise"}
         What to do with an angle or speed outside the table; see `Table`.
+    population : mapping, optional
+        Other particles, within what was simulated; the table needs a spin law. ``shapes``: weights
+        by name, only their ratios matter; ``meshes``: a list of weights, in the table's order;
+        ``aspect``: the law of b/a and c/b, {"distribution": "truncated-normal", "mean": 0.8,
+        "standard_deviation": 0.2, "range": [0.5, 1.0]} or {"distribution": "fixed", "values":
+        [0.8, 0.7]}. What is left out is as in the table; shapes that are not named have no weight.
+        Then all draws are from the spin law, those without a spin at spin zero.
 
     Returns
     -------
@@ -451,9 +392,9 @@ def load(
     TableError
         If the file cannot be read as a table; says why.
     InputError
-        If there is no table of that name.
+        If there is no table of that name, or it has no such population.
     """
     path = find_table(name_or_path)
-    table = Table(read_table(path), outside=outside)
+    table = Table(read_table(path), outside=outside, population=population)
     table._source = path.resolve()  # its contents would take as much memory again
     return table

@@ -14,10 +14,10 @@ from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import pick_conditions
 from tablegen.accuracy.measure import measure
-from tablegen.accuracy.spin_conditions import pick_spin_conditions
+from tablegen.accuracy.spin_conditions import pick_spin_conditions, spin_conditions_beside
 from tablegen.accuracy.spin_measure import SpinAccuracy, measure_spin, spin_accuracy_datasets
 from tablegen.config import Config
-from tablegen.configuration.defaults import GENERATE_CONDITIONS, GENERATE_SPIN_CONDITIONS
+from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.refinement.assembly import accuracy_datasets, assemble
 from tablegen.refinement.axes import make_axes
 from tablegen.refinement.refine import refine_grid
@@ -86,8 +86,8 @@ def generate(
     executor : concurrent.futures.Executor, optional
         Runs the tasks; by default one thread a processor.
     conditions : int
-        Number of conditions between the nodes at which the accuracy is measured and stored; 0
-        leaves out the measurement of the spin law as well.
+        Number of conditions between the nodes at which the accuracy is measured and stored. A spin
+        law is measured at three times as many, at most 24.
     samples : int, optional
         States a side there at first; by default as many as the declared accuracy needs.
     progress : bool
@@ -128,7 +128,8 @@ def generate(
         measured = accuracy_datasets(comparisons, len(contents.variables))
         spin = None
         if contents.has_spin and conditions > 0:
-            spinning = pick_spin_conditions(config, GENERATE_SPIN_CONDITIONS, _MEASURE_SEED)
+            few = spin_conditions_beside(conditions)
+            spinning = pick_spin_conditions(config, few, _MEASURE_SEED)
             spin = measure_spin(table, config, spinning, **how)
             measured |= spin_accuracy_datasets(spin)
         contents = replace(

@@ -135,9 +135,9 @@ def occurring_impacts(
 ) -> Impacts:
     """Impacts that occur in chains, one of each particle, simulated up to it.
 
-    Half of the particles meet the same wall again and again, half the opposite one each time;
-    each gives its impact number 2, 3, 4, 5 or 6. A particle that has become slower than the table's
-    range, by its effective speed, or flatter by its angle, gives none.
+    Half of the particles meet the same wall again and again, half the opposite one each time; each
+    gives its impact number 2, 3, 4, 5 or 6. A particle that has left the table's range of angles,
+    or is slower by its effective speed, gives none.
 
     Parameters
     ----------
@@ -195,10 +195,10 @@ def simulated(
 
 def _inside(config: Config, impacts: Impacts) -> NDArray[np.bool_]:
     """Whether impacts are within a table's range."""
-    flattest, slowest = np.radians(config.domain.alpha_deg[0]), config.domain.speed[0]
+    (low, high), slowest = np.radians(config.domain.alpha_deg), config.domain.speed[0]
     turning = np.abs(impacts.spin).max(axis=1, initial=0.0)
-    found: NDArray[np.bool_] = impacts.alpha1 >= flattest
-    return found & (effective_speed(impacts) >= slowest) & (turning <= _MOST_SPIN)
+    angles: NDArray[np.bool_] = (low <= impacts.alpha1) & (impacts.alpha1 <= high)
+    return angles & (effective_speed(impacts) >= slowest) & (turning <= _MOST_SPIN)
 
 
 def _uniform(seed: int, index: NDArray[np.uint64]) -> FloatArray:

@@ -3,7 +3,8 @@
 Quantile functions go with the variables that a scene leaves out. A row of the mixture's factors
 stays if a later one belongs to a channel that is needed: every channel keeps its random word. Nodes
 around a condition of the scene stay, and the look-up of the axes is unchanged, so that a condition
-finds the same cell with the same weights.
+finds the same cell with the same weights. A spin law stays whole or goes: it has no nodes, and its
+conditions are those of all later impacts.
 """
 
 import math
@@ -20,6 +21,7 @@ from sampler.files.locate import find_table
 from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents, write_table
 from sampler.formats.packing import table_arrays
+from sampler.formats.spin_layout import ACCURACY, GROUP
 from sampler.formats.table_arrays import Axis
 from sampler.inputs.told_apart import told_apart
 from sampler.table import load
@@ -59,7 +61,11 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     last = max(contents.channels.index(name) for name in needed)
     channels = contents.channels[: last + 1]
     held = [k for k, name in enumerate(contents.marginals) if name in needed]
-    datasets = dict(contents.datasets)
+    datasets = {
+        path: values
+        for path, values in contents.datasets.items()
+        if scene.spin or not path.startswith((GROUP, ACCURACY))
+    }
     for path, values in contents.datasets.items():
         if path.startswith(("marginals/quantiles", "dependence/")):
             datasets[path] = values[rows, columns]
@@ -72,7 +78,7 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
         datasets[nodes] = contents[nodes][kept]
     datasets |= {path: values[:0] for path, values in datasets.items() if "accuracy/" in path}
     datasets["accuracy/ks"] = np.empty((0, len(variables)))
-    text = _config_text(own, variables, datasets)
+    text = _config_text(own, scene, datasets)
     return replace(contents, datasets=datasets, variables=variables, channels=channels, config=text)
 
 
@@ -122,6 +128,9 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
         if name not in contents.variables:
             allowed = f"some of {', '.join(contents.variables)}, which the table has"
             raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
+    if scene.spin and not contents.has_spin:
+        allowed = "false, because the table has no spin law"
+        raise InputError(f"{origin}: spin: got true, allowed: {allowed}")
     for field, nodes in (("alpha_deg", "axes/alpha_deg"), ("speed", "axes/speed")):
         if field == "speed" and contents.speed_independent:
             continue
@@ -147,14 +156,12 @@ def _cut(axis: Axis, low: float, high: float) -> slice:
     return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
 
 
-def _config_text(
-    own: Config, variables: tuple[str, ...], datasets: dict[str, NDArray[np.float64]]
-) -> str:
-    """Write the configuration of the pruned table, with its own range and variables."""
+def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.float64]]) -> str:
+    """Write the configuration of the pruned table, with its own range, variables and laws."""
     alpha, speed = datasets["axes/alpha_deg"], datasets["axes/speed"]
     domain = {
         "alpha_deg": [float(alpha[0]), float(alpha[-1])],
         "speed": [float(speed[0]), float(speed[-1])],
-        "components": list(variables),
+        "components": list(scene.domain.columns),
     }
-    return own.with_changes({"domain": domain}).text
+    return own.with_changes({"domain": domain, "spin": scene.spin}).text

@@ -262,7 +262,7 @@ def _check_arguments(conditions: int, spin_conditions: int, samples: int | None,
 
 
 def check_agreement(contents: TableContents, config: Config, origin: str) -> None:
-    """Refuse a table that is not of the pair, the range or the components of its configuration.
+    """Refuse a table that contradicts its configuration: of another pair, range or components.
 
     Parameters
     ----------
@@ -295,4 +295,10 @@ def check_agreement(contents: TableContents, config: Config, origin: str) -> Non
         raise InputError(
             f"{origin}: components: got {' '.join(contents.variables)}, allowed: "
             f"{' '.join(config.domain.columns)}, those of the table's configuration"
+        )
+    if contents.has_spin != config.spin:
+        got, allowed = ("a", "none") if contents.has_spin else ("no", "one")
+        raise InputError(
+            f"{origin}: spin: got {got} spin law, allowed: {allowed}, as the table's "
+            "configuration says"
         )

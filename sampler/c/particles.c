@@ -5,7 +5,8 @@
    ./particles corundum-steel.rbt 100000 20
 
    Prints what became of the particles, and rebounds per second. The particles are the same on any
-   number of threads: a rebound depends on seed, particle and number of its wall hits only. */
+   number of threads: a rebound depends on the impact, and on seed, particle and number of its wall hits.
+   If the table has a spin law, particles keep their spin from wall to wall. */
 
 #define REBOUND_SAMPLER_IMPLEMENTATION
 #include "rebound_sampler.h"
@@ -34,6 +35,7 @@ static fate follow(const rbt_table *table, long first, long particles, uint32_t 
     const size_t n = (size_t)(particles - first < BATCH ? particles - first : BATCH);
     fate end = {0.0, 0.0, 0, 0};
     impacts.velocity = velocity;
+    impacts.omega = rbt_has_spin_law(table) ? omega : NULL; /* NULL: as if they did not spin */
     impacts.normal = normal;
     impacts.half_size = half_size;
     impacts.index = index;
@@ -43,7 +45,7 @@ static fate follow(const rbt_table *table, long first, long particles, uint32_t 
         half_size[k] = HALF_SIZE;
         velocity[3 * k] = 150.0;
         velocity[3 * k + 1] = -80.0;
-        velocity[3 * k + 2] = omega[3 * k + 2] = 0.0;
+        velocity[3 * k + 2] = omega[3 * k] = omega[3 * k + 1] = omega[3 * k + 2] = 0.0;
     }
     for (uint32_t met = 0; met < hits; met++) {
         /* lower and upper plate take turns */

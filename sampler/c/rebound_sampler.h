@@ -11,7 +11,7 @@
        int code = rbt_open("corundum-steel.rbt", &table);
        if (code < 0) { fprintf(stderr, "%s\n", rbt_strerror(code)); exit(1); }
        double state[6];
-       code = rbt_draw(table, 0.5, 150.0, seed, particle, hits, state);
+       code = rbt_draw(table, 0.5, 150.0, NULL, seed, particle, hits, state);
        rbt_close(table);
 
    The file is what `sampler export T.h5 --output T.rbt` writes. Equal arguments give the states
@@ -80,6 +80,7 @@ extern "C" {
 #define RBT_ERR_SPEED_NOT_POSITIVE (-3)
 #define RBT_ERR_NORMAL_NOT_USABLE (-4)
 #define RBT_ERR_HALF_SIZE_NOT_POSITIVE (-5)
+#define RBT_ERR_NO_SPIN_LAW (-9)
 #define RBT_ERR_NOT_OPENED (-10)
 #define RBT_ERR_NOT_READ (-11)
 #define RBT_ERR_NO_MEMORY (-12)
@@ -99,6 +100,9 @@ extern "C" {
 #define RBT_ERR_COMPONENTS (-26)
 #define RBT_ERR_SPANS (-27)
 #define RBT_ERR_QUANTILES (-28)
+#define RBT_ERR_GRAINS (-29)
+#define RBT_ERR_TREES (-30)
+#define RBT_ERR_LEAVES (-31)
 #define RBT_VALUES 8 /* u, v, w, omega_x, omega_y, omega_z, rotational_energy, collisions */
 /* end constants */
 
@@ -139,6 +143,25 @@ RBT_API const char *rbt_strerror(int code);
 RBT_API void rbt_alpha_range(const rbt_table *table, double range[2]);
 RBT_API void rbt_speed_range(const rbt_table *table, double range[2]);
 
+/* Impact speeds, m/s, at which the law of the material pair was measured: beyond them it is
+   extrapolated, which a batch counts in rbt_report.extrapolated. {1e-300, 1e300} if the table does
+   not say. */
+RBT_API void rbt_valid_speed(const rbt_table *table, double range[2]);
+
+/* Whether the table has a spin law, the law of particles that arrive spinning, which depends on their
+   spin and on their grain, a shape and its ratios: 1 or 0. */
+RBT_API int rbt_has_spin_law(const rbt_table *table);
+
+/* Whether a particle keeps its grain from hit to hit, the one of (seed, index), as it does unless told
+   otherwise; with 0 it has another one at each hit. Must not run beside other calls with the table. */
+RBT_API void rbt_keep_grains(rbt_table *table, int kept);
+
+/* Grain with which a particle meets a wall in the spin law: code of the shape (0 ellipsoid, 1 prism,
+   2 truncated prism, 3 tetrahedron, 4 sphere, from 6 on meshes), b/a and c/b. `hit` counts only if
+   grains are not kept. RBT_OK or RBT_ERR_NO_SPIN_LAW. */
+RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t index,
+                                 uint32_t hit, double grain[3]);
+
 /* Variables that the table gives: how many, and which (0: u, ... 7: number of collisions). Others
    are 0 in every state. `columns` may be NULL. */
 RBT_API int rbt_components(const rbt_table *table, int columns[RBT_VALUES]);
@@ -148,50 +171,57 @@ RBT_API const char *rbt_pair(const rbt_table *table);
 
 /* Draw one state.
 
-   alpha1: impact angle from the wall, in (0, pi/2]. speed: impact speed V > 0. (seed, index, hit):
-   seed of the run, identity of the particle, and how many walls it has met before; they select the
-   random numbers.
+   alpha1: impact angle from the wall, in (0, pi/2]. speed: impact speed V > 0. spin: angular
+   velocity before the impact times a/V, in the frame of the impact, three numbers; NULL: the law of
+   particles that arrive without spin. (seed, index, hit): seed of the run, identity of the particle,
+   and how many walls it has met before; they select the random numbers.
 
    RBT_OK, RBT_CLAMPED, or RBT_ERR_NOT_FINITE, RBT_ERR_NOT_APPROACHING,
-   RBT_ERR_SPEED_NOT_POSITIVE. */
-RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed, uint64_t seed,
-                                uint64_t index, uint32_t hit, double state[6]);
+   RBT_ERR_SPEED_NOT_POSITIVE, RBT_ERR_NO_SPIN_LAW. */
+RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed,
+                                const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
+                                double state[6]);
 
-/* The same with all variables that a table can have. */
+/* The same without spin, with all variables that a table can have. */
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
                                     uint64_t seed, uint64_t index, uint32_t hit,
                                     double values[RBT_VALUES]);
 
 /* What a batch reports. Rows count from 0; `row` and `clamped_row` are the number of rows if there
-   is none. */
+   is none. Counts are of the rows before the error if there is one. */
 typedef struct rbt_report {
-    size_t row;         /* first row with an error */
-    size_t clamped_row; /* first clamped row */
-    size_t clamped;     /* number of clamped rows, before the error if there is one */
+    size_t row;          /* first row with an error */
+    size_t clamped_row;  /* first clamped row */
+    size_t clamped;      /* number of clamped rows */
+    size_t extrapolated; /* number of rows with a speed outside of rbt_valid_speed */
 } rbt_report;
 
 /* Draw n states, row by row into states[6 * n]: the same as n calls of rbt_draw with (alpha1[k],
-   speed[k], seed, index[k], hit[k]), and faster, because many draws wait for memory together.
+   speed[k], spin + 3 k, seed, index[k], hit[k]), and faster, because many draws wait for memory
+   together. spin has 3 n numbers, or is NULL.
 
    RBT_OK, RBT_CLAMPED if any row was clamped, or the code of the first row with an error; then
    rows before it may be written, rows from it on are not. `report` may be NULL. */
 RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha1,
-                           const double *speed, uint64_t seed, const uint64_t *index,
-                           const uint32_t *hit, double *states, rbt_report *report);
+                           const double *speed, const double *spin, uint64_t seed,
+                           const uint64_t *index, const uint32_t *hit, double *states,
+                           rbt_report *report);
 
 /* Rebound one particle, in the lab frame.
 
    velocity, wall_velocity: of particle and wall at the contact, m/s; a wall_velocity of NULL is a
    wall at rest. normal: from the wall into the gas, any length but zero. half_size: largest
-   half-size a of the particle, 1e-30 m or more. new_velocity: m/s; may be velocity itself. omega: angular
-   velocity after the rebound, rad/s. At exactly normal impact the direction along the wall is
-   uniform.
+   half-size a of the particle, 1e-30 m or more. omega: angular velocity before the impact, rad/s;
+   NULL: the law of particles that arrive without spin. new_velocity, new_omega: velocity, m/s, and
+   angular velocity, rad/s, after the rebound; they may be velocity and omega themselves. At exactly
+   normal impact the direction along the wall is uniform.
 
    Codes as rbt_draw; also RBT_ERR_NORMAL_NOT_USABLE, RBT_ERR_HALF_SIZE_NOT_POSITIVE. */
 RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity[3],
                                    const double normal[3], double half_size,
-                                   const double wall_velocity[3], uint64_t seed, uint64_t index,
-                                   uint32_t hit, double new_velocity[3], double omega[3]);
+                                   const double wall_velocity[3], const double omega[3],
+                                   uint64_t seed, uint64_t index, uint32_t hit,
+                                   double new_velocity[3], double new_omega[3]);
 
 /* What a batch of rebounds is given: arrays of n numbers, of 3 n where they are vectors. Begin with
    all fields 0, as `= {0}` does: later versions may have further ones, for which that means
@@ -203,15 +233,18 @@ typedef struct rbt_impacts {
     const double *wall_velocity; /* 3 n: of the wall at the contact, m/s; NULL: walls at rest */
     const uint64_t *index;       /* n: identities of the particles */
     const uint32_t *hit;         /* n: how many walls they have met before */
+    const double *omega;         /* 3 n: angular velocities before the impact, rad/s; NULL: the law of
+                                    particles that arrive without spin */
 } rbt_impacts;
 
-/* Rebound n particles: the same as n calls of rbt_rebound, and faster. new_velocity and omega have
-   3 n numbers; new_velocity may be impacts->velocity. Threads may share out the rows of an array.
+/* Rebound n particles: the same as n calls of rbt_rebound, and faster. new_velocity and new_omega
+   have 3 n numbers; they may be impacts->velocity and impacts->omega. Threads may share out the rows
+   of an array.
 
    RBT_OK, RBT_CLAMPED if any row was clamped, or the code of the first row with an error; then the
    rows before it are written, and rows from it on are not. `report` may be NULL. */
 RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impacts *impacts,
-                              uint64_t seed, double *new_velocity, double *omega,
+                              uint64_t seed, double *new_velocity, double *new_omega,
                               rbt_report *report);
 
 /* An axis of the table: see sampler/formats/table_arrays.py. */
@@ -221,11 +254,33 @@ typedef struct rbt_axis {
     const double *coordinate;
 } rbt_axis;
 
+/* A spin law: see sampler/formats/spin_arrays.py. */
+typedef struct rbt_spin_law {
+    int32_t n_shapes, n_nodes, n_leaves, n_knots; /* 0 shapes: no law */
+    int32_t fresh_grains; /* whether a particle has another grain at each hit */
+    double alpha_first, alpha_last, alpha_low, alpha_high;
+    double speed_first, speed_last, speed_low, speed_high, speed_scale, speed_exponent;
+    double aspect[8];
+    const int32_t *shape_codes;
+    const double *shape_shares, *shape_ratios;
+    const int32_t *roots;
+    const int8_t *node_axis;
+    const double *node_cut;
+    const int32_t *node_child;
+    const float *inputs;
+    const int16_t *group_gates, *gates, *experts;
+    const float *spans;
+    const uint16_t *quantiles;
+} rbt_spin_law;
+
 struct rbt_table {
     rbt_axis alpha, speed;
+    rbt_spin_law spin;
+    double valid_speed[2];
     double variate_max, variate_scale;
     int32_t n_knots, n_components, n_classes, n_channels, n_marginals, n_columns, stride;
     int8_t channels[RBT_VALUES], marginals[RBT_VALUES], columns[RBT_VALUES];
+    uint32_t held; /* bits of the variables among the columns */
     int8_t mirrored[RBT_VALUES]; /* whether reflection turns the sign of a row of a factor */
     const float *normals;
     const uint32_t *alias;
@@ -287,9 +342,11 @@ extern "C" {
 
 #if defined(__GNUC__)
 #define RBTI_INLINE static inline __attribute__((always_inline))
+#define RBTI_APART static __attribute__((noinline)) /* its memory is no other function's burden */
 #define RBTI_ALIGNED __attribute__((aligned(64)))
 #else
 #define RBTI_INLINE static inline
+#define RBTI_APART static
 #define RBTI_ALIGNED
 #endif
 
@@ -320,6 +377,26 @@ extern "C" {
 #define RBTI_NORMAL_IMPACT 1e-12
 #define RBTI_LEAST_HALF_SIZE 1e-30 /* m, and m/s: beyond them squares and quotients overflow */
 #define RBTI_LEAST_SPEED 1e-150
+
+/* numbers of the spin law: sampler/formats/spin_bounds.py, sampler/drawing/grain.py */
+/* begin spin */
+#define RBTI_CONDITIONS 5
+#define RBTI_INPUTS 7
+#define RBTI_FEATURES 23
+#define RBTI_OUTCOMES 6
+#define RBTI_EXPERT_STRIDE 160
+#define RBTI_GROUPS 8
+#define RBTI_GROUP_SIZE 16
+#define RBTI_INERTIA 0.6666666666666666
+#define RBTI_LEAST_RATIO 0.001
+#define RBTI_SCORE_MAX 6.0f
+#define RBTI_PER_SQUARE 0.027777778f
+#define RBTI_GATE_UNIT (1.0f / 512.0f)
+#define RBTI_MEAN_UNIT (1.0f / 2048.0f)
+#define RBTI_FACTOR_UNIT (1.0f / 4096.0f)
+/* end spin */
+#define RBTI_LOG2_E 1.4426950408889634f
+#define RBTI_SIMULATION_KEY 0x53494d554c415445u
 
 /* Not isfinite(), which some compiler flags remove. */
 RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
@@ -367,6 +444,12 @@ RBTI_INLINE RBT_DEVICE int rbti_status(const rbt_table *table, double alpha1, do
     if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
         return RBT_ERR_NOT_APPROACHING;
     return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_CLAMPED;
+}
+
+/* Uniform number in (0, 1) from a random word. */
+RBTI_INLINE RBT_DEVICE double rbti_uniform(uint32_t word)
+{
+    return ((double)word + 0.5) * (1.0 / 4294967296.0);
 }
 
 /* Four random words of each draw, Philox4x32-10: sampler/drawing/philox.py. A block that is not
@@ -742,9 +825,639 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
     return status;
 }
 
-RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed, uint64_t seed,
-                                uint64_t index, uint32_t hit, double state[6])
+/* -- a draw from the spin law: sampler/drawing/spin_steps.py, sampler/drawing/spin_draw.py --------
+
+   Steps of m draws side by side, as above. What of a leaf or an expert is multiplied by the features
+   of a draw lies side by side in the table, and is taken draw by draw. */
+
+/* Rows of the inputs of a draw: the conditions, what a tree compares beside them, and the ratios. */
+#define RBTI_SQUARE RBTI_CONDITIONS
+#define RBTI_RATIO (RBTI_CONDITIONS + 1)
+#define RBTI_LINE 32 /* 16-bit numbers of a cache line */
+
+typedef struct rbti_spin_draws {
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK];
+    double inputs[(RBTI_INPUTS + 1) * RBTI_BLOCK];
+    double factor[RBTI_BLOCK], turn[RBTI_BLOCK]; /* V_e / V; -1 for the mirror image */
+    uint32_t words[8 * RBTI_BLOCK];
+    int32_t shape[RBTI_BLOCK], leaf[RBTI_BLOCK], group[RBTI_BLOCK], expert[RBTI_BLOCK];
+    float features[RBTI_FEATURES * RBTI_BLOCK];
+    float scores[RBTI_OUTCOMES * RBTI_BLOCK]; /* normals, then scores, then fractions of knots */
+    int32_t entries[RBTI_OUTCOMES * RBTI_BLOCK];
+    float outcomes[RBTI_OUTCOMES * RBTI_BLOCK];
+} rbti_spin_draws;
+
+RBTI_INLINE RBT_DEVICE double rbti_spin_factor(double x, double y, double z)
 {
+    return sqrt(1.0 + RBTI_INERTIA * (x * x + y * y + z * z));
+}
+
+RBTI_INLINE RBT_DEVICE int rbti_spin_status(const rbt_table *table, double alpha1, double speed,
+                                            double x, double y, double z)
+{
+    const rbt_spin_law *law = &table->spin;
+    if (!(rbti_finite(alpha1) && rbti_finite(speed)))
+        return RBT_ERR_NOT_FINITE;
+    const double factor = rbti_spin_factor(x, y, z), effective = speed * factor;
+    const int finite = rbti_finite(factor) && rbti_finite(effective);
+    if (finite && law->n_shapes > 0 && alpha1 >= law->alpha_low && alpha1 <= law->alpha_high &&
+        effective >= law->speed_low && effective <= law->speed_high)
+        return RBT_OK;
+    if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
+        return RBT_ERR_NOT_APPROACHING;
+    if (speed <= 0.0)
+        return RBT_ERR_SPEED_NOT_POSITIVE;
+    if (law->n_shapes == 0)
+        return RBT_ERR_NO_SPIN_LAW;
+    return finite ? RBT_CLAMPED : RBT_ERR_NOT_FINITE;
+}
+
+RBTI_INLINE RBT_DEVICE double rbti_horner(const double c[8], double x)
+{
+    double sum = c[0];
+    for (int k = 1; k < 8; k++)
+        sum = sum * x + c[k];
+    return sum;
+}
+
+/* Standard normal quantile, algorithm AS 241: for |p - 1/2| <= 0.425 in q = p - 1/2, and beyond. */
+RBTI_INLINE RBT_DEVICE double rbti_central_quantile(double q)
+{
+    const double num[8] = {2.5090809287301226727e3, 3.3430575583588128105e4,
+                           6.7265770927008700853e4, 4.5921953931549871457e4,
+                           1.3731693765509461125e4, 1.9715909503065514427e3,
+                           1.3314166789178437745e2, 3.3871328727963666080e0};
+    const double den[8] = {5.2264952788528545610e3, 2.8729085735721942674e4,
+                           3.9307895800092710610e4, 2.1213794301586595867e4,
+                           5.3941960214247511077e3, 6.8718700749205790830e2,
+                           4.2313330701600911252e1, 1.0};
+    const double r = 0.180625 - q * q;
+    return q * (rbti_horner(num, r) / rbti_horner(den, r));
+}
+
+RBTI_INLINE RBT_DEVICE double rbti_outer_quantile(double p)
+{
+    const double near_num[8] = {7.74545014278341407640e-4, 2.27238449892691845833e-2,
+                                2.41780725177450611770e-1, 1.27045825245236838258e0,
+                                3.64784832476320460504e0,  5.76949722146069140550e0,
+                                4.63033784615654529590e0,  1.42343711074968357734e0};
+    const double near_den[8] = {1.05075007164441684324e-9, 5.47593808499534494600e-4,
+                                1.51986665636165571966e-2, 1.48103976427480074590e-1,
+                                6.89767334985100004550e-1, 1.67638483018380384940e0,
+                                2.05319162663775882187e0,  1.0};
+    const double far_num[8] = {2.01033439929228813265e-7, 2.71155556874348757815e-5,
+                               1.24266094738807843860e-3, 2.65321895265761230930e-2,
+                               2.96560571828504891230e-1, 1.78482653991729133580e0,
+                               5.46378491116411436990e0,  6.65790464350110377720e0};
+    const double far_den[8] = {2.04426310338993978564e-15, 1.42151175831644588870e-7,
+                               1.84631831751005468180e-5,  7.86869131145613259100e-4,
+                               1.48753612908506148525e-2,  1.36929880922735805310e-1,
+                               5.99832206555887937690e-1,  1.0};
+    double r = sqrt(-log(p < 0.5 ? p : 1.0 - p));
+    const int is_near = r <= 5.0;
+    r -= is_near ? 1.6 : 5.0;
+    const double tail = rbti_horner(is_near ? near_num : far_num, r) /
+                        rbti_horner(is_near ? near_den : far_den, r);
+    return p < 0.5 ? -tail : tail;
+}
+
+/* Ratios of one kind, b/a or c/b, from words. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_ratios(size_t m, const double law[4], const uint32_t *words,
+                                             double *ratios)
+{
+    const double mean = law[0], deviation = law[1], low = law[2], high = law[3];
+    double p[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        p[r] = low + rbti_uniform(words[r]) * (high - low);
+        ratios[r] = rbti_central_quantile(p[r] - 0.5);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        if (fabs(p[r] - 0.5) > 0.425 && deviation > 0.0)
+            ratios[r] = rbti_outer_quantile(p[r]);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        double ratio = deviation > 0.0 ? mean + deviation * ratios[r] : mean;
+        /* no law that was simulated goes beyond; whatever stands in a file is finite so */
+        ratio = ratio > RBTI_LEAST_RATIO ? ratio : RBTI_LEAST_RATIO;
+        ratios[r] = ratio < 1.0 ? ratio : 1.0;
+    }
+}
+
+/* Grains, from words of their own: sampler/drawing/grain.py. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, uint64_t seed,
+                                             const uint64_t *index, const uint32_t *hit,
+                                             size_t count, int32_t *shapes, double *ratios)
+{
+    uint32_t own[RBTI_BLOCK] RBTI_ALIGNED, words[8 * RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        own[r] = 0;
+    }
+    const uint32_t *hits = law->fresh_grains ? hit : own;
+    for (uint32_t block = 0; block < 2; block++)
+        rbti_fill_words(m, block, seed ^ RBTI_SIMULATION_KEY, index, hits, count,
+                        words + 4 * block * m);
+    rbti_fill_ratios(m, law->aspect, words, ratios);
+    rbti_fill_ratios(m, law->aspect + 4, words + m, ratios + m);
+    RBTI_EACH_DRAW(r)
+    {
+        const double u = rbti_uniform(words[5 * m + r]);
+        int32_t row = 0;
+        for (int32_t k = 0; k < law->n_shapes - 1; k++)
+            row += u >= law->shape_shares[k];
+        shapes[r] = row;
+        if (law->shape_ratios[2 * row] > 0.0) {
+            ratios[r] = law->shape_ratios[2 * row];
+            ratios[m + r] = law->shape_ratios[2 * row + 1];
+        }
+    }
+}
+
+/* No weight counts below 2^-126. Where a number was clamped, what follows stands in a loop of its own:
+   compilers make two ways of a number that may be a constant. */
+RBTI_INLINE RBT_DEVICE float rbti_least_power(float y)
+{
+    return y > -126.0f ? y : -126.0f;
+}
+
+/* 2^y of a number from -126 to 0; no library's, and the same in every language. */
+RBTI_INLINE RBT_DEVICE float rbti_power_of_two(float y)
+{
+    const int32_t n = (int32_t)(y - 0.5f);
+    const float r = y - (float)n;
+    const float p =
+        1.0f +
+        r * (0.6931471805599453f +
+             r * (0.2402265069591007f +
+                  r * (0.05550410866482158f +
+                       r * (0.009618129107628477f +
+                            r * (0.0013333558146428443f + r * 0.00015403530393381608f)))));
+    const uint32_t bits = (uint32_t)(n + 127) << 23;
+    float power;
+    memcpy(&power, &bits, sizeof power);
+    return p * power;
+}
+
+/* Logarithm to the base 2 of a positive number. */
+RBTI_INLINE RBT_DEVICE float rbti_logarithm_to_two(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    bits -= 0x3f3504f3u; /* 1 / sqrt(2) */
+    const float exponent = (float)((int32_t)bits >> 23);
+    bits = (bits & 0x7fffffu) + 0x3f3504f3u;
+    float mantissa;
+    memcpy(&mantissa, &bits, sizeof mantissa);
+    const float s = (mantissa - 1.0f) / (mantissa + 1.0f), q = s * s;
+    return exponent +
+           s * (2.8853900817779268f +
+                q * (0.9617966939259757f +
+                     q * (0.5770780163555854f +
+                          q * (0.41219858311113243f + q * 0.3205988979753252f))));
+}
+
+/* exp(-k V_e^n), from V_e. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_law *law,
+                                                       const double *effective, double *values)
+{
+    const float exponent = (float)law->speed_exponent, scale = -(float)law->speed_scale;
+    const double last = law->speed_last;
+    float y[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        const float power = exponent * rbti_logarithm_to_two((float)(effective[r] / last));
+        y[r] = rbti_least_power(power < 0.0f ? power : 0.0f);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const float x = scale * rbti_power_of_two(y[r]);
+        y[r] = rbti_least_power(x * RBTI_LOG2_E);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        values[r] = (double)rbti_power_of_two(y[r]);
+    }
+}
+
+/* Conditions of the mirror image with sigma_x >= 0. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+{
+    double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
+    const double first = law->alpha_first, last = law->alpha_last;
+    RBTI_EACH_DRAW(r)
+    {
+        const double sx = d->spin[r], sy = d->spin[m + r], sz = d->spin[2 * m + r];
+        const double factor = rbti_spin_factor(sx, sy, sz), turn = sx < 0.0 ? -1.0 : 1.0;
+        const double tx = turn * sx / factor, ty = turn * sy / factor, tz = sz / factor;
+        double angle = d->alpha1[r] > first ? d->alpha1[r] : first;
+        angle = angle < last ? angle : last;
+        double speed = d->speed[r] * factor;
+        speed = speed > law->speed_first ? speed : law->speed_first;
+        effective[r] = speed < law->speed_last ? speed : law->speed_last;
+        inputs[r] = sqrt(angle);
+        inputs[2 * m + r] = tx;
+        inputs[3 * m + r] = ty;
+        inputs[4 * m + r] = tz;
+        inputs[RBTI_SQUARE * m + r] = tx * tx + ty * ty + tz * tz;
+        d->factor[r] = factor;
+        d->turn[r] = turn;
+    }
+    rbti_fill_speed_coordinate(m, law, effective, inputs + m);
+}
+
+/* Leaf of each draw in the tree of its shape. */
+RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+{
+    RBTI_EACH_DRAW(r)
+    {
+        int32_t node = law->roots[d->shape[r]];
+        while (node >= 0) {
+            const double value = d->inputs[(size_t)law->node_axis[node] * m + r];
+            node = law->node_child[2 * node + (value >= law->node_cut[node])];
+        }
+        d->leaf[r] = -1 - node;
+        RBTI_PREFETCH(law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r]);
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const size_t numbers = RBTI_FEATURES * RBTI_GROUPS;
+        const int16_t *gates = law->group_gates + numbers * (size_t)d->leaf[r];
+        for (size_t k = 0; k < numbers; k += RBTI_LINE)
+            RBTI_PREFETCH(gates + k);
+    }
+}
+
+/* Features: 1, the inputs less the middle of the leaf, the products of two conditions. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law,
+                                               rbti_spin_draws *d)
+{
+    float *features = d->features;
+    RBTI_EACH_DRAW(r)
+    {
+        features[r] = 1.0f;
+    }
+    for (size_t k = 0; k < RBTI_INPUTS; k++) {
+        const double *inputs = d->inputs + (k < RBTI_CONDITIONS ? k : k + 1) * m;
+        float middle[RBTI_BLOCK] RBTI_ALIGNED, scale[RBTI_BLOCK] RBTI_ALIGNED;
+        RBTI_EACH_DRAW(r)
+        {
+            const float *of = law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r] + k;
+            middle[r] = of[0];
+            scale[r] = of[RBTI_INPUTS];
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            features[(1 + k) * m + r] = ((float)inputs[r] - middle[r]) * scale[r];
+        }
+    }
+    float *product = features + (1 + RBTI_INPUTS) * m;
+    for (size_t i = 1; i <= RBTI_CONDITIONS; i++) {
+        for (size_t j = i; j <= RBTI_CONDITIONS; j++) {
+            RBTI_EACH_DRAW(r)
+            {
+                product[r] = features[i * m + r] * features[j * m + r] - (i == j ? 0.5f : 0.0f);
+            }
+            product += m;
+        }
+    }
+}
+
+/* Eight numbers that one instruction takes, where compilers have them. */
+#if defined(__GNUC__) && !defined(__CUDACC__) && (defined(__clang__) || __GNUC__ >= 9)
+#define RBTI_VECTORS 1
+typedef int16_t rbti_shorts __attribute__((vector_size(16)));
+typedef int32_t rbti_longs __attribute__((vector_size(32)));
+typedef float rbti_singles __attribute__((vector_size(32)));
+#endif
+
+/* Sums of eight numbers side by side, times a factor, over `rows` of them; row k begins `stride` k
+   numbers behind the first, less `shrink` k (k + 1) / 2. Its first `shrink` k sums are left as they
+   are. As a loop over an array the sums would wait for memory in every row. */
+RBTI_INLINE RBT_DEVICE void rbti_sum_eight(size_t m, size_t rows, const int16_t *numbers,
+                                           size_t stride, size_t shrink, const float *factors,
+                                           float *sums)
+{
+#ifdef RBTI_VECTORS
+    static const float window[13] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 1.0f,
+                                     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
+    rbti_singles total;
+    memcpy(&total, sums, sizeof total);
+    for (size_t row = 0; row < rows; row++) {
+        rbti_shorts raw;
+        memcpy(&raw, numbers + (row * stride - shrink * (row * (row + 1) / 2)), sizeof raw);
+        const rbti_longs wide = __builtin_convertvector(raw, rbti_longs);
+        rbti_singles factor = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        factor = factors[row * m] - factor;
+        if (shrink > 0) {
+            rbti_singles ones;
+            memcpy(&ones, window + 5 - row, sizeof ones);
+            factor *= ones;
+        }
+        total += __builtin_convertvector(wide, rbti_singles) * factor;
+    }
+    memcpy(sums, &total, sizeof total);
+#else
+    for (size_t row = 0; row < rows; row++)
+        for (size_t k = shrink * row; k < 8; k++)
+            sums[k] += factors[row * m] *
+                       (float)numbers[row * stride - shrink * (row * (row + 1) / 2) + k];
+#endif
+}
+
+/* Sums over the features of each draw times `count` coefficients that lie side by side. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16_t *gates,
+                                             const int32_t *places, const float *features,
+                                             float *logits)
+{
+    RBTI_EACH_DRAW(r)
+    {
+        const int16_t *gate = gates + RBTI_FEATURES * count * (size_t)places[r];
+        float sums[RBTI_GROUP_SIZE] RBTI_ALIGNED;
+        for (size_t k = 0; k < count; k++)
+            sums[k] = 0.0f;
+        for (size_t k = 0; k < count; k += 8)
+            rbti_sum_eight(m, RBTI_FEATURES, gate + k, count, 0, features + r, sums + k);
+        for (size_t k = 0; k < count; k++)
+            logits[k * m + r] = sums[k];
+    }
+}
+
+/* A number below `count` for each draw, by weights that are exponentials, from words. */
+RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *gates,
+                                        const int32_t *places, const float *features,
+                                        const uint32_t *words, int32_t *chosen)
+{
+    float weights[RBTI_GROUP_SIZE * RBTI_BLOCK] RBTI_ALIGNED;
+    float most[RBTI_BLOCK] RBTI_ALIGNED, share[RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_logits(m, count, gates, places, features, weights);
+    RBTI_EACH_DRAW(r)
+    {
+        most[r] = weights[r];
+    }
+    for (size_t k = 1; k < count; k++) {
+        RBTI_EACH_DRAW(r)
+        {
+            most[r] = weights[k * m + r] > most[r] ? weights[k * m + r] : most[r];
+        }
+    }
+    for (size_t k = 0; k < count; k++) {
+        RBTI_EACH_DRAW(r)
+        {
+            const float x = (weights[k * m + r] - most[r]) * RBTI_GATE_UNIT;
+            weights[k * m + r] = rbti_least_power(x * RBTI_LOG2_E);
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            weights[k * m + r] = rbti_power_of_two(weights[k * m + r]);
+        }
+    }
+    for (size_t k = 1; k < count; k++) {
+        RBTI_EACH_DRAW(r)
+        {
+            weights[k * m + r] += weights[(k - 1) * m + r];
+        }
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        share[r] = ((float)(int32_t)(words[r] >> 8) + 0.5f) * (1.0f / 16777216.0f);
+        share[r] *= weights[(count - 1) * m + r];
+        chosen[r] = 0;
+    }
+    for (size_t k = 0; k + 1 < count; k++) {
+        RBTI_EACH_DRAW(r)
+        {
+            chosen[r] += share[r] >= weights[k * m + r];
+        }
+    }
+}
+
+/* Group of experts and expert of each draw, numbered through all leaves. */
+RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, const rbt_spin_law *law,
+                                               rbti_spin_draws *d)
+{
+    const size_t numbers = RBTI_FEATURES * RBTI_GROUP_SIZE;
+    rbti_choose(m, RBTI_GROUPS, law->group_gates, d->leaf, d->features, d->words, d->group);
+    RBTI_EACH_DRAW(r)
+    {
+        d->group[r] += d->leaf[r] * RBTI_GROUPS;
+        const int16_t *gates = law->gates + numbers * (size_t)d->group[r];
+        for (size_t k = 0; k < numbers; k += RBTI_LINE)
+            RBTI_PREFETCH(gates + k);
+    }
+    rbti_choose(m, RBTI_GROUP_SIZE, law->gates, d->group, d->features, d->words + m, d->expert);
+    RBTI_EACH_DRAW(r)
+    {
+        d->expert[r] += d->group[r] * RBTI_GROUP_SIZE;
+        const int16_t *record = law->experts + RBTI_EXPERT_STRIDE * (size_t)d->expert[r];
+        for (size_t k = 0; k < RBTI_EXPERT_STRIDE; k += RBTI_LINE)
+            RBTI_PREFETCH(record + k);
+    }
+}
+
+/* Normals to scores: mean and factor of the expert. Eight rows are read, of which six count. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+{
+    for (size_t k = 0; k < RBTI_OUTCOMES; k++) {
+        RBTI_EACH_DRAW(r)
+        {
+            d->scores[k * m + r] *= RBTI_FACTOR_UNIT;
+        }
+    }
+    RBTI_EACH_DRAW(r)
+    {
+        const int16_t *record = law->experts + RBTI_EXPERT_STRIDE * (size_t)d->expert[r];
+        const int16_t *factors = record + RBTI_FEATURES * RBTI_OUTCOMES;
+        float sums[8] RBTI_ALIGNED;
+        for (size_t k = 0; k < 8; k++)
+            sums[k] = 0.0f;
+        rbti_sum_eight(m, RBTI_FEATURES, record, RBTI_OUTCOMES, 0, d->features + r, sums);
+        for (size_t k = 0; k < 8; k++)
+            sums[k] *= RBTI_MEAN_UNIT;
+        rbti_sum_eight(m, RBTI_OUTCOMES, factors, RBTI_OUTCOMES, 1, d->scores + r, sums);
+        for (size_t k = 0; k < RBTI_OUTCOMES; k++)
+            d->scores[k * m + r] = sums[k];
+    }
+}
+
+/* Scores to places among the knots of the leaf's quantiles. */
+RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+{
+    const int32_t last = law->n_knots - 2, knots = law->n_knots;
+    const float scale = (float)(law->n_knots - 1) / (RBTI_SCORE_MAX + RBTI_SCORE_MAX);
+    for (int32_t row = 0; row < RBTI_OUTCOMES; row++) {
+        float *scores = d->scores + (size_t)row * m;
+        int32_t *entries = d->entries + (size_t)row * m;
+        RBTI_EACH_DRAW(r)
+        {
+            const float z = scores[r];
+            const float bounded = z / sqrtf(1.0f + z * z * RBTI_PER_SQUARE);
+            float position = (bounded + RBTI_SCORE_MAX) * scale;
+            /* above the first knot, so that v stays positive */
+            position = position > 1.0f / 1048576.0f ? position : 1.0f / 1048576.0f;
+            int32_t knot = (int32_t)position;
+            knot = knot < last ? knot : last;
+            position -= (float)knot;
+            scores[r] = position < 1.0f ? position : 1.0f;
+            entries[r] = (d->leaf[r] * RBTI_OUTCOMES + row) * knots + knot;
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            RBTI_PREFETCH(law->quantiles + entries[r]);
+        }
+    }
+}
+
+/* Places among knots to outcomes. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, const rbt_spin_law *law,
+                                               rbti_spin_draws *d)
+{
+    for (int32_t row = 0; row < RBTI_OUTCOMES; row++) {
+        const size_t at = (size_t)row * m;
+        uint32_t pair[RBTI_BLOCK] RBTI_ALIGNED;
+        float least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
+        RBTI_EACH_DRAW(r)
+        {
+            const float *span = law->spans + 2 * (d->leaf[r] * RBTI_OUTCOMES + row);
+            memcpy(pair + r, law->quantiles + d->entries[at + r], sizeof *pair);
+            least[r] = span[0];
+            step[r] = span[1];
+        }
+        RBTI_EACH_DRAW(r)
+        {
+            const float low = (float)(int32_t)(pair[r] & 0xffffu);
+            const float high = (float)(int32_t)(pair[r] >> 16);
+            d->outcomes[at + r] = least[r] + step[r] * (low + d->scores[at + r] * (high - low));
+        }
+    }
+}
+
+/* Outcomes to states of `count` draws: speeds stay below V_e whatever the outcomes are. */
+RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, const rbt_table *table,
+                                                const rbti_spin_draws *d, double *states)
+{
+    double values[6 * RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+    {
+        const float *outcomes = d->outcomes + r;
+        const double p = (double)outcomes[0], q = (double)outcomes[m];
+        const double s = (double)outcomes[2 * m], factor = d->factor[r], turn = d->turn[r];
+        const double scale = factor / sqrt(1.0 + (p * p + q * q + s * s));
+        values[r] = p * scale;
+        values[m + r] = q * scale;
+        values[2 * m + r] = turn * s * scale;
+        values[3 * m + r] = turn * factor * (double)outcomes[3 * m];
+        values[4 * m + r] = turn * factor * (double)outcomes[4 * m];
+        values[5 * m + r] = factor * (double)outcomes[5 * m];
+    }
+    for (size_t k = 0; k < 6; k++) {
+        const int held = (int)(table->held >> k & 1u);
+        for (size_t r = 0; r < count; r++)
+            states[6 * r + k] = held ? values[k * m + r] : 0.0;
+    }
+}
+
+/* Draws with conditions that may be drawn at. */
+RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, uint64_t seed,
+                                            const uint64_t *index, const uint32_t *hit,
+                                            size_t count, rbti_spin_draws *d, double *states)
+{
+    const rbt_spin_law *law = &table->spin;
+    for (uint32_t block = 0; block < 2; block++)
+        rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
+    rbti_fill_grains(m, law, seed, index, hit, count, d->shape, d->inputs + RBTI_RATIO * m);
+    rbti_fill_inputs(m, law, d);
+    rbti_find_leaves(m, law, d);
+    rbti_fill_features(m, law, d);
+    rbti_choose_expert(m, law, d);
+    for (size_t row = 0; row < RBTI_OUTCOMES; row++)
+        rbti_fill_normals(m, table->normals, d->words + (2 + row) * m, d->scores + row * m);
+    rbti_fill_scores(m, law, d);
+    rbti_find_knots(m, law, d);
+    rbti_fill_outcomes(m, law, d);
+    rbti_to_spin_states(m, count, table, d, states);
+}
+
+RBTI_APART RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, double speed,
+                                         const double spin[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double *state)
+{
+    const int status = rbti_spin_status(table, alpha1, speed, spin[0], spin[1], spin[2]);
+    if (status < RBT_OK)
+        return status;
+    rbti_spin_draws draws;
+    draws.alpha1[0] = alpha1;
+    draws.speed[0] = speed;
+    memcpy(draws.spin, spin, 3 * sizeof *spin);
+    rbti_spin_block(1, table, seed, &index, &hit, 1, &draws, state);
+    return status;
+}
+
+RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t index,
+                                 uint32_t hit, double grain[3])
+{
+    int32_t shape[RBTI_BLOCK];
+    double ratios[2 * RBTI_BLOCK];
+    if (table->spin.n_shapes == 0)
+        return RBT_ERR_NO_SPIN_LAW;
+    rbti_fill_grains(1, &table->spin, seed, &index, &hit, 1, shape, ratios);
+    grain[0] = (double)table->spin.shape_codes[shape[0]];
+    grain[1] = ratios[0];
+    grain[2] = ratios[1];
+    return RBT_OK;
+}
+
+/* As rbti_conditions. */
+RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const double *alpha1,
+                                        const double *speed, const double *spin, size_t first,
+                                        size_t most, rbti_spin_draws *d, int *code,
+                                        rbt_report *report)
+{
+    const rbt_spin_law *law = &table->spin;
+    const size_t m = RBTI_BLOCK;
+    int outside = law->n_shapes == 0;
+    RBTI_EACH_DRAW(r)
+    {
+        const size_t k = first + (r < most ? r : most - 1);
+        const double a = alpha1[k], v = speed[k];
+        const double x = spin[3 * k], y = spin[3 * k + 1], z = spin[3 * k + 2];
+        const double effective = v * rbti_spin_factor(x, y, z);
+        const int off_alpha = (a < law->alpha_low) + (a > law->alpha_high);
+        const int off_speed = (effective < law->speed_low) + (effective > law->speed_high);
+        outside |= off_alpha | off_speed | (1 - rbti_finite(a) * rbti_finite(effective));
+        d->alpha1[r] = a;
+        d->speed[r] = v;
+        d->spin[r] = x;
+        d->spin[m + r] = y;
+        d->spin[2 * m + r] = z;
+    }
+    for (size_t r = 0; r < most && outside; r++) {
+        const int status = rbti_spin_status(table, d->alpha1[r], d->speed[r], d->spin[r],
+                                            d->spin[m + r], d->spin[2 * m + r]);
+        if (status < RBT_OK) {
+            report->row = first + r;
+            *code = status;
+            for (size_t k = r; k < m; k++) {
+                d->alpha1[k] = law->alpha_first;
+                d->speed[k] = law->speed_first;
+                d->spin[k] = d->spin[m + k] = d->spin[2 * m + k] = 0.0;
+            }
+            return r;
+        }
+        if (status == RBT_CLAMPED && report->clamped++ == 0)
+            report->clamped_row = first + r;
+    }
+    return most;
+}
+
+RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed,
+                                const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
+                                double state[6])
+{
+    if (spin)
+        return rbti_spin_draw(table, alpha1, speed, spin, seed, index, hit, state);
     return rbti_draw(table, alpha1, speed, seed, index, hit, 6, state);
 }
 
@@ -791,21 +1504,41 @@ RBTI_INLINE size_t rbti_conditions(const rbt_table *table, const double *alpha1,
     return most;
 }
 
+/* How many of some speeds lie where the law of the pair is extrapolated. */
+RBTI_INLINE size_t rbti_extrapolated(const rbt_table *table, const double *speed, size_t count)
+{
+    size_t outside = 0;
+    for (size_t r = 0; r < count; r++)
+        outside += (speed[r] < table->valid_speed[0]) | (speed[r] > table->valid_speed[1]);
+    return outside;
+}
+
 RBTI_CLONES
 RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha1,
-                           const double *speed, uint64_t seed, const uint64_t *index,
-                           const uint32_t *hit, double *states, rbt_report *report)
+                           const double *speed, const double *spin, uint64_t seed,
+                           const uint64_t *index, const uint32_t *hit, double *states,
+                           rbt_report *report)
 {
-    rbti_draws draws RBTI_ALIGNED;
-    rbt_report found = {n, n, 0};
+    rbt_report found = {n, n, 0, 0};
     int code = RBT_OK;
     for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
         const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
-        const size_t count =
-            rbti_conditions(table, alpha1, speed, first, most, &draws, &code, &found);
-        if (count > 0)
-            rbti_draw_block(RBTI_BLOCK, table, seed, index + first, hit + first, count, 6, &draws,
-                            states + 6 * first);
+        size_t count;
+        if (spin) {
+            rbti_spin_draws draws RBTI_ALIGNED;
+            count = rbti_spin_conditions(table, alpha1, speed, spin, first, most, &draws, &code,
+                                         &found);
+            if (count > 0)
+                rbti_spin_block(RBTI_BLOCK, table, seed, index + first, hit + first, count, &draws,
+                                states + 6 * first);
+        } else {
+            rbti_draws draws RBTI_ALIGNED;
+            count = rbti_conditions(table, alpha1, speed, first, most, &draws, &code, &found);
+            if (count > 0)
+                rbti_draw_block(RBTI_BLOCK, table, seed, index + first, hit + first, count, 6,
+                                &draws, states + 6 * first);
+        }
+        found.extrapolated += rbti_extrapolated(table, speed + first, count);
     }
     if (report)
         *report = found;
@@ -886,14 +1619,13 @@ RBTI_INLINE RBT_DEVICE void rbti_turned(const double state[3], const double e_x[
 
 /* What of an impact the rebound needs after the draw. */
 typedef struct rbti_impact {
-    double relative[3], wall[3], e_y[3], alpha1, speed, half_size;
-    int along_normal;
+    double relative[3], wall[3], e_x[3], e_y[3], e_z[3], alpha1, speed, half_size;
 } rbti_impact;
 
 /* Angle, speed and frame of an impact. */
 RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double normal[3],
-                                     double half_size, const double *wall_velocity,
-                                     rbti_impact *impact)
+                                     double half_size, const double *wall_velocity, uint64_t seed,
+                                     uint64_t index, uint32_t hit, rbti_impact *impact)
 {
     double along[3];
     for (int k = 0; k < 3; k++)
@@ -915,79 +1647,108 @@ RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double norm
     rbti_combine(1.0, impact->relative, approach, impact->e_y, along);
     const double tangential = sqrt(rbti_dot(along, along));
     impact->alpha1 = atan2(approach, tangential);
-    impact->along_normal = tangential <= RBTI_NORMAL_IMPACT * impact->speed;
+    if (tangential <= RBTI_NORMAL_IMPACT * impact->speed) {
+        uint32_t words[4];
+        rbti_fill_words(1, 2, seed, &index, &hit, 1, words);
+        rbti_perpendicular(impact->e_y, RBTI_TWO_PI * rbti_uniform(words[0]), impact->e_x);
+    } else {
+        rbti_along_wall(impact->relative, impact->e_y, impact->e_x);
+    }
+    rbti_cross(impact->e_x, impact->e_y, impact->e_z);
+    return RBT_OK;
+}
+
+/* Angular velocity in the lab frame to spin in the frame of the impact. */
+RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double omega[3],
+                                        double spin[3])
+{
+    if (!rbti_all_finite(omega))
+        return RBT_ERR_NOT_FINITE;
+    const double scale = impact->half_size / impact->speed;
+    spin[0] = scale * rbti_dot(omega, impact->e_x);
+    spin[1] = scale * rbti_dot(omega, impact->e_y);
+    spin[2] = scale * rbti_dot(omega, impact->e_z);
     return RBT_OK;
 }
 
 /* A drawn state in the lab frame. */
-RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, uint64_t seed, uint64_t index,
-                                       uint32_t hit, const double state[6], double velocity[3],
-                                       double omega[3])
+RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double state[6],
+                                       double velocity[3], double omega[3])
 {
-    double e_x[3], e_z[3];
-    if (impact->along_normal) {
-        uint32_t words[4];
-        rbti_fill_words(1, 2, seed, &index, &hit, 1, words);
-        const double share = ((double)words[0] + 0.5) * (1.0 / 4294967296.0);
-        rbti_perpendicular(impact->e_y, RBTI_TWO_PI * share, e_x);
-    } else {
-        rbti_along_wall(impact->relative, impact->e_y, e_x);
-    }
-    rbti_cross(e_x, impact->e_y, e_z);
-    rbti_turned(state, e_x, impact->e_y, e_z, impact->speed, velocity);
-    rbti_turned(state + 3, e_x, impact->e_y, e_z, impact->speed / impact->half_size, omega);
+    const double *e_x = impact->e_x, *e_y = impact->e_y, *e_z = impact->e_z;
+    rbti_turned(state, e_x, e_y, e_z, impact->speed, velocity);
+    rbti_turned(state + 3, e_x, e_y, e_z, impact->speed / impact->half_size, omega);
     for (int k = 0; k < 3; k++)
         velocity[k] += impact->wall[k];
 }
 
 RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity[3],
                                    const double normal[3], double half_size,
-                                   const double wall_velocity[3], uint64_t seed, uint64_t index,
-                                   uint32_t hit, double new_velocity[3], double omega[3])
+                                   const double wall_velocity[3], const double omega[3],
+                                   uint64_t seed, uint64_t index, uint32_t hit,
+                                   double new_velocity[3], double new_omega[3])
 {
     rbti_impact impact;
-    double state[6];
-    int code = rbti_meet(velocity, normal, half_size, wall_velocity, &impact);
-    if (code == RBT_OK)
-        code = rbti_draw(table, impact.alpha1, impact.speed, seed, index, hit, 6, state);
+    double state[6], spin[3];
+    int code = rbti_meet(velocity, normal, half_size, wall_velocity, seed, index, hit, &impact);
+    if (code == RBT_OK && omega)
+        code = rbti_to_spin(&impact, omega, spin);
+    if (code != RBT_OK)
+        return code;
+    code = rbt_draw(table, impact.alpha1, impact.speed, omega ? spin : NULL, seed, index, hit,
+                    state);
     if (code >= RBT_OK)
-        rbti_leave(&impact, seed, index, hit, state, new_velocity, omega);
+        rbti_leave(&impact, state, new_velocity, new_omega);
     return code;
 }
 
+/* Impacts of at most a block of rows, from one on: how many come before the first error. */
+static size_t rbti_meet_block(const rbt_impacts *impacts, size_t first, size_t n, uint64_t seed,
+                              rbti_impact *met, double *alpha1, double *speed, double *spin,
+                              int *code)
+{
+    size_t count = 0;
+    for (; count < RBTI_BLOCK && first + count < n; count++) {
+        const size_t k = first + count;
+        const double *wall = impacts->wall_velocity ? impacts->wall_velocity + 3 * k : NULL;
+        *code = rbti_meet(impacts->velocity + 3 * k, impacts->normal + 3 * k,
+                          impacts->half_size[k], wall, seed, impacts->index[k], impacts->hit[k],
+                          &met[count]);
+        if (*code == RBT_OK && impacts->omega)
+            *code = rbti_to_spin(&met[count], impacts->omega + 3 * k, spin + 3 * count);
+        if (*code != RBT_OK)
+            break;
+        alpha1[count] = met[count].alpha1;
+        speed[count] = met[count].speed;
+    }
+    return count;
+}
+
 RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impacts *impacts,
-                              uint64_t seed, double *new_velocity, double *omega,
+                              uint64_t seed, double *new_velocity, double *new_omega,
                               rbt_report *report)
 {
     rbti_impact met[RBTI_BLOCK];
-    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], states[6 * RBTI_BLOCK];
-    rbt_report found = {n, n, 0}, part;
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], states[6 * RBTI_BLOCK];
+    rbt_report found = {n, n, 0, 0}, part;
     int code = RBT_OK;
     for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
         const uint64_t *index = impacts->index + first;
         const uint32_t *hit = impacts->hit + first;
-        size_t count = 0;
-        for (; count < RBTI_BLOCK && first + count < n; count++) {
-            const size_t k = first + count;
-            const double *wall = impacts->wall_velocity ? impacts->wall_velocity + 3 * k : NULL;
-            code = rbti_meet(impacts->velocity + 3 * k, impacts->normal + 3 * k,
-                             impacts->half_size[k], wall, &met[count]);
-            if (code != RBT_OK)
-                break;
-            alpha1[count] = met[count].alpha1;
-            speed[count] = met[count].speed;
-        }
-        const int drawn =
-            rbt_draw_batch(table, count, alpha1, speed, seed, index, hit, states, &part);
+        const size_t count =
+            rbti_meet_block(impacts, first, n, seed, met, alpha1, speed, spin, &code);
+        const int drawn = rbt_draw_batch(table, count, alpha1, speed, impacts->omega ? spin : NULL,
+                                         seed, index, hit, states, &part);
         code = drawn < RBT_OK ? drawn : code;
         for (size_t r = 0; r < part.row; r++)
-            rbti_leave(&met[r], seed, index[r], hit[r], states + 6 * r,
-                       new_velocity + 3 * (first + r), omega + 3 * (first + r));
+            rbti_leave(&met[r], states + 6 * r, new_velocity + 3 * (first + r),
+                       new_omega + 3 * (first + r));
         if (code != RBT_OK)
             found.row = first + part.row;
         if (part.clamped > 0 && found.clamped == 0)
             found.clamped_row = first + part.clamped_row;
         found.clamped += part.clamped;
+        found.extrapolated += part.extrapolated;
     }
     if (report)
         *report = found;
@@ -1082,6 +1843,12 @@ typedef struct rbti_header {
         speed_origin, speed_scale, variate_max;
     uint64_t at_alpha_coordinate, at_speed_coordinate, at_normals, at_alias, at_first_of_class,
         at_components, at_spans, at_quantiles;
+    double valid_speed[2];
+    uint32_t n_shapes, n_nodes, n_leaves, n_spin_knots;
+    double spin_alpha[2], spin_speed[2], spin_coordinate[2], aspect[8];
+    uint64_t at_shape_codes, at_shape_shares, at_shape_ratios, at_roots, at_node_axis,
+        at_node_cut, at_node_child, at_inputs, at_spin_spans, at_spin_quantiles, at_group_gates,
+        at_gates, at_experts;
 } rbti_header;
 /* end header */
 
@@ -1094,13 +1861,21 @@ typedef struct rbti_header {
 #define RBTI_END_MIRRORED 6
 /* channels (bits) from which each variable is made */
 #define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80}
+#define RBTI_FIRST_HEADER_BYTES 432
 /* least and largest value; see sampler/formats/table_bounds.py */
 #define RBTI_ALPHA_BOUNDS 1.7453292519925846e-11, 1.5707963267964675
 #define RBTI_SPEED_BOUNDS 1e-09, 1000000000.0
 #define RBTI_ANY_SPEED_BOUNDS 1e-300, 1e+300
 #define RBTI_VARIATE_BOUNDS 0.001, 1000000.0
+#define RBTI_SPIN_SPEED_BOUNDS 1e-09, 1000000000.0
+#define RBTI_SPEED_COORDINATE_BOUNDS 1e-06, 1000.0
+#define RBTI_OUTCOME_BOUNDS -1000000.0, 1000000.0
 #define RBTI_MOST_NUMBER 1000000.0
 #define RBTI_NUMBER_ROUNDING 0.02002
+#define RBTI_MOST_SPEED_SCALE 1e+30
+#define RBTI_MOST_CUT 1000.0
+#define RBTI_MOST_MIDDLE 1000.0f
+#define RBTI_MOST_SCALE 10000.0f
 /* ends of the open interval of the quantiles of each channel */
 #define RBTI_LEAST_QUANTILES {0, -1, -1e+09, -1, -1e+09, -1e+09, 0, 0}
 #define RBTI_MOST_QUANTILES {1, 1, 1e+09, 1, 1e+09, 1e+09, 1, 1e+09}
@@ -1116,6 +1891,11 @@ typedef struct rbti_header {
     DO(n_channels, 1, 8)                                                                           \
     DO(n_marginals, 1, 8)                                                                          \
     DO(n_columns, 1, 8)
+#define RBTI_SPIN_DIMENSIONS(DO)                                                                   \
+    DO(n_shapes, 1, 1024)                                                                          \
+    DO(n_nodes, 1, 1048576)                                                                        \
+    DO(n_leaves, 1, 1048576)                                                                       \
+    DO(n_spin_knots, 2, 4096)
 /* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */
 #define RBTI_ARRAYS(DO)                                                                            \
     DO(alpha_coordinate, alpha.coordinate, double, h->n_alpha_grid, 1, 0)                          \
@@ -1127,6 +1907,20 @@ typedef struct rbti_header {
     DO(spans, spans, double, rbti_cells(h), (uint64_t)h->n_classes * h->n_marginals * 2, 0)        \
     DO(quantiles, quantiles, uint16_t, rbti_cells(h), (uint64_t)h->n_classes * h->n_marginals *    \
        h->n_knots * 4, 0)
+#define RBTI_SPIN_ARRAYS(DO)                                                                       \
+    DO(shape_codes, spin.shape_codes, int32_t, h->n_shapes, 1, 0)                                  \
+    DO(shape_shares, spin.shape_shares, double, h->n_shapes, 1, 0)                                 \
+    DO(shape_ratios, spin.shape_ratios, double, h->n_shapes, (uint64_t)2, 0)                       \
+    DO(roots, spin.roots, int32_t, h->n_shapes, 1, 0)                                              \
+    DO(node_axis, spin.node_axis, int8_t, h->n_nodes, 1, 0)                                        \
+    DO(node_cut, spin.node_cut, double, h->n_nodes, 1, 0)                                          \
+    DO(node_child, spin.node_child, int32_t, h->n_nodes, (uint64_t)2, 0)                           \
+    DO(inputs, spin.inputs, float, h->n_leaves, (uint64_t)14, 0)                                   \
+    DO(spin_spans, spin.spans, float, h->n_leaves, (uint64_t)6 * 2, 0)                             \
+    DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, (uint64_t)6 * h->n_spin_knots, 0)    \
+    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, (uint64_t)23 * 8, 0)                   \
+    DO(gates, spin.gates, int16_t, h->n_leaves, (uint64_t)8 * 23 * 16, 0)                          \
+    DO(experts, spin.experts, int16_t, h->n_leaves, (uint64_t)128 * 160, 8)
 /* end checks */
 
 /* End a function with a code where something does not hold. */
@@ -1155,6 +1949,23 @@ static uint64_t rbti_nodes(const rbti_header *header)
     return (uint64_t)header->n_alpha * header->n_speed;
 }
 
+/* Size of a header: that of version 1.0 is shorter. */
+static size_t rbti_header_bytes(const rbti_header *header)
+{
+    return header->minor > 0 ? sizeof *header : RBTI_FIRST_HEADER_BYTES;
+}
+
+/* Header of an image; one of version 1.0 has no spin law, and does not say which speeds are valid. */
+static void rbti_read_header(const char *image, rbti_header *header)
+{
+    const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
+    memset(header, 0, sizeof *header);
+    memcpy(header, image, RBTI_FIRST_HEADER_BYTES);
+    memcpy(header->valid_speed, any, sizeof any);
+    if (header->minor > 0)
+        memcpy(header, image, sizeof *header);
+}
+
 static int rbti_check_start(const char *image, size_t size, rbti_header *header)
 {
     const uint32_t one = 1;
@@ -1162,10 +1973,12 @@ static int rbti_check_start(const char *image, size_t size, rbti_header *header)
     memcpy(&least, &one, 1);
     RBTI_NEED(least == 1, RBT_ERR_BIG_ENDIAN);
     RBTI_NEED(size >= 8 && memcmp(image, RBTI_MAGIC, 8) == 0, RBT_ERR_FORMAT);
-    RBTI_NEED(size >= sizeof *header, RBT_ERR_SIZE);
-    memcpy(header, image, sizeof *header);
+    RBTI_NEED(size >= RBTI_FIRST_HEADER_BYTES, RBT_ERR_SIZE);
+    memcpy(header, image, RBTI_FIRST_HEADER_BYTES);
     RBTI_NEED(header->major == RBTI_MAJOR, RBT_ERR_VERSION);
+    RBTI_NEED(size >= rbti_header_bytes(header), RBT_ERR_SIZE);
     RBTI_NEED(header->file_bytes == size && size < RBTI_MOST_BYTES, RBT_ERR_SIZE);
+    rbti_read_header(image, header);
     return RBT_OK;
 }
 
@@ -1189,6 +2002,12 @@ static int rbti_check_dimensions(const rbti_header *h)
     while (stride < needed)
         stride *= 2;
     RBTI_NEED(h->stride == stride, RBT_ERR_DIMENSIONS);
+    if (h->n_shapes > 0) {
+#define RBTI_DO(name, least, most)                                                                 \
+    RBTI_NEED(h->name >= least && h->name <= most, RBT_ERR_DIMENSIONS);
+        RBTI_SPIN_DIMENSIONS(RBTI_DO)
+#undef RBTI_DO
+    }
     return RBT_OK;
 }
 
@@ -1250,7 +2069,7 @@ static int rbti_check_names(const rbti_header *h)
 static int rbti_lies(const rbti_header *h, uint64_t at, uint64_t rows, uint64_t numbers,
                      uint64_t extra, uint64_t bytes)
 {
-    if (at % 64 != 0 || at < sizeof *h || at > h->file_bytes)
+    if (at % 64 != 0 || at < rbti_header_bytes(h) || at > h->file_bytes)
         return 0;
     const uint64_t room = (h->file_bytes - at) / bytes;
     return extra <= room && rows <= (room - extra) / numbers;
@@ -1261,6 +2080,9 @@ static int rbti_check_offsets(const rbti_header *h)
 #define RBTI_DO(name, member, type, rows, numbers, extra)                                          \
     RBTI_NEED(rbti_lies(h, h->at_##name, rows, numbers, extra, sizeof(type)), RBT_ERR_OFFSETS);
     RBTI_ARRAYS(RBTI_DO)
+    if (h->n_shapes > 0) {
+        RBTI_SPIN_ARRAYS(RBTI_DO)
+    }
 #undef RBTI_DO
     return RBT_OK;
 }
@@ -1276,12 +2098,40 @@ static int rbti_axis_holds(const rbt_axis *a, double least, double largest)
            (a->last - a->origin) * a->scale <= (a->grid - 1.0) * (1.0 + 1e-9);
 }
 
+static int rbti_range_holds(double first, double last, double least, double largest)
+{
+    return rbti_finite(first) && rbti_finite(last) && least <= first && first <= last &&
+           last <= largest;
+}
+
 static int rbti_check_axes(const rbt_table *table)
 {
     const double variate[2] = {RBTI_VARIATE_BOUNDS}, most = table->variate_max;
     RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_ALPHA_BOUNDS), RBT_ERR_AXES);
     RBTI_NEED(rbti_axis_holds(&table->speed, RBTI_SPEED_BOUNDS), RBT_ERR_AXES);
     RBTI_NEED(rbti_finite(most) && variate[0] <= most && most <= variate[1], RBT_ERR_AXES);
+    RBTI_NEED(rbti_range_holds(table->valid_speed[0], table->valid_speed[1], 0.0, 1e300),
+              RBT_ERR_AXES);
+    return RBT_OK;
+}
+
+/* Whether a number is finite and within bounds. */
+static int rbti_within(double x, double least, double most)
+{
+    return rbti_finite(x) && least <= x && x <= most;
+}
+
+/* Ranges of the spin law. */
+static int rbti_check_spin_axes(const rbt_spin_law *law)
+{
+    const double bounds[2] = {RBTI_SPEED_COORDINATE_BOUNDS};
+    RBTI_NEED(rbti_range_holds(law->alpha_first, law->alpha_last, RBTI_ALPHA_BOUNDS),
+              RBT_ERR_AXES);
+    RBTI_NEED(rbti_range_holds(law->speed_first, law->speed_last, RBTI_SPIN_SPEED_BOUNDS),
+              RBT_ERR_AXES);
+    RBTI_NEED(rbti_within(law->speed_scale, 0.0, RBTI_MOST_SPEED_SCALE) &&
+                  rbti_within(law->speed_exponent, bounds[0], bounds[1]),
+              RBT_ERR_AXES);
     return RBT_OK;
 }
 
@@ -1388,6 +2238,97 @@ static int rbti_check_quantiles(const rbt_table *table, size_t functions)
     return RBT_OK;
 }
 
+/* Shapes and laws of the ratios; what is wrong with the latter beyond this, a draw puts right. */
+static int rbti_check_grains(const rbt_spin_law *law)
+{
+    double share = 0.0;
+    for (int32_t k = 0; k < law->n_shapes; k++) {
+        const double *ratios = law->shape_ratios + 2 * k;
+        RBTI_NEED(law->shape_codes[k] >= 0, RBT_ERR_GRAINS);
+        RBTI_NEED(rbti_within(law->shape_shares[k], share, 1.0), RBT_ERR_GRAINS);
+        share = law->shape_shares[k];
+        RBTI_NEED((ratios[0] == 0.0 && ratios[1] == 0.0) ||
+                      (rbti_within(ratios[0], RBTI_LEAST_RATIO, 1.0) &&
+                       rbti_within(ratios[1], RBTI_LEAST_RATIO, 1.0)),
+                  RBT_ERR_GRAINS);
+    }
+    RBTI_NEED(share == 1.0, RBT_ERR_GRAINS);
+    for (int k = 0; k < 8; k += 4) {
+        const double *of = law->aspect + k;
+        RBTI_NEED(rbti_within(of[0], -100.0, 100.0) && rbti_within(of[1], 0.0, 100.0) &&
+                      rbti_within(of[2], 0.0, 1.0) && rbti_within(of[3], of[2], 1.0),
+                  RBT_ERR_GRAINS);
+    }
+    return RBT_OK;
+}
+
+/* Every path through a tree goes on to later nodes, and so ends, in a leaf. */
+static int rbti_check_trees(const rbt_spin_law *law)
+{
+    for (int32_t k = 0; k < law->n_shapes; k++)
+        RBTI_NEED(law->roots[k] >= 0 && law->roots[k] < law->n_nodes, RBT_ERR_TREES);
+    for (int32_t k = 0; k < law->n_nodes; k++) {
+        RBTI_NEED(law->node_axis[k] >= 0 && law->node_axis[k] <= RBTI_SQUARE, RBT_ERR_TREES);
+        RBTI_NEED(rbti_within(law->node_cut[k], -RBTI_MOST_CUT, RBTI_MOST_CUT), RBT_ERR_TREES);
+        for (int side = 0; side < 2; side++) {
+            const int32_t child = law->node_child[2 * k + side];
+            RBTI_NEED(child >= 0 ? child > k && child < law->n_nodes : child >= -law->n_leaves,
+                      RBT_ERR_TREES);
+        }
+    }
+    return RBT_OK;
+}
+
+static int rbti_check_leaves(const rbt_spin_law *law)
+{
+    const size_t leaves = (size_t)law->n_leaves;
+    const size_t experts = leaves * RBTI_GROUPS * RBTI_GROUP_SIZE;
+    for (size_t k = 0; k < leaves * RBTI_INPUTS; k++) {
+        const float *of = law->inputs + k / RBTI_INPUTS * (2 * RBTI_INPUTS) + k % RBTI_INPUTS;
+        RBTI_NEED(rbti_within((double)of[0], -RBTI_MOST_MIDDLE, RBTI_MOST_MIDDLE), RBT_ERR_LEAVES);
+        RBTI_NEED(rbti_within((double)of[RBTI_INPUTS], 0.0, RBTI_MOST_SCALE), RBT_ERR_LEAVES);
+    }
+    for (size_t k = 0; k < experts; k++) {
+        const int16_t *diagonal =
+            law->experts + k * RBTI_EXPERT_STRIDE + RBTI_FEATURES * RBTI_OUTCOMES;
+        for (int left = RBTI_OUTCOMES; left > 0; left--) {
+            RBTI_NEED(*diagonal > 0, RBT_ERR_LEAVES);
+            diagonal += left;
+        }
+    }
+    return RBT_OK;
+}
+
+/* Every outcome within bounds; that of v is not negative, and positive from the second knot on. */
+static int rbti_check_outcomes(const rbt_spin_law *law)
+{
+    const double bounds[2] = {RBTI_OUTCOME_BOUNDS}, slack = 1.0 + 1e-6;
+    const size_t knots = (size_t)law->n_knots, functions = (size_t)law->n_leaves * RBTI_OUTCOMES;
+    for (size_t k = 0; k < functions; k++) {
+        const double least = (double)law->spans[2 * k], step = (double)law->spans[2 * k + 1];
+        const uint16_t *steps = law->quantiles + k * knots;
+        const int of_v = k % RBTI_OUTCOMES == 1;
+        unsigned falls = 0;
+        RBTI_NEED(rbti_within(least, of_v ? 0.0 : bounds[0], bounds[1]) &&
+                      rbti_within(step, 0.0, bounds[1]) && least + step * 65535.0 <= bounds[1] * slack,
+                  RBT_ERR_SPANS);
+        RBTI_NEED(!of_v || least + step * (double)steps[1] > 0.0, RBT_ERR_SPANS);
+        for (size_t m = 1; m < knots; m++)
+            falls |= steps[m] < steps[m - 1];
+        RBTI_NEED(!falls, RBT_ERR_QUANTILES);
+    }
+    return RBT_OK;
+}
+
+static int rbti_check_spin_law(const rbt_spin_law *law)
+{
+    RBTI_CHECK(rbti_check_spin_axes(law));
+    RBTI_CHECK(rbti_check_grains(law));
+    RBTI_CHECK(rbti_check_trees(law));
+    RBTI_CHECK(rbti_check_leaves(law));
+    return rbti_check_outcomes(law);
+}
+
 static int rbti_check_values(const rbt_table *table, const rbti_header *header)
 {
     const size_t nodes = (size_t)rbti_nodes(header);
@@ -1401,7 +2342,8 @@ static int rbti_check_values(const rbt_table *table, const rbti_header *header)
     RBTI_CHECK(rbti_check_classes(table, nodes));
     RBTI_CHECK(rbti_check_components(table, components));
     RBTI_CHECK(rbti_check_spans(table, groups));
-    return rbti_check_quantiles(table, groups * header->n_marginals);
+    RBTI_CHECK(rbti_check_quantiles(table, groups * header->n_marginals));
+    return header->n_shapes > 0 ? rbti_check_spin_law(&table->spin) : RBT_OK;
 }
 
 static void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4], int32_t offset,
@@ -1416,6 +2358,28 @@ static void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4], in
     axis->offset = offset;
     axis->nodes = (int32_t)nodes;
     axis->grid = (int32_t)grid;
+}
+
+/* Numbers of the spin law; none of a table without it. */
+static void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
+{
+    law->n_shapes = (int32_t)h->n_shapes;
+    if (law->n_shapes == 0)
+        return;
+    law->n_nodes = (int32_t)h->n_nodes;
+    law->n_leaves = (int32_t)h->n_leaves;
+    law->n_knots = (int32_t)h->n_spin_knots;
+    law->alpha_first = h->spin_alpha[0];
+    law->alpha_last = h->spin_alpha[1];
+    law->alpha_low = law->alpha_first * (1.0 - RBTI_ROUNDING);
+    law->alpha_high = law->alpha_last * (1.0 + RBTI_ROUNDING);
+    law->speed_first = h->spin_speed[0];
+    law->speed_last = h->spin_speed[1];
+    law->speed_low = law->speed_first * (1.0 - RBTI_ROUNDING);
+    law->speed_high = law->speed_last * (1.0 + RBTI_ROUNDING);
+    law->speed_scale = h->spin_coordinate[0];
+    law->speed_exponent = h->spin_coordinate[1];
+    memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }
 
 static void rbti_fill_table(rbt_table *table, const rbti_header *h)
@@ -1441,6 +2405,10 @@ static void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->channels, h->channels, sizeof table->channels);
     memcpy(table->marginals, h->marginals, sizeof table->marginals);
     memcpy(table->columns, h->columns, sizeof table->columns);
+    for (uint32_t k = 0; k < h->n_columns; k++)
+        table->held |= 1u << h->columns[k];
+    memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
+    rbti_fill_spin_law(&table->spin, h);
     for (uint32_t row = 0; row < RBT_VALUES; row++) {
         const int channel = h->channels[row];
         const int mirrored = channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED;
@@ -1457,6 +2425,9 @@ static void rbti_point(rbt_table *table, const rbti_header *h, const char *image
 #define RBTI_DO(name, member, type, rows, numbers, extra)                                          \
     table->member = (const type *)(const void *)(image + h->at_##name);
     RBTI_ARRAYS(RBTI_DO)
+    if (h->n_shapes > 0) {
+        RBTI_SPIN_ARRAYS(RBTI_DO)
+    }
 #undef RBTI_DO
 }
 
@@ -1599,6 +2570,8 @@ RBT_API const char *rbt_strerror(int code)
          "more relative to the wall"},
         {RBT_ERR_NORMAL_NOT_USABLE, "normal: allowed: any length but zero"},
         {RBT_ERR_HALF_SIZE_NOT_POSITIVE, "half_size: allowed: 1e-30 m or more"},
+        {RBT_ERR_NO_SPIN_LAW, "spin: the table was made without it, allowed: none (NULL), or "
+         "a table with a spin law"},
         {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a regular file that exists "
          "and may be read"},
         {RBT_ERR_NOT_READ, "file: cannot be read, or is a folder, pipe or device"},
@@ -1627,6 +2600,12 @@ RBT_API const char *rbt_strerror(int code)
          "positive"},
         {RBT_ERR_SPANS, "spans: allowed: finite and within what is physical"},
         {RBT_ERR_QUANTILES, "quantiles: allowed: non-decreasing from knot to knot"},
+        {RBT_ERR_GRAINS, "grains: allowed: shares that grow to 1, probabilities that "
+         "grow, ratios from 0.001 to 1"},
+        {RBT_ERR_TREES, "trees: allowed: cuts within 1000, children that are a later "
+         "node or a leaf"},
+        {RBT_ERR_LEAVES, "leaves: allowed: middles within 1000, factors from 0 to 10000,"
+         " diagonals positive"},
 /* end texts */
     };
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
@@ -1647,6 +2626,22 @@ RBT_API void rbt_speed_range(const rbt_table *table, double range[2])
 {
     range[0] = table->speed.first;
     range[1] = table->speed.last;
+}
+
+RBT_API void rbt_valid_speed(const rbt_table *table, double range[2])
+{
+    range[0] = table->valid_speed[0];
+    range[1] = table->valid_speed[1];
+}
+
+RBT_API int rbt_has_spin_law(const rbt_table *table)
+{
+    return table->spin.n_shapes > 0;
+}
+
+RBT_API void rbt_keep_grains(rbt_table *table, int kept)
+{
+    table->spin.fresh_grains = !kept;
 }
 
 RBT_API int rbt_components(const rbt_table *table, int columns[RBT_VALUES])
@@ -1671,7 +2666,7 @@ RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy)
 {
     rbti_header header;
     rbt_table moved = *table;
-    memcpy(&header, table->image, sizeof header);
+    rbti_read_header(table->image, &header);
     rbti_point(&moved, &header, (const char *)copy);
     moved.to_free = moved.to_unmap = NULL;
     return moved;

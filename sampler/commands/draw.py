@@ -27,6 +27,8 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
     short_help="Draw states at one impact angle and speed.",
     epilog=options.examples(
         "sampler draw corundum-steel --alpha 30 --speed 150 --count 100000 --seed 1 --output a.npz",
+        "sampler draw my-table.h5 --alpha 20 --speed 90 --spin 0 0 -0.8 --count 1000 --seed 3 "
+        "--output spinning.npz",
         "sampler draw my-table.h5 --alpha 90 --speed 80 --count 1000 --seed 2 --output b.npz",
     )
     + _READING,
@@ -38,6 +40,13 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
 @click.option(
     "--seed", required=True, type=options.SEED, metavar="S", help="Seed of the random numbers."
 )
+@click.option(
+    "--spin",
+    nargs=3,
+    type=options.COMPONENT,
+    metavar="WX WY WZ",
+    help="Spin before the impact times a/V, in the frame of the wall; needs a table with spin law.",
+)
 @options.output("F.npz")
 @click.option(
     "--outside",
@@ -47,26 +56,42 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
     help="Outside the table's range: use its edge and say so, or stop.",
 )
 def draw(
-    table: str, alpha: float, speed: float, count: int, seed: int, output: Path, outside: str
+    table: str,
+    alpha: float,
+    speed: float,
+    count: int,
+    seed: int,
+    spin: tuple[float, float, float] | None,
+    output: Path,
+    outside: str,
 ) -> int:
     """Draw rebound states at one impact angle and speed."""
     import numpy as np
 
     from sampler.table import load
 
-    loaded = load(table, outside="clamp")
+    # without a spin, what is outside is looked at before
+    strict = spin is not None and outside == "raise"
+    loaded = load(table, outside="raise" if strict else "clamp")
     alpha1 = math.radians(alpha)
-    _check_inside(loaded, alpha, speed, outside)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", OutsideTableWarning)  # the note has said it
-        state = loaded.sample(alpha1, speed, seed=seed, index=np.arange(count, dtype=np.uint64))
+    if spin is None:
+        _check_inside(loaded, alpha, speed, outside)
+    elif not loaded.has_spin:
+        raise InputError("--spin: got one, allowed: none, for the table has no spin law")
+    with warnings.catch_warnings(record=spin is not None) as told:
+        # without a spin, the note has said it
+        warnings.simplefilter("ignore" if spin is None else "always", OutsideTableWarning)
+        index = np.arange(count, dtype=np.uint64)
+        state = loaded.sample(alpha1, speed, spin=spin, seed=seed, index=index)
     write_arrays(output, state=state, columns=loaded.columns)
+    for warning in told or ():
+        note("sampler", str(warning.message).partition("; ")[0] + "; the nearest is used")
     return DONE
 
 
 def _check_inside(table: "Table", alpha: float, speed: float, outside: str) -> None:
     """Say that the condition is outside the table, or raise `InputError` if that shall stop."""
-    from sampler.drawing.kernel import is_outside
+    from sampler.drawing.condition_status import is_outside
     from sampler.inputs.told_apart import told_apart
 
     outside_alpha = is_outside(math.radians(alpha), table.arrays.alpha)

@@ -60,9 +60,21 @@ def work_space_of(name: str) -> Callable[[Any], Any]:
     return cast(Callable[[Any], Any], checked)
 
 
+def _is_three_reals(kind: Any) -> bool:
+    real = types.Float | types.Integer
+    three = isinstance(kind, types.BaseTuple) and len(kind) == 3
+    return three and all(isinstance(part, real) for part in kind)
+
+
+def vector_of(name: str) -> Callable[[Any], None]:
+    """Make the check of three numbers."""
+    return _checked(name, _is_three_reals, "a tuple of three floats")
+
+
 def key_of(name: str) -> Callable[[Any], None]:
     """Make the check of a key of random numbers."""
     return _checked(name, lambda kind: isinstance(kind, types.Integer), "an integer")
 
 
+check_spin, check_omega, check_grain = vector_of("spin"), vector_of("omega"), vector_of("grain")
 check_seed, check_index, check_hit = key_of("seed"), key_of("index"), key_of("hit")

@@ -2,7 +2,8 @@
 
 The wall frame has y along the wall normal into the gas, x along the tangential part of the
 velocity relative to the wall, and z = x cross y. At exactly normal impact there is no
-tangential part and the law is symmetric about y, so the direction of x is drawn uniformly.
+tangential part and the law is symmetric about y, so the direction of x is drawn uniformly; a spin
+before the impact is seen from there.
 """
 
 import math
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.argument_types import output_of
+from sampler.drawing.argument_types import check_omega, output_of
 from sampler.drawing.batch import (
     draw_states,
     fill_words,
@@ -20,8 +21,11 @@ from sampler.drawing.batch import (
     local_words,
 )
 from sampler.drawing.block import BLOCK, item
-from sampler.drawing.kernel import draw, status_of
+from sampler.drawing.condition_status import status_of
+from sampler.drawing.kernel import draw
 from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.spin_draw import spin_status
+from sampler.drawing.spin_view import spin_law_of
 from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
 from sampler.errors import (
     CLAMPED,
@@ -114,6 +118,14 @@ def impact(
     return status, impact_angle(relative, unit(normal))[0], speed
 
 
+@no_refcount_inline_kernel
+def is_extrapolated(arrays: TableArrays, velocity: Vector, wall_velocity: Vector) -> int:
+    """1 where the pair's laws were not measured at the speed of an impact, else 0."""
+    relative = combine(1.0, velocity, -1.0, wall_velocity)
+    slow, fast = arrays.valid_speed
+    return int(not slow <= math.sqrt(dot(relative, relative)) <= fast)
+
+
 @inline_kernel
 def tangent(relative: Vector, e_y: Vector, seed: int, index: int, hit: int) -> Vector:
     """Return the unit vector e_x along the tangential velocity.
@@ -154,6 +166,49 @@ def to_lab(
         out[axis] += wall_velocity[axis]
 
 
+@no_refcount_inline_kernel
+def spin_of(
+    velocity: Vector,
+    normal: Vector,
+    half_size: float,
+    wall_velocity: Vector,
+    omega: Vector,
+    seed: int,
+    index: int,
+    hit: int,
+) -> Vector:
+    """Return the spin times a/V in the frame of the wall, of an angular velocity (rad/s)."""
+    relative = combine(1.0, velocity, -1.0, wall_velocity)
+    e_y = unit(normal)
+    e_x = tangent(relative, e_y, seed, index, hit)
+    scale = half_size / math.sqrt(dot(relative, relative))
+    e_z = cross(e_x, e_y)
+    return scale * dot(omega, e_x), scale * dot(omega, e_y), scale * dot(omega, e_z)
+
+
+@no_refcount_inline_kernel
+def spinning_impact(
+    arrays: TableArrays,
+    velocity: Vector,
+    normal: Vector,
+    half_size: float,
+    wall_velocity: Vector,
+    omega: Vector,
+    seed: int,
+    index: int,
+    hit: int,
+) -> tuple[int, float, float, Vector]:
+    """Condition of an impact with a spin: status, angle (rad), speed (m/s), spin times a/V."""
+    spin = (0.0, 0.0, 0.0)
+    status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
+    if status == OK and not is_finite(omega):
+        status = NOT_FINITE
+    if status == OK:
+        spin = spin_of(velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
+        status = spin_status(spin_law_of(arrays.spin), alpha1, speed, spin[0], spin[1], spin[2])
+    return status, alpha1, speed, spin
+
+
 @no_refcount_kernel
 def rebound(
     arrays: TableArrays,
@@ -165,6 +220,8 @@ def rebound(
     index: int,
     hit: int,
     out: NDArray[np.float64],
+    omega: Vector | None = None,
+    grain: Vector | None = None,
 ) -> int:
     """Rebound of one particle in the lab frame; callable from the user's own compiled code.
 
@@ -181,6 +238,11 @@ def rebound(
         Keys of the random numbers, as for `sampler.draw`.
     out : float64 array, shape (6,), written
         Velocity in m/s, then angular velocity in rad/s, lab frame.
+    omega : tuple of three float, optional
+        Angular velocity before the impact, rad/s, lab frame: then the rebound is drawn from the
+        spin law, also where it is zero. None: from the law of particles without spin.
+    grain : tuple of three float, optional
+        As for `sampler.draw`.
 
     Returns
     -------
@@ -195,9 +257,16 @@ def rebound(
     check_out(out)
     if out.size < 6:
         raise ValueError("out: got fewer than 6 numbers, allowed: shape (6,)")
-    status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
-    if status == OK:
-        status = draw(arrays, alpha1, speed, seed, index, hit, out)
+    if omega is None:
+        status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
+        if status == OK:
+            status = draw(arrays, alpha1, speed, seed, index, hit, out, None, grain)
+    else:
+        check_omega(omega)
+        whole = (arrays, velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
+        status, alpha1, speed, spin = spinning_impact(*whole)
+        if status >= OK:
+            status = draw(arrays, alpha1, speed, seed, index, hit, out, spin, grain)
     if status >= OK:
         to_lab(velocity, normal, half_size, wall_velocity, seed, index, hit, out)
     return status
@@ -224,9 +293,8 @@ def rebound_batch(
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
-    first_clamped = -1
-    clamped, extrapolated = 0, 0
-    valid_least, valid_most = arrays.valid_speed
+    first_clamped, clamped, extrapolated = -1, 0, 0
+    slow, fast = arrays.valid_speed
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
         for r in range(BLOCK):
@@ -237,10 +305,11 @@ def rebound_batch(
             status = status_of(arrays, alpha1, speed) if status == OK else status
             if status < OK:
                 return k, status, first_clamped, clamped, extrapolated
-            if status == CLAMPED and r < count:
-                clamped += 1
-                first_clamped = k if first_clamped < 0 else first_clamped
-            extrapolated += 0 if valid_least <= speed <= valid_most or r >= count else 1
+            if r < count:
+                extrapolated += int(not slow <= speed <= fast)
+                if status == CLAMPED:
+                    clamped += 1
+                    first_clamped = k if first_clamped < 0 else first_clamped
             angles[np.uint64(r)], velocities[np.uint64(r)] = alpha1, speed
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         draw_states(arrays, words, angles, velocities, drawn)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import no_refcount_inline_kernel
+from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.normal import MIDDLE, central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.formats.grain_law import GrainLaw
@@ -20,7 +20,7 @@ from sampler.formats.grain_law import GrainLaw
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 
 #: The hit whose random numbers make the grain that a particle keeps.
-OWN_GRAIN = np.uint32(0)
+OWN_GRAIN: Any = np.uint32(0)
 
 Grain = tuple[float, float, float]
 
@@ -90,3 +90,14 @@ def draw_grain(law: GrainLaw, seed: int, index: int, hit: int) -> Grain:
         A particle that keeps its grain has that of hit `OWN_GRAIN`.
     """
     return grain_of_numbers(law, *grain_numbers(seed, index, hit))
+
+
+@no_refcount_kernel
+def draw_grains(
+    law: GrainLaw, seed: int, index: NDArray[np.uint64], grains: NDArray[np.float64]
+) -> None:
+    """Draw the grains that particles keep into ``grains`` (n, 3); ``index`` is (n,) or (1,)."""
+    for k in range(grains.shape[0]):
+        particle = index[k] if index.size > 1 else index[0]
+        grain = draw_grain(law, seed, particle, OWN_GRAIN)
+        grains[k, 0], grains[k, 1], grains[k, 2] = grain

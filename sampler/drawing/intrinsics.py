@@ -24,6 +24,7 @@ def _array(context, builder, kind, value=None):
 
 _BYTE = ir.IntType(8)
 _WORD = ir.IntType(32)
+_LONG = ir.IntType(64)
 
 #: Alignment of arrays on the stack: a cache line, and the widest vector register.
 _LINE = 64
@@ -153,6 +154,58 @@ def mean_of_corners(typingctx, steps, channels, entries, fractions, weights, dra
         return context.get_dummy_value()
 
     return types.void(steps, channels, entries, fractions, weights, types.intp, means), emit
+
+
+def array_viewer(dtype: types.Type, columns: int = 0) -> Callable[..., Any]:
+    """Make a kernel function that gives a view of part of an array, as another type.
+
+    Nobody counts references to the view: it must not be returned to Python, nor outlive the array.
+
+    Parameters
+    ----------
+    dtype : numba type
+        Of the view.
+    columns : int
+        Of a view of two dimensions; 0: it has one.
+
+    Returns
+    -------
+    callable
+        Takes an int64 array, the place of the view in bytes, and its length or number of rows.
+    """
+    array_type = types.Array(dtype, 2 if columns else 1, "C")
+
+    @operation
+    def view(typingctx, buffer, place, length):
+        def emit(context, builder, sig, args):
+            element = context.get_data_type(dtype)
+            start = _array(context, builder, sig.args[0], args[0]).data
+            words = [builder.sext(a, _LONG) if a.type != _LONG else a for a in args[1:]]
+            begin = builder.gep(builder.bitcast(start, _BYTE.as_pointer()), [words[0]])
+            bytes_each = context.get_abi_sizeof(element)
+            row = _LONG(bytes_each * max(columns, 1))
+            shape = [words[1], _LONG(columns)] if columns else [words[1]]
+            strides = [row, _LONG(bytes_each)] if columns else [row]
+            array = _array(context, builder, array_type)
+            array.data = builder.bitcast(begin, element.as_pointer())
+            array.shape, array.strides = (_of_longs(builder, part) for part in (shape, strides))
+            array.nitems = builder.mul(words[1], _LONG(max(columns, 1)))
+            array.itemsize = _LONG(bytes_each)
+            array.meminfo = context.get_value_type(types.MemInfoPointer(types.voidptr))(None)
+            array.parent = context.get_value_type(types.pyobject)(None)
+            return array._getvalue()
+
+        return array_type(buffer, types.intp, types.intp), emit
+
+    return view
+
+
+def _of_longs(builder, values):
+    """Array of 64-bit integers as a value."""
+    whole = ir.Constant(ir.ArrayType(_LONG, len(values)), ir.Undefined)
+    for k, value in enumerate(values):
+        whole = builder.insert_value(whole, value, k)
+    return whole
 
 
 def row_summer(rows: int, lanes: int, stride: int) -> Callable[..., None]:

@@ -34,16 +34,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import inline_kernel, kernel, no_refcount_kernel
+from sampler.compilation.jit import (
+    inline_kernel,
+    kernel,
+    no_refcount_inline_kernel,
+    no_refcount_kernel,
+)
 from sampler.drawing.block import item
 from sampler.drawing.frames import (
     LEAST_SPEED,
     check_out,
     impact_angle,
     impact_status,
+    is_extrapolated,
     rebound,
     tangent,
 )
+from sampler.drawing.kernel import own_grain
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, dot, unit, vector
@@ -173,6 +180,30 @@ def facet_normal(
     return combine(math.cos(tilt), e_y, -math.sin(tilt), e_x)
 
 
+@no_refcount_inline_kernel
+def _given_or(omega: Vector | None, other: Vector) -> Vector:
+    """Return three floats, the others where none are given."""
+    if omega is None:
+        return other
+    return float(omega[0]), float(omega[1]), float(omega[2])
+
+
+@no_refcount_inline_kernel
+def _bounce(
+    arrays: TableArrays,
+    impact: tuple[Vector, Vector, float, Vector, int, int, int],
+    spinning: Vector,
+    kept: Vector,
+    omega: Vector | None,
+    grain: Vector | None,
+    out: NDArray[np.float64],
+) -> int:
+    """One bounce: with the spin that the particle has where one was given before the first."""
+    if omega is None:
+        return rebound(arrays, *impact, out, None, grain)
+    return rebound(arrays, *impact, out, spinning, kept)
+
+
 @no_refcount_kernel
 def rough_bounces(
     arrays: TableArrays,
@@ -185,8 +216,12 @@ def rough_bounces(
     index: int,
     hit: int,
     out: NDArray[np.float64],
+    omega: Vector | None = None,
+    grain: Vector | None = None,
 ) -> tuple[int, int]:
     """As `rough_rebound`; also how often the particle bounced before it left.
+
+    With a spin, a bounce has that of the one before, and all have the same grain.
 
     Returns
     -------
@@ -196,8 +231,8 @@ def rough_bounces(
     if not 0.0 <= roughness <= MAX_ROUGHNESS:  # nor NaN
         return ROUGHNESS_NOT_USABLE, 0
     if roughness == 0.0:
-        status = rebound(arrays, velocity, normal, half_size, wall_velocity, seed, index, hit, out)
-        return status, 1
+        smooth = (arrays, velocity, normal, half_size, wall_velocity, seed, index, hit, out)
+        return rebound(*smooth, omega, grain), 1
     status = impact_status(velocity, normal, half_size, wall_velocity)
     if status != OK:
         return status, 0
@@ -209,6 +244,8 @@ def rough_bounces(
     if not dot(moving, e_y) < 0.0:
         return NOT_APPROACHING, 0
     clamped = OK
+    # all bounces have one grain, though each has a seed of its own
+    spinning, kept = _given_or(omega, at_rest), _given_or(grain, own_grain(arrays, seed, index))
     for bounce in range(MAX_BOUNCES):
         key = bounce_seed(seed, bounce)
         alpha1 = max(impact_angle(moving, e_y)[0], 0.0)
@@ -216,11 +253,13 @@ def rough_bounces(
         if not found:
             return TILT_NOT_FOUND, bounce
         facet = facet_normal(moving, e_y, tilt, key, index, hit)
-        status = rebound(arrays, moving, facet, half_size, at_rest, key, index, hit, out)
+        impact = (moving, facet, half_size, at_rest, key, index, hit)
+        status = _bounce(arrays, impact, spinning, kept, omega, grain, out)
         if status < OK:
             return status, bounce
         clamped = max(clamped, status)
         moving = (out[0], out[1], out[2])
+        spinning = (out[3], out[4], out[5])
         if dot(moving, e_y) > 0.0:
             for axis in range(3):
                 out[axis] += wall_velocity[axis]
@@ -240,12 +279,14 @@ def rough_rebound(
     index: int,
     hit: int,
     out: NDArray[np.float64],
+    omega: Vector | None = None,
+    grain: Vector | None = None,
 ) -> int:
     """Rebound of one particle from a rough wall, in the lab frame.
 
-    Callable from the user's own compiled code, in place of `sampler.drawing.frames.rebound`. At
-    every bounce the particle arrives without spin, as the table has it; the spin after the last one
-    counts.
+    Callable from the user's own compiled code, in place of `sampler.drawing.frames.rebound`.
+    Without `omega`, the particle arrives without spin at every bounce, and the spin after the last
+    one counts; with it, a bounce has the spin that the one before has left.
 
     Parameters
     ----------
@@ -255,6 +296,8 @@ def rough_rebound(
         Standard deviation of the tilt of facets, rad, in [0, MAX_ROUGHNESS]; 0: a smooth wall.
     out : float64 array, shape (6,), written
         Velocity in m/s, then angular velocity in rad/s, lab frame. Left undefined on an error.
+    omega, grain : tuple of three float, optional
+        As for `sampler.drawing.frames.rebound`.
 
     Returns
     -------
@@ -269,9 +312,8 @@ def rough_rebound(
         As `sampler.drawing.frames.rebound`.
     """
     check_out(out)
-    return rough_bounces(
-        arrays, velocity, normal, half_size, wall_velocity, roughness, seed, index, hit, out
-    )[0]
+    impact = (arrays, velocity, normal, half_size, wall_velocity, roughness, seed, index, hit, out)
+    return rough_bounces(*impact, omega, grain)[0]
 
 
 @no_refcount_kernel
@@ -290,10 +332,9 @@ def rough_rebound_batch(
     stop: int,
 ) -> tuple[int, int, int, int, int]:
     """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
-    first_clamped = -1
-    clamped, extrapolated = 0, 0
-    low, high = arrays.valid_speed
+    first_clamped, clamped, extrapolated = -1, 0, 0
     for k in range(start, stop):
+        extrapolated += is_extrapolated(arrays, vector(velocity, k), vector(wall_velocity, k))
         status = rough_rebound(
             arrays,
             vector(velocity, k),
@@ -308,8 +349,6 @@ def rough_rebound_batch(
         )
         if status < OK:
             return k, status, first_clamped, clamped, extrapolated
-        relative = combine(1.0, vector(velocity, k), -1.0, vector(wall_velocity, k))
-        extrapolated += 0 if low <= math.sqrt(dot(relative, relative)) <= high else 1
         if status == CLAMPED:
             clamped += 1
             if first_clamped < 0:

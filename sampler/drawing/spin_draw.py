@@ -16,6 +16,7 @@ from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, item, word_filler
+from sampler.drawing.condition_status import condition_status
 from sampler.drawing.grain import (
     SIMULATION_KEY,
     aspect_ratio,
@@ -23,7 +24,6 @@ from sampler.drawing.grain import (
     pick_row,
 )
 from sampler.drawing.intrinsics import local_array, prefetch
-from sampler.drawing.kernel import condition_status
 from sampler.drawing.normal import MIDDLE, normal_of_word
 from sampler.drawing.philox import uniform
 from sampler.drawing.spin_steps import (
@@ -38,7 +38,8 @@ from sampler.drawing.spin_steps import (
     outcome_at,
     place_among_knots,
 )
-from sampler.errors import CLAMPED, NO_SPIN_LAW, NOT_FINITE, OK
+from sampler.drawing.spin_view import spin_law_of
+from sampler.errors import CLAMPED, GRAIN_NOT_KNOWN, NO_SPIN_LAW, NOT_FINITE, OK
 from sampler.formats.spin_arrays import EXPERT_STRIDE
 from sampler.formats.spin_bounds import GROUP_SIZE, N_FEATURES, N_GROUPS, N_INPUTS, N_OUTCOMES
 from sampler.formats.table_arrays import LANES
@@ -76,6 +77,13 @@ def shape_row(spin, code):
     for row in range(spin.n_shapes):
         found = row if spin.shape_codes[row] == code else found
     return found
+
+
+@no_refcount_inline_kernel
+def is_known(spin, code, b_over_a, c_over_b):
+    """Whether the law has this shape, and the ratios are ratios; nothing unknown is a number."""
+    ratios = 0.0 < b_over_a <= 1.0 and 0.0 < c_over_b <= 1.0
+    return ratios and spin.shape_codes[shape_row(spin, code)] == code
 
 
 def leaf_finder(width):
@@ -134,13 +142,13 @@ def score_filler(width):
     local_normals = local_array(types.float32, N_OUTCOMES * width)
 
     @no_refcount_inline_kernel
-    def fill_all_scores(arrays, words, records, features, scores):
+    def fill_all_scores(arrays, law, words, records, features, scores):
         """Write the scores of each draw, eight numbers apart."""
         normals, own = local_normals(), _local_row()
         for number in range(N_OUTCOMES * width):
             word = words[np.uint64(2 * width + number)]
             normals[np.uint64(number)] = normal_of_word(arrays.normals, word)
-        experts = arrays.spin.experts
+        experts = law.experts
         for n in range(width):
             for k in range(N_OUTCOMES):
                 own[np.uint64(k)] = normals[np.uint64(k * width + n)]
@@ -188,13 +196,13 @@ def spin_drawer(width):
         `spins` and `grains` have three numbers a draw; `words` has word k of draw r at
         ``k * width + r``.
         """
-        spin = arrays.spin
+        spin = spin_law_of(arrays.spin)
         conditions, features, scores = local_conditions(), local_features(), local_scores()
         factors, turns = local_reals(), local_reals()
         leaves, records = local_longs(), local_longs()
         find_leaves(spin, alpha1, speed, spins, grains, conditions, factors, turns, leaves)
         choose_experts(spin, words, conditions, grains, leaves, features, records)
-        fill_all_scores(arrays, words, records, features, scores)
+        fill_all_scores(arrays, spin, words, records, features, scores)
         fill_outcomes(spin, leaves, scores)
         for n in range(width):
             r = np.uint64(n)
@@ -253,11 +261,11 @@ fill_words, fill_grains, draw_spinning = word_filler(BLOCK), grain_filler(BLOCK)
 _one_index, _one_hit = local_array(types.uint64, 1), local_array(types.uint32, 1)
 _one_real, _one_vector = local_array(types.float64, 1), local_array(types.float64, 3)
 _one_word_row = local_array(types.uint32, WORDS)
-_fill_one_words, _fill_one_grain, _draw_one = word_filler(1), grain_filler(1), spin_drawer(1)
+_fill_one_words, _draw_one = word_filler(1), spin_drawer(1)
 
 
 @no_refcount_inline_kernel
-def draw_with_spin(arrays, alpha1, speed, spin, seed, index, hit, given, grain_hit, state):
+def draw_with_spin(arrays, alpha1, speed, spin, grain, seed, index, hit, state):
     """Draw one state of a particle that arrives spinning.
 
     Parameters
@@ -266,10 +274,9 @@ def draw_with_spin(arrays, alpha1, speed, spin, seed, index, hit, given, grain_h
     alpha1, speed : float
     spin : tuple of three float
         Times a/V, wall frame.
+    grain : tuple of three float
+        Shape code, b/a and c/b.
     seed, index, hit : int
-    given : float64 array, shape (1, 3) or (0, 3)
-        The grain, or none: then it is that of `grain_hit`.
-    grain_hit : int
     state : float64 array, shape (6,), written
 
     Returns
@@ -277,17 +284,20 @@ def draw_with_spin(arrays, alpha1, speed, spin, seed, index, hit, given, grain_h
     int
         Status, as of `sampler.draw`; with a negative one nothing is written.
     """
-    status = spin_status(arrays.spin, alpha1, speed, spin[0], spin[1], spin[2])
+    law = spin_law_of(arrays.spin)
+    status = spin_status(law, alpha1, speed, spin[0], spin[1], spin[2])
     if status < OK:
         return status
-    indices, hits, grain_hits = _one_index(), _one_hit(), _one_hit()
-    indices[0], hits[0], grain_hits[0] = np.uint64(index), np.uint32(hit), np.uint32(grain_hit)
+    if not is_known(law, grain[0], grain[1], grain[2]):
+        return GRAIN_NOT_KNOWN
+    indices, hits = _one_index(), _one_hit()
+    indices[0], hits[0] = np.uint64(index), np.uint32(hit)
     angles, speeds, spins, grains = _one_real(), _one_real(), _one_vector(), _one_vector()
     angles[0], speeds[0] = alpha1, speed
     spins[0], spins[1], spins[2] = spin
     words = _one_word_row()
     _fill_one_words(6, seed, indices, hits, 0, 1, words)
-    _fill_one_grain(arrays.spin.grains, given, seed, indices, grain_hits, 0, 1, grains)
+    grains[0], grains[1], grains[2] = grain
     _draw_one(arrays, words, angles, speeds, spins, grains, state)
     return status
 
@@ -321,6 +331,7 @@ def spin_draw_batch(
     words, drawn = local_words(), local_states()
     angles, speeds, spins, grains = local_reals(), local_reals(), local_vectors(), local_vectors()
     low, high = arrays.valid_speed
+    law = spin_law_of(arrays.spin)
     first_clamped, clamped, extrapolated = -1, 0, 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
@@ -330,7 +341,7 @@ def spin_draw_batch(
             angles[r], speeds[r] = item(alpha1, k), item(speed, k)
             sx, sy, sz = spin[row, 0], spin[row, 1], spin[row, 2]
             spins[3 * n], spins[3 * n + 1], spins[3 * n + 2] = sx, sy, sz
-            status = spin_status(arrays.spin, angles[r], speeds[r], sx, sy, sz)
+            status = spin_status(law, angles[r], speeds[r], sx, sy, sz)
             if status < OK:
                 return k, status, first_clamped, clamped, extrapolated
             if n < count:
@@ -339,7 +350,7 @@ def spin_draw_batch(
                     clamped += 1
                     first_clamped = k if first_clamped < 0 else first_clamped
         fill_words(6, seed, index, hit, first, count, words)
-        fill_grains(arrays.spin.grains, given, seed, index, grain_hit, first, count, grains)
+        fill_grains(law.grains, given, seed, index, grain_hit, first, count, grains)
         draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
         for n in range(count):
             for column in range(len(arrays.columns)):

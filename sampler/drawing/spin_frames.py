@@ -1,18 +1,17 @@
-"""Rebounds in the lab frame of particles that arrive spinning.
+"""Rebounds of many particles that arrive spinning, in the lab frame.
 
-As `sampler.drawing.frames`, with the angular velocity before the impact turned into the frame of
-the wall. At exactly normal impact the direction of x along the wall is drawn, and the spin is seen
-from there: the law is the same from every side.
+As the batches of `sampler.drawing.frames` and `sampler.drawing.roughness`, with the angular
+velocity before the impact, rad/s, and grains.
 """
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import BLOCK, item
-from sampler.drawing.frames import impact, tangent, to_lab
+from sampler.drawing.frames import is_extrapolated, spinning_impact, to_lab
+from sampler.drawing.grain import draw_grain
+from sampler.drawing.roughness import rough_rebound
 from sampler.drawing.spin_draw import (
     draw_spinning,
     fill_grains,
@@ -21,54 +20,11 @@ from sampler.drawing.spin_draw import (
     local_states,
     local_vectors,
     local_words,
-    spin_status,
 )
-from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
-from sampler.errors import CLAMPED, NOT_FINITE, OK
+from sampler.drawing.spin_view import grain_law_of, shapes_of
+from sampler.drawing.vectors import Vector, vector
+from sampler.errors import CLAMPED, OK
 from sampler.formats.table_arrays import TableArrays
-
-
-@no_refcount_inline_kernel
-def spin_of(
-    velocity: Vector,
-    normal: Vector,
-    half_size: float,
-    wall_velocity: Vector,
-    omega: Vector,
-    seed: int,
-    index: int,
-    hit: int,
-) -> Vector:
-    """Return the spin times a/V in the frame of the wall, of an angular velocity (rad/s)."""
-    relative = combine(1.0, velocity, -1.0, wall_velocity)
-    e_y = unit(normal)
-    e_x = tangent(relative, e_y, seed, index, hit)
-    scale = half_size / math.sqrt(dot(relative, relative))
-    e_z = cross(e_x, e_y)
-    return scale * dot(omega, e_x), scale * dot(omega, e_y), scale * dot(omega, e_z)
-
-
-@no_refcount_inline_kernel
-def spinning_impact(
-    arrays: TableArrays,
-    velocity: Vector,
-    normal: Vector,
-    half_size: float,
-    wall_velocity: Vector,
-    omega: Vector,
-    seed: int,
-    index: int,
-    hit: int,
-) -> tuple[int, float, float, Vector]:
-    """Condition of an impact with a spin: status, angle (rad), speed (m/s), spin times a/V."""
-    spin = (0.0, 0.0, 0.0)
-    status, alpha1, speed = impact(velocity, normal, half_size, wall_velocity)
-    if status == OK and not is_finite(omega):
-        status = NOT_FINITE
-    if status == OK:
-        spin = spin_of(velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
-        status = spin_status(arrays.spin, alpha1, speed, spin[0], spin[1], spin[2])
-    return status, alpha1, speed, spin
 
 
 @no_refcount_kernel
@@ -117,13 +73,77 @@ def spin_rebound_batch(
                     clamped += 1
                     first_clamped = k if first_clamped < 0 else first_clamped
         fill_words(6, seed, index, hit, first, count, words)
-        fill_grains(arrays.spin.grains, given, seed, index, grain_hit, first, count, grains)
+        fill_grains(grain_law_of(arrays.spin), given, seed, index, grain_hit, first, count, grains)
         draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
         for n in range(count):
             k = first + n
             for variable in range(6):
-                results[k, variable] = drawn[np.uint64(6 * n + variable)]
+                results[k, variable] = 0.0
+            for variable in arrays.columns:
+                if variable < 6:
+                    results[k, variable] = drawn[np.uint64(6 * n + variable)]
             one = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
             to_lab(*one, vector(wall_velocity, k), *keys, results[k])
+    return -1, OK, first_clamped, clamped, extrapolated
+
+
+@no_refcount_inline_kernel
+def _grain_of_row(
+    arrays: TableArrays,
+    given: NDArray[np.float64],
+    grain_hit: NDArray[np.uint32],
+    seed: int,
+    index: NDArray[np.uint64],
+    k: int,
+) -> Vector:
+    """Grain of a row; of a table without spin law, which refuses a spin, any."""
+    if given.shape[0] > 0:
+        return vector(given, k)
+    if shapes_of(arrays.spin) == 0:
+        return 0.0, 1.0, 1.0
+    return draw_grain(grain_law_of(arrays.spin), seed, item(index, k), item(grain_hit, k))
+
+
+@no_refcount_kernel
+def rough_spin_rebound_batch(
+    arrays: TableArrays,
+    velocity: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    half_size: NDArray[np.float64],
+    wall_velocity: NDArray[np.float64],
+    roughness: NDArray[np.float64],
+    omega: NDArray[np.float64],
+    given: NDArray[np.float64],
+    grain_hit: NDArray[np.uint32],
+    seed: int,
+    index: NDArray[np.uint64],
+    hit: NDArray[np.uint32],
+    results: NDArray[np.float64],
+    start: int,
+    stop: int,
+) -> tuple[int, int, int, int, int]:
+    """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
+    first_clamped, clamped, extrapolated = -1, 0, 0
+    for k in range(start, stop):
+        extrapolated += is_extrapolated(arrays, vector(velocity, k), vector(wall_velocity, k))
+        status = rough_rebound(
+            arrays,
+            vector(velocity, k),
+            vector(normal, k),
+            item(half_size, k),
+            vector(wall_velocity, k),
+            item(roughness, k),
+            seed,
+            item(index, k),
+            item(hit, k),
+            results[k],
+            vector(omega, k),
+            _grain_of_row(arrays, given, grain_hit, seed, index, k),
+        )
+        if status < OK:
+            return k, status, first_clamped, clamped, extrapolated
+        if status == CLAMPED:
+            clamped += 1
+            first_clamped = k if first_clamped < 0 else first_clamped
     return -1, OK, first_clamped, clamped, extrapolated

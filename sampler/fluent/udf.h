@@ -13,7 +13,9 @@
    | rp_axi_swirl                | whether the 2D case is axisymmetric with swirl               |
    | TP_POS, TP_VEL, TP_VEL0     | position; velocity; velocity before the step; [0] to [2]     |
    | TP_DIAM, TP_ID, TP_TYPE     | diameter; identity; kind (DPM_TYPE_INERT: no mass transfer)  |
+   | TP_RHO, TP_DT               | density; time step                                           |
    | TP_USER_REAL(tp, i)         | user scalar i of the particle                                |
+   | C_MU_L(c, t)                | viscosity of the gas in a cell                               |
    | PATH_ACTIVE, PATH_ABORT     | what a boundary condition returns: go on; give the track up  |
    | Message                     | print, with a format as printf                               |
 
@@ -42,11 +44,12 @@ typedef int cell_t;
 
 typedef struct Thread {
     int id;
+    real viscosity;
 } Thread;
 
 typedef struct Tracked_Particle {
-    real position[3], velocity[3], velocity_before[3], diameter;
-    real user[2];
+    real position[3], velocity[3], velocity_before[3], diameter, density, time_step;
+    real user[6];
     real omega[3]; /* for REBOUND_SPIN of rebound_bc.c */
     long long id;
     int type;
@@ -63,7 +66,11 @@ extern int rp_axi_swirl;
 #define TP_DIAM(tp) ((tp)->diameter)
 #define TP_ID(tp) ((tp)->id)
 #define TP_TYPE(tp) ((tp)->type)
+#define TP_RHO(tp) ((tp)->density)
+#define TP_DT(tp) ((tp)->time_step)
 #define TP_USER_REAL(tp, i) ((tp)->user[i])
+
+#define C_MU_L(c, t) ((void)(c), (t)->viscosity)
 
 #define Message printf
 

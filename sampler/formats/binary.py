@@ -22,10 +22,14 @@ from sampler.formats.binary_layout import (
     MOST_BYTES,
     MOST_NAMES,
     SPEED_INDEPENDENT,
+    SPIN_ARRAYS,
     field_offset,
 )
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.packing import table_arrays
+from sampler.formats.spin_arrays import SpinArrays
+from sampler.formats.spin_bounds import N_INPUTS
+from sampler.formats.spin_buffer import unpacked
 from sampler.formats.table_arrays import TableArrays
 
 _CHECKSUM_AT = field_offset("sha256")
@@ -51,6 +55,34 @@ def _arrays_by_name(arrays: TableArrays) -> dict[str, NDArray[Any]]:
     return {a.name: named[a.name] if a.name in named else getattr(arrays, a.name) for a in ARRAYS}
 
 
+def _spin_arrays_by_name(spin: SpinArrays) -> dict[str, NDArray[Any]]:
+    """Arrays of a spin law, or nothing if there is none; roots are those of the grains' shapes."""
+    if spin.n_shapes == 0:
+        return {}
+    grains = spin.grains
+    named: dict[str, NDArray[Any]] = {
+        "shape_codes": grains.shape_codes,
+        "shape_shares": grains.cumulative_weights,
+        "shape_ratios": grains.fixed_ratios,
+        "roots": spin.roots[np.searchsorted(spin.shape_codes, grains.shape_codes)],
+    }
+    return {
+        a.name: named[a.name] if a.name in named else getattr(spin, a.name.removeprefix("spin_"))
+        for a in SPIN_ARRAYS
+    }
+
+
+def _fill_spin_fields(header: NDArray[np.void], spin: SpinArrays) -> None:
+    """Write the fields of a spin law."""
+    header["n_shapes"] = spin.grains.shape_codes.size
+    header["n_nodes"], header["n_spin_knots"] = spin.node_axis.size, spin.n_knots
+    header["n_leaves"] = spin.inputs.size // (2 * N_INPUTS)
+    header["spin_alpha"] = spin.alpha_first, spin.alpha_last
+    header["spin_speed"] = spin.speed_first, spin.speed_last
+    header["spin_coordinate"] = spin.speed_scale, spin.speed_exponent
+    header["aspect"] = spin.grains.aspect.reshape(-1)
+
+
 def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
     """Header without offsets, size and checksum."""
     header = np.zeros((), HEADER_DTYPE)
@@ -68,6 +100,10 @@ def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
         header[f"n_{name}"], header[f"n_{name}_grid"] = axis.nodes, axis.coordinate.size
         for part in ("first", "last", "origin", "scale", "offset"):
             header[f"{name}_{part}"] = getattr(axis, part)
+    header["valid_speed"] = arrays.valid_speed
+    spin = unpacked(arrays.spin)
+    if spin.n_shapes > 0:
+        _fill_spin_fields(header, spin)
     return header
 
 
@@ -85,9 +121,14 @@ def binary_table(contents: TableContents) -> bytes:
     """
     arrays = table_arrays(contents)
     header = _header(contents, arrays)
-    by_name = _arrays_by_name(arrays)
+    given = _arrays_by_name(arrays) | _spin_arrays_by_name(unpacked(arrays.spin))
+    stored = {
+        array.name: np.ascontiguousarray(given[array.name], dtype=array.dtype)
+        for array in (*ARRAYS, *SPIN_ARRAYS)
+        if array.name in given
+    }
     end = HEADER_DTYPE.itemsize
-    for name, values in by_name.items():
+    for name, values in stored.items():
         header[f"at_{name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
         end = start + values.nbytes
     if end >= MOST_BYTES:
@@ -95,9 +136,8 @@ def binary_table(contents: TableContents) -> bytes:
     header["file_bytes"] = end
     data = np.zeros(end, np.uint8)
     data[: HEADER_DTYPE.itemsize] = np.frombuffer(header.tobytes(), np.uint8)
-    for array in ARRAYS:
-        values = np.ascontiguousarray(by_name[array.name], dtype=array.dtype)
-        start = int(header[f"at_{array.name}"])
+    for name, values in stored.items():
+        start = int(header[f"at_{name}"])
         data[start : start + values.nbytes] = np.frombuffer(values.tobytes(), np.uint8)
     data[_CHECKSUM] = np.frombuffer(checksum(data), np.uint8)
     return data.tobytes()

@@ -13,6 +13,15 @@ from typing import NamedTuple
 import numpy as np
 
 from sampler.formats.channels import VARIABLES
+from sampler.formats.spin_arrays import EXPERT_STRIDE
+from sampler.formats.spin_bounds import (
+    GROUP_SIZE,
+    N_EXPERTS,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+)
 from sampler.formats.table_bounds import ALPHA_DEG, MOST_NUMBER, PAIR_BYTES, SPEED, VARIATE_MAX
 
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
@@ -20,7 +29,7 @@ MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Version of the C and Fortran library: that of the package.
 LIBRARY_VERSION = (0, 1)
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (1, 0)
+BINARY_VERSION = (1, 1)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
@@ -97,11 +106,47 @@ ARRAYS = (
     ),
 )  # fmt: skip
 
+_LEAVES = "n_leaves"
+
+#: Of the spin law; a table without it has none of them. Those of the law's shapes are of the
+#: shapes with a positive weight.
+SPIN_ARRAYS = (
+    StoredArray("shape_codes", "<i4", ("n_shapes",), "shapes, from 6 on meshes"),
+    StoredArray("shape_shares", "<f8", ("n_shapes",), "running sum of their shares"),
+    StoredArray(
+        "shape_ratios", "<f8", ("n_shapes", 2), "b/a and c/b of all their grains; 0: they are drawn"
+    ),
+    StoredArray("roots", "<i4", ("n_shapes",), "first node of their trees"),
+    StoredArray("node_axis", "<i1", ("n_nodes",), "what a node compares"),
+    StoredArray("node_cut", "<f8", ("n_nodes",), "from here on values belong to the second child"),
+    StoredArray(
+        "node_child", "<i4", ("n_nodes", 2), "a later node, or -1 - the number of a leaf"
+    ),
+    StoredArray("inputs", "<f4", (_LEAVES, 2 * N_INPUTS), "middles, then factors, of the inputs"),
+    StoredArray(
+        "spin_spans", "<f4", (_LEAVES, N_OUTCOMES, 2), "least quantile, and size of the steps"
+    ),
+    StoredArray(
+        "spin_quantiles", "<u2", (_LEAVES, N_OUTCOMES, "n_spin_knots"), "steps of the quantiles"
+    ),
+    StoredArray(
+        "group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS), "gates of the groups; 1/512"
+    ),
+    StoredArray(
+        "gates", "<i2", (_LEAVES, N_GROUPS, N_FEATURES, GROUP_SIZE), "gates of the experts; 1/512"
+    ),
+    StoredArray(
+        "experts", "<i2", (_LEAVES, N_EXPERTS, EXPERT_STRIDE),
+        "records: coefficients of the means, 1/2048, by feature; factors (columns packed), 1/4096; "
+        "padding; 8 zeros behind the last record", extra=8,
+    ),
+)  # fmt: skip
+
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
 
 #: What is counted; `sampler.formats.table_bounds.LENGTHS` bounds the dimensions of arrays.
-_COUNTS = {
+COUNTS = {
     "n_alpha": "nodes of the impact angle",
     "n_speed": "nodes of the impact speed",
     "n_alpha_grid": "entries of alpha_coordinate",
@@ -116,7 +161,16 @@ _COUNTS = {
     "flags": f"{SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; else 0",
 }
 
-HEADER = (
+#: The same of the spin law.
+SPIN_COUNTS = {
+    "n_shapes": "shapes of particles in the spin law; 0: there is none, and what follows is 0",
+    "n_nodes": "nodes of their trees",
+    "n_leaves": "leaves of their trees",
+    "n_spin_knots": "knots of a quantile function of the spin law",
+}
+
+#: The header of version 1.0, which later ones begin with.
+_FIRST_HEADER = (
     Field("magic", "S8", 1, "89 52 42 54 0D 0A 1A 0A"),
     Field("major", "<u2", 1, f"version, {BINARY_VERSION[0]}"),
     Field("minor", "<u2", 1, f"version, {BINARY_VERSION[1]}"),
@@ -125,7 +179,7 @@ HEADER = (
     Field("sha256", "u1", 32, "checksum of the file without these 32 bytes"),
     Field("content_sha256", "u1", 32, "checksum of the table (.h5) that this was made from"),
     Field("pair", f"S{PAIR_BYTES + 1}", 1, "name of the material pair, UTF-8, zeros behind it"),
-    *(Field(name, "<u4", 1, meaning) for name, meaning in _COUNTS.items()),
+    *(Field(name, "<u4", 1, meaning) for name, meaning in COUNTS.items()),
     Field("channels", "i1", MOST_NAMES, "channel of each row of a factor; -1 from n_channels on"),
     Field("marginals", "i1", MOST_NAMES, "its quantile function, 0, 1, ...; -1: it has none"),
     Field("columns", "i1", MOST_NAMES, "variables of the state; -1 from n_columns on"),
@@ -143,8 +197,27 @@ HEADER = (
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in ARRAYS),
 )
 
+HEADER = (
+    *_FIRST_HEADER,
+    Field("valid_speed", "<f8", 2, "impact speeds between which the pair's law was measured, m/s"),
+    *(Field(name, "<u4", 1, meaning) for name, meaning in SPIN_COUNTS.items()),
+    Field("spin_alpha", "<f8", 2, "smallest and largest impact angle of the spin law, rad"),
+    Field("spin_speed", "<f8", 2, "smallest and largest effective speed V_e, m/s"),
+    Field(
+        "spin_coordinate",
+        "<f8",
+        2,
+        "k times the n-th power of the largest V_e, and n, of exp(-k V_e^n)",
+    ),
+    Field("aspect", "<f8", 8, "laws of b/a and c/b: mean, deviation, probabilities of the ends"),
+    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
+)
+
 #: The header as numpy reads it: packed, and every field naturally aligned.
 HEADER_DTYPE = np.dtype([(f.name, f.dtype, (f.count,) if f.count > 1 else ()) for f in HEADER])
+
+#: Size of the header of version 1.0.
+FIRST_HEADER_BYTES = sum(np.dtype(f.dtype).itemsize * f.count for f in _FIRST_HEADER)
 
 
 def field_offset(name: str) -> int:
@@ -180,6 +253,11 @@ CODES = (
     ),
     Code("ERR_NORMAL_NOT_USABLE", -4, "normal: allowed: any length but zero"),
     Code("ERR_HALF_SIZE_NOT_POSITIVE", -5, "half_size: allowed: 1e-30 m or more"),
+    Code(
+        "ERR_NO_SPIN_LAW",
+        -9,
+        "spin: the table was made without it, allowed: none (NULL), or a table with a spin law",
+    ),
     Code(
         "ERR_NOT_OPENED",
         -10,
@@ -231,6 +309,21 @@ CODES = (
     ),
     Code("ERR_SPANS", -27, "spans: allowed: finite and within what is physical"),
     Code("ERR_QUANTILES", -28, "quantiles: allowed: non-decreasing from knot to knot"),
+    Code(
+        "ERR_GRAINS",
+        -29,
+        "grains: allowed: shares that grow to 1, probabilities that grow, ratios from 0.001 to 1",
+    ),
+    Code(
+        "ERR_TREES",
+        -30,
+        "trees: allowed: cuts within 1000, children that are a later node or a leaf",
+    ),
+    Code(
+        "ERR_LEAVES",
+        -31,
+        "leaves: allowed: middles within 1000, factors from 0 to 10000, diagonals positive",
+    ),
 )
 
 
@@ -241,7 +334,7 @@ def layout_text() -> str:
         kind = field.dtype.strip("<") + (f" x {field.count}" if field.count > 1 else "")
         lines.append(f"| {field_offset(field.name)} | `{field.name}` | {kind} | {field.meaning} |")
     lines += ["", "| array | type | shape | meaning |", "|---|---|---|---|"]
-    for array in ARRAYS:
+    for array in (*ARRAYS, *SPIN_ARRAYS):
         shape = ", ".join(str(dim) for dim in array.dims)
         lines.append(f"| `{array.name}` | {array.dtype.strip('<')} | {shape} | {array.meaning} |")
     return "\n".join(lines) + "\n"

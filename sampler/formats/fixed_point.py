@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 MIXTURE_SCALE = 4096
 
 
-def to_steps(values: ArrayLike) -> NDArray[np.int16]:
+def to_steps(values: ArrayLike, coarse: int = 1) -> NDArray[np.int16]:
     """Round to the nearest step.
 
     Parameters
     ----------
     values : array_like of float
         Within [-8, 8).
+    coarse : int
+        Round to multiples of so many steps: the file gets smaller, because zeros compress.
 
     Returns
     -------
@@ -29,7 +31,7 @@ def to_steps(values: ArrayLike) -> NDArray[np.int16]:
     OverflowError
         If a value does not fit.
     """
-    steps = np.rint(np.asarray(values, dtype=np.float64) * MIXTURE_SCALE)
+    steps = coarse * np.rint(np.asarray(values, dtype=np.float64) * (MIXTURE_SCALE / coarse))
     limits = np.iinfo(np.int16)
     if steps.size and not limits.min <= steps.min() <= steps.max() <= limits.max:
         raise OverflowError(f"mixture: got {np.max(np.abs(values)):g}, allowed: [-8, 8)")

@@ -7,6 +7,7 @@ Run ``python -m sampler.formats.generated_code`` after a change to `sampler.form
 import itertools
 import math
 import textwrap
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -16,12 +17,16 @@ from sampler.formats.binary_layout import (
     ARRAYS,
     BINARY_VERSION,
     CODES,
+    COUNTS,
+    FIRST_HEADER_BYTES,
     HEADER,
     LIBRARY_VERSION,
     MAGIC,
     MOST_BYTES,
     MOST_NAMES,
     SPEED_INDEPENDENT,
+    SPIN_ARRAYS,
+    SPIN_COUNTS,
     Field,
     StoredArray,
 )
@@ -33,6 +38,28 @@ from sampler.formats.channels import (
     channels_for,
 )
 from sampler.formats.format_page import filled
+from sampler.formats.spin_arrays import EXPERT_STRIDE
+from sampler.formats.spin_bounds import (
+    FACTOR_UNIT,
+    GATE_UNIT,
+    GROUP_SIZE,
+    INERTIA,
+    LEAST_RATIO,
+    MEAN_UNIT,
+    MOST_CUT,
+    MOST_MIDDLE,
+    MOST_SCALE,
+    MOST_SPEED_SCALE,
+    N_CONDITIONS,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+    OUTCOME,
+    SCORE_MAX,
+    SPEED_COORDINATE,
+)
+from sampler.formats.spin_bounds import SPEED as SPIN_SPEED
 from sampler.formats.table_arrays import ANY_SPEED, ROUNDING
 from sampler.formats.table_bounds import (
     ALPHA_DEG,
@@ -87,6 +114,33 @@ def _extent(field: Field) -> str:
     return f"[{count}]" if count > 1 else ""
 
 
+def spin_constants() -> str:
+    """Write the numbers of the spin law, as macros."""
+    lines = [
+        *(
+            f"#define RBTI_{name} {number}"
+            for name, number in {
+                "CONDITIONS": N_CONDITIONS,
+                "INPUTS": N_INPUTS,
+                "FEATURES": N_FEATURES,
+                "OUTCOMES": N_OUTCOMES,
+                "EXPERT_STRIDE": EXPERT_STRIDE,
+                "GROUPS": N_GROUPS,
+                "GROUP_SIZE": GROUP_SIZE,
+                "INERTIA": repr(INERTIA),
+                "LEAST_RATIO": repr(LEAST_RATIO),
+                "SCORE_MAX": f"{SCORE_MAX!r}f",
+                "PER_SQUARE": f"{np.float32(1.0 / SCORE_MAX**2):.9g}f",
+            }.items()
+        ),
+        *(
+            f"#define RBTI_{name}_UNIT (1.0f / {unit}.0f)"
+            for name, unit in (("GATE", GATE_UNIT), ("MEAN", MEAN_UNIT), ("FACTOR", FACTOR_UNIT))
+        ),
+    ]
+    return "\n".join(lines) + "\n"
+
+
 def checked_constants() -> str:
     """Write what the reader checks a file against: limits and extents of arrays, as macros."""
     magic = "".join(f"\\{byte:03o}" for byte in MAGIC)
@@ -103,13 +157,14 @@ def checked_constants() -> str:
         f"#define RBTI_END_MIRRORED {END_MIRRORED}",
         "/* channels (bits) from which each variable is made */",
         f"#define RBTI_NEEDS {{{needs}}}",
+        f"#define RBTI_FIRST_HEADER_BYTES {FIRST_HEADER_BYTES}",
         *_bounds(),
         "/* DO(dimension, least, most) */",
-        *_macro(
-            "RBTI_DIMENSIONS", [f"{name}, {low}, {high}" for name, (low, high) in LENGTHS.items()]
-        ),
+        *_macro("RBTI_DIMENSIONS", _dimensions(COUNTS)),
+        *_macro("RBTI_SPIN_DIMENSIONS", _dimensions(SPIN_COUNTS)),
         "/* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */",
         *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
+        *_macro("RBTI_SPIN_ARRAYS", [_array_arguments(array) for array in SPIN_ARRAYS]),
     ]
     return "\n".join(lines) + "\n"
 
@@ -122,6 +177,9 @@ def _bounds() -> list[str]:
         "SPEED": SPEED,
         "ANY_SPEED": ANY_SPEED,
         "VARIATE": VARIATE_MAX,
+        "SPIN_SPEED": SPIN_SPEED,
+        "SPEED_COORDINATE": SPEED_COORDINATE,
+        "OUTCOME": OUTCOME,
     }
     quantiles = {
         "LEAST": ", ".join(f"{QUANTILES[channel][0]:g}" for channel in CHANNELS),
@@ -132,9 +190,18 @@ def _bounds() -> list[str]:
         *(f"#define RBTI_{name}_BOUNDS {low!r}, {high!r}" for name, (low, high) in pairs.items()),
         f"#define RBTI_MOST_NUMBER {MOST_NUMBER!r}",
         f"#define RBTI_NUMBER_ROUNDING {NUMBER_ROUNDING * _REST!r}",
+        f"#define RBTI_MOST_SPEED_SCALE {MOST_SPEED_SCALE!r}",
+        f"#define RBTI_MOST_CUT {MOST_CUT!r}",
+        f"#define RBTI_MOST_MIDDLE {MOST_MIDDLE!r}f",
+        f"#define RBTI_MOST_SCALE {MOST_SCALE!r}f",
         "/* ends of the open interval of the quantiles of each channel */",
         *(f"#define RBTI_{name}_QUANTILES {{{ends}}}" for name, ends in quantiles.items()),
     ]
+
+
+def _dimensions(counts: Iterable[str]) -> list[str]:
+    """Bounds of the counts that are dimensions of arrays."""
+    return [f"{name}, {low}, {high}" for name, (low, high) in LENGTHS.items() if name in counts]
 
 
 def _macro(name: str, entries: list[str]) -> list[str]:
@@ -153,6 +220,8 @@ def _array_arguments(array: StoredArray) -> str:
     elif rows == "h->n_cells":
         rows = "rbti_cells(h)"
     member = array.name.replace("_coordinate", ".coordinate")
+    if array in SPIN_ARRAYS:
+        member = f"spin.{array.name.removeprefix('spin_')}"
     product = " * ".join([f"(uint64_t){rest[0]}", *rest[1:]]) if rest else "1"
     return f"{array.name}, {member}, {_c_type(array.dtype)}, {rows}, {product}, {array.extra}"
 
@@ -183,6 +252,7 @@ def fortran_constants() -> str:
 PARTS = {
     "rebound_sampler.h": {
         "constants": public_constants,
+        "spin": spin_constants,
         "header": header_struct,
         "checks": checked_constants,
         "texts": code_texts,

@@ -233,7 +233,8 @@ def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
     storage: dict[str, Any] = {"track_times": False}
     if dataset.compressed:
         # One chunk for each angle: few enough to open fast, small enough to stay in the cache.
-        storage |= {"chunks": (1, *values.shape[1:]), "compression": "gzip", "shuffle": True}
+        storage |= {"chunks": (1, *values.shape[1:]), "shuffle": True}
+        storage |= {"compression": "gzip", "compression_opts": 9}
     written = file.create_dataset(dataset.path, data=values, **storage)
     written.attrs["units"] = dataset.units
     written.attrs["long_name"] = dataset.long_name

@@ -9,6 +9,7 @@ from sampler.formats.channels import CHANNELS, VARIABLES
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.normal_cubics import normal_table
 from sampler.formats.packing_memory import aligned
+from sampler.formats.spin_buffer import packed
 from sampler.formats.spin_packing import spin_arrays
 from sampler.formats.table_arrays import (
     ANY_SPEED,
@@ -163,7 +164,7 @@ def table_arrays(contents: TableContents) -> TableArrays:
         spans=spans.reshape(-1),
         quantiles=steps.reshape(-1),
         valid_speed=contents.valid_speed or ANY_SPEED,
-        spin=spin_arrays(contents),
+        spin=packed(spin_arrays(contents)),
     )
 
 

@@ -22,6 +22,9 @@ class SpinArrays(NamedTuple):
     ----------
     n_shapes, n_knots : int
         S, K.
+    serves_all : int
+        1: particles that arrive without spin are drawn from this law too, as in a table that was
+        loaded with a population of its own; else 0.
     alpha_first, alpha_last, alpha_low, alpha_high : float
         Ends of the range of impact angles, rad, and what is not outside yet.
     speed_first, speed_last, speed_low, speed_high : float
@@ -54,6 +57,7 @@ class SpinArrays(NamedTuple):
 
     n_shapes: int
     n_knots: int
+    serves_all: int
     alpha_first: float
     alpha_last: float
     alpha_low: float

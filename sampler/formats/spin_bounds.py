@@ -38,3 +38,15 @@ SPEED = (1e-9, 1e9)
 
 #: Closed interval of outcomes: far beyond what is physical, and squares of them are finite.
 OUTCOME = (-1e6, 1e6)
+
+#: Bounds of what a leaf subtracts from its inputs and multiplies them by, and of a tree's cuts.
+MOST_MIDDLE, MOST_SCALE, MOST_CUT = 1e3, 1e4, 1e3
+
+#: Coefficient and exponent of the speed's coordinate.
+SPEED_COORDINATE = (1e-6, 1e3)
+
+#: Most of k V_e^n, which single precision must hold.
+MOST_SPEED_SCALE = 1e30
+
+#: Smallest ratio of half-sizes.
+LEAST_RATIO = 1e-3

@@ -13,7 +13,11 @@ from sampler.formats.spin_bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
+    LEAST_RATIO,
     MEAN_UNIT,
+    MOST_CUT,
+    MOST_MIDDLE,
+    MOST_SCALE,
     N_CONDITIONS,
     N_EXPERTS,
     N_FACTORS,
@@ -24,6 +28,7 @@ from sampler.formats.spin_bounds import (
     OUTCOME,
     SCORE_MAX,
     SPEED,
+    SPEED_COORDINATE,
 )
 from sampler.formats.table_bounds import ALPHA_DEG
 
@@ -56,7 +61,7 @@ SPIN_DATASETS = (
         ("n_shapes", 2, 2),
         "1",
         "smallest and largest b/a, then c/b, that were simulated",
-        (checks.within(1e-3, 1.0), checks.non_decreasing),
+        (checks.within(LEAST_RATIO, 1.0), checks.non_decreasing),
     ),
     Dataset(
         "spin/aspect",
@@ -73,7 +78,7 @@ SPIN_DATASETS = (
         (2,),
         "1",
         "coefficient k and exponent n of the speed's coordinate exp(-k V_e^n), V_e in m/s",
-        (checks.within(1e-6, 1e3),),
+        (checks.within(*SPEED_COORDINATE),),
     ),
     Dataset(
         "spin/alpha_range_deg",
@@ -113,7 +118,7 @@ SPIN_DATASETS = (
         ("n_nodes",),
         "1",
         "values from this on belong to the second child",
-        (checks.within(-1e3, 1e3),),
+        (checks.within(-MOST_CUT, MOST_CUT),),
     ),
     Dataset(
         "spin/node_child",
@@ -129,7 +134,7 @@ SPIN_DATASETS = (
         ("n_leaves", N_INPUTS),
         "1",
         "by leaf: middle of the five conditions, b/a and c/b",
-        (checks.within(-1e3, 1e3),),
+        (checks.within(-MOST_MIDDLE, MOST_MIDDLE),),
     ),
     Dataset(
         "spin/scale",
@@ -137,7 +142,7 @@ SPIN_DATASETS = (
         ("n_leaves", N_INPUTS),
         "1",
         "by leaf: what the distances from the middle are multiplied by",
-        (checks.within(0.0, 1e4),),
+        (checks.within(0.0, MOST_SCALE),),
     ),
     Dataset(
         "spin/group_gate",

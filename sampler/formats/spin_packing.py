@@ -9,7 +9,13 @@ from sampler.formats.grain_law import grain_law, no_grains
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.packing_memory import aligned
 from sampler.formats.spin_arrays import EXPERT_STRIDE, SpinArrays
-from sampler.formats.spin_bounds import N_FACTORS, N_FEATURES, N_INPUTS, N_OUTCOMES
+from sampler.formats.spin_bounds import (
+    MOST_SPEED_SCALE,
+    N_FACTORS,
+    N_FEATURES,
+    N_INPUTS,
+    N_OUTCOMES,
+)
 from sampler.formats.table_arrays import LANES, ROUNDING
 
 #: Steps of the quantiles of a leaf.
@@ -64,7 +70,7 @@ def _no_law() -> SpinArrays:
     """Spin law of a table that has none."""
     reals, shorts = np.zeros(0, np.float32), np.zeros(0, np.int16)
     return SpinArrays(
-        *(0, 0),
+        *(0, 0, 0),
         *(0.0,) * 10,
         no_grains(),
         np.zeros(0, np.int64),
@@ -80,6 +86,12 @@ def _no_law() -> SpinArrays:
         reals,
         np.zeros(0, np.uint16),
     )
+
+
+def _speed_scale(coefficient: float, exponent: float, largest: float) -> float:
+    """Give k V_e^n of the largest V_e; where it is large the coordinate is 0 either way."""
+    with np.errstate(over="ignore"):
+        return min(float(coefficient * largest**exponent), MOST_SPEED_SCALE)
 
 
 def spin_arrays(contents: TableContents) -> SpinArrays:
@@ -103,6 +115,7 @@ def spin_arrays(contents: TableContents) -> SpinArrays:
     return SpinArrays(
         n_shapes=len(contents["spin/shape_codes"]),
         n_knots=contents["spin/quantiles"].shape[-1],
+        serves_all=0,
         alpha_first=float(alpha[0]),
         alpha_last=float(alpha[1]),
         alpha_low=float(alpha[0] * low),
@@ -111,7 +124,7 @@ def spin_arrays(contents: TableContents) -> SpinArrays:
         speed_last=float(speed[1]),
         speed_low=float(speed[0] * low),
         speed_high=float(speed[1] * high),
-        speed_scale=float(coefficient * speed[1] ** exponent),
+        speed_scale=_speed_scale(coefficient, exponent, speed[1]),
         speed_exponent=float(exponent),
         grains=grain_law(
             contents["spin/shape_codes"],

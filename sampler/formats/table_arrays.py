@@ -5,8 +5,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.spin_arrays import SpinArrays
-
 #: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed: any that is
 #: positive and finite. Not the limits of the numbers, which compilers may take for granted.
 ANY_SPEED = (1e-300, 1e300)
@@ -94,8 +92,8 @@ class TableArrays(NamedTuple):
     valid_speed : tuple of two float
         Impact speeds, m/s, between which the laws of the pair were measured; `ANY_SPEED` where that
         is not known. Draws at others are counted as extrapolated.
-    spin : SpinArrays
-        The law of particles that arrive spinning.
+    spin : int64 array
+        The law of particles that arrive spinning: see `sampler.formats.spin_buffer`.
     """
 
     alpha: Axis
@@ -117,7 +115,7 @@ class TableArrays(NamedTuple):
     spans: NDArray[np.float64]
     quantiles: NDArray[np.uint16]
     valid_speed: tuple[float, float]
-    spin: SpinArrays
+    spin: NDArray[np.int64]
 
 
 def bytes_of(value: Any) -> int:

@@ -65,19 +65,24 @@ contains
     integer(c_int64_t) :: index(n), k
     integer(c_int32_t) :: hit, hits(n)
     real(c_double) :: side, velocity(3, n), before(3, n), omega(3, n), normal(3, n), sizes(n)
+    real(c_double), target :: turning(3, n)            ! angular velocities before the impact
+    real(c_double), pointer, contiguous :: given(:, :) ! the same, or none
     type(rbt_report) :: report
 
     index = [(first + k, k = 0, n - 1)]
     sizes = half_size
     velocity = spread([150.0_c_double, -80.0_c_double, 0.0_c_double], 2, int(n))
     omega = 0
+    given => null()
+    if (rbt_has_spin_law(table)) given => turning
     do hit = 0, n_hits - 1
       side = merge(1, -1, mod(hit, 2) == 0)  ! lower and upper plate take turns
       normal = spread([0.0_c_double, side, 0.0_c_double], 2, int(n))
       hits = hit
       before = velocity
+      turning = omega
       if (rbt_rebound_batch(table, before, normal, sizes, seed, index, hits, velocity, omega, &
-          report=report) < RBT_OK) then
+          report=report, omega=given) < RBT_OK) then
         failed = failed + int(n - report%row + 1)
         exit
       end if

@@ -6,8 +6,8 @@
 !     #include "rebound_sampler.h"
 !
 ! and link both with the C mathematics library (-lm). What functions do, and what they return, is
-! said in the header; names, order of arguments and codes are the same. Angles are in radians,
-! everything else is in SI units. Unsigned integers of C are the integers of equal size here, with the
+! said in the header; names, order of arguments and codes are the same, but that arguments which may
+! be left out come last. Angles are in radians, everything else is in SI units. Unsigned integers of C are the integers of equal size here, with the
 ! same bits: index -1 is the largest there.
 !
 ! Any number of threads may draw from one table at once; rbt_open and rbt_close of one table must not
@@ -20,7 +20,8 @@ module rebound_sampler
 
   public :: rbt_table, rbt_report
   public :: rbt_open, rbt_close, rbt_strerror, rbt_is_open
-  public :: rbt_alpha_range, rbt_speed_range, rbt_components, rbt_pair
+  public :: rbt_alpha_range, rbt_speed_range, rbt_valid_speed, rbt_components, rbt_pair
+  public :: rbt_has_spin_law, rbt_keep_grains, rbt_grain
   public :: rbt_draw, rbt_draw_all, rbt_draw_batch, rbt_rebound, rbt_rebound_batch
 
   ! Codes, and most variables that a state can have; from sampler/formats/binary_layout.py, by
@@ -29,13 +30,13 @@ module rebound_sampler
   integer(c_int), parameter, public :: &
       RBT_OK = 0, RBT_CLAMPED = 1, RBT_ERR_NOT_FINITE = -1, RBT_ERR_NOT_APPROACHING = -2, &
       RBT_ERR_SPEED_NOT_POSITIVE = -3, RBT_ERR_NORMAL_NOT_USABLE = -4, &
-      RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, RBT_ERR_NOT_OPENED = -10, RBT_ERR_NOT_READ = -11, &
-      RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, RBT_ERR_FORMAT = -14, &
-      RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
+      RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, RBT_ERR_NO_SPIN_LAW = -9, RBT_ERR_NOT_OPENED = -10, &
+      RBT_ERR_NOT_READ = -11, RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, &
+      RBT_ERR_FORMAT = -14, RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
       RBT_ERR_DIMENSIONS = -18, RBT_ERR_NAMES = -19, RBT_ERR_OFFSETS = -20, RBT_ERR_AXES = -21, &
       RBT_ERR_COORDINATES = -22, RBT_ERR_NORMALS = -23, RBT_ERR_ALIAS = -24, &
       RBT_ERR_CLASSES = -25, RBT_ERR_COMPONENTS = -26, RBT_ERR_SPANS = -27, &
-      RBT_ERR_QUANTILES = -28
+      RBT_ERR_QUANTILES = -28, RBT_ERR_GRAINS = -29, RBT_ERR_TREES = -30, RBT_ERR_LEAVES = -31
   integer, parameter, public :: RBT_VALUES = 8
   ! end constants
 
@@ -50,14 +51,15 @@ module rebound_sampler
     integer(c_size_t) :: row = 0          ! first row with an error
     integer(c_size_t) :: clamped_row = 0  ! first clamped row
     integer(c_size_t) :: clamped = 0      ! number of clamped rows
+    integer(c_size_t) :: extrapolated = 0 ! number of rows with a speed outside of rbt_valid_speed
   end type rbt_report
 
   type, bind(c) :: c_report
-    integer(c_size_t) :: row, clamped_row, clamped
+    integer(c_size_t) :: row, clamped_row, clamped, extrapolated
   end type c_report
 
   type, bind(c) :: c_impacts
-    type(c_ptr) :: velocity, normal, half_size, wall_velocity, index, hit
+    type(c_ptr) :: velocity, normal, half_size, wall_velocity, index, hit, omega
   end type c_impacts
 
   interface
@@ -103,6 +105,33 @@ module rebound_sampler
       real(c_double), intent(out) :: range(2)
     end subroutine c_speed_range
 
+    subroutine c_valid_speed(table, range) bind(c, name="rbt_valid_speed")
+      import :: c_double, c_ptr
+      type(c_ptr), value :: table
+      real(c_double), intent(out) :: range(2)
+    end subroutine c_valid_speed
+
+    function c_has_spin_law(table) result(answer) bind(c, name="rbt_has_spin_law")
+      import :: c_int, c_ptr
+      type(c_ptr), value :: table
+      integer(c_int) :: answer
+    end function c_has_spin_law
+
+    subroutine c_keep_grains(table, kept) bind(c, name="rbt_keep_grains")
+      import :: c_int, c_ptr
+      type(c_ptr), value :: table
+      integer(c_int), value :: kept
+    end subroutine c_keep_grains
+
+    function c_grain(table, seed, index, hit, grain) result(code) bind(c, name="rbt_grain")
+      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: table
+      integer(c_int64_t), value :: seed, index
+      integer(c_int32_t), value :: hit
+      real(c_double), intent(inout) :: grain(3)
+      integer(c_int) :: code
+    end function c_grain
+
     function c_components(table, columns) result(n) bind(c, name="rbt_components")
       import :: c_int, c_ptr
       type(c_ptr), value :: table
@@ -110,10 +139,10 @@ module rebound_sampler
       integer(c_int) :: n
     end function c_components
 
-    function c_draw(table, alpha1, speed, seed, index, hit, state) result(code) &
+    function c_draw(table, alpha1, speed, spin, seed, index, hit, state) result(code) &
         bind(c, name="rbt_draw")
       import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
-      type(c_ptr), value :: table
+      type(c_ptr), value :: table, spin
       real(c_double), value :: alpha1, speed
       integer(c_int64_t), value :: seed, index
       integer(c_int32_t), value :: hit
@@ -132,10 +161,10 @@ module rebound_sampler
       integer(c_int) :: code
     end function c_draw_all
 
-    function c_draw_batch(table, n, alpha1, speed, seed, index, hit, states, report) &
+    function c_draw_batch(table, n, alpha1, speed, spin, seed, index, hit, states, report) &
         result(code) bind(c, name="rbt_draw_batch")
       import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr, c_report, c_size_t
-      type(c_ptr), value :: table
+      type(c_ptr), value :: table, spin
       integer(c_size_t), value :: n
       real(c_double), intent(in) :: alpha1(*), speed(*)
       integer(c_int64_t), value :: seed
@@ -146,26 +175,26 @@ module rebound_sampler
       integer(c_int) :: code
     end function c_draw_batch
 
-    function c_rebound(table, velocity, normal, half_size, wall_velocity, seed, index, hit, &
-        new_velocity, omega) result(code) bind(c, name="rbt_rebound")
+    function c_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, index, &
+        hit, new_velocity, new_omega) result(code) bind(c, name="rbt_rebound")
       import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
-      type(c_ptr), value :: table
+      type(c_ptr), value :: table, omega
       real(c_double), intent(in) :: velocity(3), normal(3), wall_velocity(3)
       real(c_double), value :: half_size
       integer(c_int64_t), value :: seed, index
       integer(c_int32_t), value :: hit
-      real(c_double), intent(inout) :: new_velocity(3), omega(3)
+      real(c_double), intent(inout) :: new_velocity(3), new_omega(3)
       integer(c_int) :: code
     end function c_rebound
 
-    function c_rebound_batch(table, n, impacts, seed, new_velocity, omega, report) &
+    function c_rebound_batch(table, n, impacts, seed, new_velocity, new_omega, report) &
         result(code) bind(c, name="rbt_rebound_batch")
       import :: c_double, c_impacts, c_int, c_int64_t, c_ptr, c_report, c_size_t
       type(c_ptr), value :: table
       integer(c_size_t), value :: n
       type(c_impacts), intent(in) :: impacts
       integer(c_int64_t), value :: seed
-      real(c_double), intent(inout) :: new_velocity(3, *), omega(3, *)
+      real(c_double), intent(inout) :: new_velocity(3, *), new_omega(3, *)
       type(c_report), intent(out) :: report
       integer(c_int) :: code
     end function c_rebound_batch
@@ -236,6 +265,42 @@ contains
     call c_speed_range(table%handle, range)
   end function rbt_speed_range
 
+  ! Speeds at which the law of the pair was measured, m/s; beyond them it is extrapolated.
+  function rbt_valid_speed(table) result(range)
+    type(rbt_table), intent(in) :: table
+    real(c_double) :: range(2)
+
+    call c_valid_speed(table%handle, range)
+  end function rbt_valid_speed
+
+  ! Whether the table has the law of particles that arrive with spin.
+  function rbt_has_spin_law(table) result(answer)
+    type(rbt_table), intent(in) :: table
+    logical :: answer
+
+    answer = c_has_spin_law(table%handle) /= 0
+  end function rbt_has_spin_law
+
+  ! Whether particles keep their grain from hit to hit, as they do unless told otherwise; not beside
+  ! other calls with the table.
+  subroutine rbt_keep_grains(table, kept)
+    type(rbt_table), intent(in) :: table
+    logical, intent(in) :: kept
+
+    call c_keep_grains(table%handle, merge(1_c_int, 0_c_int, kept))
+  end subroutine rbt_keep_grains
+
+  ! Grain of a particle at a hit: code of its shape, b/a and c/b.
+  function rbt_grain(table, seed, index, hit, grain) result(code)
+    type(rbt_table), intent(in) :: table
+    integer(c_int64_t), intent(in) :: seed, index
+    integer(c_int32_t), intent(in) :: hit
+    real(c_double), intent(inout) :: grain(3)     ! as it was after an error
+    integer(c_int) :: code
+
+    code = c_grain(table%handle, seed, index, hit, grain)
+  end function rbt_grain
+
   ! Variables that the table gives, as places in a state from 1 (u) to 8 (number of collisions).
   function rbt_components(table) result(places)
     type(rbt_table), intent(in) :: table
@@ -247,18 +312,22 @@ contains
   end function rbt_components
 
   ! Draw one state: u, v, w over V and omega_x, omega_y, omega_z times a/V.
-  function rbt_draw(table, alpha1, speed, seed, index, hit, state) result(code)
+  function rbt_draw(table, alpha1, speed, seed, index, hit, state, spin) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: alpha1, speed   ! rad from the wall; m/s
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
     real(c_double), intent(inout) :: state(6)     ! as it was after an error
+    real(c_double), intent(in), target, optional :: spin(3) ! before the impact, times a/V
     integer(c_int) :: code
+    type(c_ptr) :: given
 
-    code = c_draw(table%handle, alpha1, speed, seed, index, hit, state)
+    given = c_null_ptr
+    if (present(spin)) given = c_loc(spin)
+    code = c_draw(table%handle, alpha1, speed, given, seed, index, hit, state)
   end function rbt_draw
 
-  ! The same with all variables that a table can have.
+  ! The same without spin, with all variables that a table can have.
   function rbt_draw_all(table, alpha1, speed, seed, index, hit, values) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: alpha1, speed
@@ -270,8 +339,9 @@ contains
     code = c_draw_all(table%handle, alpha1, speed, seed, index, hit, values)
   end function rbt_draw_all
 
-  ! Draw a state for each column of states(6, n); faster than one by one.
-  function rbt_draw_batch(table, alpha1, speed, seed, index, hit, states, report) result(code)
+  ! Draw a state for each column of states(6, n); faster than one by one. Name arguments after states,
+  ! later versions may have further ones.
+  function rbt_draw_batch(table, alpha1, speed, seed, index, hit, states, report, spin) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), contiguous :: alpha1(:), speed(:)
     integer(c_int64_t), intent(in) :: seed
@@ -279,46 +349,58 @@ contains
     integer(c_int32_t), intent(in), contiguous :: hit(:)
     real(c_double), intent(inout), contiguous :: states(:, :)
     type(rbt_report), intent(out), optional :: report
+    real(c_double), intent(in), contiguous, target, optional :: spin(:, :) ! (3, n)
     integer(c_int) :: code
     integer(c_size_t) :: n
     type(c_report) :: found
+    type(c_ptr) :: given
 
     n = size(alpha1, kind=c_size_t)
     if (size(states, 1) /= 6 .or. any([size(speed), size(index), size(hit), size(states, 2)] &
         /= size(alpha1))) error stop "rbt_draw_batch: arrays of unequal length"
-    code = c_draw_batch(table%handle, n, alpha1, speed, seed, index, hit, states, found)
+    given = c_null_ptr
+    if (present(spin)) then
+      if (any(shape(spin) /= [3, size(alpha1)])) error stop "rbt_draw_batch: spin"
+      if (n > 0) given = c_loc(spin)
+    end if
+    code = c_draw_batch(table%handle, n, alpha1, speed, given, seed, index, hit, states, found)
     if (present(report)) report = fortran_report(found, n)
   end function rbt_draw_batch
 
   ! Rebound one particle, in the lab frame; results must be other variables than arguments.
   function rbt_rebound(table, velocity, normal, half_size, wall_velocity, seed, index, hit, &
-      new_velocity, omega) result(code)
+      new_velocity, new_omega, omega) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; from the wall into the gas
     real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
     real(c_double), intent(in) :: wall_velocity(3)        ! m/s
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
-    real(c_double), intent(inout) :: new_velocity(3), omega(3)  ! m/s, rad/s
+    real(c_double), intent(inout) :: new_velocity(3), new_omega(3)  ! m/s, rad/s
+    real(c_double), intent(in), target, optional :: omega(3)  ! before the impact, rad/s; none: no spin
     integer(c_int) :: code
+    type(c_ptr) :: given
 
-    code = c_rebound(table%handle, velocity, normal, half_size, wall_velocity, seed, index, hit, &
-        new_velocity, omega)
+    given = c_null_ptr
+    if (present(omega)) given = c_loc(omega)
+    code = c_rebound(table%handle, velocity, normal, half_size, wall_velocity, given, seed, index, &
+        hit, new_velocity, new_omega)
   end function rbt_rebound
 
   ! Rebound the particle of each column; faster than one by one. Results must be other variables than
-  ! arguments; name those after omega, later versions may have further ones.
+  ! arguments; name those after new_omega, later versions may have further ones.
   function rbt_rebound_batch(table, velocity, normal, half_size, seed, index, hit, &
-      new_velocity, omega, wall_velocity, report) result(code)
+      new_velocity, new_omega, wall_velocity, report, omega) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), contiguous, target :: velocity(:, :), normal(:, :)  ! (3, n)
     real(c_double), intent(in), contiguous, target :: half_size(:)
     integer(c_int64_t), intent(in) :: seed
     integer(c_int64_t), intent(in), contiguous, target :: index(:)
     integer(c_int32_t), intent(in), contiguous, target :: hit(:)
-    real(c_double), intent(inout), contiguous :: new_velocity(:, :), omega(:, :)    ! (3, n)
+    real(c_double), intent(inout), contiguous :: new_velocity(:, :), new_omega(:, :) ! (3, n)
     real(c_double), intent(in), contiguous, target, optional :: wall_velocity(:, :) ! none: at rest
     type(rbt_report), intent(out), optional :: report
+    real(c_double), intent(in), contiguous, target, optional :: omega(:, :) ! before; none: no spin
     integer(c_int) :: code
     integer(c_size_t) :: n
     integer :: wanted(2)
@@ -328,7 +410,7 @@ contains
     n = size(half_size, kind=c_size_t)
     code = RBT_OK
     wanted = [3, size(half_size)]
-    if (any([shape(velocity), shape(normal), shape(new_velocity), shape(omega)] &
+    if (any([shape(velocity), shape(normal), shape(new_velocity), shape(new_omega)] &
         /= [wanted, wanted, wanted, wanted]) .or. size(index) /= n .or. size(hit) /= n) &
         error stop "rbt_rebound_batch: arrays of unequal length"
     impacts%wall_velocity = c_null_ptr
@@ -336,13 +418,18 @@ contains
       if (any(shape(wall_velocity) /= wanted)) error stop "rbt_rebound_batch: wall_velocity"
       if (n > 0) impacts%wall_velocity = c_loc(wall_velocity)
     end if
+    impacts%omega = c_null_ptr
+    if (present(omega)) then
+      if (any(shape(omega) /= wanted)) error stop "rbt_rebound_batch: omega"
+      if (n > 0) impacts%omega = c_loc(omega)
+    end if
     if (n == 0) return
     impacts%velocity = c_loc(velocity)
     impacts%normal = c_loc(normal)
     impacts%half_size = c_loc(half_size)
     impacts%index = c_loc(index)
     impacts%hit = c_loc(hit)
-    code = c_rebound_batch(table%handle, n, impacts, seed, new_velocity, omega, found)
+    code = c_rebound_batch(table%handle, n, impacts, seed, new_velocity, new_omega, found)
     if (present(report)) report = fortran_report(found, n)
   end function rbt_rebound_batch
 
@@ -353,6 +440,7 @@ contains
     type(rbt_report) :: report
 
     report%clamped = found%clamped
+    report%extrapolated = found%extrapolated
     if (found%row < n) report%row = found%row + 1
     if (found%clamped_row < n) report%clamped_row = found%clamped_row + 1
   end function fortran_report

@@ -1,12 +1,13 @@
 """Whose grain a particle has at a hit: its own, a fresh one, or the one given."""
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.drawing.grain import OWN_GRAIN
+from sampler.drawing.grain import OWN_GRAIN, draw_grains
 from sampler.errors import InputError
+from sampler.formats.spin_buffer import unpacked
 from sampler.formats.table_arrays import TableArrays
 from sampler.inputs.rows import Keys, Rows, broadcast, place
 
@@ -33,29 +34,72 @@ class Grains(NamedTuple):
     hit: NDArray[np.uint32]
 
 
-def rows_with_grains(
-    arguments: dict[str, ArrayLike], grain: Grain, keys: Keys
-) -> tuple[Rows, Grains]:
-    """Rows of arguments and keys, and where their grains come from.
+def _check_word(grain: Grain) -> None:
+    """Refuse another word than those that say whose grain it is."""
+    if isinstance(grain, str) and grain not in ("own", "fresh"):
+        allowed = "'own', 'fresh', or numbers of shape (..., 3)"
+        raise InputError(f"grain: got {grain!r}, allowed: {allowed}")
+
+
+def rows_of_call(
+    arrays: TableArrays,
+    arguments: dict[str, ArrayLike],
+    name: str,
+    spin: ArrayLike | None,
+    grain: Grain,
+    keys: Keys,
+) -> tuple[Rows, Grains | None]:
+    """Rows of arguments and keys, and where grains come from; None for the law without spin.
+
+    Parameters
+    ----------
+    arrays : TableArrays
+    arguments : dict
+        All but the spin and the grain.
+    name : str
+        That of the spin: "spin" or "omega".
+    spin : array, shape (..., 3), or None
+        None where the particle has not spun: zeros, if a grain is given, or always.
+    grain : "own", "fresh" or array, shape (..., 3)
+    keys : Keys
 
     Raises
     ------
     InputError
-        If an argument has a wrong type or shape, or `grain` is another word.
+        If an argument has a wrong type or shape, the table has no spin law for it, or a grain is
+        none of those that the law was made for. Names the first row.
     """
+    _check_word(grain)
+    own = isinstance(grain, str) and grain == "own"
+    if spin is None and own and not unpacked(arrays.spin).serves_all:
+        return broadcast(arguments, keys), None
+    if unpacked(arrays.spin).n_shapes == 0:
+        asked = "grain" if spin is None else name
+        raise InputError(f"{asked}: got one, allowed: none, for the table has no spin law")
+    with_spin = arguments | {name: np.zeros(3) if spin is None else spin}
     if isinstance(grain, str):
-        if grain not in ("own", "fresh"):
-            allowed = "'own', 'fresh', or numbers of shape (..., 3)"
-            raise InputError(f"grain: got {grain!r}, allowed: {allowed}")
-        rows = broadcast(arguments, keys)
-        return rows, Grains(_NONE, rows.keys[2] if grain == "fresh" else _OWN)
-    rows = broadcast(arguments | {"grain": grain}, keys)
-    return rows, Grains(rows.values.pop("grain"), _OWN)
+        rows = broadcast(with_spin, keys)
+        return rows, Grains(_NONE, _OWN if own else rows.keys[2])
+    rows = broadcast(with_spin | {"grain": grain}, keys)
+    given = rows.values.pop("grain")
+    check_grains(arrays, rows, given)
+    return rows, Grains(given, _OWN)
+
+
+def grains_of(arrays: TableArrays, seed: int, index: ArrayLike) -> NDArray[np.float64]:
+    """Grains that particles keep, (..., 3); raises `InputError` if the table has no spin law."""
+    if unpacked(arrays.spin).n_shapes == 0:
+        raise InputError("grains: asked for, allowed: of a table with a spin law")
+    rows = broadcast({}, Keys(seed, index))
+    key: Any = rows.keys[0]
+    grains = np.empty((rows.n, 3))
+    draw_grains(unpacked(arrays.spin).grains, key, rows.keys[1], grains)
+    return grains.reshape(*rows.shape, 3)
 
 
 def check_grains(arrays: TableArrays, rows: Rows, given: NDArray[np.float64]) -> None:
     """Refuse the first grain that the spin law of a table was not made for."""
-    law = arrays.spin
+    law = unpacked(arrays.spin)
     same = given[:, :1] == law.shape_codes
     low, high = law.ratio_range[:, :, 0], law.ratio_range[:, :, 1]
     inside = ((given[:, None, 1:] >= low) & (given[:, None, 1:] <= high)).all(axis=2)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sampler.drawing.kernel import is_outside
+from sampler.drawing.condition_status import is_outside
 from sampler.errors import (
     CASCADE_NOT_ENDED,
     HALF_SIZE_NOT_POSITIVE,
@@ -19,6 +19,9 @@ from sampler.errors import (
     SPEED_NOT_POSITIVE,
     TILT_NOT_FOUND,
 )
+from sampler.formats.spin_arrays import SpinArrays
+from sampler.formats.spin_bounds import INERTIA
+from sampler.formats.spin_buffer import unpacked
 from sampler.formats.table_arrays import TableArrays
 from sampler.inputs.rows import Rows, place
 from sampler.inputs.told_apart import told_apart
@@ -57,12 +60,52 @@ def row_message(rows: Rows, row: int, code: int) -> str:
     if code == NOT_FINITE:
         bad = (name for name in rows.values if not np.isfinite(rows.at(name, row)).all())
         name, allowed = next(bad, ""), "finite numbers"
-        if not name:  # each number is finite; the square of the velocity is not
-            name, allowed = "velocity", "a magnitude below 1e150 m/s"
+        if not name:  # each number is finite; a square is not
+            name, allowed = _too_large(rows, row)
     else:
         name, allowed = (_IMPACTS if "velocity" in rows.values else _CONDITIONS)[code]
     got = f"got {_text(rows.at(name, row))} at {place(row, rows.shape)}"
     return f"{name}: {got}, allowed: {allowed}"
+
+
+def _too_large(rows: Rows, row: int) -> tuple[str, str]:
+    """Argument whose square is no number any more, and what is allowed."""
+    if "velocity" not in rows.values:
+        return "spin", "a magnitude below 1e150, and of the speed too"
+    relative = rows.at("velocity", row) - rows.at("wall_velocity", row)
+    if "omega" in rows.values and math.hypot(*relative) < 1e150:
+        return "omega", "a magnitude below 1e150 times V/a"
+    return "velocity", "a magnitude below 1e150 m/s"
+
+
+def _spin_squared(rows: Rows, row: int, speed: float) -> float:
+    """Square of the spin times a/V of a row that has one."""
+    if "spin" in rows.values:
+        spin = rows.at("spin", row)
+    else:
+        spin = rows.at("omega", row) * (float(rows.at("half_size", row)) / speed)
+    return float(spin @ spin)
+
+
+def _outside_spin_law(law: SpinArrays, rows: Rows, row: int) -> tuple[str, float, Any, str]:
+    """Find what lies outside of the spin law: name, value, ends and unit."""
+    alpha1, speed = _condition(rows, row)
+    if not law.alpha_low <= alpha1 <= law.alpha_high:
+        return "alpha1", alpha1, (law.alpha_first, law.alpha_last), "rad"
+    effective = speed * math.sqrt(1.0 + INERTIA * _spin_squared(rows, row, speed))
+    ends = (law.speed_first, law.speed_last)
+    if law.speed_low <= effective <= law.speed_high:
+        return "", effective, ends, ""
+    return "speed", effective, ends, "m/s of V (1 + 2/3 |spin|^2)^(1/2)"
+
+
+def _outside_nodes(arrays: TableArrays, rows: Rows, row: int) -> tuple[str, float, Any, str]:
+    """Find the same for the law of particles that arrive without spin."""
+    alpha1, speed = _condition(rows, row)
+    if is_outside(alpha1, arrays.alpha):
+        return "alpha1", alpha1, (arrays.alpha.first, arrays.alpha.last), "rad"
+    name = "speed" if is_outside(speed, arrays.speed) else ""
+    return name, speed, (arrays.speed.first, arrays.speed.last), "m/s"
 
 
 def _condition(rows: Rows, row: int) -> tuple[float, float]:
@@ -80,20 +123,19 @@ def _condition(rows: Rows, row: int) -> tuple[float, float]:
 
 def outside_message(arrays: TableArrays, rows: Rows, row: int) -> str:
     """Message on a row whose condition lies outside the table."""
-    alpha1, speed = _condition(rows, row)
     at = place(row, rows.shape)
-    if is_outside(alpha1, arrays.alpha):
-        name, value, axis, unit = "alpha1", alpha1, arrays.alpha, "rad"
-    elif is_outside(speed, arrays.speed):
-        name, value, axis, unit = "speed", speed, arrays.speed, "m/s"
+    if "spin" in rows.values or "omega" in rows.values:
+        name, value, ends, unit = _outside_spin_law(unpacked(arrays.spin), rows, row)
     else:
+        name, value, ends, unit = _outside_nodes(arrays, rows, row)
+    if not name:
         return (
             f"roughness: got a facet or a further bounce outside of the table at {at}, "
             "allowed: none with outside='raise'"
         )
     return (
-        f"{name}: got {told_apart(value, axis.first, axis.last)} at {at}, allowed: "
-        f"from {axis.first:.9g} to {axis.last:.9g} {unit}, the range of the table"
+        f"{name}: got {told_apart(value, *ends)} at {at}, allowed: "
+        f"from {ends[0]:.9g} to {ends[1]:.9g} {unit}, the range of the table"
     )
 
 

@@ -83,7 +83,8 @@ def where_to_draw(
     outside : {"clamp", "raise"}
         As of `Table`.
     """
-    if states.size > _SOONER_COPIED:
+    # a draw with a spin can be refused for more reasons than are looked at here
+    if states.size > _SOONER_COPIED and "spin" not in rows.values:
         read = (*rows.values.values(), *rows.keys[1:])
         shared = any(np.may_share_memory(states, values) for values in read)
         if not shared and _none_refused(rows, arrays, outside):

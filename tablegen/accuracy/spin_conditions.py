@@ -10,11 +10,15 @@ from sampler.errors import InputError
 from sampler.formats.hdf5 import TableContents
 from sampler.inputs.told_apart import told_apart
 from tablegen.config import Config
+from tablegen.configuration.defaults import GENERATE_SPIN_CONDITIONS
 from tablegen.impact_chains import energy_factor, speeds_measured
 
 #: Angles [degrees] that are of interest, and the largest spin before the impact, times V/a.
 ANGLES_DEG = (5.0, 85.0)
 MOST_SPIN = 2.0
+
+#: Spinning conditions for each of the others, up to `GENERATE_SPIN_CONDITIONS`.
+_FOR_EACH = 3
 
 #: Purpose of the random numbers, next to the seed.
 _KEY = 2**31 + 2
@@ -62,6 +66,11 @@ def pick_spin_conditions(config: Config, count: int, seed: int) -> list[SpinCond
         SpinCondition(low + (high - low) * a, slow + (fast - slow) * v, (x, y, z))
         for a, v, (x, y, z) in zip(*points[:, :2].T.tolist(), spins.tolist(), strict=True)
     ]
+
+
+def spin_conditions_beside(conditions: int) -> int:
+    """Count the spinning conditions at which a new table is measured, beside so many others."""
+    return min(GENERATE_SPIN_CONDITIONS, _FOR_EACH * conditions)
 
 
 def check_spin_conditions(

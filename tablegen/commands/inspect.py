@@ -79,6 +79,8 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "alpha_deg": contents["axes/alpha_deg"].tolist(),
         "speed": contents["axes/speed"].tolist(),
         "speed_independent": contents.speed_independent,
+        "valid_speed": contents.valid_speed and list(contents.valid_speed),
+        "spin": _spin_law(contents),
         "mixture_components": arrays.n_components,
         "quantile_knots": arrays.n_knots,
         "seed": contents.seed,
@@ -111,6 +113,8 @@ def identity_text(contents: "TableContents") -> str:
     facts = identity(contents)
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
     anywhere = ", the same at any speed" if facts["speed_independent"] else ""
+    if facts["valid_speed"] is not None:
+        anywhere += "; laws measured at {:g} to {:g} m/s".format(*facts["valid_speed"])
     measured, declared = "nothing", facts["declared"]
     if worst is not None:
         count = len(facts["accuracy"]["alpha_deg"])
@@ -123,6 +127,7 @@ def identity_text(contents: "TableContents") -> str:
             f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
             f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}",
             f"a draw gives      {', '.join(facts['components'])}",
+            f"spin law          {_spin_text(facts['spin'])}",
             f"mixture           {facts['mixture_components']} components a node",
             f"quantile knots    {facts['quantile_knots']}",
             f"seed              {facts['seed']}",
@@ -134,6 +139,32 @@ def identity_text(contents: "TableContents") -> str:
             f"measured          {measured}",
             *_note_lines(declared, worst),
         ]
+    )
+
+
+def _spin_law(contents: "TableContents") -> dict[str, Any] | None:
+    """Say what the spin law of a table covers, with its sizes; None if there is none."""
+    if not contents.has_spin:
+        return None
+    return {
+        "shapes": contents["spin/shape_codes"].tolist(),
+        "shape_weights": contents["spin/shape_weights"].tolist(),
+        "ratio_range": contents["spin/ratio_range"].tolist(),
+        "alpha_deg": contents["spin/alpha_range_deg"].tolist(),
+        "effective_speed": contents["spin/speed_range"].tolist(),
+        "leaves": len(contents["spin/centre"]),
+        "quantile_knots": contents["spin/quantiles"].shape[-1],
+    }
+
+
+def _spin_text(law: Mapping[str, Any] | None) -> str:
+    """Say what a spin law is, for people."""
+    if law is None:
+        return "none: particles are taken to arrive without spin"
+    (low, high), (slow, fast) = law["alpha_deg"], law["effective_speed"]
+    return (
+        f"{low:g} to {high:g} degrees, effective speeds {slow:g} to {fast:g} m/s, "
+        f"{len(law['shapes'])} shapes, {law['leaves']} leaves"
     )
 
 

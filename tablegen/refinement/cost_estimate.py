@@ -10,12 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tablegen.accuracy.joint_law import SAMPLES as CHAIN_IMPACTS
 from tablegen.accuracy.measure import sample_size
+from tablegen.accuracy.spin_conditions import spin_conditions_beside
 from tablegen.config import Config
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.refinement.axes import first_grid
 from tablegen.refinement.intervals import Grid
 from tablegen.simulate import simulate
+from tablegen.spin_law.sizes import spin_sizes
 
 #: Seconds of a fit: so many a particle, and as many more for every so many mixture components.
 _FIT, _FIT_COMPONENTS = 2.7e-6, 384
@@ -35,11 +38,22 @@ _MEASURED = 2.0
 #: How far refinement takes the number of nodes of an axis; how many intervals it tries in vain.
 _GROWTH, _IN_VAIN = 1.6, 1.4
 
+#: Of the spin law: what a rebound with spin costs over one without, seconds of the fit of a leaf
+#: for each of its rebounds and as many more for every so many experts, and those of the trees for
+#: each condition.
+_SPINNING, _LEAF_FIT, _LEAF_EXPERTS, _TREE = 1.6, 6e-6, 30, 4e-6
+
+#: Rebounds of both sides for each impact that is compared over chains.
+_REBOUNDS = 8
+
 #: Margin of the seconds, either way.
 _MARGIN = 1.4
 
 #: Memory, bytes: of the process, of a particle or state under way in a worker.
 _PROCESS, _STATE = 650e6, 500
+
+#: The same of a rebound of a leaf.
+_LEAF_STATE = 1_500
 
 #: Rebounds that are timed, at each of three angles.
 _TIMED = 2_000
@@ -58,6 +72,8 @@ class Cost(NamedTuple):
     #: Bytes of a process that makes the table, and of each task that it has under way.
     memory: float
     worker_memory: float
+    #: Leaves of the spin law.
+    leaves: int = 0
 
 
 def rebound_seconds(config: Config) -> float:
@@ -115,14 +131,37 @@ def estimate(config: Config, rebound: float, conditions: int = 0) -> Cost:
     fixed = table.alpha_nodes_deg is not None and table.speed_nodes is not None
     least = math.prod(first) * node + (0.0 if fixed else _trials(*first) * trial)
     last = math.prod(most) * node + (0.0 if fixed else _IN_VAIN * _trials(*most) * trial)
+    leaves, spinning = _spin_law(config, rebound) if config.spin else (0, 0.0)
+    besides += spinning + (_spin_measurement(config, rebound, conditions) if config.spin else 0.0)
     return Cost(
         first,
         most,
         (least + besides) / _MARGIN,
         (last + besides) * _MARGIN,
         _PROCESS,
-        _STATE * max(samples, states),
+        max(_STATE * max(samples, states), _LEAF_STATE * spin_sizes(config).rebounds * config.spin),
+        leaves,
     )
+
+
+def _spin_law(config: Config, rebound: float) -> tuple[int, float]:
+    """Leaves of the spin law, and the processor time that it takes [s]."""
+    leaves, seconds = 0, 0.0
+    for code in config.population.kernel_arguments().shape_codes:
+        size = spin_sizes(config).of_shape(int(code))
+        each = size.leaves + size.still_leaves
+        fit = _LEAF_FIT * (1.0 + size.groups * size.experts / _LEAF_EXPERTS)
+        seconds += each * size.rebounds * (2.0 * _SPINNING * rebound + fit)
+        seconds += size.conditions * (_SPINNING * rebound + _TREE)
+        leaves += each
+    return leaves, seconds
+
+
+def _spin_measurement(config: Config, rebound: float, conditions: int) -> float:
+    """Processor time [s] of the measurement of a spin law, at conditions and over chains."""
+    at_one = sample_size(config.spin_targets) * (_SPINNING * rebound + _CHECK_STATE) + _CHECK
+    chains = CHAIN_IMPACTS * (_REBOUNDS * _SPINNING * rebound + _CHECK_STATE) + 2.0 * _CHECK
+    return _MEASURED * (spin_conditions_beside(conditions) * at_one + chains * (conditions > 0))
 
 
 def _time_text(low: float, high: float) -> str:
@@ -149,6 +188,8 @@ def cost_text(cost: Cost, workers: int | None) -> str:
             f" at first, more where the error asks for it (up to about {more_alphas} x "
             f"{more_speeds})"
         )
+    if cost.leaves:
+        nodes += f", a spin law of {cost.leaves} leaves"
     seconds = cost.least_seconds, cost.most_seconds
     parts = [nodes, f"about {_time_text(*seconds)} of one processor"]
     if workers is not None and workers > 1:

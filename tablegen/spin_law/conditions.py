@@ -20,6 +20,7 @@ from sampler.formats.spin_bounds import INERTIA, N_CONDITIONS
 from tablegen.config import Config
 from tablegen.impact_chains import Impacts, energy_factor, next_impacts, speeds_measured
 from tablegen.model.float_array import FloatArray
+from tablegen.model.model_bounds import MOST_TURNED, SPEED
 from tablegen.particles.population import FixedAspect, Population
 
 #: Share of the conditions that come from chains, and hits of a chain.
@@ -30,6 +31,13 @@ _MOST_SPIN = 1.21
 
 #: Spins over V/a up to which an impact of a chain counts, and the least speed [m/s].
 _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
+
+#: Least angle [rad] for each V/a of spin, with a margin: what turns too often before it meets the
+#: wall is not simulated.
+_TURNED = 2.0 * 1.01 / MOST_TURNED
+
+#: Least speed V [m/s], with a margin for rounding to single precision.
+_LEAST_SPEED = 1.001 * SPEED.low
 
 #: Largest V_e over the largest speed V: a spin of 2.1 V/a reaches it there.
 FASTEST = 2.0
@@ -72,6 +80,13 @@ class Range(NamedTuple):
             & (speed > _SLOWEST)
             & (np.sum(spin * spin, axis=1) < _FASTEST_SPIN**2)
         )
+
+
+def _possible(conditions: FloatArray) -> FloatArray:
+    """Conditions as steep and fast as the direct model needs them, at the ends of any domain."""
+    steepest = _TURNED * np.sqrt(np.sum(conditions[:, 2:] ** 2, axis=1))
+    alpha = np.minimum(np.maximum(conditions[:, 0], steepest), math.pi / 2.0)
+    return np.column_stack([alpha, np.maximum(conditions[:, 1], _LEAST_SPEED), conditions[:, 2:]])
 
 
 def ratio_range(population: Population, shape_code: int) -> FloatArray:
@@ -135,12 +150,14 @@ def spread_conditions(domain: Range, count: int, rng: np.random.Generator) -> Fl
     direction = rng.standard_normal((count, 3))
     direction /= np.sqrt(np.sum(direction**2, axis=1))[:, None]
     share = np.sqrt(1.0 - INERTIA * size * size)
-    return np.column_stack(
-        [
-            _angles(domain, count, rng),
-            _speeds(*domain.speed, count, rng) * share,
-            (size / share)[:, None] * direction,
-        ]
+    return _possible(
+        np.column_stack(
+            [
+                _angles(domain, count, rng),
+                _speeds(*domain.speed, count, rng) * share,
+                (size / share)[:, None] * direction,
+            ]
+        )
     )
 
 
@@ -187,7 +204,7 @@ def chain_conditions(
         other = ~keeps & (rng.random(len(keeps)) < 0.5)
         conditions[other, 0] = rng.uniform(*domain.alpha, int(other.sum()))
         good = domain.holds(conditions)
-        conditions, grains = conditions[good], grains[good]
+        conditions, grains = _possible(conditions[good]), grains[good]
         keeps, opposite = keeps[good], opposite[good]
         found.append((conditions, grains))
     none = [(np.empty((0, N_CONDITIONS)), np.empty((0, 3)))]

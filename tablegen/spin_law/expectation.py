@@ -7,40 +7,12 @@ are numbered group by group.
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import inline_kernel, kernel
-from sampler.drawing.intrinsics import single_of_bits
+from sampler.compilation.jit import kernel
+from sampler.drawing.spin_steps import exponential
 
 Single = NDArray[np.float32]
 
-_LOG2_E = np.float32(1.4426950408889634)
-_LN2_HIGH, _LN2_LOW = np.float32(0.693359375), np.float32(-2.12194440e-4)
-_ROUND = np.float32(12582912.0)
-_LEAST = np.float32(-80.0)
 _HALF, _ONE, _ZERO = np.float32(0.5), np.float32(1.0), np.float32(0.0)
-_P5, _P4, _P3 = (
-    np.float32(1.9875691500e-4),
-    np.float32(1.3981999507e-3),
-    np.float32(8.3334519073e-3),
-)
-_P2, _P1, _P0 = (
-    np.float32(4.1665795894e-2),
-    np.float32(1.6666665459e-1),
-    np.float32(5.0000001201e-1),
-)
-
-
-@inline_kernel
-def exponential(x: np.float32) -> np.float32:
-    """Exponential of a number up to 80, within 2e-7 of it; below -80 that of -80.
-
-    Written so that a loop over it becomes one over vectors. Source: Cephes, ``expf``.
-    """
-    x = max(x, _LEAST)
-    n = (x * _LOG2_E + _ROUND) - _ROUND
-    r = (x - n * _LN2_HIGH) - n * _LN2_LOW
-    p = ((((_P5 * r + _P4) * r + _P3) * r + _P2) * r + _P1) * r + _P0
-    power = single_of_bits(np.uint32((np.int32(n) + np.int32(127)) << np.int32(23)))
-    return ((p * r) * r + r + _ONE) * power
 
 
 @kernel

@@ -280,8 +280,9 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
     rest += mean @ inputs @ mean.transpose(0, 2, 1) - cross @ mean.transpose(0, 2, 1)
     prior = _PRIOR_ROWS * _PRIOR_VARIANCE * np.eye(N_OUTCOMES)
     covariance = (rest + prior) / (mass + _PRIOR_ROWS)[:, None, None] + _RIDGE * np.eye(N_OUTCOMES)
-    fitted.mean = mean
-    fitted.factor = np.linalg.cholesky(0.5 * (covariance + covariance.transpose(0, 2, 1)))
+    symmetric = 0.5 * (covariance + covariance.transpose(0, 2, 1))
+    fitted.mean = np.asarray(mean, dtype=np.float64)
+    fitted.factor = np.asarray(np.linalg.cholesky(symmetric), dtype=np.float64)
 
 
 def _move_gates(
@@ -289,12 +290,11 @@ def _move_gates(
 ) -> None:
     """Take a step of both gates, and let the logits of each softmax have a mean of zero."""
     groups, count = len(fitted.group_gate), len(fitted.gate)
-    group_gate = _stepped(fitted.group_gate, sums.by_group, curvatures[0], rows)
-    group_gate = group_gate - group_gate.mean(axis=0)
+    top = _stepped(fitted.group_gate, sums.by_group, curvatures[0], rows)
+    fitted.group_gate = np.subtract(top, top.mean(axis=0))
     moved = _stepped(fitted.gate, sums.by_expert, curvatures[1], rows)
     parts = moved.reshape(groups, count // groups, -1)
-    moved = (parts - parts.mean(axis=1, keepdims=True)).reshape(moved.shape)
-    fitted.group_gate, fitted.gate = group_gate, moved
+    fitted.gate = np.subtract(parts, parts.mean(axis=1, keepdims=True)).reshape(count, -1)
 
 
 def _stepped(

@@ -1,171 +1,23 @@
-"""The spin law of a configuration: its tasks, and the datasets that they make."""
+"""The spin law of a configuration: its tasks run, and the datasets that they make."""
 
-import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from tablegen.accuracy.spin_measure import spin_accuracy_datasets
 from tablegen.config import Config
-from tablegen.direct import DirectModel
-from tablegen.materials.restitution import ExponentialRestitution
-from tablegen.model.float_array import FloatArray
-from tablegen.spin_law.conditions import (
-    Range,
-    draw_ratios,
-    ratio_range,
-    spinning_conditions,
-    still_conditions,
+from tablegen.spin_law.conditions import Range, ratio_range
+from tablegen.spin_law.fit_tasks import (
+    ShapeConditions,
+    conditions_task,
+    leaf_task,
+    speed_coordinate,
 )
-from tablegen.spin_law.coordinates import SpeedCoordinate, coordinates, folded
-from tablegen.spin_law.leaf import LeafArrays, Rebounds, fit_leaf
-from tablegen.spin_law.sizes import SpinSizes, spin_sizes
-from tablegen.spin_law.tree import Leaf, Tree, grow, joined
-from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
-
-#: Speed coordinate where the law of restitution has none of this form: a fifth of the largest V_e
-#: is half way.
-_EXPONENT, _HALF_WAY = 0.5, 0.2
-
-#: Conditions without spin over those of a leaf.
-_STILL = 0.5
-
-
-class _Conditions(NamedTuple):
-    """Conditions of a shape's leaves, one leaf after another, and the tree that finds the leaf.
-
-    ``conditions`` (n, 5) and ``ratios`` (n, 2) float32; ``inside`` (n,) bool says which are in the
-    leaf and not beside it; ``starts`` (leaves + 1,) where each leaf begins.
-    """
-
-    conditions: NDArray[np.float32]
-    ratios: NDArray[np.float32]
-    inside: NDArray[np.bool_]
-    starts: NDArray[np.int64]
-    axis: NDArray[np.int8]
-    cut: FloatArray
-    child: NDArray[np.int32]
-
-    def of_leaf(self, number: int) -> tuple[NDArray[Any], ...]:
-        """Conditions, ratios and what is inside of one leaf."""
-        part = slice(self.starts[number], self.starts[number + 1])
-        return self.conditions[part], self.ratios[part], self.inside[part]
-
-
-def speed_coordinate(config: Config) -> SpeedCoordinate:
-    """Coordinate of the speed: that of the restitution law if it has this form."""
-    law = config.pair.restitution
-    if isinstance(law, ExponentialRestitution):
-        return SpeedCoordinate(law.coefficient, law.exponent)
-    half = _HALF_WAY * Range.of(config).speed[1]
-    return SpeedCoordinate(math.log(2.0) / half**_EXPONENT, _EXPONENT)
-
-
-def _simulated(
-    config: Config, conditions: FloatArray, grains: FloatArray, stream: int
-) -> FloatArray:
-    """States (n, 6) after rebounds of given grains."""
-    return DirectModel(config).sample(
-        conditions[:, 0],
-        conditions[:, 1],
-        spin=conditions[:, 2:],
-        grain=grains,
-        seed=config.table.seed,
-        index=np.arange(len(conditions), dtype=np.uint64),
-        hit=stream,
-        threads=1,
-    )
-
-
-def _stream(key: str, number: int = 0) -> int:
-    """Stream of random numbers of a task, below 2**32 and apart from those of nodes."""
-    return (2**31 + stable_number(key, 31) + number) % 2**32
-
-
-def _generator(config: Config, key: str) -> np.random.Generator:
-    return np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
-
-
-def _conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str) -> Arrays:
-    """Conditions of the leaves of a shape, and their tree."""
-    watch, rng, domain = Stopwatch(), _generator(config, key), Range.of(config)
-
-    def rebound(conditions: FloatArray, grains: FloatArray, hit: int) -> FloatArray:
-        return _simulated(config, conditions, grains, _stream(key, hit))
-
-    spinning, grains = spinning_conditions(
-        domain, config.population, shape_code, sizes.conditions, rebound, rng
-    )
-    count = math.ceil(_STILL * sizes.rebounds) * sizes.still_leaves
-    still = still_conditions(domain, count, rng)
-    still_ratios = draw_ratios(config.population, shape_code, count, rng)
-    watch.stage("simulation")
-    found = [
-        _grown(config, *part, sizes.rebounds)
-        for part in (
-            (still, still_ratios, sizes.still_leaves),
-            (spinning, grains[:, 1:], sizes.leaves),
-        )
-    ]
-    (one, one_parts), (other, other_parts) = found
-    tree, parts = joined(one, len(one_parts), other), [*one_parts, *other_parts]
-    lengths = [len(inside) for *_, inside in parts]
-    conditions, ratios, inside = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    whole = _Conditions(conditions, ratios, inside, np.cumsum([0, *lengths]), *tree)
-    watch.stage("fit")
-    return {**whole._asdict(), SECONDS: watch.seconds}
-
-
-def _grown(
-    config: Config, conditions: FloatArray, ratios: FloatArray, leaves: int, most: int
-) -> tuple[Tree, list[tuple[NDArray[Any], ...]]]:
-    """Tree of conditions, and conditions, ratios and what is inside of each leaf, ``most`` each."""
-    q, _ = folded(coordinates(conditions, speed_coordinate(config)))
-    tree, found = grow(q, leaves)
-
-    def part(leaf: Leaf) -> tuple[NDArray[Any], ...]:
-        rows = leaf.rows[:most]
-        return conditions[rows].astype("f4"), ratios[rows].astype("f4"), leaf.inside[:most]
-
-    return tree, [part(leaf) for leaf in found]
-
-
-def _leaf_task(
-    config: Config,
-    shape_code: int,
-    place: tuple[NDArray[Any], NDArray[Any], NDArray[np.bool_]],
-    sizes: SpinSizes,
-    key: str,
-) -> Arrays:
-    """Arrays of a leaf, from conditions, ratios and what is inside of it."""
-    watch, rng = Stopwatch(), _generator(config, key)
-    conditions, ratios, inside = place
-
-    def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
-        # each condition about equally often, in random order
-        order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
-        met, drawn = conditions[order].astype("f8"), ratios[order].astype("f8")
-        # pi/2 in single precision is beyond it
-        met[:, 0] = np.minimum(met[:, 0], math.pi / 2.0)
-        grains = np.column_stack([np.full(len(met), float(shape_code)), _legal(drawn)])
-        return Rebounds(met, drawn, _simulated(config, met, grains, _stream(key, number)))
-
-    around = rebounds(np.arange(len(conditions)), 0)
-    within = rebounds(np.flatnonzero(inside), 1)
-    watch.stage("simulation")
-    shape = sizes.groups, sizes.experts, sizes.knots
-    # one BLAS thread: the leaves are the parallel work, and sums keep their order
-    with threadpool_limits(limits=1, user_api="blas"):
-        leaf = fit_leaf(around, within, speed_coordinate(config), shape, rng)
-    watch.stage("fit")
-    return {**leaf._asdict(), SECONDS: watch.seconds}
-
-
-def _legal(ratios: FloatArray) -> FloatArray:
-    """Ratios that rounding to single precision may have brought above one."""
-    return np.minimum(ratios, 1.0)
+from tablegen.spin_law.leaf import LeafArrays
+from tablegen.spin_law.sizes import spin_sizes
+from tablegen.spin_law.tree import Tree
+from tablegen.tasks.runner import Task, TaskRunner
 
 
 def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
@@ -185,11 +37,11 @@ def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
     sizes = {code: spin_sizes(config).of_shape(code) for code in codes}
     keys = {f"spin conditions {code} {tuple(sizes[code])}": code for code in codes}
     tasks = {
-        key: Task(_conditions_task, (config, code, sizes[code], key)) for key, code in keys.items()
+        key: Task(conditions_task, (config, code, sizes[code], key)) for key, code in keys.items()
     }
     made = runner.run("conditions with spin", tasks)
     found = {
-        code: _Conditions(**{name: made[key][name] for name in _Conditions._fields})
+        code: ShapeConditions(**{name: made[key][name] for name in ShapeConditions._fields})
         for key, code in keys.items()
     }
     leaves = {}
@@ -197,7 +49,7 @@ def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
         for number in range(len(place.starts) - 1):
             key = f"spin leaf {code} {number} {tuple(sizes[code])}"
             arguments = (config, code, place.of_leaf(number), sizes[code], key)
-            leaves[key] = Task(_leaf_task, arguments)
+            leaves[key] = Task(leaf_task, arguments)
     fitted = runner.run("fitting leaves", leaves)
     stacked = {
         f"spin/{name}": np.stack([arrays[name] for arrays in fitted.values()])

@@ -46,7 +46,7 @@ class SpinSizes(NamedTuple):
 #: By preset of the accuracy.
 SPIN_SIZES = {
     "compact": SpinSizes(16, 4, 8, 8, 120_000, 65),
-    "standard": SpinSizes(32, 6, 8, 16, 240_000, 97),
+    "standard": SpinSizes(38, 6, 8, 16, 240_000, 97),
     "fine": SpinSizes(96, 12, 8, 16, 480_000, 129),
 }
 

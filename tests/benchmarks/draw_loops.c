@@ -4,15 +4,18 @@
 #include "rebound_sampler.h"
 
 int one_by_one(const rbt_table *table, size_t n, const double *alpha1, const double *speed,
-               uint64_t seed, const uint64_t *index, const uint32_t *hit, double *states);
+               const double *spin, uint64_t seed, const uint64_t *index, const uint32_t *hit,
+               double *states);
 uint32_t floor_of_draws(const rbt_table *table, size_t n, uint64_t seed, const uint64_t *index);
 
 int one_by_one(const rbt_table *table, size_t n, const double *alpha1, const double *speed,
-               uint64_t seed, const uint64_t *index, const uint32_t *hit, double *states)
+               const double *spin, uint64_t seed, const uint64_t *index, const uint32_t *hit,
+               double *states)
 {
     int codes = 0;
     for (size_t k = 0; k < n; k++)
-        codes |= rbt_draw(table, alpha1[k], speed[k], seed, index[k], hit[k], states + 6 * k);
+        codes |= rbt_draw(table, alpha1[k], speed[k], spin ? spin + 3 * k : NULL, seed, index[k],
+                          hit[k], states + 6 * k);
     return codes;
 }
 

@@ -27,6 +27,32 @@ static void need(int holds)
         abort();
 }
 
+/* Draws of particles that spin, or refusals of a table without a spin law. */
+static void check_spinning(const rbt_table *table, const double *alpha1, const double *speed,
+                           const uint64_t *index, const uint32_t *hit)
+{
+    double spin[3 * DRAWS], states[6 * DRAWS], state[6], grain[3];
+    rbt_report report;
+    for (int k = 0; k < 3 * DRAWS; k++)
+        spin[k] = ((k * 7) % 11 - 5) * (k < 3 * DRAWS / 2 ? 0.2 : 3.0) * (k % 4 != 0);
+    const int code =
+        rbt_draw_batch(table, DRAWS, alpha1, speed, spin, 1, index, hit, states, &report);
+    need(code == RBT_ERR_NO_SPIN_LAW ? !rbt_has_spin_law(table) : code >= RBT_OK);
+    for (int k = 0; k < DRAWS && code >= RBT_OK; k++) {
+        const double *s = spin + 3 * k, *row = states + 6 * k;
+        need(rbt_draw(table, alpha1[k], speed[k], s, 1, index[k], hit[k], state) >= RBT_OK);
+        need(memcmp(state, row, sizeof state) == 0);
+        for (int m = 0; m < 6; m++)
+            need(rbti_finite(state[m]));
+        const double energy = state[0] * state[0] + state[1] * state[1] + state[2] * state[2];
+        const double most = 1.0 + 2.0 / 3.0 * (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+        need(state[1] >= 0.0 && energy <= most * (1.0 + 1e-12));
+        need(state[1] > 0.0 || !(table->held & 2u));
+        need(rbt_grain(table, 1, index[k], hit[k], grain) == RBT_OK);
+        need(grain[1] >= 1e-3 && grain[1] <= 1.0 && grain[2] >= 1e-3 && grain[2] <= 1.0);
+    }
+}
+
 static void check_draws(const rbt_table *table)
 {
     double alphas[2], speeds[2], alpha1[DRAWS], speed[DRAWS], states[6 * DRAWS], values[RBT_VALUES];
@@ -41,7 +67,7 @@ static void check_draws(const rbt_table *table)
         index[k] = (uint64_t)k * 0x9E3779B97F4A7C15u;
         hit[k] = (uint32_t)k;
     }
-    need(rbt_draw_batch(table, DRAWS, alpha1, speed, 1, index, hit, states, NULL) >= RBT_OK);
+    need(rbt_draw_batch(table, DRAWS, alpha1, speed, NULL, 1, index, hit, states, NULL) >= RBT_OK);
     for (int k = 0; k < DRAWS; k++) {
         need(rbt_draw_all(table, alpha1[k], speed[k], 1, index[k], hit[k], values) >= RBT_OK);
         for (int m = 0; m < RBT_VALUES; m++)
@@ -52,7 +78,8 @@ static void check_draws(const rbt_table *table)
         need(values[1] >= 0.0 && values[1] < 1.0 && energy <= 1.0 + 1e-12);
         need(values[6] >= 0.0 && energy + values[6] <= 1.0 + 1e-12);
     }
-    need(rbt_draw(table, 0.5 * alphas[0], 2.0 * speeds[1], 1, 2, 3, values) != RBT_OK);
+    check_spinning(table, alpha1, speed, index, hit);
+    need(rbt_draw(table, 0.5 * alphas[0], 2.0 * speeds[1], NULL, 1, 2, 3, values) != RBT_OK);
     need(rbt_pair(table)[127] == 0);
 }
 
@@ -73,6 +100,7 @@ static void repair(char *image, size_t size)
     memcpy(&header, image, sizeof header);
     memcpy(header.magic, "\x89RBT\r\n\x1a\n", 8);
     header.major = 1;
+    header.minor = 1;
     header.file_bytes = size;
     memcpy(image, &header, sizeof header);
     uint8_t *bytes = (uint8_t *)image;

@@ -6,10 +6,16 @@ The checksum is made right again where not it is the matter, so that every check
 import numpy as np
 
 from sampler.formats.binary import checksum
-from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE, field_offset
+from sampler.formats.binary_layout import (
+    ARRAYS,
+    FIRST_HEADER_BYTES,
+    HEADER_DTYPE,
+    SPIN_ARRAYS,
+    field_offset,
+)
 
 NAN = np.nan
-_DTYPES = {array.name: array.dtype for array in ARRAYS}
+_DTYPES = {array.name: array.dtype for array in (*ARRAYS, *SPIN_ARRAYS)}
 
 
 def set_field(name, value, at=None):
@@ -170,6 +176,77 @@ MALFORMED = [
     ("omega too large", set_number("spans", 4, 2e9), -27, True),
     ("omega overflows", set_number("spans", 5, 1e304), -27, True),
     ("quantiles fall", set_number("quantiles", 4, 65535), -28, True),
+]  # fmt: skip
+
+#: The same of a table with a spin law: two shapes, the second a mesh, with four nodes and five
+#: leaves each, as `spin_tables` makes them.
+MALFORMED_SPIN = [
+    ("header of version 1.0", cut(FIRST_HEADER_BYTES), -16, False),
+    *((f"{name} is 0", set_field(name, 0), -18, True)
+      for name in ("n_nodes", "n_leaves", "n_spin_knots")),
+    ("one spin knot", set_field("n_spin_knots", 1), -18, True),
+    ("too many shapes", set_field("n_shapes", 1025), -18, True),
+    ("huge", set_field("n_leaves", 2**32 - 1), -18, True),
+    *((f"{array.name} unaligned", add_to_field(f"at_{array.name}", 8), -20, True)
+      for array in SPIN_ARRAYS),
+    *((f"{array.name} in the header", set_field(f"at_{array.name}", 448), -20, True)
+      for array in SPIN_ARRAYS),
+    *((f"{array.name} beyond", set_field(f"at_{array.name}", 2**64 - 64), -20, True)
+      for array in SPIN_ARRAYS),
+    ("more leaves", set_field("n_leaves", 2**20), -20, True),
+    ("more nodes", set_field("n_nodes", 2**20), -20, True),
+    ("more knots", set_field("n_spin_knots", 4096), -20, True),
+    ("experts at the end", add_to_field("at_experts", 64), -20, True),
+    ("valid speed NaN", set_field("valid_speed", NAN, at=0), -21, True),
+    ("valid speeds fall", set_field("valid_speed", 10.0, at=1), -21, True),
+    ("valid speed negative", set_field("valid_speed", -1.0, at=0), -21, True),
+    ("spin angle 0", set_field("spin_alpha", 0.0, at=0), -21, True),
+    ("spin angles fall", set_field("spin_alpha", 1e-3, at=1), -21, True),
+    ("spin angle above pi/2", set_field("spin_alpha", 1.6, at=1), -21, True),
+    ("spin speed NaN", set_field("spin_speed", NAN, at=1), -21, True),
+    ("spin speed 0", set_field("spin_speed", 0.0, at=0), -21, True),
+    ("spin speed too large", set_field("spin_speed", 2e9, at=1), -21, True),
+    ("speed scale NaN", set_field("spin_coordinate", NAN, at=0), -21, True),
+    ("speed scale negative", set_field("spin_coordinate", -1.0, at=0), -21, True),
+    ("speed scale infinite", set_field("spin_coordinate", np.inf, at=0), -21, True),
+    ("speed exponent 0", set_field("spin_coordinate", 0.0, at=1), -21, True),
+    ("shape negative", set_number("shape_codes", 0, -1), -29, True),
+    ("share NaN", set_number("shape_shares", 0, NAN), -29, True),
+    ("shares fall", set_number("shape_shares", 0, 1.5), -29, True),
+    ("shares end below 1", set_number("shape_shares", 1, 0.9), -29, True),
+    ("ratio above 1", set_number("shape_ratios", 2, 1.5), -29, True),
+    ("one ratio of two", set_number("shape_ratios", 3, 0.0), -29, True),
+    ("mean ratio NaN", set_field("aspect", NAN, at=0), -29, True),
+    ("deviation negative", set_field("aspect", -0.1, at=5), -29, True),
+    ("probability negative", set_field("aspect", -0.1, at=2), -29, True),
+    ("probabilities fall", set_field("aspect", 0.01, at=7), -29, True),
+    ("root beyond", set_number("roots", 1, 8), -30, True),
+    ("root negative", set_number("roots", 0, -1), -30, True),
+    ("axis unknown", set_number("node_axis", 2, 6), -30, True),
+    ("axis negative", set_number("node_axis", 2, -1), -30, True),
+    ("cut NaN", set_number("node_cut", 3, NAN), -30, True),
+    ("cut large", set_number("node_cut", 3, 2e3), -30, True),
+    ("a child is its parent", set_number("node_child", 2, 1), -30, True),
+    ("a child is an earlier node", set_number("node_child", 5, 0), -30, True),
+    ("child beyond", set_number("node_child", 7, 8), -30, True),
+    ("leaf beyond", set_number("node_child", 0, -11), -30, True),
+    ("least number", set_number("node_child", 0, -(2**31)), -30, True),
+    ("middle NaN", set_number("inputs", 6, NAN), -31, True),
+    ("middle large", set_number("inputs", 14, -2e3), -31, True),
+    ("factor NaN", set_number("inputs", 7, NAN), -31, True),
+    ("factor negative", set_number("inputs", 13, -1.0), -31, True),
+    ("factor large", set_number("inputs", 139, 2e4), -31, True),
+    ("first diagonal 0", set_number("experts", 138, 0), -31, True),
+    ("last diagonal negative", set_number("experts", 160 * 1279 + 158, -5), -31, True),
+    ("span NaN", set_number("spin_spans", 0, NAN), -27, True),
+    ("step infinite", set_number("spin_spans", 1, np.inf), -27, True),
+    ("step negative", set_number("spin_spans", 119, -1.0), -27, True),
+    ("outcome too large", set_number("spin_spans", 1, 1e3), -27, True),
+    ("outcome too small", set_number("spin_spans", 8, -2e6), -27, True),
+    ("v below 0", set_number("spin_spans", 2, -1e-6), -27, True),
+    ("v of 0", set_number("spin_spans", 3, 0.0), -27, True),
+    ("v of 0 at the second knot", set_number("spin_quantiles", 34, 0), -27, True),
+    ("quantiles fall", set_number("spin_quantiles", 2, 65535), -28, True),
 ]  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toolchain
+from spin_vectors import write_spin_vectors
 
 import sampler
 from sampler.drawing.kernel import draw
@@ -92,6 +93,22 @@ def test_vectors_where_nan_may_be_optimised_away(tmp_path):
     check_vectors(program, 1e-5)
 
 
+@pytest.mark.processor
+@pytest.mark.parametrize(
+    ("compiler", "flags"),
+    chosen(
+        ("gcc", "g++", "clang", "clang++"),
+        ("-O0", "-O2", "-O3 -march=native", SANITIZED, NATIVE_GNU, ONE_COPY),
+        {("gcc", "-O0"), ("gcc", SANITIZED), ("g++", "-O2"), ("clang", "-O3 -march=native")},
+    ),
+)
+def test_vectors_of_particles_that_arrive_spinning(compiler, flags, tmp_path):
+    flags = [f for f in flags.split() if not (compiler.endswith("++") and f.startswith("-std"))]
+    program = toolchain.build(compiler, [HERE / "vectors.c"], tmp_path / "vectors", flags)
+    image, vectors, cases = write_spin_vectors(tmp_path)
+    assert toolchain.run(program, image, vectors, 0) == f"{cases} cases\n"
+
+
 def test_a_wrong_vector_is_found(tmp_path):
     program = toolchain.build("gcc", [HERE / "vectors.c"], tmp_path / "vectors", ["-O0"])
     lines = (VECTORS / "full.txt").read_text(encoding="ascii").splitlines()
@@ -107,7 +124,8 @@ def test_compiles_for_a_device(tmp_path):
     source.write_text(
         IMPLEMENTATION
         + "__global__ void kernel(rbt_table table, double *state)\n"
-        + "{\n    rbt_draw(&table, 0.5, 100.0, 1, threadIdx.x, 0, state + 6 * threadIdx.x);\n}\n"
+        + "{\n    double *own = state + 6 * threadIdx.x;\n"
+        + "    rbt_draw(&table, 0.5, 100.0, own, 1, threadIdx.x, 0, own);\n}\n"
     )
     toolchain.compile_with("nvcc", ["-c", source, "-o", tmp_path / "device.o"])
 
@@ -187,7 +205,7 @@ def test_batches_have_the_bits_of_python(library, name, n):
     ]
     states, report = np.zeros((n, 6)), toolchain.Report()
     with toolchain.opened(library, image) as table:
-        code = library.rbt_draw_batch(table, n, alpha1, speed, 5, index, hit, states, report)
+        code = library.rbt_draw_batch(table, n, alpha1, speed, None, 5, index, hit, states, report)
     clamped = np.flatnonzero(codes)
     assert code == (clamped.size > 0)
     assert (report.row, report.clamped) == (n, clamped.size)
@@ -206,11 +224,11 @@ def test_no_speed_is_outside_where_rebounds_do_not_depend_on_it(library, tmp_pat
         write_binary_table(image, replace(contents, speed_independent=free))
         states, report = np.zeros((n, 6)), toolchain.Report()
         with toolchain.opened(library, image) as table:
-            given = speed[:4].copy(), 5, index, hit, states, report
+            given = speed[:4].copy(), None, 5, index, hit, states, report
             codes = [library.rbt_draw_batch(table, 4, alpha1, *given)]
             found[free] = states.copy(), report.clamped
             for k in range(4, n):
-                given = speed[k : k + 1].copy(), 5, index, hit, states, None
+                given = speed[k : k + 1].copy(), None, 5, index, hit, states, None
                 codes.append(library.rbt_draw_batch(table, 1, alpha1, *given))
         assert codes == [0 if free else 1, -3, -1, -1]
     np.testing.assert_array_equal(found[True][0], found[False][0])
@@ -226,10 +244,10 @@ def test_a_batch_stops_before_the_first_error(library, bad, alpha1, speed, code)
     alphas, speeds, index, hit = toolchain.random_conditions(n)
     states, whole, report = np.full((n, 6), 7.0), np.zeros((n, 6)), toolchain.Report()
     with toolchain.opened(library, VECTORS / "full.rbt") as table:
-        library.rbt_draw_batch(table, n, alphas, speeds, 5, index, hit, whole, report)
+        library.rbt_draw_batch(table, n, alphas, speeds, None, 5, index, hit, whole, report)
         for row in (bad, 60):  # only the first is told
             alphas[row], speeds[row] = alpha1, speed
-        got = library.rbt_draw_batch(table, n, alphas, speeds, 5, index, hit, states, report)
+        got = library.rbt_draw_batch(table, n, alphas, speeds, None, 5, index, hit, states, report)
     assert (got, report.row) == (code, bad)
     np.testing.assert_array_equal(states[:bad], whole[:bad])
     assert (states[bad:] == 7.0).all()
@@ -270,7 +288,7 @@ class Impacts:
         codes = [
             library.rbt_rebound(
                 table, self.velocity[k], self.normal[k], self.half_size[k],
-                self.wall_velocity[k] if wall else None,
+                self.wall_velocity[k] if wall else None, None,
                 5, int(self.index[k]), int(self.hit[k]), v[k], omega[k],
             )
             for k in range(len(self.hit))

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 import toolchain
+from spin_tables import with_spin_law
 
 import sampler
 from sampler.formats.binary import write_binary_table
@@ -22,10 +23,14 @@ WORDS = re.compile(
 def follow(table):
     """Velocities and spins of the particles after all their walls, from Python."""
     velocity = np.tile([150.0, -80.0, 0.0], (PARTICLES, 1))
+    omega = np.zeros((PARTICLES, 3))
     keys = {"seed": 7, "index": np.arange(PARTICLES)}
     for hit in range(HITS):
         side = 1.0 if hit % 2 == 0 else -1.0
-        velocity, omega = table.rebound(velocity, [0.0, side, 0.0], 20e-6, hit=hit, **keys)
+        before = omega if table.contents.has_spin else None
+        velocity, omega = table.rebound(
+            velocity, [0.0, side, 0.0], 20e-6, omega=before, hit=hit, **keys
+        )
         velocity += 0.8 * (np.array([150.0, 80.0 * side, 0.0]) - velocity)
     return velocity, omega
 
@@ -60,6 +65,26 @@ def steep(shipped, tmp_path_factory):
     return path, narrow.clamped
 
 
+@pytest.fixture(scope="module")
+def spinning(shipped, tmp_path_factory):
+    """Binary table with a random spin law, and the means and clamped rebounds of its particles."""
+    path = tmp_path_factory.mktemp("spinning") / "spinning.rbt"
+    contents = with_spin_law(shipped.contents)
+    write_binary_table(path, contents)
+    table = sampler.Table(contents)
+    velocity, omega = follow(table)
+    return path, (velocity[:, 0].mean(), omega[:, 2].mean()), table.clamped
+
+
+def check_spinning(program, spinning):
+    file, expected, clamped = spinning
+    lines = toolchain.run(program, file, PARTICLES, HITS).splitlines(keepends=True)
+    along, spin, _, _ = WORDS.fullmatch("".join(lines[:2])).groups()
+    assert float(along) == pytest.approx(expected[0], abs=6e-4)
+    assert float(spin) == pytest.approx(expected[1], rel=6e-4)
+    assert (f"{clamped} rebounds lay outside" in "".join(lines[2:])) == (clamped > 0)
+
+
 def check_count(program, steep):
     file, clamped = steep
     lines = toolchain.run(program, file, PARTICLES, HITS).splitlines()
@@ -76,8 +101,9 @@ def build_fortran(folder):
 
 
 @pytest.mark.parametrize("build", [build_c, build_fortran])
-def test_particles(build, shipped_file, steep, expected, tmp_path):
+def test_particles(build, shipped_file, steep, spinning, expected, tmp_path):
     program = build(tmp_path)
     for threads in (1, 2):
         check(program, shipped_file, expected, threads)
     check_count(program, steep)
+    check_spinning(program, spinning)

@@ -8,6 +8,10 @@ from pathlib import Path
 
 import pytest
 import toolchain
+from small_tables import plane
+from spin_tables import with_spin_law
+
+from sampler.formats.binary import write_binary_table
 
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"
@@ -35,8 +39,11 @@ def fuzz(program, folder, seconds, seed=1):
     corpus = folder / "corpus"
     corpus.mkdir()
     images = [VECTORS / f"{name}.rbt" for name in IMAGES]
+    images.append(folder / "spin.rbt")
+    write_binary_table(images[-1], with_spin_law(plane(), codes=(1, 6), depth=1))
     shutil.copy(images[0], corpus)
-    (corpus / "edits").write_bytes(bytes([1, *range(33)]))
+    for image in (1, 4):
+        (corpus / f"edits{image}").write_bytes(bytes([image, *range(33)]))
     limits = [f"-max_len={LONGEST}", f"-max_total_time={seconds}", f"-seed={seed}"]
     command = [str(program), *limits, "-print_final_stats=1", str(corpus)]
     return subprocess.run(
@@ -71,7 +78,13 @@ def test_nothing_found_in_ten_minutes(tmp_path, capsys):
 
 @pytest.mark.study
 @pytest.mark.parametrize(
-    "check", ["(table->alias[k] & 0xffffu) < header->n_components", "span[1] >= 0.0"]
+    "check",
+    [
+        "(table->alias[k] & 0xffffu) < header->n_components",
+        "span[1] >= 0.0",
+        "law->node_axis[k] <= RBTI_SQUARE",
+        "child >= -law->n_leaves",
+    ],
 )
 def test_a_check_that_is_missing_is_found(check, tmp_path):
     text = (toolchain.INCLUDE / "rebound_sampler.h").read_text()

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ PACKAGE = toolchain.INCLUDE.parent
 SOURCE = Path(__file__).resolve().parents[2] / "sampler"
 GUIDE = (PACKAGE / "EMBEDDING.md").read_text(encoding="utf-8")
 NOT_RUN = "<!-- not run by the test"
-BLOCKS = re.findall(r"(?:(<!-- .*) -->\n)?```(\w*)\n(.*?)```", GUIDE, re.S)
+BLOCKS = re.findall(r"(?:(<!-- [^\n]*) -->\n)?```(\w*)\n(.*?)```", GUIDE, re.S)
 
 
 def blocks(language):
@@ -82,7 +83,7 @@ def test_every_block_is_checked_by_some_test():
     languages = {language for _, language, _ in BLOCKS}
     assert languages == {"sh", "python", "c", "cpp", "fortran", "foam"}
     assert GUIDE.count("```") == 2 * len(BLOCKS)
-    assert [mark.startswith(NOT_RUN) for mark, _, _ in BLOCKS if mark] == [True]
+    assert [mark.startswith(NOT_RUN) for mark, _, _ in BLOCKS if mark] == [True, True]
 
 
 def test_python_and_numba(capsys, expected):
@@ -147,8 +148,18 @@ def test_shell(folder, expected):
     assert 0 < (folder / "plane.rbt").stat().st_size < len(written)
 
 
+def test_the_block_on_spin_compiles(tmp_path):
+    """It is a part of the program above it, with an angular velocity that lives on."""
+    (spin,) = [text for mark, language, text in BLOCKS if mark and language == "c"]
+    before, call, after = re.split(r"( +code = rbt_rebound\(.*?;\n)", only("c"))
+    assert "NULL, NULL" in call
+    spin = textwrap.indent(spin, "    ")
+    (tmp_path / "spin.c").write_text(before.replace(", omega[3];", ";") + spin + after)
+    toolchain.build("gcc", [tmp_path / "spin.c"], tmp_path / "spin")
+
+
 def test_openfoam_scripts_exist():
-    (text,) = [text for mark, _, text in BLOCKS if mark]
+    (text,) = [text for mark, language, text in BLOCKS if mark and language == "sh"]
     scripts = re.findall(r"\$F/(\S+\.sh)", text)
     assert scripts == ["install.sh", "build.sh"]
     assert all((PACKAGE / "openfoam" / name).is_file() for name in scripts)
@@ -162,7 +173,7 @@ def test_openfoam_dictionary_has_the_entries_that_the_plugin_reads():
     body = re.search(r"tabulatedReboundCoeffs\n\{\n(.*?)\}", text, re.S).group(1)
     entries = dict(re.fullmatch(r" +(\w+) +(.*);", line).groups() for line in body.splitlines())
     assert set(entries) == read
-    assert len(read) == 5
+    assert len(read) == 7
     header = (PACKAGE / "openfoam/plugin/TabulatedRebound.H").read_text(encoding="utf-8")
     assert 'TypeName("tabulatedRebound")' in header
     assert entries["outOfRange"] in re.search(r"allowed: clamp, error", plugin).group()
@@ -172,7 +183,7 @@ def test_codes_are_those_of_the_header():
     header = (toolchain.INCLUDE / "rebound_sampler.h").read_text(encoding="utf-8")
     defined = dict(re.findall(r"#define (RBT_\w+) \(?(-?\d+)\)?", header))
     named = re.findall(r"^\| (-?\d+) `(RBT_\w+)`", GUIDE, re.M)
-    assert len(named) == 6
+    assert len(named) == 7
     assert all(defined[name] == code for code, name in named)
     files = [int(code) for code in defined.values() if int(code) <= -10]
     assert f"{max(files)} to {min(files)}" in GUIDE

@@ -5,12 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toolchain
-from malformed import MALFORMED, keep, make
+from malformed import MALFORMED, MALFORMED_SPIN, keep, make
+from small_tables import full
 from special_files import KINDS, make_special
+from spin_tables import with_spin_law
 
+from sampler.formats.binary import binary_table
 from sampler.formats.binary_layout import CODES, HEADER_DTYPE, field_offset
 
 GOOD = (Path(__file__).resolve().parents[1] / "vectors" / "full.rbt").read_bytes()
+
+
+#: The same table with a spin law.
+SPINNING = binary_table(with_spin_law(full(), codes=(1, 6)))
 
 
 @pytest.fixture(scope="module")
@@ -19,21 +26,27 @@ def reading_library(tmp_path_factory):
     return toolchain.header_library(tmp_path_factory.mktemp("reading"), ["-O2", "-DRBT_NO_MMAP"])
 
 
+CASES = [(GOOD, *case) for case in MALFORMED] + [(SPINNING, *case) for case in MALFORMED_SPIN]
+
+
 @pytest.mark.parametrize(
-    ("change", "code", "repair"), [case[1:] for case in MALFORMED], ids=[c[0] for c in MALFORMED]
+    ("good", "change", "code", "repair"),
+    [(case[0], *case[2:]) for case in CASES],
+    ids=[f"{case[1]}{' (spin)' if case[0] is SPINNING else ''}" for case in CASES],
 )
-def test_the_reason(change, code, repair, library, reading_library, tmp_path):
+def test_the_reason(good, change, code, repair, library, reading_library, tmp_path):
     path = tmp_path / "t.rbt"
-    path.write_bytes(make(GOOD, change, repair))
+    path.write_bytes(make(good, change, repair))
     for each in (library, reading_library):
         got, table = toolchain.open_code(each, path)
         assert (got, table.value) == (code, None)
 
 
-def test_the_good_one(library, tmp_path):
+@pytest.mark.parametrize("good", [GOOD, SPINNING], ids=["no spin", "spin"])
+def test_the_good_one(library, good, tmp_path):
     path = tmp_path / "t.rbt"
-    path.write_bytes(make(GOOD, keep, True))
-    assert path.read_bytes() == GOOD
+    path.write_bytes(make(good, keep, True))
+    assert path.read_bytes() == good
     with toolchain.opened(library, path):
         pass
 
@@ -56,10 +69,8 @@ def test_a_table_that_was_read_is_not_the_file(reading_library, tmp_path):
     states, report = np.zeros((2, 100, 6)), toolchain.Report()
     with toolchain.opened(reading_library, path) as table:
         for each in states:
-            keys = 5, index, hit
-            assert (
-                reading_library.rbt_draw_batch(table, 100, alpha1, speed, *keys, each, report) >= 0
-            )
+            given = alpha1, speed, None, 5, index, hit, each, report
+            assert reading_library.rbt_draw_batch(table, 100, *given) >= 0
             path.write_bytes(bytes(100))
     np.testing.assert_array_equal(*states)
     assert states.any(axis=-1).all()
@@ -78,7 +89,7 @@ def test_memory_that_is_not_aligned(library):
 
 
 def test_every_reason_of_the_contents_is_met():
-    assert {case[2] for case in MALFORMED} == {code.number for code in CODES if code.number <= -14}
+    assert {case[3] for case in CASES} == {code.number for code in CODES if code.number <= -14}
 
 
 def code_of_a_changed_byte(at):

@@ -95,7 +95,7 @@ def states_in_c(library, path, alpha1, speed, index):
     states, hit = np.empty((len(index), 6)), np.zeros(len(index), np.uint32)
     report = toolchain.Report()
     with toolchain.opened(library, path) as table:
-        arguments = (len(index), alpha1, speed, 3, index, hit, states)
+        arguments = (len(index), alpha1, speed, None, 3, index, hit, states)
         code = library.rbt_draw_batch(table, *arguments, toolchain.ctypes.byref(report))
     assert (code, report.clamped) == (0, 0)
     return states

@@ -88,7 +88,9 @@ def run(program, *arguments, status=0, **environment):
 class Report(ctypes.Structure):
     """What a batch reports."""
 
-    _fields_ = [(name, ctypes.c_size_t) for name in ("row", "clamped_row", "clamped")]
+    _fields_ = [
+        (name, ctypes.c_size_t) for name in ("row", "clamped_row", "clamped", "extrapolated")
+    ]
 
 
 class Impacts(ctypes.Structure):
@@ -96,7 +98,7 @@ class Impacts(ctypes.Structure):
 
     _fields_ = [
         (name, ctypes.c_void_p)
-        for name in ("velocity", "normal", "half_size", "wall_velocity", "index", "hit")
+        for name in ("velocity", "normal", "half_size", "wall_velocity", "index", "hit", "omega")
     ]
 
 
@@ -119,10 +121,18 @@ def load_library(source, flags=(), compiler="gcc"):
         "rbt_open": (ctypes.c_char_p, ctypes.POINTER(table)),
         "rbt_open_memory": (ctypes.c_void_p, size, ctypes.POINTER(table)),
         "rbt_close": (table,),
-        "rbt_draw_batch": (table, size, reals, reals, *keys, reals, report),
+        "rbt_draw_batch": (table, size, reals, reals, reals, *keys, reals, report),
         "rbt_rebound": (
-            table, reals, reals, ctypes.c_double, reals, seed, seed, ctypes.c_uint32, reals, reals,
+            table, reals, reals, ctypes.c_double, reals, reals, seed, seed, ctypes.c_uint32, reals,
+            reals,
         ),
+        "rbt_draw": (
+            table, ctypes.c_double, ctypes.c_double, reals, seed, seed, ctypes.c_uint32, reals,
+        ),
+        "rbt_grain": (table, seed, seed, ctypes.c_uint32, reals),
+        "rbt_keep_grains": (table, ctypes.c_int),
+        "rbt_has_spin_law": (table,),
+        "rbt_valid_speed": (table, reals),
         "rbt_rebound_batch": (table, size, ctypes.POINTER(Impacts), seed, reals, reals, report),
         "rbt_components": (table, integers),
         "rbt_strerror": (ctypes.c_int,),

@@ -11,6 +11,8 @@
 
 #define UNTOUCHED 12345.0
 #define LIBRARY_ROUNDING 1e-13
+/* a last digit of an angle may turn the last digit of a feature, in single precision */
+#define SPIN_ROUNDING 1e-5
 
 static int next_numbers(char **text, int n, double *numbers)
 {
@@ -66,8 +68,8 @@ static int check_draw(const rbt_table *table, const rbt_table *moved, char *text
     rbt_report report;
     const int codes[3] = {
         rbt_draw_all(table, condition[0], condition[1], seed, index, hit, values),
-        rbt_draw(moved, condition[0], condition[1], seed, index, hit, state),
-        rbt_draw_batch(table, 1, condition, condition + 1, seed, &index, &hit, row, &report),
+        rbt_draw(moved, condition[0], condition[1], NULL, seed, index, hit, state),
+        rbt_draw_batch(table, 1, condition, condition + 1, NULL, seed, &index, &hit, row, &report),
     };
     return codes[0] == code && codes[1] == code && codes[2] == code &&
            report.row == (code < 0 ? 0u : 1u) && report.clamped == (code > 0 ? 1u : 0u) &&
@@ -87,7 +89,7 @@ static int check_rebound(const rbt_table *table, char *text, double tolerance)
     if (!next_numbers(&text, 6, expected))
         return 0;
     set_untouched(6, result);
-    const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, seed, index, hit,
+    const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, NULL, seed, index, hit,
                                 result, result + 3);
     rbt_impacts impacts;
     memset(&impacts, 0, sizeof impacts);
@@ -102,6 +104,48 @@ static int check_rebound(const rbt_table *table, char *text, double tolerance)
         !agree(got, 3, row, result, tolerance) || !agree(got, 3, row + 3, result + 3, tolerance))
         return 0;
     tolerance = fmax(tolerance, LIBRARY_ROUNDING);
+    return got == code && agree(code, 3, result, expected, tolerance) &&
+           agree(code, 3, result + 3, expected + 3, tolerance);
+}
+
+/* spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6 */
+static int check_spin_draw(const rbt_table *table, const rbt_table *moved, char *text,
+                           double tolerance)
+{
+    double given[5], expected[6], state[6], row[6];
+    if (!next_numbers(&text, 5, given))
+        return 0;
+    const uint64_t seed = next_integer(&text), index = next_integer(&text);
+    const uint32_t hit = (uint32_t)next_integer(&text);
+    const int code = (int)strtol(text, &text, 10);
+    if (!next_numbers(&text, 6, expected))
+        return 0;
+    set_untouched(6, state);
+    set_untouched(6, row);
+    const int codes[2] = {
+        rbt_draw(moved, given[0], given[1], given + 2, seed, index, hit, state),
+        rbt_draw_batch(table, 1, given, given + 1, given + 2, seed, &index, &hit, row, NULL),
+    };
+    return codes[0] == code && codes[1] == code && agree(code, 6, state, expected, tolerance) &&
+           agree(code, 6, row, expected, tolerance);
+}
+
+/* spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE VELOCITY*3
+   OMEGA*3 */
+static int check_spin_rebound(const rbt_table *table, char *text, double tolerance)
+{
+    double given[13], expected[6], result[6];
+    if (!next_numbers(&text, 13, given))
+        return 0;
+    const uint64_t seed = next_integer(&text), index = next_integer(&text);
+    const uint32_t hit = (uint32_t)next_integer(&text);
+    const int code = (int)strtol(text, &text, 10);
+    if (!next_numbers(&text, 6, expected))
+        return 0;
+    set_untouched(6, result);
+    const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, given + 10, seed,
+                                index, hit, result, result + 3);
+    tolerance = fmax(tolerance, SPIN_ROUNDING);
     return got == code && agree(code, 3, result, expected, tolerance) &&
            agree(code, 3, result + 3, expected + 3, tolerance);
 }
@@ -129,10 +173,15 @@ int main(int argc, char **argv)
     char line[1024];
     int cases = 0, failed = 0;
     while (!failed && fgets(line, sizeof line, file)) {
-        const int holds = strncmp(line, "draw ", 5) == 0
-                              ? check_draw(table, &moved, line + 5, tolerance)
-                              : strncmp(line, "rebound ", 8) == 0 &&
-                                    check_rebound(table, line + 8, tolerance);
+        int holds = 0;
+        if (strncmp(line, "draw ", 5) == 0)
+            holds = check_draw(table, &moved, line + 5, tolerance);
+        else if (strncmp(line, "rebound ", 8) == 0)
+            holds = check_rebound(table, line + 8, tolerance);
+        else if (strncmp(line, "spin-draw ", 10) == 0)
+            holds = check_spin_draw(table, &moved, line + 10, tolerance);
+        else if (strncmp(line, "spin-rebound ", 13) == 0)
+            holds = check_spin_rebound(table, line + 13, tolerance);
         failed = !holds;
         cases++;
         if (failed)

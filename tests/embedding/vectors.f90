@@ -8,6 +8,8 @@ program vectors
   real(c_double), parameter :: untouched = 12345.0_c_double
   ! of atan2, cos and sin of the C library, which rebounds call
   real(c_double), parameter :: library_rounding = 1.0e-13_c_double
+  ! a last digit of an angle may turn the last digit of a feature, in single precision
+  real(c_double), parameter :: spin_rounding = 1.0e-5_c_double
   type(rbt_table) :: table
   character(len=512) :: image, file
   character(len=1024) :: line
@@ -47,6 +49,12 @@ program vectors
     if (line(:5) == "draw ") then
       at = 6
       holds = draw_holds()
+    else if (line(:10) == "spin-draw ") then
+      at = 11
+      holds = spin_draw_holds()
+    else if (line(:13) == "spin-rebound ") then
+      at = 14
+      holds = spin_rebound_holds()
     else
       at = 9
       holds = rebound_holds()
@@ -114,6 +122,57 @@ contains
     holds = holds .and. got == code .and. agree(velocity, expected(:3), library_rounding) &
         .and. agree(omega, expected(4:), library_rounding)
   end function rebound_holds
+
+  function spin_draw_holds() result(holds)
+    logical :: holds
+    real(c_double) :: given(5), expected(6), state(6), states(6, 1), valid(2)
+    logical :: outside
+    integer(c_int64_t) :: seed, index
+    integer(c_int32_t) :: hit
+    integer(c_int) :: code, codes(2)
+    type(rbt_report) :: report
+
+    call read_reals(given)
+    call read_keys(seed, index, hit, code)
+    call read_reals(expected)
+    state = untouched
+    states = untouched
+    codes(1) = rbt_draw(table, given(1), given(2), seed, index, hit, state, spin=given(3:))
+    codes(2) = rbt_draw_batch(table, given(1:1), given(2:2), seed, [index], [hit], states, report, &
+        spin=reshape(given(3:), [3, 1]))
+    if (code < 0) expected = untouched
+    valid = rbt_valid_speed(table)
+    outside = code >= 0 .and. (given(2) < valid(1) .or. given(2) > valid(2))
+    holds = all(codes == code) .and. agree(state, expected, 0.0_c_double) &
+        .and. agree(states(:, 1), expected, 0.0_c_double) &
+        .and. report%row == merge(1, 0, code < 0) .and. report%clamped == merge(1, 0, code > 0) &
+        .and. report%extrapolated == merge(1, 0, outside)
+  end function spin_draw_holds
+
+  function spin_rebound_holds() result(holds)
+    logical :: holds
+    real(c_double) :: given(13), expected(6), velocity(3), omega(3), row(3, 2)
+    integer(c_int64_t) :: seed, index
+    integer(c_int32_t) :: hit
+    integer(c_int) :: code, got, batch
+
+    call read_reals(given)
+    call read_keys(seed, index, hit, code)
+    call read_reals(expected)
+    velocity = untouched
+    omega = untouched
+    got = rbt_rebound(table, given(:3), given(4:6), given(7), given(8:10), seed, index, hit, &
+        velocity, omega, omega=given(11:))
+    row = untouched
+    batch = rbt_rebound_batch(table, reshape(given(:3), [3, 1]), &
+        reshape(given(4:6), [3, 1]), given(7:7), seed, [index], [hit], row(:, :1), row(:, 2:), &
+        wall_velocity=reshape(given(8:10), [3, 1]), omega=reshape(given(11:), [3, 1]))
+    holds = got == code .and. batch == code .and. agree(row(:, 1), velocity, 0.0_c_double) &
+        .and. agree(row(:, 2), omega, 0.0_c_double)
+    if (code < 0) expected = untouched
+    holds = holds .and. agree(velocity, expected(:3), spin_rounding) &
+        .and. agree(omega, expected(4:), spin_rounding)
+  end function spin_rebound_holds
 
   function agree(got, expected, tolerance) result(answer)
     real(c_double), intent(in) :: got(:), expected(:), tolerance

@@ -95,8 +95,9 @@ def main(work, rounds=3):
             seconds[model].append(spent)
             position, velocity = snapshots[model] = snapshot(case)
             results[model] = {"parcel_steps": steps, **summary(position, velocity)}
-    hits, clamped, _ = map(int, _last(r"spin lost\) = (\d+), (\d+), (\d+)", log))
-    results["tabulatedRebound"] |= {"hits": hits, "clamped": clamped}
+    counts = map(int, _last(r"spin lost\) = (\d+), (\d+), (\d+), (\d+)", log))
+    names = ("hits", "clamped", "extrapolated", "spin_lost")
+    results["tabulatedRebound"] |= dict(zip(names, counts, strict=True))
     for model in MODELS:
         best = min(seconds[model])
         results[model]["seconds"] = seconds[model]

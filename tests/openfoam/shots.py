@@ -107,7 +107,7 @@ def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), en
     Returns
     -------
     fields : dict of arrays
-        U, dTarget (number of hits), for the colliding cloud angularMomentum; as `read_cloud`.
+        U, dTarget (number of hits), omega (angular velocity, rad/s); as `read_cloud`.
     log : str
         What the solver printed.
     """
@@ -121,8 +121,38 @@ def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), en
         # what it makes are coordinates, and it links the note that says positions
         foam_run.edit(case, foam_files.GEOMETRY, "positions", "coordinates")
     log = foam_run.run(work, case, SOLVERS[cloud], processors=processors)
-    names = ["U", "dTarget"] + (["angularMomentum"] if cloud != "kinematic" else [])
-    return foam_files.read_cloud(case, end, names), log
+    return read_fields(case, end, cloud), log
+
+
+def read_fields(case, time, cloud="colliding"):
+    """Fields of the parcels of a case, as `run_shots` returns them."""
+    kept_in = "UTurb" if cloud == "kinematic" else "angularMomentum"
+    fields = foam_files.read_cloud(case, time, ["U", "dTarget", kept_in])
+    fields["omega"] = fields.pop(kept_in) / (1.0 if cloud == "kinematic" else INERTIA)
+    return fields
+
+
+def rebound(table, velocity, normal, omega, **keys):
+    """`Table.rebound` of grains of these parcels, by the law that the plugin takes by default."""
+    before = {"omega": omega} if has_spin_law(table) else {}
+    return table.rebound(velocity, normal, 0.5 * DIAMETER, seed=SEED, **before, **keys)
+
+
+def has_spin_law(table):
+    """Whether a table has a law of particles that arrive with a spin."""
+    return table.contents.has_spin
+
+
+def first_rebound(table, shots):
+    """What Python draws for the first wall of each parcel: velocities and angular velocities."""
+    return rebound(
+        table,
+        shots.velocity,
+        NORMAL[shots.wall],
+        np.zeros(3),
+        index=np.arange(len(shots.velocity)),
+        wall_velocity=WALL_VELOCITY[shots.wall],
+    )
 
 
 def states(shots, fields):
@@ -130,7 +160,7 @@ def states(shots, fields):
 
     Returns
     -------
-    array, shape (n, 6), or (n, 3) for a cloud without spin
+    array, shape (n, 6), or (n, 3) where no spin was kept
         u, v, w over V, and the angular velocities times a/V.
     """
     e_y = NORMAL[shots.wall]
@@ -138,6 +168,6 @@ def states(shots, fields):
     frame = np.stack([e_x, e_y, np.cross(e_x, e_y)], axis=1)
     speed = np.array([speed for _, speed in CONDITIONS])[shots.condition, None]
     parts = [(fields["U"] - WALL_VELOCITY[shots.wall]) / speed]
-    if "angularMomentum" in fields:
-        parts.append(fields["angularMomentum"] / INERTIA * (0.5 * DIAMETER) / speed)
+    if fields["omega"].any():
+        parts.append(fields["omega"] * (0.5 * DIAMETER) / speed)
     return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])

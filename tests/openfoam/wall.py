@@ -73,14 +73,7 @@ def main(work, count=COUNT):
     started = shots.make_shots(count)
     direct = direct_states(DIRECT)
     table = sampler.load("corundum-steel")
-    drawn, _ = table.rebound(
-        started.velocity,
-        shots.NORMAL[started.wall],
-        0.5 * shots.DIAMETER,
-        seed=shots.SEED,
-        index=np.arange(len(started.velocity)),
-        wall_velocity=shots.WALL_VELOCITY[started.wall],
-    )
+    drawn, _ = shots.first_rebound(table, started)
     results = {}
     for cloud in ("kinematic", "colliding"):
         for processors in (1, 2):

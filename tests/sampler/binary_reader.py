@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE
+from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE, SPIN_ARRAYS
 
 
 def read_binary(path):
@@ -14,7 +14,7 @@ def read_binary(path):
     header = np.frombuffer(data[: HEADER_DTYPE.itemsize], HEADER_DTYPE)[0]
     cells = max(int(header["n_alpha"]) - 1, 1) * max(int(header["n_speed"]) - 1, 1)
     arrays = {}
-    for array in ARRAYS:
+    for array in ARRAYS + SPIN_ARRAYS if header["n_shapes"] else ARRAYS:
         dims = (
             cells if d == "n_cells" else header[d] if isinstance(d, str) else d for d in array.dims
         )

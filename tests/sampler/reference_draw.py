@@ -1,10 +1,10 @@
 """The executable specification of the draw: plain Python, from the stored file.
 
-It follows section "A draw" of tables/FORMAT.md step by step and shares nothing with the kernels but
-the names of the channels. `contents` is a table as `sampler.formats.hdf5.read_table` reads it. The
-normal quantile function is exact and the stored quantiles are taken as they are, in double
-precision throughout, so states agree with those of the kernels to 1e-5 and half a 16-bit step of a
-quantile; their bits are those of tests/vectors.
+It follows sections "A draw" and "The spin law" of tables/FORMAT.md step by step and shares nothing
+with the kernels but the names of the channels. `contents` is a table as
+`sampler.formats.hdf5.read_table` reads it. The normal quantile function is exact and the stored
+quantiles are taken as they are, in double precision throughout, so states agree with those of the
+kernels to 1e-5 and half a 16-bit step of a quantile; their bits are those of tests/vectors.
 """
 
 import math
@@ -104,3 +104,79 @@ def reference_draw(contents, alpha1, speed, words):
     values = {**c, "u": u, "w": w, "collisions": math.floor(c["collisions"])}
     values["rotational_energy"] = c["energy_hat"] * (1.0 - c["v"] ** 2 - u**2 - w**2)
     return np.array([values[name] for name in contents.variables])
+
+
+def reference_grain(contents, seed, index, hit=0):
+    """Grain of a particle: shape code, b/a and c/b, from its keys and the stored population."""
+    words = key_words(seed ^ 0x53494D554C415445, index, hit, 2)
+    u = (np.array(words) + 0.5) / 2**32
+    weights = contents["spin/shape_weights"]
+    held = np.flatnonzero(weights > 0.0)
+    shares = np.cumsum(weights[held]) / weights.sum()
+    row = held[min(int(np.sum(u[5] >= shares)), len(held) - 1)]
+    code, ratios = int(contents["spin/shape_codes"][row]), []
+    for k in range(2):
+        mean, deviation, low, high = contents["spin/aspect"][k]
+        drawn = mean + deviation * ndtri(low + u[k] * (high - low)) if deviation else mean
+        own = code == 4 or code >= 6  # a sphere, a mesh
+        ratios.append(contents["spin/ratio_range"][row, k, 0] if own else drawn)
+    return code, *ratios
+
+
+def _leaf(contents, row, condition):
+    """Leaf of a condition, five numbers and the squared spin, in the tree of a shape."""
+    node = int(contents["spin/roots"][row])
+    while node >= 0:
+        value = condition[contents["spin/node_axis"][node]]
+        second = int(value >= contents["spin/node_cut"][node])
+        node = int(contents["spin/node_child"][node, second])
+    return -1 - node
+
+
+def _chosen(logits, word):
+    """Number that a word chooses, with weights that are exponentials of the logits."""
+    sums = np.cumsum(np.exp(logits - logits.max()))
+    share = (int(word) // 256 + 0.5) / 2**24 * sums[-1]
+    return int(np.sum(share >= sums[:-1]))
+
+
+def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
+    """State (6,) of a particle that arrives spinning: steps 1 to 7 of "The spin law".
+
+    `words` are those of blocks 0 and 1 of the keys, `grain` a shape code, b/a and c/b. In double
+    precision throughout: where a share falls next to the border between two experts, or a condition
+    next to a cut, the kernels, in single precision, may choose the other.
+    """
+    w = [int(word) for word in words]
+    # 1. condition
+    alphas, speeds = np.deg2rad(contents["spin/alpha_range_deg"]), contents["spin/speed_range"]
+    factor = math.sqrt(1.0 + 2.0 / 3.0 * sum(x * x for x in spin))
+    turn = -1.0 if spin[0] < 0.0 else 1.0
+    sigma = np.array([turn * spin[0], turn * spin[1], spin[2]]) / factor
+    k, n = contents["spin/speed_coordinate"]
+    effective = min(max(speed * factor, speeds[0]), speeds[1])
+    q = [math.sqrt(min(max(alpha1, alphas[0]), alphas[1])), math.exp(-k * effective**n), *sigma]
+    # 2. leaf
+    row = list(contents["spin/shape_codes"]).index(grain[0])
+    leaf = _leaf(contents, row, [*q, sigma @ sigma])
+    # 3. features
+    t = (np.array([*q, *grain[1:]]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
+    products = [t[i] * t[j] - 0.5 * (i == j) for i in range(5) for j in range(i, 5)]
+    features = np.array([1.0, *t, *products])
+    # 4. expert
+    group = _chosen(features @ (contents["spin/group_gate"][leaf] / 512.0), w[0])
+    within = _chosen(features @ (contents["spin/gate"][leaf, group] / 512.0), w[1])
+    expert = group * contents["spin/gate"].shape[3] + within
+    # 5. scores
+    lower = np.zeros((6, 6))
+    lower[np.tril_indices(6)] = contents["spin/factor"][leaf, expert] / 4096.0
+    z = features @ (contents["spin/mean"][leaf, expert] / 2048.0)
+    z = z + lower @ ndtri((np.array(w[2:8]) + 0.5) / 2**32)
+    # 6. outcomes
+    quantiles = contents["spin/quantiles"][leaf]
+    knots = np.linspace(-6.0, 6.0, quantiles.shape[1])
+    bounded = z / np.sqrt(1.0 + z * z / 36.0)
+    x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(6)])
+    # 7. state
+    velocity = factor * x[:3] / math.sqrt(1.0 + x[:3] @ x[:3])
+    return np.array([*velocity, *(factor * x[3:])]) * [1.0, 1.0, turn, turn, turn, 1.0]

@@ -73,6 +73,12 @@ class TestOccurring:
         shares = np.bincount(found.hit)[1:] / len(found.index)
         assert np.abs(shares - 0.2).max() < 0.05
 
+    def test_leave_a_narrow_table_at_both_ends(self):
+        config = CONFIG.with_changes({"domain": {"alpha_deg": [20.0, 45.0]}})
+        found = occurring_impacts(config, DirectModel(config), 1, INDEX)
+        alpha_deg = np.degrees(found.alpha1)
+        assert 20.0 <= alpha_deg.min() < 25.0 < 40.0 < alpha_deg.max() <= 45.0
+
     def test_further_particles_do_not_change_the_first(self):
         few, many = (occurring_impacts(CONFIG, MODEL, 1, INDEX[:n]) for n in (100, 300))
         first = many.index < 100

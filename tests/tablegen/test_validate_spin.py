@@ -5,6 +5,7 @@ The table is the tiny one; its spin law is direct simulation itself, right or wr
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -30,6 +31,8 @@ pytestmark = pytest.mark.usefixtures("quick_classifier")
 #: The module; in the package its name stands for the function.
 VALIDATE = sys.modules[validate.__module__]
 
+SPINNING = TINY.with_changes({"spin": True})
+
 #: What a right law has with so few states.
 WIDE = "spin_ks=0.08,spin_sliced_wasserstein=0.2,spin_correlation_error=0.4,spin_auc=0.7"
 WIDE += ",spin_joint_ks=0.08,spin_joint_auc=0.56"
@@ -41,7 +44,7 @@ def spinning(tiny, tmp_path, monkeypatch):
     """Give the tiny table a spin law, changed as one of the wrong ones if named; its path."""
 
     def give(name=None):
-        law = DirectTable(TINY, *WRONG[name] if name else ())
+        law = DirectTable(SPINNING, *WRONG[name] if name else ())
 
         class SpinTable(Table):
             def sample(self, alpha1, speed, *, spin=None, **keys):
@@ -51,7 +54,8 @@ def spinning(tiny, tmp_path, monkeypatch):
 
         monkeypatch.setattr(VALIDATE, "Table", SpinTable)
         path = tmp_path / "spinning.h5"
-        write_table(path, with_spin_law(tiny.generated.table.contents))
+        contents = with_spin_law(tiny.generated.table.contents)
+        write_table(path, replace(contents, config=SPINNING.text))
         return path
 
     return give
@@ -168,6 +172,22 @@ class TestCommand:
             "validate", tiny.path, "--spin", 0, 0, 1
         )
         assert "at: got a spin, allowed: none" in refused("validate", tiny.path, *words[:8])
+
+
+class TestAgreement:
+    @pytest.mark.parametrize(
+        ("has", "line"),
+        [
+            (True, "spin: got a spin law, allowed: none, as the table's configuration says"),
+            (False, "spin: got no spin law, allowed: one, as the table's configuration says"),
+        ],
+    )
+    def test_with_the_configuration_is_asked_for(self, tiny, tmp_path, has, line):
+        contents = tiny.generated.table.contents
+        contents = with_spin_law(contents) if has else replace(contents, config=SPINNING.text)
+        write_table(tmp_path / "t.h5", contents)
+        with pytest.raises(InputError, match=line):
+            validate(tmp_path / "t.h5", **HOW)
 
 
 class TestStored:

@@ -1,4 +1,5 @@
 #include "TabulatedRebound.H"
+#include "cyclicACMIPolyPatch.H"
 #include "meshTools.H"
 
 namespace Foam
@@ -8,22 +9,6 @@ namespace tabulatedRebound
 
 // Components of a state, as rebound_sampler.h counts them
 enum component { u, v, w, omegaX, omegaY, omegaZ };
-
-//- Give a parcel an angular velocity, as the angular momentum of a sphere of its diameter; false
-//  for a parcel that has no place for one
-template<class ParcelType>
-auto storeSpin(ParcelType& p, const vector& omega, int)
-    -> decltype(p.angularMomentum(), bool())
-{
-    p.angularMomentum() = p.momentOfInertia()*omega;
-    return true;
-}
-
-template<class ParcelType>
-bool storeSpin(ParcelType&, const vector&, long)
-{
-    return false;
-}
 
 } // End namespace tabulatedRebound
 } // End namespace Foam
@@ -70,6 +55,75 @@ void Foam::TabulatedRebound<CloudType>::checkInjection() const
                 << " tabulatedRebound (both need dTarget of the parcels)" << exit(FatalIOError);
         }
     }
+}
+
+
+template<class CloudType>
+void Foam::TabulatedRebound<CloudType>::checkSpin() const
+{
+    if (!table_->hasSpinLaw() || !givesSpin_)
+    {
+        FatalIOErrorInFunction(this->coeffDict())
+            << "spin: got yes, allowed: no, with a table without "
+            << (givesSpin_ ? "spin law" : "angular velocities") << exit(FatalIOError);
+    }
+
+    // Angular momenta are nobody else's
+    if (spinOf::ofMomentum) return;
+
+    if (this->owner().dispersion().active())
+    {
+        FatalIOErrorInFunction(this->coeffDict())
+            << "spin: got yes, allowed: no, with kinematic parcels and a dispersionModel (both need"
+            << " UTurb of the parcels)" << exit(FatalIOError);
+    }
+
+    for (const polyPatch& pp : this->owner().mesh().boundaryMesh())
+    {
+        // A parcel may go through one, which turns its spin, or meet the wall behind it
+        if (isA<cyclicACMIPolyPatch>(pp) && !refCast<const coupledPolyPatch>(pp).parallel())
+        {
+            FatalIOErrorInFunction(this->coeffDict())
+                << "spin: got yes, allowed: no, with kinematic parcels and the rotating cyclicACMI"
+                << " patch " << pp.name() << exit(FatalIOError);
+        }
+    }
+}
+
+
+template<class CloudType>
+void Foam::TabulatedRebound<CloudType>::followSpin()
+{
+    const scalar gasTorque = this->coeffDict().template lookupOrDefault<scalar>("gasTorque", 0);
+
+    if (!(gasTorque >= 0) || (!keepsSpin_ && gasTorque > 0))
+    {
+        FatalIOErrorInFunction(this->coeffDict())
+            << "gasTorque: got " << gasTorque << ", allowed: 0"
+            << (keepsSpin_ ? " or a positive number" : ", where no spin is kept")
+            << exit(FatalIOError);
+    }
+
+    if (!keepsSpin_) return;
+
+    // Models for other walls of the same cloud came first
+    for (const CloudFunctionObject<CloudType>& other : this->owner().functions())
+    {
+        if (isA<SpinInFlight<CloudType>>(other))
+        {
+            const scalar first = refCast<const SpinInFlight<CloudType>>(other).gasTorque();
+
+            if (first != gasTorque)
+            {
+                FatalIOErrorInFunction(this->coeffDict())
+                    << "gasTorque: got " << gasTorque << ", allowed: " << first
+                    << ", as for other walls of this cloud" << exit(FatalIOError);
+            }
+            return;
+        }
+    }
+
+    this->owner().functions().append(new SpinInFlight<CloudType>(this->owner(), gasTorque));
 }
 
 
@@ -123,15 +177,19 @@ template<class CloudType>
 typename Foam::TabulatedRebound<CloudType>::Counts
 Foam::TabulatedRebound<CloudType>::totals() const
 {
-    const scalarField before
+    scalarField before
     (
-        this->template getModelProperty<scalarField>("counts", scalarField(3, Zero))
+        this->template getModelProperty<scalarField>("counts", scalarField(4, Zero))
     );
+
+    // Releases up to 0.1 wrote three
+    before.setSize(4, Zero);
 
     return
     {
         int64_t(before[0]) + returnReduce(counts_.hits, sumOp<int64_t>()),
         int64_t(before[1]) + returnReduce(counts_.clamped, sumOp<int64_t>()),
+        int64_t(before[3]) + returnReduce(counts_.extrapolated, sumOp<int64_t>()),
         int64_t(before[2]) + returnReduce(counts_.spinLost, sumOp<int64_t>())
     };
 }
@@ -146,6 +204,7 @@ void Foam::TabulatedRebound<CloudType>::writeFileHeader(Ostream& os)
 
     this->writeTabbed(os, "hits");
     this->writeTabbed(os, "clamped");
+    this->writeTabbed(os, "extrapolated");
     this->writeTabbed(os, "spinLost");
 }
 
@@ -160,7 +219,8 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     refuseOutside_(false),
     halfSizeRule_(this->coeffDict().template lookupOrDefault<scalar>("halfSizeRule", 0.5)),
     givesSpin_(false),
-    counts_{0, 0, 0}
+    keepsSpin_(false),
+    counts_{0, 0, 0, 0}
 {
     const dictionary& coeffs = this->coeffDict();
 
@@ -201,6 +261,12 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
 
     checkComponents();
     checkInjection();
+
+    const bool can = table_->hasSpinLaw() && givesSpin_;
+    keepsSpin_ = coeffs.template lookupOrDefault<Switch>("spin", can);
+    if (keepsSpin_) checkSpin();
+
+    followSpin();
     reportWalls();
 }
 
@@ -215,6 +281,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const TabulatedRebound<Cloud
     refuseOutside_(model.refuseOutside_),
     halfSizeRule_(model.halfSizeRule_),
     givesSpin_(model.givesSpin_),
+    keepsSpin_(model.keepsSpin_),
     counts_(model.counts_)
 {}
 
@@ -247,9 +314,12 @@ bool Foam::TabulatedRebound<CloudType>::correct
     const uint64_t identity = (uint64_t(uint32_t(p.origProc())) << 32) | uint32_t(p.origId());
     const scalar a = halfSizeRule_*p.d();
 
+    const vector before(keepsSpin_ ? spinOf::get(p) : vector(Zero));
     vector omega(Zero);
-    const int code =
-        table_->rebound(p.U(), omega, -nOut, Uwall, a, seed_, identity, countHit(p));
+    const int code = table_->rebound
+    (
+        p.U(), omega, -nOut, Uwall, a, keepsSpin_ ? &before : nullptr, seed_, identity, countHit(p)
+    );
 
     if (code < 0 || (code == reboundTable::clamped && refuseOutside_))
     {
@@ -262,7 +332,16 @@ bool Foam::TabulatedRebound<CloudType>::correct
 
     ++counts_.hits;
     if (code == reboundTable::clamped) ++counts_.clamped;
-    if (!givesSpin_ || !tabulatedRebound::storeSpin(p, omega, 0)) ++counts_.spinLost;
+    if (table_->extrapolates(mag(Urelative))) ++counts_.extrapolated;
+
+    if (keepsSpin_ || (givesSpin_ && spinOf::ofMomentum))
+    {
+        spinOf::set(p, omega);
+    }
+    else
+    {
+        ++counts_.spinLost;
+    }
 
     return true;
 }
@@ -275,19 +354,23 @@ void Foam::TabulatedRebound<CloudType>::info(Ostream& os)
 
     const Counts all = totals();
 
-    os  << "    Tabulated rebounds (hits, clamped, spin lost) = "
-        << all.hits << ", " << all.clamped << ", " << all.spinLost << endl;
+    os  << "    Tabulated rebounds (hits, clamped, extrapolated, spin lost) = "
+        << all.hits << ", " << all.clamped << ", " << all.extrapolated << ", " << all.spinLost
+        << endl;
 
-    this->file() << tab << all.hits << tab << all.clamped << tab << all.spinLost << endl;
+    this->file()
+        << tab << all.hits << tab << all.clamped << tab << all.extrapolated << tab << all.spinLost
+        << endl;
 
     if (this->writeTime())
     {
         // As scalars: labels may have too few bits
-        scalarField counts(3);
+        scalarField counts(4);
         counts[0] = all.hits;
         counts[1] = all.clamped;
         counts[2] = all.spinLost;
+        counts[3] = all.extrapolated;
         this->setModelProperty("counts", counts);
-        counts_ = {0, 0, 0};
+        counts_ = {0, 0, 0, 0};
     }
 }

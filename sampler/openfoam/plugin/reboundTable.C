@@ -22,6 +22,8 @@ Foam::reboundTable::reboundTable(const fileName& path)
             << "tableFile: got " << path << ", allowed: a file that `sampler export` wrote ("
             << rbt_strerror(code) << ")" << exit(FatalError);
     }
+
+    rbt_valid_speed(table_, validSpeed_);
 }
 
 
@@ -42,6 +44,18 @@ bool Foam::reboundTable::gives(const int k) const
     }
 
     return false;
+}
+
+
+bool Foam::reboundTable::hasSpinLaw() const
+{
+    return rbt_has_spin_law(table_);
+}
+
+
+bool Foam::reboundTable::extrapolates(const scalar speed) const
+{
+    return speed < validSpeed_[0] || speed > validSpeed_[1];
 }
 
 
@@ -68,6 +82,7 @@ int Foam::reboundTable::rebound
     const vector& n,
     const vector& Uwall,
     const scalar a,
+    const vector* before,
     const uint64_t seed,
     const uint64_t particle,
     const uint32_t hit
@@ -75,7 +90,8 @@ int Foam::reboundTable::rebound
 {
     return rbt_rebound
     (
-        table_, U.cdata(), n.cdata(), a, Uwall.cdata(), seed, particle, hit, U.data(), omega.data()
+        table_, U.cdata(), n.cdata(), a, Uwall.cdata(), before ? before->cdata() : nullptr,
+        seed, particle, hit, U.data(), omega.data()
     );
 }
 

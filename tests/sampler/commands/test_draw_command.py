@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from spin_tables import with_spin_law
 
 import sampler
 
@@ -138,3 +139,27 @@ def test_folder_of_the_header(call, monkeypatch):
     ended = call("sampler", "--include-dir")
     assert ended.status == 0
     assert (Path(ended.out.removesuffix("\n")) / "rebound_sampler.h").is_file()
+
+
+def test_spin_is_that_of_the_table_in_python(call, refuse, tmp_path, contents, table_path):
+    path, output = tmp_path / "spinning.h5", tmp_path / "a.npz"
+    sampler.write_table(path, with_spin_law(contents))
+    given = ["--alpha", 30, "--speed", 100, "--count", 20, "--seed", 3, "--output", output]
+    spin = ["--spin", 0.1, 0, -0.8]
+    assert call("sampler", "draw", path, *given, *spin).status == 0
+    expected = sampler.load(path).sample(
+        np.radians(30.0), 100.0, spin=(0.1, 0.0, -0.8), seed=3, index=range(20)
+    )
+    np.testing.assert_array_equal(np.load(output)["state"], expected)
+    given[-1] = tmp_path / "b.npz"
+    line = refuse("sampler", "draw", table_path, *given, *spin)
+    assert line == "--spin: got one, allowed: none, for the table has no spin law"
+    line = refuse("sampler", "draw", path, *given, "--spin", "nan", 0, 0)
+    assert line.endswith("got 'nan', allowed: a number from -1e6 to 1e6")
+    fast = ["--spin", 0, 0, 100]
+    line = refuse("sampler", "draw", path, *given, *fast, "--outside", "raise")
+    assert line.startswith("speed: got 8165.57816 at index 0, allowed: from 5 to 600 m/s of V")
+    ended = call("sampler", "draw", path, *given, *fast)
+    assert ended.status == 0
+    assert "speed: got 8165.57" in ended.err
+    assert ended.err.count("\n") == 1

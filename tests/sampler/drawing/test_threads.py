@@ -20,7 +20,7 @@ def slices(monkeypatch):
 
     def batch(start, stop):
         seen.append((start, stop))
-        return -1, OK, -1, 0
+        return -1, OK, -1, 0, 0
 
     batch.seen = seen
     return batch
@@ -45,7 +45,7 @@ def test_nothing_is_drawn_long_after_an_error(monkeypatch, threads):
     def batch(start, stop):
         begun.append(start)
         time.sleep(0.002)
-        return (start, NOT_FINITE, -1, 0) if start else (-1, OK, -1, 0)
+        return (start, NOT_FINITE, -1, 0, 0) if start else (-1, OK, -1, 0, 0)
 
     reports = run_rows(batch, (), 100_000, threads)
     assert [report.code for report in reports] == [OK, NOT_FINITE]
@@ -59,7 +59,7 @@ def test_ctrl_c_ends_a_run_between_slices(threads):
     def batch(start, stop):
         begun.set()
         time.sleep(0.01)
-        return -1, OK, -1, 0
+        return -1, OK, -1, 0, 0
 
     with interrupted(within=1.0, begun=begun):
         run_rows(batch, (), 1000 * module._SLICE, threads)

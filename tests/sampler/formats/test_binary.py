@@ -5,10 +5,12 @@ import hashlib
 import numpy as np
 import pytest
 from binary_reader import read_binary
+from spin_tables import with_spin_law
 from synthetic_table import make_contents
 
 from sampler.formats.binary import binary_table, write_binary_table
 from sampler.formats.binary_layout import ALIGNMENT, ARRAYS, HEADER_DTYPE, field_offset
+from sampler.formats.packing import table_arrays
 
 pytestmark = pytest.mark.processor
 
@@ -36,6 +38,29 @@ def test_what_is_written_is_in_the_file(contents, table, tmp_path):
         found = [header[f"{name}_{part}"] for part in parts]
         assert found == [getattr(made[name], part) for part in parts]
         assert header[f"n_{name}"] == made[name].nodes
+
+
+def test_a_spin_law_is_in_the_file(contents, tmp_path):
+    """Of three shapes one is in nobody's population: its tree stays, and no grain leads there."""
+    spinning = with_spin_law(contents, codes=(0, 3, 6))
+    weights = np.array([0.25, 0.0, 0.75])
+    spinning.datasets["spin/shape_weights"][:] = weights
+    write_binary_table(tmp_path / "t.rbt", spinning)
+    header, arrays = read_binary(tmp_path / "t.rbt")
+    made = table_arrays(spinning).spin
+    assert (header["n_shapes"], header["n_nodes"]) == (2, made.node_axis.size)
+    assert arrays["shape_codes"].tolist() == [0, 6]
+    assert arrays["shape_shares"].tolist() == [0.25, 1.0]
+    assert arrays["shape_ratios"].tolist() == [0.0, 0.0, *spinning["spin/ratio_range"][2, :, 0]]
+    assert arrays["roots"].tolist() == made.roots[[0, 2]].tolist()
+    for name, values in arrays.items():
+        own = name.removeprefix("spin_")
+        if name.startswith("spin_") or name in ("node_cut", "node_child", "gates", "experts"):
+            np.testing.assert_array_equal(values, getattr(made, own), name)
+    assert header["valid_speed"].tolist() == [50.0, 300.0]
+    assert header["spin_coordinate"].tolist() == [made.speed_scale, made.speed_exponent]
+    assert header["spin_speed"].tolist() == [made.speed_first, made.speed_last]
+    assert header["aspect"].tolist() == made.grains.aspect.ravel().tolist()
 
 
 def test_equal_tables_give_equal_bytes(contents, written):

@@ -1,0 +1,31 @@
+"""How many draws of a table were clamped or extrapolated, and what is said of the first."""
+
+import warnings
+
+from sampler.drawing.threads import Counter, Report
+from sampler.errors import InputError, OutsideTableWarning
+from sampler.formats.table_arrays import TableArrays
+from sampler.inputs.messages import outside_message, outside_warning
+from sampler.inputs.rows import Rows
+
+
+class Counts:
+    """Counts to which any thread may add; those of a copy are 0."""
+
+    def __init__(self) -> None:
+        self.clamped, self.extrapolated = Counter(), Counter()
+
+    def add(
+        self, arrays: TableArrays, rows: Rows, report: Report, outside: str, stacklevel: int
+    ) -> None:
+        """Count the draws of a call; with ``outside`` "raise" refuse the first that is outside.
+
+        Warns of the first that was moved to the edge of the table, once a table.
+        """
+        if report.clamped and outside == "raise":
+            raise InputError(outside_message(arrays, rows, report.clamped_row))
+        self.extrapolated.add(report.extrapolated)
+        if report.clamped and self.clamped.add(report.clamped):
+            told = outside_warning(arrays, rows, report.clamped_row, report.clamped)
+            # of the line that drew
+            warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)

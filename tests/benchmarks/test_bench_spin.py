@@ -1,0 +1,46 @@
+"""The benchmark of spinning impacts times what it says: the same impacts in every way."""
+
+import bench_spin
+import numpy as np
+import pytest
+from spin_tables import with_spin_law
+
+import sampler
+from sampler.table import Table
+from tablegen.config import stored_config
+from tablegen.direct import DirectModel
+from tablegen.impact_chains import occurring_impacts, simulated
+from tablegen.studies.report import one_by_one
+from tablegen.studies.report.spinning_impacts import DIRECT, FIRST, SPINNING
+
+
+@pytest.fixture(scope="module")
+def table():
+    return Table(with_spin_law(sampler.load("corundum-steel").contents))
+
+
+def test_every_way_is_measured(table):
+    found = bench_spin.measured(table, 100, 1)
+    assert {way.name for way in found.ways} == {DIRECT, FIRST, SPINNING}
+    assert len(found.ratios()) == 4
+    plain = bench_spin.measured(sampler.load("corundum-steel"), 100, 1)
+    assert {way.name for way in plain.ways} == {DIRECT, FIRST}
+    assert plain.ratios() == {}
+
+
+def test_one_by_one_is_the_same_as_in_batches(table):
+    config = stored_config(table.config, "config")
+    model = DirectModel(config)
+    impacts = occurring_impacts(config, model, 1, np.arange(50, dtype=np.uint64))
+    keys = {"seed": 1, "index": impacts.index, "hit": impacts.hit}
+    last, state, key = slice(-1, None), np.empty(6), np.uint64(1)
+    args = impacts.alpha1[last], impacts.speed[last]
+    spin, who = impacts.spin[last], (key, impacts.index[last], impacts.hit[last])
+    one_by_one.draw_first_hits(table.arrays, *args, *who, state)
+    np.testing.assert_array_equal(state, table.sample(impacts.alpha1, impacts.speed, **keys)[-1])
+    one_by_one.draw_spinning(table.arrays, *args, spin, *who, state)
+    drawn = table.sample(impacts.alpha1, impacts.speed, spin=impacts.spin, **keys)
+    np.testing.assert_array_equal(state, drawn[-1])
+    work = np.empty(model.work_size)
+    one_by_one.simulate_spinning(model.arrays, *args, spin, *who, work, state)
+    np.testing.assert_array_equal(state, simulated(model, impacts, 1)[-1])

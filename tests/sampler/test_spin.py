@@ -1,0 +1,359 @@
+"""Draws and rebounds of particles that arrive spinning: every way to them gives the same bits."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from reference_draw import key_words, reference_grain, reference_spin_draw
+from spin_tables import with_spin_law
+from synthetic_table import make_contents
+
+import sampler
+from sampler import InputError
+
+# some of the conditions are outside of the law, on purpose
+pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
+
+CONTENTS = with_spin_law(make_contents())
+N = 300
+INDEX, HITS = np.arange(N) % 40, np.arange(N) // 40
+KEYS = {"seed": 5, "index": INDEX, "hit": HITS}
+OUT = np.zeros(6)
+
+
+def spinning_table(**settings):
+    return sampler.Table(CONTENTS, **settings)
+
+
+@pytest.fixture
+def table():
+    return spinning_table()
+
+
+def conditions(seed=1):
+    rng = np.random.default_rng(seed)
+    spin = rng.normal(0.0, 0.9, (N, 3))
+    spin[::5] = 0.0
+    return rng.uniform(0.02, np.pi / 2, N), rng.uniform(20.0, 290.0, N), spin
+
+
+def lab(seed=2):
+    rng = np.random.default_rng(seed)
+    normal, velocity = rng.standard_normal((2, N, 3))
+    velocity *= -60.0 * np.sign(np.einsum("nk,nk->n", velocity, normal))[:, None]
+    return velocity, normal, rng.normal(0.0, 5e6, (N, 3))
+
+
+class TestSample:
+    def test_batch_is_the_scalar_kernel(self, table):
+        alpha1, speed, spin = conditions()
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        fresh = table.sample(alpha1, speed, spin=spin, grain="fresh", **KEYS)
+        for k in range(0, N, 7):
+            keys, three = (5, int(INDEX[k]), int(HITS[k])), tuple(spin[k])
+            assert sampler.draw(table.arrays, alpha1[k], speed[k], *keys, OUT, three) >= 0
+            np.testing.assert_array_equal(OUT, states[k])
+            grain = sampler.grain(table.arrays, *keys)
+            assert sampler.draw(table.arrays, alpha1[k], speed[k], *keys, OUT, three, grain) >= 0
+            np.testing.assert_array_equal(OUT, fresh[k])
+        # at hit 0 a fresh grain is the particle's own
+        np.testing.assert_array_equal(states[HITS == 0], fresh[HITS == 0])
+        assert (states != fresh)[HITS > 0].any()
+
+    def test_any_threads_any_batch(self, table):
+        alpha1, speed, spin = conditions()
+        whole = table.sample(alpha1, speed, spin=spin, **KEYS)
+        again = table.sample(alpha1, speed, spin=spin, threads=3, **KEYS)
+        np.testing.assert_array_equal(again, whole)
+        part = slice(33, 90)
+        keys = {"seed": 5, "index": INDEX[part], "hit": HITS[part]}
+        some = table.sample(alpha1[part], speed[part], spin=spin[part], **keys)
+        np.testing.assert_array_equal(some, whole[part])
+
+    def test_physics_holds(self, table):
+        alpha1, speed, spin = conditions()
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        limit = 1.0 + 2.0 / 3.0 * (spin**2).sum(axis=1)
+        assert np.isfinite(states).all()
+        assert (states[:, 1] > 0.0).all()
+        assert ((states[:, :3] ** 2).sum(axis=1) < limit).all()
+
+    def test_own_grain_is_the_one_given(self, table):
+        alpha1, speed, spin = conditions()
+        grains = table.grains(5, INDEX)
+        np.testing.assert_array_equal(
+            table.sample(alpha1, speed, spin=spin, grain=grains, **KEYS),
+            table.sample(alpha1, speed, spin=spin, **KEYS),
+        )
+        # a grain, and no spin: a spin of zeros
+        np.testing.assert_array_equal(
+            table.sample(alpha1, speed, grain=grains, **KEYS),
+            table.sample(alpha1, speed, spin=(0.0, 0.0, 0.0), **KEYS),
+        )
+
+    def test_mirror_image(self, table):
+        alpha1, speed, spin = conditions()
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        mirrored = table.sample(alpha1, speed, spin=spin * [-1.0, -1.0, 1.0], **KEYS)
+        turned = spin[:, 0] != 0.0
+        signs = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
+        np.testing.assert_array_equal(mirrored[turned], (states * signs)[turned])
+
+    def test_without_spin_nothing_changes(self, table):
+        alpha1, speed, _ = conditions()
+        plain = sampler.Table(make_contents())
+        np.testing.assert_array_equal(
+            table.sample(alpha1, speed, **KEYS), plain.sample(alpha1, speed, **KEYS)
+        )
+
+    def test_out_and_single_precision(self, table):
+        alpha1, speed, spin = conditions()
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        for kind in (np.float64, np.float32):
+            out = np.empty((N, 6), kind)
+            assert table.sample(alpha1, speed, spin=spin, out=out, **KEYS) is out
+            np.testing.assert_array_equal(out, states.astype(kind))
+
+    def test_moments_are_those_of_draws(self, table):
+        spin, index = (0.3, 0.1, -0.8), np.arange(20_000)
+        states = table.sample(0.5, 100.0, spin=spin, seed=3, index=index)
+        mean, std = table.mean(0.5, 100.0, spin=spin), table.std(0.5, 100.0, spin=spin)
+        # 4.5 standard errors: false-alarm rate 4e-5
+        assert np.all(np.abs(states.mean(axis=0) - mean) < 4.5 * std / np.sqrt(len(index)))
+        median = table.quantile(0.5, "v", 0.5, 100.0, spin=[spin, (0.0, 0.0, 0.0)])
+        assert abs((states[:, 1] < median[0]).mean() - 0.5) < 4.5 * 0.5 / np.sqrt(len(index))
+        assert median.shape == (2,)
+
+
+class TestSpecification:
+    """Against plain Python, from the stored file."""
+
+    def test_grains(self, table):
+        for index in (0, 1, 2**40, 2**64 - 1, *range(100, 160)):
+            expected = reference_grain(CONTENTS, 2**63 + 9, index)
+            found = table.grains(2**63 + 9, index)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+
+    def test_states(self, table):
+        """Single precision: to 3e-4, but where a share is next to a border; one in a hundred."""
+        alpha1, speed, spin = conditions(seed=4)
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        errors = np.empty(N)
+        for k in range(N):
+            words = key_words(5, int(INDEX[k]), int(HITS[k]), 2)
+            grain = reference_grain(CONTENTS, 5, int(INDEX[k]))
+            given = (CONTENTS, alpha1[k], speed[k], spin[k], grain, words)
+            errors[k] = np.abs(reference_spin_draw(*given) - states[k]).max()
+        factor = np.sqrt(1.0 + 2.0 / 3.0 * (spin**2).sum(axis=1))
+        assert (errors > 3e-4 * factor).sum() <= 0.01 * N
+        assert np.median(errors) < 1e-4
+
+    def test_would_see_a_wrong_step(self):
+        """Words, spin and grain all matter to the specification."""
+        words, spin = key_words(5, 3, 1, 2), np.array([0.2, 0.3, -0.8])
+        base = reference_spin_draw(CONTENTS, 0.5, 90.0, spin, (1, 0.8, 0.7), words)
+        for changed in (
+            (spin * [1, 1, -1], (1, 0.8, 0.7), words),
+            (spin[[1, 0, 2]], (1, 0.8, 0.7), words),
+            (spin, (3, 0.8, 0.7), words),
+            (spin, (1, 0.7, 0.8), words),
+            (spin, (1, 0.8, 0.7), [*words[:7], words[7] ^ 0xFFFFFFFF]),
+        ):
+            other = reference_spin_draw(CONTENTS, 0.5, 90.0, *changed)
+            assert np.abs(other - base).max() > 1e-3
+
+
+class TestRebound:
+    @pytest.mark.parametrize("roughness", [None, 0.2])
+    def test_batch_is_the_scalar_kernel(self, table, roughness):
+        velocity, normal, omega = lab()
+        found = table.rebound(velocity, normal, 1e-5, omega=omega, roughness=roughness, **KEYS)
+        for k in range(0, N, 11):
+            given = (tuple(velocity[k]), tuple(normal[k]), 1e-5, (0.0, 0.0, 0.0))
+            given += () if roughness is None else (roughness,)
+            keys = (5, int(INDEX[k]), int(HITS[k]))
+            kernel = sampler.rebound if roughness is None else sampler.rough_rebound
+            assert kernel(table.arrays, *given, *keys, OUT, tuple(omega[k])) >= 0
+            np.testing.assert_array_equal(OUT[:3], found.velocity[k])
+            np.testing.assert_array_equal(OUT[3:], found.omega[k])
+
+    def test_is_the_draw_in_the_frame_of_the_wall(self, table):
+        """A wall along the axes of the draw; speeds to rounding."""
+        alpha1, speed, spin = conditions()
+        velocity = np.stack([np.cos(alpha1), -np.sin(alpha1), 0.0 * alpha1], axis=1)
+        scale = speed[:, None] / 2e-5
+        found = table.rebound(
+            velocity * speed[:, None], (0, 1, 0), 2e-5, omega=spin * scale, **KEYS
+        )
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        # a condition that is rounded otherwise may fall into another leaf, or to another expert
+        close = np.isclose(found.velocity / speed[:, None], states[:, :3], rtol=0, atol=1e-4)
+        assert close.all(axis=1).mean() > 0.98
+        close = np.isclose(found.omega / scale, states[:, 3:], rtol=0, atol=1e-4)
+        assert close.all(axis=1).mean() > 0.98
+
+    def test_no_roughness_is_a_smooth_wall(self, table):
+        velocity, normal, omega = lab()
+        smooth = table.rebound(velocity, normal, 1e-5, omega=omega, **KEYS)
+        rough = table.rebound(velocity, normal, 1e-5, omega=omega, roughness=0.0, **KEYS)
+        np.testing.assert_array_equal(rough.velocity, smooth.velocity)
+
+
+class TestCounts:
+    def test_extrapolated_are_not_clamped(self, table):
+        table.sample(0.5, [20.0, 100.0, 49.0], spin=(0.0, 0.0, 1.0), seed=1, index=[0, 1, 2])
+        assert (table.extrapolated, table.clamped) == (2, 0)
+        table.rebound([0.0, -20.0, 0.0], [0, 1, 0], 1e-5, omega=np.ones(3), seed=1, index=0)
+        assert (table.extrapolated, table.clamped) == (3, 0)
+        assert copy.copy(table).extrapolated == 0
+
+    def test_effective_speed_counts(self, table):
+        """A slow impact of a fast spin is inside the law; one without much spin is clamped."""
+        table.sample(0.5, 0.1, spin=(0.0, 0.0, 300.0), seed=1, index=0)
+        assert table.clamped == 0
+        with pytest.warns(sampler.OutsideTableWarning, match=r"speed: got 0.1\d* at index 0"):
+            table.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
+        assert table.clamped == 1
+        strict = spinning_table(outside="raise")
+        with pytest.raises(InputError, match=r"from 5 to 600 m/s of V \(1 \+ 2/3"):
+            strict.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
+
+    def test_a_table_without_valid_speed_counts_nothing(self):
+        table = sampler.Table(make_contents())
+        with pytest.warns(sampler.OutsideTableWarning):
+            table.sample(0.5, 20.0, seed=1, index=0)
+        assert (table.extrapolated, table.clamped) == (0, 1)
+
+
+REFUSED = [
+    ({"spin": (0.0, np.nan, 0.0)}, "spin: got 0, nan, 0 at index 0, allowed: finite numbers"),
+    ({"spin": [[0.0] * 3, [np.inf] * 3]}, "spin: got inf, inf, inf at index 1"),
+    ({"spin": (1e200, 0.0, 0.0)}, "spin: got 1e+200, 0, 0 at index 0, allowed: a magnitude below"),
+    ({"spin": (1.0, 2.0)}, "spin: got shape (2,), allowed: (3,) or (..., 3)"),
+    ({"spin": "fast"}, "spin: got"),
+    ({"spin": (0, 0, 0), "grain": "none"}, "grain: got 'none', allowed: 'own', 'fresh'"),
+    ({"spin": (0, 0, 0), "grain": (2, 0.8, 0.8)}, "grain: got 2, 0.8, 0.8 at index 0"),
+    ({"spin": (0, 0, 0), "grain": (1, 0.4, 0.8)}, "grain: got 1, 0.4, 0.8 at index 0"),
+    ({"spin": (0, 0, 0), "grain": (1, np.nan, 0.8)}, "grain: got 1, nan, 0.8 at index 0"),
+]
+
+
+@pytest.mark.parametrize(("given", "said"), REFUSED)
+def test_refused(table, given, said):
+    out = np.full((2, 6), -7.0)
+    with pytest.raises(InputError) as error:
+        table.sample(0.5, 100.0, seed=1, index=[0, 1], out=out, **given)
+    assert str(error.value).startswith(said)
+    assert "\n" not in str(error.value)
+    np.testing.assert_array_equal(out, -7.0)
+
+
+def test_a_table_without_spin_law_refuses():
+    table, state = sampler.Table(make_contents()), np.full(6, -7.0)
+    assert not table.has_spin
+    refused = "got one, allowed: none, for the table has no spin law"
+    with pytest.raises(InputError, match=f"spin: {refused}"):
+        table.sample(0.5, 100.0, spin=(0, 0, 0), seed=1, index=0)
+    with pytest.raises(InputError, match=f"omega: {refused}"):
+        table.rebound((0, -100, 0), (0, 1, 0), 1e-5, omega=(0, 0, 0), seed=1, index=0)
+    with pytest.raises(InputError, match=f"grain: {refused}"):
+        table.sample(0.5, 100.0, grain="fresh", seed=1, index=0)
+    with pytest.raises(InputError, match="population: got one"):
+        sampler.Table(make_contents(), population={"shapes": {"prism": 1.0}})
+    with pytest.raises(InputError, match="grains: asked for"):
+        table.grains(1, 0)
+    code = sampler.draw(table.arrays, 0.5, 100.0, 1, 2, 3, state, (0.0, 0.0, 0.0))
+    assert code == sampler.NO_SPIN_LAW
+    np.testing.assert_array_equal(state, -7.0)
+
+
+def test_kernels_refuse(table):
+    state, draw = np.full(6, -7.0), sampler.draw
+    keys, still = (1, 2, 3), (0.0, 0.0, 0.0)
+    assert draw(table.arrays, 0.5, 100.0, *keys, state, (np.nan, 0.0, 0.0)) == sampler.NOT_FINITE
+    for grain in ((2.0, 0.8, 0.8), (1.0, 0.0, 0.8), (1.5, 0.8, 0.8), (np.nan, 0.8, 0.8)):
+        code = draw(table.arrays, 0.5, 100.0, *keys, state, still, grain)
+        assert code == sampler.GRAIN_NOT_KNOWN
+    other = spinning_table(population={"shapes": {"prism": 1.0}})
+    assert draw(other.arrays, 0.5, 100.0, *keys, state) == sampler.SPIN_NOT_GIVEN
+    np.testing.assert_array_equal(state, -7.0)
+
+
+class TestPopulation:
+    def test_other_shapes_and_ratios(self, table):
+        aspect = {"distribution": "fixed", "values": [0.8, 0.7]}
+        other = spinning_table(population={"shapes": {"prism": 2}, "aspect": aspect})
+        assert set(map(tuple, other.grains(1, range(50)))) == {(1.0, 0.8, 0.7)}
+        spin, keys = (0.2, 0.0, -0.5), {"seed": 1, "index": range(50)}
+        expected = table.sample(0.5, 100.0, spin=spin, grain=(1, 0.8, 0.7), **keys)
+        np.testing.assert_array_equal(other.sample(0.5, 100.0, spin=spin, **keys), expected)
+
+    def test_no_spin_is_a_spin_of_zeros(self):
+        other = spinning_table(population={"shapes": {"prism": 1.0, "ellipsoid": 3.0}})
+        still = other.sample(0.5, 100.0, spin=(0, 0, 0), seed=1, index=range(50))
+        np.testing.assert_array_equal(other.sample(0.5, 100.0, seed=1, index=range(50)), still)
+        shapes = other.grains(1, range(2000))[:, 0]
+        assert set(shapes) == {0.0, 1.0}
+        # 4.5 standard errors: false-alarm rate 7e-6
+        assert abs((shapes == 0.0).mean() - 0.75) < 4.5 * np.sqrt(0.75 * 0.25 / 2000)
+
+    def test_the_tables_own_law_of_ratios(self, table):
+        own = {"mean": 0.8, "standard_deviation": 0.2, "range": (0.5, 1.0)}
+        aspect = {"distribution": "truncated-normal", **own}
+        other = spinning_table(population={"aspect": aspect})
+        np.testing.assert_allclose(
+            other.grains(1, range(99)), table.grains(1, range(99)), atol=1e-9
+        )
+
+    def test_copies_keep_it(self):
+        other = spinning_table(population={"shapes": {"prism": 1.0}})
+        for twin in (copy.deepcopy(other), pickle.loads(pickle.dumps(other))):
+            np.testing.assert_array_equal(twin.grains(1, range(9)), other.grains(1, range(9)))
+        assert other.contents.content_sha256 == CONTENTS.content_sha256
+
+    @pytest.mark.parametrize(
+        ("population", "said"),
+        [
+            ("prism", "population: got 'prism', allowed: a mapping with shapes, meshes, aspect"),
+            ({"shape": {}}, "population.shape: is unknown, allowed: shapes, meshes, aspect"),
+            (
+                {"shapes": {"sphere": 1.0}},
+                "population.shapes.sphere: is unknown, allowed: ellipsoid, prism, tetrahedron",
+            ),
+            ({"shapes": {"prism": -1}}, "population.shapes.prism: got -1, allowed: a number from"),
+            ({"shapes": {"prism": True}}, "population.shapes.prism: got True"),
+            ({"shapes": {"prism": np.nan}}, "population.shapes.prism: got nan"),
+            (
+                {"shapes": {"prism": 0.0}},
+                "population.shapes: got {'prism': 0.0}, allowed: a weight",
+            ),
+            ({"meshes": [1.0]}, "population.meshes: got [1.0], allowed: 0 weights"),
+            ({"aspect": 0.8}, "population.aspect: got 0.8, allowed: a mapping"),
+            (
+                {"aspect": {"distribution": "normal"}},
+                "population.aspect.distribution: got 'normal'",
+            ),
+            (
+                {"aspect": {"distribution": "fixed", "values": [0.4, 0.7]}},
+                "population.aspect.values: got [0.4, 0.7], allowed: within what was simulated",
+            ),
+            ({"aspect": {"distribution": "fixed"}}, "population.aspect.values: is missing"),
+            (
+                {
+                    "aspect": {
+                        "distribution": "truncated-normal",
+                        "mean": 0.8,
+                        "standard_deviation": 0.2,
+                        "range": [0.3, 1.0],
+                    }
+                },
+                "population.aspect.range: got [0.3, 1.0], allowed: two, increasing, within",
+            ),
+        ],
+    )
+    def test_refused(self, population, said):
+        with pytest.raises(InputError) as error:
+            spinning_table(population=population)
+        assert str(error.value).startswith(said)
+        assert "\n" not in str(error.value)
