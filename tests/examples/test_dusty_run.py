@@ -11,7 +11,7 @@ from dusty_gas.compare import compare, field_test
 from dusty_gas.gas import BODIES, Flow
 from dusty_gas.run import BATCHES, GRID, density_scale, follow_all
 from dusty_gas.tracker import BAND, HITS, LEFT, follow_batch, make_outcome
-from dusty_gas.walls import MODELS, make_store, make_wall
+from dusty_gas.walls import MODELS, make_store, make_wall, tabulated
 from scipy.stats import binomtest, kstest
 
 import sampler
@@ -76,9 +76,9 @@ def test_rebounds_gain_no_speed(runs):
         assert (np.hypot(run.first[:, 3], run.first[:, 4]) <= 1.0 + 1e-12).all()
 
 
-def test_table_is_memoryless_simulation_and_spheres_are_not(runs):
+def test_table_is_the_simulation_of_its_law_and_spheres_are_not(runs, setting):
     """A right table fails with probability 1e-3."""
-    difference = compare(runs["table"], runs["memoryless"])
+    difference = compare(runs["table"], runs[tabulated(setting[1])])
     assert difference.same(1e-3)
     assert max(difference.rebound) < difference.rebound_noise + 0.01
     spheres = compare(runs["spheres"], runs["direct"])
@@ -91,7 +91,7 @@ def test_table_is_memoryless_simulation_and_spheres_are_not(runs):
 def test_comparison_sees_another_population(runs, setting):
     """Ellipsoids only, in place of the mixture: far less wrong than spheres."""
     case = runs["direct"].case
-    ellipsoids = _run(setting, case, "memoryless", shape="ellipsoid")
+    ellipsoids = _run(setting, case, tabulated(setting[1]), shape="ellipsoid")
     difference = compare(runs["table"], ellipsoids)
     assert not difference.same(1e-3)
     assert difference.field < compare(runs["spheres"], runs["direct"]).field
@@ -174,7 +174,9 @@ def test_command_writes_report_numbers_and_pictures(tmp_path, capsys):
     # 100 particles, rounded up to a multiple of the batches
     assert all(sum(run["particles_by_hits"]) == run["particles"] == 128 for run in numbers["runs"])
     compared = [(d["model"], d["other"]) for d in numbers["differences"]]
-    assert compared == [("table", "memoryless"), ("table", "direct"), ("spheres", "direct")]
+    others = [("table", "direct"), ("memoryless", "direct"), ("spheres", "direct")]
+    law = tabulated(sampler.load("corundum-steel"))
+    assert compared == list(dict.fromkeys([("table", law), *others]))
     pytest.importorskip("matplotlib")
     for file in (figure, tmp_path / "new" / "dusty_gas.png", tmp_path / "new" / "hits.png"):
         assert file.read_bytes().startswith(b"\x89PNG")

@@ -13,13 +13,16 @@ from dusty_gas.walls import (
     make_wall,
     rebound_at_wall,
     sphere_state,
+    tabulated,
 )
 from scipy.spatial.transform import Rotation
+from spin_tables import with_spin_law
 
 import sampler
 import tablegen
 from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing.philox import philox_block, uniform
+from sampler.table import Table
 from tablegen.config import load_config
 from tablegen.simulate import make_condition, simulate_condition
 
@@ -94,14 +97,29 @@ def test_direct_rebounds_keep_spin_and_grain(wall_of, config):
         assert np.abs(out[:3] - other.velocity).max() > 1.0
 
 
-def test_table_rebounds_are_those_of_the_table(wall_of, table):
+@pytest.fixture(scope="module")
+def spinning(table):
+    """A table that takes a spin, whatever its law is."""
+    return Table(with_spin_law(table.contents, codes=(0, 1, 2, 3)))
+
+
+@pytest.mark.parametrize("name", ["table", "spinning"])
+def test_table_rebounds_are_those_of_the_table(config, name, request):
+    table = request.getfixturevalue(name)
+    wall, before = make_wall("table", config, table), [2e6, -3e6, 4e6]
     velocity, normal = [70.0, -60.0, 20.0], [0.6, 0.8, 0.0]
+    given = {"omega": before} if table.has_spin else {}
     for keys in ((1, 2, 0), (2**63, 2**40, 7)):
         v, omega = table.rebound(
-            velocity, normal, HALF_SIZE, seed=keys[0], index=keys[1], hit=keys[2]
+            velocity, normal, HALF_SIZE, seed=keys[0], index=keys[1], hit=keys[2], **given
         )
-        _, out = _rebound(wall_of["table"], velocity, normal, keys)
+        _, out = _rebound(wall, velocity, normal, keys, before)
         np.testing.assert_array_equal(out, [*v, *omega])
+
+
+def test_a_table_holds_the_law_of_what_it_is_given(table, spinning):
+    assert tabulated(spinning) == "direct"
+    assert tabulated(table) == ("direct" if table.has_spin else "memoryless")
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -124,13 +142,13 @@ def test_rebounds_turn_with_the_wall(wall_of, model):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_law_is_held_at_the_ends_of_its_range(wall_of, model):
-    """Slower than 50 m/s the state is that at 50 m/s, and so on; all models count it."""
-    slow, held = [7.0, -7.0, 0.0], [50.0 / np.sqrt(2.0), -50.0 / np.sqrt(2.0), 0.0]
+    """Slower than the table's least speed the state is that at it; all models count it."""
+    least = wall_of[model].limits[2] / np.sqrt(2.0)
+    slow, held = [0.2 * least, -0.2 * least, 0.0], [least, -least, 0.0]
     low, edge = (_rebound(wall_of[model], v, [0.0, 1.0, 0.0], (1, 5, 0)) for v in (slow, held))
     assert low[0] == sampler.CLAMPED
     assert edge[0] == 0
-    ratio = np.linalg.norm(slow) / 50.0
-    np.testing.assert_allclose(low[1], ratio * edge[1], rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(low[1], 0.2 * edge[1], rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("model", MODELS)

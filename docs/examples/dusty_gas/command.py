@@ -15,7 +15,7 @@ from dusty_gas.gas import BODIES
 from dusty_gas.picture import draw_fields, draw_hits
 from dusty_gas.report import make_report
 from dusty_gas.run import BATCHES, Run, follow_all
-from dusty_gas.walls import MODELS, make_wall
+from dusty_gas.walls import MODELS, make_wall, tabulated
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
@@ -61,9 +61,8 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
-def _run_all(options: argparse.Namespace) -> list[Run]:
+def _run_all(options: argparse.Namespace, table: sampler.Table) -> list[Run]:
     """Follow the particles of every case with every model."""
-    table = sampler.load(options.table)
     config = load_config(table.pair)
     count = MILLION if options.million else options.count
     count = -(-count // BATCHES) * BATCHES
@@ -92,10 +91,10 @@ def _draw(options: argparse.Namespace, runs: Sequence[Run]) -> list[str]:
     return ["dusty_gas.png", "hits.png"]
 
 
-def _write(options: argparse.Namespace, words: Sequence[str], runs: Sequence[Run]) -> int:
+def _write(options: argparse.Namespace, words: Sequence[str], law: str, runs: Sequence[Run]) -> int:
     """Write report, numbers and pictures; exit status."""
     command = " ".join(["python docs/examples/dusty_gas", *words])
-    text, numbers, holds = make_report(runs, {"command": f"`{command}`"})
+    text, numbers, holds = make_report(runs, law, {"command": f"`{command}`"})
     with atomic_output(options.output / "dusty_gas.md") as temporary:
         temporary.write_text(text, encoding="utf-8")
     with atomic_output(options.output / "dusty_gas.json") as temporary:
@@ -119,7 +118,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         options = parse(words)
         make_folder(options.output, "dusty_gas.md")
-        return _write(options, words, _run_all(options))
+        table = sampler.load(options.table)
+        return _write(options, words, tabulated(table), _run_all(options, table))
     except InputError as error:
         print(f"dusty_gas: error: {error}", file=sys.stderr)
         return BAD_INPUT

@@ -10,14 +10,19 @@ from markdown_tables import markdown_table
 from dusty_gas.compare import Difference, compare
 from dusty_gas.run import Run
 from dusty_gas.tracker import FAILED, LINGERS
-from dusty_gas.walls import MODELS, TABULATED
+from dusty_gas.walls import MODELS
 
 #: Probability that a right table is reported as different in one case.
 LEVEL = 1e-3
 
-#: Which models are compared: the table with the law that it holds, which tells whether it is right,
-#: and both with the particles that keep spin and grain, which tells what it leaves out.
-_COMPARED = (("table", TABULATED), ("table", "direct"), ("spheres", "direct"))
+#: Which models are compared with the particles that keep spin and grain; the table is first of all
+#: compared with the law that it holds, which tells whether it is right.
+_COMPARED = (("table", "direct"), ("memoryless", "direct"), ("spheres", "direct"))
+
+_LAWS = {
+    "direct": "with spin and grain, as direct",
+    "memoryless": "without spin and with another grain at each hit, as memoryless",
+}
 
 _QUANTILES = (0.0, 0.1, 0.5, 0.9, 1.0)
 
@@ -130,21 +135,26 @@ def _row(run: Run, other: str, d: Difference, level: float) -> list[str]:
     ]
 
 
-def make_report(runs: Sequence[Run], about: dict[str, Any]) -> tuple[str, dict[str, Any], bool]:
+def make_report(
+    runs: Sequence[Run], law: str, about: dict[str, Any]
+) -> tuple[str, dict[str, Any], bool]:
     """Markdown, numbers for JSON, and whether no table differs from the law that it holds.
 
     Parameters
     ----------
     runs : sequence of Run
         All models of each case.
+    law : str
+        Name of the model whose law the table holds.
     about : dict
         How the run was made.
     """
     cases = _by_model(runs)
     level = LEVEL
     rows, differences, holds = [], [], True
+    pairs = dict.fromkeys((("table", law), *_COMPARED))
     for models in cases:
-        for model, other in _COMPARED:
+        for model, other in pairs:
             difference = compare(models[model], models[other])
             rows.append(_row(models[model], other, difference, level))
             same = difference.same(level)
@@ -152,7 +162,7 @@ def make_report(runs: Sequence[Run], about: dict[str, Any]) -> tuple[str, dict[s
                 {"case": asdict(models[model].case), "model": model, "other": other, "same": same}
                 | asdict(difference)
             )
-            holds = holds and (same or other != TABULATED)
+            holds = holds and (same or (model, other) != ("table", law))
     head = [
         "body",
         "St",
@@ -168,12 +178,12 @@ def make_report(runs: Sequence[Run], about: dict[str, Any]) -> tuple[str, dict[s
         f"{about['command']}\n\n"
         "Regular rebound of spheres; direct simulation at each hit of particles that keep their "
         "spin and their grain (direct), or that are others without spin at each hit (memoryless); "
-        "and draws from the table, which holds the law of the latter. "
+        f"and draws from the table, {_LAWS[law]}. "
         "The model's laws are held at the ends of the table's range, beyond which they were not "
         f"measured, in all; of all particles, {ended} lingered or failed.\n\n"
         "## Differences\n\n"
         f"{markdown_table(head, rows)}\n"
-        "p: probability of such a difference by chance. A table that equals memoryless simulation "
+        f"p: probability of such a difference by chance. A table that equals {law} simulation "
         f"is called different with probability {level:g} in a case. Cases share their random "
         "numbers, so their p are not independent; with other seeds they are.\n\n"
         "## Hits\n\n"

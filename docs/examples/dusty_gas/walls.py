@@ -6,9 +6,10 @@ beyond which the restitution was not measured.
 
 ``spheres`` bounce regularly, without a spin. ``direct`` simulates each hit with the spin that the
 particle has and with its own grain, the same at every hit. ``memoryless`` simulates each hit of
-another grain of the population, without spin: this is the law that the table holds, which
-``table`` draws from. So table and memoryless should agree, and memoryless and direct differ by what
-the table leaves out.
+another grain of the population, without spin. ``table`` draws from the table: with spin and grain,
+as direct, if the table has the law of particles that arrive spinning, else without, as memoryless.
+So it should agree with the one of the two that is its law (`tabulated`), and these differ by what a
+table without spin leaves out.
 """
 
 import math
@@ -32,9 +33,6 @@ SPHERES, MEMORYLESS, DIRECT, TABLE = 0, 1, 2, 3
 #: Names of the models, in the order of their codes.
 MODELS = ("spheres", "memoryless", "direct", "table")
 
-#: The model whose law a table holds.
-TABULATED = "memoryless"
-
 #: Block of the keys' random words for the azimuth at normal impact.
 _AZIMUTH_BLOCK = 2
 
@@ -46,14 +44,15 @@ class Wall(NamedTuple):
     """What the models need, whichever is used.
 
     ``model``: a code of `MODELS`. ``direct``: arrays of the direct model, ``work_size``: numbers
-    that it works in. ``arrays``: of the table. ``limits``: least and largest impact angle (rad)
-    and speed (m/s).
+    that it works in. ``arrays``: of the table, ``spins``: whether it takes the spin before a hit.
+    ``limits``: least and largest impact angle (rad) and speed (m/s).
     """
 
     model: int
     direct: Any
     work_size: int
     arrays: Any
+    spins: bool
     limits: tuple[float, float, float, float]
 
 
@@ -69,7 +68,14 @@ def make_wall(model, config: Config, table: Table) -> Wall:
     """Wall of one of the `MODELS`; the laws are those from which the table was made."""
     direct = tablegen.DirectModel(config)
     limits = (*table.alpha_range, *table.speed_range)
-    return Wall(MODELS.index(model), direct.arrays, direct.work_size, table.arrays, limits)
+    return Wall(
+        MODELS.index(model), direct.arrays, direct.work_size, table.arrays, table.has_spin, limits
+    )
+
+
+def tabulated(table: Table) -> str:
+    """Name of the model whose law a table holds."""
+    return "direct" if table.has_spin else "memoryless"
 
 
 def make_store(wall: Wall) -> Store:
@@ -196,6 +202,10 @@ def rebound_at_wall(wall, velocity, normal, half_size, omega, keys, store, out):
     if wall.model == TABLE:
         at_rest = (0.0, 0.0, 0.0)
         seed, index, hit = keys
+        if wall.spins:
+            return table_rebound(
+                wall.arrays, velocity, normal, half_size, at_rest, seed, index, hit, out, omega
+            )
         return table_rebound(
             wall.arrays, velocity, normal, half_size, at_rest, seed, index, hit, out
         )
