@@ -119,7 +119,7 @@ def test_ratios_beyond_all_that_was_simulated_are_moved_to_its_ends(library, tmp
     grains, found = np.zeros((2, 300, 3))
     with toolchain.opened(library, wide.path) as table:
         for k in range(300):
-            grains[k] = draw_grain(unpacked(wide.arrays.spin).grains, SEED, np.uint64(k), OWN_GRAIN)
+            grains[k] = draw_grain(law_in(wide.arrays).grains, SEED, np.uint64(k), OWN_GRAIN)
             library.rbt_grain(table, int(SEED), k, 0, found[k])
         np.testing.assert_array_equal(drawn(library, table, *given)[1], wide.states(*given)[0])
     np.testing.assert_allclose(found, grains, rtol=1e-15)

@@ -35,7 +35,7 @@ def test_every_name_has_one_line_below_its_kind(program, listed):
     assert tuple(found) == kinds
     assert sorted(found["tables"]) == available(".h5")
     assert sorted([*found["pairs"], *found["scenes"]]) == available(".toml")
-    assert found["tables"]["corundum-steel"].startswith("0.5 to 90 degrees, 50 to 300 m/s, u v w")
+    assert found["tables"]["corundum-steel"].startswith("0.5 to 90 degrees, 5 to 300 m/s, u v w")
     assert found["pairs"]["corundum-steel"] == "synthetic corundum on steel St3"
     assert "pair corundum-steel, 20 to 60 degrees, 100 to 200 m/s" in found["scenes"]["demo"]
     assert "2 dimensions" in found["scenes"]["plane-flow"]
@@ -67,7 +67,9 @@ def test_your_own_files_beside_them_are_listed(monkeypatch, tmp_path, listed):
     assert found == {
         "tables": {},
         "pairs": {},
-        "scenes": {"mine": {"pair": "corundum-steel", "domain": {"components": ["u", "v"]}}},
+        "scenes": {
+            "mine": {"pair": "corundum-steel", "spin": False, "domain": {"components": ["u", "v"]}}
+        },
     }
     assert "  mine  pair corundum-steel, u v\n" in listed("sampler")
 
