@@ -20,7 +20,7 @@ from sampler.files.locate import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.packing import kept_beside, table_arrays
 from sampler.formats.packing_memory import repacked
-from sampler.formats.spin_buffer import unpacked
+from sampler.formats.spin_buffer import law_in
 from sampler.formats.table_arrays import bytes_of, same
 from sampler.inputs.counts import Counts
 from sampler.inputs.grains import Grain, Grains, grains_of, rows_of_call
@@ -168,7 +168,7 @@ class Table(LawAtConditions):
     @property
     def has_spin(self) -> bool:
         """Whether the table has the law of particles that arrive spinning."""
-        return unpacked(self.arrays.spin).n_shapes > 0
+        return law_in(self.arrays).n_shapes > 0
 
     def sample(
         self,

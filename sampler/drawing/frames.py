@@ -205,7 +205,7 @@ def spinning_impact(
         status = NOT_FINITE
     if status == OK:
         spin = spin_of(velocity, normal, half_size, wall_velocity, omega, seed, index, hit)
-        status = spin_status(spin_law_of(arrays.spin), alpha1, speed, spin[0], spin[1], spin[2])
+        status = spin_status(spin_law_of(arrays), alpha1, speed, spin[0], spin[1], spin[2])
     return status, alpha1, speed, spin
 
 

@@ -196,7 +196,7 @@ def spin_drawer(width):
         `spins` and `grains` have three numbers a draw; `words` has word k of draw r at
         ``k * width + r``.
         """
-        spin = spin_law_of(arrays.spin)
+        spin = spin_law_of(arrays)
         conditions, features, scores = local_conditions(), local_features(), local_scores()
         factors, turns = local_reals(), local_reals()
         leaves, records = local_longs(), local_longs()
@@ -284,7 +284,7 @@ def draw_with_spin(arrays, alpha1, speed, spin, grain, seed, index, hit, state):
     int
         Status, as of `sampler.draw`; with a negative one nothing is written.
     """
-    law = spin_law_of(arrays.spin)
+    law = spin_law_of(arrays)
     status = spin_status(law, alpha1, speed, spin[0], spin[1], spin[2])
     if status < OK:
         return status
@@ -331,7 +331,7 @@ def spin_draw_batch(
     words, drawn = local_words(), local_states()
     angles, speeds, spins, grains = local_reals(), local_reals(), local_vectors(), local_vectors()
     low, high = arrays.valid_speed
-    law = spin_law_of(arrays.spin)
+    law = spin_law_of(arrays)
     first_clamped, clamped, extrapolated = -1, 0, 0
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)

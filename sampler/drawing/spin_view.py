@@ -16,7 +16,7 @@ _reals, _longs = array_viewer(types.float64), array_viewer(types.int64)
 _pairs, _fours = array_viewer(types.float64, 2), array_viewer(types.float64, 4)
 _words, _bytes = array_viewer(types.int32), array_viewer(types.int8)
 _singles = array_viewer(types.float32)
-_shorts, _steps = array_viewer(types.int16), array_viewer(types.uint16)
+_shorts = array_viewer(types.int16)
 
 
 @no_refcount_inline_kernel
@@ -50,8 +50,9 @@ def grain_law_of(buffer):
 
 
 @no_refcount_inline_kernel
-def spin_law_of(buffer):
-    """Give the spin law: `SpinArrays`, whose ranges of ratios have two numbers an entry."""
+def spin_law_of(arrays):
+    """Give the spin law of a table: `SpinArrays`, with two numbers an entry of `ratio_range`."""
+    buffer = arrays.spin
     x = _reals(buffer, _FIRST_REAL, _N_REALS)
     return SpinArrays(
         buffer[0],
@@ -68,7 +69,7 @@ def spin_law_of(buffer):
         _singles(*_entry(buffer, 10)),
         _shorts(*_entry(buffer, 11)),
         _shorts(*_entry(buffer, 12)),
-        _shorts(*_entry(buffer, 13)),
-        _singles(*_entry(buffer, 14)),
-        _steps(*_entry(buffer, 15)),
+        arrays.experts,
+        _singles(*_entry(buffer, 13)),
+        arrays.spin_quantiles,
     )

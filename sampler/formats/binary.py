@@ -29,7 +29,7 @@ from sampler.formats.hdf5 import TableContents
 from sampler.formats.packing import table_arrays
 from sampler.formats.spin_arrays import SpinArrays
 from sampler.formats.spin_bounds import N_INPUTS
-from sampler.formats.spin_buffer import unpacked
+from sampler.formats.spin_buffer import law_in
 from sampler.formats.table_arrays import TableArrays
 
 _CHECKSUM_AT = field_offset("sha256")
@@ -101,7 +101,7 @@ def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
         for part in ("first", "last", "origin", "scale", "offset"):
             header[f"{name}_{part}"] = getattr(axis, part)
     header["valid_speed"] = arrays.valid_speed
-    spin = unpacked(arrays.spin)
+    spin = law_in(arrays)
     if spin.n_shapes > 0:
         _fill_spin_fields(header, spin)
     return header
@@ -121,7 +121,7 @@ def binary_table(contents: TableContents) -> bytes:
     """
     arrays = table_arrays(contents)
     header = _header(contents, arrays)
-    given = _arrays_by_name(arrays) | _spin_arrays_by_name(unpacked(arrays.spin))
+    given = _arrays_by_name(arrays) | _spin_arrays_by_name(law_in(arrays))
     stored = {
         array.name: np.ascontiguousarray(given[array.name], dtype=array.dtype)
         for array in (*ARRAYS, *SPIN_ARRAYS)

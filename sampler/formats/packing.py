@@ -135,6 +135,7 @@ def table_arrays(contents: TableContents) -> TableArrays:
     probability = contents["dependence/alias_probability"].astype(np.uint32)
     alias = (probability << np.uint32(16)) | contents["dependence/alias_index"]
     channels, held = contents.channels, contents.marginals
+    law = spin_arrays(contents)
     return TableArrays(
         alpha=_axis(
             np.deg2rad(contents["axes/alpha_deg"]),
@@ -164,7 +165,9 @@ def table_arrays(contents: TableContents) -> TableArrays:
         spans=spans.reshape(-1),
         quantiles=steps.reshape(-1),
         valid_speed=contents.valid_speed or ANY_SPEED,
-        spin=packed(spin_arrays(contents)),
+        spin=packed(law),
+        experts=law.experts,
+        spin_quantiles=law.quantiles,
     )
 
 

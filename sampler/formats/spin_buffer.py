@@ -4,6 +4,11 @@ Compiled functions are handed every field of a tuple, again at each call; with a
 law a draw took up to ten times as long, also for particles that do not spin. The array begins with
 the numbers of the law and with the place and length of each of its arrays, which follow, each on a
 cache line. `sampler.drawing.spin_view` reads it in kernels.
+
+Experts and quantiles, most of the bytes, are arrays of their own. How long compiled code takes to
+hand over a table depends on how its fields lie on the stack, and so does a draw alone: with these
+two it takes as long as before there was a spin law, with one array fewer or more up to twice that
+(`tests/benchmarks/bench_spin.py`, AMD EPYC with AVX-512).
 """
 
 from typing import Any
@@ -14,6 +19,7 @@ from numpy.typing import NDArray
 from sampler.formats.grain_law import GrainLaw
 from sampler.formats.packing_memory import aligned
 from sampler.formats.spin_arrays import SpinArrays
+from sampler.formats.table_arrays import TableArrays
 
 #: Numbers of the law in its first words, and floats in those behind them.
 INTEGERS = ("n_shapes", "n_knots", "serves_all")
@@ -39,9 +45,7 @@ LAW_ARRAYS = (
     ("inputs", np.float32, ()),
     ("group_gates", np.int16, ()),
     ("gates", np.int16, ()),
-    ("experts", np.int16, ()),
     ("spans", np.float32, ()),
-    ("quantiles", np.uint16, ()),
 )
 
 #: Words of the numbers, and of the whole head: then come place and length of each array.
@@ -70,8 +74,9 @@ def packed(law: SpinArrays) -> NDArray[np.int64]:
     return buffer
 
 
-def unpacked(buffer: NDArray[np.int64]) -> SpinArrays:
-    """Read a spin law; its arrays are views."""
+def law_in(arrays: TableArrays) -> SpinArrays:
+    """Give the spin law of a table; its arrays are views."""
+    buffer = arrays.spin
     data = buffer.view(np.uint8)
     found: list[NDArray[Any]] = []
     for k, (_, dtype, entry) in enumerate(_ENTRIES):
@@ -82,4 +87,7 @@ def unpacked(buffer: NDArray[np.int64]) -> SpinArrays:
     integers: list[Any] = [int(word) for word in buffer[: len(INTEGERS)]]
     reals: list[Any] = [float(x) for x in buffer[len(INTEGERS) : NUMBERS].view(np.float64)]
     grains = GrainLaw(*found[: len(GRAIN_ARRAYS)])
-    return SpinArrays(*integers, *reals, grains, *found[len(GRAIN_ARRAYS) :])
+    own = dict(zip((name for name, *_ in LAW_ARRAYS), found[len(GRAIN_ARRAYS) :], strict=True))
+    numbers: list[Any] = [*integers, *reals, grains]
+    fields: dict[str, Any] = {**own, "experts": arrays.experts, "quantiles": arrays.spin_quantiles}
+    return SpinArrays(*numbers, **fields)

@@ -94,6 +94,9 @@ class TableArrays(NamedTuple):
         is not known. Draws at others are counted as extrapolated.
     spin : int64 array
         The law of particles that arrive spinning: see `sampler.formats.spin_buffer`.
+    experts : int16 array
+    spin_quantiles : uint16 array
+        Experts and quantiles of the spin law, as of `sampler.formats.spin_arrays.SpinArrays`.
     """
 
     alpha: Axis
@@ -116,6 +119,8 @@ class TableArrays(NamedTuple):
     quantiles: NDArray[np.uint16]
     valid_speed: tuple[float, float]
     spin: NDArray[np.int64]
+    experts: NDArray[np.int16]
+    spin_quantiles: NDArray[np.uint16]
 
 
 def bytes_of(value: Any) -> int:

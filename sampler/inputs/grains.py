@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sampler.drawing.grain import OWN_GRAIN, draw_grains
 from sampler.errors import InputError
-from sampler.formats.spin_buffer import unpacked
+from sampler.formats.spin_buffer import law_in
 from sampler.formats.table_arrays import TableArrays
 from sampler.inputs.rows import Keys, Rows, broadcast, place
 
@@ -71,9 +71,9 @@ def rows_of_call(
     """
     _check_word(grain)
     own = isinstance(grain, str) and grain == "own"
-    if spin is None and own and not unpacked(arrays.spin).serves_all:
+    if spin is None and own and not law_in(arrays).serves_all:
         return broadcast(arguments, keys), None
-    if unpacked(arrays.spin).n_shapes == 0:
+    if law_in(arrays).n_shapes == 0:
         asked = "grain" if spin is None else name
         raise InputError(f"{asked}: got one, allowed: none, for the table has no spin law")
     with_spin = arguments | {name: np.zeros(3) if spin is None else spin}
@@ -88,18 +88,18 @@ def rows_of_call(
 
 def grains_of(arrays: TableArrays, seed: int, index: ArrayLike) -> NDArray[np.float64]:
     """Grains that particles keep, (..., 3); raises `InputError` if the table has no spin law."""
-    if unpacked(arrays.spin).n_shapes == 0:
+    if law_in(arrays).n_shapes == 0:
         raise InputError("grains: asked for, allowed: of a table with a spin law")
     rows = broadcast({}, Keys(seed, index))
     key: Any = rows.keys[0]
     grains = np.empty((rows.n, 3))
-    draw_grains(unpacked(arrays.spin).grains, key, rows.keys[1], grains)
+    draw_grains(law_in(arrays).grains, key, rows.keys[1], grains)
     return grains.reshape(*rows.shape, 3)
 
 
 def check_grains(arrays: TableArrays, rows: Rows, given: NDArray[np.float64]) -> None:
     """Refuse the first grain that the spin law of a table was not made for."""
-    law = unpacked(arrays.spin)
+    law = law_in(arrays)
     same = given[:, :1] == law.shape_codes
     low, high = law.ratio_range[:, :, 0], law.ratio_range[:, :, 1]
     inside = ((given[:, None, 1:] >= low) & (given[:, None, 1:] <= high)).all(axis=2)

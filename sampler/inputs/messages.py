@@ -21,7 +21,7 @@ from sampler.errors import (
 )
 from sampler.formats.spin_arrays import SpinArrays
 from sampler.formats.spin_bounds import INERTIA
-from sampler.formats.spin_buffer import unpacked
+from sampler.formats.spin_buffer import law_in
 from sampler.formats.table_arrays import TableArrays
 from sampler.inputs.rows import Rows, place
 from sampler.inputs.told_apart import told_apart
@@ -125,7 +125,7 @@ def outside_message(arrays: TableArrays, rows: Rows, row: int) -> str:
     """Message on a row whose condition lies outside the table."""
     at = place(row, rows.shape)
     if "spin" in rows.values or "omega" in rows.values:
-        name, value, ends, unit = _outside_spin_law(unpacked(arrays.spin), rows, row)
+        name, value, ends, unit = _outside_spin_law(law_in(arrays), rows, row)
     else:
         name, value, ends, unit = _outside_nodes(arrays, rows, row)
     if not name:

@@ -15,7 +15,7 @@ from sampler.errors import InputError
 from sampler.formats.grain_law import grain_law
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
-from sampler.formats.spin_buffer import packed, unpacked
+from sampler.formats.spin_buffer import law_in, packed
 from sampler.formats.table_arrays import TableArrays
 
 #: Largest weight, and least probability that the range of a truncated normal law must hold.
@@ -159,7 +159,7 @@ def with_population(
     if "aspect" in population:
         aspect = _aspect(population["aspect"], _common(contents, weights, ranges))
     law = grain_law(contents["spin/shape_codes"], weights, aspect, ranges)
-    spin = unpacked(arrays.spin)._replace(grains=law, serves_all=1)
+    spin = law_in(arrays)._replace(grains=law, serves_all=1)
     return arrays._replace(spin=packed(spin))
 
 

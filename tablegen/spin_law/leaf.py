@@ -36,7 +36,7 @@ _SAME = 2e-4
 
 #: Units of the file to which numbers are rounded, so that it compresses: coefficients of the plain
 #: features and of products, in gates and in means; and factors.
-_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (8, 32), (32, 64), 16
+_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (8, 32), (64, 128), 32
 
 #: Least quantile of p_v that a file may have from the second on, with a margin for rounding.
 _LEAST_V = 2e-9

@@ -12,7 +12,7 @@ from sampler.drawing.grain import OWN_GRAIN, draw_grain
 from sampler.drawing.spin_draw import spin_draw_batch
 from sampler.formats.binary import write_binary_table
 from sampler.formats.packing import table_arrays
-from sampler.formats.spin_buffer import unpacked
+from sampler.formats.spin_buffer import law_in
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 NO_GRAINS = np.zeros((0, 3))
@@ -94,7 +94,7 @@ def test_grains_are_those_of_python_and_kept_unless_told_otherwise(library, law)
     found, expected, grains = (
         np.zeros((300, 2, 3)),
         np.zeros((300, 3)),
-        unpacked(law.arrays.spin).grains,
+        law_in(law.arrays).grains,
     )
     with toolchain.opened(library, law.path) as table:
         for kept in (0, 1):

@@ -44,8 +44,8 @@ class TestShippedPair:
         assert config.pair.restitution.valid_speed == (50.0, 300.0)
         assert "Lashkov 1991" in config.pair.restitution.source
         assert config.domain.alpha_deg == (0.5, 90.0)
-        assert config.domain.speed == (50.0, 300.0)
-        assert not config.domain.extrapolate
+        assert config.domain.speed == (5.0, 300.0)
+        assert config.domain.extrapolate
         assert config.population.truncation == 2.0 - math.sqrt(2.0)
 
     def test_declares_the_accuracy_that_is_asked_of_it(self):
@@ -89,7 +89,7 @@ def test_shipped_text_stands_alone(name):
 
 
 def test_text_of_a_configuration_without_a_file():
-    config = Config.from_tree(tomllib.loads(changed({"table": {"speed_nodes": [50, 300]}})))
+    config = Config.from_tree(tomllib.loads(changed({"table": {"speed_nodes": [5, 300]}})))
     assert parse_config(config.text, "stored") == config
 
 
@@ -134,12 +134,12 @@ class TestScene:
         assert (aspect.mean, aspect.standard_deviation) == (0.7, 0.2)
 
     def test_nodes_do_not_outlive_their_range(self, tmp_path):
-        nodes = {"alpha_nodes_deg": [0.5, 30.0, 90.0], "speed_nodes": [50.0, 300.0]}
+        nodes = {"alpha_nodes_deg": [0.5, 30.0, 90.0], "speed_nodes": [5.0, 300.0]}
         (tmp_path / "base.toml").write_text(changed({"table": nodes}))
         head = 'name = "s"\npair = "base.toml"\n'
         config = parse_config(f"{head}[domain]\nalpha_deg = [20, 60]\n", "s.toml", tmp_path)
         assert config.table.alpha_nodes_deg is None
-        assert config.table.speed_nodes == (50.0, 300.0)
+        assert config.table.speed_nodes == (5.0, 300.0)
 
     def test_leaves_a_shape_out(self):
         config = parse_config(f"{self.SCENE}[population.shapes]\nprism = 0\n", "slow.toml")
@@ -184,7 +184,7 @@ class TestDomainAndNodes:
 
     @pytest.mark.parametrize("speed", [[10.0, 300.0], [50.0, 301.0], [1.0, 2.0]])
     def test_extrapolation_must_be_asked_for(self, speed):
-        line = refused(changed({"domain": {"speed": speed}}))
+        line = refused(changed({"domain": {"speed": speed, "extrapolate": False}}))
         assert line == (
             f"domain.speed: got [{speed[0]:g}, {speed[1]:g}], allowed: inside the restitution "
             "law's validity range [50, 300] m/s, or set domain.extrapolate = true"
@@ -197,7 +197,7 @@ class TestUnusableFiles:
     def test_syntax_error_says_where(self):
         line = refused(PAIR_TEXT.replace("coefficient = 0.1", "coefficient ="))
         assert line.startswith("not valid TOML: ")
-        assert "at line 21, column" in line
+        assert "at line 25, column" in line
 
     def test_missing_field(self):
         text = PAIR_TEXT.replace('wall = "steel St3"\n', "")

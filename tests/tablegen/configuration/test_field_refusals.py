@@ -39,7 +39,7 @@ domain.components = true => domain.components: got true, ... array
 domain.components = ["u", "u"] => domain.components: got ['u', 'u'], ... each name once
 domain = {dimension = 2, components = ["u", "w"]} => domain.components: got ['u', 'w'], ... out w in
 domain = {dimension = 2, components = ["omega_x"]} => domain.components: ... flow (dimension = 2)
-scene = {} => scene: unknown field, ... name, pair, population, domain, model, table, accuracy
+scene = {} => scene: unknown field, ... spin, domain, model, table, accuracy, spin_accuracy
 name = "a/b" => name: got 'a/b', ... letters, digits
 name = "" => name: got '', ... letters, digits
 name = 2026-01-01 => name: got ['2026-01-01'], ... string
@@ -74,8 +74,8 @@ table.components = 4097 => table.components: got 4097, ... 4096
 table.quantile_knots = 256 => table.quantile_knots: got 256, ... odd
 table.quantile_knots = 15 => table.quantile_knots: got 15, ... 17
 table.speed_nodes = [] => table.speed_nodes: got [], ... 1
-table.speed_nodes = [50, 50, 300] => table.speed_nodes: got [50, 50, 300], ... each larger
-table.speed_nodes = [60, 300] => table.speed_nodes: got [60, 300], ... domain.speed, [50, 300]
+table.speed_nodes = [5, 5, 300] => table.speed_nodes: got [5, 5, 300], ... each larger
+table.speed_nodes = [60, 300] => table.speed_nodes: got [60, 300], ... domain.speed, [5, 300]
 table.alpha_nodes_deg = [0.5, 89] => table.alpha_nodes_deg: got [0.5, 89], ... alpha_deg, [0.5, 90]
 accuracy.auc = 0.4 => accuracy.auc: got 0.4, ... 0.5
 accuracy.ks = 0.0 => accuracy.ks: got 0, ... 0
