@@ -25,7 +25,6 @@ from tablegen.accuracy.measure import measure
 from tablegen.accuracy.node_screening import screen
 from tablegen.config import load_config
 from tablegen.fitting.classes import class_of
-from tablegen.fitting.marginals import quantile_knots
 from tablegen.fitting.mixture import Mixture
 from tablegen.fitting.node import node_stream
 from tablegen.fitting.resolution import LADDER, resolution
@@ -102,7 +101,11 @@ class TestProvenance:
 
     @pytest.mark.parametrize("node", [(0, 0), (-3, 2)])
     def test_marginals_come_from_the_named_random_numbers(self, table, node):
-        """The same particles, simulated again, have the stored quantiles but for rounding."""
+        """The same particles, simulated again, have the stored quantiles but for rounding.
+
+        Means and factors of this table were rounded to 1/128 after its quantiles had been made: in
+        terms of probability that is 0.0003 to 0.0004. Other particles differ by 0.001 and more.
+        """
         i, j = node
         contents = table.contents
         alpha_deg, speed = float(contents["axes/alpha_deg"][i]), float(contents["axes/speed"][j])
@@ -110,20 +113,21 @@ class TestProvenance:
         knots = contents["marginals/variate_knots"]
         inner = np.abs(knots) < 2.5
         probabilities = mixture_probabilities(stored_mixture(contents, i, j, kind=1), knots)
+        stored = contents["marginals/quantiles"][i, j, 1][:, inner]
 
-        def quantiles(stream):
-            """Of the rebounds with more than one collision."""
+        def distance(stream):
+            """Of shares of particles that collide repeatedly from the mixture's probabilities."""
             count, seed = resolution(CONFIG).samples, CONFIG.table.seed
             keys = {"seed": seed, "stream": stream, "threads": 1}
             result = simulate_condition(CONFIG.pair, CONFIG.population, condition, count, **keys)
-            channels = to_channels(result.state[class_of(result.collisions) == 1])
-            return quantile_knots(channels, probabilities, np.ones(6))[:, inner]
+            channels = np.sort(to_channels(result.state[class_of(result.collisions) == 1]), axis=0)
+            pairs = zip(channels.T, stored, strict=True)
+            shares = np.array([np.searchsorted(*pair) for pair in pairs]) / len(channels)
+            return np.abs(shares - probabilities[:, inner]).max()
 
-        stored = contents["marginals/quantiles"][i, j, 1][:, inner]
         stream = node_stream(alpha_deg, speed)
-        # the weights were rounded to 16 bits
-        np.testing.assert_allclose(stored, quantiles(stream), rtol=0.0, atol=2e-4)
-        assert np.abs(stored - quantiles(stream + 1)).max() > 1e-3
+        assert distance(stream) < 5e-4
+        assert distance(stream + 1) > 1e-3
 
 
 class TestAccuracy:
@@ -142,8 +146,9 @@ class TestAccuracy:
             assert nodes[0] < measured.min() < measured.max() < nodes[-1]
 
     def test_short_validation_passes(self):
-        """Four thousand states a side at all nodes, and at first at two conditions."""
-        found = validate("corundum-steel", conditions=2, samples=4_000, seed=11)
+        """Four thousand states a side at all nodes, and at first at two conditions of each law."""
+        few = {"conditions": 2, "spin_conditions": 2, "samples": 4_000}
+        found = validate("corundum-steel", **few, seed=11)
         assert found.missed == []
         assert found.screening.nodes == 286
 
