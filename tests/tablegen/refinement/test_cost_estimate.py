@@ -17,6 +17,9 @@ EXPERIMENTS = Path(module.__file__).parents[1] / "fitting" / "EXPERIMENTS.md"
 #: Seconds of a rebound on the machine of that page: 301 s of simulation for the standard preset.
 THERE = 1.15e-6
 
+#: Its tables cover only the speeds that were measured, and particles without spin.
+OF_THEM = {"spin": False, "domain": {"speed": [50.0, 300.0]}}
+
 
 def documented():
     """Preset, angles, speeds and worker seconds of the whole tables of EXPERIMENTS.md."""
@@ -36,7 +39,9 @@ def test_holds_for_the_tables_that_were_made():
     assert {row[0] for row in found} == {"compact", "standard", "fine"}
     for preset, alphas, speeds, seconds in found:
         name = "corundum-steel" if preset == "standard" else f"corundum-steel-{preset}"
-        cost = estimate(load_config(name), THERE, 24)
+        config = load_config(name)
+        # the fine scene says so itself, with its nodes, which would not outlive a change of range
+        cost = estimate(config.with_changes(OF_THEM) if config.spin else config, THERE, 24)
         assert cost.first[0] <= alphas <= cost.most[0]
         assert cost.first[1] <= speeds <= cost.most[1]
         assert cost.least_seconds <= seconds <= cost.most_seconds
@@ -80,7 +85,7 @@ def test_time_of_a_rebound_is_measured_here_and_warm(monkeypatch):
 @pytest.mark.parametrize(
     ("workers", "parts"),
     [
-        (1, ("16 x 4 nodes at first, more", "up to about 26 x 7", " of one processor; ")),
+        (1, ("16 x 5 nodes at first, more", "up to about 26 x 8", " of one processor; ")),
         (2, (" minutes of one processor, ", " minutes on 2; up to ")),
         (None, (" of one processor; ", " GB of memory a process")),
     ],
