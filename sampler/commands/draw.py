@@ -27,8 +27,8 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
     short_help="Draw states at one impact angle and speed.",
     epilog=options.examples(
         "sampler draw corundum-steel --alpha 30 --speed 150 --count 100000 --seed 1 --output a.npz",
-        "sampler draw my-table.h5 --alpha 20 --speed 90 --spin 0 0 -0.8 --count 1000 --seed 3 "
-        "--output spinning.npz",
+        "sampler draw mine.h5 --alpha 20 --speed 90 --spin 0 0 -0.8 --count 1000 --seed 3 "
+        "--output c.npz",
         "sampler draw my-table.h5 --alpha 90 --speed 80 --count 1000 --seed 2 --output b.npz",
     )
     + _READING,
