@@ -88,12 +88,17 @@ def rebound_line(arrays, impact, keys):
     return line("spin-rebound", (*velocity, *normal, half_size, *wall, *omega), keys, batch)
 
 
+def spin_lines(contents):
+    """Lines of a table with a spin law."""
+    arrays = table_arrays(contents)
+    lines = [draw_line(arrays, *case) for case in itertools.product(DRAWS, KEYS)]
+    return lines + [rebound_line(arrays, *case) for case in itertools.product(REBOUNDS, KEYS)]
+
+
 def write_spin_vectors(folder, make=plane):
     """Write a small table with a spin law and its lines; their files and the number of lines."""
     contents = with_spin_law(make(), codes=(0, 3, 4, 7), depth=1)
-    arrays = table_arrays(contents)
     write_binary_table(folder / "spin.rbt", contents)
-    lines = [draw_line(arrays, *case) for case in itertools.product(DRAWS, KEYS)]
-    lines += [rebound_line(arrays, *case) for case in itertools.product(REBOUNDS, KEYS)]
+    lines = spin_lines(contents)
     (folder / "spin.txt").write_text("".join(lines), encoding="ascii")
     return folder / "spin.rbt", folder / "spin.txt", len(lines)

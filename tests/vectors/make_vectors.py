@@ -8,6 +8,8 @@ with one case a line, numbers as hexadecimal floating point:
     draw ALPHA1 SPEED SEED INDEX HIT CODE VALUE*8
     rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 SEED INDEX HIT CODE VELOCITY*3 OMEGA*3
 
+The file spin.txt, of a table with a spin law, has other lines: `tests/embedding/spin_vectors.py`.
+
 With an error code nothing may be written, and the values are 0. The tests of Python, C, C++ and
 Fortran read these files. The draw in Python, which makes them, is compared with an independent one
 in tests/sampler; run this script again only when the draw is meant to change.
@@ -21,9 +23,12 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent / "sampler")]
+TESTS = HERE.parent
+sys.path[:0] = map(str, (HERE.parents[1], TESTS, TESTS / "sampler", TESTS / "embedding"))
 
-from small_tables import SMALL_TABLES  # noqa: E402  (a folder of the tests)
+from small_tables import SMALL_TABLES, plane  # noqa: E402  (folders of the tests)
+from spin_tables import with_spin_law  # noqa: E402
+from spin_vectors import spin_lines  # noqa: E402
 
 from sampler.drawing.frames import rebound  # noqa: E402
 from sampler.drawing.kernel import draw  # noqa: E402
@@ -114,14 +119,20 @@ def text_of(keys):
     return " ".join(str(key) for key in keys)
 
 
+def write(name, contents, lines):
+    """Write the three files of a table."""
+    write_table(HERE / f"{name}.h5", contents)
+    write_binary_table(HERE / f"{name}.rbt", contents)
+    (HERE / f"{name}.txt").write_text("".join(lines), encoding="ascii")
+
+
 def main():
     """Write all files."""
     for name, make in SMALL_TABLES.items():
         contents = make()
-        write_table(HERE / f"{name}.h5", contents)
-        write_binary_table(HERE / f"{name}.rbt", contents)
-        lines = "".join(f"{line}\n" for line in cases(Table(contents)))
-        (HERE / f"{name}.txt").write_text(lines, encoding="ascii")
+        write(name, contents, [f"{line}\n" for line in cases(Table(contents))])
+    spin = with_spin_law(plane(), codes=(0, 4), depth=0)
+    write("spin", spin, spin_lines(spin))
 
 
 if __name__ == "__main__":
