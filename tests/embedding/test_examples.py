@@ -54,9 +54,10 @@ def check(program, file, expected, threads):
 
 @pytest.fixture(scope="module")
 def steep(shipped, tmp_path_factory):
-    """Binary table of steep impacts only, and how many rebounds it has to clamp."""
+    """Binary table of steep impacts and without spin, and how many rebounds it has to clamp."""
     path = tmp_path_factory.mktemp("steep") / "steep.rbt"
-    scene = load_config("corundum-steel").with_changes({"domain": {"alpha_deg": [30.0, 90.0]}})
+    changes = {"spin": False, "domain": {"alpha_deg": [30.0, 90.0]}}
+    scene = load_config("corundum-steel").with_changes(changes)
     contents = pruned(shipped.contents, scene)
     write_binary_table(path, contents)
     narrow = sampler.Table(contents)
