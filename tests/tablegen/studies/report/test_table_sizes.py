@@ -38,7 +38,7 @@ def test_at_least_twelve_settings():
 def test_designs_are_compared_between_their_nodes(design):
     config = design_config(CONFIG, design, 1000, 1)
     assert config.domain.alpha_deg == (60.0, 75.0)
-    assert config.domain.speed == (150.0, 203.0)
+    assert config.domain.speed == (123.0, 186.0)
     for value, nodes in zip(
         design_condition(CONFIG),
         (config.table.alpha_nodes_deg, config.table.speed_nodes),
