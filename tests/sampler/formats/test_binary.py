@@ -11,6 +11,7 @@ from synthetic_table import make_contents
 from sampler.formats.binary import binary_table, write_binary_table
 from sampler.formats.binary_layout import ALIGNMENT, ARRAYS, HEADER_DTYPE, field_offset
 from sampler.formats.packing import table_arrays
+from sampler.formats.spin_buffer import law_in
 
 pytestmark = pytest.mark.processor
 
@@ -47,7 +48,7 @@ def test_a_spin_law_is_in_the_file(contents, tmp_path):
     spinning.datasets["spin/shape_weights"][:] = weights
     write_binary_table(tmp_path / "t.rbt", spinning)
     header, arrays = read_binary(tmp_path / "t.rbt")
-    made = table_arrays(spinning).spin
+    made = law_in(table_arrays(spinning))
     assert (header["n_shapes"], header["n_nodes"]) == (2, made.node_axis.size)
     assert arrays["shape_codes"].tolist() == [0, 6]
     assert arrays["shape_shares"].tolist() == [0.25, 1.0]

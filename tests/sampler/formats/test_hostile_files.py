@@ -297,7 +297,7 @@ def test_a_chunk_of_two_places_is_refused(file):
     # the keys of the B-tree: size and filters of a chunk, its place and 0, then its address
     second = next(
         at
-        for at in range(0, len(whole) - 24, 8)
+        for at in range(len(whole) - 24)
         if whole[at : at + 24] == struct.pack("<IIQQ", 16, 0, 2, 0)
     )
     whole[second + 8] = 0
