@@ -106,7 +106,7 @@ def make_condition(
         Angular velocity before the impact times a / V, wall axes; each up to 1e3, and all
         together up to 5e5 sin(alpha1).
     resolution : float
-        Smallest rebound speed of a contact point over V, 1e-5 to 0.1. Below half a degree,
+        Smallest rebound speed of a contact point over V, 1e-6 to 0.1. Below half a degree,
         where it is no longer small against the normal impact speed, it shrinks with that.
     tolerance : float
         Truncation of the flight series, 1e-14 to 1e-4. For a particle that turns many times
