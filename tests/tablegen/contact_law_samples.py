@@ -17,4 +17,5 @@ RESTITUTION = {
 RESISTANCE = {
     "orientation": {"law": "exponential-orientation", "strength": 1.0},
     "constant": {"law": "constant", "value": 1.0},
+    "coulomb": {"law": "coulomb", "static": 0.4, "dynamic": 0.3},
 }
