@@ -16,7 +16,8 @@ from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound
 from sampler.inputs.rows import Keys, Rows, as_integer, broadcast, place
 from tablegen.batches import BATCH, batches, first_not_finite, unfinished
-from tablegen.config import Config
+from tablegen.config import Config, ModelSettings
+from tablegen.materials.pairs import MaterialPair
 from tablegen.model.impact_condition import CONDITION_SIZE
 from tablegen.model.impacts import (
     OUT_OF_BOUNDS,
@@ -139,10 +140,23 @@ class DirectModel:
     columns = STATE
 
     def __init__(self, config: Config, population: Population | None = None) -> None:
+        self._take(config.pair, population or config.population, config.model)
+
+    @classmethod
+    def of_parts(
+        cls, pair: MaterialPair, population: Population, numerics: ModelSettings
+    ) -> "DirectModel":
+        """Make a model of laws, particles and numerical parameters without a configuration."""
+        model = cls.__new__(cls)
+        model._take(pair, population, numerics)
+        return model
+
+    def _take(self, pair: MaterialPair, population: Population, numerics: ModelSettings) -> None:
+        """Keep laws, particles and numerical parameters as kernels take them."""
         self.arrays = DirectArrays(
-            config.pair.kernel_arguments(),
-            (population or config.population).kernel_arguments(),
-            (config.model.contact_resolution, config.model.tolerance),
+            pair.kernel_arguments(),
+            population.kernel_arguments(),
+            (numerics.contact_resolution, numerics.tolerance),
         )
         self.work_size: int = work_size(self.arrays.population)
 
