@@ -296,7 +296,8 @@ class Table(LawAtConditions):
             Velocity of the wall at the point of contact, m/s; at rest if left out.
         roughness : float or array, shape (...), optional
             Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
-            a smooth wall if left out. See `sampler.rough_rebound`.
+            a smooth wall if left out. See `sampler.rough_rebound`, and `sampler.wall_tilt` for
+            that of a measured profile.
 
         Returns
         -------
