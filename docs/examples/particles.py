@@ -22,36 +22,34 @@ AT_REST = (0.0, 0.0, 0.0)
 
 
 @numba.njit
-def bounce(arrays, spins, velocity, omega, normal, roughness, particle, hit, out):
-    """Rebound one particle in place; return the status."""
+def bounce(arrays, kept, velocity, normal, roughness, particle, hit, out):
+    """Rebound one particle; return the status."""
     v = (velocity[0], velocity[1], velocity[2])
     impact = (v, normal, HALF_SIZE, AT_REST, roughness)
-    if spins:
-        before = (omega[0], omega[1], omega[2])
-        status = rough_rebound(arrays, *impact, SEED, particle, hit, out, before)
-    else:
-        status = rough_rebound(arrays, *impact, SEED, particle, hit, out)
-    if status >= sampler.OK:
-        velocity[:], omega[:] = out[:3], out[3:]
-    return status
+    # compiled for one of both: no spin is kept where the table has no law for it
+    if kept is None:
+        return rough_rebound(arrays, *impact, SEED, particle, hit, out)
+    before = (out[3], out[4], out[5])
+    return rough_rebound(arrays, *impact, SEED, particle, hit, out, before)
 
 
 @numba.njit(parallel=True)
-def follow(arrays, spins, roughness, hits, velocity, omega, digests):
+def follow(arrays, kept, roughness, hits, velocity, omega, digests):
     """Send particles through all their wall hits; return how many failed or were clamped."""
     failed, clamped = 0, 0
     for k in numba.prange(len(velocity)):
-        out = np.empty(6)
+        out = np.zeros(6)
         digest = np.uint64(0)
         for met in range(hits):
             # lower and upper plate take turns
             side = 1.0 if met % 2 == 0 else -1.0
             plate = (0.0, side, 0.0)
-            status = bounce(arrays, spins, velocity[k], omega[k], plate, roughness, k, met, out)
+            status = bounce(arrays, kept, velocity[k], plate, roughness, k, met, out)
             if status < sampler.OK:
                 failed += 1
                 break
             clamped += status
+            velocity[k], omega[k] = out[:3], out[3:]
             for bits in out.view(np.uint64):
                 digest ^= bits
             # on the way to the other plate drag makes up most of the difference from the gas
@@ -74,8 +72,8 @@ def run(
     """Velocities and spins after all walls, the digest, and how many failed and were clamped."""
     velocity, omega = start(particles)
     digests = np.zeros(particles, dtype=np.uint64)
-    spins = table.has_spin
-    counts = follow(table.arrays, spins, roughness, hits, velocity, omega, digests)
+    kept = True if table.has_spin else None
+    counts = follow(table.arrays, kept, roughness, hits, velocity, omega, digests)
     return velocity, omega, int(np.bitwise_xor.reduce(digests)), counts
 
 

@@ -105,9 +105,16 @@ def build_fortran(folder):
     return toolchain.build_fortran([FORTRAN / "particles.f90"], folder, flags)
 
 
-@pytest.mark.parametrize("build", [build_c, build_fortran])
-def test_particles(build, shipped_file, steep, spinning, expected, tmp_path):
-    program = build(tmp_path)
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory):
+    """The loops in C and in Fortran."""
+    builds = {"c": build_c, "fortran": build_fortran}
+    return {name: build(tmp_path_factory.mktemp(name)) for name, build in builds.items()}
+
+
+@pytest.mark.parametrize("language", ["c", "fortran"])
+def test_particles(language, programs, shipped_file, steep, spinning, expected):
+    program = programs[language]
     for threads in (1, 2):
         check(program, shipped_file, expected, threads)
     check_count(program, steep)
@@ -134,15 +141,15 @@ def digest_of(program, *arguments):
     return int(digest, 16)
 
 
-def check_all_languages(numba_example, spinning, folder, particles, hits, roughness):
+def check_all_languages(numba_example, programs, spinning, particles, hits, roughness):
     """The same bits in C, Fortran and numba; in Python the same to single precision."""
     file, *_ = spinning
     table = sampler.load("corundum-steel")
     table = sampler.Table(with_spin_law(table.contents))
     velocity, omega, digest, (failed, _) = numba_example.run(table, particles, hits, roughness)
     assert failed == 0
-    for build in (build_c, build_fortran):
-        assert digest_of(build(folder), file, particles, hits, roughness) == digest
+    for program in programs.values():
+        assert digest_of(program, file, particles, hits, roughness) == digest
     expected = follow(table, particles, hits, roughness)
     for found, wanted in zip((velocity, omega), expected, strict=True):
         error = np.abs(found - wanted).max(axis=1) / np.abs(wanted).max()
@@ -152,10 +159,10 @@ def check_all_languages(numba_example, spinning, folder, particles, hits, roughn
     assert other[2] != digest
 
 
-def test_thousands_of_rebounds_from_rough_walls(numba_example, spinning, tmp_path):
-    check_all_languages(numba_example, spinning, tmp_path, 500, 8, 0.2)
+def test_thousands_of_rebounds_from_rough_walls(numba_example, programs, spinning):
+    check_all_languages(numba_example, programs, spinning, 500, 8, 0.2)
 
 
 @pytest.mark.study  # what it says of a million, the test above says of thousands
-def test_a_million_rebounds_from_rough_walls(numba_example, spinning, tmp_path):
-    check_all_languages(numba_example, spinning, tmp_path, 50_000, 20, 0.1)
+def test_a_million_rebounds_from_rough_walls(numba_example, programs, spinning):
+    check_all_languages(numba_example, programs, spinning, 50_000, 20, 0.1)
