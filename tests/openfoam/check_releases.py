@@ -2,13 +2,13 @@
 
     python tests/openfoam/check_releases.py SOURCE...
 
-SOURCE is a source tree of a release, or REPOSITORY@REVISION of a git repository. Each translation unit
-of the plugin is compiled by `g++ -fsyntax-only` with the flags of the release's own wmake rules and
-with the plugin's own Make/options, all templates with it. So every name and every overridden
+SOURCE is a source tree of a release, or REPOSITORY@REVISION of a git repository. Each translation
+unit of the plugin is compiled by `g++ -fsyntax-only`, with the flags of the release's own wmake
+rules and the plugin's own Make/options, all templates with it. So every name and every overridden
 signature is checked; nothing is linked and nothing runs.
 
-Prints a line for each release: "compiled", "does not compile" or "not checked", and why. Ends with 1
-if one does not compile.
+Prints a line for each release: "compiled", "does not compile" or "not checked", and why. Ends with
+1 if one does not compile.
 """
 
 import os
