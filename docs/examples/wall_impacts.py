@@ -27,10 +27,11 @@ QUANTITIES = {
     "angle": "mean impact angle [°]",
     "energy": "impact energy, per metre",
     "normal_energy": "normal impact energy, per metre",
+    "later_energy": "energy of all but first impacts, per metre",
 }
 
 #: Quantities that are sums, over a length of wall.
-_SUMS = ("impacts", "energy", "normal_energy")
+_SUMS = ("impacts", "energy", "normal_energy", "later_energy")
 
 #: Models whose ratio is what the spin changes.
 WITH_SPIN, WITHOUT_SPIN = "table", "table-without-spin"
@@ -42,20 +43,23 @@ _MERGED = 2
 class Impacts(NamedTuple):
     """Impacts on one wall, n of them.
 
-    ``group`` (n,): of the particle. ``place`` (n,): along the wall, m. ``speed``, ``angle`` (n,):
-    m/s, and degrees from the wall.
+    ``group`` (n,): of the particle. ``hit`` (n,): how many walls it has met before. ``place`` (n,):
+    along the wall, m. ``speed``, ``angle`` (n,): m/s, and degrees from the wall.
     """
 
     group: NDArray[np.int64]
+    hit: NDArray[np.int64]
     place: FloatArray
     speed: FloatArray
     angle: FloatArray
 
 
 def _sums(impacts: Impacts, groups: int, edges: FloatArray) -> FloatArray:
-    """Sums over the impacts of each group in each cell, (5, groups, cells)."""
-    into = impacts.speed * np.sin(np.radians(impacts.angle))
-    columns = (np.ones_like(into), impacts.speed, impacts.angle, impacts.speed**2, into**2)
+    """Sums over the impacts of each group in each cell, (6, groups, cells)."""
+    square = impacts.speed**2
+    into = square * np.sin(np.radians(impacts.angle)) ** 2
+    later = square * (impacts.hit > 0)
+    columns = (np.ones_like(square), impacts.speed, impacts.angle, square, into, later)
     bins = (np.arange(groups + 1) - 0.5, edges)
     return np.stack(
         [np.histogram2d(impacts.group, impacts.place, bins=bins, weights=x)[0] for x in columns]
@@ -63,15 +67,13 @@ def _sums(impacts: Impacts, groups: int, edges: FloatArray) -> FloatArray:
 
 
 def _quantities(sums: FloatArray, particles: Any, speed: float) -> dict[str, FloatArray]:
-    """`QUANTITIES` of sums (5, ..., cells), sums not per metre; NaN where nothing hits."""
-    count, of_speed, of_angle, of_square, of_into = sums
+    """`QUANTITIES` of sums (6, ..., cells), sums not per metre; NaN where nothing hits."""
+    count, of_speed, of_angle, *energies = sums
     some = np.where(count > 0, count, np.nan)
-    return {
-        "impacts": count / particles,
-        "speed": of_speed / some,
-        "angle": of_angle / some,
-        "energy": of_square / speed**2 / particles,
-        "normal_energy": of_into / speed**2 / particles,
+    found = {"impacts": count / particles, "speed": of_speed / some, "angle": of_angle / some}
+    names = ("energy", "normal_energy", "later_energy")
+    return found | {
+        name: of / speed**2 / particles for name, of in zip(names, energies, strict=True)
     }
 
 
@@ -93,8 +95,8 @@ def by_place(
     Returns
     -------
     dict
-        For each of `QUANTITIES` "value" and "error", arrays of shape (cells,); NaN where no group or
-        only one hits.
+        For each of `QUANTITIES` "value" and "error", arrays of shape (cells,); NaN where no group
+        hits, or only one.
     """
     groups, cells = len(particles), len(edges) - 1
     sums = _sums(impacts, groups, edges)
@@ -162,15 +164,16 @@ def walls_text(walls: Mapping[str, Mapping[str, Any]], turn: float) -> str:
         Length of the bend along the middle line, where places start, m.
     """
     models = list(walls)
+    if not any(walls[model]["whole"]["impacts"]["value"][0] for model in models):
+        return "None.\n"
     compared = WITH_SPIN in walls and WITHOUT_SPIN in walls
     head = [*models, *(["spin changes it by the factor"] if compared else [])]
     parts = []
-    whole = {"impacts": "impacts a particle", "energy": "energy", "normal_energy": "normal energy"}
     rows = []
-    for name, told in {**QUANTITIES, **whole}.items():
+    for name, told in QUANTITIES.items():
         estimates = [_estimates(walls[model]["whole"][name])[0] for model in models]
         changed = _changed(walls, "whole", name) if compared else []
-        rows.append([told, *map(str, [*estimates, *changed])])
+        rows.append([told.removesuffix(", per metre"), *map(str, [*estimates, *changed])])
     parts.append(markdown_table(["whole wall", *head], rows))
     names = _cell_names(walls[models[0]]["edges"][::_MERGED], turn)
     for name, told in QUANTITIES.items():

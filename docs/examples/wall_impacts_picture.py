@@ -7,9 +7,6 @@ import numpy as np
 from many_hits.picture import LOOKS
 from wall_impacts import QUANTITIES
 
-#: Quantities that are drawn, and from which value on.
-SHOWN = ("impacts", "speed", "angle", "energy")
-
 
 def draw_walls(panels: Sequence[Any], walls: Mapping[str, Mapping[str, Any]], turn: float) -> None:
     """Draw quantities along a wall, with bars of one standard error; grey is within the bend.
@@ -17,13 +14,13 @@ def draw_walls(panels: Sequence[Any], walls: Mapping[str, Mapping[str, Any]], tu
     Parameters
     ----------
     panels : sequence of matplotlib axes
-        One for each of `SHOWN`.
+        One for each of `QUANTITIES`.
     walls : mapping of str to mapping
         `wall_impacts.wall_numbers` of each model.
     turn : float
         Length of the bend along the middle line, m.
     """
-    for axes, name in zip(panels, SHOWN, strict=True):
+    for axes, name in zip(panels, QUANTITIES, strict=True):
         axes.axvspan(0.0, turn, color="#eeeeee", linewidth=0)
         for model, numbers in walls.items():
             look, edges = LOOKS[model], np.array(numbers["edges"])
@@ -38,5 +35,6 @@ def draw_walls(panels: Sequence[Any], walls: Mapping[str, Mapping[str, Any]], tu
                 markersize=3,
                 label=look.label,
             )
-        axes.set(ylabel=QUANTITIES[name], ylim=(0.0, None), xlim=(edges[0], edges[-1]))
-        axes.set_xlabel("place along the duct, from the start of the bend [m]")
+        axes.set_title(QUANTITIES[name], loc="left")
+        axes.set(ylim=(0.0, None), xlim=(edges[0], edges[-1]))
+        axes.set_xlabel("place along the duct, from its bend on [m]")

@@ -16,8 +16,8 @@ def impacts_picture(numbers: Mapping[str, Any]) -> Picture:
     shown = {model: numbers["models"][model] for model in SHOWN if model in numbers["models"]}
     walls = {model: of_model["stages"][0]["walls"]["outer"] for model, of_model in shown.items()}
     with settings():
-        figure = new_figure(12.0, 7.0)
-        panels = figure.subplots(2, 2).ravel()
+        figure = new_figure(13.0, 7.0)
+        panels = figure.subplots(2, 3).ravel()
         draw_walls(panels, walls, turn_of(Bend(**numbers["stages"][0]["bend"])))
         legend(figure, panels[0])
         return written(

@@ -47,7 +47,7 @@ def stage_walls(flow: Flow, number: int, bend: Bend, speed: float) -> dict[str, 
     numbers = {}
     for wall in WALLS:
         met = (column["stage"] == number) & (column["outer"] == (wall == "outer"))
-        here = (column[name][met] for name in ("place", "speed", "angle"))
+        here = (column[name][met] for name in ("hit", "place", "speed", "angle"))
         impacts = Impacts(group[met], *here)
         numbers[wall] = wall_numbers(impacts, particles, _edges(bend), speed)
     return numbers
