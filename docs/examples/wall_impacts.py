@@ -108,7 +108,8 @@ def by_place(
         length = np.diff(edges) if name in _SUMS and cells > 1 else 1.0
         spread = each[name] - each[name].mean(axis=0)
         error = np.sqrt((groups - 1) / groups * (spread**2).sum(axis=0))
-        found[name] = {"value": value[name] / length, "error": error / length}
+        known = np.where(np.isnan(error), np.nan, value[name])
+        found[name] = {"value": known / length, "error": error / length}
     return found
 
 
