@@ -56,6 +56,7 @@ class MaterialPair(Record):
         -------
         LawArguments
         """
-        unused = {"coefficient": 0.0, "exponent": 0.0, "strength": 0.0, "numbers": np.zeros(0)}
+        unused = {"coefficient": 0.0, "exponent": 0.0, "strength": 0.0, "factor": 0.0}
+        unused |= {"numbers": np.zeros(0), "resistances": np.zeros(0)}
         laws = {**self.restitution.kernel_entries(), **self.resistance.kernel_entries()}
         return LawArguments(**{**unused, **laws})

@@ -17,4 +17,5 @@ RESTITUTION = {
 RESISTANCE = {
     "orientation": {"law": "exponential-orientation", "strength": 1.0},
     "constant": {"law": "constant", "value": 1.0},
+    "tabulated": {"law": "tabulated", "angle_deg": [10.0, 60.0], "value": [0.9, 0.2]},
 }
