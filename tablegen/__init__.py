@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from tablegen.direct import DirectModel as DirectModel
     from tablegen.generate import Generated as Generated
     from tablegen.generate import generate as generate
+    from tablegen.measurements.reader import read_measurements as read_measurements
+    from tablegen.measurements.records import Measurements as Measurements
     from tablegen.model.one_rebound import draw as draw
     from tablegen.model.one_rebound import grain as grain
     from tablegen.model.one_rebound import rebound as rebound
@@ -38,6 +40,8 @@ import_late(
         "tablegen.config": ("Config", "load_config", "parse_config"),
         "tablegen.direct": ("DirectModel",),
         "tablegen.generate": ("Generated", "generate"),
+        "tablegen.measurements.reader": ("read_measurements",),
+        "tablegen.measurements.records": ("Measurements",),
         "tablegen.model.one_rebound": ("draw", "grain", "rebound"),
         "tablegen.simulate": ("Simulation", "simulate"),
         "tablegen.validate": ("Validation", "validate"),
