@@ -119,7 +119,10 @@ class Search:
             on_stage(stage)
             count = count_of(stage, self._count)
             accuracy = self.accuracy(found[0], count)
-            ends = [self._end(x, stage, count, accuracy) for x in found[: stage.starts]]
+            ends = [
+                self.end(x, stage.steps, count, accuracy, stage.central)
+                for x in found[: stage.starts]
+            ]
             # the order of equal costs is that of the starts
             order = np.argsort([cost for cost, _ in ends], kind="stable")
             found = [ends[k][1] for k in order]
@@ -132,20 +135,20 @@ class Search:
         x = np.where(x - trials.low < near, trials.low, x)
         return np.where(trials.high - x < near, trials.high, x)
 
-    def _end(
-        self, x: FloatArray, stage: Stage, count: int, accuracy: FloatArray
+    def end(
+        self, x: FloatArray, steps: int, count: int, accuracy: FloatArray, central: bool
     ) -> tuple[float, FloatArray]:
-        """Cost and coordinates at the end of a search from x."""
+        """Cost and coordinates at the end of a search from x, of so many steps at most."""
         evaluations, trials = self._evaluations, self._evaluations.trials
 
         def weighted(y: FloatArray) -> FloatArray:
             return self.residuals(y, count) / accuracy
 
         def slopes(y: FloatArray) -> FloatArray:
-            plain = evaluations.slopes(y, count, self._targets.pick, stage.central)
+            plain = evaluations.slopes(y, count, self._targets.pick, central)
             return plain / accuracy[:, None]
 
-        if stage.steps == 0:
+        if steps == 0:
             return 0.5 * float(np.sum(weighted(x) ** 2)), x
         solved = least_squares(
             weighted,
@@ -156,6 +159,6 @@ class Search:
             ftol=1e-4,
             xtol=1e-5,
             gtol=None,
-            max_nfev=stage.steps,
+            max_nfev=steps,
         )
         return float(solved.cost), solved.x
