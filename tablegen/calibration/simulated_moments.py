@@ -1,14 +1,16 @@
 """Direct simulation of what was measured: means and spreads at given impact conditions."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from functools import reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sampler.compilation.side_by_side import side_by_side
+from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import InputError
 from sampler.inputs.rows import as_reals
 from tablegen.batches import batches
@@ -24,6 +26,7 @@ from tablegen.config import ModelSettings
 from tablegen.direct import DirectModel
 from tablegen.materials.pairs import MaterialPair
 from tablegen.model.float_array import FloatArray
+from tablegen.model.model_bounds import as_number, told
 from tablegen.particles.population import Population
 from tablegen.simulate import check_impact_angle, check_run
 from tablegen.tasks.progress import bar
@@ -32,6 +35,9 @@ from tablegen.tasks.progress import bar
 _MOST_PARTICLES = 2**32 - 1
 _MOST_ROWS = 2**16
 
+#: Largest standard deviation of the tilt of facets.
+MOST_TILT_DEG = math.degrees(MAX_ROUGHNESS)
+
 
 class _Piece(NamedTuple):
     """Particles of one shape at one condition."""
@@ -39,6 +45,15 @@ class _Piece(NamedTuple):
     row: int
     stratum: int
     part: slice
+
+
+class _Wall(NamedTuple):
+    """What a particle meets, and with what spin."""
+
+    #: Standard deviation of the tilt of facets [rad].
+    roughness: float
+    #: Spin before the impact times a/V, (3,).
+    spin: FloatArray
 
 
 class _Simulation:
@@ -55,13 +70,12 @@ class _Simulation:
         conditions: tuple[FloatArray, FloatArray],
         seed: int,
         numerics: ModelSettings,
-        spin: Sequence[float] | None,
+        wall: _Wall,
     ) -> None:
         self.strata = population.strata()
         self._models = [DirectModel.of_parts(pair, one, numerics) for _, _, one in self.strata]
         self._alpha, self._speed = conditions
-        self._seed = seed
-        self._spin = None if spin is None else np.asarray(spin, dtype=np.float64)
+        self._seed, self._wall = seed, wall
 
     def moments(self, piece: _Piece) -> CentralMoments:
         """Moments of the rebounds of a piece."""
@@ -72,15 +86,28 @@ class _Simulation:
         row, stratum, part = piece
         first = (self.strata[stratum].code << 48) + (row << 32)
         index = np.arange(first + part.start, first + part.stop, dtype=np.uint64)
-        state = self._models[stratum].sample(
-            self._alpha[row],
-            self._speed[row],
-            spin=self._spin,
-            seed=self._seed,
-            index=index,
-            threads=1,
-        )
+        keys: dict[str, Any] = {"seed": self._seed, "index": index, "threads": 1}
+        model, alpha, speed = self._models[stratum], self._alpha[row], self._speed[row]
+        if self._wall.roughness == 0.0:
+            state = model.sample(alpha, speed, spin=self._wall.spin, **keys)
+        else:
+            state = self._rough_states(model, alpha, speed, keys)
         return variables_of(state)
+
+    def _rough_states(
+        self, model: DirectModel, alpha: float, speed: float, keys: dict[str, Any]
+    ) -> FloatArray:
+        """States after impacts on a rough wall, in the frame of the mean wall, (m, 6)."""
+        velocity = speed * np.array([math.cos(alpha), -math.sin(alpha), 0.0])
+        rebound = model.rebound(
+            velocity,
+            (0.0, 1.0, 0.0),
+            1.0,
+            omega=speed * self._wall.spin,
+            roughness=self._wall.roughness,
+            **keys,
+        )
+        return np.hstack(rebound) / speed
 
 
 def _checked_conditions(
@@ -98,6 +125,18 @@ def _checked_conditions(
         raise InputError(f"alpha_deg: got shape {degrees.shape}, allowed: {allowed}")
     alpha = np.array([check_impact_angle(a, "alpha_deg") for a in np.radians(degrees)])
     return degrees, alpha, speeds
+
+
+def _checked_wall(wall_tilt_deg: float, spin: ArrayLike | None) -> _Wall:
+    """Put the tilt of facets and the spin in the form that the model takes."""
+    tilt = as_number(wall_tilt_deg)
+    if not 0.0 <= tilt <= MOST_TILT_DEG:
+        allowed = f"0 to {MOST_TILT_DEG:.4g} degrees"
+        raise InputError(f"wall_tilt_deg: got {told(wall_tilt_deg)}, allowed: {allowed}")
+    numbers = as_reals("spin", np.zeros(3) if spin is None else spin)
+    if numbers.shape != (3,):
+        raise InputError(f"spin: got shape {numbers.shape}, allowed: (3,)")
+    return _Wall(min(math.radians(tilt), MAX_ROUGHNESS), numbers)
 
 
 def _pieces(rows: int, strata: int, count: int) -> Iterator[_Piece]:
@@ -151,14 +190,13 @@ def simulated_strata(
     InputError, RuntimeError
         As for `simulated_moments`.
     """
-    if wall_tilt_deg != 0.0:
-        raise InputError(f"wall_tilt_deg: got {wall_tilt_deg}, allowed: 0")
     degrees, alpha, speeds = _checked_conditions(alpha_deg, speed)
     workers = check_run(count, seed, 0, threads)
     if not 2 <= count <= _MOST_PARTICLES:
         raise InputError(f"count: got {count}, allowed: 2 to {_MOST_PARTICLES}")
     numerics = numerics or ModelSettings()
-    run = _Simulation(pair, population, (alpha, speeds), seed, numerics, spin)
+    wall = _checked_wall(wall_tilt_deg, spin)
+    run = _Simulation(pair, population, (alpha, speeds), seed, numerics, wall)
     shape = degrees.size, len(run.strata)
     pieces = list(_pieces(*shape, count))
     done: list[list[CentralMoments]] = []
@@ -211,7 +249,9 @@ def simulated_moments(
     numerics : ModelSettings, optional
         Resolution of contacts and tolerance of flights, such as ``config.model``.
     wall_tilt_deg : float
-        Standard deviation of the tilt of the facets of a rough wall, degrees; 0: a smooth wall.
+        Standard deviation of the tilt of the facets of a rough wall, degrees, up to 28.65; 0: a
+        smooth wall. Facets are drawn as by `sampler.Table.rebound` with ``roughness``, and means
+        and spreads refer to the mean wall.
     spin : three floats, optional
         Angular velocity before the impact times a/V, wall frame.
     threads : int, optional
@@ -272,7 +312,8 @@ def simulated_variables(
     """
     degrees, alpha, speeds = _checked_conditions(alpha_deg, speed)
     workers = check_run(count, seed, 0, threads)
-    run = _Simulation(pair, population, (alpha, speeds), seed, numerics or ModelSettings(), None)
+    wall = _checked_wall(wall_tilt_deg, None)
+    run = _Simulation(pair, population, (alpha, speeds), seed, numerics or ModelSettings(), wall)
     rows, strata = degrees.size, len(run.strata)
     pieces = [_Piece(i, j, slice(0, count)) for i in range(rows) for j in range(strata)]
     done = list(side_by_side(run.variables, pieces, workers, ahead=2 * workers))
