@@ -14,7 +14,13 @@ from sampler.errors import InputError
 from sampler.files.atomic import check_output, write_text
 from sampler.files.locate import find_measurements
 from sampler.inputs.rows import as_integer
-from tablegen.calibration.ends import Rows, errors_of_fit, errors_of_numbers, numbers_beside
+from tablegen.calibration.ends import (
+    Rows,
+    errors_of_fit,
+    errors_of_numbers,
+    numbers_beside,
+    settled,
+)
 from tablegen.calibration.evaluations import Evaluations
 from tablegen.calibration.pair_file import (
     Provenance,
@@ -206,7 +212,8 @@ def _fitted(
         search = Search(rows.evaluations, rows.targets, task.count)
         x = search.run(task.seed, _stage_by_stage(counted, totals))
         counted.set_description_str("errors", refresh=False)
-        found = errors_of_fit(rows, search, x, task.count)
+        x, slopes = settled(rows, search, x, task.count)
+        found = errors_of_fit(rows, search, x, slopes, task.count)
         name = "fitted" if path is None else _pair_name(path)
         config = fitted_config(task.start, trials.changes(x), name, task.measurements, task.used)
         numbers = [

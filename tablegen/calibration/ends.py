@@ -20,6 +20,16 @@ from tablegen.model.float_array import FloatArray
 #: coordinates follow its own chance a little.
 _OTHER_SEED = 0x5EED
 
+#: And that of the second set of random numbers for slopes.
+_SEED_OF_SLOPES = 0x510E
+
+#: Last steps at most, and the part by which one may raise the cost, which is rough.
+_LAST_STEPS = 4
+_TOLERATED = 0.01
+
+#: Singular values below this part of the largest are not followed in the last steps.
+_OPEN = 1e-2
+
 
 class Rows(NamedTuple):
     """Rows of measurements with their simulations and their numbers."""
@@ -31,7 +41,40 @@ class Rows(NamedTuple):
     targets: Targets
 
 
-def errors_of_fit(rows: Rows, search: Search, x: FloatArray, count: int) -> Uncertainty:
+def settled(rows: Rows, search: Search, x: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Go the last steps of a search by slopes that have less chance in them.
+
+    The cost of a fit is rough on the scale of the standard errors, and the optimiser stops where
+    its slopes, of one set of random numbers, find no way down. Here they are means of two sets.
+
+    Returns
+    -------
+    x : (p,) float64
+    slopes : (m, p) float64
+    """
+    evaluations, trials = rows.evaluations, rows.evaluations.trials
+    both = evaluations, evaluations.with_seed(evaluations.seed ^ _SEED_OF_SLOPES)
+    slopes: FloatArray = np.mean(
+        [one.slopes(x, count, rows.targets.pick, central=True) for one in both], axis=0
+    )
+    accuracy, width = search.accuracy(x, count), trials.last - trials.first
+    free = (x > trials.low) & (x < trials.high)
+    inverse = np.linalg.pinv(slopes[:, free] * width[free] / accuracy[:, None], rcond=_OPEN)
+    residual = search.residuals(x, count) / accuracy
+    for _ in range(_LAST_STEPS):
+        further = x.copy()
+        further[free] -= width[free] * (inverse @ residual)
+        further = np.clip(further, trials.low, trials.high)
+        left = search.residuals(further, count) / accuracy
+        if np.sum(left**2) > (1.0 + _TOLERATED) * np.sum(residual**2):
+            break
+        x, residual = further, left
+    return search.on_bounds(x), slopes
+
+
+def errors_of_fit(
+    rows: Rows, search: Search, x: FloatArray, slopes: FloatArray, count: int
+) -> Uncertainty:
     """Covariance of the coordinates and warnings, at the end of a search."""
     evaluations, targets = rows.evaluations, rows.targets
     trials = evaluations.trials
@@ -50,7 +93,7 @@ def errors_of_fit(rows: Rows, search: Search, x: FloatArray, count: int) -> Unce
             low=trials.low,
             high=trials.high,
             width=trials.last - trials.first,
-            slopes=evaluations.slopes(x, count, targets.pick, central=True),
+            slopes=slopes,
             residual=search.residuals(x, count),
             accuracy=search.accuracy(x, count),
             counted=targets.counted,

@@ -6,6 +6,7 @@ whether they hit once more. What that leaves in a difference quotient falls with
 step and of the count, so steps are large; EXPERIMENTS.md has the measurement.
 """
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import fields
 
@@ -58,6 +59,14 @@ class Evaluations:
         self._store = store
         self._on_simulated = on_simulated
         self._known: dict[str, Strata] = {}
+        rows = np.concatenate(self.conditions).astype("<f8").tobytes()
+        self._prefix = f"{seed} {hashlib.sha256(rows).hexdigest()}"
+
+    def with_seed(self, seed: int) -> "Evaluations":
+        """Make evaluations of the same trials with other random numbers."""
+        return Evaluations(
+            self.trials, *self.conditions, seed, self.threads, self._store, self._on_simulated
+        )
 
     def moments(self, x: FloatArray, count: int) -> SimulatedMoments:
         """Moments of the trial at coordinates x, with ``count`` particles of each shape."""
@@ -66,7 +75,7 @@ class Evaluations:
     def strata(self, x: FloatArray, count: int) -> Strata:
         """Moments of each shape; they do not depend on coordinates that decide shares alone."""
         decisive = x[~self.trials.of_shares]
-        key = f"{count} {decisive.astype('<f8').tobytes().hex()}"
+        key = f"{self._prefix} {count} {decisive.astype('<f8').tobytes().hex()}"
         if key not in self._known:
             self._known[key] = self._made(key, x, count)
             self._on_simulated(count)

@@ -52,7 +52,7 @@ class Range(NamedTuple):
     logarithmic: bool = False
 
 
-_UNIT = Range(0.0, 1.0, 0.1, 0.95, 0.02)
+_UNIT = Range(0.0, 1.0, 0.1, 0.95, 0.04)
 _FRICTION = Range(0.0, 10.0, 0.05, 1.0, 0.02)
 
 #: What each law has to be freed, by its name in the file: restitution, then resistance.
@@ -76,12 +76,12 @@ _OF_LAWS: Mapping[str, Mapping[str, Mapping[str, Range]]] = {
             "factor": Range(1e-3, 100.0, 0.1, 10.0, 0.1, logarithmic=True),
         },
         "constant": {"value": Range(1e-3, 100.0, 0.05, 2.0, 0.05, logarithmic=True)},
-        "tabulated": {"value": Range(0.0, 20.0, 0.0, 1.5, 0.05)},
+        "tabulated": {"value": Range(0.0, 20.0, 0.0, 1.5, 0.1)},
         "coulomb": {"static": _FRICTION, "dynamic": _FRICTION},
     },
 }
 
-_DEVIATION = Range(0.01, 3.0, 0.02, 0.5, 0.1, logarithmic=True)
+_DEVIATION = Range(0.01, 3.0, 0.02, 0.5, 0.3, logarithmic=True)
 _TRUNCATION = Range(0.01, 0.99, 0.1, 0.9, 0.05)
 _TILT = Range(0.0, float(np.degrees(MAX_ROUGHNESS)), 0.5, 10.0, 0.5)
 _SHARE = Range(0.0, 1.0, 0.0, 1.0, 0.05)
@@ -226,7 +226,7 @@ def _aspect(config: Config) -> dict[str, Callable[[], Parameter]]:
     if isinstance(aspect, TruncatedNormalAspect):
         mean, deviation = "population.aspect.mean", "population.aspect.standard_deviation"
         low, high = aspect.range
-        wide = Range(low, high, low, high, 0.02)
+        wide = Range(low, high, low, high, 0.1 * (high - low))
         return {
             mean: lambda: _parameter(
                 mean, [aspect.mean], wide, lambda v: _nested(mean, float(v[0]))

@@ -126,9 +126,9 @@ class Search:
             # the order of equal costs is that of the starts
             order = np.argsort([cost for cost, _ in ends], kind="stable")
             found = [ends[k][1] for k in order]
-        return self._on_bounds(found[0])
+        return self.on_bounds(found[0])
 
-    def _on_bounds(self, x: FloatArray) -> FloatArray:
+    def on_bounds(self, x: FloatArray) -> FloatArray:
         """Put coordinates that end next to a bound, which the optimiser never reaches, on it."""
         trials = self._evaluations.trials
         near = AT_BOUND * (trials.last - trials.first)

@@ -79,7 +79,7 @@ def test_errors_of_forty_cases(spreads):
         mean = 0.75 if spreads else truth["mean"]
         start = START.with_changes({"population": {"aspect": {"mean": mean}}})
         data = measured_from(pair(**truth), ANGLES, 2000, seed=1000 + case, spreads=spreads)
-        made = calibrate(data, start, free=free, count=1000, seed=case)
+        made = calibrate(data, start, free=free, count=2000, seed=case)
         found.append(scores(truth, made))
         print(case, np.round(found[-1], 2), made.scatter, flush=True)
     sizes = np.abs(np.array(found))
