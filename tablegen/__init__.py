@@ -8,7 +8,8 @@
 (1000, 6)
 
 ``generate`` makes a table file from a configuration, ``validate`` compares one with fresh direct
-simulation; both are also commands of ``tablegen``.
+simulation, ``compare`` puts simulated rebounds beside measured ones, which ``read_measurements``
+reads; the first three are also commands of ``tablegen``.
 """
 
 from typing import TYPE_CHECKING
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from tablegen.model.one_rebound import rebound as rebound
     from tablegen.simulate import Simulation as Simulation
     from tablegen.simulate import simulate as simulate
+    from tablegen.studies.comparison.compare import MeasuredComparison as MeasuredComparison
+    from tablegen.studies.comparison.compare import compare as compare
     from tablegen.validate import Validation as Validation
     from tablegen.validate import validate as validate
 
@@ -48,6 +51,7 @@ import_late(
         "tablegen.measurements.records": ("Measurements",),
         "tablegen.model.one_rebound": ("draw", "grain", "rebound"),
         "tablegen.simulate": ("Simulation", "simulate"),
+        "tablegen.studies.comparison.compare": ("MeasuredComparison", "compare"),
         "tablegen.validate": ("Validation", "validate"),
     },
     ready=require_generator,

@@ -22,6 +22,7 @@ from tablegen.calibration.ends import (
     settled,
 )
 from tablegen.calibration.evaluations import Evaluations
+from tablegen.calibration.impact_speeds import impact_speeds
 from tablegen.calibration.pair_file import (
     Provenance,
     comment_text,
@@ -31,7 +32,7 @@ from tablegen.calibration.pair_file import (
 )
 from tablegen.calibration.parameters import default_names, make_parameters
 from tablegen.calibration.result import Calibration
-from tablegen.calibration.rows import check_spreads, chosen_rows, speeds_of, split_rows
+from tablegen.calibration.rows import check_spreads, chosen_rows, split_rows
 from tablegen.calibration.search import STAGES, Search, Stage, most_particles
 from tablegen.calibration.simulated_moments import simulated_moments
 from tablegen.calibration.targets import make_targets
@@ -178,7 +179,7 @@ def _task(
     names = tuple(default_names(start) if free is None else free)
     used, held = split_rows(measured, hold_out)
     check_spreads(measured, start, names, wall_tilt_deg)
-    speeds = speeds_of(measured, start, speed)
+    speeds = impact_speeds(start.pair, measured, speed)
     return _Task(
         measured,
         checksum,

@@ -1,4 +1,4 @@
-"""Rows of measurements that a calibration uses, those it holds out, and the speeds of both."""
+"""Rows of measurements that a calibration uses, and those it holds out."""
 
 from collections.abc import Sequence
 
@@ -8,10 +8,6 @@ from sampler.errors import InputError
 from tablegen.calibration.parameters import SHAPES, WALL_TILT
 from tablegen.config import Config
 from tablegen.measurements.records import SPREAD, Measurements, Moments
-from tablegen.model.float_array import FloatArray
-
-#: Speed [m/s] at which a law that depends on none is simulated where rows state none.
-_ANY_SPEED = 100.0
 
 #: Angles [degrees] that differ by less count as the same.
 _SAME_ANGLE = 1e-6
@@ -54,23 +50,6 @@ def split_rows(
     if not used:
         raise InputError(f"hold_out: got all {len(held)} rows, allowed: fewer, so that some remain")
     return used, held
-
-
-def speeds_of(measurements: Measurements, config: Config, speed: float | None) -> FloatArray:
-    """Speed of each row [m/s], (n,): as stated, else the one given.
-
-    Raises
-    ------
-    InputError
-        If the pair's law depends on a speed that is neither stated nor given.
-    """
-    missing = np.flatnonzero(~np.isfinite(measurements.speed))
-    if missing.size and speed is None and config.pair.restitution.depends_on_speed:
-        raise InputError(
-            f"speed: {measurements.name} states none in row {missing[0] + 1}, and the law of "
-            f"restitution of {config.name} depends on it, allowed: --speed M_S, or another law"
-        )
-    return np.where(np.isfinite(measurements.speed), measurements.speed, speed or _ANY_SPEED)
 
 
 def check_spreads(

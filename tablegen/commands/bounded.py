@@ -1,7 +1,5 @@
 """Types of flags that have bounds of the direct model."""
 
-import math
-
 from sampler.commands.options import Number
 from tablegen.model import model_bounds as bounds
 
@@ -15,6 +13,3 @@ ANGLE = _within(bounds.ALPHA_DEG)
 SPEED = _within(bounds.SPEED)
 RATIO = _within(bounds.ASPECT)
 SPIN = _within(bounds.SPIN)
-
-#: Roughness of a wall: standard deviation of the tilt of its facets, degrees.
-TILT = Number("0 to 28.6 degrees", 0.0, math.degrees(0.5))

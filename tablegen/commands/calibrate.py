@@ -6,11 +6,11 @@ from pathlib import Path
 import click
 
 from sampler.commands import options
-from sampler.commands.file_types import Named
 from sampler.commands.program import DONE
 from sampler.files.atomic import atomic_output, write_text
 from sampler.files.json_text import json_text
 from tablegen.commands import bounded
+from tablegen.commands.compare import MEASURED, TILT
 from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import CALIBRATE_COUNT
 
@@ -47,7 +47,7 @@ class _ManyValues(options.Command):
         "    --hold-out 45 --json fit.json --picture fit.png",
     ),
 )
-@click.argument("measured", type=Named(".csv"), metavar="F.csv")
+@click.argument("measured", type=MEASURED, metavar="F.csv|NAME")
 @click.option(
     "--pair",
     required=True,
@@ -87,7 +87,7 @@ class _ManyValues(options.Command):
 )
 @click.option(
     "--wall-tilt",
-    type=bounded.TILT,
+    type=TILT,
     default=0.0,
     metavar="DEG",
     help="Roughness of the wall, standard deviation of the tilt of its facets; or where the search "
@@ -97,7 +97,7 @@ class _ManyValues(options.Command):
 @click.option("--discard", is_flag=True, help="Remove the simulations of an interrupted run.")
 @options.json_file("Write everything.")
 @click.option(
-    "--picture", type=options.OUTPUT, metavar="F", help="Draw fit and residuals (.png or .svg)."
+    "--picture", type=options.OUTPUT, metavar="F.png|pdf|svg", help="Draw fit and residuals."
 )
 @options.threads
 @options.progress
@@ -128,13 +128,16 @@ def calibrate(
     FITTED.toml.parts until then; if an interrupted run left some, say --resume or --discard.
     """
     from tablegen.calibration.calibrate import calibrate as fit
-    from tablegen.commands.picture_file import check_picture
     from tablegen.config import load_config
     from tablegen.studies.calibration_fit.fit_picture import fit_picture
     from tablegen.studies.calibration_fit.fit_text import fit_lines
+    from tablegen.studies.comparison.comparison_picture import check_picture
+    from tablegen.studies.paper_figures.style import require_matplotlib
     from tablegen.tasks.parts_folder import parts_path
 
-    check_picture(picture)
+    if picture is not None:
+        require_matplotlib("--picture")
+        check_picture(picture)
     start = load_config(pair)
     try:
         made = fit(

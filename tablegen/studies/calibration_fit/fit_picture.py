@@ -6,6 +6,7 @@ import numpy as np
 
 from tablegen.calibration.result import Calibration, FittedNumber
 from tablegen.measurements.records import QUANTITIES, SPREAD
+from tablegen.studies.comparison.comparison_picture import LABELS
 from tablegen.studies.paper_figures.style import (
     ANGLE_LABEL,
     Picture,
@@ -16,15 +17,6 @@ from tablegen.studies.paper_figures.style import (
 
 _MEASURED, _SIMULATED = "#000000", "#0072b2"
 
-#: Names of quantities on axes.
-_SYMBOLS = {
-    "e_n": r"$e_n$",
-    "e_t": r"$e_t$",
-    "rebound_angle_deg": "rebound angle [°]",
-    "out_of_plane_deg": "angle out of plane [°]",
-    "omega_z": r"$\Omega_z\,a/V$",
-}
-
 
 def fit_picture(made: Calibration, name: str) -> Picture:
     """Draw measured and simulated numbers of a calibration, and their residuals.
@@ -33,7 +25,7 @@ def fit_picture(made: Calibration, name: str) -> Picture:
     ----------
     made : Calibration
     name : str
-        Of the picture's file; .svg or .png.
+        Of the picture's file; its ending says which kind of picture it is.
 
     Returns
     -------
@@ -70,13 +62,13 @@ def _of(made: Calibration, column: str, held_out: bool | None = None) -> list[Fi
 def _draw_fit(ax: Any, made: Calibration, quantity: str) -> None:
     spreads = {number.row: number for number in _of(made, quantity + SPREAD)}
     means = _of(made, quantity)
-    ax.set_ylabel(_SYMBOLS[quantity])
+    ax.set_ylabel(LABELS[quantity])
     if not means:  # a spread alone, about a mean that symmetry makes zero
         found = _of(made, quantity + SPREAD)
         at = [one.alpha_deg for one in found]
         ax.plot(at, [one.measured for one in found], "o", color=_MEASURED, label="measured")
         ax.plot(at, [one.simulated for one in found], color=_SIMULATED, label="simulated")
-        ax.set_ylabel(f"{_SYMBOLS[quantity]}, spread")
+        ax.set_ylabel(f"{LABELS[quantity]}, spread")
         return
     angle = np.array([one.alpha_deg for one in means])
     simulated = np.array([one.simulated for one in means])
