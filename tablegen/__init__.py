@@ -18,6 +18,8 @@ from sampler.compilation.late import import_late
 from tablegen.configuration.requirements import require_generator
 
 if TYPE_CHECKING:
+    from tablegen.calibration.calibrate import calibrate as calibrate
+    from tablegen.calibration.result import Calibration as Calibration
     from tablegen.config import Config as Config
     from tablegen.config import load_config as load_config
     from tablegen.config import parse_config as parse_config
@@ -40,6 +42,8 @@ if TYPE_CHECKING:
 import_late(
     __name__,
     {
+        "tablegen.calibration.calibrate": ("calibrate",),
+        "tablegen.calibration.result": ("Calibration",),
         "tablegen.config": ("Config", "load_config", "parse_config"),
         "tablegen.direct": ("DirectModel",),
         "tablegen.generate": ("Generated", "generate"),

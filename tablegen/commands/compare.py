@@ -16,7 +16,8 @@ from tablegen.model.shape_codes import SHAPE_NAMES
 #: Name or path of a file of measurements.
 MEASURED = Named(".csv")
 
-_TILT = options.Number("0 to 28.6 degrees", 0.0, 28.6)
+#: Roughness of a wall.
+TILT = options.Number("0 to 28.6 degrees", 0.0, 28.6)
 _COUNT = options.Integer(2, 2**32 - 1)
 
 
@@ -55,7 +56,7 @@ _COUNT = options.Integer(2, 2**32 - 1)
 )
 @click.option(
     "--wall-tilt",
-    type=_TILT,
+    type=TILT,
     default=0.0,
     show_default=True,
     metavar="DEG",

@@ -19,7 +19,7 @@ from tablegen.studies.paper_figures.style import (
 )
 
 #: Labels of the ordinates.
-_LABELS = {
+LABELS = {
     "e_n": r"normal restitution $v^+/|v^-|$",
     "e_t": r"tangential restitution $u^+/u^-$",
     "rebound_angle_deg": "rebound angle [°]",
@@ -116,5 +116,5 @@ def _draw_panel(axes: Any, found: MeasuredComparison, quantity: str) -> None:
         capsize=3,
         label=f"{label}, ± 1 standard deviation" if bars.any() else label,
     )
-    axes.set(xlabel=ANGLE_LABEL, ylabel=_LABELS[quantity], xlim=(0, 92))
+    axes.set(xlabel=ANGLE_LABEL, ylabel=LABELS[quantity], xlim=(0, 92))
     axes.set_xticks(range(0, 91, 15))
