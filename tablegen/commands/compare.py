@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import click
-import numpy as np
 
 from sampler.commands import options
 from sampler.commands.file_types import Named
@@ -118,9 +117,9 @@ def compare(
         threads=threads,
         progress=progress,
     )
-    for warning in {config.pair.extrapolation(v): None for v in np.unique(found.speed)}:
-        if warning:
-            note("tablegen", warning)
+    warnings = map(config.pair.extrapolation, sorted(set(found.speed.tolist())))
+    for warning in dict.fromkeys(filter(None, warnings)):
+        note("tablegen", warning)
     click.echo(comparison_text(found))
     if json_file:
         write_text(json_file, comparison_json(found))
