@@ -193,11 +193,11 @@ def test_half_size_and_clamping_are_as_said():
     """Half the size, twice the spin; below the table the coefficients of its slowest speed."""
     table = sampler.load("corundum-steel")
     keys = {"seed": 7, "index": np.arange(100)}
-    v, omega = table.rebound([12.0, -9.0, 0.0], [0, 1, 0], 20e-6, **keys)
+    v, omega = table.rebound([1.2, -0.9, 0.0], [0, 1, 0], 20e-6, **keys)
     assert table.clamped == 100
-    _, faster_spin = table.rebound([12.0, -9.0, 0.0], [0, 1, 0], 10e-6, **keys)
+    _, faster_spin = table.rebound([1.2, -0.9, 0.0], [0, 1, 0], 10e-6, **keys)
     np.testing.assert_allclose(faster_spin, 2.0 * omega, rtol=1e-12)
-    at_edge, _ = table.rebound([40.0, -30.0, 0.0], [0, 1, 0], 20e-6, **keys)
+    at_edge, _ = table.rebound([4.0, -3.0, 0.0], [0, 1, 0], 20e-6, **keys)
     np.testing.assert_allclose(v, 0.3 * at_edge, rtol=1e-9)
 
 
