@@ -183,13 +183,40 @@ def test_other_walls_are_left_to_other_models(work, table, started, tmp_path):
         (("seed            7", "seed -1"), "seed: got -1, allowed: 0 to 2147483647"),
         (("clamp;", "mirror;"), "outOfRange: got mirror, allowed: clamp, error"),
         (("halfSizeRule    0.5", "halfSizeRule 0"), "halfSizeRule: got 0, allowed: a positive"),
-        (('"corundum-steel.rbt"', '"none.rbt"'), "allowed: a file that `sampler export` wrote"),
+        (("seed            7;", ""), "seed"),
+        (("outOfRange      clamp;", "spin maybe;"), "maybe"),
     ],
 )
 def test_a_wrong_entry_is_refused(work, started, change, message, tmp_path):
     with pytest.raises(foam_run.FoamError) as refusal:
         shots.run_shots(work, tmp_path / "case", started, edits=[(CLOUD, *change)])
+    assert "FOAM FATAL IO ERROR" in str(refusal.value)
+    assert "subModels.tabulatedReboundCoeffs" in str(refusal.value)
     assert message in str(refusal.value)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("processors", [1, 2])
+@pytest.mark.parametrize(
+    ("size", "reason"),
+    [
+        (None, "file: cannot be opened"),
+        (100, "file_bytes: the file is truncated"),
+        (9_000_000, "file_bytes: the file is truncated"),
+    ],
+)
+def test_a_table_that_is_not_whole_is_refused(work, started, size, reason, processors, tmp_path):
+    """A file that is missing, or of which only the beginning is there."""
+    path = tmp_path / "part.rbt"
+    if size is not None:
+        path.write_bytes((work / foam_run.TABLE).read_bytes()[:size])
+    edits = [(CLOUD, '"corundum-steel.rbt"', f'"{path}"')]
+    with pytest.raises(foam_run.FoamError) as refusal:
+        shots.run_shots(work, tmp_path / "case", started, processors=processors, edits=edits)
+    assert "FOAM FATAL IO ERROR" in str(refusal.value)
+    assert f'tableFile: got "{path}"' in str(refusal.value)
+    assert "allowed: a file that `sampler export` wrote" in str(refusal.value)
+    assert reason in str(refusal.value)
 
 
 @pytest.mark.study
