@@ -103,12 +103,12 @@ def run_flow(options: argparse.Namespace, walls: Mapping[str, Wall]) -> dict[str
     return flow_numbers(options.case, gas, flows)
 
 
-def _finite(numbers: Any) -> Any:
+def finite(numbers: Any) -> Any:
     """Numbers with None for those that there are none of: JSON has no others."""
     if isinstance(numbers, Mapping):
-        return {key: _finite(value) for key, value in numbers.items()}
+        return {key: finite(value) for key, value in numbers.items()}
     if isinstance(numbers, list | tuple):
-        return [_finite(value) for value in numbers]
+        return [finite(value) for value in numbers]
     return None if isinstance(numbers, float) and not math.isfinite(numbers) else numbers
 
 
@@ -129,7 +129,7 @@ def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
     text = f"{text}\n{made.outside}"
     for ending, content in (
         ("md", text),
-        ("json", json_text({"command": command, "results": _finite(numbers)})),
+        ("json", json_text({"command": command, "results": finite(numbers)})),
     ):
         with atomic_output(options.output / f"{options.case}.{ending}") as temporary:
             temporary.write_text(content, encoding="utf-8")
