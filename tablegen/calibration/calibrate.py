@@ -99,9 +99,9 @@ def calibrate(
     """Fit free parameters of a material pair to measured rebounds, by least squares.
 
     Means and, where measured, spreads are weighted by their accuracies, which follow from measured
-    spread and count of particles; where no count is stated all weigh the same
-    (`tablegen.calibration.targets.STATED_ACCURACY`), and the errors of the fit follow from its
-    residuals. The search begins at the given pair and at random ones, with few particles, and goes
+    spread and count of particles. Where no count is stated all rows weigh the same, e_n and e_t as
+    if accurate to 0.02 and their spreads to 0.05 (`tablegen.calibration.targets`), and the errors
+    of the fit follow from its residuals. The search begins at the given pair and at random ones, with few particles, and goes
     on from the best with more (`tablegen.calibration.search`).
 
     Parameters
