@@ -101,8 +101,10 @@ def calibrate(
     Means and, where measured, spreads are weighted by their accuracies, which follow from measured
     spread and count of particles. Where no count is stated all rows weigh the same, e_n and e_t as
     if accurate to 0.02 and their spreads to 0.05 (`tablegen.calibration.targets`), and the errors
-    of the fit follow from its residuals. The search begins at the given pair and at random ones, with few particles, and goes
-    on from the best with more (`tablegen.calibration.search`).
+    of the fit follow from its residuals.
+
+    The search begins at the given pair and at random ones, with few particles, and goes on from the
+    best with more (`tablegen.calibration.search`).
 
     Parameters
     ----------
