@@ -1,6 +1,7 @@
 """Laws of resistance to sliding at the contact, as a pair file states them.
 
-`tablegen.model.contact_laws` has the kernel of each; tables/LAWS.md shows how a file names them.
+`tablegen.model.contact_laws` and `tablegen.model.coulomb` have the kernels; tables/LAWS.md shows
+how a file names them.
 """
 
 from collections.abc import Mapping
@@ -13,12 +14,13 @@ from tablegen.configuration.field_types import Increasing, Record, Text
 from tablegen.configuration.messages import refusal
 from tablegen.model.contact_laws import (
     CONSTANT_RESISTANCE,
+    COULOMB,
     ORIENTATION,
     TABULATED_RESISTANCE,
     pack_table,
 )
 
-#: Coefficient of resistance to sliding.
+#: Coefficient of resistance to sliding, or of friction.
 Coefficient = Annotated[float, Field(ge=0.0, le=100.0)]
 
 
@@ -60,6 +62,32 @@ class ConstantResistance(Record):
         return {"resistance_law": CONSTANT_RESISTANCE, "factor": self.value}
 
 
+class CoulombResistance(Record):
+    """Coulomb friction with stick and slip, at every instant of a collision.
+
+    A contact that slides along e has dS_t = -dynamic e dS_n. One that has come to rest sticks if
+    |dS_t| <= static dS_n can hold it, and else slides anew. The restitution a_nc is then Stronge's
+    energetic one: its square is the part of the work of compression that is given back.
+
+    Source: Stronge, Proc. R. Soc. Lond. A 431 (1990) 169-181.
+    """
+
+    law: Literal["coulomb"]
+    static: Coefficient
+    dynamic: Coefficient
+    source: Text
+
+    @model_validator(mode="after")
+    def _static_holds(self) -> Self:
+        if self.dynamic > self.static:
+            raise refusal("dynamic", self.dynamic, f"0 to static, {self.static:g}")
+        return self
+
+    def kernel_entries(self) -> Mapping[str, Any]:
+        """Entries of `LawArguments` that the law sets."""
+        return {"resistance_law": COULOMB, "strength": self.static, "factor": self.dynamic}
+
+
 class TabulatedResistance(Record):
     """Sliding resistance from a table over the impact angle at the contact.
 
@@ -87,4 +115,4 @@ class TabulatedResistance(Record):
         return {"resistance_law": TABULATED_RESISTANCE, "resistances": table}
 
 
-ResistanceLaw = OrientationResistance | ConstantResistance | TabulatedResistance
+ResistanceLaw = OrientationResistance | ConstantResistance | TabulatedResistance | CoulombResistance

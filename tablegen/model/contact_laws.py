@@ -3,7 +3,8 @@
 Each law is a small kernel. `restitution` and `resistance` pick the one that a material pair names,
 by a number that is the same for every collision of a run, so the branch is always predicted and
 one compiled model serves all pairs. The paper's laws take the numbers of one particle or of lanes
-(see `tablegen.model.simd`); the others are worked out lane by lane.
+(see `tablegen.model.simd`); the others are worked out lane by lane. Coulomb's law of friction is
+no coefficient of a whole collision; `tablegen.model.coulomb` has it.
 """
 
 import math
@@ -20,7 +21,7 @@ from tablegen.model.simd import extract, insert, select, width
 EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
 
 #: Laws of resistance.
-ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE = range(3)
+ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
 
 
 class LawArguments(NamedTuple):
@@ -33,13 +34,14 @@ class LawArguments(NamedTuple):
     coefficient: float
     #: Restitution: exponent of the exponential or the power law.
     exponent: float
-    #: Resistance: factor in the exponent of the orientation law.
+    #: Resistance: factor in the exponent of the orientation law, or Coulomb's static coefficient.
     strength: float
-    #: Resistance: overall factor of the orientation law, or the constant itself.
+    #: Resistance: overall factor of the orientation law, the constant itself, or Coulomb's dynamic
+    #: coefficient.
     factor: float
     #: Which law of restitution, EXPONENTIAL to TABULATED.
     restitution_law: int
-    #: Which law of resistance, ORIENTATION to TABULATED_RESISTANCE.
+    #: Which law of resistance, ORIENTATION to COULOMB.
     resistance_law: int
     #: float64, (n,): coefficients of the polynomial, lowest power first, or the packed table of
     #: `pack_table`; empty for the other laws.
@@ -247,6 +249,8 @@ def _each_tabulated_resistance(law, cosine):
 @no_refcount_inline_kernel
 def resistance(law, r_dot_v, r_length, speed, cosine):
     """Coefficient C_f of resistance to sliding, by the law of the pair.
+
+    Coulomb's law has none: `tablegen.model.coulomb` follows each collision by it.
 
     Parameters
     ----------
