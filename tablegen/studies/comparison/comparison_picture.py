@@ -98,9 +98,10 @@ def _draw_panel(axes: Any, found: MeasuredComparison, quantity: str) -> None:
     for k, speed in enumerate(speeds):
         of = rows & (found.speed == speed)
         x, y, s = _sorted(alpha[of], mean.simulated[of], spread.simulated[of])
-        colour, at = _SIMULATED[k % len(_SIMULATED)], f", {speed:g} m/s" if speeds.size > 1 else ""
-        axes.plot(x, y, color=colour, linestyle=_LINES[k % len(_LINES)], label=f"simulated{at}")
-        band = f"± 1 standard deviation, simulated{at}"
+        colour, line = _SIMULATED[k % len(_SIMULATED)], _LINES[k % len(_LINES)]
+        label = f"simulated, {found.pair}" + (f", {speed:g} m/s" if speeds.size > 1 else "")
+        axes.plot(x, y, color=colour, linestyle=line, label=label)
+        band = f"{label}, ± 1 standard deviation"
         axes.fill_between(x, y - s, y + s, color=colour, alpha=0.18, linewidth=0, label=band)
     bars = np.isfinite(spread.measured) & rows
     label = f"measured, {found.measured.name}"

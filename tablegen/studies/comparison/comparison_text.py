@@ -90,11 +90,8 @@ def comparison_text(found: MeasuredComparison) -> str:
     ]
     for name in found.means:
         lines += ["", *_quantity_lines(found, name)]
-    lines += [
-        "",
-        "+-: chance error of the simulation, one standard deviation. deviation: simulated",
-    ]
-    lines += ["less measured; in errors: over the standard error of both, where a count is stated."]
+    lines += ["", "+-: chance error of the simulation, one standard deviation"]
+    lines += ["diff: simulated less measured; in errors: over the standard error of both"]
     return "\n".join(lines)
 
 

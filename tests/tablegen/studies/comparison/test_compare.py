@@ -132,10 +132,10 @@ def test_picture_draws_what_was_measured_and_what_was_simulated(monkeypatch):
     first, second = drawn[0].axes
     assert "normal" in first.get_ylabel()
     assert "tangential" in second.get_ylabel()
-    mean, spread = FOUND.means["e_n"], FOUND.spreads["e_n"]
+    label, mean, spread = "simulated, grant-tabakoff-1975", FOUND.means["e_n"], FOUND.spreads["e_n"]
     labels = {line.get_label(): line for line in first.lines}
     np.testing.assert_array_equal(
-        labels["simulated, 100 m/s"].get_xydata(),
+        labels[f"{label}, 100 m/s"].get_xydata(),
         [[30, mean.simulated[0]], [60, mean.simulated[1]]],
     )
     (points,) = first.containers
@@ -144,7 +144,7 @@ def test_picture_draws_what_was_measured_and_what_was_simulated(monkeypatch):
     np.testing.assert_allclose(bars[0][:, 1], [0.4, 0.8])
     np.testing.assert_allclose(bars[2][:, 1], 0.2)  # no spread was measured
     bands = {band.get_label(): band.get_paths()[0].vertices for band in first.collections}
-    ys = bands["± 1 standard deviation, simulated, 100 m/s"][:, 1]
+    ys = bands[f"{label}, 100 m/s, ± 1 standard deviation"][:, 1]
     np.testing.assert_allclose(ys.max(), (mean.simulated + spread.simulated)[:2].max())
 
 
