@@ -31,6 +31,7 @@ LAWS = {
 RESISTANCES = {
     "constant": {"law": "constant", "value": 0.5, **SOURCE},
     "tabulated": {"law": "tabulated", "angle_deg": [0.0, 90.0], "value": [0.9, 0.2], **SOURCE},
+    "coulomb": {"law": "coulomb", "static": 0.4, "dynamic": 0.3, **SOURCE},
 }
 
 
@@ -84,6 +85,16 @@ def test_every_place_within_the_bounds_is_a_pair(config):
         assert shares.min() >= 0.0
         assert shares.sum() == pytest.approx(1.0)
         assert len(shares) == len(trials.every_shape(x).strata())
+
+
+@pytest.mark.parametrize("name", ["static", "dynamic"])
+def test_one_friction_coefficient_stays_on_its_side_of_the_other(name):
+    config = with_laws(resistance="coulomb")
+    trials = TrialPairs(config, make_parameters(config, [f"pair.resistance.{name}"]), 0.0)
+    for x in (trials.low, trials.start, trials.high):
+        trials.pair(x)
+    assert (trials.low[0] == 0.3) == (name == "static")
+    assert (trials.high[0] == 0.4) == (name == "dynamic")
 
 
 def test_shares_of_one_shape_leave_the_others_their_ratios():
