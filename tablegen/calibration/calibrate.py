@@ -26,9 +26,7 @@ from tablegen.calibration.impact_speeds import impact_speeds
 from tablegen.calibration.pair_file import (
     Provenance,
     comment_text,
-    correlation_lines,
     fitted_config,
-    parameter_lines,
 )
 from tablegen.calibration.parameters import default_names, make_parameters
 from tablegen.calibration.result import Calibration
@@ -307,13 +305,6 @@ def _with_comments(made: Calibration, task: _Task) -> Calibration:
         task.seed,
         task.speed,
     )
-    comments = comment_text(
-        provenance,
-        parameter_lines(made.labels, made.given, made.values, made.errors),
-        correlation_lines(made.labels, made.correlation),
-        made.numbers,
-        made.warnings,
-        made.wall_tilt_deg,
-    )
+    comments = comment_text(made, provenance)
     config = parse_config(f"{comments}\n{made.config.text}", made.config.name)
     return replace(made, config=config)
