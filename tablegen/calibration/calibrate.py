@@ -26,9 +26,7 @@ from tablegen.calibration.impact_speeds import impact_speeds
 from tablegen.calibration.pair_file import (
     Provenance,
     comment_text,
-    correlation_lines,
     fitted_config,
-    parameter_lines,
 )
 from tablegen.calibration.parameters import default_names, make_parameters
 from tablegen.calibration.result import Calibration
@@ -99,10 +97,12 @@ def calibrate(
     """Fit free parameters of a material pair to measured rebounds, by least squares.
 
     Means and, where measured, spreads are weighted by their accuracies, which follow from measured
-    spread and count of particles; where no count is stated all weigh the same
-    (`tablegen.calibration.targets.STATED_ACCURACY`), and the errors of the fit follow from its
-    residuals. The search begins at the given pair and at random ones, with few particles, and goes
-    on from the best with more (`tablegen.calibration.search`).
+    spread and count of particles. Where no count is stated all rows weigh the same, e_n and e_t as
+    if accurate to 0.02 and their spreads to 0.05 (`tablegen.calibration.targets`), and the errors
+    of the fit follow from its residuals.
+
+    The search begins at the given pair and at random ones, with few particles, and goes on from the
+    best with more (`tablegen.calibration.search`).
 
     Parameters
     ----------
@@ -305,13 +305,6 @@ def _with_comments(made: Calibration, task: _Task) -> Calibration:
         task.seed,
         task.speed,
     )
-    comments = comment_text(
-        provenance,
-        parameter_lines(made.labels, made.given, made.values, made.errors),
-        correlation_lines(made.labels, made.correlation),
-        made.numbers,
-        made.warnings,
-        made.wall_tilt_deg,
-    )
+    comments = comment_text(made, provenance)
     config = parse_config(f"{comments}\n{made.config.text}", made.config.name)
     return replace(made, config=config)

@@ -10,7 +10,7 @@ import tomli_w
 
 import sampler
 from tablegen.calibration.parameters import WALL_TILT
-from tablegen.calibration.result import FittedNumber
+from tablegen.calibration.result import Calibration, FittedNumber
 from tablegen.config import Config, parse_config
 from tablegen.configuration.scenes import Tree, merged
 from tablegen.measurements.records import Measurements
@@ -154,31 +154,30 @@ def number_lines(numbers: Sequence[FittedNumber]) -> list[str]:
     return lines
 
 
-def comment_text(
-    provenance: Provenance,
-    parameters: Sequence[str],
-    correlations: Sequence[str],
-    numbers: Sequence[FittedNumber],
-    warnings: Sequence[str],
-    wall_tilt_deg: float,
-) -> str:
-    """Comments at the head of a fitted pair file.
+def summary_lines(made: Calibration) -> list[str]:
+    """Lines that say how closely the pair follows, and how much of the spreads it has."""
+    lines = []
+    for held_out, what in ((False, "largest residual"), (True, "largest residual, held out")):
+        for column, one in made.largest(held_out).items():
+            lines.append(
+                f"{what} of {column}: {one.residual:+.3f} at {one.alpha_deg:g} degrees "
+                f"(measured {one.measured:.3f}, simulated {one.simulated:.3f} +- "
+                f"{one.predicted:.3f})"
+            )
+    for column, (least, most) in made.explained().items():
+        lines.append(
+            f"{column}: {least.simulated / least.measured:.0%} of the measured one at "
+            f"{least.alpha_deg:g} degrees to {most.simulated / most.measured:.0%} at "
+            f"{most.alpha_deg:g}"
+        )
+    return lines
 
-    Parameters
-    ----------
-    provenance : Provenance
-    parameters, correlations : sequence of str
-        Lines.
-    numbers : sequence of FittedNumber
-    warnings : sequence of str
-    wall_tilt_deg : float
 
-    Returns
-    -------
-    str
-        With a line end.
-    """
-    of = provenance
+def comment_text(made: Calibration, provenance: Provenance) -> str:
+    """Comments at the head of a fitted pair file, with a line end."""
+    of, wall_tilt_deg = provenance, made.wall_tilt_deg
+    parameters = parameter_lines(made.labels, made.given, made.values, made.errors)
+    correlations = correlation_lines(made.labels, made.correlation)
     title = of.measurements.about.get("title", of.measurements.name)
     checksum = f" (SHA-256 {of.checksum})" if of.checksum else ""
     lines = [
@@ -199,16 +198,17 @@ def comment_text(
             f"deviation), which no pair file states; draw with roughness = "
             f"{np.radians(wall_tilt_deg):.4g} rad."
         )
+    lines += ["#", "# How closely it follows:", *(f"#   {line}" for line in summary_lines(made))]
     lines += ["#", "# Fitted numbers:", *(f"#   {line}" for line in parameters)]
     if correlations:
         lines += ["#", "# Their largest correlations:", *(f"#   {line}" for line in correlations)]
     for text, held_out in (("used by the fit", False), ("held out, predicted", True)):
-        rows = [number for number in numbers if number.held_out == held_out]
+        rows = [number for number in made.numbers if number.held_out == held_out]
         if rows:
             lines += ["#", f"# Rows {text}; 'of the fit' is the simulated number's standard error:"]
             lines += [f"#   {line}" for line in number_lines(rows)]
-    if warnings:
+    if made.warnings:
         lines += ["#", "# Warnings:"]
-        for warning in warnings:
+        for warning in made.warnings:
             lines += _wrapped(f"- {warning}", "  ")
     return "\n".join(line.rstrip() for line in lines) + "\n"

@@ -178,6 +178,8 @@ def _parameter(
 def _of_law(config: Config, section: str, field: str, allowed: Range) -> Parameter:
     """Parameter of a law of the pair."""
     name, law = f"pair.{section}.{field}", getattr(config.pair, section)
+    if law.law == "coulomb":
+        allowed = _beside(law.dynamic, law.static, field)
     given = np.asarray(getattr(law, field), dtype=np.float64)
     if given.ndim == 0:
         return _parameter(name, [float(given)], allowed, lambda v: _nested(name, float(v[0])))
@@ -196,6 +198,13 @@ def _of_law(config: Config, section: str, field: str, allowed: Range) -> Paramet
     return replace(made, exact=scale is not None)
 
 
+def _beside(dynamic: float, static: float, field: str) -> Range:
+    """Range of one friction coefficient where the other is fixed."""
+    low, high = (dynamic, _FRICTION.high) if field == "static" else (0.0, static)
+    first, last = np.clip((_FRICTION.first, _FRICTION.last), low, high)
+    return _FRICTION._replace(low=low, high=high, first=float(first), last=float(last))
+
+
 def _coulomb(config: Config) -> Parameter:
     """Both friction coefficients, of which the dynamic one is at most the static one."""
     law: Any = config.pair.resistance
@@ -212,7 +221,7 @@ def _coulomb(config: Config) -> Parameter:
     return replace(
         made,
         scale=scale,
-        start=scale.coordinates(np.array([law.static, law.dynamic])),
+        start=np.maximum(scale.coordinates(np.array([law.static, law.dynamic])), low),
         low=low,
         high=np.array([_FRICTION.high, 1.0]),
         first=np.array([_FRICTION.first, 0.3]),

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from tablegen.config import Config
+from tablegen.measurements.records import SPREAD
 from tablegen.model.float_array import FloatArray
 
 
@@ -84,6 +85,16 @@ class Calibration:
                 before is None or abs(number.residual) > abs(before.residual)
             ):
                 found[number.column] = number
+        return found
+
+    def explained(self) -> Mapping[str, tuple[FittedNumber, FittedNumber]]:
+        """Give, of each column of spreads, the least and the most simulated part of a spread."""
+        found = {}
+        for column in dict.fromkeys(n.column for n in self.numbers if n.column.endswith(SPREAD)):
+            rows = [n for n in self.numbers if n.column == column and n.measured > 0.0]
+            rows.sort(key=lambda number: number.simulated / number.measured)
+            if rows:
+                found[column] = rows[0], rows[-1]
         return found
 
     def to_dict(self) -> dict[str, object]:

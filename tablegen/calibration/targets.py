@@ -10,8 +10,8 @@ from tablegen.calibration.strata import SimulatedMoments
 from tablegen.measurements.records import QUANTITIES, SPREAD, Measurements
 from tablegen.model.float_array import FloatArray
 
-#: Accuracy of a mean and of a spread whose count of particles is not stated, by quantity. They only
-#: weigh rows and quantities against each other: the errors of the fit follow from its residuals.
+#: Accuracy of a mean whose count of particles is not stated, by quantity; it only weighs rows and
+#: quantities against each other, for the errors of the fit follow from its residuals.
 STATED_ACCURACY: Mapping[str, float] = {
     "e_n": 0.02,
     "e_t": 0.02,
@@ -19,6 +19,10 @@ STATED_ACCURACY: Mapping[str, float] = {
     "out_of_plane_deg": 1.0,
     "omega_z": 0.02,
 }
+
+#: How much larger that of a spread is taken to be. A measured spread also holds those of size,
+#: speed and direction before the impact and of the wall, which the pair does not have.
+SPREAD_FACTOR = 2.5
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,9 @@ def make_targets(measurements: Measurements, simulated: SimulatedMoments | None)
                 accuracy = size / np.sqrt(count) if counted else stated
                 rows.append((row, name, False, mean, accuracy, counted))
             if np.isfinite(std):
-                accuracy = size / np.sqrt(2.0 * (count - 1.0)) if counted else stated
+                accuracy = SPREAD_FACTOR * stated
+                if counted:
+                    accuracy = size / np.sqrt(2.0 * (count - 1.0))
                 rows.append((row, name, True, std, accuracy, counted))
     columns = list(zip(*rows, strict=True)) if rows else [()] * 6
     return Targets(

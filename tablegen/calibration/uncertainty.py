@@ -17,6 +17,9 @@ from tablegen.model.float_array import FloatArray
 #: data are said to leave it open.
 _OPEN = 0.5
 
+#: Singular values are taken to be at least this part of the largest: beyond it is rounding.
+_SMALLEST = 1e-6
+
 #: Least component of a parameter in a combination that names it.
 _NAMED = 0.3
 
@@ -113,7 +116,7 @@ def uncertainty(problem: Problem) -> Uncertainty:
     covariance = np.zeros((len(problem.x), len(problem.x)))
     if free.size:
         scaled = problem.slopes[:, free] * problem.width[free] / problem.accuracy[:, None]
-        inverse = np.linalg.pinv(scaled, rcond=1e-9)
+        inverse = _inverse(scaled)
         relative = errors / np.outer(problem.accuracy, problem.accuracy)
         unit = inverse @ relative @ inverse.T
         covariance[np.ix_(free, free)] = unit * np.outer(problem.width[free], problem.width[free])
@@ -121,6 +124,13 @@ def uncertainty(problem: Problem) -> Uncertainty:
         warnings += _open_combinations(scaled, names, factor)
         warnings += _correlated(unit, names)
     return Uncertainty(covariance, at_bound, scatter, freedom, tuple(warnings))
+
+
+def _inverse(scaled: FloatArray) -> FloatArray:
+    """Pseudo-inverse (p, m) in which what the data say nothing of has huge errors, and not none."""
+    left, values, right = np.linalg.svd(scaled, full_matrices=False)
+    floor = max(_SMALLEST * float(values.max(initial=0.0)), 1e-300)
+    return np.asarray(right.T @ (left.T / np.maximum(values, floor)[:, None]))
 
 
 def _at_bound(problem: Problem) -> NDArray[np.bool_]:

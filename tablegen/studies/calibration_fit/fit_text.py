@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tablegen.calibration.pair_file import parameter_lines
+from tablegen.calibration.pair_file import parameter_lines, summary_lines
 from tablegen.calibration.result import Calibration
 
 
@@ -16,12 +16,6 @@ def fit_lines(made: Calibration) -> Iterator[str]:
             f"residuals: {made.scatter:.2f} times the accuracy of the measured numbers "
             f"({made.freedom} degrees of freedom)"
         )
-    for held_out, what in ((False, "largest residual"), (True, "largest residual, held out")):
-        for column, one in made.largest(held_out).items():
-            yield (
-                f"{what} of {column}: {one.residual:+.4f} at {one.alpha_deg:g} degrees "
-                f"(measured {one.measured:.4f}, simulated {one.simulated:.4f} +- "
-                f"{one.predicted:.4f})"
-            )
+    yield from summary_lines(made)
     for warning in made.warnings:
         yield f"warning: {warning}"
