@@ -80,6 +80,9 @@ extern "C" {
 #define RBT_ERR_SPEED_NOT_POSITIVE (-3)
 #define RBT_ERR_NORMAL_NOT_USABLE (-4)
 #define RBT_ERR_HALF_SIZE_NOT_POSITIVE (-5)
+#define RBT_ERR_TILT_NOT_FOUND (-6)
+#define RBT_ERR_CASCADE_NOT_ENDED (-7)
+#define RBT_ERR_ROUGHNESS_NOT_USABLE (-8)
 #define RBT_ERR_NO_SPIN_LAW (-9)
 #define RBT_ERR_NOT_OPENED (-10)
 #define RBT_ERR_NOT_READ (-11)
@@ -223,6 +226,38 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
                                    uint64_t seed, uint64_t index, uint32_t hit,
                                    double new_velocity[3], double new_omega[3]);
 
+/* Standard deviation of the tilt of facets, rad, of a rough wall with a measured profile: for the
+   `roughness` of the functions below.
+
+   ra, rq: mean and root mean square of the height, rsm: mean width of the profile's elements (ISO
+   21920-2, ISO 4287); diameter: of the particle; all four in the same unit. *tilt becomes atan(2 ra /
+   rsm) if diameter < rsm / sin(atan(2 ra / rsm)), else atan(2 rq / rsm): a particle that is small
+   beside the elements meets their flanks. Source: Sommerfeld & Huber, Int. J. Multiphase Flow 25
+   (1999) 1457-1489, as codes take it.
+
+   RBT_OK, RBT_ERR_NOT_FINITE, or RBT_ERR_ROUGHNESS_NOT_USABLE: ra or rq negative, rsm or diameter not
+   positive, or a tilt beyond 0.5 rad. rq below ra, which no profile has, is not refused. */
+RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double diameter,
+                                     double *tilt);
+
+/* Rebound one particle from a rough wall, in the lab frame.
+
+   roughness: standard deviation of the tilt of facets, rad, from 0, a smooth wall, to 0.5. The
+   particle meets a facet whose normal is tilted at random in the plane of incidence, as it sees
+   them: by their projected area, none in the shadow of others. What a facet sends back into the wall
+   meets further ones within the same hit, with the spin that the one before has left if omega is
+   given. normal is that of the mean wall; all others as rbt_rebound.
+
+   Codes as rbt_rebound; RBT_CLAMPED if any facet was met outside the table. Also
+   RBT_ERR_ROUGHNESS_NOT_USABLE; RBT_ERR_TILT_NOT_FOUND and RBT_ERR_CASCADE_NOT_ENDED, with
+   probabilities below 1e-50 and 1e-30 a hit. */
+RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double velocity[3],
+                                         const double normal[3], double half_size,
+                                         const double wall_velocity[3], double roughness,
+                                         const double omega[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double new_velocity[3],
+                                         double new_omega[3]);
+
 /* What a batch of rebounds is given: arrays of n numbers, of 3 n where they are vectors. Begin with
    all fields 0, as `= {0}` does: later versions may have further ones, for which that means
    "none". */
@@ -235,11 +270,13 @@ typedef struct rbt_impacts {
     const uint32_t *hit;         /* n: how many walls they have met before */
     const double *omega;         /* 3 n: angular velocities before the impact, rad/s; NULL: the law of
                                     particles that arrive without spin */
+    const double *roughness;     /* n: standard deviations of the tilt of facets, rad, 0 to 0.5; NULL:
+                                    smooth walls */
 } rbt_impacts;
 
-/* Rebound n particles: the same as n calls of rbt_rebound, and faster. new_velocity and new_omega
-   have 3 n numbers; they may be impacts->velocity and impacts->omega. Threads may share out the rows
-   of an array.
+/* Rebound n particles: the same as n calls of rbt_rebound, or of rbt_rough_rebound, and faster.
+   new_velocity and new_omega have 3 n numbers; they may be impacts->velocity and impacts->omega. Any
+   number of threads may share out the rows of an array: each calls with its part of the arrays.
 
    RBT_OK, RBT_CLAMPED if any row was clamped, or the code of the first row with an error; then the
    rows before it are written, and rows from it on are not. `report` may be NULL. */
@@ -902,7 +939,7 @@ RBTI_INLINE RBT_DEVICE double rbti_outer_quantile(double p)
                                 3.64784832476320460504e0,  5.76949722146069140550e0,
                                 4.63033784615654529590e0,  1.42343711074968357734e0};
     const double near_den[8] = {1.05075007164441684324e-9, 5.47593808499534494600e-4,
-                                1.51986665636165571966e-2, 1.48103976427480074590e-1,
+                                1.51986665636164571966e-2, 1.48103976427480074590e-1,
                                 6.89767334985100004550e-1, 1.67638483018380384940e0,
                                 2.05319162663775882187e0,  1.0};
     const double far_num[8] = {2.01033439929228813265e-7, 2.71155556874348757815e-5,
@@ -1359,15 +1396,17 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, const rb
     }
 }
 
-/* Draws with conditions that may be drawn at. */
+/* Draws with conditions that may be drawn at. Grains have a seed of their own: all bounces of one hit
+   have the same. */
 RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, uint64_t seed,
-                                            const uint64_t *index, const uint32_t *hit,
-                                            size_t count, rbti_spin_draws *d, double *states)
+                                            uint64_t grain_seed, const uint64_t *index,
+                                            const uint32_t *hit, size_t count, rbti_spin_draws *d,
+                                            double *states)
 {
     const rbt_spin_law *law = &table->spin;
     for (uint32_t block = 0; block < 2; block++)
         rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
-    rbti_fill_grains(m, law, seed, index, hit, count, d->shape, d->inputs + RBTI_RATIO * m);
+    rbti_fill_grains(m, law, grain_seed, index, hit, count, d->shape, d->inputs + RBTI_RATIO * m);
     rbti_fill_inputs(m, law, d);
     rbti_find_leaves(m, law, d);
     rbti_fill_features(m, law, d);
@@ -1381,8 +1420,9 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, ui
 }
 
 RBTI_APART RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, double speed,
-                                         const double spin[3], uint64_t seed, uint64_t index,
-                                         uint32_t hit, double *state)
+                                         const double spin[3], uint64_t seed,
+                                         uint64_t grain_seed, uint64_t index, uint32_t hit,
+                                         double *state)
 {
     const int status = rbti_spin_status(table, alpha1, speed, spin[0], spin[1], spin[2]);
     if (status < RBT_OK)
@@ -1391,7 +1431,7 @@ RBTI_APART RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, 
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
     memcpy(draws.spin, spin, 3 * sizeof *spin);
-    rbti_spin_block(1, table, seed, &index, &hit, 1, &draws, state);
+    rbti_spin_block(1, table, seed, grain_seed, &index, &hit, 1, &draws, state);
     return status;
 }
 
@@ -1457,7 +1497,7 @@ RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double sp
                                 double state[6])
 {
     if (spin)
-        return rbti_spin_draw(table, alpha1, speed, spin, seed, index, hit, state);
+        return rbti_spin_draw(table, alpha1, speed, spin, seed, seed, index, hit, state);
     return rbti_draw(table, alpha1, speed, seed, index, hit, 6, state);
 }
 
@@ -1529,8 +1569,8 @@ RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha
             count = rbti_spin_conditions(table, alpha1, speed, spin, first, most, &draws, &code,
                                          &found);
             if (count > 0)
-                rbti_spin_block(RBTI_BLOCK, table, seed, index + first, hit + first, count, &draws,
-                                states + 6 * first);
+                rbti_spin_block(RBTI_BLOCK, table, seed, seed, index + first, hit + first, count,
+                                &draws, states + 6 * first);
         } else {
             rbti_draws draws RBTI_ALIGNED;
             count = rbti_conditions(table, alpha1, speed, first, most, &draws, &code, &found);
@@ -1622,38 +1662,63 @@ typedef struct rbti_impact {
     double relative[3], wall[3], e_x[3], e_y[3], e_z[3], alpha1, speed, half_size;
 } rbti_impact;
 
+/* Negative code for numbers from which no impact can be made, else RBT_OK. */
+RBTI_INLINE RBT_DEVICE int rbti_impact_status(const double velocity[3], const double normal[3],
+                                              double half_size, const double wall[3])
+{
+    if (!(rbti_all_finite(velocity) && rbti_all_finite(wall) && rbti_all_finite(normal) &&
+          rbti_finite(half_size)))
+        return RBT_ERR_NOT_FINITE;
+    if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0)
+        return RBT_ERR_NORMAL_NOT_USABLE;
+    return half_size < RBTI_LEAST_HALF_SIZE ? RBT_ERR_HALF_SIZE_NOT_POSITIVE : RBT_OK;
+}
+
+/* Impact angle from the wall, rad, not positive if receding; and the tangential speed. */
+RBTI_INLINE RBT_DEVICE double rbti_impact_angle(const double relative[3], const double e_y[3],
+                                                double *tangential)
+{
+    const double approach = -rbti_dot(relative, e_y);
+    double along[3];
+    rbti_combine(1.0, relative, approach, e_y, along);
+    *tangential = sqrt(rbti_dot(along, along));
+    return atan2(approach, *tangential);
+}
+
+/* Unit vector along the tangential velocity; at normal impact its azimuth is drawn. */
+RBTI_INLINE RBT_DEVICE void rbti_tangent(const double relative[3], const double e_y[3],
+                                         double tangential, double speed, uint64_t seed,
+                                         uint64_t index, uint32_t hit, double e_x[3])
+{
+    if (tangential <= RBTI_NORMAL_IMPACT * speed) {
+        uint32_t words[4];
+        rbti_fill_words(1, 2, seed, &index, &hit, 1, words);
+        rbti_perpendicular(e_y, RBTI_TWO_PI * rbti_uniform(words[0]), e_x);
+    } else {
+        rbti_along_wall(relative, e_y, e_x);
+    }
+}
+
 /* Angle, speed and frame of an impact. */
 RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double normal[3],
                                      double half_size, const double *wall_velocity, uint64_t seed,
                                      uint64_t index, uint32_t hit, rbti_impact *impact)
 {
-    double along[3];
     for (int k = 0; k < 3; k++)
         impact->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
-    if (!(rbti_all_finite(velocity) && rbti_all_finite(impact->wall) && rbti_all_finite(normal) &&
-          rbti_finite(half_size)))
-        return RBT_ERR_NOT_FINITE;
-    if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0)
-        return RBT_ERR_NORMAL_NOT_USABLE;
-    if (half_size < RBTI_LEAST_HALF_SIZE)
-        return RBT_ERR_HALF_SIZE_NOT_POSITIVE;
+    const int code = rbti_impact_status(velocity, normal, half_size, impact->wall);
+    if (code != RBT_OK)
+        return code;
     impact->half_size = half_size;
     rbti_combine(1.0, velocity, -1.0, impact->wall, impact->relative);
     impact->speed = sqrt(rbti_dot(impact->relative, impact->relative));
     if (impact->speed < RBTI_LEAST_SPEED)
         return RBT_ERR_SPEED_NOT_POSITIVE;
     rbti_unit(normal, impact->e_y);
-    const double approach = -rbti_dot(impact->relative, impact->e_y);
-    rbti_combine(1.0, impact->relative, approach, impact->e_y, along);
-    const double tangential = sqrt(rbti_dot(along, along));
-    impact->alpha1 = atan2(approach, tangential);
-    if (tangential <= RBTI_NORMAL_IMPACT * impact->speed) {
-        uint32_t words[4];
-        rbti_fill_words(1, 2, seed, &index, &hit, 1, words);
-        rbti_perpendicular(impact->e_y, RBTI_TWO_PI * rbti_uniform(words[0]), impact->e_x);
-    } else {
-        rbti_along_wall(impact->relative, impact->e_y, impact->e_x);
-    }
+    double tangential;
+    impact->alpha1 = rbti_impact_angle(impact->relative, impact->e_y, &tangential);
+    rbti_tangent(impact->relative, impact->e_y, tangential, impact->speed, seed, index, hit,
+                 impact->e_x);
     rbti_cross(impact->e_x, impact->e_y, impact->e_z);
     return RBT_OK;
 }
@@ -1682,11 +1747,12 @@ RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double s
         velocity[k] += impact->wall[k];
 }
 
-RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity[3],
-                                   const double normal[3], double half_size,
-                                   const double wall_velocity[3], const double omega[3],
-                                   uint64_t seed, uint64_t index, uint32_t hit,
-                                   double new_velocity[3], double new_omega[3])
+/* rbt_rebound, by the grain of a seed of its own. */
+RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double velocity[3],
+                                        const double normal[3], double half_size,
+                                        const double *wall_velocity, const double *omega,
+                                        uint64_t seed, uint64_t grain_seed, uint64_t index,
+                                        uint32_t hit, double new_velocity[3], double new_omega[3])
 {
     rbti_impact impact;
     double state[6], spin[3];
@@ -1695,60 +1761,321 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
         code = rbti_to_spin(&impact, omega, spin);
     if (code != RBT_OK)
         return code;
-    code = rbt_draw(table, impact.alpha1, impact.speed, omega ? spin : NULL, seed, index, hit,
-                    state);
+    if (omega)
+        code = rbti_spin_draw(table, impact.alpha1, impact.speed, spin, seed, grain_seed, index,
+                              hit, state);
+    else
+        code = rbti_draw(table, impact.alpha1, impact.speed, seed, index, hit, 6, state);
     if (code >= RBT_OK)
         rbti_leave(&impact, state, new_velocity, new_omega);
     return code;
 }
 
-/* Impacts of at most a block of rows, from one on: how many come before the first error. */
-static size_t rbti_meet_block(const rbt_impacts *impacts, size_t first, size_t n, uint64_t seed,
-                              rbti_impact *met, double *alpha1, double *speed, double *spin,
-                              int *code)
+RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity[3],
+                                   const double normal[3], double half_size,
+                                   const double wall_velocity[3], const double omega[3],
+                                   uint64_t seed, uint64_t index, uint32_t hit,
+                                   double new_velocity[3], double new_omega[3])
 {
-    size_t count = 0;
-    for (; count < RBTI_BLOCK && first + count < n; count++) {
-        const size_t k = first + count;
-        const double *wall = impacts->wall_velocity ? impacts->wall_velocity + 3 * k : NULL;
-        *code = rbti_meet(impacts->velocity + 3 * k, impacts->normal + 3 * k,
-                          impacts->half_size[k], wall, seed, impacts->index[k], impacts->hit[k],
-                          &met[count]);
-        if (*code == RBT_OK && impacts->omega)
-            *code = rbti_to_spin(&met[count], impacts->omega + 3 * k, spin + 3 * count);
-        if (*code != RBT_OK)
-            break;
-        alpha1[count] = met[count].alpha1;
-        speed[count] = met[count].speed;
+    return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, seed, index,
+                        hit, new_velocity, new_omega);
+}
+
+/* -- rough walls: sampler/drawing/roughness.py, which says where the law is from ------------------ */
+
+#define RBTI_MAX_ROUGHNESS 0.5 /* rad */
+#define RBTI_TILT_BLOCK 3u     /* of the random words of the first trial of a tilt */
+#define RBTI_MAX_TRIALS 64u
+#define RBTI_MAX_BOUNCES 64u
+#define RBTI_SHADOW 1e-9 /* rad between path and facet from which a facet is met */
+#define RBTI_STEEP 1e9
+#define RBTI_BOUNCE_KEY 0x9e3779b97f4a7c15u
+#define RBTI_PI 3.141592653589793
+#define RBTI_PER_ROOT_TWO_PI 0.3989422804014327
+#define RBTI_PER_ROOT_TWO 0.7071067811865476
+
+RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double diameter,
+                                     double *tilt)
+{
+    if (!(rbti_finite(ra) && rbti_finite(rq) && rbti_finite(rsm) && rbti_finite(diameter)))
+        return RBT_ERR_NOT_FINITE;
+    if (ra < 0.0 || rq < 0.0 || rsm <= 0.0 || diameter <= 0.0)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    const double flank = atan(2.0 * ra / rsm), found = diameter * sin(flank) < rsm
+                                                           ? flank
+                                                           : atan(2.0 * rq / rsm);
+    if (found > RBTI_MAX_ROUGHNESS)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    *tilt = found;
+    return RBT_OK;
+}
+
+RBTI_INLINE RBT_DEVICE double rbti_normal_cdf(double x)
+{
+    return 0.5 * erfc(-x * RBTI_PER_ROOT_TWO);
+}
+
+/* z with a density ~ phi(z) (c + z), z > -c, from three uniform numbers. */
+RBTI_INLINE RBT_DEVICE double rbti_proposed_score(double c, double u_part, double u_size,
+                                                  double u_side)
+{
+    const double plain = c * rbti_normal_cdf(c);
+    const double rayleigh = RBTI_PER_ROOT_TWO_PI * exp(-0.5 * c * c);
+    if (u_part * (plain + rayleigh) >= plain)
+        return sqrt(c * c - 2.0 * log(u_size)); /* z phi(z) for z > c */
+    const double below = rbti_normal_cdf(-c), p = below + u_size * (1.0 - below), q = p - 0.5;
+    const double z = fabs(q) <= 0.425 ? rbti_central_quantile(q) : rbti_outer_quantile(p);
+    /* phi(z) becomes phi(z) (1 + z / c) for |z| < c: each -z gives as much as z lacks */
+    return z < c && 2.0 * u_side * c < c - z ? -z : z;
+}
+
+/* One trial of a tilt from four random words: whether it is accepted. */
+RBTI_INLINE RBT_DEVICE int rbti_try_tilt(double alpha1, double roughness, const uint32_t words[4],
+                                         double *tilt)
+{
+    const double steepness = tan(alpha1) / roughness;
+    const double c = steepness < RBTI_STEEP ? steepness : RBTI_STEEP;
+    *tilt = roughness * rbti_proposed_score(c, rbti_uniform(words[0]), rbti_uniform(words[1]),
+                                            rbti_uniform(words[2]));
+    const double local = alpha1 + *tilt;
+    if (!(RBTI_SHADOW < local && local < RBTI_PI - RBTI_SHADOW) || fabs(*tilt) >= RBTI_HALF_PI)
+        return 0;
+    const double bound = sin(alpha1) + *tilt * cos(alpha1);
+    return rbti_uniform(words[3]) * bound < sin(local);
+}
+
+/* A particle within one hit of a rough wall, seen from the wall. */
+typedef struct rbti_cascade {
+    double moving[3], turning[3]; /* velocity, m/s, and angular velocity, rad/s */
+    double wall[3], e_y[3], half_size, roughness;
+} rbti_cascade;
+
+/* A cascade before its first bounce. */
+RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double normal[3],
+                                      double half_size, const double *wall_velocity,
+                                      double roughness, const double *omega, rbti_cascade *c)
+{
+    if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBTI_MAX_ROUGHNESS)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    for (int k = 0; k < 3; k++) {
+        c->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
+        c->turning[k] = omega ? omega[k] : 0.0;
     }
-    return count;
+    const int code = rbti_impact_status(velocity, normal, half_size, c->wall);
+    if (code != RBT_OK)
+        return code;
+    rbti_combine(1.0, velocity, -1.0, c->wall, c->moving);
+    if (sqrt(rbti_dot(c->moving, c->moving)) < RBTI_LEAST_SPEED)
+        return RBT_ERR_SPEED_NOT_POSITIVE;
+    rbti_unit(normal, c->e_y);
+    c->half_size = half_size;
+    c->roughness = roughness;
+    return rbti_dot(c->moving, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
+}
+
+/* Normal of the facet that the particle meets next. */
+RBTI_INLINE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
+                                           uint32_t hit, double facet[3])
+{
+    const double speed = sqrt(rbti_dot(c->moving, c->moving));
+    double tangential, tilt = 0.0, e_x[3];
+    double alpha1 = rbti_impact_angle(c->moving, c->e_y, &tangential);
+    alpha1 = alpha1 > 0.0 ? alpha1 : 0.0;
+    int found = 0;
+    for (uint32_t trial = 0; trial < RBTI_MAX_TRIALS && !found; trial++) {
+        uint32_t words[4];
+        rbti_fill_words(1, RBTI_TILT_BLOCK + trial, seed, &index, &hit, 1, words);
+        found = rbti_try_tilt(alpha1, c->roughness, words, &tilt);
+    }
+    if (!found)
+        return RBT_ERR_TILT_NOT_FOUND;
+    rbti_tangent(c->moving, c->e_y, tangential, speed, seed, index, hit, e_x);
+    rbti_combine(cos(tilt), c->e_y, -sin(tilt), e_x, facet);
+    return RBT_OK;
+}
+
+/* Whether the particle leaves the mean wall. */
+RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
+{
+    return rbti_dot(c->moving, c->e_y) > 0.0;
+}
+
+/* Bounces from a number on until the particle leaves, each with random numbers of its own. */
+RBTI_APART RBT_DEVICE int rbti_bounces(const rbt_table *table, rbti_cascade *c, uint32_t bounce,
+                                       int spins, uint64_t seed, uint64_t index, uint32_t hit)
+{
+    int worst = RBT_OK;
+    for (; bounce < RBTI_MAX_BOUNCES; bounce++) {
+        const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
+        double facet[3];
+        int code = rbti_meet_facet(c, key, index, hit, facet);
+        if (code == RBT_OK)
+            code = rbti_rebound(table, c->moving, facet, c->half_size, NULL,
+                                spins ? c->turning : NULL, key, seed, index, hit, c->moving,
+                                c->turning);
+        if (code < RBT_OK)
+            return code;
+        worst = code > worst ? code : worst;
+        if (rbti_has_left(c))
+            return worst;
+    }
+    return RBT_ERR_CASCADE_NOT_ENDED;
+}
+
+/* What a cascade that has ended leaves, in the lab frame. */
+RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], double omega[3])
+{
+    for (int k = 0; k < 3; k++) {
+        velocity[k] = c->moving[k] + c->wall[k];
+        omega[k] = c->turning[k];
+    }
+}
+
+/* Whether a wall has facets; what is no number is refused later. */
+RBTI_INLINE RBT_DEVICE int rbti_is_rough(double roughness)
+{
+    return !rbti_finite(roughness) || roughness != 0.0;
+}
+
+RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double velocity[3],
+                                         const double normal[3], double half_size,
+                                         const double wall_velocity[3], double roughness,
+                                         const double omega[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double new_velocity[3],
+                                         double new_omega[3])
+{
+    if (!rbti_is_rough(roughness))
+        return rbt_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, index,
+                           hit, new_velocity, new_omega);
+    rbti_cascade c;
+    int code = rbti_begin(velocity, normal, half_size, wall_velocity, roughness, omega, &c);
+    if (code == RBT_OK)
+        code = rbti_bounces(table, &c, 0, omega != NULL, seed, index, hit);
+    if (code >= RBT_OK)
+        rbti_end(&c, new_velocity, new_omega);
+    return code;
+}
+
+/* -- batches of rebounds ------------------------------------------------------------------------- */
+
+/* Impacts of a block of rows: with facets, where walls are rough. */
+typedef struct rbti_rows {
+    rbti_impact met[RBTI_BLOCK];
+    rbti_cascade cascades[RBTI_BLOCK];
+    int rough[RBTI_BLOCK];
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], states[6 * RBTI_BLOCK];
+} rbti_rows;
+
+/* Impact of row k on the wall, or on the first facet, as row r of a block. */
+static int rbti_meet_row(const rbt_impacts *impacts, size_t k, uint64_t seed, size_t r,
+                         rbti_rows *rows)
+{
+    const double *velocity = impacts->velocity + 3 * k, *normal = impacts->normal + 3 * k;
+    const double *wall = impacts->wall_velocity ? impacts->wall_velocity + 3 * k : NULL;
+    const double *omega = impacts->omega ? impacts->omega + 3 * k : NULL;
+    const double half_size = impacts->half_size[k];
+    const double roughness = impacts->roughness ? impacts->roughness[k] : 0.0;
+    const uint64_t index = impacts->index[k];
+    const uint32_t hit = impacts->hit[k];
+    rbti_impact *met = &rows->met[r];
+    int code;
+    rows->rough[r] = rbti_is_rough(roughness);
+    if (rows->rough[r]) {
+        rbti_cascade *c = &rows->cascades[r];
+        double facet[3];
+        code = rbti_begin(velocity, normal, half_size, wall, roughness, omega, c);
+        if (code == RBT_OK)
+            code = rbti_meet_facet(c, seed, index, hit, facet);
+        if (code == RBT_OK)
+            code = rbti_meet(c->moving, facet, half_size, NULL, seed, index, hit, met);
+    } else {
+        code = rbti_meet(velocity, normal, half_size, wall, seed, index, hit, met);
+    }
+    if (code == RBT_OK && omega)
+        code = rbti_to_spin(met, omega, rows->spin + 3 * r);
+    if (code == RBT_OK) {
+        rows->alpha1[r] = met->alpha1;
+        rows->speed[r] = met->speed;
+    }
+    return code;
+}
+
+/* RBT_OK, or RBT_CLAMPED where the first impact of a row that was drawn lies outside the table. */
+static int rbti_row_status(const rbt_table *table, const rbti_rows *rows, int spins, size_t r)
+{
+    const double *spin = rows->spin + 3 * r;
+    if (spins)
+        return rbti_spin_status(table, rows->alpha1[r], rows->speed[r], spin[0], spin[1], spin[2]);
+    return rbti_status(table, rows->alpha1[r], rows->speed[r]);
+}
+
+/* What row r of a block leaves as row k, after further bounces where it needs them. */
+static int rbti_leave_row(const rbt_table *table, const rbt_impacts *impacts, size_t k,
+                          uint64_t seed, size_t r, rbti_rows *rows, double *velocity,
+                          double *omega)
+{
+    const double *state = rows->states + 6 * r;
+    if (!rows->rough[r]) {
+        rbti_leave(&rows->met[r], state, velocity, omega);
+        return RBT_OK;
+    }
+    rbti_cascade *c = &rows->cascades[r];
+    int code = RBT_OK;
+    rbti_leave(&rows->met[r], state, c->moving, c->turning);
+    if (!rbti_has_left(c))
+        code = rbti_bounces(table, c, 1, impacts->omega != NULL, seed, impacts->index[k],
+                            impacts->hit[k]);
+    if (code >= RBT_OK)
+        rbti_end(c, velocity, omega);
+    return code;
+}
+
+/* Rebounds of a block of rows from one on: how many, and the code of the one behind them. */
+static size_t rbti_rebound_block(const rbt_table *table, size_t first, size_t most,
+                                 const rbt_impacts *impacts, uint64_t seed, rbti_rows *rows,
+                                 double *new_velocity, double *new_omega, int *code,
+                                 rbt_report *report)
+{
+    const int spins = impacts->omega != NULL;
+    rbt_report part;
+    size_t count = 0, r = 0;
+    while (count < most && *code == RBT_OK) {
+        *code = rbti_meet_row(impacts, first + count, seed, count, rows);
+        count += *code == RBT_OK;
+    }
+    const int drawn = rbt_draw_batch(table, count, rows->alpha1, rows->speed,
+                                     spins ? rows->spin : NULL, seed, impacts->index + first,
+                                     impacts->hit + first, rows->states, &part);
+    *code = drawn < RBT_OK ? drawn : *code;
+    for (; r < part.row; r++) {
+        const size_t k = first + r;
+        const int status = part.clamped > 0 ? rbti_row_status(table, rows, spins, r) : RBT_OK;
+        const int left = rbti_leave_row(table, impacts, k, seed, r, rows, new_velocity + 3 * k,
+                                        new_omega + 3 * k);
+        if (left < RBT_OK) {
+            *code = left;
+            break;
+        }
+        if ((status == RBT_CLAMPED || left == RBT_CLAMPED) && report->clamped++ == 0)
+            report->clamped_row = k;
+    }
+    report->extrapolated += rbti_extrapolated(table, rows->speed, r);
+    return r;
 }
 
 RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impacts *impacts,
                               uint64_t seed, double *new_velocity, double *new_omega,
                               rbt_report *report)
 {
-    rbti_impact met[RBTI_BLOCK];
-    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], states[6 * RBTI_BLOCK];
-    rbt_report found = {n, n, 0, 0}, part;
+    rbti_rows rows;
+    rbt_report found = {n, n, 0, 0};
     int code = RBT_OK;
     for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
-        const uint64_t *index = impacts->index + first;
-        const uint32_t *hit = impacts->hit + first;
-        const size_t count =
-            rbti_meet_block(impacts, first, n, seed, met, alpha1, speed, spin, &code);
-        const int drawn = rbt_draw_batch(table, count, alpha1, speed, impacts->omega ? spin : NULL,
-                                         seed, index, hit, states, &part);
-        code = drawn < RBT_OK ? drawn : code;
-        for (size_t r = 0; r < part.row; r++)
-            rbti_leave(&met[r], states + 6 * r, new_velocity + 3 * (first + r),
-                       new_omega + 3 * (first + r));
+        const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
+        const size_t done = rbti_rebound_block(table, first, most, impacts, seed, &rows,
+                                               new_velocity, new_omega, &code, &found);
         if (code != RBT_OK)
-            found.row = first + part.row;
-        if (part.clamped > 0 && found.clamped == 0)
-            found.clamped_row = first + part.clamped_row;
-        found.clamped += part.clamped;
-        found.extrapolated += part.extrapolated;
+            found.row = first + done;
     }
     if (report)
         *report = found;
@@ -2570,6 +2897,10 @@ RBT_API const char *rbt_strerror(int code)
          "more relative to the wall"},
         {RBT_ERR_NORMAL_NOT_USABLE, "normal: allowed: any length but zero"},
         {RBT_ERR_HALF_SIZE_NOT_POSITIVE, "half_size: allowed: 1e-30 m or more"},
+        {RBT_ERR_TILT_NOT_FOUND, "roughness: no tilt of a facet was accepted"},
+        {RBT_ERR_CASCADE_NOT_ENDED, "roughness: bounces without end"},
+        {RBT_ERR_ROUGHNESS_NOT_USABLE, "roughness: allowed: 0 to 0.5 rad; of a profile: ra and rq 0 or"
+         " more, rsm and diameter above 0, and a tilt within that"},
         {RBT_ERR_NO_SPIN_LAW, "spin: the table was made without it, allowed: none (NULL), or "
          "a table with a spin law"},
         {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a regular file that exists "

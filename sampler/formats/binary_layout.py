@@ -253,6 +253,14 @@ CODES = (
     ),
     Code("ERR_NORMAL_NOT_USABLE", -4, "normal: allowed: any length but zero"),
     Code("ERR_HALF_SIZE_NOT_POSITIVE", -5, "half_size: allowed: 1e-30 m or more"),
+    Code("ERR_TILT_NOT_FOUND", -6, "roughness: no tilt of a facet was accepted"),
+    Code("ERR_CASCADE_NOT_ENDED", -7, "roughness: bounces without end"),
+    Code(
+        "ERR_ROUGHNESS_NOT_USABLE",
+        -8,
+        "roughness: allowed: 0 to 0.5 rad; of a profile: ra and rq 0 or more, rsm and diameter "
+        "above 0, and a tilt within that",
+    ),
     Code(
         "ERR_NO_SPIN_LAW",
         -9,

@@ -22,7 +22,8 @@ module rebound_sampler
   public :: rbt_open, rbt_close, rbt_strerror, rbt_is_open
   public :: rbt_alpha_range, rbt_speed_range, rbt_valid_speed, rbt_components, rbt_pair
   public :: rbt_has_spin_law, rbt_keep_grains, rbt_grain
-  public :: rbt_draw, rbt_draw_all, rbt_draw_batch, rbt_rebound, rbt_rebound_batch
+  public :: rbt_draw, rbt_draw_all, rbt_draw_batch
+  public :: rbt_rebound, rbt_rough_rebound, rbt_rebound_batch, rbt_wall_tilt
 
   ! Codes, and most variables that a state can have; from sampler/formats/binary_layout.py, by
   ! `python -m sampler.formats.generated_code`.
@@ -30,9 +31,11 @@ module rebound_sampler
   integer(c_int), parameter, public :: &
       RBT_OK = 0, RBT_CLAMPED = 1, RBT_ERR_NOT_FINITE = -1, RBT_ERR_NOT_APPROACHING = -2, &
       RBT_ERR_SPEED_NOT_POSITIVE = -3, RBT_ERR_NORMAL_NOT_USABLE = -4, &
-      RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, RBT_ERR_NO_SPIN_LAW = -9, RBT_ERR_NOT_OPENED = -10, &
-      RBT_ERR_NOT_READ = -11, RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, &
-      RBT_ERR_FORMAT = -14, RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
+      RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, RBT_ERR_TILT_NOT_FOUND = -6, &
+      RBT_ERR_CASCADE_NOT_ENDED = -7, RBT_ERR_ROUGHNESS_NOT_USABLE = -8, &
+      RBT_ERR_NO_SPIN_LAW = -9, RBT_ERR_NOT_OPENED = -10, RBT_ERR_NOT_READ = -11, &
+      RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, RBT_ERR_FORMAT = -14, &
+      RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
       RBT_ERR_DIMENSIONS = -18, RBT_ERR_NAMES = -19, RBT_ERR_OFFSETS = -20, RBT_ERR_AXES = -21, &
       RBT_ERR_COORDINATES = -22, RBT_ERR_NORMALS = -23, RBT_ERR_ALIAS = -24, &
       RBT_ERR_CLASSES = -25, RBT_ERR_COMPONENTS = -26, RBT_ERR_SPANS = -27, &
@@ -59,7 +62,7 @@ module rebound_sampler
   end type c_report
 
   type, bind(c) :: c_impacts
-    type(c_ptr) :: velocity, normal, half_size, wall_velocity, index, hit, omega
+    type(c_ptr) :: velocity, normal, half_size, wall_velocity, index, hit, omega, roughness
   end type c_impacts
 
   interface
@@ -186,6 +189,25 @@ module rebound_sampler
       real(c_double), intent(inout) :: new_velocity(3), new_omega(3)
       integer(c_int) :: code
     end function c_rebound
+
+    function c_wall_tilt(ra, rq, rsm, diameter, tilt) result(code) bind(c, name="rbt_wall_tilt")
+      import :: c_double, c_int
+      real(c_double), value :: ra, rq, rsm, diameter
+      real(c_double), intent(inout) :: tilt
+      integer(c_int) :: code
+    end function c_wall_tilt
+
+    function c_rough_rebound(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
+        seed, index, hit, new_velocity, new_omega) result(code) bind(c, name="rbt_rough_rebound")
+      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: table, omega
+      real(c_double), intent(in) :: velocity(3), normal(3), wall_velocity(3)
+      real(c_double), value :: half_size, roughness
+      integer(c_int64_t), value :: seed, index
+      integer(c_int32_t), value :: hit
+      real(c_double), intent(inout) :: new_velocity(3), new_omega(3)
+      integer(c_int) :: code
+    end function c_rough_rebound
 
     function c_rebound_batch(table, n, impacts, seed, new_velocity, new_omega, report) &
         result(code) bind(c, name="rbt_rebound_batch")
@@ -387,10 +409,42 @@ contains
         hit, new_velocity, new_omega)
   end function rbt_rebound
 
+  ! Rebound one particle from a rough wall, in the lab frame; otherwise as rbt_rebound.
+  function rbt_rough_rebound(table, velocity, normal, half_size, wall_velocity, roughness, seed, &
+      index, hit, new_velocity, new_omega, omega) result(code)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; of the mean wall into the gas
+    real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
+    real(c_double), intent(in) :: wall_velocity(3)        ! m/s
+    real(c_double), intent(in) :: roughness  ! standard deviation of the tilt of facets, rad, 0 to 0.5
+    integer(c_int64_t), intent(in) :: seed, index
+    integer(c_int32_t), intent(in) :: hit
+    real(c_double), intent(inout) :: new_velocity(3), new_omega(3)  ! m/s, rad/s
+    real(c_double), intent(in), target, optional :: omega(3)  ! before the impact, rad/s; none: no spin
+    integer(c_int) :: code
+    type(c_ptr) :: given
+
+    given = c_null_ptr
+    if (present(omega)) given = c_loc(omega)
+    code = c_rough_rebound(table%handle, velocity, normal, half_size, wall_velocity, roughness, &
+        given, seed, index, hit, new_velocity, new_omega)
+  end function rbt_rough_rebound
+
+  ! Standard deviation of the tilt of facets, rad, of a wall with a measured profile, as the header
+  ! says; all lengths in the same unit.
+  function rbt_wall_tilt(ra, rq, rsm, diameter, tilt) result(code)
+    real(c_double), intent(in) :: ra, rq, rsm  ! heights, mean and root mean square; width of elements
+    real(c_double), intent(in) :: diameter     ! of the particle
+    real(c_double), intent(inout) :: tilt      ! as it was after an error
+    integer(c_int) :: code
+
+    code = c_wall_tilt(ra, rq, rsm, diameter, tilt)
+  end function rbt_wall_tilt
+
   ! Rebound the particle of each column; faster than one by one. Results must be other variables than
   ! arguments; name those after new_omega, later versions may have further ones.
   function rbt_rebound_batch(table, velocity, normal, half_size, seed, index, hit, &
-      new_velocity, new_omega, wall_velocity, report, omega) result(code)
+      new_velocity, new_omega, wall_velocity, report, omega, roughness) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), contiguous, target :: velocity(:, :), normal(:, :)  ! (3, n)
     real(c_double), intent(in), contiguous, target :: half_size(:)
@@ -401,6 +455,8 @@ contains
     real(c_double), intent(in), contiguous, target, optional :: wall_velocity(:, :) ! none: at rest
     type(rbt_report), intent(out), optional :: report
     real(c_double), intent(in), contiguous, target, optional :: omega(:, :) ! before; none: no spin
+    ! tilts of facets, rad, of rough walls; none: smooth ones
+    real(c_double), intent(in), contiguous, target, optional :: roughness(:)
     integer(c_int) :: code
     integer(c_size_t) :: n
     integer :: wanted(2)
@@ -422,6 +478,11 @@ contains
     if (present(omega)) then
       if (any(shape(omega) /= wanted)) error stop "rbt_rebound_batch: omega"
       if (n > 0) impacts%omega = c_loc(omega)
+    end if
+    impacts%roughness = c_null_ptr
+    if (present(roughness)) then
+      if (size(roughness) /= n) error stop "rbt_rebound_batch: roughness"
+      if (n > 0) impacts%roughness = c_loc(roughness)
     end if
     if (n == 0) return
     impacts%velocity = c_loc(velocity)

@@ -98,7 +98,10 @@ class Impacts(ctypes.Structure):
 
     _fields_ = [
         (name, ctypes.c_void_p)
-        for name in ("velocity", "normal", "half_size", "wall_velocity", "index", "hit", "omega")
+        for name in (
+            *("velocity", "normal", "half_size", "wall_velocity", "index", "hit", "omega"),
+            "roughness",
+        )
     ]
 
 
@@ -126,6 +129,11 @@ def load_library(source, flags=(), compiler="gcc"):
             table, reals, reals, ctypes.c_double, reals, reals, seed, seed, ctypes.c_uint32, reals,
             reals,
         ),
+        "rbt_rough_rebound": (
+            table, reals, reals, ctypes.c_double, reals, ctypes.c_double, reals, seed, seed,
+            ctypes.c_uint32, reals, reals,
+        ),
+        "rbt_wall_tilt": (*4 * [ctypes.c_double], reals),
         "rbt_draw": (
             table, ctypes.c_double, ctypes.c_double, reals, seed, seed, ctypes.c_uint32, reals,
         ),
