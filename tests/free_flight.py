@@ -14,13 +14,14 @@ def _next_wall(position, velocity, lower, upper):
     return times[row, axis], axis, upwards[row, axis]
 
 
-def _mirror(velocity, omega, rows, axis):
+def _mirror(velocity, omega, rows, axes):
     """Reflect: a velocity's component along the axis turns its sign, a spin's two others."""
-    velocity[rows, axis] *= -1.0
-    omega[np.ix_(rows, [k for k in range(3) if k != axis])] *= -1.0
+    velocity[rows, axes] *= -1.0
+    omega[rows] *= -1.0
+    omega[rows, axes] *= -1.0
 
 
-def fly(start, end, box, rebound, decay=0.0, symmetry_axis=-1):
+def fly(start, end, box, rebound, decay=0.0, symmetry_axes=()):
     """Follow particles that begin without spin.
 
     Parameters
@@ -36,8 +37,8 @@ def fly(start, end, box, rebound, decay=0.0, symmetry_axis=-1):
         gas, to velocity and omega after it.
     decay : float
         Rate [1/s] at which the gas slows the spin down.
-    symmetry_axis : {0, 1, 2}, optional
-        Axis whose two walls are symmetry planes; -1: none.
+    symmetry_axes : sequence of {0, 1, 2}, optional
+        Axes whose two walls are symmetry planes.
 
     Returns
     -------
@@ -60,8 +61,8 @@ def fly(start, end, box, rebound, decay=0.0, symmetry_axis=-1):
         omega[going] *= np.exp(-decay * time)[:, None]
         # on the wall exactly, so that the next wall is another one
         position[going, axis] = np.where(upper, box[1][axis], box[0][axis])
-        _mirror(velocity, omega, going[axis == symmetry_axis], symmetry_axis)
-        met = axis != symmetry_axis
+        met = ~np.isin(axis, symmetry_axes)
+        _mirror(velocity, omega, going[~met], axis[~met])
         going, axis, upper = going[met], axis[met], upper[met]
         normal = np.zeros((going.size, 3))
         normal[np.arange(going.size), axis] = np.where(upper, -1.0, 1.0)

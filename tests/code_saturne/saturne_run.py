@@ -127,8 +127,8 @@ def run(work, folder, steps, *, step, particles, processors=1, restart=None, ord
         Folder of a run that goes on.
     order : {1, 2}
         Of the time scheme of particles.
-    symmetry : {0, 1}
-        Whether both ends in x are symmetry planes.
+    symmetry : {0, 1, 2}
+        Symmetry planes in place of walls: none, both ends in x, all four sides.
     text : str, optional
         Text of rebound_wall.cfg.
     """

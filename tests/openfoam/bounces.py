@@ -8,14 +8,14 @@ from free_flight import fly
 LOWER, UPPER = np.array([-0.4, 0.0, -0.4]), np.array([0.4, 0.4, 0.4])
 
 
-def replay(table, started, end, decay=0.0, symmetry_axis=-1):
+def replay(table, started, end, decay=0.0, symmetry_axes=()):
     """Follow parcels through the box, from wall to wall.
 
     Parameters
     ----------
     table : sampler.Table
     started : Shots
-    end, decay, symmetry_axis
+    end, decay, symmetry_axes
         As in `free_flight.fly`, which also says what is returned.
     """
 
@@ -32,4 +32,4 @@ def replay(table, started, end, decay=0.0, symmetry_axis=-1):
         )
 
     start = started.position, started.velocity
-    return fly(start, end, (LOWER, UPPER), rebound, decay, symmetry_axis)
+    return fly(start, end, (LOWER, UPPER), rebound, decay, symmetry_axes)

@@ -4,6 +4,7 @@
    "rebound_wall.cfg: NAME: got X, allowed: Y". Part of rebound-tables; MIT licence. */
 
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,17 +21,20 @@
 
 enum { SPIN_IF_POSSIBLE = -1 };
 
+#define DEGREE (3.14159265358979323846 / 180.0)
+
 static void refuse(const char *name, const char *got, const char *allowed)
 {
     bft_error(__FILE__, __LINE__, 0, "%s: %s: got %s, allowed: %s", REBOUND_SETTINGS_FILE, name, got,
               allowed);
 }
 
-static double read_number(const char *name, const char *text, double above, const char *allowed)
+static double read_number(const char *name, const char *text, double least, double most,
+                          const char *allowed)
 {
     char *end = NULL;
     const double value = strtod(text, &end);
-    if (*end != '\0' || end == text || !isfinite(value) || value < above)
+    if (*end != '\0' || end == text || !(value >= least && value <= most))
         refuse(name, text, allowed);
     return value;
 }
@@ -56,6 +60,27 @@ static int read_choice(const char *name, const char *text, const char *zero, con
     return strcmp(text, one) == 0;
 }
 
+/* A setting that is a number; 0 if there is none of that name. */
+static int take_number(rebound_settings_t *settings, const char *name, const char *value)
+{
+    if (strcmp(name, "half_size") == 0)
+        settings->half_size = read_number(name, value, 1e-12, DBL_MAX, "a positive number");
+    else if (strcmp(name, "gas_torque") == 0)
+        settings->gas_torque = read_number(name, value, 0.0, DBL_MAX, "0 or a positive number");
+    else if (strcmp(name, "roughness_deg") == 0)
+        settings->roughness = fmin(
+            read_number(name, value, 0.0, 0.5 / DEGREE, "0 to 28.6 deg") * DEGREE, 0.5);
+    else if (strcmp(name, "ra") == 0)
+        settings->ra = read_number(name, value, 0.0, DBL_MAX, "0 or a positive length in m");
+    else if (strcmp(name, "rq") == 0)
+        settings->rq = read_number(name, value, 0.0, DBL_MAX, "0 or a positive length in m");
+    else if (strcmp(name, "rsm") == 0)
+        settings->rsm = read_number(name, value, 1e-30, DBL_MAX, "a positive length in m");
+    else
+        return 0;
+    return 1;
+}
+
 static void take(rebound_settings_t *settings, int *has_seed, const char *name, const char *value)
 {
     if (strcmp(name, "table") == 0) {
@@ -67,13 +92,9 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
         settings->spin = read_choice(name, value, "no", "yes");
     } else if (strcmp(name, "out_of_range") == 0) {
         settings->refuse_outside = read_choice(name, value, "clamp", "error");
-    } else if (strcmp(name, "half_size") == 0) {
-        settings->half_size = read_number(name, value, 1e-12, "a positive number");
-    } else if (strcmp(name, "gas_torque") == 0) {
-        settings->gas_torque = read_number(name, value, 0.0, "0 or a positive number");
-    } else {
+    } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
-               "table, seed, spin, out_of_range, half_size, gas_torque");
+               "table, seed, spin, out_of_range, half_size, gas_torque, roughness_deg, ra, rq, rsm");
     }
 }
 
@@ -126,12 +147,35 @@ static void check_table(rebound_settings_t *settings, const rbt_table *table)
         refuse("gas_torque", "a positive number", "0, where no spin is kept");
 }
 
+double rebound_settings_roughness(const rebound_settings_t *settings, double diameter)
+{
+    double tilt;
+    if (settings->rsm <= 0.0)
+        return settings->roughness;
+    if (rbt_wall_tilt(settings->ra, settings->rq, settings->rsm, diameter, &tilt) < RBT_OK)
+        refuse("rsm", "a profile whose facets are too steep", "ra and rq up to 0.27 rsm");
+    return tilt;
+}
+
+/* A profile is whole, and right for particles of every size. */
+static void check_profile(const rebound_settings_t *settings)
+{
+    const int profile = settings->ra > 0.0 || settings->rq > 0.0 || settings->rsm > 0.0;
+    if (profile && settings->roughness > 0.0)
+        refuse("roughness_deg", "a positive number beside a profile", "one of both");
+    if (profile && settings->rsm <= 0.0)
+        refuse("rsm", "none", "a positive length in m, with ra and rq");
+    rebound_settings_roughness(settings, 1e-12 * settings->rsm);
+    rebound_settings_roughness(settings, 1e12 * settings->rsm);
+}
+
 struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
 {
     const rebound_settings_t defaults = {.spin = SPIN_IF_POSSIBLE, .half_size = 0.5};
     rbt_table *table = NULL;
     *settings = defaults;
     read_file(settings);
+    check_profile(settings);
     const int code = rbt_open(settings->table, &table);
     if (code < RBT_OK)
         bft_error(__FILE__, __LINE__, 0,

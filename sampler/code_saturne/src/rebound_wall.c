@@ -165,17 +165,17 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     double *kept = kept_of(particles, p_id);
     double before[3], omega[3];
     const uint64_t identity = ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
-    const double a =
-        settings.half_size * cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double roughness = rebound_settings_roughness(&settings, diameter);
     const double speed = cs_math_3_norm(velocity);
     if (!(kept[REBOUND_STEP] >= 1.0))
         bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, allowed: a "
                   "call of rebound_wall_new in cs_user_lagr_in");
     memcpy(before, kept + REBOUND_OMEGA, sizeof before);
     fly(particles, p_id, -rest, before); /* the whole time step is behind it, but for the rest */
-    const int code = rbt_rebound(table, velocity, normal, a, NULL, settings.spin ? before : NULL,
-                                 settings.seed, identity, (uint32_t)kept[REBOUND_HITS], velocity,
-                                 omega);
+    const int code = rbt_rough_rebound(table, velocity, normal, settings.half_size * diameter, NULL,
+                                       roughness, settings.spin ? before : NULL, settings.seed,
+                                       identity, (uint32_t)kept[REBOUND_HITS], velocity, omega);
     if (code < RBT_OK)
         return code;
     fly(particles, p_id, rest, omega);

@@ -2,7 +2,7 @@
    files of what happened to them, which box.py reads.
 
    box.txt: time steps in all, length of one [s], particles to inject, 1 to go on from a restart, order of
-   the time scheme, 1 for symmetry planes at both ends in x. */
+   the time scheme, 1 for symmetry planes at both ends in x, 2 at all four sides. */
 
 #include <math.h>
 #include <stdio.h>
@@ -77,7 +77,10 @@ void cs_user_zones(void)
 {
     read_box();
     if (symmetry)
-        cs_boundary_zone_define("ends", "x < -0.3999 or x > 0.3999", 0);
+        cs_boundary_zone_define("symmetry",
+                                symmetry == 1 ? "x < -0.3999 or x > 0.3999"
+                                              : "x < -0.3999 or x > 0.3999 or z < -0.3999 or z > 0.3999",
+                                0);
 }
 
 void cs_user_model(void)
