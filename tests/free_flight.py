@@ -1,4 +1,4 @@
-"""Particles in a box without gas, in Python: from wall to wall, with a rebound of the caller's at each."""
+"""Particles in a box without gas, in Python: from wall to wall, with a rebound at each."""
 
 import numpy as np
 
@@ -33,8 +33,8 @@ def fly(start, end, box, rebound, decay=0.0, symmetry_axes=()):
     box : pair of arrays, shape (3,)
         Lower and upper corner [m].
     rebound : callable
-        Of (rows, normal, velocity, omega, hits), the particles that meet a wall and normals into the
-        gas, to velocity and omega after it.
+        Of (rows, normal, velocity, omega, hits), the particles that meet a wall and normals into
+        the gas, to velocity and omega after it.
     decay : float
         Rate [1/s] at which the gas slows the spin down.
     symmetry_axes : sequence of {0, 1, 2}, optional

@@ -122,7 +122,7 @@ def replay(table, started, end, seed=SEED, seen=None, **flight):
 
 
 def states(hits):
-    """States in the frame of each impact, shape (n, 6): u, v, w over V, angular velocities times a/V."""
+    """States in the frame of each impact, shape (n, 6): velocities over V, spins times a/V."""
     e_y = hits.normal
     along = hits.velocity - (hits.velocity * e_y).sum(axis=1, keepdims=True) * e_y
     along[is_normal(hits.index) & (hits.hit == 0)] = (1.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Running code_saturne on the box: build once, then runs of a few seconds, each in a folder of its own."""
+"""Running code_saturne on the box: build once, then runs of a few seconds, a folder each."""
 
 import os
 import shutil

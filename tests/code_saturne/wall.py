@@ -1,13 +1,13 @@
 """Shoot particles at walls in code_saturne, and compare what comes back with Python.
 
-    python tests/code_saturne/wall.py FOLDER [COUNT]
+    PYTHONPATH=tests python tests/code_saturne/wall.py FOLDER [COUNT]
 
-FOLDER is a working folder, with corundum-steel.rbt; COUNT the number of particles of each condition
-in each run. Three runs: serial, on two processes, and the first one's second half, which goes on from
-its restart files, on two processes. First hits on floor and lid are compared with direct simulation;
-all further hits, of particles that arrive with the spin of the last wall, with particles that fly
-through the same box in Python with random numbers of their own. Prints a table, leaves wall.json in
-FOLDER, and ends with 1 if a distance is larger than is allowed.
+FOLDER is a working folder, with corundum-steel.rbt; COUNT the number of particles of each
+condition in each run. Three runs: serial; on two processes; and serial up to its half, from whose
+restart files it goes on on two processes. First hits on floor and lid are compared with direct
+simulation; all further hits, of particles that arrive with the spin of the last wall, with
+particles that fly through the same box in Python with random numbers of their own. Prints a table,
+leaves wall.json in FOLDER, and ends with 1 if a distance is larger than is allowed.
 """
 
 import json
@@ -26,8 +26,8 @@ from tablegen.accuracy.metrics import correlation_error, ks_distances
 
 #: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
 KS, CORRELATION = 0.02, 0.03
-#: Particles of each condition, and directly simulated ones. With 40,000 first hits against 200,000 a
-#: distance above 0.0122 is noise less than once in 10,000 components.
+#: Particles of each condition, and directly simulated ones. With 40,000 first hits against
+#: 200,000 a distance above 0.0122 is noise less than once in 10,000 components.
 COUNT, DIRECT = 40_000, 200_000
 STEP, STEPS = 5e-4, 40
 #: Axes whose walls are symmetry planes, so that all first hits are on floor or lid.
@@ -57,7 +57,9 @@ def further_hits(table, started, time, seed=99):
 
 
 def _further(hits):
-    return box_run.Hits(*(getattr(hits, n)[hits.hit > 0] for n in box_run.Hits.__dataclass_fields__))
+    return box_run.Hits(
+        *(getattr(hits, n)[hits.hit > 0] for n in box_run.Hits.__dataclass_fields__)
+    )
 
 
 def _distances(sample, reference):
@@ -81,7 +83,7 @@ def compare(hits, further, direct):
 
 
 def difference_from_python(table, hits):
-    """Largest difference of a velocity [m/s] from what Python draws for the same impact and keys."""
+    """Largest difference of a velocity [m/s] from the draw of Python with the same keys."""
     # straight on, the direction along the wall is as the frame of the face has it
     rows = ~(box_run.is_normal(hits.index) & (hits.hit == 0))
     drawn, _ = box_run.rebound(table, hits)
