@@ -269,6 +269,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     patches_(rebound::allPatches()),
     refuseOutside_(false),
     halfSizeRule_(this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", 0.5)),
+    roughness_(this->coefficients()),
     givesSpin_(false),
     keepsSpin_(false),
     counts_{0, 0, 0, 0}
@@ -331,6 +332,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const TabulatedRebound<Cloud
     patches_(model.patches_),
     refuseOutside_(model.refuseOutside_),
     halfSizeRule_(model.halfSizeRule_),
+    roughness_(model.roughness_),
     givesSpin_(model.givesSpin_),
     keepsSpin_(model.keepsSpin_),
     counts_(model.counts_)
@@ -374,7 +376,8 @@ bool Foam::TabulatedRebound<CloudType>::correct
     vector omega(Zero);
     const int code = table_->rebound
     (
-        p.U(), omega, -nOut, Uwall, a, keepsSpin_ ? &before : nullptr, seed_, identity, countHit(p)
+        p.U(), omega, -nOut, Uwall, a, roughness_.tilt(p.d()), keepsSpin_ ? &before : nullptr, seed_,
+        identity, countHit(p)
     );
 
     if (code < 0 || (code == reboundTable::clamped && refuseOutside_))
