@@ -79,6 +79,10 @@ class _Simulation:
 
     def moments(self, piece: _Piece) -> CentralMoments:
         """Moments of the rebounds of a piece."""
+        return central_moments(self.variables(piece))
+
+    def variables(self, piece: _Piece) -> FloatArray:
+        """Variables of the rebounds of a piece, (m, N_VARIABLES)."""
         row, stratum, part = piece
         first = (self.strata[stratum].code << 48) + (row << 32)
         index = np.arange(first + part.start, first + part.stop, dtype=np.uint64)
@@ -88,7 +92,7 @@ class _Simulation:
             state = model.sample(alpha, speed, spin=self._wall.spin, **keys)
         else:
             state = self._rough_states(model, alpha, speed, keys)
-        return central_moments(variables_of(state))
+        return variables_of(state)
 
     def _rough_states(
         self, model: DirectModel, alpha: float, speed: float, keys: dict[str, Any]
@@ -280,3 +284,37 @@ def simulated_moments(
         progress=progress,
     )
     return strata.mixed()
+
+
+def simulated_variables(
+    pair: MaterialPair,
+    population: Population,
+    alpha_deg: ArrayLike,
+    speed: ArrayLike,
+    count: int,
+    *,
+    seed: int,
+    numerics: ModelSettings | None = None,
+    wall_tilt_deg: float = 0.0,
+    threads: int | None = None,
+) -> list[list[FloatArray]]:
+    """Variables of every rebound whose moments `simulated_strata` gives.
+
+    Parameters
+    ----------
+    pair, population, alpha_deg, speed, count, seed, numerics, wall_tilt_deg, threads
+        As for `simulated_moments`.
+
+    Returns
+    -------
+    list of n lists of s arrays
+        For each condition and shape, (count, N_VARIABLES) float64.
+    """
+    degrees, alpha, speeds = _checked_conditions(alpha_deg, speed)
+    workers = check_run(count, seed, 0, threads)
+    wall = _checked_wall(wall_tilt_deg, None)
+    run = _Simulation(pair, population, (alpha, speeds), seed, numerics or ModelSettings(), wall)
+    rows, strata = degrees.size, len(run.strata)
+    pieces = [_Piece(i, j, slice(0, count)) for i in range(rows) for j in range(strata)]
+    done = list(side_by_side(run.variables, pieces, workers, ahead=2 * workers))
+    return [done[row * strata : (row + 1) * strata] for row in range(rows)]

@@ -7,11 +7,21 @@ how a file names them.
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from tablegen.configuration.field_types import Record, Text
+from tablegen.configuration.field_types import Increasing, Record, Text
 from tablegen.configuration.messages import refusal
-from tablegen.model.contact_laws import CONSTANT_RESISTANCE, COULOMB, ORIENTATION
+from tablegen.model.contact_laws import (
+    CONSTANT_RESISTANCE,
+    COULOMB,
+    ORIENTATION,
+    TABULATED_RESISTANCE,
+    pack_table,
+)
+
+#: Coefficient of resistance to sliding, or of friction.
+Coefficient = Annotated[float, Field(ge=0.0, le=100.0)]
 
 
 class OrientationResistance(Record):
@@ -22,12 +32,13 @@ class OrientationResistance(Record):
 
         C_f = factor exp(strength r_c . V_p / (|r_c| |V_p|)).
 
-    Source: Panfilov and Tsirkunov (2022), eq. 7, where strength and factor are 1.
+    Source: Panfilov and Tsirkunov (2022), eq. 7, where strength and factor are 1. Below zero the
+    resistance is least where the contact lies ahead of the motion, as at steep impact.
     """
 
     law: Literal["exponential-orientation"]
-    strength: Annotated[float, Field(ge=0.0, le=10.0)]
-    factor: Annotated[float, Field(ge=0.0, le=100.0)] = 1.0
+    strength: Annotated[float, Field(ge=-10.0, le=10.0)]
+    factor: Coefficient = 1.0
     source: Text
 
     def kernel_entries(self) -> Mapping[str, Any]:
@@ -43,7 +54,7 @@ class ConstantResistance(Record):
     """The same sliding resistance at every contact: C_f = value; 0 lets contacts slide freely."""
 
     law: Literal["constant"]
-    value: Annotated[float, Field(ge=0.0, le=100.0)]
+    value: Coefficient
     source: Text
 
     def kernel_entries(self) -> Mapping[str, Any]:
@@ -62,8 +73,8 @@ class CoulombResistance(Record):
     """
 
     law: Literal["coulomb"]
-    static: Annotated[float, Field(ge=0.0, le=100.0)]
-    dynamic: Annotated[float, Field(ge=0.0, le=100.0)]
+    static: Coefficient
+    dynamic: Coefficient
     source: Text
 
     @model_validator(mode="after")
@@ -77,4 +88,31 @@ class CoulombResistance(Record):
         return {"resistance_law": COULOMB, "strength": self.static, "factor": self.dynamic}
 
 
-ResistanceLaw = OrientationResistance | ConstantResistance | CoulombResistance
+class TabulatedResistance(Record):
+    """Sliding resistance from a table over the impact angle at the contact.
+
+    C_f is linear in beta = asin(|v_c| / |V_c|), measured from the wall, between the angles of the
+    table, and constant beyond its ends.
+    """
+
+    law: Literal["tabulated"]
+    angle_deg: Increasing[Annotated[float, Field(ge=0.0, le=90.0)]]
+    #: One number for each angle.
+    value: tuple[Coefficient, ...]
+    source: Text
+
+    @model_validator(mode="after")
+    def _table_fits(self) -> Self:
+        if len(self.value) != len(self.angle_deg):
+            allowed = f"{len(self.angle_deg)} numbers, one for each of angle_deg"
+            raise refusal("value", self.value, allowed)
+        return self
+
+    def kernel_entries(self) -> Mapping[str, Any]:
+        """Entries of `LawArguments` that the law sets."""
+        values = np.array(self.value)[:, None]
+        table = pack_table(np.radians(self.angle_deg), np.ones(1), values)
+        return {"resistance_law": TABULATED_RESISTANCE, "resistances": table}
+
+
+ResistanceLaw = OrientationResistance | ConstantResistance | TabulatedResistance | CoulombResistance

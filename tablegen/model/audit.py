@@ -83,7 +83,7 @@ def _audit_resistance(law, speed, resolution, point, before, after, audit):
     centre = math.sqrt(before[9] ** 2 + before[10] ** 2 + before[11] ** 2)
     r_dot_v = rx * before[9] + ry * before[10] + rz * before[11]
     r_length = math.sqrt(rx * rx + ry * ry + rz * rz)
-    factor = resistance(law, r_dot_v, r_length, centre) * s_y / size
+    factor = resistance(law, r_dot_v, r_length, centre, -v0 / size) * s_y / size
     slip = abs(s_x + factor * 0.5 * (u0 + u1)) + abs(s_z + factor * 0.5 * (w0 + w1))
     audit[TANGENTIAL] = max(audit[TANGENTIAL], slip)
 

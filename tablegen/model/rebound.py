@@ -200,13 +200,14 @@ def collide(law, speed, resolution, moments, point, motion, series, where=True):
     # lanes that do not collide may recede, which has no solution to search for
     v_c = select(where, v_c, -1.0)
     size_c = sqrt(u_c * u_c + v_c * v_c + w_c * w_c)
-    a_nc = restitution(law, speed * size_c, -v_c / size_c)
+    cosine = -v_c / size_c
+    a_nc = restitution(law, speed * size_c, cosine)
     if law.resistance_law == COULOMB:
         velocity = u_c, v_c, w_c
         s = _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where)
     else:
         r_dot_v = u * _dot(r, x) + v * _dot(r, n) + w_z * _dot(r, z)
-        c_f = resistance(law, r_dot_v, sqrt(_dot(r, r)), sqrt(u * u + v * v + w_z * w_z))
+        c_f = resistance(law, r_dot_v, sqrt(_dot(r, r)), sqrt(u * u + v * v + w_z * w_z), cosine)
         s = _bounded_impulse(c_f / size_c, a_nc * -v_c, resolution, mobility, u_c, v_c, w_c)
     store(motion, U, select(where, u + s[0], u))
     store(motion, V, select(where, v + s[1], v))

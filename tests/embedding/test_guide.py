@@ -114,7 +114,7 @@ def test_program(compiler, folder, expected, monkeypatch):
     if compiler == "gfortran":
         program = toolchain.build_fortran([source], folder)
     else:
-        program = toolchain.build(compiler, [source], folder / "strict")
+        program = toolchain.build(compiler, [source], folder / "strict", [toolchain.ONE_COPY])
     monkeypatch.chdir(folder)
     check_velocity(toolchain.run(program), expected)
 
@@ -155,7 +155,7 @@ def test_the_block_on_spin_compiles(tmp_path):
     assert "NULL, NULL" in call
     spin = textwrap.indent(spin, "    ")
     (tmp_path / "spin.c").write_text(before.replace(", omega[3];", ";") + spin + after)
-    toolchain.build("gcc", [tmp_path / "spin.c"], tmp_path / "spin")
+    toolchain.build("gcc", [tmp_path / "spin.c"], tmp_path / "spin", [toolchain.ONE_COPY])
 
 
 def test_openfoam_scripts_exist():

@@ -92,7 +92,7 @@ def test_the_gas_slows_the_spin_down(work, spinning, entries, started, cloud, tm
 @pytest.mark.study
 @pytest.mark.parametrize("cloud", ["kinematic", "colliding"])
 def test_a_symmetry_plane_mirrors_the_spin(work, spinning, entries, started, cloud, tmp_path):
-    velocity, omega, _ = bounces.replay(spinning, started, END, symmetry_axis=0)
+    velocity, omega, _ = bounces.replay(spinning, started, END, symmetry_axes=[0])
     edits = [LONG, entries(), SYMMETRY]
     fields, _ = shots.run_shots(work, tmp_path / "case", started, cloud, edits=edits, end=f"{END}")
     assert share_off(fields, velocity, omega) <= FEW
@@ -171,7 +171,7 @@ def test_two_models_of_one_cloud_share_the_spin(work, spinning, entries, started
     fields, _ = shots.run_shots(
         work, tmp_path / "case", started, "kinematic", edits=edits, end=f"{END}"
     )
-    velocity, omega, _ = bounces.replay(spinning, started, END, DECAY, symmetry_axis=0)
+    velocity, omega, _ = bounces.replay(spinning, started, END, DECAY, symmetry_axes=[0])
     assert share_off(fields, velocity, omega) <= FEW
 
 

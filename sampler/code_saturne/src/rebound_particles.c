@@ -1,0 +1,105 @@
+/* rebound_particles.c - what particles keep for wall rebounds: identity, hits, spin.
+
+   Part of rebound-tables; MIT licence. */
+
+#include <math.h>
+#include <stdio.h>
+
+#if defined(HAVE_MPI)
+#include <mpi.h>
+#endif
+
+#include "bft_error.h"
+#include "bft_mem.h"
+#include "cs_field.h"
+#include "cs_math.h"
+#include "cs_parall.h"
+#include "cs_restart.h"
+#include "cs_time_step.h"
+
+#include "rebound_wall.h"
+
+/* How many particles processes of a lower rank have, for n here; *total: how many all have. */
+static cs_gnum_t count_before(cs_lnum_t n, cs_gnum_t *total)
+{
+    cs_gnum_t before = 0, mine = (cs_gnum_t)n;
+    *total = mine;
+#if defined(HAVE_MPI)
+    if (cs_glob_n_ranks > 1) {
+        MPI_Scan(&mine, &before, 1, CS_MPI_GNUM, MPI_SUM, cs_glob_mpi_comm);
+        before -= mine;
+    }
+#endif
+    cs_parall_counter(total, 1);
+    return before;
+}
+
+void rebound_wall_new(cs_lagr_particle_set_t *particles, const cs_lnum_t particle_range[2])
+{
+    static int step = -1;
+    static cs_gnum_t given = 0; /* identities of this step */
+    cs_gnum_t total;
+    if (step != cs_glob_time_step->nt_cur) {
+        step = cs_glob_time_step->nt_cur;
+        given = 0;
+    }
+    const cs_gnum_t first = given + count_before(particle_range[1] - particle_range[0], &total);
+    given += total;
+    for (cs_lnum_t p = particle_range[0]; p < particle_range[1]; p++) {
+        cs_real_t *kept = (cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER) +
+                          rebound_wall_attribute();
+        kept[REBOUND_STEP] = step;
+        kept[REBOUND_NUMBER] = (cs_real_t)(first + (cs_gnum_t)(p - particle_range[0]));
+        for (int k = REBOUND_HITS; k < REBOUND_ATTRIBUTES; k++)
+            kept[k] = 0.0;
+    }
+}
+
+double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double gas_torque)
+{
+    const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double mass = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
+    const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
+    const double mu = cs_glob_lagr_extra_module->viscl->val[cell];
+    return gas_torque * 60.0 * mu * cs_math_pi * d / (6.0 * mass); /* 60 mu / (rho d^2) of a sphere */
+}
+
+/* Read one user attribute, `stride` numbers apart from particle to particle. */
+static void resume_attribute(cs_restart_t *file, int location, int k, cs_real_t *values)
+{
+    char section[128];
+    snprintf(section, sizeof section, "particle_%s::vals::%d::0", cs_lagr_attribute_name[CS_LAGR_USER],
+             k);
+    if (cs_restart_read_section(file, section, location, 1, CS_TYPE_cs_real_t, values) !=
+        CS_RESTART_SUCCESS)
+        bft_error(__FILE__, __LINE__, 0,
+                  "restart: got particles without the user attribute %d, allowed: particles of a run "
+                  "with rebounds from a table, and with as many user attributes before ours", k);
+}
+
+/* code_saturne 6.0 writes user attributes to a restart file as it should, one by one, but where it
+   reads them each one overwrites all: so they are read again. Particles are in the order in which
+   it read them, as long as none has moved or come. */
+void rebound_particles_resume(int first_attribute)
+{
+    cs_lagr_particle_set_t *particles = cs_glob_lagr_particle_set;
+    cs_restart_t *file = cs_restart_create("lagrangian", NULL, CS_RESTART_MODE_READ);
+    cs_lnum_t n = 0, *cells = NULL;
+    cs_real_t *values = NULL;
+    const int location = cs_restart_read_particles_info(file, "particle_coords::vals::0", &n);
+    if (location < 0 || n != particles->n_particles)
+        bft_error(__FILE__, __LINE__, 0, "restart: got %d particles in the file and %d in the run, "
+                  "allowed: equal numbers", (int)n, (int)particles->n_particles);
+    BFT_MALLOC(cells, n, cs_lnum_t);
+    BFT_MALLOC(values, 3 * n, cs_real_t);
+    cs_restart_read_particles(file, location, cells, values); /* needed before their sections */
+    for (int k = 0; k < REBOUND_ATTRIBUTES; k++) {
+        resume_attribute(file, location, first_attribute + k, values);
+        for (cs_lnum_t p = 0; p < n; p++)
+            ((cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER))[first_attribute + k] =
+                values[p];
+    }
+    BFT_FREE(values);
+    BFT_FREE(cells);
+    cs_restart_destroy(&file);
+}

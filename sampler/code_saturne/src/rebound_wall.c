@@ -1,0 +1,282 @@
+/* rebound_wall.c - what happens at a wall, and to spins between walls.
+
+   Part of rebound-tables; MIT licence. */
+
+#include <math.h>
+#include <string.h>
+
+#include "rebound_sampler.h"
+
+#include "bft_error.h"
+#include "bft_mem.h"
+#include "bft_printf.h"
+#include "cs_boundary_zone.h"
+#include "cs_lagr_event.h"
+#include "cs_math.h"
+#include "cs_mesh.h"
+#include "cs_mesh_quantities.h"
+#include "cs_parall.h"
+#include "cs_time_step.h"
+#include "fvm_periodicity.h"
+
+#include "rebound_wall.h"
+
+/* How far the tracker's start is moved from the wall to the centre of the cell, of that distance; as
+   for the rebounds of code_saturne itself. */
+#define START_SHIFT 1e-2
+
+static rebound_settings_t settings;
+static rbt_table *table = NULL;
+static int first_attribute = -1;
+static double valid_speed[2]; /* at which the law of the material pair was measured, m/s */
+static int *is_symmetry = NULL; /* of each zone that is ours; -1: not ours */
+static int n_zones = 0;
+static int resumed = 0;
+
+/* Of this process: hits, clamped, extrapolated. */
+static cs_gnum_t counts[3] = {0, 0, 0};
+
+static void check_models(void)
+{
+    const cs_lagr_model_t *model = cs_glob_lagr_model;
+    if (model->agglomeration || model->fragmentation || model->precipitation)
+        bft_error(__FILE__, __LINE__, 0, "%s: table: got agglomeration, fragmentation or precipitation "
+                  "of particles, allowed: none of them (they make particles without identity)",
+                  REBOUND_SETTINGS_FILE);
+    if (cs_glob_lagr_time_scheme->t_order != 1)
+        bft_error(__FILE__, __LINE__, 0, "%s: table: got t_order %d, allowed: 1 (at order 2 code_saturne "
+                  "6.0 goes back to the velocity before the rebound)", REBOUND_SETTINGS_FILE,
+                  cs_glob_lagr_time_scheme->t_order);
+}
+
+void rebound_wall_model(void)
+{
+    table = rebound_settings_read(&settings);
+    rbt_valid_speed(table, valid_speed);
+    first_attribute = cs_glob_lagr_model->n_user_variables;
+    cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
+}
+
+int rebound_wall_attribute(void)
+{
+    if (first_attribute < 0)
+        bft_error(__FILE__, __LINE__, 0,
+                  "rebound_wall: got no call of rebound_wall_model, allowed: one in "
+                  "cs_user_lagr_model");
+    return first_attribute;
+}
+
+/* A rotation turns velocities of particles that pass it, not their spins. */
+static void check_periodicity(void)
+{
+    const fvm_periodicity_t *periodicity = cs_glob_mesh->periodicity;
+    const int n = periodicity == NULL ? 0 : fvm_periodicity_get_n_transforms(periodicity);
+    for (int i = 0; i < n && settings.spin; i++)
+        if (fvm_periodicity_get_type(periodicity, i) >= FVM_PERIODICITY_ROTATION)
+            bft_error(__FILE__, __LINE__, 0,
+                      "%s: spin: got yes, allowed: no, with a periodicity of rotation",
+                      REBOUND_SETTINGS_FILE);
+}
+
+void rebound_wall_zones(void)
+{
+    cs_lagr_zone_data_t *conditions = cs_lagr_get_boundary_conditions();
+    if (n_zones < conditions->n_zones) {
+        BFT_REALLOC(is_symmetry, conditions->n_zones, int);
+        for (; n_zones < conditions->n_zones; n_zones++)
+            is_symmetry[n_zones] = -1;
+    }
+    for (int zone = 0; zone < conditions->n_zones; zone++) {
+        int *type = conditions->zone_type + zone;
+        if (*type != CS_LAGR_REBOUND && *type != CS_LAGR_SYM)
+            continue; /* of another kind, or ours since an earlier time step */
+        is_symmetry[zone] = *type == CS_LAGR_SYM;
+        *type = CS_LAGR_BC_USER;
+    }
+    if (!resumed) {
+        check_models();
+        check_periodicity();
+        if (cs_glob_lagr_time_scheme->isuila == 1)
+            rebound_particles_resume(rebound_wall_attribute());
+    }
+    resumed = 1;
+}
+
+static double *kept_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id)
+{
+    return (cs_real_t *)cs_lagr_particles_attr(particles, p_id, CS_LAGR_USER) +
+           rebound_wall_attribute();
+}
+
+/* Let the gas act on the spin for a time [s], which may be negative. Backwards it goes no further than
+   numbers reach: a time step that long has left no spin. */
+static void fly(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double time, double omega[3])
+{
+    const double rate = rebound_particles_decay(particles, p_id, settings.gas_torque);
+    for (int k = 0; k < 3; k++)
+        omega[k] *= exp(CS_MIN(-rate * time, 300.0));
+}
+
+void rebound_wall_flight(void)
+{
+    cs_lagr_particle_set_t *particles = cs_glob_lagr_particle_set;
+    if (settings.gas_torque <= 0.0)
+        return;
+    for (cs_lnum_t p = 0; p < particles->n_particles; p++)
+        fly(particles, p, cs_glob_lagr_time_step->dtp, kept_of(particles, p) + REBOUND_OMEGA);
+}
+
+/* The tracker follows a particle from a start to CS_LAGR_COORDS. The start stands first in a particle's
+   data, in a structure that is private to code_saturne; that it does is checked at each hit. */
+static cs_real_t *start_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
+                           const cs_real_t end[3], const cs_real_t hit[3], double t)
+{
+    cs_real_t *start = (cs_real_t *)(particles->p_buffer + particles->p_am->extents * (size_t)p_id);
+    for (int k = 0; k < 3; k++) {
+        const double size = fabs(start[k]) + fabs(end[k]);
+        if (!(fabs(start[k] + t * (end[k] - start[k]) - hit[k]) <= 1e-9 * size))
+            bft_error(__FILE__, __LINE__, 0,
+                      "rebound_wall: got particle data in another order, allowed: that of "
+                      "code_saturne 6.0");
+    }
+    return start;
+}
+
+/* Unit normal from the wall into the gas; the one that is given may have either sign. */
+static void normal_into_gas(cs_lnum_t face_id, const cs_real_t face_norm[3], double normal[3])
+{
+    const cs_real_t *outwards = cs_glob_mesh_quantities->b_face_normal + 3 * (size_t)face_id;
+    const double sign = cs_math_3_dot_product(outwards, face_norm) > 0.0 ? -1.0 : 1.0;
+    for (int k = 0; k < 3; k++)
+        normal[k] = sign * face_norm[k];
+}
+
+static void mirror(const double normal[3], cs_real_t vector[3])
+{
+    const double twice = 2.0 * cs_math_3_dot_product(normal, vector);
+    for (int k = 0; k < 3; k++)
+        vector[k] -= twice * normal[k];
+}
+
+/* Draw the rebound of a particle. Returns a code of rebound_sampler.h; below 0, nothing has changed. */
+static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3], double rest,
+                cs_real_t velocity[3])
+{
+    double *kept = kept_of(particles, p_id);
+    double before[3], omega[3];
+    const uint64_t identity = ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
+    const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double roughness = rebound_settings_roughness(&settings, diameter);
+    const double speed = cs_math_3_norm(velocity);
+    if (!(kept[REBOUND_STEP] >= 1.0))
+        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, allowed: a "
+                  "call of rebound_wall_new in cs_user_lagr_in");
+    memcpy(before, kept + REBOUND_OMEGA, sizeof before);
+    fly(particles, p_id, -rest, before); /* the whole time step is behind it, but for the rest */
+    const int code = rbt_rough_rebound(table, velocity, normal, settings.half_size * diameter, NULL,
+                                       roughness, settings.spin ? before : NULL, settings.seed,
+                                       identity, (uint32_t)kept[REBOUND_HITS], velocity, omega);
+    if (code < RBT_OK)
+        return code;
+    fly(particles, p_id, rest, omega);
+    memcpy(kept + REBOUND_OMEGA, omega, sizeof omega);
+    kept[REBOUND_HITS] += 1.0;
+    counts[0]++;
+    counts[1] += code == RBT_CLAMPED;
+    counts[2] += speed < valid_speed[0] || speed > valid_speed[1];
+    return code;
+}
+
+static void refuse(const cs_real_t velocity[3], int code)
+{
+    double alpha[2], speed[2];
+    rbt_alpha_range(table, alpha);
+    rbt_speed_range(table, speed);
+    bft_error(__FILE__, __LINE__, 0,
+              "%s: out_of_range: got an impact at (%g, %g, %g) m/s, allowed: %g to %g deg, %g to %g m/s "
+              "(%s)", REBOUND_SETTINGS_FILE, velocity[0], velocity[1], velocity[2],
+              alpha[0] * 180.0 / cs_math_pi, alpha[1] * 180.0 / cs_math_pi, speed[0], speed[1],
+              rbt_strerror(code));
+}
+
+/* New velocity, and new place `path` from the wall, which is given as it would have gone on behind it.
+   What leaves the wall already, or rests, is mirrored; that is no hit. */
+static void rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
+                    cs_real_t velocity[3], double path[3])
+{
+    const double before[3] = {velocity[0], velocity[1], velocity[2]};
+    const double speed = cs_math_3_norm(velocity);
+    const double rest = speed > 0.0 ? cs_math_3_norm(path) / speed : 0.0;
+    const int code = draw(particles, p_id, normal, rest, velocity);
+    if (code == RBT_ERR_NOT_APPROACHING || code == RBT_ERR_SPEED_NOT_POSITIVE) {
+        mirror(normal, path);
+    } else if (code < RBT_OK || (code == RBT_CLAMPED && settings.refuse_outside)) {
+        refuse(before, code);
+    } else {
+        for (int k = 0; k < 3; k++)
+            path[k] = rest * velocity[k];
+    }
+}
+
+/* As at a symmetry plane of code_saturne, and the spin, which turns the other way round. */
+static void reflect(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
+                    cs_real_t velocity[3], double path[3])
+{
+    double *omega = kept_of(particles, p_id) + REBOUND_OMEGA;
+    mirror(normal, velocity);
+    mirror(normal, path);
+    mirror(normal, omega);
+    for (int k = 0; k < 3; k++)
+        omega[k] = -omega[k];
+}
+
+void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
+                              const cs_real_t face_norm[3], const cs_real_t c_intersect[3],
+                              cs_real_t t_intersect, int b_zone_id, int *event_flag,
+                              cs_lagr_tracking_state_t *tracking_state)
+{
+    cs_real_t *end = cs_lagr_particles_attr(particles, p_id, CS_LAGR_COORDS);
+    cs_real_t *velocity = cs_lagr_particles_attr(particles, p_id, CS_LAGR_VELOCITY);
+    cs_real_t *seen = cs_lagr_particles_attr(particles, p_id, CS_LAGR_VELOCITY_SEEN);
+    cs_real_t *start = start_of(particles, p_id, end, c_intersect, t_intersect);
+    const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
+    const cs_real_t *centre = cs_glob_mesh_quantities->cell_cen + 3 * (size_t)cell;
+    double normal[3], path[3];
+
+    if (b_zone_id < 0 || b_zone_id >= n_zones || is_symmetry[b_zone_id] < 0)
+        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got zone %d of type CS_LAGR_BC_USER, allowed: "
+                  "CS_LAGR_REBOUND or CS_LAGR_SYM before rebound_wall_zones", b_zone_id);
+    normal_into_gas(face_id, face_norm, normal);
+    for (int k = 0; k < 3; k++)
+        path[k] = end[k] - c_intersect[k];
+    if (is_symmetry[b_zone_id])
+        reflect(particles, p_id, normal, velocity, path);
+    else
+        rebound(particles, p_id, normal, velocity, path);
+    for (int k = 0; k < 3; k++) {
+        end[k] = c_intersect[k] + path[k];
+        start[k] = c_intersect[k] + START_SHIFT * (centre[k] - c_intersect[k]);
+    }
+    mirror(normal, seen); /* the gas that it meets next moves away from the wall with it */
+
+    if (!is_symmetry[b_zone_id]) {
+        const cs_lagr_boundary_interactions_t *statistics = cs_glob_lagr_boundary_interactions;
+        *event_flag |= CS_EVENT_REBOUND;
+        if (statistics->has_part_impact_nbr > 0)
+            bound_stat[statistics->inbr * cs_glob_mesh->n_b_faces + face_id] +=
+                cs_lagr_particles_get_real(particles, p_id, CS_LAGR_STAT_WEIGHT);
+    }
+    *tracking_state = CS_LAGR_PART_TO_SYNC;
+}
+
+void rebound_wall_log(void)
+{
+    cs_gnum_t all[3] = {counts[0], counts[1], counts[2]};
+    if (cs_glob_time_step->nt_cur != cs_glob_time_step->nt_max &&
+        (cs_glob_lagr_log_frequency_n < 1 ||
+         cs_glob_time_step->nt_cur % cs_glob_lagr_log_frequency_n != 0))
+        return;
+    cs_parall_counter(all, 3);
+    bft_printf("   ** Tabulated rebounds of this run (hits, clamped, extrapolated) = %llu, %llu, %llu\n",
+               (unsigned long long)all[0], (unsigned long long)all[1], (unsigned long long)all[2]);
+}

@@ -1,0 +1,87 @@
+/* rebound_wall.h - wall rebounds of non-spherical particles, drawn from a table, in code_saturne 6.0.
+
+   A user source: copy it, the .c files beside it and rebound_sampler.h to the SRC folder of a case,
+   and rebound_wall.cfg, the settings, to its DATA folder. See README.md.
+
+   cs_user_lagr_rebound.c hands over to the functions below. A case that has one of these user
+   functions already calls ours there instead.
+
+   Part of rebound-tables; MIT licence. */
+
+#ifndef REBOUND_WALL_H
+#define REBOUND_WALL_H
+
+#include <stdint.h>
+
+#include "cs_lagr.h"
+#include "cs_lagr_particle.h"
+#include "cs_lagr_tracking.h"
+
+/* What a particle keeps, as user attributes (doubles) from rebound_wall_attribute() on. Its identity is
+   (time step of its injection, number among those of that step). */
+enum {
+    REBOUND_STEP,
+    REBOUND_NUMBER,
+    REBOUND_HITS,  /* walls met so far */
+    REBOUND_OMEGA, /* angular velocity [rad/s], three numbers */
+    REBOUND_ATTRIBUTES = REBOUND_OMEGA + 3
+};
+
+/* In cs_user_lagr_model, after it has set n_user_variables for itself: read the settings, open the
+   table, and make place for what a particle keeps. */
+void rebound_wall_model(void);
+
+/* First of our user attributes. */
+int rebound_wall_attribute(void);
+
+/* In cs_user_lagr_boundary_conditions, after zones have their types: zones of type CS_LAGR_REBOUND get
+   rebounds from the table, zones of type CS_LAGR_SYM mirror the spin too. After a restart it reads what
+   particles keep. */
+void rebound_wall_zones(void);
+
+/* In cs_user_lagr_in: new particles get an identity, no hits and no spin. */
+void rebound_wall_new(cs_lagr_particle_set_t *particles, const cs_lnum_t particle_range[2]);
+
+/* In cs_user_lagr_sde: what the gas does to spins in a time step. */
+void rebound_wall_flight(void);
+
+/* In cs_lagr_user_boundary_interaction, with its arguments. */
+void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
+                              const cs_real_t face_norm[3], const cs_real_t c_intersect[3],
+                              cs_real_t t_intersect, int b_zone_id, int *event_flag,
+                              cs_lagr_tracking_state_t *tracking_state);
+
+/* In cs_user_lagr_extra_operations: print the counts of all processes. */
+void rebound_wall_log(void);
+
+/* -- between our own files ---------------------------------------------------------------------- */
+
+struct rbt_table;
+
+/* What rebound_wall.cfg says. */
+typedef struct {
+    char table[256];      /* file of `sampler export`; relative to the folder of the run */
+    uint64_t seed;        /* of the random numbers */
+    int spin;             /* whether particles keep their spin */
+    int refuse_outside;   /* whether an impact outside the table ends the run */
+    double half_size;     /* largest half-size of a grain over the particle's diameter */
+    double gas_torque;    /* of the gas on a spinning grain, over that on a sphere */
+    double roughness;     /* standard deviation of the tilt of facets, rad; 0: smooth walls */
+    double ra, rq, rsm;   /* or the profile of the wall, m; rsm 0: none */
+} rebound_settings_t;
+
+#define REBOUND_SETTINGS_FILE "rebound_wall.cfg"
+
+/* Read the settings and open the table; an error ends the run with the name of the setting. */
+struct rbt_table *rebound_settings_read(rebound_settings_t *settings);
+
+/* Standard deviation [rad] of the tilt that a particle of a diameter [m] meets; 0: smooth walls. */
+double rebound_settings_roughness(const rebound_settings_t *settings, double diameter);
+
+/* Rate [1/s] at which the gas slows the spin of a particle down. */
+double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double gas_torque);
+
+/* Read what particles keep from the files of a restart. */
+void rebound_particles_resume(int first_attribute);
+
+#endif

@@ -1,0 +1,139 @@
+"""What happened in the box: records that cs_user_box.c leaves, and the same in Python."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import saturne_run
+from free_flight import fly
+
+#: Impact angles [rad] and speeds [m/s] of the first hit, as in cs_user_box.c.
+CONDITIONS = tuple(
+    (np.radians(alpha_deg), speed)
+    for alpha_deg, speed in ((5, 280), (15, 75), (30, 150), (45, 250), (60, 100), (90, 200))
+)
+SEED = 7
+HALF_SIZE = 25e-6
+#: Rate [1/s] at which gas slows the spin of a sphere down, 60 mu / (rho d^2), of the box's gas.
+DECAY = 60.0 * 1.83337e-5 / (3950.0 * 50e-6**2)
+
+
+@dataclass(frozen=True)
+class Particles:
+    """Particles at one time, in the order of their identities.
+
+    Attributes
+    ----------
+    index : uint64 array, shape (n,)
+        Identities: time step of injection, and number among those of that step.
+    hits : int array, shape (n,)
+    omega, position, velocity : arrays, shape (n, 3)
+        rad/s, m, m/s.
+    """
+
+    index: np.ndarray
+    hits: np.ndarray
+    omega: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Hits of a run, in the order of identities and hits.
+
+    Attributes
+    ----------
+    index, hit : integer arrays, shape (n,)
+        Identity, and how many walls came before.
+    velocity, omega, new_velocity, new_omega, normal : arrays, shape (n, 3)
+        Before and after, m/s and rad/s; into the gas.
+    """
+
+    index: np.ndarray
+    hit: np.ndarray
+    velocity: np.ndarray
+    omega: np.ndarray
+    normal: np.ndarray
+    new_velocity: np.ndarray
+    new_omega: np.ndarray
+
+
+def _read(folder, name, columns):
+    """Records of all processes: identities, in order, and the rows with them."""
+    parts = [np.fromfile(path) for path in sorted(folder.glob(f"{name}.*.bin"))]
+    rows = np.concatenate([part.reshape(-1, columns) for part in parts])
+    rows = rows[np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))]
+    index = rows[:, 0].astype(np.uint64) << np.uint64(32) | rows[:, 1].astype(np.uint64)
+    return index, rows
+
+
+def read_particles(folder, name):
+    """Particles at the "start" of a run or at its "end"."""
+    index, rows = _read(folder, name, 12)
+    return Particles(index, rows[:, 2].astype(int), rows[:, 3:6], rows[:, 6:9], rows[:, 9:])
+
+
+def read_hits(folder):
+    """Every hit of a run."""
+    index, rows = _read(folder, "hits", 21)
+    parts = [rows[:, k : k + 3] for k in (9, 3, 12, 15, 18)]
+    return Hits(index, rows[:, 2].astype(int), *parts)
+
+
+def number(index):
+    """Number of each particle among those of its time step."""
+    return (index & np.uint64(0xFFFFFFFF)).astype(int)
+
+
+def is_normal(index):
+    """Whether particles begin straight towards a wall: then any direction along it is as good."""
+    return number(index) % len(CONDITIONS) == len(CONDITIONS) - 1
+
+
+def rebound(table, hits, seed=SEED, **keys):
+    """`Table.rebound` of grains of these particles at hits."""
+    return table.rebound(
+        hits.velocity,
+        hits.normal,
+        HALF_SIZE,
+        omega=hits.omega,
+        seed=seed,
+        index=hits.index,
+        hit=hits.hit,
+        **keys,
+    )
+
+
+def replay(table, started, end, seed=SEED, seen=None, **flight):
+    """Follow particles through the box from their start, as `free_flight.fly` does.
+
+    `seen`, a list, gets every `Hits` on the way.
+    """
+
+    def at_wall(rows, normal, velocity, omega, hits):
+        now = Hits(started.index[rows], hits, velocity, omega, normal, velocity, omega)
+        after = rebound(table, now, seed)
+        if seen is not None:
+            seen.append(Hits(now.index, hits, velocity, omega, normal, *after))
+        return after
+
+    box = saturne_run.LOWER, saturne_run.UPPER
+    return fly((started.position, started.velocity), end, box, at_wall, **flight)
+
+
+def states(hits):
+    """States in the frame of each impact, shape (n, 6): velocities over V, spins times a/V."""
+    e_y = hits.normal
+    along = hits.velocity - (hits.velocity * e_y).sum(axis=1, keepdims=True) * e_y
+    along[is_normal(hits.index) & (hits.hit == 0)] = (1.0, 0.0, 0.0)
+    e_x = along / np.linalg.norm(along, axis=1, keepdims=True)
+    frame = np.stack([e_x, e_y, np.cross(e_x, e_y)], axis=1)
+    speed = np.linalg.norm(hits.velocity, axis=1, keepdims=True)
+    parts = [hits.new_velocity / speed, hits.new_omega * HALF_SIZE / speed]
+    return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])
+
+
+def of_condition(hits, k):
+    """Which hits are first ones on floor or lid with condition k."""
+    straight = (hits.hit == 0) & (np.abs(hits.normal[:, 1]) > 0.5)
+    return straight & (number(hits.index) % len(CONDITIONS) == k)

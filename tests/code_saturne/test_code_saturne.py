@@ -1,0 +1,271 @@
+"""code_saturne with our user sources: particles do at walls what they do in Python.
+
+Needs code_saturne of Debian 12; sampler/code_saturne/install.sh installs it. All but the first test
+run it.
+"""
+
+import json
+from dataclasses import replace
+
+import box_run
+import numpy as np
+import pytest
+import saturne_run
+
+from sampler.formats.binary import write_binary_table
+
+STEP = 2e-4
+COUNT = 3000
+#: Of velocities [m/s] and spins [rad/s]: the box's drag is small, not nothing.
+SAME = {"velocity": 1e-2, "omega": 1e4}
+#: Particles, of thousands, whose draw may differ because a condition differs in its last bits.
+FEW = 2e-3
+
+
+@pytest.fixture(scope="module")
+def first(work):
+    """Run of a hundred time steps."""
+    return saturne_run.run(work, work / "first", 100, step=STEP, particles=COUNT)
+
+
+def share_off(particles, velocity, omega):
+    """Share of particles that end otherwise than expected; those that began straight on aside."""
+    off = np.abs(particles.velocity - velocity).max(axis=1) > SAME["velocity"]
+    off |= np.abs(particles.omega - omega).max(axis=1) > SAME["omega"]
+    return off[~box_run.is_normal(particles.index)].mean()
+
+
+def check(table, started, ended, time, **flight):
+    """Particles of a run end as those that fly through the box in Python; returns their hits."""
+    np.testing.assert_array_equal(started.index, ended.index)
+    velocity, omega, hits = box_run.replay(table, started, time, **flight)
+    assert share_off(ended, velocity, omega) <= FEW
+    assert np.mean(hits != ended.hits) <= 5 * FEW
+    return hits
+
+
+def test_the_settings_that_are_shipped_are_those_that_are_read():
+    source = (saturne_run.SOURCES / "src" / "rebound_settings.c").read_text(encoding="utf-8")
+    shipped = (saturne_run.SOURCES / "src" / "rebound_wall.cfg").read_text(encoding="utf-8")
+    read = {line.split('"')[1] for line in source.splitlines() if "strcmp(name, " in line}
+    names = [line.removeprefix("# ").split()[0] for line in shipped.splitlines()[1:]]
+    assert set(names) == read
+    assert len(read) == 10
+
+
+@pytest.mark.study
+def test_statistics_are_those_of_python(work):
+    import wall
+
+    assert wall.main(work) == 0
+    results = json.loads((work / "wall.json").read_text(encoding="utf-8"))
+    assert set(results) == {"serial", "two processes", "restart on two"}
+    for result in results.values():
+        assert min(row["hits"] for row in result["conditions"]) >= 30_000
+        assert result["difference_from_python"] < 1e-9
+
+
+@pytest.mark.study
+def test_a_wrong_law_is_rejected(work):
+    import wall
+
+    direct = wall.direct_states(20_000)
+    folder = saturne_run.run(work, work / "wrong", 20, step=5e-4, particles=12_000, symmetry=2)
+    hits = box_run.read_hits(folder)
+    mirrored = hits.velocity - 2 * (hits.velocity * hits.normal).sum(axis=1)[:, None] * hits.normal
+    stock = replace(hits, new_velocity=mirrored, new_omega=hits.omega)
+    rows = wall.compare(stock, stock, direct)[:-1]
+    assert all(max(row["ks"]) > 10 * wall.KS for row in rows)
+    # the right law at the next condition
+    rows = wall.compare(hits, hits, [direct[k - 1] for k in range(len(direct))])[:-1]
+    assert not any(wall.passes([row]) for row in rows)
+
+
+@pytest.mark.study
+def test_every_wall_counts_and_the_spin_is_kept(table, first):
+    started = box_run.read_particles(first, "start")
+    ended = box_run.read_particles(first, "end")
+    hits = check(table, started, ended, 100 * STEP)
+    assert hits.max() > 4
+    assert len(np.unique(started.index)) == COUNT
+    log = (first / "run_solver.log").read_text(encoding="utf-8")
+    counted = [line for line in log.splitlines() if "Tabulated rebounds" in line][-1]
+    assert int(counted.split("=")[1].split(",")[0]) == ended.hits.sum()
+    # without the spins at the walls they would end otherwise
+    velocity, omega, _ = box_run.replay(table, replace(started, index=started.index + 1), 0.02)
+    assert share_off(ended, velocity, omega) > 0.3
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("processors", [1, 2])
+def test_a_restart_changes_nothing(work, table, first, processors, tmp_path):
+    """Nor does another number of processes from there on."""
+    given = {"step": STEP, "particles": COUNT, "processors": processors}
+    again = saturne_run.run(work, tmp_path / "again", 200, restart=first, **given)
+    started = box_run.read_particles(first, "start")
+    ended = box_run.read_particles(again, "end")
+    check(table, started, ended, 200 * STEP)
+    assert ended.hits.sum() > box_run.read_particles(first, "end").hits.sum() + COUNT // 2
+
+
+@pytest.mark.study
+def test_two_processes(work, table, tmp_path):
+    given = {"step": STEP, "particles": COUNT, "processors": 2}
+    folder = saturne_run.run(work, tmp_path / "two", 100, **given)
+    started = box_run.read_particles(folder, "start")
+    assert len(list(folder.glob("start.*.bin"))) == 2
+    np.testing.assert_array_equal(box_run.number(started.index), np.arange(COUNT))
+    check(table, started, box_run.read_particles(folder, "end"), 100 * STEP)
+
+
+@pytest.mark.study
+def test_a_symmetry_plane_mirrors_the_spin(work, table, tmp_path):
+    given = {"step": STEP, "particles": COUNT, "symmetry": 1}
+    folder = saturne_run.run(work, tmp_path / "mirror", 100, **given)
+    started = box_run.read_particles(folder, "start")
+    ended = box_run.read_particles(folder, "end")
+    check(table, started, ended, 100 * STEP, symmetry_axes=[0])
+    through, _, _ = box_run.replay(table, started, 100 * STEP)
+    assert np.mean(np.abs(through - ended.velocity).max(axis=1) > 1.0) > 0.1
+
+
+@pytest.mark.study
+def test_the_gas_slows_the_spin_down(work, table, tmp_path):
+    given = {"step": STEP, "particles": COUNT, "text": saturne_run.settings(gas_torque=2)}
+    folder = saturne_run.run(work, tmp_path / "gas", 100, **given)
+    started = box_run.read_particles(folder, "start")
+    ended = box_run.read_particles(folder, "end")
+    velocity, omega, _ = box_run.replay(table, started, 100 * STEP, decay=2 * box_run.DECAY)
+    # a spin that differs in its last bits, where many were added up, moves a draw more often
+    assert share_off(ended, velocity, omega) <= 10 * FEW
+    kept, _, _ = box_run.replay(table, started, 100 * STEP)
+    assert np.mean(np.abs(kept - velocity).max(axis=1) > 1e-2) > 0.2
+
+
+@pytest.mark.study
+def test_rough_walls(work, table, tmp_path):
+    """The tilt by its standard deviation, and the same from a profile."""
+    tilt_deg = np.degrees(np.arctan(2 * 0.5 / 20))
+    profile = {"ra": 0.5e-6, "rq": 0.5e-6, "rsm": 20e-6}
+    for name, given in {"tilt": {"roughness_deg": tilt_deg}, "profile": profile}.items():
+        text = saturne_run.settings(**given)
+        folder = saturne_run.run(work, tmp_path / name, 100, step=STEP, particles=COUNT, text=text)
+        hits = box_run.read_hits(folder)
+        drawn, spin = box_run.rebound(table, hits, roughness=np.radians(tilt_deg))
+        rows = ~(box_run.is_normal(hits.index) & (hits.hit == 0))
+        off = np.abs(drawn - hits.new_velocity).max(axis=1) > 1e-6
+        off |= np.abs(spin - hits.new_omega).max(axis=1) > 1.0
+        assert off[rows].mean() <= FEW
+        smooth, _ = box_run.rebound(table, hits)
+        assert np.mean(np.abs(smooth - drawn).max(axis=1) > 1e-6) > 0.9
+
+
+@pytest.mark.study
+def test_without_spin_every_hit_is_that_of_another_grain(work, table, tmp_path):
+    text = saturne_run.settings(spin="no")
+    folder = saturne_run.run(work, tmp_path / "no", 50, step=STEP, particles=COUNT, text=text)
+    hits = box_run.read_hits(folder)
+    drawn, _ = table.rebound(
+        hits.velocity,
+        hits.normal,
+        box_run.HALF_SIZE,
+        seed=box_run.SEED,
+        index=hits.index,
+        hit=hits.hit,
+    )
+    rows = ~(box_run.is_normal(hits.index) & (hits.hit == 0))
+    np.testing.assert_allclose(hits.new_velocity[rows], drawn[rows], atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def tables(work, table):
+    """Tables that cannot be used: cut short, and without a spin law."""
+    whole = (work / saturne_run.TABLE).read_bytes()
+    (work / "short.rbt").write_bytes(whole[: len(whole) // 2])
+    contents = table.contents
+    datasets = {path: x for path, x in contents.datasets.items() if not path.startswith("spin")}
+    write_binary_table(work / "plain.rbt", replace(contents, datasets=datasets))
+    return {name: work / f"{name}.rbt" for name in ("none", "short", "plain")}
+
+
+@pytest.mark.study
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"table": "none"}, "table: got {}, allowed: a file that `sampler export` wrote ("),
+        ({"table": "short"}, "table: got {}, allowed: a file that `sampler export` wrote"),
+        (
+            {"table": "plain", "spin": "yes"},
+            "spin: got yes, allowed: no, with a table without spi",
+        ),
+        ({"seed": "-1"}, "seed: got -1, allowed: 0 to 18446744073709551615"),
+        ({"seed": "7x"}, "seed: got 7x, allowed: 0 to 18446744073709551615"),
+        ({"spin": "maybe"}, "spin: got maybe, allowed: no, yes"),
+        ({"out_of_range": "mirror"}, "out_of_range: got mirror, allowed: clamp, error"),
+        ({"half_size": "0"}, "half_size: got 0, allowed: a positive number"),
+        ({"gas_torque": "nan"}, "gas_torque: got nan, allowed: 0 or a positive number"),
+        ({"spin": "no", "gas_torque": "1"}, "gas_torque: got a positive number, allowed: 0, where"),
+        ({"roughness_deg": "30"}, "roughness_deg: got 30, allowed: 0 to 28.6 deg"),
+        ({"ra": "1e-6"}, "rsm: got none, allowed: a positive length in m, with ra and rq"),
+        ({"ra": "1", "rsm": "1"}, "rsm: got a profile whose facets are too steep, allowed: ra"),
+        ({"roughness_deg": "3", "rsm": "1"}, "roughness_deg: got a positive number beside a prof"),
+        ({"sed": "7"}, "sed: got a name that is unknown, allowed: table, seed, spin,"),
+        ({"spin": ""}, "spin: got no value, allowed: `name value`"),
+        ({"spin": "no no"}, "spin: got more than one value, allowed: `name value`"),
+    ],
+)
+def test_a_wrong_setting_is_refused(work, tables, changed, message, tmp_path):
+    path = tables.get(changed.get("table"))
+    text = saturne_run.settings(**{**changed, **({"table": path} if path else {})})
+    with pytest.raises(saturne_run.SaturneError) as refusal:
+        saturne_run.run(work, tmp_path / "run", 1, step=STEP, particles=10, text=text)
+    assert f"rebound_wall.cfg: {message.format(path)}" in str(refusal.value)
+    assert not list(tmp_path.glob("run/*.bin"))
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("setting", ["table", "seed"])
+def test_a_setting_that_is_missing_is_refused(work, setting, tmp_path):
+    lines = saturne_run.settings().splitlines()
+    text = "\n".join(line for line in lines if not line.startswith(setting))
+    with pytest.raises(saturne_run.SaturneError) as refusal:
+        saturne_run.run(work, tmp_path / "run", 1, step=STEP, particles=10, text=text)
+    assert f"rebound_wall.cfg: {setting}: got none, allowed: " in str(refusal.value)
+
+
+@pytest.mark.study
+def test_a_table_without_spin_law_keeps_no_spin_unless_asked(work, tables, tmp_path):
+    text = saturne_run.settings(table=tables["plain"])
+    folder = saturne_run.run(work, tmp_path / "run", 20, step=STEP, particles=100, text=text)
+    assert box_run.read_particles(folder, "end").hits.sum() > 10
+
+
+@pytest.mark.study
+def test_an_impact_outside_the_table_can_end_the_run(work, tmp_path):
+    text = saturne_run.settings(out_of_range="error")
+    with pytest.raises(saturne_run.SaturneError) as refusal:
+        saturne_run.run(work, tmp_path / "run", 400, step=STEP, particles=COUNT, text=text)
+    assert "out_of_range: got an impact at (" in str(refusal.value)
+    assert "m/s, allowed: 0.5 to 90 deg, 5 to 300 m/s" in str(refusal.value)
+
+
+@pytest.mark.study
+def test_a_time_scheme_of_order_2_is_refused(work, tmp_path):
+    with pytest.raises(saturne_run.SaturneError) as refusal:
+        saturne_run.run(work, tmp_path / "run", 1, step=STEP, particles=10, order=2)
+    assert "table: got t_order 2, allowed: 1" in str(refusal.value)
+
+
+@pytest.mark.study
+def test_a_restart_from_particles_without_identity_is_refused(work, first, tmp_path):
+    checkpoint = tmp_path / "old" / "checkpoint"
+    checkpoint.mkdir(parents=True)
+    for path in (first / "checkpoint").iterdir():
+        data = path.read_bytes()
+        # as a run without our attributes leaves it: no sections of that name
+        (checkpoint / path.name).write_bytes(data.replace(b"particle_<none>", b"particle_<gone>"))
+    with pytest.raises(saturne_run.SaturneError) as refusal:
+        saturne_run.run(
+            work, tmp_path / "run", 200, step=STEP, particles=COUNT, restart=checkpoint.parent
+        )
+    assert "restart: got particles without the user attribute 0, allowed" in str(refusal.value)

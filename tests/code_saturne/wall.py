@@ -1,0 +1,142 @@
+"""Shoot particles at walls in code_saturne, and compare what comes back with Python.
+
+    PYTHONPATH=tests python tests/code_saturne/wall.py FOLDER [COUNT]
+
+FOLDER is a working folder, with corundum-steel.rbt; COUNT the number of particles of each
+condition in each run. Three runs: serial; on two processes; and serial up to its half, from whose
+restart files it goes on on two processes. First hits on floor and lid are compared with direct
+simulation; all further hits, of particles that arrive with the spin of the last wall, with
+particles that fly through the same box in Python with random numbers of their own. Prints a table,
+leaves wall.json in FOLDER, and ends with 1 if a distance is larger than is allowed.
+"""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import box_run
+import numpy as np
+import saturne_run
+
+import sampler
+from sampler.files.atomic import atomic_output
+from tablegen import load_config, simulate
+from tablegen.accuracy.metrics import correlation_error, ks_distances
+
+#: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
+KS, CORRELATION = 0.02, 0.03
+#: Particles of each condition, and directly simulated ones. With 40,000 first hits against
+#: 200,000 a distance above 0.0122 is noise less than once in 10,000 components.
+COUNT, DIRECT = 40_000, 200_000
+STEP, STEPS = 5e-4, 40
+#: Axes whose walls are symmetry planes, so that all first hits are on floor or lid.
+SIDES = (0, 2)
+
+
+def direct_states(count, seed=11):
+    """States of each condition from direct simulation, (count, 6) each."""
+    config = load_config("corundum-steel")
+    return [
+        simulate(config, *condition, count, seed=seed, stream=k).state
+        for k, condition in enumerate(box_run.CONDITIONS)
+    ]
+
+
+def _joined(parts):
+    """One `Hits` of several."""
+    names = box_run.Hits.__dataclass_fields__
+    return box_run.Hits(*(np.concatenate([getattr(hits, n) for hits in parts]) for n in names))
+
+
+def further_hits(table, started, time, seed=99):
+    """Hits after the first one, of a flight in Python with other random numbers."""
+    seen = []
+    box_run.replay(table, started, time, seed=seed, seen=seen, symmetry_axes=SIDES)
+    return _further(_joined(seen))
+
+
+def _further(hits):
+    return box_run.Hits(
+        *(getattr(hits, n)[hits.hit > 0] for n in box_run.Hits.__dataclass_fields__)
+    )
+
+
+def _distances(sample, reference):
+    return {
+        "hits": len(sample),
+        "ks": ks_distances(sample, reference).tolist(),
+        "correlation_error": correlation_error(sample, reference),
+    }
+
+
+def compare(hits, further, direct):
+    """Distances of a run's states from direct simulation and from Python, a dictionary a row."""
+    states = box_run.states(hits)
+    rows = []
+    for k, (alpha, speed) in enumerate(box_run.CONDITIONS):
+        name = f"{np.degrees(alpha):.0f} deg, {speed} m/s"
+        sample = states[box_run.of_condition(hits, k)]
+        rows.append({"condition": name, **_distances(sample, direct[k])})
+    row = _distances(states[hits.hit > 0], box_run.states(further))
+    return [*rows, {"condition": "further hits", **row}]
+
+
+def difference_from_python(table, hits):
+    """Largest difference of a velocity [m/s] from the draw of Python with the same keys."""
+    # straight on, the direction along the wall is as the frame of the face has it
+    rows = ~(box_run.is_normal(hits.index) & (hits.hit == 0))
+    drawn, _ = box_run.rebound(table, hits)
+    return float(np.abs(drawn - hits.new_velocity)[rows].max())
+
+
+def passes(rows):
+    """Whether every row is within what is allowed."""
+    return all(max(row["ks"]) <= KS and row["correlation_error"] <= CORRELATION for row in rows)
+
+
+def _runs(work, count):
+    """Folder of each run, and the hits that it has to show."""
+    folder = work / "wall"
+    shutil.rmtree(folder, ignore_errors=True)
+    given = {"step": STEP, "particles": count * len(box_run.CONDITIONS), "symmetry": len(SIDES)}
+    serial = saturne_run.run(work, folder / "serial", STEPS, **given)
+    yield "serial", serial, box_run.read_hits(serial)
+    two = saturne_run.run(work, folder / "two", STEPS, processors=2, **given)
+    yield "two processes", two, box_run.read_hits(two)
+    half = saturne_run.run(work, folder / "half", STEPS // 2, **given)
+    again = saturne_run.run(work, folder / "again", STEPS, processors=2, restart=half, **given)
+    yield "restart on two", half, _joined([box_run.read_hits(half), box_run.read_hits(again)])
+
+
+def _print_table(name, rows, difference):
+    print(f"{name}:\n  condition           hits      KS  error of a correlation")
+    for row in rows:
+        print(
+            f"  {row['condition']:16}  {row['hits']:6d}  {max(row['ks']):.4f}  "
+            f"{row['correlation_error']:.4f}"
+        )
+    print(f"  largest difference from Python's draws: {difference:.1e} m/s")
+
+
+def main(work, count=COUNT):
+    """Make the runs and compare them."""
+    direct = direct_states(DIRECT)
+    table = sampler.load("corundum-steel")
+    results = {}
+    for name, folder, hits in _runs(work, count):
+        started = box_run.read_particles(folder, "start")
+        rows = compare(hits, further_hits(table, started, STEP * STEPS), direct)
+        difference = difference_from_python(table, hits)
+        results[name] = {"conditions": rows, "difference_from_python": difference}
+        _print_table(name, rows, difference)
+    with atomic_output(work / "wall.json") as temporary:
+        Path(temporary).write_text(json.dumps(results, indent=1), encoding="utf-8")
+    return 0 if all(passes(result["conditions"]) for result in results.values()) else 1
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(Path(sys.argv[1]).resolve(), *map(int, sys.argv[2:])))
+    except saturne_run.SaturneError as error:
+        sys.exit(str(error))

@@ -1,0 +1,72 @@
+"""Particles in a box without gas, in Python: from wall to wall, with a rebound at each."""
+
+import numpy as np
+
+
+def _next_wall(position, velocity, lower, upper):
+    """Time to the next wall [s], its axis, and whether it is the upper one."""
+    upwards = velocity > 0.0
+    distance = np.where(upwards, upper, lower) - position
+    with np.errstate(divide="ignore", invalid="ignore"):
+        times = np.where(velocity == 0.0, np.inf, distance / velocity)
+    axis = times.argmin(axis=1)
+    row = np.arange(len(axis))
+    return times[row, axis], axis, upwards[row, axis]
+
+
+def _mirror(velocity, omega, rows, axes):
+    """Reflect: a velocity's component along the axis turns its sign, a spin's two others."""
+    velocity[rows, axes] *= -1.0
+    omega[rows] *= -1.0
+    omega[rows, axes] *= -1.0
+
+
+def fly(start, end, box, rebound, decay=0.0, symmetry_axes=()):
+    """Follow particles that begin without spin.
+
+    Parameters
+    ----------
+    start : pair of arrays, shape (n, 3)
+        Positions [m] and velocities [m/s] at time 0.
+    end : float
+        Time [s].
+    box : pair of arrays, shape (3,)
+        Lower and upper corner [m].
+    rebound : callable
+        Of (rows, normal, velocity, omega, hits), the particles that meet a wall and normals into
+        the gas, to velocity and omega after it.
+    decay : float
+        Rate [1/s] at which the gas slows the spin down.
+    symmetry_axes : sequence of {0, 1, 2}, optional
+        Axes whose two walls are symmetry planes.
+
+    Returns
+    -------
+    velocity, omega : arrays, shape (n, 3)
+        At the end, m/s and rad/s.
+    hits : int array, shape (n,)
+    """
+    position, velocity = start[0].copy(), start[1].copy()
+    omega = np.zeros_like(velocity)
+    left = np.full(len(position), end)
+    hits = np.zeros(len(position), dtype=np.int64)
+    while True:
+        time, axis, upper = _next_wall(position, velocity, *box)
+        going = np.flatnonzero(time < left)
+        if going.size == 0:
+            return velocity, omega * np.exp(-decay * left)[:, None], hits
+        time, axis, upper = time[going], axis[going], upper[going]
+        position[going] += velocity[going] * time[:, None]
+        left[going] -= time
+        omega[going] *= np.exp(-decay * time)[:, None]
+        # on the wall exactly, so that the next wall is another one
+        position[going, axis] = np.where(upper, box[1][axis], box[0][axis])
+        met = ~np.isin(axis, symmetry_axes)
+        _mirror(velocity, omega, going[~met], axis[~met])
+        going, axis, upper = going[met], axis[met], upper[met]
+        normal = np.zeros((going.size, 3))
+        normal[np.arange(going.size), axis] = np.where(upper, -1.0, 1.0)
+        velocity[going], omega[going] = rebound(
+            going, normal, velocity[going], omega[going], hits[going]
+        )
+        hits[going] += 1
