@@ -175,7 +175,8 @@ def test_openfoam_scripts_exist():
 
 def test_openfoam_dictionary_has_the_entries_that_the_plugin_reads():
     plugin = (PACKAGE / "openfoam/plugin/TabulatedRebound.C").read_text(encoding="utf-8")
-    read = set(re.findall(r'oeff\w*(?:\(\))?\.[\w ]+(?:<\w+>)?\("(\w+)"', plugin))
+    given = re.findall(r'oeff\w*(?:\(\))?\.[\w ]+(?:<\w+>)?\("(\w+)"', plugin)
+    read = {*given, *re.findall(r'required<\w+>\(coeffs, "(\w+)"\)', plugin)}
     text = only("foam")
     body = re.search(r"tabulatedReboundCoeffs\n\{\n(.*?)\}", text, re.S).group(1)
     entries = dict(re.fullmatch(r" +(\w+) +(.*);", line).groups() for line in body.splitlines())
@@ -201,7 +202,7 @@ def test_codes_are_those_of_the_header():
     header = (toolchain.INCLUDE / "rebound_sampler.h").read_text(encoding="utf-8")
     defined = dict(re.findall(r"#define (RBT_\w+) \(?(-?\d+)\)?", header))
     named = re.findall(r"^\| (-?\d+) `(RBT_\w+)`", GUIDE, re.M)
-    assert len(named) == 7
+    assert len(named) == 8
     assert all(defined[name] == code for code, name in named)
     files = [int(code) for code in defined.values() if int(code) <= -10]
     assert f"{max(files)} to {min(files)}" in GUIDE
