@@ -2,8 +2,8 @@
 
     python tests/vectors/make_direct.py
 
-writes direct.txt, and direct-coulomb.txt under Coulomb friction, beside itself, one particle a line,
-numbers as hexadecimal floating point:
+writes direct.txt, and direct-coulomb.txt under Coulomb friction, beside itself, one particle a
+line, numbers as hexadecimal floating point:
 
     ALPHA_DEG SPEED SPIN*3 INDEX COLLISIONS STATE*6
 
