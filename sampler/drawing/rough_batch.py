@@ -67,7 +67,7 @@ def rough_rebound_batch(
         v, wall, out = vector(velocity, k), vector(wall_velocity, k), results[k]
         impact = (v, vector(normal, k), item(half_size, k), wall, item(roughness, k))
         keys = (seed, item(index, k), item(hit, k))
-        if omega is None:
+        if omega is None or given is None or grain_hit is None:
             status = rough_rebound(arrays, *impact, *keys, out)
         else:
             grain = _grain_of_row(arrays, given, grain_hit, seed, index, k)

@@ -42,8 +42,8 @@ class Sketch:
     def __init__(self, folder, table, flags=(), real=ctypes.c_double, compiler="gcc"):
         library = folder / "sketch.so"
         table = f'-DREBOUND_TABLE="{table}"'
-        arguments = [*STAND_IN, table, *flags, "-O2", "-fPIC", "-shared", *SOURCES]
-        toolchain.compile_with(compiler, [*arguments, "-o", library, "-lm"])
+        arguments = [*STAND_IN, table, *flags, "-O1", "-fPIC", "-shared", *SOURCES]
+        toolchain.compile_with(compiler, [*arguments, toolchain.ONE_COPY, "-lm"], library)
         self.library = ctypes.CDLL(str(library))
         self.library.meet.argtypes = [ctypes.c_void_p, *3 * [ctypes.c_double], ctypes.c_int]
         self.library.fly.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_double]

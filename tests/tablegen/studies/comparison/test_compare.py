@@ -68,6 +68,26 @@ def test_shapes_tilt_and_names():
         compare(GRANT, MEASURED, shape="cube")
 
 
+def test_sliding_spheres_of_kharaz():
+    """Nothing fitted: measured rebounds where a sphere slides throughout, by Coulomb's law.
+
+    Twice the friction is refused.
+    """
+    off = []
+    for friction in (0.092, 0.184):
+        resistance = {"law": "coulomb", "static": friction, "dynamic": friction, "source": "MFiX"}
+        restitution = {"law": "constant", "value": 0.98, "source": "nearly elastic"}
+        changes = {"pair": {"restitution": restitution, "resistance": resistance}}
+        found = compare(GRANT.with_changes(changes), "kharaz-2001", shape="sphere", count=2)
+        rows = found.measured.alpha_deg < 55.0
+        off.append([np.nanmax(abs(m.deviation[rows])) for m in found.means.values()])
+    # what reading the points off the figures may add
+    bounds = (0.01, 1.0, 0.03)
+    assert list(found.means) == ["e_t", "rebound_angle_deg", "omega_z"]
+    assert (np.array(off[0]) < bounds).all()
+    assert (np.array(off[1]) > bounds).all()
+
+
 def test_text_has_every_number():
     text = comparison_text(FOUND)
     lines = text.splitlines()
