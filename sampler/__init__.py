@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from sampler.formats.hdf5 import read_table as read_table
     from sampler.formats.hdf5 import write_table as write_table
     from sampler.formats.table_arrays import TableArrays as TableArrays
+    from sampler.inputs.wall_tilt import wall_tilt as wall_tilt
     from sampler.table import Rebound as Rebound
     from sampler.table import Table as Table
     from sampler.table import load as load
@@ -69,6 +70,7 @@ import_late(
         "sampler.files.locate": ("data_directory",),
         "sampler.formats.hdf5": ("TableContents", "read_table", "write_table"),
         "sampler.formats.table_arrays": ("TableArrays",),
+        "sampler.inputs.wall_tilt": ("wall_tilt",),
         "sampler.table": ("Rebound", "Table", "load"),
         "sampler.version": ("__version__",),
     },

@@ -31,6 +31,15 @@ SPIN_NOT_GIVEN = -11
 """Status code: no spin, for the arrays of a table that was loaded with a population of its own."""
 
 
+#: Characters of a given value that are worth repeating.
+_LONGEST = 60
+
+
+def shortened(text: str) -> str:
+    """Begin of what was given, where it is not worth repeating whole."""
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
 class InputError(ValueError):
     """An argument, field or flag that cannot be used."""
 

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from sampler.drawing.batch import draw_batch
 from sampler.drawing.frames import rebound_batch
 from sampler.drawing.law import states_of_law
-from sampler.drawing.roughness import MAX_ROUGHNESS, rough_rebound_batch
+from sampler.drawing.rough_batch import WITHOUT_SPIN, rough_rebound_batch
+from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.drawing.spin_draw import spin_draw_batch
-from sampler.drawing.spin_frames import rough_spin_rebound_batch, spin_rebound_batch
+from sampler.drawing.spin_frames import spin_rebound_batch
 from sampler.drawing.threads import merge, run_rows
 from sampler.errors import InputError, TableError
 from sampler.files.locate import find_table
@@ -29,12 +30,6 @@ from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound, as_output, where_to_draw
 from sampler.inputs.population import with_population
 from sampler.inputs.rows import Keys, Rows, as_integer, as_reals_up_to
-
-#: Kernels of smooth and of rough walls, for particles without spin and with one.
-_REBOUNDS: tuple[tuple[Callable[..., Any], ...], ...] = (
-    (rebound_batch, spin_rebound_batch),
-    (rough_rebound_batch, rough_spin_rebound_batch),
-)
 
 
 class Table(LawAtConditions):
@@ -301,7 +296,8 @@ class Table(LawAtConditions):
             Velocity of the wall at the point of contact, m/s; at rest if left out.
         roughness : float or array, shape (...), optional
             Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
-            a smooth wall if left out. See `sampler.rough_rebound`.
+            a smooth wall if left out. See `sampler.rough_rebound`, and `sampler.wall_tilt` for
+            that of a measured profile.
 
         Returns
         -------
@@ -325,8 +321,11 @@ class Table(LawAtConditions):
         keys = Keys(seed, index, hit, rng, size)
         rows, grains = rows_of_call(self.arrays, arguments, "omega", omega, grain, keys)
         results = np.empty((rows.n, 6))
-        batch = _REBOUNDS[roughness is not None][grains is not None]
-        self._draw(batch, rows, results, threads, grains)
+        smooth = rebound_batch if grains is None else spin_rebound_batch
+        if roughness is None:
+            self._draw(smooth, rows, results, threads, grains)
+        else:
+            self._draw(rough_rebound_batch, rows, results, threads, grains or WITHOUT_SPIN)
         parts = (results[:, :3], results[:, 3:])
         return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
 
@@ -349,7 +348,7 @@ class Table(LawAtConditions):
         rows: Rows,
         results: NDArray[Any],
         threads: int | None,
-        grains: Grains | None = None,
+        grains: Grains | tuple[None, ...] | None = None,
         stacklevel: int = 3,
     ) -> None:
         """Write the results of all rows; refuse the first bad row, or count what is outside."""

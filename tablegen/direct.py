@@ -2,113 +2,34 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.compilation.processors import processors
-from sampler.compilation.side_by_side import side_by_side
-from sampler.drawing.grain import OWN_GRAIN
+from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
-from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound
-from sampler.inputs.rows import Keys, Rows, as_integer, broadcast, place
-from tablegen.batches import BATCH, batches, first_not_finite, unfinished
-from tablegen.config import Config
+from sampler.inputs.rows import Keys, Rows, as_reals_up_to, broadcast, place
+from tablegen.batches import first_not_finite
+from tablegen.config import Config, ModelSettings
+from tablegen.direct_rows import OWN, Failure, Particles, work_all
+from tablegen.materials.pairs import MaterialPair
 from tablegen.model.impact_condition import CONDITION_SIZE
-from tablegen.model.impacts import (
-    OUT_OF_BOUNDS,
-    TURNS_TOO_OFTEN,
-    lab_conditions,
-    states_to_lab,
-    wall_conditions,
-)
-from tablegen.model.model_bounds import ALPHA_DEG, ASPECT, MOST_TURNED, SPEED, SPIN
+from tablegen.model.impacts import lab_conditions, states_to_lab, wall_conditions
+from tablegen.model.model_bounds import ASPECT
 from tablegen.model.one_rebound import DirectArrays, work_size
 from tablegen.model.particle_run import simulate_batch
-from tablegen.model.random_particles import ParticleKeys, draw_grains, first_misfit
+from tablegen.model.random_particles import draw_grains, first_misfit
 from tablegen.particles.population import Population
+from tablegen.rough_walls import RoughImpacts, rough_rebounds
 
 #: Whose grain a particle has: its own, a fresh one at every hit, or the one given.
 Grain = Literal["own", "fresh"] | ArrayLike
 
-_OWN = np.full(1, OWN_GRAIN)
-
-
-class _Failure(NamedTuple):
-    """A row that could not be worked out, and its code: 0 if it never left the wall."""
-
-    row: int
-    code: int
-
-
-class _Particles(NamedTuple):
-    """Rows of a call, the hits whose random numbers make the grains, and those that are given."""
-
-    rows: Rows
-    made_at: NDArray[np.uint32]
-    given: NDArray[np.float64] | None
-
-    def keys(self, part: slice) -> ParticleKeys:
-        """Keys of some rows."""
-        seed, index, hit = self.rows.keys
-        made_at = _of(self.made_at, part) if self.given is None else self.made_at[:0]
-        return ParticleKeys(seed, _of(index, part), _of(hit, part), made_at)
-
-    def kind(self, part: slice) -> NDArray[np.float64]:
-        """Array of the grains of some rows, to be written where they are drawn."""
-        kind = np.empty((part.stop - part.start, 3))
-        if self.given is not None:
-            kind[:] = _of(self.given, part)
-        return kind
-
-
-def _of(array: NDArray[Any], part: slice) -> NDArray[Any]:
-    """Rows of an array that has one for each particle, or one for all."""
-    return array[part] if len(array) > 1 else array
-
-
-def _raise(rows: Rows, failure: _Failure) -> None:
-    """Raise the error of a row."""
-    row, code = failure
-    at = place(row, rows.shape)
-    if code == 0:
-        raise unfinished(f"the particle at {at}")
-    if code == OUT_OF_BOUNDS:
-        raise InputError(_bounds_message(rows, row))
-    if code != TURNS_TOO_OFTEN:
-        raise InputError(row_message(rows, row, code))
-    name = "omega" if "omega" in rows.values else "spin"
-    got = ", ".join(f"{x:.9g}" for x in rows.at(name, row))
-    raise InputError(
-        f"{name}: got {got} at {at}, allowed: at most {MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), "
-        "before the first contact"
-    )
-
-
-def _bounds_message(rows: Rows, row: int) -> str:
-    """Message on a row whose angle, speed or spin is outside of the bounds of the model."""
-    names = [name for name in rows.values if name not in ("normal", "half_size")]
-    got = "; ".join(
-        f"{name} {', '.join(f'{x:.9g}' for x in np.atleast_1d(rows.at(name, row)))}"
-        for name in names
-    )
-    return (
-        f"{names[0]}: got {got} at {place(row, rows.shape)}, allowed: an impact at "
-        f"{ALPHA_DEG.words} and {SPEED.words}, with a spin of {SPIN.words}"
-    )
-
-
-def _work_all(work: Callable[[slice], _Failure | None], rows: Rows, threads: int | None) -> None:
-    """Work on the batches of all rows; raise the error of the first that fails."""
-    if threads is not None:
-        threads = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
-    workers = max(min(threads or processors(), -(-rows.n // BATCH)), 1)
-    for failure in side_by_side(work, batches(rows.n), workers):
-        if failure is not None:
-            _raise(rows, failure)
+#: Arguments that make an impact in the lab frame.
+_IMPACT = ("velocity", "normal", "half_size", "wall_velocity")
 
 
 class DirectModel:
@@ -139,10 +60,23 @@ class DirectModel:
     columns = STATE
 
     def __init__(self, config: Config, population: Population | None = None) -> None:
+        self._take(config.pair, population or config.population, config.model)
+
+    @classmethod
+    def of_parts(
+        cls, pair: MaterialPair, population: Population, numerics: ModelSettings
+    ) -> "DirectModel":
+        """Make a model of laws, particles and numerical parameters without a configuration."""
+        model = cls.__new__(cls)
+        model._take(pair, population, numerics)
+        return model
+
+    def _take(self, pair: MaterialPair, population: Population, numerics: ModelSettings) -> None:
+        """Keep laws, particles and numerical parameters as kernels take them."""
         self.arrays = DirectArrays(
-            config.pair.kernel_arguments(),
-            (population or config.population).kernel_arguments(),
-            (config.model.contact_resolution, config.model.tolerance),
+            pair.kernel_arguments(),
+            population.kernel_arguments(),
+            (numerics.contact_resolution, numerics.tolerance),
         )
         self.work_size: int = work_size(self.arrays.population)
 
@@ -223,6 +157,7 @@ class DirectModel:
         rng: np.random.Generator | None = None,
         size: int | tuple[int, ...] | None = None,
         wall_velocity: ArrayLike | None = None,
+        roughness: ArrayLike | None = None,
         threads: int | None = None,
     ) -> Rebound:
         """Rebound particles from a wall, in the lab frame.
@@ -241,6 +176,11 @@ class DirectModel:
             As for `sample`.
         wall_velocity : array, shape (..., 3), optional
             Velocity of the wall at the point of contact, m/s; at rest if left out.
+        roughness : float or array, shape (...), optional
+            Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
+            a smooth wall if left out. Facets are those that `sampler.Table.rebound` draws with
+            these keys; a particle that leaves one into the wall hits again, with the spin that it
+            has then and the same grain.
 
         Returns
         -------
@@ -262,16 +202,48 @@ class DirectModel:
             "wall_velocity": np.zeros(3) if wall_velocity is None else wall_velocity,
             "omega": np.zeros(3) if omega is None else omega,
         }
+        if roughness is not None:
+            given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
         rows = particles.rows
-        numbers = [rows.values[name] for name in given]
-        fill: Callable[..., Any] = partial(
-            lab_conditions, tuple(numbers[:4]), numbers[4], rows.keys, self.arrays.numerics
-        )
-        finish = partial(states_to_lab, tuple(numbers[:4]), rows.keys)
-        states = self._simulated(particles, threads, fill, finish)
+        if roughness is None:
+            states = self._smooth(particles, threads)
+        else:
+            states = self._rough(particles, threads)
         parts = (states[:, :3], states[:, 3:])
         return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
+
+    def _lab_conditions(self, rows: Rows) -> Callable[..., Any]:
+        """Give what fills the conditions of impacts on the mean wall."""
+        numbers = tuple(rows.values[name] for name in _IMPACT)
+        return partial(
+            lab_conditions, numbers, rows.values["omega"], rows.keys, self.arrays.numerics
+        )
+
+    def _smooth(self, particles: Particles, threads: int | None) -> NDArray[np.float64]:
+        """Velocities and angular velocities after impacts on smooth walls, (n, 6)."""
+        rows = particles.rows
+        numbers = tuple(rows.values[name] for name in _IMPACT)
+        finish = partial(states_to_lab, numbers, rows.keys)
+        return self._simulated(particles, threads, self._lab_conditions(rows), finish)
+
+    def _rough(self, particles: Particles, threads: int | None) -> NDArray[np.float64]:
+        """Velocities and angular velocities after impacts on rough walls, (n, 6)."""
+        rows = particles.rows
+        states, fill = np.empty((rows.n, 6)), self._lab_conditions(rows)
+
+        def work(part: slice) -> Failure | None:
+            row, code = fill(np.empty((part.stop - part.start, CONDITION_SIZE)), part.start)
+            if row >= 0:
+                return Failure(row, code)
+            grains = particles.grains(self.arrays.population, part)
+            impacts = RoughImpacts.of_rows(rows, part, grains)
+            row, code = rough_rebounds(self.arrays, impacts, states[part])
+            return Failure(part.start + row, code) if row >= 0 else None
+
+        work_all(work, rows, threads)
+        _check_finite(states, rows)
+        return states
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
         """Give the grains that particles keep.
@@ -290,19 +262,19 @@ class DirectModel:
         rows = broadcast({}, Keys(seed, index))
         key, particles, _ = rows.keys
         grains = np.empty((rows.n, 3))
-        draw_grains(self.arrays.population, key, particles, grains)
+        draw_grains(self.arrays.population, key, particles, OWN, grains)
         return grains.reshape(*rows.shape, 3)
 
-    def _particles(self, given: dict[str, ArrayLike], grain: Grain, keys: Keys) -> _Particles:
+    def _particles(self, given: dict[str, ArrayLike], grain: Grain, keys: Keys) -> Particles:
         """Rows of the arguments, and where their grains come from."""
         if not isinstance(grain, str):
             rows = broadcast(given | {"grain": grain}, keys)
-            return _Particles(rows, _OWN, self._checked_grains(rows))
+            return Particles(rows, OWN, self._checked_grains(rows))
         if grain not in ("own", "fresh"):
             allowed = "'own', 'fresh', or numbers of shape (..., 3)"
             raise InputError(f"grain: got {grain!r}, allowed: {allowed}")
         rows = broadcast(given, keys)
-        return _Particles(rows, rows.keys[2] if grain == "fresh" else _OWN, None)
+        return Particles(rows, rows.keys[2] if grain == "fresh" else OWN, None)
 
     def _checked_grains(self, rows: Rows) -> NDArray[np.float64]:
         """Take the grains out of the rows; refuse the first that is none."""
@@ -319,7 +291,7 @@ class DirectModel:
 
     def _simulated(
         self,
-        particles: _Particles,
+        particles: Particles,
         threads: int | None,
         fill: Callable[..., Any],
         finish: Callable[..., Any] | None = None,
@@ -328,7 +300,7 @@ class DirectModel:
 
         Parameters
         ----------
-        particles : _Particles
+        particles : Particles
         threads : int or None
         fill : callable
             Takes conditions to write and their first row; gives a bad row, or -1, and its code.
@@ -339,24 +311,28 @@ class DirectModel:
         states = np.empty((n, 6))
         law, population, _ = self.arrays
 
-        def work(part: slice) -> _Failure | None:
+        def work(part: slice) -> Failure | None:
             start, count = part.start, part.stop - part.start
             conditions = np.empty((count, CONDITION_SIZE))
             row, code = fill(conditions, start)
             if row >= 0:
-                return _Failure(row, code)
+                return Failure(row, code)
             keys, kind = particles.keys(part), particles.kind(part)
             outcome = (states[part], np.empty(count, dtype=np.int64), kind, np.empty((count, 2)))
             stuck = simulate_batch(law, population, conditions, keys, *outcome)
             if stuck >= 0:
-                return _Failure(start + stuck, 0)
+                return Failure(start + stuck, 0)
             if finish is not None:
                 finish(states[part], start)
             return None
 
-        _work_all(work, particles.rows, threads)
-        bad = first_not_finite(states)
-        if bad >= 0:
-            at = place(bad, particles.rows.shape)
-            raise RuntimeError(f"the particle at {at} is not finite")
+        work_all(work, particles.rows, threads)
+        _check_finite(states, particles.rows)
         return states
+
+
+def _check_finite(states: NDArray[np.float64], rows: Rows) -> None:
+    """Raise RuntimeError for the first row with a number that is not finite."""
+    bad = first_not_finite(states)
+    if bad >= 0:
+        raise RuntimeError(f"the particle at {place(bad, rows.shape)} is not finite")

@@ -18,8 +18,9 @@ VECTORS = Path(__file__).resolve().parent / "vectors"
 
 COMMANDS = [(name, c) for name, cli in PROGRAMS.items() for c in cli.commands.values()]
 
-WRITTEN = {"--output", "--json", "--html", "--statistics"}
+WRITTEN = {"--output", "--json", "--html", "--statistics", "--picture"}
 READ = {"table", "pair", "config", "--pair", "--scene", "--beside", "--particle", "--stability"}
+READ |= {"--measured"}
 
 #: Options that are written to and are no file: a folder.
 FOLDERS = {("figures", "output")}

@@ -26,6 +26,8 @@ DATA = (
     "sampler/_tables/demo.toml",
     "sampler/_tables/FORMAT.md",
     "sampler/_tables/LAWS.md",
+    "sampler/_tables/MEASUREMENTS.md",
+    "sampler/_tables/measurements/grant-tabakoff-1975.csv",
     "sampler/c/rebound_sampler.h",
     "sampler/fortran/rebound_sampler.f90",
     "sampler/c/README.md",

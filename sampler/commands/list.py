@@ -9,21 +9,22 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import DONE
+from sampler.files.commented_fields import commented_fields
 from sampler.files.json_text import json_text
-from sampler.files.locate import available, find_config, find_table
+from sampler.files.locate import available, find_config, find_measurements, find_table
 
 
 @click.command(
     "list",
     cls=options.Command,
-    short_help="List tables, pairs and scenes that have a name.",
+    short_help="List tables, pairs, scenes and measurements that have a name.",
     epilog=options.examples("PROGRAM list", "PROGRAM list --json"),
 )
 @options.as_json
 def list_names(as_json: bool) -> int:
-    """List the tables, material pairs and scenes that come with the package, by name.
+    """List the tables, material pairs, scenes and measurements that come with the package, by name.
 
-    A name stands for its file wherever a command takes a table, a pair or a scene.
+    A name stands for its file wherever a command takes one of them.
     """
     found = catalogue()
     click.echo(json_text(found).rstrip() if as_json else catalogue_text(found))
@@ -49,10 +50,11 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
     Returns
     -------
     dict
-        ``tables``, ``pairs`` and ``scenes``, each by name. Of a table its ``pair``, ``components``,
-        ends of ``alpha_deg`` and of ``speed`` in m/s, and ``bytes``; of a pair ``particle`` and
-        ``wall``; of a scene its ``pair`` and the tables ``domain``, ``table`` and ``accuracy`` of
-        its file, which are what differs from the pair.
+        ``tables``, ``pairs``, ``scenes`` and ``measurements``, each by name. Of a table its
+        ``pair``, ``components``, ends of ``alpha_deg`` and of ``speed`` in m/s, and ``bytes``; of a
+        pair ``particle`` and ``wall``; of a scene its ``pair`` and the tables ``domain``, ``table``
+        and ``accuracy`` of its file, which are what differs from the pair; of measurements what
+        their file says at its top, such as ``title``, ``particle`` and ``wall``.
     """
     pairs, scenes = {}, {}
     for name in available(".toml"):
@@ -62,7 +64,11 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
         else:
             pairs[name] = {key: tree["pair"][key] for key in ("particle", "wall")}
     tables = {name: _table(find_table(name)) for name in available(".h5")}
-    return {"tables": tables, "pairs": pairs, "scenes": scenes}
+    measurements = {
+        name: commented_fields(find_measurements(name).read_text(encoding="utf-8"))
+        for name in available(".csv")
+    }
+    return {"tables": tables, "pairs": pairs, "scenes": scenes, "measurements": measurements}
 
 
 def _ends(domain: Mapping[str, Any]) -> list[str]:
@@ -100,6 +106,9 @@ def catalogue_text(found: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
         },
         "pairs": {n: f"{pair['particle']} on {pair['wall']}" for n, pair in found["pairs"].items()},
         "scenes": {name: _scene_text(scene) for name, scene in found["scenes"].items()},
+        "measurements": {
+            name: about.get("title", "") for name, about in found["measurements"].items()
+        },
     }
     width = max((len(name) for named in lines.values() for name in named), default=0)
     return "\n".join(

@@ -11,7 +11,8 @@ from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kerne
 from sampler.drawing.block import BLOCK, MOST_WORDS, N_VALUES, item, state_drawer, word_filler
 from sampler.drawing.intrinsics import local_array
 from sampler.drawing.kernel import status_of
-from sampler.errors import CLAMPED, OK
+from sampler.drawing.row_counts import NO_ROWS, counted
+from sampler.errors import OK
 
 local_words = local_array(types.uint32, MOST_WORDS * BLOCK)
 local_conditions = local_array(types.float64, BLOCK)
@@ -62,25 +63,22 @@ def draw_batch(arrays, alpha1, speed, seed, index, hit, states, start, stop):
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
-    first_clamped = -1
-    clamped, extrapolated = 0, 0
+    counts = NO_ROWS
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
         given = arrays, alpha1, speed, first, count, angles, velocities
         inside, beyond = fill_conditions(*given)
-        extrapolated += beyond
+        counts = counted(counts, first, OK, beyond)
         if not inside:
             for r in range(count):
                 status = status_of(arrays, angles[np.uint64(r)], velocities[np.uint64(r)])
                 if status < OK:
-                    return first + r, status, first_clamped, clamped, extrapolated
-                if status == CLAMPED:
-                    clamped += 1
-                    first_clamped = first + r if first_clamped < 0 else first_clamped
+                    return first + r, status, *counts
+                counts = counted(counts, first + r, status, 0)
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         draw_states(arrays, words, angles, velocities, drawn)
         for r in range(count):
             for column in range(len(arrays.columns)):
                 component = np.uint64(arrays.columns[column] * BLOCK + r)
                 states[np.uint64(first + r), np.uint64(column)] = drawn[component]
-    return -1, OK, first_clamped, clamped, extrapolated
+    return -1, OK, *counts

@@ -24,11 +24,11 @@ from sampler.drawing.block import BLOCK, item
 from sampler.drawing.condition_status import status_of
 from sampler.drawing.kernel import draw
 from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.row_counts import NO_ROWS, counted, extrapolates
 from sampler.drawing.spin_draw import spin_status
 from sampler.drawing.spin_view import spin_law_of
 from sampler.drawing.vectors import Vector, combine, cross, dot, is_finite, unit, vector
 from sampler.errors import (
-    CLAMPED,
     HALF_SIZE_NOT_POSITIVE,
     NORMAL_NOT_USABLE,
     NOT_FINITE,
@@ -116,14 +116,6 @@ def impact(
     if status != OK:
         return status, 0.0, 0.0
     return status, impact_angle(relative, unit(normal))[0], speed
-
-
-@no_refcount_inline_kernel
-def is_extrapolated(arrays: TableArrays, velocity: Vector, wall_velocity: Vector) -> int:
-    """1 where the pair's laws were not measured at the speed of an impact, else 0."""
-    relative = combine(1.0, velocity, -1.0, wall_velocity)
-    slow, fast = arrays.valid_speed
-    return int(not slow <= math.sqrt(dot(relative, relative)) <= fast)
 
 
 @inline_kernel
@@ -293,8 +285,7 @@ def rebound_batch(
     """
     words, drawn = local_words(), local_states()
     angles, velocities = local_conditions(), local_conditions()
-    first_clamped, clamped, extrapolated = -1, 0, 0
-    slow, fast = arrays.valid_speed
+    counts = NO_ROWS
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
         for r in range(BLOCK):
@@ -304,12 +295,9 @@ def rebound_batch(
             status, alpha1, speed = impact(*given, vector(wall_velocity, k))
             status = status_of(arrays, alpha1, speed) if status == OK else status
             if status < OK:
-                return k, status, first_clamped, clamped, extrapolated
+                return k, status, *counts
             if r < count:
-                extrapolated += int(not slow <= speed <= fast)
-                if status == CLAMPED:
-                    clamped += 1
-                    first_clamped = k if first_clamped < 0 else first_clamped
+                counts = counted(counts, k, status, extrapolates(arrays, speed))
             angles[np.uint64(r)], velocities[np.uint64(r)] = alpha1, speed
         fill_words(len(arrays.channels), seed, index, hit, first, count, words)
         draw_states(arrays, words, angles, velocities, drawn)
@@ -320,4 +308,4 @@ def rebound_batch(
             given = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
             to_lab(*given, vector(wall_velocity, k), *keys, results[k])
-    return -1, OK, first_clamped, clamped, extrapolated
+    return -1, OK, *counts

@@ -40,23 +40,20 @@ from sampler.compilation.jit import (
     no_refcount_inline_kernel,
     no_refcount_kernel,
 )
-from sampler.drawing.block import item
 from sampler.drawing.frames import (
     LEAST_SPEED,
     check_out,
     impact_angle,
     impact_status,
-    is_extrapolated,
     rebound,
     tangent,
 )
 from sampler.drawing.kernel import own_grain
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
-from sampler.drawing.vectors import Vector, combine, dot, unit, vector
+from sampler.drawing.vectors import Vector, combine, dot, unit
 from sampler.errors import (
     CASCADE_NOT_ENDED,
-    CLAMPED,
     NOT_APPROACHING,
     OK,
     ROUGHNESS_NOT_USABLE,
@@ -314,43 +311,3 @@ def rough_rebound(
     check_out(out)
     impact = (arrays, velocity, normal, half_size, wall_velocity, roughness, seed, index, hit, out)
     return rough_bounces(*impact, omega, grain)[0]
-
-
-@no_refcount_kernel
-def rough_rebound_batch(
-    arrays: TableArrays,
-    velocity: NDArray[np.float64],
-    normal: NDArray[np.float64],
-    half_size: NDArray[np.float64],
-    wall_velocity: NDArray[np.float64],
-    roughness: NDArray[np.float64],
-    seed: int,
-    index: NDArray[np.uint64],
-    hit: NDArray[np.uint32],
-    results: NDArray[np.float64],
-    start: int,
-    stop: int,
-) -> tuple[int, int, int, int, int]:
-    """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
-    first_clamped, clamped, extrapolated = -1, 0, 0
-    for k in range(start, stop):
-        extrapolated += is_extrapolated(arrays, vector(velocity, k), vector(wall_velocity, k))
-        status = rough_rebound(
-            arrays,
-            vector(velocity, k),
-            vector(normal, k),
-            item(half_size, k),
-            vector(wall_velocity, k),
-            item(roughness, k),
-            seed,
-            item(index, k),
-            item(hit, k),
-            results[k],
-        )
-        if status < OK:
-            return k, status, first_clamped, clamped, extrapolated
-        if status == CLAMPED:
-            clamped += 1
-            if first_clamped < 0:
-                first_clamped = k
-    return -1, OK, first_clamped, clamped, extrapolated

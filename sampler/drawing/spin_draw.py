@@ -26,6 +26,7 @@ from sampler.drawing.grain import (
 from sampler.drawing.intrinsics import local_array, prefetch
 from sampler.drawing.normal import MIDDLE, normal_of_word
 from sampler.drawing.philox import uniform
+from sampler.drawing.row_counts import NO_ROWS, counted, extrapolates
 from sampler.drawing.spin_steps import (
     choose_group,
     choose_of_group,
@@ -330,9 +331,8 @@ def spin_draw_batch(
     """
     words, drawn = local_words(), local_states()
     angles, speeds, spins, grains = local_reals(), local_reals(), local_vectors(), local_vectors()
-    low, high = arrays.valid_speed
     law = spin_law_of(arrays)
-    first_clamped, clamped, extrapolated = -1, 0, 0
+    counts = NO_ROWS
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
         for n in range(BLOCK):
@@ -343,12 +343,9 @@ def spin_draw_batch(
             spins[3 * n], spins[3 * n + 1], spins[3 * n + 2] = sx, sy, sz
             status = spin_status(law, angles[r], speeds[r], sx, sy, sz)
             if status < OK:
-                return k, status, first_clamped, clamped, extrapolated
+                return k, status, *counts
             if n < count:
-                extrapolated += 0 if low <= speeds[r] <= high else 1
-                if status == CLAMPED:
-                    clamped += 1
-                    first_clamped = k if first_clamped < 0 else first_clamped
+                counts = counted(counts, k, status, extrapolates(arrays, speeds[r]))
         fill_words(6, seed, index, hit, first, count, words)
         fill_grains(law.grains, given, seed, index, grain_hit, first, count, grains)
         draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
@@ -356,4 +353,4 @@ def spin_draw_batch(
             for column in range(len(arrays.columns)):
                 component = np.uint64(6 * n + arrays.columns[column])
                 states[np.uint64(first + n), np.uint64(column)] = drawn[component]
-    return -1, OK, first_clamped, clamped, extrapolated
+    return -1, OK, *counts

@@ -1,17 +1,16 @@
 """Rebounds of many particles that arrive spinning, in the lab frame.
 
-As the batches of `sampler.drawing.frames` and `sampler.drawing.roughness`, with the angular
-velocity before the impact, rad/s, and grains.
+As the batch of `sampler.drawing.frames`, with the angular velocity before the impact, rad/s, and
+grains.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
+from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing.block import BLOCK, item
-from sampler.drawing.frames import is_extrapolated, spinning_impact, to_lab
-from sampler.drawing.grain import draw_grain
-from sampler.drawing.roughness import rough_rebound
+from sampler.drawing.frames import spinning_impact, to_lab
+from sampler.drawing.row_counts import NO_ROWS, counted, extrapolates
 from sampler.drawing.spin_draw import (
     draw_spinning,
     fill_grains,
@@ -21,9 +20,9 @@ from sampler.drawing.spin_draw import (
     local_vectors,
     local_words,
 )
-from sampler.drawing.spin_view import grain_law_of, shapes_of
-from sampler.drawing.vectors import Vector, vector
-from sampler.errors import CLAMPED, OK
+from sampler.drawing.spin_view import grain_law_of
+from sampler.drawing.vectors import vector
+from sampler.errors import OK
 from sampler.formats.table_arrays import TableArrays
 
 
@@ -52,8 +51,7 @@ def spin_rebound_batch(
     """
     words, drawn = local_words(), local_states()
     angles, speeds, spins, grains = local_reals(), local_reals(), local_vectors(), local_vectors()
-    low, high = arrays.valid_speed
-    first_clamped, clamped, extrapolated = -1, 0, 0
+    counts = NO_ROWS
     for first in range(start, stop, BLOCK):
         count = min(BLOCK, stop - first)
         for n in range(BLOCK):
@@ -65,13 +63,10 @@ def spin_rebound_batch(
                 arrays, *one, vector(wall_velocity, k), vector(omega, k), *keys
             )
             if status < OK:
-                return k, status, first_clamped, clamped, extrapolated
+                return k, status, *counts
             spins[3 * n], spins[3 * n + 1], spins[3 * n + 2] = spin
             if n < count:
-                extrapolated += 0 if low <= speeds[r] <= high else 1
-                if status == CLAMPED:
-                    clamped += 1
-                    first_clamped = k if first_clamped < 0 else first_clamped
+                counts = counted(counts, k, status, extrapolates(arrays, speeds[r]))
         fill_words(6, seed, index, hit, first, count, words)
         fill_grains(grain_law_of(arrays.spin), given, seed, index, grain_hit, first, count, grains)
         draw_spinning(arrays, words, angles, speeds, spins, grains, drawn)
@@ -85,65 +80,4 @@ def spin_rebound_batch(
             one = (vector(velocity, k), vector(normal, k), item(half_size, k))
             keys = (seed, item(index, k), item(hit, k))
             to_lab(*one, vector(wall_velocity, k), *keys, results[k])
-    return -1, OK, first_clamped, clamped, extrapolated
-
-
-@no_refcount_inline_kernel
-def _grain_of_row(
-    arrays: TableArrays,
-    given: NDArray[np.float64],
-    grain_hit: NDArray[np.uint32],
-    seed: int,
-    index: NDArray[np.uint64],
-    k: int,
-) -> Vector:
-    """Grain of a row; of a table without spin law, which refuses a spin, any."""
-    if given.shape[0] > 0:
-        return vector(given, k)
-    if shapes_of(arrays.spin) == 0:
-        return 0.0, 1.0, 1.0
-    return draw_grain(grain_law_of(arrays.spin), seed, item(index, k), item(grain_hit, k))
-
-
-@no_refcount_kernel
-def rough_spin_rebound_batch(
-    arrays: TableArrays,
-    velocity: NDArray[np.float64],
-    normal: NDArray[np.float64],
-    half_size: NDArray[np.float64],
-    wall_velocity: NDArray[np.float64],
-    roughness: NDArray[np.float64],
-    omega: NDArray[np.float64],
-    given: NDArray[np.float64],
-    grain_hit: NDArray[np.uint32],
-    seed: int,
-    index: NDArray[np.uint64],
-    hit: NDArray[np.uint32],
-    results: NDArray[np.float64],
-    start: int,
-    stop: int,
-) -> tuple[int, int, int, int, int]:
-    """Rebounds of the rows from start to stop; as `sampler.drawing.frames.rebound_batch`."""
-    first_clamped, clamped, extrapolated = -1, 0, 0
-    for k in range(start, stop):
-        extrapolated += is_extrapolated(arrays, vector(velocity, k), vector(wall_velocity, k))
-        status = rough_rebound(
-            arrays,
-            vector(velocity, k),
-            vector(normal, k),
-            item(half_size, k),
-            vector(wall_velocity, k),
-            item(roughness, k),
-            seed,
-            item(index, k),
-            item(hit, k),
-            results[k],
-            vector(omega, k),
-            _grain_of_row(arrays, given, grain_hit, seed, index, k),
-        )
-        if status < OK:
-            return k, status, first_clamped, clamped, extrapolated
-        if status == CLAMPED:
-            clamped += 1
-            first_clamped = k if first_clamped < 0 else first_clamped
-    return -1, OK, first_clamped, clamped, extrapolated
+    return -1, OK, *counts

@@ -1,4 +1,4 @@
-"""Material pairs, scenes and tables found by name.
+"""Material pairs, scenes, tables and measurements found by name.
 
 They are installed inside this package; in a source checkout they lie in ``tables`` beside it.
 """
@@ -11,9 +11,12 @@ from sampler.files.reading import check_input
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
+#: Folders within that of the data, by the suffix of the files that lie there.
+_FOLDERS = {".csv": "measurements"}
+
 
 def data_directory() -> Path:
-    """Folder of the pairs, scenes and tables that come with the package.
+    """Folder of the pairs, scenes, tables and measurements that come with the package.
 
     Returns
     -------
@@ -41,9 +44,14 @@ def available(suffix: str) -> list[str]:
     Parameters
     ----------
     suffix : str
-        ``".h5"`` for tables, ``".toml"`` for pairs and scenes.
+        ``".h5"`` for tables, ``".toml"`` for pairs and scenes, ``".csv"`` for measurements.
     """
-    return sorted(path.stem for path in data_directory().glob(f"*{suffix}"))
+    return sorted(path.stem for path in _folder_of(suffix).glob(f"*{suffix}"))
+
+
+def _folder_of(suffix: str) -> Path:
+    """Folder of the shipped files with a suffix."""
+    return data_directory() / _FOLDERS.get(suffix, "")
 
 
 def find_file(what: str, name_or_path: str | os.PathLike[str], suffix: str) -> Path:
@@ -73,7 +81,7 @@ def find_file(what: str, name_or_path: str | os.PathLike[str], suffix: str) -> P
     path = Path(name_or_path)
     is_word = isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != suffix
     if is_word and name_or_path in available(suffix):
-        return data_directory() / f"{name_or_path}{suffix}"
+        return _folder_of(suffix) / f"{name_or_path}{suffix}"
     # os.path answers False where Path.exists raises, for names that are too long for example.
     if is_word and not os.path.lexists(path):
         names = ", ".join(available(suffix)) or "none are installed"
@@ -90,3 +98,8 @@ def find_table(name_or_path: str | os.PathLike[str]) -> Path:
 def find_config(name_or_path: str | os.PathLike[str]) -> Path:
     """Material pair or scene (.toml) of a name or path; raises `InputError` as `find_file`."""
     return find_file("configuration", name_or_path, ".toml")
+
+
+def find_measurements(name_or_path: str | os.PathLike[str]) -> Path:
+    """Measured rebounds (.csv) of a name or path; raises `InputError` as `find_file`."""
+    return find_file("measurements", name_or_path, ".csv")

@@ -6,20 +6,15 @@ Programs print them, so they have no characters that control a terminal.
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from sampler.errors import TableError
+from sampler.errors import TableError, shortened
 from sampler.formats.channels import CHANNELS, VARIABLES, channels_for
 from sampler.formats.hdf5_layout import ATTRIBUTES, OPTIONAL_ATTRIBUTES
 from sampler.formats.table_bounds import LINE_CHARACTERS, PAIR_BYTES, SPEED, is_line, is_text
 
-#: Characters of a given value that are worth repeating.
-_LONGEST = 60
-
 
 def shown(value: Any) -> str:
     """Write a given value short and in one line."""
-    text = value if isinstance(value, str) else repr(value)
-    cut = f"{text[:_LONGEST]}..." if len(text) > _LONGEST else text
-    return repr(cut) if isinstance(value, str) else cut
+    return repr(shortened(value)) if isinstance(value, str) else shortened(repr(value))
 
 
 def _is_pair(value: str) -> bool:

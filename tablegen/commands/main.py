@@ -14,6 +14,8 @@ from sampler.commands.list import list_names
 from sampler.commands.options import SETTINGS, examples
 from sampler.commands.program import Call, Program, run_program
 from sampler.errors import InputError
+from tablegen.commands.calibrate import calibrate
+from tablegen.commands.compare import compare
 from tablegen.commands.demo import demo
 from tablegen.commands.figures import figures
 from tablegen.commands.generate import generate
@@ -51,7 +53,7 @@ def cli() -> None:
 
 for command in (demo, simulate, generate, validate, inspect, list_names, prune, export):
     cli.add_command(command)
-for study in (report, figures, stability):
+for study in (compare, calibrate, report, figures, stability):
     cli.add_command(study)
 
 

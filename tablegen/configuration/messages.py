@@ -10,11 +10,10 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
+from sampler.errors import shortened
+
 #: Most problems that one line names; more would not be read.
 _MOST = 6
-
-#: Longest piece of a given value that is worth repeating.
-_LONGEST = 60
 
 #: What pydantic writes around what is allowed.
 _AROUND = re.compile(r"^(Input|Tuple) should (be|have) |^Value error, | after validation.*")
@@ -98,12 +97,7 @@ def shown(value: object) -> str:
         text = f"[{', '.join(shown(item) for item in value)}]"
     else:
         text = repr(value)
-    return _cut(text)
-
-
-def _cut(text: str) -> str:
-    """Begin of a text that is not worth repeating whole."""
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    return shortened(text)
 
 
 def _described(problem: ErrorDetails, record: type[BaseModel]) -> tuple[str, str]:
@@ -129,7 +123,7 @@ def _described(problem: ErrorDetails, record: type[BaseModel]) -> tuple[str, str
     if given is MISSING:
         return path, f"{path}: missing, allowed: {allowed}"
     # A whole number written as 1.0 is refused for its point, which must then be seen.
-    got = _cut(repr(given)) if kind.startswith("int_") else shown(given)
+    got = shortened(repr(given)) if kind.startswith("int_") else shown(given)
     return path, f"{path}: got {got}, allowed: {allowed}"
 
 

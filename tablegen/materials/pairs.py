@@ -5,7 +5,7 @@ A pair file names one law of restitution (`tablegen.materials.restitution`) and 
 how.
 """
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -56,6 +56,9 @@ class MaterialPair(Record):
         -------
         LawArguments
         """
-        unused = {"coefficient": 0.0, "exponent": 0.0, "strength": 0.0, "numbers": np.zeros(0)}
-        laws = {**self.restitution.kernel_entries(), **self.resistance.kernel_entries()}
-        return LawArguments(**{**unused, **laws})
+        entries: dict[str, Any] = dict.fromkeys(
+            ("coefficient", "exponent", "strength", "factor"), 0.0
+        )
+        entries |= {"numbers": np.zeros(0), "resistances": np.zeros(0)}
+        entries |= {**self.restitution.kernel_entries(), **self.resistance.kernel_entries()}
+        return LawArguments(**entries)

@@ -8,7 +8,8 @@ the contact laws, which are checked on their own.
 import math
 
 from sampler.compilation.jit import kernel
-from tablegen.model.contact_laws import resistance, restitution
+from tablegen.model.contact_laws import COULOMB, resistance, restitution
+from tablegen.model.coulomb_audit import contact_mobility, followed, static_hold
 
 #: Entries of an audit array.
 ENERGY, ANGULAR, NORMAL, TANGENTIAL, PENETRATION, FLIGHT_ENERGY, FLIGHT_MOMENTUM = range(7)
@@ -46,23 +47,8 @@ def total_energy(moments, motion):
 
 
 @kernel
-def audit_collision(law, speed, resolution, moments, point, before, after, audit):
-    """Check one collision: energy, J dW = r x S, and equations (5)-(7).
-
-    Below the resolution the contact may leave with the resolution or, where that would add
-    energy, with its own speed.
-
-    Parameters
-    ----------
-    law : LawArguments
-    speed, resolution : float
-    moments : tuple of three floats
-    point : (3,) float64
-    before, after : (13,) float64
-    audit : (AUDIT_SIZE,) float64
-    """
-    gain = total_energy(moments, after) - total_energy(moments, before)
-    audit[ENERGY] = max(audit[ENERGY], gain)
+def _audit_torque(moments, point, before, after, audit):
+    """Check J dW = r x S."""
     s_x, s_y, s_z = after[9] - before[9], after[10] - before[10], after[11] - before[11]
     rx, ry, rz = wall_vector(before, point[0], point[1], point[2])
     lx, ly, lz = wall_vector(
@@ -75,6 +61,15 @@ def audit_collision(law, speed, resolution, moments, point, before, after, audit
     torque += abs(rx * s_y - ry * s_x - lz)
     audit[ANGULAR] = max(audit[ANGULAR], torque)
 
+
+@kernel
+def _audit_resistance(law, speed, resolution, point, before, after, audit):
+    """Check equations (5)-(7).
+
+    Below the resolution the contact may leave with the resolution or, where that would add
+    energy, with its own speed.
+    """
+    s_x, s_y, s_z = after[9] - before[9], after[10] - before[10], after[11] - before[11]
     u0, v0, w0 = contact_velocity(before, point)
     u1, v1, w1 = contact_velocity(after, point)
     size = math.sqrt(u0 * u0 + v0 * v0 + w0 * w0)
@@ -84,12 +79,62 @@ def audit_collision(law, speed, resolution, moments, point, before, after, audit
         miss = min(abs(v1 - resolution), abs(v1 + max(1.0, a_nc) * v0))
     audit[NORMAL] = max(audit[NORMAL], miss)
 
+    rx, ry, rz = wall_vector(before, point[0], point[1], point[2])
     centre = math.sqrt(before[9] ** 2 + before[10] ** 2 + before[11] ** 2)
     r_dot_v = rx * before[9] + ry * before[10] + rz * before[11]
     r_length = math.sqrt(rx * rx + ry * ry + rz * rz)
-    factor = resistance(law, r_dot_v, r_length, centre) * s_y / size
+    factor = resistance(law, r_dot_v, r_length, centre, -v0 / size) * s_y / size
     slip = abs(s_x + factor * 0.5 * (u0 + u1)) + abs(s_z + factor * 0.5 * (w0 + w1))
     audit[TANGENTIAL] = max(audit[TANGENTIAL], slip)
+
+
+@kernel
+def _audit_coulomb(law, speed, resolution, moments, point, before, after, audit):
+    """Check Coulomb's law along the collision, its cone, and the energetic restitution.
+
+    The work of the normal impulse must be the part that the restitution leaves of that of
+    compression, or more, up to none: where the contact leaves with the resolution, or elastically.
+    """
+    s_x, s_y, s_z = after[9] - before[9], after[10] - before[10], after[11] - before[11]
+    velocity = contact_velocity(before, point)
+    u1, v1, w1 = contact_velocity(after, point)
+    size = math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2)
+    a_nc = restitution(law, speed * size, -velocity[1] / size)
+    mobility = contact_mobility(moments, point, before)
+    u, v, w, work, least = followed(law.strength, law.factor, mobility, velocity, s_y)
+    miss = work - (1.0 - a_nc * a_nc) * least
+    if miss > 0.0:
+        miss = min(miss, abs(v1 - resolution), abs(work))
+    audit[NORMAL] = max(audit[NORMAL], abs(miss), abs(v - v1))
+    hold = static_hold(mobility)
+    cone = max(law.factor, hold if hold <= law.strength else 0.0) * s_y
+    audit[TANGENTIAL] = max(
+        audit[TANGENTIAL], abs(u - u1), abs(w - w1), math.hypot(s_x, s_z) - cone
+    )
+
+
+@kernel
+def audit_collision(law, speed, resolution, moments, point, before, after, audit):
+    """Check one collision: energy, J dW = r x S, and the contact laws.
+
+    Parameters
+    ----------
+    law : LawArguments
+    speed, resolution : float
+    moments : tuple of three floats
+    point : (3,) float64
+    before, after : (13,) float64
+    audit : (AUDIT_SIZE,) float64
+    """
+    gain = total_energy(moments, after) - total_energy(moments, before)
+    audit[ENERGY] = max(audit[ENERGY], gain)
+    _audit_torque(moments, point, before, after, audit)
+    _, v, _ = contact_velocity(before, point)
+    # a contact that approaches below the resolution follows the constant law instead
+    if law.resistance_law == COULOMB and v <= -resolution:
+        _audit_coulomb(law, speed, resolution, moments, point, before, after, audit)
+    else:
+        _audit_resistance(law, speed, resolution, point, before, after, audit)
 
 
 @kernel

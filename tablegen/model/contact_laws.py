@@ -3,7 +3,8 @@
 Each law is a small kernel. `restitution` and `resistance` pick the one that a material pair names,
 by a number that is the same for every collision of a run, so the branch is always predicted and
 one compiled model serves all pairs. The paper's laws take the numbers of one particle or of lanes
-(see `tablegen.model.simd`); the others are worked out lane by lane.
+(see `tablegen.model.simd`); the others are worked out lane by lane. Coulomb's law of friction is
+no coefficient of a whole collision; `tablegen.model.coulomb` has it.
 """
 
 import math
@@ -20,7 +21,7 @@ from tablegen.model.simd import extract, insert, select, width
 EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
 
 #: Laws of resistance.
-ORIENTATION, CONSTANT_RESISTANCE = range(2)
+ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
 
 
 class LawArguments(NamedTuple):
@@ -33,23 +34,26 @@ class LawArguments(NamedTuple):
     coefficient: float
     #: Restitution: exponent of the exponential or the power law.
     exponent: float
-    #: Resistance: factor in the exponent of the orientation law.
+    #: Resistance: factor in the exponent of the orientation law, or Coulomb's static coefficient.
     strength: float
-    #: Resistance: overall factor of the orientation law, or the constant itself.
+    #: Resistance: overall factor of the orientation law, the constant itself, or Coulomb's dynamic
+    #: coefficient.
     factor: float
     #: Which law of restitution, EXPONENTIAL to TABULATED.
     restitution_law: int
-    #: Which law of resistance, ORIENTATION or CONSTANT_RESISTANCE.
+    #: Which law of resistance, ORIENTATION to COULOMB.
     resistance_law: int
     #: float64, (n,): coefficients of the polynomial, lowest power first, or the packed table of
     #: `pack_table`; empty for the other laws.
     numbers: NDArray[np.float64]
+    #: float64, (n,): the packed table of the tabulated law of resistance; empty for the others.
+    resistances: NDArray[np.float64]
 
 
 def pack_table(
     angle: NDArray[np.float64], speed: NDArray[np.float64], value: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Lay a table of restitution coefficients out as `tabulated_restitution` reads it.
+    """Lay a table of coefficients out as `tabulated_coefficient` reads it.
 
     Parameters
     ----------
@@ -58,7 +62,7 @@ def pack_table(
     speed : (m,) float64
         Increasing contact speeds [m/s].
     value : (n, m) float64
-        Restitution coefficients.
+        Coefficients of restitution or of resistance.
 
     Returns
     -------
@@ -148,8 +152,8 @@ def table_cell(numbers, first, count, x):
 
 
 @no_refcount_kernel
-def tabulated_restitution(numbers, angle, contact_speed):
-    """Restitution coefficient from a table: bilinear, constant beyond the ends.
+def tabulated_coefficient(numbers, angle, contact_speed):
+    """Coefficient of restitution or of resistance from a table: bilinear, constant beyond the ends.
 
     Parameters
     ----------
@@ -183,7 +187,7 @@ def other_restitution(law, contact_speed, cosine):
     if law.restitution_law == POWER:
         return power_restitution(law.coefficient, law.exponent, contact_speed * cosine)
     if law.restitution_law == TABULATED:
-        return tabulated_restitution(law.numbers, impact_angle(cosine), contact_speed)
+        return tabulated_coefficient(law.numbers, impact_angle(cosine), contact_speed)
     return law.coefficient
 
 
@@ -232,16 +236,32 @@ def orientation_resistance(strength, r_dot_v, r_length, speed):
     return exponential(strength * cosine)
 
 
+@no_refcount_kernel
+def _each_tabulated_resistance(law, cosine):
+    """Coefficients C_f of lanes by the tabulated law, whose table has one speed."""
+    value = cosine
+    for i in range(width(cosine)):
+        angle = impact_angle(extract(cosine, i))
+        value = insert(value, i, tabulated_coefficient(law.resistances, angle, 1.0))
+    return value
+
+
 @no_refcount_inline_kernel
-def resistance(law, r_dot_v, r_length, speed):
+def resistance(law, r_dot_v, r_length, speed, cosine):
     """Coefficient C_f of resistance to sliding, by the law of the pair.
+
+    Coulomb's law has none: `tablegen.model.coulomb` follows each collision by it.
 
     Parameters
     ----------
     law : LawArguments
     r_dot_v, r_length, speed : float
         As in `orientation_resistance`.
+    cosine : float
+        As in `restitution`.
     """
     if law.resistance_law == ORIENTATION:
         return law.factor * orientation_resistance(law.strength, r_dot_v, r_length, speed)
+    if law.resistance_law == TABULATED_RESISTANCE:
+        return _each_tabulated_resistance(law, cosine)
     return law.factor + 0.0 * speed

@@ -184,7 +184,16 @@ def _collide(law, body, slots, touching):
     gap = contact_point(body, motion, load(motion, HEIGHT), load(motion, V), slots.point)
     lift = select(touching, minimum(gap, 0.0), 0.0)
     store(motion, HEIGHT, load(motion, HEIGHT) - lift)
-    collide(law, condition.speed, condition.resolution, body.moments, slots.point, motion, touching)
+    collide(
+        law,
+        condition.speed,
+        condition.resolution,
+        body.moments,
+        slots.point,
+        motion,
+        slots.series,
+        touching,
+    )
     count = load(slots.properties, COLLISIONS) + select(touching, 1.0, 0.0)
     store(slots.properties, COLLISIONS, count)
     return count > COLLISION_ALARM

@@ -10,10 +10,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
-from sampler.errors import InputError
-
-#: Longest piece of a given value that is worth repeating.
-_LONGEST = 60
+from sampler.errors import InputError, shortened
 
 
 @dataclass(frozen=True)
@@ -72,8 +69,7 @@ def told(value: Any) -> str:
             return f"{float(value):.12g}"
         except OverflowError:
             return "a number beyond the largest of 64 bits"
-    text = " ".join(repr(value).split())
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    return shortened(" ".join(repr(value).split()))
 
 
 #: Ratios b/a and c/b.

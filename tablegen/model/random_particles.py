@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.block import item
 from sampler.drawing.grain import (
-    OWN_GRAIN,
     SIMULATION_KEY,
     aspect_ratio,
     grain_numbers,
@@ -196,10 +195,13 @@ def draw_particles(population, keys, axes, kind):
 
 
 @kernel
-def draw_grains(population, seed, index, kind):
-    """Draw the grains that particles keep into ``kind`` (n, 3); ``index`` is (n,) or (1,)."""
+def draw_grains(population, seed, index, hit, kind):
+    """Draw grains into ``kind`` (n, 3); ``index`` and ``hit`` are (n,) or (1,).
+
+    The grain that a particle keeps is that of hit `OWN_GRAIN`.
+    """
     for k in range(kind.shape[0]):
-        grain = draw_grain(population, seed, item(index, k), OWN_GRAIN)
+        grain = draw_grain(population, seed, item(index, k), item(hit, k))
         kind[k, 0], kind[k, 1], kind[k, 2] = grain
 
 

@@ -26,7 +26,9 @@ from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energy_gain, impulse
 from tablegen.model.contact import contact_point, search
-from tablegen.model.contact_laws import resistance, restitution
+from tablegen.model.contact_laws import COULOMB, resistance, restitution
+from tablegen.model.coulomb import Ending, coulomb_impulse
+from tablegen.model.coulomb_rates import Friction
 from tablegen.model.impact_condition import translates
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
 from tablegen.model.shapes import support_depth
@@ -137,11 +139,33 @@ def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
 
 
 @no_refcount_kernel
-def collide(law, speed, resolution, moments, point, motion, where=True):
+def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
+    """Impulse by Coulomb's law of friction; a_nc is then the energetic restitution.
+
+    Contacts that approach more slowly than the resolution are those of a sustained contact. They
+    follow the constant law with the dynamic coefficient, which is Coulomb's while they slide. An
+    energetic restitution would make the bounces of a rolling contact smaller for ever.
+    """
+    u, v, w = velocity
+    hard = where & (v <= -resolution)
+    friction = Friction(law.strength, law.factor)
+    ending = Ending((1.0 - a_nc) * (1.0 + a_nc), resolution)
+    s_x, s_y, s_z = coulomb_impulse(friction, ending, mobility, velocity, series, hard)
+    soft = where & logical_not(hard)
+    if any_lane(soft):
+        k = law.factor / sqrt(u * u + v * v + w * w)
+        t_x, t_y, t_z = _bounded_impulse(k, a_nc * -v, resolution, mobility, u, v, w)
+        s_x, s_y, s_z = select(soft, t_x, s_x), select(soft, t_y, s_y), select(soft, t_z, s_z)
+    return s_x, s_y, s_z
+
+
+@no_refcount_kernel
+def collide(law, speed, resolution, moments, point, motion, series, where=True):
     """Apply one collision at the contact ``point`` to ``motion``, in the lanes that collide.
 
     The rebound velocity of the contact point is a_nc |v_c| (6), or the resolution where that is
-    smaller: tiny bounces are nearly elastic and would go on for ever (sustained contact).
+    smaller: tiny bounces are nearly elastic and would go on for ever (sustained contact). Under
+    Coulomb's law a_nc is the energetic restitution instead (`tablegen.model.coulomb`).
 
     Parameters
     ----------
@@ -156,6 +180,8 @@ def collide(law, speed, resolution, moments, point, motion, where=True):
     point : (3,) float64
         Contact point from the centre, body axes.
     motion : (13,) float64
+    series : (9, ORDER + 1) float64
+        Work space.
     where : bool
         Lanes that collide; the others stay.
     """
@@ -174,10 +200,15 @@ def collide(law, speed, resolution, moments, point, motion, where=True):
     # lanes that do not collide may recede, which has no solution to search for
     v_c = select(where, v_c, -1.0)
     size_c = sqrt(u_c * u_c + v_c * v_c + w_c * w_c)
-    bounce = restitution(law, speed * size_c, -v_c / size_c) * -v_c
-    r_dot_v = u * _dot(r, x) + v * _dot(r, n) + w_z * _dot(r, z)
-    c_f = resistance(law, r_dot_v, sqrt(_dot(r, r)), sqrt(u * u + v * v + w_z * w_z))
-    s = _bounded_impulse(c_f / size_c, bounce, resolution, mobility, u_c, v_c, w_c)
+    cosine = -v_c / size_c
+    a_nc = restitution(law, speed * size_c, cosine)
+    if law.resistance_law == COULOMB:
+        velocity = u_c, v_c, w_c
+        s = _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where)
+    else:
+        r_dot_v = u * _dot(r, x) + v * _dot(r, n) + w_z * _dot(r, z)
+        c_f = resistance(law, r_dot_v, sqrt(_dot(r, r)), sqrt(u * u + v * v + w_z * w_z), cosine)
+        s = _bounded_impulse(c_f / size_c, a_nc * -v_c, resolution, mobility, u_c, v_c, w_c)
     store(motion, U, select(where, u + s[0], u))
     store(motion, V, select(where, v + s[1], v))
     store(motion, W, select(where, w_z + s[2], w_z))
@@ -295,7 +326,7 @@ def rebound(law, condition, body, motion, work, audit):
         gap = contact_point(body, motion, motion[HEIGHT], motion[V], point)
         motion[HEIGHT] -= min(gap, 0.0)
         _remember(motion, before)
-        collide(law, condition.speed, condition.resolution, body.moments, point, motion)
+        collide(law, condition.speed, condition.resolution, body.moments, point, motion, series)
         touches = False
         collisions += 1
         if audit.size > 0:

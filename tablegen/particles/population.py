@@ -143,6 +143,16 @@ def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
     )
 
 
+class Stratum(NamedTuple):
+    """Part of a population that has one form."""
+
+    #: Code of the shape; of mesh number k FIRST_MESH + k.
+    code: int
+    #: Weight over the sum of all weights.
+    share: float
+    population: "Population"
+
+
 class Population(Record):
     """Shapes with weights, aspect ratios, how far prisms are truncated, and meshes."""
 
@@ -208,6 +218,22 @@ class Population(Record):
             shapes=ShapeWeights.model_validate(weights),
             aspect=aspect,
             meshes=self.meshes if shape == MIXTURE else (),
+        )
+
+    def strata(self) -> tuple[Stratum, ...]:
+        """Split the population into the shapes and meshes of which it has some, in their order."""
+        weights, meshes = self.shapes.positive(), self._weighty_meshes()
+        total = sum(weights.values()) + sum(mesh.weight for mesh in meshes)
+        shapes = [
+            Stratum(SHAPE_CODES[name], weight / total, self.restricted_to(name))
+            for name, weight in weights.items()
+        ]
+        return (
+            *shapes,
+            *(
+                Stratum(FIRST_MESH + k, mesh.weight / total, Population(meshes=(mesh,)))
+                for k, mesh in enumerate(meshes)
+            ),
         )
 
     def of_mesh(self, mesh: MeshFile) -> "Population":

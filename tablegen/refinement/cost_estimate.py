@@ -35,8 +35,8 @@ _PROBES = 18
 #: Trials that the measurement of a whole table takes at each of its conditions.
 _MEASURED = 2.0
 
-#: How far refinement takes the number of nodes of an axis; how many intervals it tries in vain.
-_GROWTH, _IN_VAIN = 1.6, 1.4
+#: How far refinement takes the number of angles and of speeds; how many intervals it tries in vain.
+_GROWTH, _IN_VAIN = (1.7, 2.3), 1.4
 
 #: Of the spin law: what a rebound with spin costs over one without, seconds of the fit of a leaf
 #: for each of its rebounds and as many more for every so many experts, and those of the trees for
@@ -101,8 +101,8 @@ def _grown(grid: Grid, config: Config) -> tuple[int, int]:
     named = (table.alpha_nodes_deg is not None, table.speed_nodes is not None)
     sizes = (len(grid.alpha_deg), len(grid.speed))
     alphas, speeds = (
-        n if fixed or n == 1 else math.ceil(_GROWTH * n)
-        for n, fixed in zip(sizes, named, strict=True)
+        n if fixed or n == 1 else math.ceil(growth * n)
+        for n, growth, fixed in zip(sizes, _GROWTH, named, strict=True)
     )
     return alphas, speeds
 

@@ -14,6 +14,8 @@ def table():
     return sampler.load("corundum-steel")
 
 
+# half a minute of compilation
+@pytest.mark.study
 def test_every_row_is_measured(table, tmp_path):
     conditions = bench_draw.Conditions(table, 200)
     draws = bench_draw.python_draws(table, conditions)

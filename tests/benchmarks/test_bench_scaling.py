@@ -5,6 +5,8 @@ import pytest
 from bench_scaling import Size
 
 
+# fits a table of some size
+@pytest.mark.study
 def test_tables_have_the_sizes_that_are_said():
     table = bench_scaling.make_table(Size("knots", (3, 2), 32, 33))
     assert (len(table.alpha_nodes_deg), len(table.speed_nodes)) == (3, 2)

@@ -19,6 +19,8 @@ def table():
     return Table(with_spin_law(sampler.load("corundum-steel").contents))
 
 
+# half a minute of compilation
+@pytest.mark.study
 def test_every_way_is_measured(table):
     found = bench_spin.measured(table, 100, 1)
     assert {way.name for way in found.ways} == {DIRECT, FIRST, SPINNING}

@@ -3,6 +3,8 @@
     spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6
     spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE \\
         VELOCITY*3 OMEGA*3
+    spin-rough VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS OMEGA*3 SEED INDEX HIT \\
+        CODE VELOCITY*3 OMEGA*3
 
 otherwise as the files of `tests/vectors`.
 """
@@ -15,6 +17,7 @@ from small_tables import plane
 from spin_tables import with_spin_law
 
 from sampler.drawing.grain import OWN_GRAIN
+from sampler.drawing.rough_batch import rough_rebound_batch
 from sampler.drawing.spin_draw import spin_draw_batch
 from sampler.drawing.spin_frames import spin_rebound_batch
 from sampler.formats.binary import write_binary_table
@@ -44,6 +47,13 @@ REBOUNDS = (
     ((80.0, 60.0, 0.0), UP, 2e-5, REST, (NAN, 0.0, 0.0)),
     ((80.0, 60.0, 0.0), UP, 2e-5, REST, (1.0, 0.0, 0.0)),
     ((80.0, -60.0, 0.0), REST, 2e-5, REST, (1.0, 0.0, 0.0)),
+)
+
+
+#: Velocity, normal, half-size, velocity of the wall, roughness, angular velocity.
+ROUGH_REBOUNDS = tuple(
+    (*impact[:4], roughness, impact[4])
+    for impact, roughness in zip(REBOUNDS, (0.1, 0.3, 0.5, 0.2, 0.1, 0.1, 0.6, 0.1), strict=True)
 )
 
 
@@ -88,11 +98,24 @@ def rebound_line(arrays, impact, keys):
     return line("spin-rebound", (*velocity, *normal, half_size, *wall, *omega), keys, batch)
 
 
+def rough_line(arrays, impact, keys):
+    """Line of a rebound from a rough wall."""
+    velocity, normal, half_size, wall, roughness, omega = impact
+    given = [np.array([v], dtype=float) for v in impact]
+
+    def batch(*rest):
+        return rough_rebound_batch(arrays, *given, *rest)
+
+    numbers = (*velocity, *normal, half_size, *wall, roughness, *omega)
+    return line("spin-rough", numbers, keys, batch)
+
+
 def spin_lines(contents):
     """Lines of a table with a spin law."""
     arrays = table_arrays(contents)
     lines = [draw_line(arrays, *case) for case in itertools.product(DRAWS, KEYS)]
-    return lines + [rebound_line(arrays, *case) for case in itertools.product(REBOUNDS, KEYS)]
+    lines += [rebound_line(arrays, *case) for case in itertools.product(REBOUNDS, KEYS)]
+    return lines + [rough_line(arrays, *case) for case in itertools.product(ROUGH_REBOUNDS, KEYS)]
 
 
 def write_spin_vectors(folder, make=plane):

@@ -11,6 +11,7 @@
 
 #define UNTOUCHED 12345.0
 #define LIBRARY_ROUNDING 1e-13
+#define ROUGH_ROUNDING 1e-12
 /* a last digit of an angle may turn the last digit of a feature, in single precision */
 #define SPIN_ROUNDING 1e-5
 
@@ -150,6 +151,41 @@ static int check_spin_rebound(const rbt_table *table, char *text, double toleran
            agree(code, 3, result + 3, expected + 3, tolerance);
 }
 
+/* rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE VELOCITY*3
+   OMEGA*3; spin-rough has OMEGA*3 behind the roughness. */
+static int check_rough(const rbt_table *table, int spins, char *text, double tolerance)
+{
+    double given[14], expected[6], result[6], row[6];
+    if (!next_numbers(&text, spins ? 14 : 11, given))
+        return 0;
+    const uint64_t seed = next_integer(&text), index = next_integer(&text);
+    const uint32_t hit = (uint32_t)next_integer(&text);
+    const int code = (int)strtol(text, &text, 10);
+    if (!next_numbers(&text, 6, expected))
+        return 0;
+    const double *omega = spins ? given + 11 : NULL;
+    set_untouched(6, result);
+    const int got = rbt_rough_rebound(table, given, given + 3, given[6], given + 7, given[10], omega,
+                                      seed, index, hit, result, result + 3);
+    rbt_impacts impacts;
+    memset(&impacts, 0, sizeof impacts);
+    impacts.velocity = given;
+    impacts.normal = given + 3;
+    impacts.half_size = given + 6;
+    impacts.wall_velocity = given + 7;
+    impacts.roughness = given + 10;
+    impacts.omega = omega;
+    impacts.index = &index;
+    impacts.hit = &hit;
+    set_untouched(6, row);
+    if (rbt_rebound_batch(table, 1, &impacts, seed, row, row + 3, NULL) != got ||
+        !agree(got, 3, row, result, tolerance) || !agree(got, 3, row + 3, result + 3, tolerance))
+        return 0;
+    tolerance = fmax(tolerance, spins ? SPIN_ROUNDING : ROUGH_ROUNDING);
+    return got == code && agree(code, 3, result, expected, tolerance) &&
+           agree(code, 3, result + 3, expected + 3, tolerance);
+}
+
 int main(int argc, char **argv)
 {
     if (argc != 4)
@@ -182,6 +218,10 @@ int main(int argc, char **argv)
             holds = check_spin_draw(table, &moved, line + 10, tolerance);
         else if (strncmp(line, "spin-rebound ", 13) == 0)
             holds = check_spin_rebound(table, line + 13, tolerance);
+        else if (strncmp(line, "rough-rebound ", 14) == 0)
+            holds = check_rough(table, 0, line + 14, tolerance);
+        else if (strncmp(line, "spin-rough ", 11) == 0)
+            holds = check_rough(table, 1, line + 11, tolerance);
         failed = !holds;
         cases++;
         if (failed)

@@ -8,6 +8,7 @@ program vectors
   real(c_double), parameter :: untouched = 12345.0_c_double
   ! of atan2, cos and sin of the C library, which rebounds call
   real(c_double), parameter :: library_rounding = 1.0e-13_c_double
+  real(c_double), parameter :: rough_rounding = 1.0e-12_c_double
   ! a last digit of an angle may turn the last digit of a feature, in single precision
   real(c_double), parameter :: spin_rounding = 1.0e-5_c_double
   type(rbt_table) :: table
@@ -55,6 +56,12 @@ program vectors
     else if (line(:13) == "spin-rebound ") then
       at = 14
       holds = spin_rebound_holds()
+    else if (line(:14) == "rough-rebound ") then
+      at = 15
+      holds = rough_rebound_holds(.false.)
+    else if (line(:11) == "spin-rough ") then
+      at = 12
+      holds = rough_rebound_holds(.true.)
     else
       at = 9
       holds = rebound_holds()
@@ -173,6 +180,46 @@ contains
     holds = holds .and. agree(velocity, expected(:3), spin_rounding) &
         .and. agree(omega, expected(4:), spin_rounding)
   end function spin_rebound_holds
+
+  function rough_rebound_holds(spins) result(holds)
+    logical, intent(in) :: spins
+    logical :: holds
+    real(c_double) :: given(11), expected(6), velocity(3), omega(3), row(3, 2), tolerance
+    real(c_double), target :: turning(3, 1)            ! angular velocity before the impact
+    real(c_double), pointer, contiguous :: before(:, :) ! the same, or none
+    integer(c_int64_t) :: seed, index
+    integer(c_int32_t) :: hit
+    integer(c_int) :: code, codes(2)
+
+    call read_reals(given)
+    before => null()
+    tolerance = rough_rounding
+    if (spins) then
+      call read_reals(turning(:, 1))
+      before => turning
+      tolerance = spin_rounding
+    end if
+    call read_keys(seed, index, hit, code)
+    call read_reals(expected)
+    velocity = untouched
+    omega = untouched
+    row = untouched
+    if (spins) then
+      codes(1) = rbt_rough_rebound(table, given(:3), given(4:6), given(7), given(8:10), given(11), &
+          seed, index, hit, velocity, omega, omega=turning(:, 1))
+    else
+      codes(1) = rbt_rough_rebound(table, given(:3), given(4:6), given(7), given(8:10), given(11), &
+          seed, index, hit, velocity, omega)
+    end if
+    codes(2) = rbt_rebound_batch(table, reshape(given(:3), [3, 1]), &
+        reshape(given(4:6), [3, 1]), given(7:7), seed, [index], [hit], row(:, :1), row(:, 2:), &
+        wall_velocity=reshape(given(8:10), [3, 1]), omega=before, roughness=given(11:11))
+    holds = all(codes == code) .and. agree(row(:, 1), velocity, 0.0_c_double) &
+        .and. agree(row(:, 2), omega, 0.0_c_double)
+    if (code < 0) expected = untouched
+    holds = holds .and. agree(velocity, expected(:3), tolerance) &
+        .and. agree(omega, expected(4:), tolerance)
+  end function rough_rebound_holds
 
   function agree(got, expected, tolerance) result(answer)
     real(c_double), intent(in) :: got(:), expected(:), tolerance

@@ -1,4 +1,7 @@
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs" / "examples"))
+_TESTS = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(_TESTS.parent / "docs" / "examples"))
+# What an example and the tests of OpenFOAM share.
+sys.path.append(str(_TESTS / "openfoam"))

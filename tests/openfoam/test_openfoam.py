@@ -4,6 +4,8 @@ Needs Debian 12; installs OpenFOAM's packages where they are missing, which asks
 """
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import bounces
@@ -21,7 +23,7 @@ LONG = ("system/controlDict", "endTime         1e-3", "endTime         0.02")
 FEW = 1e-3
 
 
-@pytest.mark.parametrize("name", ["install.sh", "build.sh", "run.sh"])
+@pytest.mark.parametrize("name", ["install.sh", "build.sh", "run.sh", "bend.sh"])
 def test_a_working_folder_in_the_repository_is_refused(name):
     folder = foam_run.PLUGIN / "work"
     done = script(name, folder)
@@ -181,13 +183,40 @@ def test_other_walls_are_left_to_other_models(work, table, started, tmp_path):
         (("seed            7", "seed -1"), "seed: got -1, allowed: 0 to 2147483647"),
         (("clamp;", "mirror;"), "outOfRange: got mirror, allowed: clamp, error"),
         (("halfSizeRule    0.5", "halfSizeRule 0"), "halfSizeRule: got 0, allowed: a positive"),
-        (('"corundum-steel.rbt"', '"none.rbt"'), "allowed: a file that `sampler export` wrote"),
+        (("seed            7;", ""), "seed"),
+        (("outOfRange      clamp;", "spin maybe;"), "maybe"),
     ],
 )
 def test_a_wrong_entry_is_refused(work, started, change, message, tmp_path):
     with pytest.raises(foam_run.FoamError) as refusal:
         shots.run_shots(work, tmp_path / "case", started, edits=[(CLOUD, *change)])
+    assert "FOAM FATAL IO ERROR" in str(refusal.value)
+    assert "subModels.tabulatedReboundCoeffs" in str(refusal.value)
     assert message in str(refusal.value)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("processors", [1, 2])
+@pytest.mark.parametrize(
+    ("size", "reason"),
+    [
+        (None, "file: cannot be opened"),
+        (100, "file_bytes: the file is truncated"),
+        (9_000_000, "file_bytes: the file is truncated"),
+    ],
+)
+def test_a_table_that_is_not_whole_is_refused(work, started, size, reason, processors, tmp_path):
+    """A file that is missing, or of which only the beginning is there."""
+    path = tmp_path / "part.rbt"
+    if size is not None:
+        path.write_bytes((work / foam_run.TABLE).read_bytes()[:size])
+    edits = [(CLOUD, '"corundum-steel.rbt"', f'"{path}"')]
+    with pytest.raises(foam_run.FoamError) as refusal:
+        shots.run_shots(work, tmp_path / "case", started, processors=processors, edits=edits)
+    assert "FOAM FATAL IO ERROR" in str(refusal.value)
+    assert f'tableFile: got "{path}"' in str(refusal.value)
+    assert "allowed: a file that `sampler export` wrote" in str(refusal.value)
+    assert reason in str(refusal.value)
 
 
 @pytest.mark.study
@@ -200,12 +229,21 @@ def test_a_condition_outside_the_table_can_end_the_run(work, started, tmp_path):
 
 @pytest.mark.study
 def test_bend(work):
-    import bend
-
-    assert bend.main(work, rounds=1) == 0
-    results = json.loads((work / "bend.json").read_text(encoding="utf-8"))
-    stock, tabulated = (results[model] for model in bend.MODELS)
+    example = foam_run.PLUGIN.parents[1] / "docs" / "examples" / "openfoam_bend"
+    subprocess.run([sys.executable, example, work], check=True)
+    results = json.loads((work / "bend" / "bend.json").read_text(encoding="utf-8"))["results"]
+    stock, tabulated = results["spheres"], results["table"]
     assert tabulated["hits"] > 20_000
+    # what OpenFOAM wrote down are the hits that the wall model counted
+    for name in ("table", "table-without-spin"):
+        assert results[name]["impacts"] == pytest.approx(results[name]["hits"], rel=1e-3)
     # grains are scattered out of the bend's plane, spheres are not
     assert tabulated["spread_spanwise"] > 1.5 * stock["spread_spanwise"]
-    assert (work / "bend.png").stat().st_size > 10_000
+    # grains meet the outer wall twice, and bring the side walls what spheres do not, more with spin
+    outer = results["table"]["walls"]["outer"]["whole"]
+    assert outer["impacts"]["value"][0] == pytest.approx(2.0, abs=0.2)
+    sides = {name: result["walls"]["sides"]["whole"]["energy"] for name, result in results.items()}
+    energy = {name: of["value"][0] for name, of in sides.items()}
+    assert energy["table"] > 1.1 * energy["table-without-spin"] > 2.0 * energy["spheres"]
+    assert sides["table"]["error"][0] < 0.03 * energy["table"]
+    assert (work / "bend" / "bend.png").stat().st_size > 10_000

@@ -67,7 +67,8 @@ class TestFile:
         with h5py.File(tiny.path) as file:
             attributes = dict(file.attrs)
         assert attributes["format"] == "rebound-table"
-        assert attributes["format_version"].tolist() == [1, 0]
+        # 1.1: the file names the speeds at which the law of restitution was measured
+        assert attributes["format_version"].tolist() == [1, 1]
         assert attributes["pair"] == "corundum-steel"
         assert attributes["config"] == TINY.text
         assert attributes["seed"] == TINY.table.seed

@@ -7,6 +7,7 @@ with one case a line, numbers as hexadecimal floating point:
 
     draw ALPHA1 SPEED SEED INDEX HIT CODE VALUE*8
     rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 SEED INDEX HIT CODE VELOCITY*3 OMEGA*3
+    rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE ...
 
 The file spin.txt, of a table with a spin law, has other lines: `tests/embedding/spin_vectors.py`.
 
@@ -32,6 +33,7 @@ from spin_vectors import spin_lines  # noqa: E402
 
 from sampler.drawing.frames import rebound  # noqa: E402
 from sampler.drawing.kernel import draw  # noqa: E402
+from sampler.drawing.roughness import rough_rebound  # noqa: E402
 from sampler.formats.binary import write_binary_table  # noqa: E402
 from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.table import Table  # noqa: E402
@@ -89,6 +91,28 @@ def rebound_conditions(table):
     ]
 
 
+def rough_conditions(table):
+    """Steep, grazing and normal impacts with their roughness, and all that is refused."""
+    v = 0.5 * sum(table.speed_range)
+    rest, up, tilted, moving = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.3, -2.0, 0.7), (3.0, -4.0, 5.0)
+    oblique = (0.8 * v, -0.6 * v, 0.0)
+    return [
+        (oblique, up, 2e-5, rest, 0.0),
+        (oblique, up, 2e-5, rest, 0.1),
+        ((0.9 * v, -0.01 * v, 0.4 * v), up, 1e-3, rest, 0.05),  # grazing: most facets are in shadow
+        ((0.1 * v, 0.9 * v, -0.2 * v), tilted, 1e-3, moving, 0.5),  # several bounces
+        ((0.0, -v, 0.0), up, 1.0, rest, 0.3),  # normal impact: any plane
+        (oblique, up, 2e-5, rest, -0.1),
+        (oblique, up, 2e-5, rest, 0.51),
+        (oblique, up, 2e-5, rest, NAN),
+        ((v, 0.0, 0.0), up, 1.0, rest, 0.1),
+        ((NAN, -v, 0.0), up, 1.0, rest, 0.1),
+        (oblique, rest, 1.0, rest, 0.1),
+        (oblique, up, 0.0, rest, 0.1),
+        ((1.0, 2.0, 3.0), up, 1.0, (1.0, 2.0, 3.0), 0.1),
+    ]
+
+
 def hexadecimal(numbers):
     """Numbers that every language reads back to the same bits."""
     return " ".join(float(x).hex() for x in numbers)
@@ -107,6 +131,13 @@ def cases(table):
         given = hexadecimal((*velocity, *normal, half_size, *wall))
         out = out if code >= 0 else np.zeros(6)
         yield f"rebound {given} {text_of(keys)} {code} {hexadecimal(out)}"
+    for condition, keys in itertools.product(rough_conditions(table), KEYS):
+        velocity, normal, half_size, wall, _ = condition
+        out = np.zeros(6)
+        code = rough_rebound(table.arrays, *condition, *keys_of(keys), out)
+        given = hexadecimal((*velocity, *normal, half_size, *wall, condition[-1]))
+        out = out if code >= 0 else np.zeros(6)
+        yield f"rough-rebound {given} {text_of(keys)} {code} {hexadecimal(out)}"
 
 
 def keys_of(keys):

@@ -27,6 +27,7 @@ from sampler.errors import CLAMPED, NOT_APPROACHING, OK
 from sampler.table import Table
 from tablegen.config import Config
 from tablegen.model.rebound import MOTION_SIZE, U, V, W, collide, wall_spin
+from tablegen.model.rotation import ORDER
 
 SPHERES, MEMORYLESS, DIRECT, TABLE = 0, 1, 2, 3
 
@@ -61,6 +62,7 @@ class Store(NamedTuple):
 
     motion: np.ndarray
     point: np.ndarray
+    series: np.ndarray
     work: np.ndarray
 
 
@@ -80,7 +82,8 @@ def tabulated(table: Table) -> str:
 
 def make_store(wall: Wall) -> Store:
     """Arrays for one thread."""
-    return Store(np.empty(MOTION_SIZE), np.array([0.0, -1.0, 0.0]), np.empty(wall.work_size))
+    point, series = np.array([0.0, -1.0, 0.0]), np.empty((9, ORDER + 1))
+    return Store(np.empty(MOTION_SIZE), point, series, np.empty(wall.work_size))
 
 
 @no_refcount_kernel
@@ -91,7 +94,7 @@ def sphere_state(wall, alpha1, speed, store, out):
         motion[i] = 1.0 if i in (4, 6) else 0.0
     motion[U], motion[V] = math.cos(alpha1), -math.sin(alpha1)
     law, resolution = wall.direct.law, wall.direct.numerics[0]
-    collide(law, speed, resolution, (0.4, 0.4, 0.4), store.point, motion)
+    collide(law, speed, resolution, (0.4, 0.4, 0.4), store.point, motion, store.series)
     out[0], out[1], out[2] = motion[U], motion[V], motion[W]
     out[3], out[4], out[5] = wall_spin(motion)
     return OK

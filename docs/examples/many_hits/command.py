@@ -18,11 +18,13 @@ from many_hits.flow_report import flow_numbers, flow_text
 from many_hits.models import Wall, make_walls, seed_of
 from many_hits.motion import Gas
 from many_hits.picture import chains_picture, flow_picture, write
+from many_hits.wall_picture import impacts_picture
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
 from sampler.files.json_text import json_text
 from tablegen.config import parse_config
+from tablegen.studies.paper_figures.style import Picture
 
 DONE, BAD_INPUT = 0, 2
 
@@ -48,6 +50,7 @@ def _add_flow(add: Callable[..., Any]) -> None:
     """Options of a flow."""
     add("--speed", type=number(1.0, 1000.0), default=150.0, metavar="M_S", help="of the gas")
     add("--diameter", type=number(1.0, 1000.0), default=30.0, metavar="UM", help="micrometres")
+    add("--impacts", type=output_file, metavar="F.png", help="the picture of impacts once more")
 
 
 def parse(argv: Sequence[str] | None) -> argparse.Namespace:
@@ -100,12 +103,12 @@ def run_flow(options: argparse.Namespace, walls: Mapping[str, Wall]) -> dict[str
     return flow_numbers(options.case, gas, flows)
 
 
-def _finite(numbers: Any) -> Any:
+def finite(numbers: Any) -> Any:
     """Numbers with None for those that there are none of: JSON has no others."""
     if isinstance(numbers, Mapping):
-        return {key: _finite(value) for key, value in numbers.items()}
+        return {key: finite(value) for key, value in numbers.items()}
     if isinstance(numbers, list | tuple):
-        return [_finite(value) for value in numbers]
+        return [finite(value) for value in numbers]
     return None if isinstance(numbers, float) and not math.isfinite(numbers) else numbers
 
 
@@ -126,7 +129,7 @@ def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
     text = f"{text}\n{made.outside}"
     for ending, content in (
         ("md", text),
-        ("json", json_text({"command": command, "results": _finite(numbers)})),
+        ("json", json_text({"command": command, "results": finite(numbers)})),
     ):
         with atomic_output(options.output / f"{options.case}.{ending}") as temporary:
             temporary.write_text(content, encoding="utf-8")
@@ -136,8 +139,15 @@ def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
             "many_hits: note: no picture without matplotlib, pip install '.[plot]'", file=sys.stderr
         )
         return
-    drawn = picture(numbers)
-    for path in (options.output / f"{options.case}.png", options.figure):
+    _draw(picture(numbers), options.output / f"{options.case}.png", options.figure)
+    if options.case != CHAINS:
+        drawn = impacts_picture(numbers)
+        _draw(drawn, options.output / f"{options.case}_impacts.png", options.impacts)
+
+
+def _draw(drawn: Picture, *paths: Path | None) -> None:
+    """Write a picture to all places where it is asked for."""
+    for path in paths:
         if path is not None:
             write(drawn, path)
 

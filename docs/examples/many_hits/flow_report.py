@@ -22,6 +22,7 @@ from many_hits.flow import (
     Gas,
 )
 from many_hits.models import MODELS, FloatArray
+from many_hits.wall_report import stage_walls, stage_walls_text
 
 #: Hits that are looked at one by one.
 HITS = 6
@@ -83,8 +84,8 @@ def _by_group(flow: Flow, values: FloatArray) -> Estimate:
     return mean_of(sums / np.bincount(flow.group, minlength=GROUPS))
 
 
-def _stage_numbers(name: str, flow: Flow, number: int) -> dict[str, Any]:
-    """Shares of all particles that leave a bend each way, and the density in it."""
+def _stage_numbers(name: str, gas: Gas, flow: Flow, number: int) -> dict[str, Any]:
+    """How particles leave a bend, the density in it, and what hits its walls."""
     bend, inlet = FLOWS[name][number].bend, FLOWS[name][0].bend.width
     left, particles = flow.left[number], np.bincount(flow.group, minlength=GROUPS)
     field = density(bend, inlet, flow.density[number], particles)
@@ -95,6 +96,7 @@ def _stage_numbers(name: str, flow: Flow, number: int) -> dict[str, Any]:
         },
         "density_at_wall": at_walls(bend, field),
         "density": field.mean(axis=0).tolist(),
+        "walls": stage_walls(flow, number, bend, gas.speed),
     }
 
 
@@ -137,7 +139,7 @@ def flow_numbers(name: str, gas: Gas, flows: Mapping[str, Flow]) -> dict[str, An
             model: {
                 "hits": _by_group(flow, flow.hits.astype(float))._asdict(),
                 "slid": flow.slid,
-                "stages": [_stage_numbers(name, flow, k) for k in range(len(stages))],
+                "stages": [_stage_numbers(name, gas, flow, k) for k in range(len(stages))],
                 "each_hit": [_hit_numbers(flow, direct, hit) for hit in range(HITS)],
             }
             for model, flow in flows.items()
@@ -193,8 +195,9 @@ def flow_text(numbers: Mapping[str, Any], command: str) -> str:
         f"{numbers['stokes']:.3g}, with the width of the duct. Behind ± stands the standard error, "
         "and behind each KS what two samples of one law have on average, and what one of a "
         "thousand exceeds. Shares are of all particles; densities are over that at the inlet, in a "
-        "tenth of the width at a wall, over the second half of the bend. Impacts too grazing to be "
-        f"one, of all models: {slid}.\n"
+        "tenth of the width at a wall, over the second half of the bend. Energies of impacts are "
+        "over that of all particles at the inlet, lengths along the middle line. Impacts too "
+        f"grazing to be one, of all models: {slid}.\n"
     ]
     parts.append(
         markdown_table(["model", "hits a particle"], [[m, _cell(h)] for m, h in hits.items()])
@@ -202,7 +205,7 @@ def flow_text(numbers: Mapping[str, Any], command: str) -> str:
     head = ["model", *_WAYS, "density, outer wall", "density, inner wall"]
     for number in range(len(numbers["stages"])):
         table = markdown_table(head, _passage_rows(numbers, number))
-        parts.append(f"## Bend {number + 1}\n\n{table}")
+        parts.append(f"## Bend {number + 1}\n\n{table}\n{stage_walls_text(numbers, number)}")
     head = ["hit", "model", "share of particles", "mean speed [m/s]", "mean angle [°]"]
     head += ["mean spin [V/a]", *(f"KS of {name}" for name in QUANTITIES), "by chance"]
     parts.append(f"## Hits\n\n{markdown_table(head, _hit_rows(numbers))}")

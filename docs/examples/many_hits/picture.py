@@ -29,8 +29,8 @@ LOOKS = {
     "spheres": Look("#777777", "x", "-.", "spheres"),
 }
 
-#: Models in the picture of the README.
-_SHOWN = ("direct", "table", "table-without-spin", "spheres")
+#: Models in the picture of the README, and in that of impacts.
+SHOWN = ("direct", "table", "table-without-spin", "spheres")
 
 
 def write(picture: Picture, path: Path) -> None:
@@ -44,7 +44,7 @@ def _line(axes: Any, model: str, x: Sequence[float], y: Sequence[float], **style
     axes.plot(x, y, look.dashes, color=look.colour, marker=look.marker, label=look.label, **style)
 
 
-def _legend(figure: Any, axes: Any) -> None:
+def legend(figure: Any, axes: Any) -> None:
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
 
@@ -59,13 +59,13 @@ def chains_picture(chains: Sequence[Mapping[str, Any]]) -> Picture:
             hits = np.arange(len(models[MODELS[0]]) + 1)
             band = np.array([at["speed_quantiles"] for at in models[MODELS[0]]])
             axes.fill_between(hits[1:], band[:, 0], band[:, -1], color="#dddddd", linewidth=0)
-            for model in (model for model in _SHOWN if model in models):
+            for model in (model for model in SHOWN if model in models):
                 _line(axes, model, hits, [start, *(at["speed"]["value"] for at in models[model])])
             axes.set(yscale="log", xlabel="after hit", xticks=hits)
             axes.set_title(chain["name"], loc="left")
             axes.yaxis.set_major_formatter("{x:g}")
         panels[0].set_ylabel("mean speed [m/s]")
-        _legend(figure, panels[0])
+        legend(figure, panels[0])
         return written(
             figure,
             "many_hits.png",
@@ -109,7 +109,7 @@ def flow_picture(numbers: Mapping[str, Any]) -> Picture:
         across.set(xlabel="place across the outlet, inner to outer wall", ylabel="density / inlet")
         last = len(numbers["stages"]) - 1
         _error_bars(passed, numbers, last, "through" if last else "lingering")
-        _legend(figure, speed)
+        legend(figure, speed)
         return written(
             figure,
             f"{numbers['name']}.png",

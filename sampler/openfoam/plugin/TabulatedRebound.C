@@ -1,5 +1,4 @@
 #include "TabulatedRebound.H"
-#include "cyclicACMIPolyPatch.H"
 #include "meshTools.H"
 
 namespace Foam
@@ -21,11 +20,11 @@ void Foam::TabulatedRebound<CloudType>::checkComponents()
 {
     namespace tr = tabulatedRebound;
 
-    const bool plane = this->owner().mesh().nGeometricD() < 3;
+    const bool plane = this->mesh().nGeometricD() < 3;
 
     if (!table_->gives(tr::u) || !table_->gives(tr::v) || !(plane || table_->gives(tr::w)))
     {
-        FatalIOErrorInFunction(this->coeffDict())
+        FatalIOErrorInFunction(this->coefficients())
             << "tableFile: got a table without all velocity components, allowed: one with u, v"
             << (plane ? "" : ", w") << exit(FatalIOError);
     }
@@ -63,7 +62,7 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
 {
     if (!table_->hasSpinLaw() || !givesSpin_)
     {
-        FatalIOErrorInFunction(this->coeffDict())
+        FatalIOErrorInFunction(this->coefficients())
             << "spin: got yes, allowed: no, with a table without "
             << (givesSpin_ ? "spin law" : "angular velocities") << exit(FatalIOError);
     }
@@ -71,21 +70,30 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
     // Angular momenta are nobody else's
     if (spinOf::ofMomentum) return;
 
-    if (this->owner().dispersion().active())
+    const word dispersion =
+        this->owner().subModelProperties().template lookupOrDefault<word>
+        (
+            "dispersionModel", "none"
+        );
+
+    if (dispersion != "none")
     {
-        FatalIOErrorInFunction(this->coeffDict())
+        FatalIOErrorInFunction(this->coefficients())
             << "spin: got yes, allowed: no, with kinematic parcels and a dispersionModel (both need"
             << " UTurb of the parcels)" << exit(FatalIOError);
     }
 
-    for (const polyPatch& pp : this->owner().mesh().boundaryMesh())
+    for (const polyPatch& pp : this->meshPatches())
     {
-        // A parcel may go through one, which turns its spin, or meet the wall behind it
-        if (isA<cyclicACMIPolyPatch>(pp) && !refCast<const coupledPolyPatch>(pp).parallel())
+        if (!isA<coupledPolyPatch>(pp)) continue;
+
+        const coupledPolyPatch& coupled = refCast<const coupledPolyPatch>(pp);
+
+        if (rebound::turns(coupled) && !rebound::canFollow(coupled))
         {
-            FatalIOErrorInFunction(this->coeffDict())
-                << "spin: got yes, allowed: no, with kinematic parcels and the rotating cyclicACMI"
-                << " patch " << pp.name() << exit(FatalIOError);
+            FatalIOErrorInFunction(this->coefficients())
+                << "spin: got yes, allowed: no, with kinematic parcels and the rotating "
+                << pp.type() << " patch " << pp.name() << exit(FatalIOError);
         }
     }
 }
@@ -94,11 +102,11 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::followSpin()
 {
-    const scalar gasTorque = this->coeffDict().template lookupOrDefault<scalar>("gasTorque", 0);
+    const scalar gasTorque = this->coefficients().template lookupOrDefault<scalar>("gasTorque", 0);
 
     if (!(gasTorque >= 0) || (!keepsSpin_ && gasTorque > 0))
     {
-        FatalIOErrorInFunction(this->coeffDict())
+        FatalIOErrorInFunction(this->coefficients())
             << "gasTorque: got " << gasTorque << ", allowed: 0"
             << (keepsSpin_ ? " or a positive number" : ", where no spin is kept")
             << exit(FatalIOError);
@@ -115,7 +123,7 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
 
             if (first != gasTorque)
             {
-                FatalIOErrorInFunction(this->coeffDict())
+                FatalIOErrorInFunction(this->coefficients())
                     << "gasTorque: got " << gasTorque << ", allowed: " << first
                     << ", as for other walls of this cloud" << exit(FatalIOError);
             }
@@ -132,9 +140,9 @@ void Foam::TabulatedRebound<CloudType>::reportWalls() const
 {
     DynamicList<word> others;
 
-    for (const polyPatch& pp : this->owner().mesh().boundaryMesh())
+    for (const polyPatch& pp : this->meshPatches())
     {
-        if (isA<wallPolyPatch>(pp) && !patches_.match(pp.name()))
+        if (isA<wallPolyPatch>(pp) && !rebound::matches(patches_, pp.name()))
         {
             others.append(pp.name());
         }
@@ -143,7 +151,7 @@ void Foam::TabulatedRebound<CloudType>::reportWalls() const
     if (others.size())
     {
         Info<< "    tabulatedRebound: leaves walls " << others
-            << " to another model of multiInteraction" << endl;
+            << " to another model" << endl;
     }
 }
 
@@ -198,14 +206,43 @@ Foam::TabulatedRebound<CloudType>::totals() const
 // * * * * * * * * * * * * Protected Member Functions  * * * * * * * * * * * //
 
 template<class CloudType>
-void Foam::TabulatedRebound<CloudType>::writeFileHeader(Ostream& os)
+void Foam::TabulatedRebound<CloudType>::report(Ostream* print, Ostream* table)
 {
-    PatchInteractionModel<CloudType>::writeFileHeader(os);
+    const Counts all = totals();
 
-    this->writeTabbed(os, "hits");
-    this->writeTabbed(os, "clamped");
-    this->writeTabbed(os, "extrapolated");
-    this->writeTabbed(os, "spinLost");
+    if (print)
+    {
+        *print
+            << "    Tabulated rebounds (hits, clamped, extrapolated, spin lost) = "
+            << all.hits << ", " << all.clamped << ", " << all.extrapolated << ", " << all.spinLost
+            << endl;
+    }
+
+    if (table)
+    {
+        *table
+            << tab << all.hits << tab << all.clamped << tab << all.extrapolated
+            << tab << all.spinLost << endl;
+    }
+
+    if (this->writeTime())
+    {
+        // As scalars: labels may have too few bits
+        scalarField counts(4);
+        counts[0] = all.hits;
+        counts[1] = all.clamped;
+        counts[2] = all.spinLost;
+        counts[3] = all.extrapolated;
+        this->setModelProperty("counts", counts);
+        counts_ = {0, 0, 0, 0};
+    }
+}
+
+
+template<class CloudType>
+void Foam::TabulatedRebound<CloudType>::nameColumns(Ostream& table) const
+{
+    table << tab << "hits" << tab << "clamped" << tab << "extrapolated" << tab << "spinLost";
 }
 
 
@@ -214,17 +251,18 @@ void Foam::TabulatedRebound<CloudType>::writeFileHeader(Ostream& os)
 template<class CloudType>
 Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, CloudType& cloud)
 :
-    PatchInteractionModel<CloudType>(dict, cloud, typeName),
-    patches_(List<wordRe>(1, wordRe(".*", wordRe::REGEX))),
+    rebound::wallModel<CloudType>(dict, cloud, typeName),
+    patches_(rebound::allPatches()),
     refuseOutside_(false),
-    halfSizeRule_(this->coeffDict().template lookupOrDefault<scalar>("halfSizeRule", 0.5)),
+    halfSizeRule_(this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", 0.5)),
+    roughness_(this->coefficients()),
     givesSpin_(false),
     keepsSpin_(false),
     counts_{0, 0, 0, 0}
 {
-    const dictionary& coeffs = this->coeffDict();
+    const dictionary& coeffs = this->coefficients();
 
-    const label seed = coeffs.template get<label>("seed");
+    const label seed = rebound::required<label>(coeffs, "seed");
     const word outside = coeffs.template lookupOrDefault<word>("outOfRange", "clamp");
     coeffs.readIfPresent("patches", patches_);
 
@@ -248,16 +286,16 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     seed_ = seed;
     refuseOutside_ = (outside == "error");
 
-    fileName path(coeffs.template get<fileName>("tableFile"));
+    fileName path(rebound::required<fileName>(coeffs, "tableFile"));
     path.expand();
 
     if (!path.isAbsolute())
     {
         // Of the whole case, not of the part that one processor has
-        path = cloud.mesh().time().globalPath()/path;
+        path = this->mesh().time().globalPath()/path;
     }
 
-    table_ = std::make_shared<reboundTable>(path);
+    table_ = std::make_shared<reboundTable>(path, coeffs);
 
     checkComponents();
     checkInjection();
@@ -274,12 +312,13 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
 template<class CloudType>
 Foam::TabulatedRebound<CloudType>::TabulatedRebound(const TabulatedRebound<CloudType>& model)
 :
-    PatchInteractionModel<CloudType>(model),
+    rebound::wallModel<CloudType>(model),
     table_(model.table_),
     seed_(model.seed_),
     patches_(model.patches_),
     refuseOutside_(model.refuseOutside_),
     halfSizeRule_(model.halfSizeRule_),
+    roughness_(model.roughness_),
     givesSpin_(model.givesSpin_),
     keepsSpin_(model.keepsSpin_),
     counts_(model.counts_)
@@ -296,7 +335,12 @@ bool Foam::TabulatedRebound<CloudType>::correct
     bool& keepParticle
 )
 {
-    if (!isA<wallPolyPatch>(pp) || !patches_.match(pp.name()))
+    if (rebound::wallModelMeetsAll && keepsSpin_)
+    {
+        SpinInFlight<CloudType>::turn(this->owner(), p, pp);
+    }
+
+    if (!isA<wallPolyPatch>(pp) || !rebound::matches(patches_, pp.name()))
     {
         return false;
     }
@@ -318,7 +362,8 @@ bool Foam::TabulatedRebound<CloudType>::correct
     vector omega(Zero);
     const int code = table_->rebound
     (
-        p.U(), omega, -nOut, Uwall, a, keepsSpin_ ? &before : nullptr, seed_, identity, countHit(p)
+        p.U(), omega, -nOut, Uwall, a, roughness_.tilt(p.d()), keepsSpin_ ? &before : nullptr, seed_,
+        identity, countHit(p)
     );
 
     if (code < 0 || (code == reboundTable::clamped && refuseOutside_))
@@ -327,8 +372,7 @@ bool Foam::TabulatedRebound<CloudType>::correct
     }
 
     // A plane or wedge case cannot move a parcel out of its plane
-    const polyMesh& mesh = this->owner().mesh();
-    meshTools::constrainDirection(mesh, mesh.geometricD(), p.U());
+    meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());
 
     ++counts_.hits;
     if (code == reboundTable::clamped) ++counts_.clamped;
@@ -344,33 +388,4 @@ bool Foam::TabulatedRebound<CloudType>::correct
     }
 
     return true;
-}
-
-
-template<class CloudType>
-void Foam::TabulatedRebound<CloudType>::info(Ostream& os)
-{
-    PatchInteractionModel<CloudType>::info(os);
-
-    const Counts all = totals();
-
-    os  << "    Tabulated rebounds (hits, clamped, extrapolated, spin lost) = "
-        << all.hits << ", " << all.clamped << ", " << all.extrapolated << ", " << all.spinLost
-        << endl;
-
-    this->file()
-        << tab << all.hits << tab << all.clamped << tab << all.extrapolated << tab << all.spinLost
-        << endl;
-
-    if (this->writeTime())
-    {
-        // As scalars: labels may have too few bits
-        scalarField counts(4);
-        counts[0] = all.hits;
-        counts[1] = all.clamped;
-        counts[2] = all.spinLost;
-        counts[3] = all.extrapolated;
-        this->setModelProperty("counts", counts);
-        counts_ = {0, 0, 0, 0};
-    }
 }

@@ -10,7 +10,7 @@ static_assert(Foam::reboundTable::clamped == RBT_CLAMPED, "codes of rebound_samp
 static_assert(sizeof(Foam::scalar) == sizeof(double), "draws are in double precision");
 
 
-Foam::reboundTable::reboundTable(const fileName& path)
+Foam::reboundTable::reboundTable(const fileName& path, const dictionary& coeffs)
 :
     table_(nullptr)
 {
@@ -18,9 +18,9 @@ Foam::reboundTable::reboundTable(const fileName& path)
 
     if (code < 0)
     {
-        FatalErrorInFunction
+        FatalIOErrorInFunction(coeffs)
             << "tableFile: got " << path << ", allowed: a file that `sampler export` wrote ("
-            << rbt_strerror(code) << ")" << exit(FatalError);
+            << rbt_strerror(code) << ")" << exit(FatalIOError);
     }
 
     rbt_valid_speed(table_, validSpeed_);
@@ -82,16 +82,17 @@ int Foam::reboundTable::rebound
     const vector& n,
     const vector& Uwall,
     const scalar a,
+    const scalar roughness,
     const vector* before,
     const uint64_t seed,
     const uint64_t particle,
     const uint32_t hit
 ) const
 {
-    return rbt_rebound
+    return rbt_rough_rebound
     (
-        table_, U.cdata(), n.cdata(), a, Uwall.cdata(), before ? before->cdata() : nullptr,
-        seed, particle, hit, U.data(), omega.data()
+        table_, &U[0], &n[0], a, &Uwall[0], roughness, before ? &(*before)[0] : nullptr,
+        seed, particle, hit, &U[0], &omega[0]
     );
 }
 

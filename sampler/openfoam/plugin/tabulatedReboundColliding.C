@@ -1,7 +1,16 @@
-// Registers the model for basicKinematicCollidingCloud. Two clouds need two files: what the macro defines has
-// the same name in both.
+// Registers the model for colliding parcels. Two clouds need two files: what the macro defines has
+// the same name in both. The cloud comes first, since headers of its models use what it includes.
 
-#include "basicKinematicCollidingCloud.H"
+#ifdef OPENFOAM
+    #include "basicKinematicCollidingCloud.H"
+#else
+    #include "collidingCloud.H"
+#endif
+
 #include "TabulatedRebound.H"
 
-makePatchInteractionModelType(TabulatedRebound, basicKinematicCollidingCloud);
+#ifdef OPENFOAM
+    makePatchInteractionModelType(TabulatedRebound, basicKinematicCollidingCloud);
+#else
+    makePatchInteractionModelType(TabulatedRebound, collidingCloud);
+#endif

@@ -1,7 +1,16 @@
-// Registers the model for basicKinematicCloud. Two clouds need two files: what the macro defines has
-// the same name in both.
+// Registers the model for kinematic parcels. Two clouds need two files: what the macro defines has
+// the same name in both. The cloud comes first, since headers of its models use what it includes.
 
-#include "basicKinematicCloud.H"
+#ifdef OPENFOAM
+    #include "basicKinematicCloud.H"
+#else
+    #include "momentumCloud.H"
+#endif
+
 #include "TabulatedRebound.H"
 
-makePatchInteractionModelType(TabulatedRebound, basicKinematicCloud);
+#ifdef OPENFOAM
+    makePatchInteractionModelType(TabulatedRebound, basicKinematicCloud);
+#else
+    makePatchInteractionModelType(TabulatedRebound, momentumCloud);
+#endif

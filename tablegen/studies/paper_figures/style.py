@@ -59,7 +59,8 @@ class Picture(NamedTuple):
     @property
     def media_type(self) -> str:
         """What the file is."""
-        return "image/svg+xml" if self.name.endswith(".svg") else "image/png"
+        kinds = {"svg": "image/svg+xml", "pdf": "application/pdf"}
+        return kinds.get(self.name.rpartition(".")[2], "image/png")
 
 
 def require_matplotlib(flag: str) -> None:
@@ -102,6 +103,7 @@ def written(figure: Any, name: str, title: str, alternative: str) -> Picture:
     """Figure as a file in memory, the same bytes each time."""
     kind = name.rpartition(".")[2]
     buffer = io.BytesIO()
-    metadata = {"Date": None} if kind == "svg" else {"Software": None}
+    # what would differ each time, or tell of the machine
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {"Software": None})
     figure.savefig(buffer, format=kind, dpi=130, metadata=metadata)
     return Picture(name, title, alternative, buffer.getvalue())

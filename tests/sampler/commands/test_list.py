@@ -6,7 +6,7 @@ import pytest
 
 import sampler
 from sampler.files.locate import available, find_config, find_table
-from tablegen import load_config
+from tablegen import load_config, read_measurements
 
 both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
 
@@ -23,7 +23,7 @@ def listed(call):
 
 @both
 def test_every_name_has_one_line_below_its_kind(program, listed):
-    kinds, found = ("tables", "pairs", "scenes"), {}
+    kinds, found = ("tables", "pairs", "scenes", "measurements"), {}
     for line in listed(program).splitlines():
         if line in kinds:
             names = found[line] = {}
@@ -35,6 +35,8 @@ def test_every_name_has_one_line_below_its_kind(program, listed):
     assert tuple(found) == kinds
     assert sorted(found["tables"]) == available(".h5")
     assert sorted([*found["pairs"], *found["scenes"]]) == available(".toml")
+    assert sorted(found["measurements"]) == available(".csv")
+    assert found["measurements"]["kharaz-2001"].startswith("Kharaz, Gorham & Salman (2001)")
     assert found["tables"]["corundum-steel"].startswith("0.5 to 90 degrees, 5 to 300 m/s, u v w")
     assert found["pairs"]["corundum-steel"] == "synthetic corundum on steel St3"
     assert "pair corundum-steel, 20 to 60 degrees, 100 to 200 m/s" in found["scenes"]["demo"]
@@ -57,6 +59,9 @@ def test_json_says_what_the_files_say(program, listed):
         assert facts == {"particle": pair.particle, "wall": pair.wall}
     for name, facts in found["scenes"].items():
         assert load_config(name).pair_name == facts["pair"]
+    for name, facts in found["measurements"].items():
+        assert facts == read_measurements(name).about
+        assert {"title", "particle", "wall"} <= set(facts)
 
 
 def test_your_own_files_beside_them_are_listed(monkeypatch, tmp_path, listed):
@@ -70,6 +75,7 @@ def test_your_own_files_beside_them_are_listed(monkeypatch, tmp_path, listed):
         "scenes": {
             "mine": {"pair": "corundum-steel", "spin": False, "domain": {"components": ["u", "v"]}}
         },
+        "measurements": {},
     }
     assert "  mine  pair corundum-steel, u v\n" in listed("sampler")
 

@@ -49,7 +49,7 @@ pair.resistance = "none" => pair.resistance: got 'none', ... object
 pair.restitution.coefficient = true => pair.restitution.coefficient: got true, ... number
 pair.restitution.coefficient = 0.0 => pair.restitution.coefficient: got 0, ... 0
 pair.restitution.exponent = 10.5 => pair.restitution.exponent: got 10.5, ... 10
-pair.resistance.strength = -0.1 => pair.resistance.strength: got -0.1, ... 0
+pair.resistance.strength = -10.1 => pair.resistance.strength: got -10.1, ... -10
 population.shapes.cube = 1.0 => population.shapes.cube: unknown field, ... ellipsoid, prism, trunc
 population.shapes.truncated-prism = -1 => population.shapes.truncated-prism: got -1, ... 0
 population.truncation = 1.0 => population.truncation: got 1, ... 1

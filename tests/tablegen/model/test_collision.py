@@ -10,6 +10,7 @@ from motion_fixtures import LAW, energy_of, motion_of, random_rotations
 from sampler.compilation.jit import kernel
 from tablegen.model.collision import energy_gain, impulse, impulse_cubic, positive_root
 from tablegen.model.rebound import collide
+from tablegen.model.rotation import ORDER
 
 # called from Python here
 energy_gain = kernel(energy_gain)
@@ -114,11 +115,12 @@ def mobility_tuple(matrix):
 def collide_all(impacts, resolution):
     """Velocity changes of the centre (wall) and spin changes (body) by the kernel."""
     moved, turned = np.empty((len(impacts), 3)), np.empty((len(impacts), 3))
+    series = np.empty((9, ORDER + 1))
     for i in range(len(impacts)):
         motion = motion_of(impacts.rotation[i], impacts.spin[i], impacts.velocity[i])
         before = motion.copy()
         moments = tuple(impacts.moments[i].tolist())
-        collide(LAW, SPEED, resolution, moments, impacts.point[i].copy(), motion)
+        collide(LAW, SPEED, resolution, moments, impacts.point[i].copy(), motion, series)
         moved[i], turned[i] = motion[9:12] - before[9:12], motion[0:3] - before[0:3]
     return moved, turned
 

@@ -21,6 +21,7 @@ from tablegen.model.contact_laws import (
     POLYNOMIAL,
     POWER,
     TABULATED,
+    TABULATED_RESISTANCE,
     LawArguments,
     exponential_restitution,
     impact_angle,
@@ -30,7 +31,7 @@ from tablegen.model.contact_laws import (
     power_restitution,
     resistance,
     restitution,
-    tabulated_restitution,
+    tabulated_coefficient,
 )
 from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.simulate import make_condition, simulate_condition
@@ -64,7 +65,7 @@ RESISTANCE = samples.RESISTANCE | {
 def entries(restitution_law=EXPONENTIAL, resistance_law=ORIENTATION, **given):
     """Law arguments with what matters given and the rest far from any law."""
     rest = {"coefficient": 77.0, "exponent": 77.0, "strength": 77.0, "factor": 77.0}
-    rest["numbers"] = np.full(3, 77.0)
+    rest |= {"numbers": np.full(3, 77.0), "resistances": np.full(3, 77.0)}
     return LawArguments(
         restitution_law=restitution_law, resistance_law=resistance_law, **(rest | given)
     )
@@ -134,21 +135,21 @@ class TestRestitution:
         points = np.column_stack(
             [rng.uniform(ANGLES[0], ANGLES[-1], 500), rng.uniform(50, 400, 500)]
         )
-        found = [tabulated_restitution(numbers, angle, speed) for angle, speed in points]
+        found = [tabulated_coefficient(numbers, angle, speed) for angle, speed in points]
         np.testing.assert_allclose(found, truth(points), rtol=0.0, atol=1e-14)
         # Refused: the table with its rows and columns confused.
         confused = pack_table(ANGLES, NODES, VALUES.reshape(4, 3).T.copy())
-        wrong = [tabulated_restitution(confused, angle, speed) for angle, speed in points]
+        wrong = [tabulated_coefficient(confused, angle, speed) for angle, speed in points]
         assert np.abs(np.array(wrong) - truth(points)).max() > 0.1
 
     def test_table_holds_its_values_at_the_nodes_and_beyond_the_ends(self):
         numbers = pack_table(ANGLES, NODES, VALUES)
         for i, j in itertools.product(range(3), range(4)):
-            found = tabulated_restitution(numbers, ANGLES[i], NODES[j])
+            found = tabulated_coefficient(numbers, ANGLES[i], NODES[j])
             assert found == pytest.approx(VALUES[i, j], rel=1e-15)
-        assert tabulated_restitution(numbers, 0.0, 0.0) == VALUES[0, 0]
-        assert tabulated_restitution(numbers, math.pi / 2, 1e5) == VALUES[-1, -1]
-        along = tabulated_restitution(numbers, ANGLES[1], 1e5)
+        assert tabulated_coefficient(numbers, 0.0, 0.0) == VALUES[0, 0]
+        assert tabulated_coefficient(numbers, math.pi / 2, 1e5) == VALUES[-1, -1]
+        along = tabulated_coefficient(numbers, ANGLES[1], 1e5)
         assert along == pytest.approx(VALUES[1, -1], rel=1e-15)
 
     def test_axis_of_one_node_stands_for_no_dependence(self):
@@ -157,10 +158,10 @@ class TestRestitution:
         single = pack_table(ANGLES[:1], NODES[:1], VALUES[:1, :1])
         for speed in SPEEDS:
             expected = np.interp(0.9, ANGLES, VALUES[:, 0])
-            assert tabulated_restitution(by_angle, 0.9, speed) == pytest.approx(expected)
+            assert tabulated_coefficient(by_angle, 0.9, speed) == pytest.approx(expected)
             expected = np.interp(speed, NODES, VALUES[0])
-            assert tabulated_restitution(by_speed, 0.9, speed) == pytest.approx(expected)
-            assert tabulated_restitution(single, 0.9, speed) == VALUES[0, 0]
+            assert tabulated_coefficient(by_speed, 0.9, speed) == pytest.approx(expected)
+            assert tabulated_coefficient(single, 0.9, speed) == VALUES[0, 0]
 
     def test_tabulated_law_takes_angle_and_speed_of_the_contact(self):
         law = entries(TABULATED, numbers=pack_table(ANGLES, NODES, VALUES))
@@ -171,6 +172,7 @@ class TestRestitution:
 
 class TestResistance:
     # contact ahead of the centre, behind, abreast; r . V_p, |r|, |V_p|
+    ENDS = ((0.6, 0.3, 2.0), (-0.6, 0.3, 2.0))
     CONTACTS = ((0.6, 0.3, 2.0), (-0.6, 0.3, 2.0), (0.0, 0.3, 2.0), (0.1, 0.5, 0.7))
 
     @pytest.mark.parametrize("factor", [0.0, 1.0, 2.5])
@@ -178,19 +180,33 @@ class TestResistance:
         law = entries(strength=0.8, factor=factor)
         for product, length, speed in self.CONTACTS:
             expected = factor * math.exp(0.8 * product / (length * speed))
-            assert resistance(law, product, length, speed) == pytest.approx(expected, rel=1e-15)
-        assert resistance(law, 0.0, 0.3, 0.0) == factor
+            found = resistance(law, product, length, speed, 0.6)
+            assert found == pytest.approx(expected, rel=1e-15)
+        assert resistance(law, 0.0, 0.3, 0.0, 0.6) == factor
+
+    def test_strength_below_zero_resists_least_ahead_of_the_motion(self):
+        ahead, behind = (resistance(entries(strength=-2.0, factor=1.0), *c, 0.6) for c in self.ENDS)
+        assert ahead == pytest.approx(math.exp(-2.0), rel=1e-14)
+        assert behind == pytest.approx(math.exp(2.0), rel=1e-14)
 
     def test_factor_one_changes_no_bit(self):
         law = entries(strength=1.0, factor=1.0)
         for contact in self.CONTACTS:
-            assert resistance(law, *contact) == orientation_resistance(1.0, *contact)
+            assert resistance(law, *contact, 0.6) == orientation_resistance(1.0, *contact)
 
     @pytest.mark.parametrize("value", [0.0, 0.7])
     def test_constant(self, value):
         law = entries(resistance_law=CONSTANT_RESISTANCE, factor=value)
         for contact in (*self.CONTACTS, (0.0, 0.3, 0.0)):
-            assert resistance(law, *contact) == value
+            assert resistance(law, *contact, 0.6) == value
+
+    def test_table_is_linear_in_the_angle_of_the_contact(self):
+        angles, values = np.radians([10.0, 40.0, 75.0]), np.array([0.9, 2.5, 0.1])
+        table = pack_table(angles, np.ones(1), values[:, None])
+        law = entries(resistance_law=TABULATED_RESISTANCE, resistances=table)
+        for cosine, contact in itertools.product(COSINES, self.CONTACTS):
+            expected = np.interp(math.asin(cosine), angles, values)
+            assert resistance(law, *contact, cosine) == pytest.approx(expected, abs=1e-14)
 
 
 def test_one_compiled_model_serves_all_laws():
@@ -204,9 +220,12 @@ def test_one_compiled_model_serves_all_laws():
 def test_every_collision_obeys_its_law(name, shape):
     for resistance_name, alpha_deg in itertools.product(RESISTANCE, (0.5, 20.0, 45.0, 70.0, 90.0)):
         pair = pair_with(name, resistance_name)
-        made = run(pair, alpha_deg, count=60, shape=shape, audited=True)
-        worst = made.audit[[ENERGY, ANGULAR, NORMAL, TANGENTIAL]]
-        assert worst.max() <= 1e-12, (resistance_name, alpha_deg, worst)
+        # the audit of Coulomb's law follows each collision in small steps: slow, and not exact
+        coulomb = resistance_name == "coulomb"
+        made = run(pair, alpha_deg, count=10 if coulomb else 60, shape=shape, audited=True)
+        assert made.audit[[ENERGY, ANGULAR]].max() <= 1e-12
+        worst = made.audit[[NORMAL, TANGENTIAL]]
+        assert worst.max() <= (1e-9 if coulomb else 1e-12), (resistance_name, alpha_deg, worst)
         assert made.audit.max() <= 1e-9
         assert np.isfinite(made.state).all()
         assert np.isfinite(made.energy).all()

@@ -40,11 +40,15 @@ from tablegen.model.rebound import (
     rebound,
     workspace,
 )
+from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth
 from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate_condition
 
 # called from Python here
 workspace = kernel(workspace)
+
+#: Work space of a collision.
+SERIES = np.empty((9, ORDER + 1))
 
 #: Impact angle [deg], speed [m/s], spin: grazing, usual, nearly normal, normal, with spin.
 CONDITIONS = [
@@ -109,7 +113,7 @@ def collision():
     point = np.empty(3)
     contact_point(body, before, before[HEIGHT], before[V], point)
     after = before.copy()
-    collide(LAW, 200.0, CONTACT_RESOLUTION, body.moments, point, after)
+    collide(LAW, 200.0, CONTACT_RESOLUTION, body.moments, point, after, SERIES)
     return body, point, before, after
 
 
@@ -157,7 +161,7 @@ def test_audit_reports_a_contact_that_keeps_less_than_the_floor():
     before = motion_of(np.eye(3), velocity=[1.0, -1e-5, 0.0], height=1.0)
     point = np.array([0.0, -1.0, 0.0])
     after = before.copy()
-    collide(LAW, 200.0, 0.5 * CONTACT_RESOLUTION, body.moments, point, after)
+    collide(LAW, 200.0, 0.5 * CONTACT_RESOLUTION, body.moments, point, after, SERIES)
     audit = audited((body, point, before, after))
     # it misses the elastic bounce, the nearer of the two ways out that the law allows
     assert audit[NORMAL] == pytest.approx(0.5 * CONTACT_RESOLUTION - 1e-5, rel=1e-9)

@@ -58,6 +58,20 @@ class TestPopulation:
         assert only.restricted_to("mixture") == only
         assert only.with_aspect(0.5, 0.5).meshes == only.meshes
 
+    def test_strata_have_one_form_each_and_its_share(self):
+        shapes = {"tetrahedron": 3.0, "sphere": 1.0, "prism": 0.0}
+        population = population_of(grain(50), box(0.5, 0.25), weights=[0.0, 4.0], shapes=shapes)
+        strata = population.strata()
+        assert [(s.code, s.share) for s in strata] == [(3, 0.375), (4, 0.125), (FIRST_MESH, 0.5)]
+        # the code is that of the whole population; of its own the only mesh is the first
+        codes = population.kernel_arguments().shape_codes
+        assert codes.tolist() == [s.code for s in strata]
+        for stratum in strata:
+            arguments = stratum.population.kernel_arguments()
+            assert len(arguments.shape_codes) == 1
+        assert strata[1].population == population.restricted_to("sphere")
+        assert strata[2].population.meshes[0].vertices == population.meshes[1].vertices
+
     def test_weightless_meshes_are_left_out(self):
         population = population_of(grain(50), box(0.5, 0.25), weights=[0.0, 1.0])
         assert len(population.kernel_arguments().meshes.moments) == 1

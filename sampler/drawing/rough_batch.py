@@ -1,0 +1,80 @@
+"""Rebounds of many particles from rough walls, in the lab frame."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.block import item
+from sampler.drawing.grain import draw_grain
+from sampler.drawing.roughness import rough_rebound
+from sampler.drawing.row_counts import NO_ROWS, counted, extrapolates
+from sampler.drawing.spin_view import grain_law_of, shapes_of
+from sampler.drawing.vectors import Vector, combine, dot, vector
+from sampler.errors import OK
+from sampler.formats.table_arrays import TableArrays
+
+#: Spins and grains of `rough_rebound_batch` for particles that arrive without spin.
+WITHOUT_SPIN = (None, None, None)
+
+
+@no_refcount_inline_kernel
+def _grain_of_row(
+    arrays: TableArrays,
+    given: NDArray[np.float64],
+    grain_hit: NDArray[np.uint32],
+    seed: int,
+    index: NDArray[np.uint64],
+    k: int,
+) -> Vector:
+    """Grain of a row; of a table without spin law, which refuses a spin, any."""
+    if given.shape[0] > 0:
+        return vector(given, k)
+    if shapes_of(arrays.spin) == 0:
+        return 0.0, 1.0, 1.0
+    return draw_grain(grain_law_of(arrays.spin), seed, item(index, k), item(grain_hit, k))
+
+
+@no_refcount_kernel
+def rough_rebound_batch(
+    arrays: TableArrays,
+    velocity: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    half_size: NDArray[np.float64],
+    wall_velocity: NDArray[np.float64],
+    roughness: NDArray[np.float64],
+    omega: Any,
+    given: Any,
+    grain_hit: Any,
+    seed: int,
+    index: NDArray[np.uint64],
+    hit: NDArray[np.uint32],
+    results: NDArray[np.float64],
+    start: int,
+    stop: int,
+) -> tuple[int, int, int, int, int]:
+    """Rebounds of the rows from start to stop; ends with the first error.
+
+    Arrays have n rows or one. `omega`, `given` and `grain_hit` are as of
+    `sampler.drawing.spin_frames.spin_rebound_batch`, or `WITHOUT_SPIN`; numba compiles one kernel
+    for each. `results` has shape (n, 6): velocity and angular velocity. Returns the same five
+    numbers as `sampler.drawing.batch.draw_batch`.
+    """
+    counts = NO_ROWS
+    for k in range(start, stop):
+        v, wall, out = vector(velocity, k), vector(wall_velocity, k), results[k]
+        impact = (v, vector(normal, k), item(half_size, k), wall, item(roughness, k))
+        keys = (seed, item(index, k), item(hit, k))
+        if omega is None or given is None or grain_hit is None:
+            status = rough_rebound(arrays, *impact, *keys, out)
+        else:
+            grain = _grain_of_row(arrays, given, grain_hit, seed, index, k)
+            status = rough_rebound(arrays, *impact, *keys, out, vector(omega, k), grain)
+        if status < OK:
+            return k, status, *counts
+        relative = combine(1.0, v, -1.0, wall)
+        beyond = extrapolates(arrays, math.sqrt(dot(relative, relative)))
+        counts = counted(counts, k, status, beyond)
+    return -1, OK, *counts

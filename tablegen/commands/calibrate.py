@@ -1,0 +1,172 @@
+"""``tablegen calibrate``: a material pair fitted to measured rebounds."""
+
+import re
+from pathlib import Path
+
+import click
+
+from sampler.commands import options
+from sampler.commands.program import DONE
+from sampler.files.atomic import atomic_output, write_text
+from sampler.files.json_text import json_text
+from tablegen.commands import bounded
+from tablegen.commands.compare import MEASURED, TILT
+from tablegen.commands.config_argument import CONFIG
+from tablegen.configuration.defaults import CALIBRATE_COUNT
+
+#: Options that take all words that follow and look like values of theirs.
+_MANY = {
+    "--free": re.compile(r"(pair|population)\.|wall_tilt_deg"),
+    "--hold-out": re.compile(r"[0-9.]+([eE][+-]?\d+)?$"),
+}
+
+
+class _ManyValues(options.Command):
+    """Command with options that may be followed by several values."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse ``--free A B`` as ``--free A --free B``."""
+        words: list[str] = []
+        option = None
+        for word in args:
+            if option and words[-1] != option and _MANY[option].match(word):
+                words.append(option)
+            elif not (option and words[-1] == option):
+                option = word if word in _MANY else None
+            words.append(word)
+        return super().parse_args(ctx, words)
+
+
+@click.command(
+    cls=_ManyValues,
+    short_help="Fit a material pair to measured rebounds.",
+    epilog=options.examples(
+        "tablegen calibrate grant-tabakoff-1975 --pair grant-tabakoff-1975 --output sand.toml",
+        "tablegen calibrate my-rebounds.csv --pair start.toml --output fitted.toml \\",
+        "    --free pair.restitution.value pair.resistance.value population.aspect.mean \\",
+        "    --hold-out 45 --json fit.json --picture fit.png",
+    ),
+)
+@click.argument("measured", type=MEASURED, metavar="F.csv|NAME")
+@click.option(
+    "--pair",
+    required=True,
+    type=CONFIG,
+    metavar="START.toml",
+    help="Pair to start from: a name, or the path of a .toml file.",
+)
+@options.output("FITTED.toml", "Pair file to write.")
+@click.option(
+    "--free",
+    multiple=True,
+    metavar="NAME ...",
+    help="Fields that are fitted; by default the coefficients of both laws and the mean aspect "
+    "ratio. A wrong name lists the right ones.",
+)
+@click.option(
+    "--hold-out",
+    type=bounded.ANGLE,
+    multiple=True,
+    metavar="DEG ...",
+    help="Angles whose rows are predicted and not used.",
+)
+@click.option(
+    "--count",
+    type=options.COUNT,
+    default=CALIBRATE_COUNT,
+    show_default=True,
+    metavar="N",
+    help="Particles of each shape at each row.",
+)
+@options.seed("Seed of the particles and of the random starts.")
+@click.option(
+    "--speed",
+    type=bounded.SPEED,
+    metavar="M_S",
+    help="Impact speed of rows that state none.",
+)
+@click.option(
+    "--wall-tilt",
+    type=TILT,
+    default=0.0,
+    metavar="DEG",
+    help="Roughness of the wall, standard deviation of the tilt of its facets; or where the search "
+    "for it starts.",
+)
+@click.option("--resume", is_flag=True, help="Use the simulations of an interrupted run.")
+@click.option("--discard", is_flag=True, help="Remove the simulations of an interrupted run.")
+@options.json_file("Write everything.")
+@click.option(
+    "--picture", type=options.OUTPUT, metavar="F.png|pdf|svg", help="Draw fit and residuals."
+)
+@options.threads
+@options.progress
+def calibrate(
+    measured: str,
+    pair: str,
+    output: Path,
+    free: tuple[str, ...],
+    hold_out: tuple[float, ...],
+    count: int,
+    seed: int,
+    speed: float | None,
+    wall_tilt: float,
+    resume: bool,
+    discard: bool,
+    json_file: Path | None,
+    picture: Path | None,
+    threads: int | None,
+    progress: bool,
+) -> int:
+    """Fit free parameters of a material pair to measured rebounds (a name, or a .csv file).
+
+    Least squares over means and, where measured, spreads, each weighted by its accuracy: measured
+    spread and count of particles, or the same for all where no count is stated. The search begins
+    at the pair and at random places around it. The new file is complete, and says in comments how
+    it was made: every row with its residual, standard errors and correlations of the fitted
+    numbers, and warnings of what the data leave open. Finished simulations are kept in
+    FITTED.toml.parts until then; if an interrupted run left some, say --resume or --discard.
+    """
+    from tablegen.calibration.calibrate import calibrate as fit
+    from tablegen.config import load_config
+    from tablegen.studies.calibration_fit.fit_picture import fit_picture
+    from tablegen.studies.calibration_fit.fit_text import fit_lines
+    from tablegen.studies.comparison.comparison_picture import check_picture
+    from tablegen.studies.paper_figures.style import require_matplotlib
+    from tablegen.tasks.parts_folder import parts_path
+
+    if picture is not None:
+        require_matplotlib("--picture")
+        check_picture(picture)
+    start = load_config(pair)
+    try:
+        made = fit(
+            measured,
+            start,
+            output,
+            free=free or None,
+            hold_out=hold_out,
+            count=count,
+            seed=seed,
+            speed=speed,
+            wall_tilt_deg=wall_tilt,
+            resume=resume,
+            discard=discard,
+            threads=threads,
+            progress=progress,
+        )
+    except KeyboardInterrupt:
+        kept = parts_path(output)
+        if not kept.exists():
+            raise
+        raise click.Abort(f"the same command with --resume continues from {kept}") from None
+    if json_file is not None:
+        write_text(json_file, json_text(made.to_dict()))
+    if picture is not None:
+        drawn = fit_picture(made, picture.name)
+        with atomic_output(picture) as temporary:
+            temporary.write_bytes(drawn.data)
+    for line in fit_lines(made):
+        click.echo(line)
+    click.echo(f"{output}: the fitted pair {made.config.name}")
+    return DONE

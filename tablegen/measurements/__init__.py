@@ -1,0 +1,1 @@
+"""Measured rebounds as data: files of the package and of users, and their reader."""

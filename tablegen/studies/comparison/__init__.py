@@ -1,0 +1,1 @@
+"""Simulated rebounds beside measured ones."""
