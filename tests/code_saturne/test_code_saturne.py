@@ -58,11 +58,10 @@ def test_the_settings_that_are_shipped_are_those_that_are_read():
 @pytest.mark.study
 def test_the_user_functions_that_are_shipped_compile(work, tmp_path):
     """The box has its own, which call the same."""
-    for name in ("cs_user_lagr_rebound.c", "rebound_wall.h"):
-        shutil.copy(saturne_run.SOURCES / "src" / name, tmp_path)
+    for path in (*saturne_run.SOURCES.glob("src/*.[ch]"), saturne_run.HEADER):
+        shutil.copy(path, tmp_path)
     saturne_run.call(tmp_path, "code_saturne", "compile", "--test", "--source", tmp_path)
-    log = (tmp_path / "code_saturne.log").read_text(encoding="utf-8")
-    assert "warning" not in log
+    assert "warning" not in (tmp_path / "code_saturne.log").read_text(encoding="utf-8")
     functions = r"^void (cs_\w+)\(|^    (rebound_wall_\w+)\("
     texts = [
         path.read_text(encoding="utf-8")
