@@ -19,6 +19,7 @@ from tablegen.calibration.ends import (
     errors_of_fit,
     errors_of_numbers,
     numbers_beside,
+    particles_of_end,
     settled,
 )
 from tablegen.calibration.evaluations import Evaluations
@@ -205,6 +206,8 @@ def _fitted(
 ) -> Calibration:
     """Search, and work out what is known of the end."""
     totals = [most_particles(stage, trials, task.count) for stage in STAGES]
+    # slopes are taken of rows that are held out as well
+    totals.append((1 + bool(task.held)) * particles_of_end(trials, task.count))
     with bar(progress, "particle", total=sum(totals), unit_scale=True) as counted:
         rows, held = (
             _rows(task, trials, at, store, counted.update) for at in (task.used, task.held)

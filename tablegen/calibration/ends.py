@@ -23,6 +23,9 @@ _OTHER_SEED = 0x5EED
 #: And that of the second set of random numbers for slopes.
 _SEED_OF_SLOPES = 0x510E
 
+#: Standard errors below this are the rounding of those at a bound.
+_NO_ERROR = 1e-7
+
 #: Last steps at most, and the part by which one may raise the cost, which is rough.
 _LAST_STEPS = 4
 _TOLERATED = 0.01
@@ -39,6 +42,12 @@ class Rows(NamedTuple):
     at: list[int]
     evaluations: Evaluations
     targets: Targets
+
+
+def particles_of_end(trials: TrialPairs, count: int) -> int:
+    """Particles of each shape and condition that are simulated after a search, at most."""
+    free = int(np.count_nonzero(~trials.of_shares))
+    return (2 * (1 + 2 * free) + _LAST_STEPS) * count
 
 
 def settled(rows: Rows, search: Search, x: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
@@ -152,4 +161,4 @@ def errors_of_numbers(
     slopes = trials.slopes(inside)
     covariance = slopes @ found.covariance @ slopes.T
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return np.where(errors > 0.0, errors, np.nan), covariance
+    return np.where(errors > _NO_ERROR, errors, np.nan), covariance
