@@ -109,6 +109,9 @@ extern "C" {
 #define RBT_VALUES 8 /* u, v, w, omega_x, omega_y, omega_z, rotational_energy, collisions */
 /* end constants */
 
+/* Largest roughness of a wall, rad: beyond it a normal law of tilts describes no surface. */
+#define RBT_MOST_ROUGHNESS 0.5
+
 /* A result that must not be ignored, where compilers can say so. */
 #if defined(__GNUC__)
 #define RBT_MUST_USE __attribute__((warn_unused_result))
@@ -1783,7 +1786,6 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
 
 /* -- rough walls: sampler/drawing/roughness.py, which says where the law is from ------------------ */
 
-#define RBTI_MAX_ROUGHNESS 0.5 /* rad */
 #define RBTI_TILT_BLOCK 3u     /* of the random words of the first trial of a tilt */
 #define RBTI_MAX_TRIALS 64u
 #define RBTI_MAX_BOUNCES 64u
@@ -1804,7 +1806,7 @@ RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double di
     const double flank = atan(2.0 * ra / rsm), found = diameter * sin(flank) < rsm
                                                            ? flank
                                                            : atan(2.0 * rq / rsm);
-    if (found > RBTI_MAX_ROUGHNESS)
+    if (found > RBT_MOST_ROUGHNESS)
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
     *tilt = found;
     return RBT_OK;
@@ -1855,7 +1857,7 @@ RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double nor
                                       double half_size, const double *wall_velocity,
                                       double roughness, const double *omega, rbti_cascade *c)
 {
-    if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBTI_MAX_ROUGHNESS)
+    if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBT_MOST_ROUGHNESS)
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
     for (int k = 0; k < 3; k++) {
         c->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;

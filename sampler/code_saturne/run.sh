@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Installs code_saturne, builds it with our user sources, runs the box serially, on two processes and
-# from a restart, and compares what happened at its walls with Python; ends with 1 if that differs.
+# Installs code_saturne, builds it with our user sources, runs the box serially, on two processes
+# and from a restart, and compares what happened at its walls with Python; ends with 1 if that
+# differs.
 #
-#     run.sh [FOLDER]            FOLDER: working folder, ~/.cache/rebound-tables/code_saturne by default
+#     run.sh [FOLDER]      FOLDER: working folder, ~/.cache/rebound-tables/code_saturne by default
 #
 # Needs a checkout and its Python package (pip install '.[generate]'); PYTHON names the interpreter.
 set -euo pipefail

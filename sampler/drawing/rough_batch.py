@@ -1,6 +1,7 @@
 """Rebounds of many particles from rough walls, in the lab frame."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,9 +45,9 @@ def rough_rebound_batch(
     half_size: NDArray[np.float64],
     wall_velocity: NDArray[np.float64],
     roughness: NDArray[np.float64],
-    omega: NDArray[np.float64] | None,
-    given: NDArray[np.float64] | None,
-    grain_hit: NDArray[np.uint32] | None,
+    omega: Any,
+    given: Any,
+    grain_hit: Any,
     seed: int,
     index: NDArray[np.uint64],
     hit: NDArray[np.uint32],
@@ -66,7 +67,7 @@ def rough_rebound_batch(
         v, wall, out = vector(velocity, k), vector(wall_velocity, k), results[k]
         impact = (v, vector(normal, k), item(half_size, k), wall, item(roughness, k))
         keys = (seed, item(index, k), item(hit, k))
-        if omega is None:
+        if omega is None or given is None or grain_hit is None:
             status = rough_rebound(arrays, *impact, *keys, out)
         else:
             grain = _grain_of_row(arrays, given, grain_hit, seed, index, k)

@@ -12,7 +12,7 @@ NO_ROWS: Counts = (-1, 0, 0)
 
 @no_refcount_inline_kernel
 def counted(counts: Counts, row: int, status: int, beyond: int) -> Counts:
-    """Counts with one more row.
+    """Add a row to the counts.
 
     Parameters
     ----------

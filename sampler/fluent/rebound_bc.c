@@ -37,6 +37,14 @@
 #ifndef REBOUND_GAS_TORQUE
 #define REBOUND_GAS_TORQUE 0.0 /* of the gas on a spinning grain, over that on a sphere; 0: none */
 #endif
+#ifndef REBOUND_ROUGHNESS
+#define REBOUND_ROUGHNESS 0.0 /* standard deviation of the tilt of facets, rad; 0: smooth walls */
+#endif
+#ifndef REBOUND_RSM
+#define REBOUND_RSM 0.0 /* m; above 0: the tilt is that of a profile with this width of elements */
+#define REBOUND_RA 0.0  /* and these heights, m: mean and root mean square */
+#define REBOUND_RQ 0.0
+#endif
 
 /* Particle scalars: how many walls the particle has met, at how many of them it was outside the
    table, at how many the law of the material pair was extrapolated; and its angular velocity, three
@@ -56,6 +64,16 @@ static rbt_table *rebound_table = NULL;
 static int rebound_keeps_spin = 0;
 static double rebound_valid[2]; /* speeds at which the law was measured, m/s */
 static int rebound_warned = 0;  /* of an impact outside the table, once a process */
+
+/* Roughness of the walls for a particle of some diameter. */
+static int rebound_roughness(double diameter, double *roughness)
+{
+    *roughness = REBOUND_ROUGHNESS;
+    if (REBOUND_RSM > 0.0)
+        return rbt_wall_tilt(REBOUND_RA, REBOUND_RQ, REBOUND_RSM, diameter, roughness);
+    return *roughness >= 0.0 && *roughness <= RBT_MOST_ROUGHNESS ? RBT_OK
+                                                                : RBT_ERR_ROUGHNESS_NOT_USABLE;
+}
 
 DEFINE_EXECUTE_ON_LOADING(rebound_open, libname)
 {
@@ -154,7 +172,7 @@ static void rebound_count(Tracked_Particle *tp, int code, double speed)
 
 DEFINE_DPM_BC(rebound_wall, tp, t, f, f_normal, dim)
 {
-    double normal[3], wall[3], omega[3], velocity[3] = {0.0, 0.0, 0.0};
+    double normal[3], wall[3], omega[3], velocity[3] = {0.0, 0.0, 0.0}, roughness;
     const int count = rebound_normal(tp, f_normal, dim, normal);
     const uint32_t hit = (uint32_t)(TP_USER_REAL(tp, REBOUND_HITS) + (real)0.5);
     if (TP_TYPE(tp) != DPM_TYPE_INERT || !rebound_table)
@@ -166,8 +184,10 @@ DEFINE_DPM_BC(rebound_wall, tp, t, f, f_normal, dim)
         omega[k] = REBOUND_SPIN(tp)[k];
     const double speed = rebound_speed(velocity, wall);
 
-    const int code = rbt_rebound(rebound_table, velocity, normal, REBOUND_HALF_SIZE * TP_DIAM(tp),
-                                 wall, rebound_keeps_spin ? omega : NULL, REBOUND_SEED,
+    int code = rebound_roughness(TP_DIAM(tp), &roughness);
+    if (code == RBT_OK)
+        code = rbt_rough_rebound(rebound_table, velocity, normal, REBOUND_HALF_SIZE * TP_DIAM(tp),
+                                 wall, roughness, rebound_keeps_spin ? omega : NULL, REBOUND_SEED,
                                  (uint64_t)TP_ID(tp), hit, velocity, omega);
     if (code == RBT_ERR_NOT_APPROACHING)
         return PATH_ACTIVE; /* at the wall, but leaving already: no hit */

@@ -3,16 +3,18 @@
     PYTHONPATH=tests python tests/code_saturne/wall.py FOLDER [COUNT]
 
 FOLDER is a working folder, with corundum-steel.rbt; COUNT the number of particles of each
-condition in each run. Three runs: serial; on two processes; and serial up to its half, from whose
-restart files it goes on on two processes. First hits on floor and lid are compared with direct
-simulation; all further hits, of particles that arrive with the spin of the last wall, with
-particles that fly through the same box in Python with random numbers of their own. Prints a table,
-leaves wall.json in FOLDER, and ends with 1 if a distance is larger than is allowed.
+condition in each run. Four runs: serial; on two processes; serial up to its half, from whose
+restart files it goes on on two processes; and serial with `spin no`. First hits on floor and lid
+are compared with Python's draws from the same table with random numbers of their own, those with
+`spin no` with direct simulation; all further hits, of particles that arrive with the spin of the
+last wall, with particles that fly through the same box in Python. Prints a table, leaves wall.json
+in FOLDER, and ends with 1 if a distance is larger than is allowed.
 """
 
 import json
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import box_run
@@ -26,9 +28,11 @@ from tablegen.accuracy.metrics import correlation_error, ks_distances
 
 #: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
 KS, CORRELATION = 0.02, 0.03
-#: Particles of each condition, and directly simulated ones. With 40,000 first hits against
-#: 200,000 a distance above 0.0122 is noise less than once in 10,000 components.
-COUNT, DIRECT = 40_000, 200_000
+#: Particles of each condition, and rebounds that they are compared with. With 40,000 first hits
+#: against 200,000 a distance above 0.0122 is noise less than once in 10,000 components.
+COUNT, REFERENCE = 40_000, 200_000
+#: Of what a run is compared with.
+OTHER_SEED = 99
 STEP, STEPS = 5e-4, 40
 #: Axes whose walls are symmetry planes, so that all first hits are on floor or lid.
 SIDES = (0, 2)
@@ -43,16 +47,32 @@ def direct_states(count, seed=11):
     ]
 
 
+def drawn_states(table, count):
+    """States of each condition that Python draws for particles without spin, (count, 6) each."""
+    states = []
+    for k, (alpha, speed) in enumerate(box_run.CONDITIONS):
+        index = np.arange(count, dtype=np.uint64) * np.uint64(len(box_run.CONDITIONS))
+        velocity = np.zeros((count, 3))
+        velocity[:, 0] = 0.0 if k == len(box_run.CONDITIONS) - 1 else speed * np.cos(alpha)
+        velocity[:, 1] = -speed * np.sin(alpha)
+        none = np.zeros((count, 3))
+        normal = np.tile([0.0, 1.0, 0.0], (count, 1))
+        hits = box_run.Hits(index + np.uint64(k), 0, velocity, none, normal, velocity, none)
+        after = box_run.rebound(table, hits, OTHER_SEED)
+        states.append(box_run.states(replace(hits, new_velocity=after[0], new_omega=after[1])))
+    return states
+
+
 def _joined(parts):
     """One `Hits` of several."""
     names = box_run.Hits.__dataclass_fields__
     return box_run.Hits(*(np.concatenate([getattr(hits, n) for hits in parts]) for n in names))
 
 
-def further_hits(table, started, time, seed=99):
+def further_hits(table, started, time):
     """Hits after the first one, of a flight in Python with other random numbers."""
     seen = []
-    box_run.replay(table, started, time, seed=seed, seen=seen, symmetry_axes=SIDES)
+    box_run.replay(table, started, time, seed=OTHER_SEED, seen=seen, symmetry_axes=SIDES)
     return _further(_joined(seen))
 
 
@@ -70,23 +90,28 @@ def _distances(sample, reference):
     }
 
 
-def compare(hits, further, direct):
-    """Distances of a run's states from direct simulation and from Python, a dictionary a row."""
+def compare(hits, reference):
+    """Distances of first hits from the states of each condition, a dictionary a row."""
     states = box_run.states(hits)
     rows = []
     for k, (alpha, speed) in enumerate(box_run.CONDITIONS):
         name = f"{np.degrees(alpha):.0f} deg, {speed} m/s"
         sample = states[box_run.of_condition(hits, k)]
-        rows.append({"condition": name, **_distances(sample, direct[k])})
-    row = _distances(states[hits.hit > 0], box_run.states(further))
-    return [*rows, {"condition": "further hits", **row}]
+        rows.append({"condition": name, **_distances(sample, reference[k])})
+    return rows
 
 
-def difference_from_python(table, hits):
+def compare_further(hits, further):
+    """Distances of all further hits from those of a flight in Python."""
+    states = box_run.states(_further(hits))
+    return {"condition": "further hits", **_distances(states, box_run.states(further))}
+
+
+def difference_from_python(table, hits, spin=True):
     """Largest difference of a velocity [m/s] from the draw of Python with the same keys."""
     # straight on, the direction along the wall is as the frame of the face has it
     rows = ~(box_run.is_normal(hits.index) & (hits.hit == 0))
-    drawn, _ = box_run.rebound(table, hits)
+    drawn, _ = box_run.rebound(table, hits if spin else replace(hits, omega=None))
     return float(np.abs(drawn - hits.new_velocity)[rows].max())
 
 
@@ -96,7 +121,7 @@ def passes(rows):
 
 
 def _runs(work, count):
-    """Folder of each run, and the hits that it has to show."""
+    """Name of each run, its folder, and the hits that it has to show."""
     folder = work / "wall"
     shutil.rmtree(folder, ignore_errors=True)
     given = {"step": STEP, "particles": count * len(box_run.CONDITIONS), "symmetry": len(SIDES)}
@@ -107,6 +132,10 @@ def _runs(work, count):
     half = saturne_run.run(work, folder / "half", STEPS // 2, **given)
     again = saturne_run.run(work, folder / "again", STEPS, processors=2, restart=half, **given)
     yield "restart on two", half, _joined([box_run.read_hits(half), box_run.read_hits(again)])
+    plain = saturne_run.run(
+        work, folder / "plain", STEPS, text=saturne_run.settings(spin="no"), **given
+    )
+    yield "spin no", plain, box_run.read_hits(plain)
 
 
 def _print_table(name, rows, difference):
@@ -121,13 +150,17 @@ def _print_table(name, rows, difference):
 
 def main(work, count=COUNT):
     """Make the runs and compare them."""
-    direct = direct_states(DIRECT)
     table = sampler.load("corundum-steel")
+    drawn, direct = drawn_states(table, REFERENCE), direct_states(REFERENCE)
     results = {}
     for name, folder, hits in _runs(work, count):
-        started = box_run.read_particles(folder, "start")
-        rows = compare(hits, further_hits(table, started, STEP * STEPS), direct)
-        difference = difference_from_python(table, hits)
+        if name == "spin no":
+            rows, difference = compare(hits, direct), difference_from_python(table, hits, False)
+        else:
+            started = box_run.read_particles(folder, "start")
+            further = further_hits(table, started, STEP * STEPS)
+            rows = [*compare(hits, drawn), compare_further(hits, further)]
+            difference = difference_from_python(table, hits)
         results[name] = {"conditions": rows, "difference_from_python": difference}
         _print_table(name, rows, difference)
     with atomic_output(work / "wall.json") as temporary:

@@ -13,7 +13,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "sampler"))
 @pytest.fixture(scope="session")
 def library(tmp_path_factory):
     """The functions of the header, optimised for this processor."""
-    return toolchain.header_library(tmp_path_factory.mktemp("library"), ["-O3", "-march=native"])
+    return toolchain.header_library(
+        tmp_path_factory.mktemp("library"), ["-O3", "-march=native", toolchain.ONE_COPY]
+    )
 
 
 @pytest.fixture(scope="module")

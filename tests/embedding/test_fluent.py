@@ -42,8 +42,8 @@ class Sketch:
     def __init__(self, folder, table, flags=(), real=ctypes.c_double, compiler="gcc"):
         library = folder / "sketch.so"
         table = f'-DREBOUND_TABLE="{table}"'
-        arguments = [*STAND_IN, table, *flags, "-O2", "-fPIC", "-shared", *SOURCES]
-        toolchain.compile_with(compiler, [*arguments, "-o", library, "-lm"])
+        arguments = [*STAND_IN, table, *flags, "-O1", "-fPIC", "-shared", *SOURCES]
+        toolchain.compile_with(compiler, [*arguments, toolchain.ONE_COPY, "-lm"], library)
         self.library = ctypes.CDLL(str(library))
         self.library.meet.argtypes = [ctypes.c_void_p, *3 * [ctypes.c_double], ctypes.c_int]
         self.library.fly.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_double]
@@ -73,10 +73,10 @@ def sketch(request, shipped_file, tmp_path_factory):
     return Sketch(tmp_path_factory.mktemp("sketch"), shipped_file, compiler=request.param)
 
 
-def python_rebound(table, velocity, outward, identity, hit, omega=(0.0, 0.0, 0.0)):
+def python_rebound(table, velocity, outward, identity, hit, omega=(0.0, 0.0, 0.0), roughness=None):
     """Rebound of one particle from Python, as the sketch should make it."""
     before = {"omega": omega} if table.contents.has_spin else {}
-    keys = {"seed": SEED, "index": [identity], "hit": hit}
+    keys = {"seed": SEED, "index": [identity], "hit": hit, "roughness": roughness}
     v, omega = table.rebound(velocity, -np.asarray(outward), 0.5 * DIAMETER, **keys, **before)
     return v[0], omega[0]
 
@@ -119,6 +119,42 @@ def test_particles_keep_their_spin(shipped, tmp_path):
         table.extrapolated,
     ]
     assert table.extrapolated > table.clamped
+
+
+@pytest.mark.parametrize(
+    ("flags", "roughness"),
+    [
+        (["-DREBOUND_ROUGHNESS=0.2"], 0.2),
+        (
+            ["-DREBOUND_RSM=5e-5", "-DREBOUND_RA=2e-6", "-DREBOUND_RQ=3e-6"],
+            sampler.wall_tilt(2e-6, 3e-6, 5e-5, DIAMETER),
+        ),
+    ],
+)
+def test_rough_walls(shipped_file, shipped, flags, roughness, tmp_path):
+    sketch = Sketch(tmp_path, shipped_file, flags)
+    velocity, outward = [150.0, -40.0, 20.0], [0.0, -1.0, 0.0]
+    for identity in range(20):
+        particle = sketch.particle(identity, velocity)
+        assert sketch.meet(particle, outward) == ACTIVE
+        rough = python_rebound(shipped, velocity, outward, identity, 0, roughness=roughness)
+        np.testing.assert_array_equal(particle.velocity, rough[0])
+        np.testing.assert_array_equal(spin(particle), rough[1])
+        smooth, _ = python_rebound(shipped, velocity, outward, identity, 0)
+        assert np.abs(smooth - rough[0]).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    "flags",
+    [["-DREBOUND_ROUGHNESS=0.6"], ["-DREBOUND_RSM=1e-6", "-DREBOUND_RA=1", "-DREBOUND_RQ=1"]],
+)
+def test_a_wall_too_rough_ends_every_track(shipped_file, flags, tmp_path, capfd):
+    sketch = Sketch(tmp_path, shipped_file, flags)
+    particle = sketch.particle(3, [100.0, -50.0, 0.0])
+    assert sketch.meet(particle, [0.0, -1.0, 0.0]) == ABORT
+    assert list(particle.velocity) == [100.0, -50.0, 0.0]
+    ctypes.CDLL(None).fflush(None)
+    assert "particle 3: roughness: allowed: 0 to 0.5 rad" in capfd.readouterr().out
 
 
 def test_a_particle_that_leaves_is_let_go(sketch):

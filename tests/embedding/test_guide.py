@@ -83,7 +83,7 @@ def test_every_block_is_checked_by_some_test():
     languages = {language for _, language, _ in BLOCKS}
     assert languages == {"sh", "python", "c", "cpp", "fortran", "foam"}
     assert GUIDE.count("```") == 2 * len(BLOCKS)
-    assert [mark.startswith(NOT_RUN) for mark, _, _ in BLOCKS if mark] == [True, True]
+    assert [mark.startswith(NOT_RUN) for mark, _, _ in BLOCKS if mark] == 3 * [True]
 
 
 def test_python_and_numba(capsys, expected):
@@ -114,7 +114,7 @@ def test_program(compiler, folder, expected, monkeypatch):
     if compiler == "gfortran":
         program = toolchain.build_fortran([source], folder)
     else:
-        program = toolchain.build(compiler, [source], folder / "strict")
+        program = toolchain.build(compiler, [source], folder / "strict", [toolchain.ONE_COPY])
     monkeypatch.chdir(folder)
     check_velocity(toolchain.run(program), expected)
 
@@ -155,11 +155,18 @@ def test_the_block_on_spin_compiles(tmp_path):
     assert "NULL, NULL" in call
     spin = textwrap.indent(spin, "    ")
     (tmp_path / "spin.c").write_text(before.replace(", omega[3];", ";") + spin + after)
-    toolchain.build("gcc", [tmp_path / "spin.c"], tmp_path / "spin")
+    toolchain.build("gcc", [tmp_path / "spin.c"], tmp_path / "spin", [toolchain.ONE_COPY])
+
+
+def unrun_shell(about):
+    """The shell block that is not run by the test and names a program."""
+    marked = [text for mark, language, text in BLOCKS if mark and language == "sh"]
+    (text,) = [text for text in marked if f"../{about}" in text]
+    return text
 
 
 def test_openfoam_scripts_exist():
-    (text,) = [text for mark, language, text in BLOCKS if mark and language == "sh"]
+    text = unrun_shell("openfoam")
     scripts = re.findall(r"\$F/(\S+\.sh)", text)
     assert scripts == ["install.sh", "build.sh"]
     assert all((PACKAGE / "openfoam" / name).is_file() for name in scripts)
@@ -168,7 +175,8 @@ def test_openfoam_scripts_exist():
 
 def test_openfoam_dictionary_has_the_entries_that_the_plugin_reads():
     plugin = (PACKAGE / "openfoam/plugin/TabulatedRebound.C").read_text(encoding="utf-8")
-    read = set(re.findall(r'oeff\w*(?:\(\))?\.[\w ]+(?:<\w+>)?\("(\w+)"', plugin))
+    given = re.findall(r'oeff\w*(?:\(\))?\.[\w ]+(?:<\w+>)?\("(\w+)"', plugin)
+    read = {*given, *re.findall(r'required<\w+>\(coeffs, "(\w+)"\)', plugin)}
     text = only("foam")
     body = re.search(r"tabulatedReboundCoeffs\n\{\n(.*?)\}", text, re.S).group(1)
     entries = dict(re.fullmatch(r" +(\w+) +(.*);", line).groups() for line in body.splitlines())
@@ -179,11 +187,22 @@ def test_openfoam_dictionary_has_the_entries_that_the_plugin_reads():
     assert entries["outOfRange"] in re.search(r"allowed: clamp, error", plugin).group()
 
 
+def test_code_saturne_files_exist():
+    text = unrun_shell("code_saturne")
+    folder = PACKAGE / "code_saturne"
+    assert list(folder.glob("src/*.[ch]"))
+    assert all((folder / name).is_file() for name in re.findall(r"\$S/([\w./]+)", text))
+    settings = (folder / "src/rebound_wall.cfg").read_text(encoding="utf-8")
+    given = [line.split()[0] for line in settings.splitlines() if not line.startswith("#")]
+    assert given == ["table", "seed"]  # the two lines that the guide promises
+    subprocess.run(["bash", "-n", "-c", text], check=True)
+
+
 def test_codes_are_those_of_the_header():
     header = (toolchain.INCLUDE / "rebound_sampler.h").read_text(encoding="utf-8")
     defined = dict(re.findall(r"#define (RBT_\w+) \(?(-?\d+)\)?", header))
     named = re.findall(r"^\| (-?\d+) `(RBT_\w+)`", GUIDE, re.M)
-    assert len(named) == 7
+    assert len(named) == 8
     assert all(defined[name] == code for code, name in named)
     files = [int(code) for code in defined.values() if int(code) <= -10]
     assert f"{max(files)} to {min(files)}" in GUIDE
@@ -204,10 +223,10 @@ def test_half_size_and_clamping_are_as_said():
 def test_links_and_files_exist():
     for target in re.findall(r"\]\(([^)#]+)\)", GUIDE):
         assert (SOURCE / target).is_file(), target
-    for name in re.findall(r"`((?:fluent|openfoam|c|fortran)/[\w./]*)`", GUIDE):
+    for name in re.findall(r"`((?:fluent|openfoam|code_saturne|c|fortran)/[\w./]*)`", GUIDE):
         assert (PACKAGE / name).exists(), name
     headings = {
-        re.sub(r"[^a-z0-9 -]", "", h.lower()).replace(" ", "-")
+        re.sub(r"[^a-z0-9_ -]", "", h.lower()).replace(" ", "-")
         for h in re.findall(r"^#+ (.*)$", GUIDE, re.M)
     }
     assert set(re.findall(r"\]\(#([^)]+)\)", GUIDE)) <= headings

@@ -23,7 +23,9 @@ SPINNING = binary_table(with_spin_law(full(), codes=(1, 6)))
 @pytest.fixture(scope="module")
 def reading_library(tmp_path_factory):
     """The functions of the header without memory maps."""
-    return toolchain.header_library(tmp_path_factory.mktemp("reading"), ["-O2", "-DRBT_NO_MMAP"])
+    return toolchain.header_library(
+        tmp_path_factory.mktemp("reading"), ["-O2", "-DRBT_NO_MMAP", toolchain.ONE_COPY]
+    )
 
 
 CASES = [(GOOD, *case) for case in MALFORMED] + [(SPINNING, *case) for case in MALFORMED_SPIN]

@@ -1,10 +1,13 @@
 """Compilers of this machine, and programs built with the header and the module of `sampler`."""
 
 import ctypes
+import hashlib
 import os
 import shutil
 import subprocess
+import tempfile
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +20,10 @@ MODULE = INCLUDE / "rebound_sampler.f90"
 IMPLEMENTATION = '#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n'
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow"]
 FORTRAN_WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wimplicit-interface"]
+
+#: gcc compiles functions for one kind of processor only, in half of the time; those of a batch have
+#: copies for several, which `test_c_header.test_vectors` runs.
+ONE_COPY = "-DRBT_NO_CLONES"
 
 _VARIABLES = {"gcc": "CC", "g++": "CXX", "gfortran": "FC"}
 _FLAGS = {
@@ -42,31 +49,64 @@ def require(compiler):
     return path
 
 
-def compile_with(compiler, arguments):
-    """Run a compiler; its messages are the failure."""
+#: Builds that are kept for the other processes and runs of the tests.
+_BUILDS = Path(tempfile.gettempdir()) / f"rebound-tables-builds-{os.getuid()}"
+
+
+def compile_with(compiler, arguments, output):
+    """Run a compiler, or take what it made of the same texts before; its messages are the failure.
+
+    What is kept is found by the compiler's version, the flags and the texts of all sources and of
+    what lies beside them.
+    """
     warnings = {"nvcc": [], "gfortran": FORTRAN_WARNINGS}.get(compiler, WARNINGS)
-    command = [
-        require(compiler),
-        *_FLAGS[compiler],
-        *warnings,
-        f"-I{INCLUDE}",
-        *map(str, arguments),
-    ]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert run.returncode == 0, f"{' '.join(command)}\n{run.stderr}"
+    words = [*_FLAGS[compiler], *warnings, f"-I{INCLUDE}", *map(str, arguments)]
+    command = [require(compiler), *words, "-o", str(output)]
+    kept = None if compiler == "gfortran" else _BUILDS / _digest(command[0], words)
+    if kept is None or not kept.exists():
+        run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+        assert run.returncode == 0, f"{' '.join(command)}\n{run.stderr}"
+    if kept is None:
+        return
+    if kept.exists():
+        shutil.copy(kept, output)
+        return
+    _BUILDS.mkdir(mode=0o700, exist_ok=True)
+    unfinished = _BUILDS / f"{kept.name}-{os.getpid()}"
+    shutil.copy(output, unfinished)
+    unfinished.replace(kept)
+
+
+def _digest(compiler, words):
+    """What a build depends on."""
+    sources = [Path(word) for word in words if Path(word).is_file()]
+    folders = {INCLUDE, *(source.parent for source in sources)}
+    found = hashlib.sha256(_version(compiler).encode())
+    for word in words:
+        found.update(b"a source" if Path(word) in sources else word.encode() + b"\n")
+    beside = (path for folder in sorted(folders) for path in sorted(folder.glob("*.[ch]")))
+    for path in [*sources, *beside]:
+        found.update(path.read_bytes())
+    return found.hexdigest()
+
+
+@cache
+def _version(compiler):
+    """What a compiler says of itself."""
+    return subprocess.run([compiler, "--version"], capture_output=True, text=True).stdout
 
 
 def build(compiler, sources, program, flags=()):
     """Build a program and return its path."""
     language = ["-x", "c++"] if compiler in ("g++", "clang++") else []
-    compile_with(compiler, [*language, *flags, *sources, "-o", program, "-lm"])
+    compile_with(compiler, [*language, *flags, *sources, "-lm"], program)
     return Path(program)
 
 
 def build_fortran(sources, folder, flags=()):
     """Build a Fortran program with the module and the header, and return its path."""
     (folder / "library.c").write_text(IMPLEMENTATION)
-    compile_with("gcc", ["-O2", "-c", folder / "library.c", "-o", folder / "library.o"])
+    compile_with("gcc", ["-O2", ONE_COPY, "-c", folder / "library.c"], folder / "library.o")
     objects = [MODULE, *sources, folder / "library.o"]
     return build("gfortran", objects, folder / "program", [*flags, f"-J{folder}"])
 
@@ -114,7 +154,7 @@ def header_library(folder, flags=()):
 def load_library(source, flags=(), compiler="gcc"):
     """Build a shared library with the functions of the header, and declare them to Python."""
     path = Path(source).with_suffix(".so")
-    compile_with(compiler, [*flags, "-fPIC", "-shared", source, "-o", path, "-lm"])
+    compile_with(compiler, [*flags, "-fPIC", "-shared", source, "-lm"], path)
     library = ctypes.CDLL(str(path))
     reals, integers = _array(np.float64), _array(np.int32)
     table, size, seed = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64

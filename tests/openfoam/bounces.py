@@ -8,7 +8,7 @@ from free_flight import fly
 LOWER, UPPER = np.array([-0.4, 0.0, -0.4]), np.array([0.4, 0.4, 0.4])
 
 
-def replay(table, started, end, decay=0.0, symmetry_axes=()):
+def replay(table, started, end, decay=0.0, symmetry_axes=(), roughness=None):
     """Follow parcels through the box, from wall to wall.
 
     Parameters
@@ -17,6 +17,8 @@ def replay(table, started, end, decay=0.0, symmetry_axes=()):
     started : Shots
     end, decay, symmetry_axes
         As in `free_flight.fly`, which also says what is returned.
+    roughness : float, optional
+        As of `Table.rebound`.
     """
 
     def rebound(rows, normal, velocity, omega, hits):
@@ -29,6 +31,7 @@ def replay(table, started, end, decay=0.0, symmetry_axes=()):
             index=rows,
             hit=hits,
             wall_velocity=shots.WALL_VELOCITY[lid.astype(int)],
+            roughness=roughness,
         )
 
     start = started.position, started.velocity

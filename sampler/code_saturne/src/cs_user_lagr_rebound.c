@@ -31,7 +31,8 @@ void cs_user_lagr_in(cs_lagr_particle_set_t *particles, const cs_lagr_injection_
     rebound_wall_new(particles, particle_range);
 }
 
-void cs_user_lagr_sde(const cs_real_t dt[], cs_real_t taup[], cs_real_3_t tlag[], cs_real_t tempct[])
+void cs_user_lagr_sde(const cs_real_t dt[], cs_real_t taup[], cs_real_3_t tlag[],
+                      cs_real_t tempct[])
 {
     CS_UNUSED(dt);
     CS_UNUSED(taup);
@@ -46,8 +47,8 @@ void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnu
                                        int b_zone_id, int *event_flag,
                                        cs_lagr_tracking_state_t *tracking_state)
 {
-    rebound_wall_interaction(particles, p_id, face_id, face_norm, c_intersect, t_intersect, b_zone_id,
-                             event_flag, tracking_state);
+    rebound_wall_interaction(particles, p_id, face_id, face_norm, c_intersect, t_intersect,
+                             b_zone_id, event_flag, tracking_state);
 }
 
 void cs_user_lagr_extra_operations(const cs_real_t dt[])

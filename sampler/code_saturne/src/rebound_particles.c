@@ -55,26 +55,28 @@ void rebound_wall_new(cs_lagr_particle_set_t *particles, const cs_lnum_t particl
     }
 }
 
-double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double gas_torque)
+double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
+                               double gas_torque)
 {
     const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
     const double mass = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
     const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
     const double mu = cs_glob_lagr_extra_module->viscl->val[cell];
-    return gas_torque * 60.0 * mu * cs_math_pi * d / (6.0 * mass); /* 60 mu / (rho d^2) of a sphere */
+    return gas_torque * 60.0 * mu * cs_math_pi * d / (6.0 * mass); /* 60 mu / (rho d^2) */
 }
 
-/* Read one user attribute, `stride` numbers apart from particle to particle. */
+/* Read one user attribute of all particles. */
 static void resume_attribute(cs_restart_t *file, int location, int k, cs_real_t *values)
 {
     char section[128];
-    snprintf(section, sizeof section, "particle_%s::vals::%d::0", cs_lagr_attribute_name[CS_LAGR_USER],
-             k);
+    snprintf(section, sizeof section, "particle_%s::vals::%d::0",
+             cs_lagr_attribute_name[CS_LAGR_USER], k);
     if (cs_restart_read_section(file, section, location, 1, CS_TYPE_cs_real_t, values) !=
         CS_RESTART_SUCCESS)
         bft_error(__FILE__, __LINE__, 0,
-                  "restart: got particles without the user attribute %d, allowed: particles of a run "
-                  "with rebounds from a table, and with as many user attributes before ours", k);
+                  "restart: got particles without the user attribute %d, allowed: particles of a "
+                  "run with rebounds from a table, and with as many user attributes before ours",
+                  k);
 }
 
 /* code_saturne 6.0 writes user attributes to a restart file as it should, one by one, but where it

@@ -25,8 +25,8 @@ enum { SPIN_IF_POSSIBLE = -1 };
 
 static void refuse(const char *name, const char *got, const char *allowed)
 {
-    bft_error(__FILE__, __LINE__, 0, "%s: %s: got %s, allowed: %s", REBOUND_SETTINGS_FILE, name, got,
-              allowed);
+    bft_error(__FILE__, __LINE__, 0, "%s: %s: got %s, allowed: %s", REBOUND_SETTINGS_FILE, name,
+              got, allowed);
 }
 
 static double read_number(const char *name, const char *text, double least, double most,
@@ -94,7 +94,8 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
         settings->refuse_outside = read_choice(name, value, "clamp", "error");
     } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
-               "table, seed, spin, out_of_range, half_size, gas_torque, roughness_deg, ra, rq, rsm");
+               "table, seed, spin, out_of_range, half_size, gas_torque, roughness_deg, ra, rq, "
+               "rsm");
     }
 }
 

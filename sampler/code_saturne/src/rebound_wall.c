@@ -21,8 +21,8 @@
 
 #include "rebound_wall.h"
 
-/* How far the tracker's start is moved from the wall to the centre of the cell, of that distance; as
-   for the rebounds of code_saturne itself. */
+/* How far the tracker's start is moved from the wall to the centre of the cell, of that distance;
+   as for the rebounds of code_saturne itself. */
 #define START_SHIFT 1e-2
 
 static rebound_settings_t settings;
@@ -40,13 +40,15 @@ static void check_models(void)
 {
     const cs_lagr_model_t *model = cs_glob_lagr_model;
     if (model->agglomeration || model->fragmentation || model->precipitation)
-        bft_error(__FILE__, __LINE__, 0, "%s: table: got agglomeration, fragmentation or precipitation "
-                  "of particles, allowed: none of them (they make particles without identity)",
+        bft_error(__FILE__, __LINE__, 0,
+                  "%s: table: got agglomeration, fragmentation or precipitation of particles, "
+                  "allowed: none of them (they make particles without identity)",
                   REBOUND_SETTINGS_FILE);
     if (cs_glob_lagr_time_scheme->t_order != 1)
-        bft_error(__FILE__, __LINE__, 0, "%s: table: got t_order %d, allowed: 1 (at order 2 code_saturne "
-                  "6.0 goes back to the velocity before the rebound)", REBOUND_SETTINGS_FILE,
-                  cs_glob_lagr_time_scheme->t_order);
+        bft_error(__FILE__, __LINE__, 0,
+                  "%s: table: got t_order %d, allowed: 1 (at order 2 code_saturne 6.0 goes back to "
+                  "the velocity before the rebound)",
+                  REBOUND_SETTINGS_FILE, cs_glob_lagr_time_scheme->t_order);
 }
 
 void rebound_wall_model(void)
@@ -108,8 +110,8 @@ static double *kept_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id)
            rebound_wall_attribute();
 }
 
-/* Let the gas act on the spin for a time [s], which may be negative. Backwards it goes no further than
-   numbers reach: a time step that long has left no spin. */
+/* Let the gas act on the spin for a time [s], which may be negative. Backwards it goes no further
+   than numbers reach: a time step that long has left no spin. */
 static void fly(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double time, double omega[3])
 {
     const double rate = rebound_particles_decay(particles, p_id, settings.gas_torque);
@@ -126,8 +128,9 @@ void rebound_wall_flight(void)
         fly(particles, p, cs_glob_lagr_time_step->dtp, kept_of(particles, p) + REBOUND_OMEGA);
 }
 
-/* The tracker follows a particle from a start to CS_LAGR_COORDS. The start stands first in a particle's
-   data, in a structure that is private to code_saturne; that it does is checked at each hit. */
+/* The tracker follows a particle from a start to CS_LAGR_COORDS. The start stands first in a
+   particle's data, in a structure that is private to code_saturne; that it does is checked at each
+   hit. */
 static cs_real_t *start_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
                            const cs_real_t end[3], const cs_real_t hit[3], double t)
 {
@@ -158,9 +161,10 @@ static void mirror(const double normal[3], cs_real_t vector[3])
         vector[k] -= twice * normal[k];
 }
 
-/* Draw the rebound of a particle. Returns a code of rebound_sampler.h; below 0, nothing has changed. */
-static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3], double rest,
-                cs_real_t velocity[3])
+/* Draw the rebound of a particle, `rest` before the end of the time step [s]. Returns a code of
+   rebound_sampler.h; below 0, nothing has changed. */
+static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
+                double rest, cs_real_t velocity[3])
 {
     double *kept = kept_of(particles, p_id);
     double before[3], omega[3];
@@ -169,8 +173,9 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     const double roughness = rebound_settings_roughness(&settings, diameter);
     const double speed = cs_math_3_norm(velocity);
     if (!(kept[REBOUND_STEP] >= 1.0))
-        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, allowed: a "
-                  "call of rebound_wall_new in cs_user_lagr_in");
+        bft_error(__FILE__, __LINE__, 0,
+                  "rebound_wall: got a particle without identity, allowed: a call of "
+                  "rebound_wall_new in cs_user_lagr_in");
     memcpy(before, kept + REBOUND_OMEGA, sizeof before);
     fly(particles, p_id, -rest, before); /* the whole time step is behind it, but for the rest */
     const int code = rbt_rough_rebound(table, velocity, normal, settings.half_size * diameter, NULL,
@@ -193,14 +198,15 @@ static void refuse(const cs_real_t velocity[3], int code)
     rbt_alpha_range(table, alpha);
     rbt_speed_range(table, speed);
     bft_error(__FILE__, __LINE__, 0,
-              "%s: out_of_range: got an impact at (%g, %g, %g) m/s, allowed: %g to %g deg, %g to %g m/s "
-              "(%s)", REBOUND_SETTINGS_FILE, velocity[0], velocity[1], velocity[2],
+              "%s: out_of_range: got an impact at (%g, %g, %g) m/s, allowed: %g to %g deg, %g to "
+              "%g m/s (%s)",
+              REBOUND_SETTINGS_FILE, velocity[0], velocity[1], velocity[2],
               alpha[0] * 180.0 / cs_math_pi, alpha[1] * 180.0 / cs_math_pi, speed[0], speed[1],
               rbt_strerror(code));
 }
 
-/* New velocity, and new place `path` from the wall, which is given as it would have gone on behind it.
-   What leaves the wall already, or rests, is mirrored; that is no hit. */
+/* New velocity, and new place `path` from the wall, which is given as it would have gone on behind
+   it. What leaves the wall already, or rests, is mirrored; that is no hit. */
 static void rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                     cs_real_t velocity[3], double path[3])
 {
@@ -244,8 +250,10 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     double normal[3], path[3];
 
     if (b_zone_id < 0 || b_zone_id >= n_zones || is_symmetry[b_zone_id] < 0)
-        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got zone %d of type CS_LAGR_BC_USER, allowed: "
-                  "CS_LAGR_REBOUND or CS_LAGR_SYM before rebound_wall_zones", b_zone_id);
+        bft_error(__FILE__, __LINE__, 0,
+                  "rebound_wall: got zone %d of type CS_LAGR_BC_USER, allowed: CS_LAGR_REBOUND or "
+                  "CS_LAGR_SYM before rebound_wall_zones",
+                  b_zone_id);
     normal_into_gas(face_id, face_norm, normal);
     for (int k = 0; k < 3; k++)
         path[k] = end[k] - c_intersect[k];
@@ -277,6 +285,7 @@ void rebound_wall_log(void)
          cs_glob_time_step->nt_cur % cs_glob_lagr_log_frequency_n != 0))
         return;
     cs_parall_counter(all, 3);
-    bft_printf("   ** Tabulated rebounds of this run (hits, clamped, extrapolated) = %llu, %llu, %llu\n",
+    bft_printf("   ** Tabulated rebounds of this run (hits, clamped, extrapolated) = %llu, %llu, "
+               "%llu\n",
                (unsigned long long)all[0], (unsigned long long)all[1], (unsigned long long)all[2]);
 }

@@ -1,4 +1,4 @@
-/* rebound_wall.h - wall rebounds of non-spherical particles, drawn from a table, in code_saturne 6.0.
+/* rebound_wall.h - wall rebounds of non-spherical particles in code_saturne 6.0, from a table.
 
    A user source: copy it, the .c files beside it and rebound_sampler.h to the SRC folder of a case,
    and rebound_wall.cfg, the settings, to its DATA folder. See README.md.
@@ -17,8 +17,8 @@
 #include "cs_lagr_particle.h"
 #include "cs_lagr_tracking.h"
 
-/* What a particle keeps, as user attributes (doubles) from rebound_wall_attribute() on. Its identity is
-   (time step of its injection, number among those of that step). */
+/* What a particle keeps, as user attributes (doubles) from rebound_wall_attribute() on. Its
+   identity is (time step of its injection, number among those of that step). */
 enum {
     REBOUND_STEP,
     REBOUND_NUMBER,
@@ -34,9 +34,9 @@ void rebound_wall_model(void);
 /* First of our user attributes. */
 int rebound_wall_attribute(void);
 
-/* In cs_user_lagr_boundary_conditions, after zones have their types: zones of type CS_LAGR_REBOUND get
-   rebounds from the table, zones of type CS_LAGR_SYM mirror the spin too. After a restart it reads what
-   particles keep. */
+/* In cs_user_lagr_boundary_conditions, after zones have their types: zones of type CS_LAGR_REBOUND
+   get rebounds from the table, zones of type CS_LAGR_SYM mirror the spin too. After a restart it
+   reads what particles keep. */
 void rebound_wall_zones(void);
 
 /* In cs_user_lagr_in: new particles get an identity, no hits and no spin. */
@@ -54,7 +54,7 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
 /* In cs_user_lagr_extra_operations: print the counts of all processes. */
 void rebound_wall_log(void);
 
-/* -- between our own files ---------------------------------------------------------------------- */
+/* -- between our own files --------------------------------------------------------------------- */
 
 struct rbt_table;
 
@@ -79,7 +79,8 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings);
 double rebound_settings_roughness(const rebound_settings_t *settings, double diameter);
 
 /* Rate [1/s] at which the gas slows the spin of a particle down. */
-double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double gas_torque);
+double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
+                               double gas_torque);
 
 /* Read what particles keep from the files of a restart. */
 void rebound_particles_resume(int first_attribute);

@@ -16,25 +16,11 @@ enum component { u, v, w, omegaX, omegaY, omegaZ };
 // * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * * //
 
 template<class CloudType>
-const Foam::polyMesh& Foam::TabulatedRebound<CloudType>::mesh() const
-{
-    return rebound::polyMeshOf(this->owner().mesh(), 0);
-}
-
-
-template<class CloudType>
-const Foam::polyBoundaryMesh& Foam::TabulatedRebound<CloudType>::meshPatches() const
-{
-    return rebound::patchesOf(mesh(), 0);
-}
-
-
-template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkComponents()
 {
     namespace tr = tabulatedRebound;
 
-    const bool plane = mesh().nGeometricD() < 3;
+    const bool plane = this->mesh().nGeometricD() < 3;
 
     if (!table_->gives(tr::u) || !table_->gives(tr::v) || !(plane || table_->gives(tr::w)))
     {
@@ -97,7 +83,7 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
             << " UTurb of the parcels)" << exit(FatalIOError);
     }
 
-    for (const polyPatch& pp : meshPatches())
+    for (const polyPatch& pp : this->meshPatches())
     {
         if (!isA<coupledPolyPatch>(pp)) continue;
 
@@ -154,7 +140,7 @@ void Foam::TabulatedRebound<CloudType>::reportWalls() const
 {
     DynamicList<word> others;
 
-    for (const polyPatch& pp : meshPatches())
+    for (const polyPatch& pp : this->meshPatches())
     {
         if (isA<wallPolyPatch>(pp) && !rebound::matches(patches_, pp.name()))
         {
@@ -269,6 +255,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     patches_(rebound::allPatches()),
     refuseOutside_(false),
     halfSizeRule_(this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", 0.5)),
+    roughness_(this->coefficients()),
     givesSpin_(false),
     keepsSpin_(false),
     counts_{0, 0, 0, 0}
@@ -305,7 +292,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     if (!path.isAbsolute())
     {
         // Of the whole case, not of the part that one processor has
-        path = mesh().time().globalPath()/path;
+        path = this->mesh().time().globalPath()/path;
     }
 
     table_ = std::make_shared<reboundTable>(path, coeffs);
@@ -331,6 +318,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const TabulatedRebound<Cloud
     patches_(model.patches_),
     refuseOutside_(model.refuseOutside_),
     halfSizeRule_(model.halfSizeRule_),
+    roughness_(model.roughness_),
     givesSpin_(model.givesSpin_),
     keepsSpin_(model.keepsSpin_),
     counts_(model.counts_)
@@ -374,7 +362,8 @@ bool Foam::TabulatedRebound<CloudType>::correct
     vector omega(Zero);
     const int code = table_->rebound
     (
-        p.U(), omega, -nOut, Uwall, a, keepsSpin_ ? &before : nullptr, seed_, identity, countHit(p)
+        p.U(), omega, -nOut, Uwall, a, roughness_.tilt(p.d()), keepsSpin_ ? &before : nullptr, seed_,
+        identity, countHit(p)
     );
 
     if (code < 0 || (code == reboundTable::clamped && refuseOutside_))
@@ -383,7 +372,7 @@ bool Foam::TabulatedRebound<CloudType>::correct
     }
 
     // A plane or wedge case cannot move a parcel out of its plane
-    meshTools::constrainDirection(mesh(), mesh().geometricD(), p.U());
+    meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());
 
     ++counts_.hits;
     if (code == reboundTable::clamped) ++counts_.clamped;

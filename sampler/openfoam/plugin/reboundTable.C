@@ -82,15 +82,16 @@ int Foam::reboundTable::rebound
     const vector& n,
     const vector& Uwall,
     const scalar a,
+    const scalar roughness,
     const vector* before,
     const uint64_t seed,
     const uint64_t particle,
     const uint32_t hit
 ) const
 {
-    return rbt_rebound
+    return rbt_rough_rebound
     (
-        table_, &U[0], &n[0], a, &Uwall[0], before ? &(*before)[0] : nullptr,
+        table_, &U[0], &n[0], a, &Uwall[0], roughness, before ? &(*before)[0] : nullptr,
         seed, particle, hit, &U[0], &omega[0]
     );
 }

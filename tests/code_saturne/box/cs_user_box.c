@@ -1,8 +1,8 @@
-/* cs_user_box.c - user functions of the box: gas at rest, particles that fly freely from wall to wall, and
-   files of what happened to them, which box.py reads.
+/* cs_user_box.c - user functions of the box: gas at rest, particles that fly freely from wall to
+   wall, and files of what happened to them, which box_run.py reads.
 
-   box.txt: time steps in all, length of one [s], particles to inject, 1 to go on from a restart, order of
-   the time scheme, 1 for symmetry planes at both ends in x, 2 at all four sides. */
+   box.txt: time steps in all, length of one [s], particles to inject, 1 to go on from a restart,
+   order of the time scheme, 1 for symmetry planes at both ends in x, 2 at all four sides. */
 
 #include <math.h>
 #include <stdio.h>
@@ -28,7 +28,7 @@
 
 #define CONDITIONS 6
 
-/* Impact angles [deg] and speeds [m/s] of the first hit: CONDITIONS of box.py. */
+/* Impact angles [deg] and speeds [m/s] of the first hit: CONDITIONS of box_run.py. */
 static const double conditions[CONDITIONS][2] = {{5, 280},  {15, 75},  {30, 150},
                                                  {45, 250}, {60, 100}, {90, 200}};
 
@@ -79,7 +79,8 @@ void cs_user_zones(void)
     if (symmetry)
         cs_boundary_zone_define("symmetry",
                                 symmetry == 1 ? "x < -0.3999 or x > 0.3999"
-                                              : "x < -0.3999 or x > 0.3999 or z < -0.3999 or z > 0.3999",
+                                              : "x < -0.3999 or x > 0.3999 or "
+                                                "z < -0.3999 or z > 0.3999",
                                 0);
 }
 
@@ -156,8 +157,8 @@ void cs_user_lagr_in(cs_lagr_particle_set_t *particles, const cs_lagr_injection_
 }
 
 /* No drag within the box's time. */
-void cs_user_lagr_rt(cs_lnum_t id_p, cs_real_t re_p, cs_real_t uvwr, cs_real_t rho_f, cs_real_t rho_p,
-                     cs_real_t nu_f, cs_real_t taup[], const cs_real_t dt[])
+void cs_user_lagr_rt(cs_lnum_t id_p, cs_real_t re_p, cs_real_t uvwr, cs_real_t rho_f,
+                     cs_real_t rho_p, cs_real_t nu_f, cs_real_t taup[], const cs_real_t dt[])
 {
     CS_UNUSED(re_p);
     CS_UNUSED(uvwr);
@@ -168,7 +169,8 @@ void cs_user_lagr_rt(cs_lnum_t id_p, cs_real_t re_p, cs_real_t uvwr, cs_real_t r
     taup[id_p] = 1e5;
 }
 
-void cs_user_lagr_sde(const cs_real_t dt[], cs_real_t taup[], cs_real_3_t tlag[], cs_real_t tempct[])
+void cs_user_lagr_sde(const cs_real_t dt[], cs_real_t taup[], cs_real_3_t tlag[],
+                      cs_real_t tempct[])
 {
     CS_UNUSED(dt);
     CS_UNUSED(taup);
@@ -177,7 +179,7 @@ void cs_user_lagr_sde(const cs_real_t dt[], cs_real_t taup[], cs_real_3_t tlag[]
     rebound_wall_flight();
 }
 
-/* What a particle keeps, place and velocity before, normal into the gas, velocity and spin after. */
+/* What a particle keeps, place, velocity before, normal into the gas, velocity and spin after. */
 void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
                                        cs_lnum_t face_id, const cs_real_t face_norm[3],
                                        const cs_real_t c_intersect[3], cs_real_t t_intersect,
@@ -195,8 +197,8 @@ void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnu
     next += 3;
     for (int k = 0; k < 3; k++)
         next[k] = -outwards[k] / cs_math_3_norm(outwards);
-    rebound_wall_interaction(particles, p_id, face_id, face_norm, c_intersect, t_intersect, b_zone_id,
-                             event_flag, tracking_state);
+    rebound_wall_interaction(particles, p_id, face_id, face_norm, c_intersect, t_intersect,
+                             b_zone_id, event_flag, tracking_state);
     memcpy(next += 3, velocity, 3 * sizeof *next);
     memcpy(next += 3, kept + REBOUND_OMEGA, 3 * sizeof *next);
     if (*event_flag != 0) /* a wall, no symmetry plane */

@@ -32,9 +32,7 @@ def test_published_profiles():
     """For sand of 200 micrometres: polished and cast walls; on a cut one Rq / RSm is 1/2."""
     assert sampler.wall_tilt(1.0, 0.05, 0.5, 200.0) == math.atan(0.2)
     assert sampler.wall_tilt(25.0, 1.0, 10.0, 200.0) == math.atan(0.2)
-    with pytest.raises(
-        sampler.InputError, match=r"rsm: got ra 100, rq 25, rsm 50, a tilt of 0\.78"
-    ):
+    with pytest.raises(sampler.InputError, match=r"got ra 100, rq 25, rsm 50, a tilt of 0\.78"):
         sampler.wall_tilt(100.0, 25.0, 50.0, 200.0)
 
 

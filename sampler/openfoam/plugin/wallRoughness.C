@@ -1,0 +1,98 @@
+#include "rebound_sampler.h"
+
+#include "wallRoughness.H"
+#include "compatibility.H"
+#include "error.H"
+#include "mathematicalConstants.H"
+
+namespace
+{
+
+using namespace Foam;
+
+//- Number of an entry, from 0 to a largest one, or above 0
+scalar lengthOf(const dictionary& dict, const word& key, const bool positive)
+{
+    const scalar value = rebound::required<scalar>(dict, key);
+
+    // Nor NaN
+    if (!(value >= 0 && value < GREAT) || (positive && value == 0))
+    {
+        FatalIOErrorInFunction(dict)
+            << "roughness." << key << ": got " << value << ", allowed: "
+            << (positive ? "a positive length in m" : "0 or a positive length in m")
+            << exit(FatalIOError);
+    }
+
+    return value;
+}
+
+} // End namespace
+
+
+Foam::wallRoughness::wallRoughness(const dictionary& coeffs)
+:
+    tilt_(0),
+    Ra_(0),
+    Rq_(0),
+    RSm_(0)
+{
+    if (!coeffs.found("roughness")) return;
+
+    const dictionary& dict = coeffs.subDict("roughness");
+    const bool given = dict.found("tilt_deg");
+    const wordList keys(dict.toc());
+
+    forAll(keys, i)
+    {
+        const word& key = keys[i];
+        const bool known =
+            given ? key == "tilt_deg" : (key == "Ra" || key == "Rq" || key == "RSm");
+
+        if (!known)
+        {
+            FatalIOErrorInFunction(dict)
+                << "roughness." << key << ": got one" << (given ? " beside tilt_deg" : "")
+                << ", allowed: tilt_deg alone, or Ra, Rq and RSm" << exit(FatalIOError);
+        }
+    }
+
+    if (!given)
+    {
+        Ra_ = lengthOf(dict, "Ra", false);
+        Rq_ = lengthOf(dict, "Rq", false);
+        RSm_ = lengthOf(dict, "RSm", true);
+        tilt_ = -1;
+        return;
+    }
+
+    const scalar degree = constant::mathematical::pi/180;
+    const scalar degrees = rebound::required<scalar>(dict, "tilt_deg");
+
+    tilt_ = degrees*degree;
+
+    if (!(tilt_ >= 0 && tilt_ <= RBT_MOST_ROUGHNESS))
+    {
+        FatalIOErrorInFunction(dict)
+            << "roughness.tilt_deg: got " << degrees << ", allowed: 0 to "
+            << RBT_MOST_ROUGHNESS/degree << exit(FatalIOError);
+    }
+}
+
+
+Foam::scalar Foam::wallRoughness::tilt(const scalar d) const
+{
+    if (tilt_ >= 0) return tilt_;
+
+    double tilt = 0;
+
+    if (rbt_wall_tilt(Ra_, Rq_, RSm_, d, &tilt) != RBT_OK)
+    {
+        FatalErrorInFunction
+            << "roughness: got Ra " << Ra_ << ", Rq " << Rq_ << ", RSm " << RSm_
+            << " m and a parcel of diameter " << d << " m, allowed: a tilt up to "
+            << RBT_MOST_ROUGHNESS << " rad" << exit(FatalError);
+    }
+
+    return tilt;
+}
