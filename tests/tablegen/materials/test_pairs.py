@@ -232,7 +232,7 @@ class TestShippedPairs:
 
     @pytest.mark.parametrize("name", FITTED)
     def test_fitted_pairs_follow_their_measurements(self, name):
-        """With 8,000 particles the means were off by 0.030 at most; here chance adds up to 0.007."""
+        """With 8,000 particles means were off by 0.030 at most; here chance adds up to 0.007."""
         found = compare(load_config(name), name, count=3000, seed=3)
         for quantity in ("e_n", "e_t"):
             mean = found.means[quantity]
