@@ -200,6 +200,7 @@ class TestSpeedAbscissa:
 
 class TestShippedPairs:
     NAMES = sorted(path.stem for path in data_directory().glob("*.toml"))
+
     @pytest.mark.parametrize("name", NAMES)
     def test_restitution_is_physical_at_all_angles_and_speeds(self, name):
         law = load_config(name).pair.kernel_arguments()
