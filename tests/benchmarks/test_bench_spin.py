@@ -30,6 +30,8 @@ def test_every_way_is_measured(table):
     assert plain.ratios() == {}
 
 
+# as long, and tests/sampler and tests/tablegen compare one by one with batches
+@pytest.mark.study
 def test_one_by_one_is_the_same_as_in_batches(table):
     config = stored_config(table.config, "config")
     model = DirectModel(config)
