@@ -15,6 +15,11 @@ import pytest
 import shots
 from conftest import script
 
+import sampler
+from sampler.formats.binary import write_binary_table
+from tablegen import load_config
+from tablegen.prune import pruned
+
 CLOUD = "constant/kinematicCloudProperties"
 #: A run in which parcels meet up to nine walls.
 LONG = ("system/controlDict", "endTime         1e-3", "endTime         0.02")
@@ -220,11 +225,20 @@ def test_a_table_that_is_not_whole_is_refused(work, started, size, reason, proce
 
 
 @pytest.mark.study
-def test_a_condition_outside_the_table_can_end_the_run(work, started, tmp_path):
-    edits = [LONG, (CLOUD, "outOfRange      clamp", "outOfRange      error")]
+def test_a_condition_outside_the_table_can_end_the_run(work, table, started, tmp_path):
+    changes = {"spin": False, "domain": {"speed": [50.0, 300.0]}}
+    scene = load_config("corundum-steel").with_changes(changes)
+    path = tmp_path / "fast.rbt"
+    contents = pruned(table.contents, scene)
+    write_binary_table(path, contents)
+    entries = f'"{path}"; outOfRange error;'
+    edits = [LONG, (CLOUD, '"corundum-steel.rbt";', entries), (CLOUD, "outOfRange      clamp;", "")]
     with pytest.raises(foam_run.FoamError) as refusal:
         shots.run_shots(work, tmp_path / "case", started, edits=edits, end="0.02")
-    assert "m/s relative to the wall, allowed: 0.5 to 90 deg, 50 to 300 m/s" in str(refusal.value)
+    slowest, fastest = sampler.Table(contents).speed_range
+    assert 5.0 < slowest <= 50.0
+    told = f"m/s relative to the wall, allowed: 0.5 to 90 deg, {slowest:.6g} to {fastest:.6g} m/s"
+    assert told in str(refusal.value)
 
 
 @pytest.mark.study
