@@ -21,7 +21,7 @@ COUNT = 3000
 #: Of velocities [m/s] and spins [rad/s]: the box's drag is small, not nothing.
 SAME = {"velocity": 1e-2, "omega": 1e4}
 #: Particles, of thousands, whose draw may differ because a condition differs in its last bits.
-FEW = 2e-3
+FEW = 1e-3
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def check(table, started, ended, time, **flight):
     np.testing.assert_array_equal(started.index, ended.index)
     velocity, omega, hits = box_run.replay(table, started, time, **flight)
     assert share_off(ended, velocity, omega) <= FEW
-    assert np.mean(hits != ended.hits) <= 5 * FEW
+    assert np.mean((hits != ended.hits)[~box_run.is_normal(started.index)]) <= FEW
     return hits
 
 
@@ -113,6 +113,14 @@ def test_every_wall_counts_and_the_spin_is_kept(table, first):
     # without the spins at the walls they would end otherwise
     velocity, omega, _ = box_run.replay(table, replace(started, index=started.index + 1), 0.02)
     assert share_off(ended, velocity, omega) > 0.3
+
+
+@pytest.mark.study
+def test_several_walls_in_one_time_step(work, table, tmp_path):
+    """Where the tracker's start stays behind at a rebound, 2 % of particles end otherwise."""
+    folder = saturne_run.run(work, tmp_path / "long", 10, step=2e-3, particles=2 * COUNT)
+    started = box_run.read_particles(folder, "start")
+    check(table, started, box_run.read_particles(folder, "end"), 10 * 2e-3)
 
 
 @pytest.mark.study
