@@ -161,4 +161,5 @@ def errors_of_numbers(
     slopes = trials.slopes(inside)
     covariance = slopes @ found.covariance @ slopes.T
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return np.where(errors > _NO_ERROR, errors, np.nan), covariance
+    known = errors > _NO_ERROR
+    return np.where(known, errors, np.nan), covariance * np.outer(known, known)

@@ -31,7 +31,7 @@ The mass is one. Every kernel takes the numbers of one particle or of lanes (see
 from typing import NamedTuple
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from tablegen.model.coulomb_rates import CONVERGED, PATH_TOLERANCE, straight_piece
+from tablegen.model.coulomb_rates import PATH_TOLERANCE, straight_piece
 from tablegen.model.simd import any_lane, logical_not, maximum, minimum, select, sqrt
 from tablegen.model.sliding_series import (
     IMPULSE,
@@ -45,6 +45,10 @@ from tablegen.model.sliding_series import (
     sliding_span,
     slope,
 )
+
+#: Relative Newton step after which a root is exact to rounding: the error of a step is the square
+#: of that of the one before.
+CONVERGED = 1e-9
 
 #: Halvings of an interval, down to rounding.
 HALVINGS = 53

@@ -28,8 +28,8 @@ PATH_TOLERANCE = 1e-13
 #: mobility is at least one, so that 2 is the most.
 REACH = 3.0
 
-#: Relative Newton step after which a root is exact to rounding.
-CONVERGED = 1e-9
+#: Relative Newton step that is rounding.
+ROUNDING = 1e-14
 
 
 class Friction(NamedTuple):
@@ -87,7 +87,7 @@ def slip_direction(friction, mobility, where):
         x, z = select(where, px, x), select(where, pz, z)
         rate = select(where, rate + step, rate)
         # in this form a NaN ends the search
-        where = where & (step > CONVERGED * rate)
+        where = where & (step > ROUNDING * rate)
     length = sqrt(x * x + z * z)
     return x / length, z / length
 

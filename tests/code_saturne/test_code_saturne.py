@@ -58,11 +58,10 @@ def test_the_settings_that_are_shipped_are_those_that_are_read():
 @pytest.mark.study
 def test_the_user_functions_that_are_shipped_compile(work, tmp_path):
     """The box has its own, which call the same."""
-    for name in ("cs_user_lagr_rebound.c", "rebound_wall.h"):
-        shutil.copy(saturne_run.SOURCES / "src" / name, tmp_path)
+    for path in (*saturne_run.SOURCES.glob("src/*.[ch]"), saturne_run.HEADER):
+        shutil.copy(path, tmp_path)
     saturne_run.call(tmp_path, "code_saturne", "compile", "--test", "--source", tmp_path)
-    log = (tmp_path / "code_saturne.log").read_text(encoding="utf-8")
-    assert "warning" not in log
+    assert "warning" not in (tmp_path / "code_saturne.log").read_text(encoding="utf-8")
     functions = r"^void (cs_\w+)\(|^    (rebound_wall_\w+)\("
     texts = [
         path.read_text(encoding="utf-8")
@@ -166,8 +165,8 @@ def test_the_gas_slows_the_spin_down(work, table, tmp_path):
 def test_rough_walls(work, table, tmp_path):
     """The tilt by its standard deviation, and the same from a profile."""
     tilt_deg = np.degrees(np.arctan(2 * 0.5 / 20))
-    profile = {"ra": 0.5e-6, "rq": 0.5e-6, "rsm": 20e-6}
-    for name, given in {"tilt": {"roughness_deg": tilt_deg}, "profile": profile}.items():
+    profile = {"Ra": 0.5e-6, "Rq": 0.5e-6, "RSm": 20e-6}
+    for name, given in {"tilt": {"tilt_deg": tilt_deg}, "profile": profile}.items():
         text = saturne_run.settings(**given)
         folder = saturne_run.run(work, tmp_path / name, 100, step=STEP, particles=COUNT, text=text)
         hits = box_run.read_hits(folder)
@@ -218,10 +217,10 @@ def tables(work, table):
         ({"half_size": "0"}, "half_size: got 0, allowed: a positive number"),
         ({"gas_torque": "nan"}, "gas_torque: got nan, allowed: 0 or a positive number"),
         ({"spin": "no", "gas_torque": "1"}, "gas_torque: got a positive number, allowed: 0, where"),
-        ({"roughness_deg": "30"}, "roughness_deg: got 30, allowed: 0 to 28.6 deg"),
-        ({"ra": "1e-6"}, "rsm: got none, allowed: a positive length in m, with ra and rq"),
-        ({"ra": "1", "rsm": "1"}, "rsm: got a profile whose facets are too steep, allowed: ra"),
-        ({"roughness_deg": "3", "rsm": "1"}, "roughness_deg: got a positive number beside a prof"),
+        ({"tilt_deg": "30"}, "tilt_deg: got 30, allowed: 0 to 28.6 deg"),
+        ({"Ra": "1e-6"}, "RSm: got none, allowed: a positive length in m, with Ra and Rq"),
+        ({"Ra": "1", "RSm": "1"}, "RSm: got a profile whose facets are too steep, allowed: Ra"),
+        ({"tilt_deg": "3", "RSm": "1"}, "tilt_deg: got a positive number beside a prof"),
         ({"sed": "7"}, "sed: got a name that is unknown, allowed: table, seed, spin,"),
         ({"spin": ""}, "spin: got no value, allowed: `name value`"),
         ({"spin": "no no"}, "spin: got more than one value, allowed: `name value`"),

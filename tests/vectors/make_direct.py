@@ -2,7 +2,8 @@
 
     python tests/vectors/make_direct.py
 
-writes direct.txt beside itself, one particle a line, numbers as hexadecimal floating point:
+writes direct.txt, and direct-coulomb.txt under Coulomb friction, beside itself, one particle a
+line, numbers as hexadecimal floating point:
 
     ALPHA_DEG SPEED SPIN*3 INDEX COLLISIONS STATE*6
 
@@ -17,7 +18,15 @@ import numpy as np
 from tablegen.config import load_config
 from tablegen.simulate import simulate
 
-FILE = Path(__file__).with_name("direct.txt")
+FOLDER = Path(__file__).parent
+
+#: Changes of the shipped pair, by file.
+PAIRS = {
+    "direct.txt": {},
+    "direct-coulomb.txt": {
+        "resistance": {"law": "coulomb", "static": 0.4, "dynamic": 0.3, "source": "an example"}
+    },
+}
 CONDITIONS = (
     (0.5, 300.0, (0.0, 0.0, 0.0)),
     (20.0, 50.0, (0.0, 0.0, 0.0)),
@@ -29,16 +38,16 @@ CONDITIONS = (
 COUNT, SEED = 20, 7
 
 
-def simulated(alpha_deg, speed, spin):
-    """Rebounds of the shipped pair's population."""
-    config = load_config("corundum-steel")
+def simulated(name, alpha_deg, speed, spin):
+    """Rebounds of the shipped pair's population, by the laws of a file."""
+    config = load_config("corundum-steel").with_changes({"pair": PAIRS[name]})
     return simulate(config, np.radians(alpha_deg), speed, COUNT, seed=SEED, spin=spin)
 
 
-def lines():
-    """Lines of the file."""
+def lines(name):
+    """Lines of a file."""
     for alpha_deg, speed, spin in CONDITIONS:
-        made = simulated(alpha_deg, speed, spin)
+        made = simulated(name, alpha_deg, speed, spin)
         given = " ".join(float(x).hex() for x in (alpha_deg, speed, *spin))
         for index, (state, collisions) in enumerate(zip(made.state, made.collisions, strict=True)):
             numbers = " ".join(float(x).hex() for x in state)
@@ -46,4 +55,5 @@ def lines():
 
 
 if __name__ == "__main__":
-    FILE.write_text("".join(lines()), encoding="ascii")
+    for file in PAIRS:
+        (FOLDER / file).write_text("".join(lines(file)), encoding="ascii")

@@ -67,14 +67,14 @@ static int take_number(rebound_settings_t *settings, const char *name, const cha
         settings->half_size = read_number(name, value, 1e-12, DBL_MAX, "a positive number");
     else if (strcmp(name, "gas_torque") == 0)
         settings->gas_torque = read_number(name, value, 0.0, DBL_MAX, "0 or a positive number");
-    else if (strcmp(name, "roughness_deg") == 0)
+    else if (strcmp(name, "tilt_deg") == 0)
         settings->roughness = fmin(
             read_number(name, value, 0.0, 0.5 / DEGREE, "0 to 28.6 deg") * DEGREE, 0.5);
-    else if (strcmp(name, "ra") == 0)
+    else if (strcmp(name, "Ra") == 0)
         settings->ra = read_number(name, value, 0.0, DBL_MAX, "0 or a positive length in m");
-    else if (strcmp(name, "rq") == 0)
+    else if (strcmp(name, "Rq") == 0)
         settings->rq = read_number(name, value, 0.0, DBL_MAX, "0 or a positive length in m");
-    else if (strcmp(name, "rsm") == 0)
+    else if (strcmp(name, "RSm") == 0)
         settings->rsm = read_number(name, value, 1e-30, DBL_MAX, "a positive length in m");
     else
         return 0;
@@ -94,8 +94,7 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
         settings->refuse_outside = read_choice(name, value, "clamp", "error");
     } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
-               "table, seed, spin, out_of_range, half_size, gas_torque, roughness_deg, ra, rq, "
-               "rsm");
+               "table, seed, spin, out_of_range, half_size, gas_torque, tilt_deg, Ra, Rq, RSm");
     }
 }
 
@@ -154,7 +153,7 @@ double rebound_settings_roughness(const rebound_settings_t *settings, double dia
     if (settings->rsm <= 0.0)
         return settings->roughness;
     if (rbt_wall_tilt(settings->ra, settings->rq, settings->rsm, diameter, &tilt) < RBT_OK)
-        refuse("rsm", "a profile whose facets are too steep", "ra and rq up to 0.27 rsm");
+        refuse("RSm", "a profile whose facets are too steep", "Ra and Rq up to 0.27 RSm");
     return tilt;
 }
 
@@ -163,9 +162,9 @@ static void check_profile(const rebound_settings_t *settings)
 {
     const int profile = settings->ra > 0.0 || settings->rq > 0.0 || settings->rsm > 0.0;
     if (profile && settings->roughness > 0.0)
-        refuse("roughness_deg", "a positive number beside a profile", "one of both");
+        refuse("tilt_deg", "a positive number beside a profile", "one of both");
     if (profile && settings->rsm <= 0.0)
-        refuse("rsm", "none", "a positive length in m, with ra and rq");
+        refuse("RSm", "none", "a positive length in m, with Ra and Rq");
     rebound_settings_roughness(settings, 1e-12 * settings->rsm);
     rebound_settings_roughness(settings, 1e12 * settings->rsm);
 }

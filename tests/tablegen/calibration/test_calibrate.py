@@ -12,6 +12,7 @@ from sampler.errors import InputError
 from sampler.files.json_text import json_text
 from tablegen import calibrate, load_config
 from tablegen.calibration.evaluations import Evaluations
+from tablegen.calibration.rows import chosen_rows
 from tablegen.measurements.records import Moments
 
 FREE = ("pair.restitution.value", "pair.resistance.value")
@@ -115,17 +116,14 @@ def test_a_fixed_law_keeps_its_source(measured):
 
 
 def test_roughness_is_found_and_told(measured, tmp_path):
-    made = calibrate(
-        measured,
-        small_pair(0.6, 0.3),
-        tmp_path / "rough.toml",
-        free=("wall_tilt_deg",),
-        count=200,
-        wall_tilt_deg=4.0,
-    )
+    path = tmp_path / "rough.toml"
+    row = chosen_rows(measured, [2])
+    how = {"free": ("wall_tilt_deg",), "count": 200, "wall_tilt_deg": 4.0}
+    made = calibrate(row, small_pair(0.6, 0.3), path, **how)
     # the data are of a smooth wall
     assert made.wall_tilt_deg < 3.0
     assert made.labels == ("wall_tilt_deg",)
+    assert ("draw with roughness" in path.read_text()) == (made.wall_tilt_deg > 0.0)
 
 
 @pytest.mark.parametrize(

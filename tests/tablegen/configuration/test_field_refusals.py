@@ -106,7 +106,7 @@ tabulated: angle_deg = [10.0, 90.0, 45.0] => angle_deg: got [10, 90, 45], ... ea
 tabulated: speed = [0.0, 100.0] => speed[0]: got 0, ... 0
 """
 RESISTANCES = """
-constant: law = "coulomb" => law: got 'coulomb', ... 'exponential-orientation', 'constant'
+constant: law = "viscous" => law: got 'viscous', ... 'exponential-orientation', 'constant'
 constant: value = -0.1 => value: got -0.1, ... 0
 orientation: factor = 101.0 => factor: got 101, ... 100
 """

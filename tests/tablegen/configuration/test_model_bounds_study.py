@@ -29,6 +29,9 @@ RESISTANCE = (
     {"law": "constant", "value": 0.3},
     {"law": "constant", "value": 100.0},
     {"law": "exponential-orientation", "strength": 10.0, "factor": 100.0},
+    {"law": "coulomb", "static": 0.0, "dynamic": 0.0},
+    {"law": "coulomb", "static": 0.5, "dynamic": 0.3},
+    {"law": "coulomb", "static": 100.0, "dynamic": 100.0},
 )
 
 

@@ -200,6 +200,7 @@ class TestSpeedAbscissa:
 
 class TestShippedPairs:
     NAMES = sorted(path.stem for path in data_directory().glob("*.toml"))
+
     @pytest.mark.parametrize("name", NAMES)
     def test_restitution_is_physical_at_all_angles_and_speeds(self, name):
         law = load_config(name).pair.kernel_arguments()
@@ -231,15 +232,15 @@ class TestShippedPairs:
 
     @pytest.mark.parametrize("name", FITTED)
     def test_fitted_pairs_follow_their_measurements(self, name):
-        """The means, to 0.05 and four chance errors of at most 0.005."""
-        found = compare(load_config(name), name, count=1500, seed=3)
+        """With 8,000 particles means were off by 0.030 at most; here chance adds up to 0.007."""
+        found = compare(load_config(name), name, count=3000, seed=3)
         for quantity in ("e_n", "e_t"):
             mean = found.means[quantity]
             known = np.isfinite(mean.measured)
             assert known.sum() >= 8
-            assert np.abs(mean.deviation[known]).max() < 0.05 + 4.0 * 0.005
-            assert mean.simulated_error[known].max() < 0.006
-        # the pair that holds the mean laws of these papers to be laws of contact is refused
+            assert np.abs(mean.deviation[known]).max() < 0.05
+            assert mean.simulated_error[known].max() < 0.007
+        # a constant resistance is refused
         angle = {"law": "constant", "value": 0.5, "source": "test"}
         other = load_config(name).with_changes({"pair": {"resistance": angle}})
         worst = np.nanmax(np.abs(compare(other, name, count=1500).means["e_t"].deviation))
