@@ -9,7 +9,7 @@ without the spin before the hit, and from spheres (`models`). ``chains`` has no 
 hit one wall, or two opposite ones, at the same angle and speed at first, and go straight on
 (`chains`). ``bend`` blows them through a bend of 90 degrees, and ``separator`` through two bends in
 the shape of an S, behind each of which a splitter takes the outer part of the duct away (`duct`,
-`flow`).
+`flow`). What hits the walls of both is listed place by place (`wall_impacts`).
 
 A program takes its rebounds from a table or from `tablegen.DirectModel` by the same call, so the
 models differ in one line each. Here all particles are moved together, in arrays of numpy;
