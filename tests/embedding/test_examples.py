@@ -159,6 +159,8 @@ def check_all_languages(numba_example, programs, spinning, particles, hits, roug
     assert other[2] != digest
 
 
+# a minute of compilation; test_rough.py compares C with Python draw by draw
+@pytest.mark.study
 def test_thousands_of_rebounds_from_rough_walls(numba_example, programs, spinning):
     check_all_languages(numba_example, programs, spinning, 500, 8, 0.2)
 

@@ -163,11 +163,12 @@ def _nodes(limits: tuple[float, float], count: int) -> list[float]:
 
 
 def design_config(config: Config, design: Design, samples: int, seed: int) -> Config:
-    """Make the configuration of a design on the small domain."""
+    """Make the configuration of a design on the small domain, of a table without a spin law."""
     alpha = part_of(config.domain.alpha_deg, PART[0])
     speed = part_of(config.domain.speed, PART[1])
     return config.with_changes(
         {
+            "spin": False,
             "domain": {"alpha_deg": list(alpha), "speed": list(speed)},
             "table": {
                 "seed": seed,
