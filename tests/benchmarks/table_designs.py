@@ -136,7 +136,7 @@ def abscissa():
 
 def one_node(alpha, speed, size, mirror=False):
     """Table of one node, and the seconds that its fit took beside the simulation."""
-    watch, config = Stopwatch(), CONFIG.with_changes({"spin": False, "table": {"mirror": mirror}})
+    watch, config = Stopwatch(), CONFIG.with_changes({"table": {"mirror": mirror}})
     node = fit_node(config, alpha, speed, size, watch)
     axes = make_axes(config, Grid((alpha,), (speed,)))
     return Table(assemble(config, axes, [node])), watch.seconds[1]
