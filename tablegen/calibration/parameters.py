@@ -13,7 +13,7 @@ import numpy as np
 
 from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import InputError
-from tablegen.calibration.coordinates import (
+from tablegen.calibration.search_coordinates import (
     Bernstein,
     Coordinates,
     Descending,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tablegen.calibration.coordinates import Bernstein, Descending, Logarithm, Plain, Shares
+from tablegen.calibration.search_coordinates import Bernstein, Descending, Logarithm, Plain, Shares
 
 RNG = np.random.default_rng(4)
 
