@@ -1,26 +1,11 @@
 """Calibrations that are done in a second: two free numbers, few particles, short stages."""
 
 import pytest
+from small_pairs import small_pair
 from synthetic_measurements import measured_from
 
-from tablegen import load_config
 from tablegen.calibration import calibrate as calibration
 from tablegen.calibration import search
-
-SOURCE = {"source": "chosen for a test"}
-
-
-def small_pair(value=0.5, friction=0.4, **changes):
-    """Ellipsoids of one form under constant laws."""
-    laws = {
-        "restitution": {"law": "constant", "value": value, **SOURCE},
-        "resistance": {"law": "constant", "value": friction, **SOURCE},
-    }
-    weights = {"ellipsoid": 1.0, "prism": 0.0, "truncated-prism": 0.0, "tetrahedron": 0.0}
-    population = {"shapes": weights, "aspect": {"distribution": "fixed", "values": [0.9, 0.8]}}
-    tree = {"name": "small", "spin": False, "pair": laws, "population": population}
-    tree["domain"] = {"extrapolate": True}
-    return load_config("corundum-steel").with_changes(tree | changes)
 
 
 @pytest.fixture

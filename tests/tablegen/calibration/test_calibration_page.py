@@ -5,8 +5,8 @@ import tomllib
 import numpy as np
 import pytest
 from command_lines import calls
-from conftest import small_pair
 from documents import ROOT, blocks
+from small_pairs import small_pair
 from tiny_tables import ROUGH
 
 from sampler.commands.main import main as sampler
