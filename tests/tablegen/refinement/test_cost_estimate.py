@@ -86,7 +86,7 @@ def test_time_of_a_rebound_is_measured_here_and_warm(monkeypatch):
     ("workers", "parts"),
     [
         (1, ("16 x 5 nodes at first, more", "up to about 28 x 12", " of one processor; ")),
-        (2, (" minutes of one processor, ", " minutes on 2; up to ")),
+        (2, (" of one processor, ", " on 2; up to ")),
         (None, (" of one processor; ", " GB of memory a process")),
     ],
 )
