@@ -33,7 +33,7 @@ from tablegen.calibration.parameters import default_names, make_parameters
 from tablegen.calibration.result import Calibration
 from tablegen.calibration.rows import check_spreads, chosen_rows, split_rows
 from tablegen.calibration.search import STAGES, Search, Stage, most_particles
-from tablegen.calibration.simulated_moments import simulated_moments
+from tablegen.calibration.simulated_moments import SimulatedRows
 from tablegen.calibration.targets import make_targets
 from tablegen.calibration.trial_pairs import TrialPairs
 from tablegen.calibration.uncertainty import correlations
@@ -257,17 +257,16 @@ def _rows(
     )
     if not at:
         return Rows(part, at, evaluations, make_targets(part, None))
-    first = simulated_moments(
+    first = SimulatedRows(
         task.start.pair,
         task.start.population,
         part.alpha_deg,
         speed,
-        _FEWEST,
         seed=task.seed,
         numerics=task.start.model,
         wall_tilt_deg=task.wall_tilt_deg,
         threads=task.threads,
-    )
+    ).moments(_FEWEST)
     return Rows(part, at, evaluations, make_targets(part, first))
 
 

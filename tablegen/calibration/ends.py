@@ -8,7 +8,7 @@ from tablegen.calibration.chance import error_covariances
 from tablegen.calibration.evaluations import Evaluations
 from tablegen.calibration.result import FittedNumber
 from tablegen.calibration.search import Search
-from tablegen.calibration.simulated_moments import simulated_moments
+from tablegen.calibration.simulated_moments import SimulatedRows
 from tablegen.calibration.targets import Targets
 from tablegen.calibration.trial_pairs import TrialPairs
 from tablegen.calibration.uncertainty import Problem, Uncertainty, uncertainty
@@ -119,18 +119,15 @@ def numbers_beside(
     if not rows.at:
         return []
     evaluations, targets = rows.evaluations, rows.targets
-    alpha_deg, speed = evaluations.conditions
-    made = simulated_moments(
+    made = SimulatedRows(
         config.pair,
         config.population,
-        alpha_deg,
-        speed,
-        count,
+        *evaluations.conditions,
         seed=evaluations.seed ^ _OTHER_SEED,
         numerics=config.model,
         wall_tilt_deg=evaluations.trials.wall_tilt_deg(x),
         threads=evaluations.threads,
-    )
+    ).moments(count)
     values, chances = targets.pick(made)
     slopes = evaluations.slopes(x, count, targets.pick, central=True)
     variance = np.einsum("mp,pq,mq->m", slopes, covariance, slopes)

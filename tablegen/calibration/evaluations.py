@@ -12,7 +12,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from tablegen.calibration.simulated_moments import simulated_strata, simulated_variables
+from tablegen.calibration.simulated_moments import SimulatedRows
 from tablegen.calibration.strata import CentralMoments, SimulatedMoments, Strata
 from tablegen.calibration.trial_pairs import TrialPairs
 from tablegen.model.float_array import FloatArray
@@ -82,37 +82,26 @@ class Evaluations:
         return self._known[key]
 
     def _made(self, key: str, x: FloatArray, count: int) -> Strata:
-        alpha_deg, speed = self.conditions
-        population = self.trials.every_shape(x)
-        shares = np.array([part.share for part in population.strata()])
         found = self._store.load(key) if self._store else None
         if found is not None:
+            shares = np.array([part.share for part in self.trials.every_shape(x).strata()])
             kept = CentralMoments(count=count, **{name: found[name] for name in _ARRAYS})
-            return Strata(alpha_deg, shares, kept)
-        made = simulated_strata(
-            self.trials.pair(x),
-            population,
-            alpha_deg,
-            speed,
-            count,
-            seed=self.seed,
-            numerics=self.trials.config.model,
-            wall_tilt_deg=self.trials.wall_tilt_deg(x),
-            threads=self.threads,
-        )
+            return Strata(self.conditions[0], shares, kept)
+        made = self._rows(x).strata(count)
         if self._store:
             self._store.save(key, {name: getattr(made.moments, name) for name in _ARRAYS})
         return made
 
     def variables(self, x: FloatArray, count: int) -> list[list[FloatArray]]:
         """Variables (count, 5) of the rebounds of each shape at each condition."""
-        alpha_deg, speed = self.conditions
-        return simulated_variables(
+        return self._rows(x).variables(count)
+
+    def _rows(self, x: FloatArray) -> SimulatedRows:
+        """Measured conditions, with the pair and every shape of the trial at coordinates x."""
+        return SimulatedRows(
             self.trials.pair(x),
             self.trials.every_shape(x),
-            alpha_deg,
-            speed,
-            count,
+            *self.conditions,
             seed=self.seed,
             numerics=self.trials.config.model,
             wall_tilt_deg=self.trials.wall_tilt_deg(x),

@@ -1,7 +1,7 @@
 """Direct simulation of what was measured: means and spreads at given impact conditions."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from functools import reduce
 from typing import Any, NamedTuple
@@ -56,60 +56,6 @@ class _Wall(NamedTuple):
     spin: FloatArray
 
 
-class _Simulation:
-    """Rebounds of particles of each shape at each condition, by their keys.
-
-    A particle is keyed by the seed, the code of its shape, the row and its number alone: whatever
-    laws, ratios and weights are tried, it has the same random numbers.
-    """
-
-    def __init__(
-        self,
-        pair: MaterialPair,
-        population: Population,
-        conditions: tuple[FloatArray, FloatArray],
-        seed: int,
-        numerics: ModelSettings,
-        wall: _Wall,
-    ) -> None:
-        self.strata = population.strata()
-        self._models = [DirectModel.of_parts(pair, one, numerics) for _, _, one in self.strata]
-        self._alpha, self._speed = conditions
-        self._seed, self._wall = seed, wall
-
-    def moments(self, piece: _Piece) -> CentralMoments:
-        """Moments of the rebounds of a piece."""
-        return central_moments(self.variables(piece))
-
-    def variables(self, piece: _Piece) -> FloatArray:
-        """Variables of the rebounds of a piece, (m, N_VARIABLES)."""
-        row, stratum, part = piece
-        first = (self.strata[stratum].code << 48) + (row << 32)
-        index = np.arange(first + part.start, first + part.stop, dtype=np.uint64)
-        keys: dict[str, Any] = {"seed": self._seed, "index": index, "threads": 1}
-        model, alpha, speed = self._models[stratum], self._alpha[row], self._speed[row]
-        if self._wall.roughness == 0.0:
-            state = model.sample(alpha, speed, spin=self._wall.spin, **keys)
-        else:
-            state = self._rough_states(model, alpha, speed, keys)
-        return variables_of(state)
-
-    def _rough_states(
-        self, model: DirectModel, alpha: float, speed: float, keys: dict[str, Any]
-    ) -> FloatArray:
-        """States after impacts on a rough wall, in the frame of the mean wall, (m, 6)."""
-        velocity = speed * np.array([math.cos(alpha), -math.sin(alpha), 0.0])
-        rebound = model.rebound(
-            velocity,
-            (0.0, 1.0, 0.0),
-            1.0,
-            omega=speed * self._wall.spin,
-            roughness=self._wall.roughness,
-            **keys,
-        )
-        return np.hstack(rebound) / speed
-
-
 def _checked_conditions(
     alpha_deg: ArrayLike, speed: ArrayLike
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -139,14 +85,6 @@ def _checked_wall(wall_tilt_deg: float, spin: ArrayLike | None) -> _Wall:
     return _Wall(min(math.radians(tilt), MAX_ROUGHNESS), numbers)
 
 
-def _pieces(rows: int, strata: int, count: int) -> Iterator[_Piece]:
-    """All pieces, those of one shape at one condition one after another."""
-    for row in range(rows):
-        for stratum in range(strata):
-            for part in batches(count):
-                yield _Piece(row, stratum, part)
-
-
 def _stacked(parts: Sequence[CentralMoments], shape: tuple[int, int]) -> CentralMoments:
     """Moments of all rows and strata as arrays of shape (n, s, ...)."""
     names = [field.name for field in fields(CentralMoments) if field.name != "count"]
@@ -157,79 +95,12 @@ def _stacked(parts: Sequence[CentralMoments], shape: tuple[int, int]) -> Central
     )
 
 
-def simulated_strata(
-    pair: MaterialPair,
-    population: Population,
-    alpha_deg: ArrayLike,
-    speed: ArrayLike,
-    count: int,
-    *,
-    seed: int,
-    numerics: ModelSettings | None = None,
-    wall_tilt_deg: float = 0.0,
-    spin: Sequence[float] | None = None,
-    threads: int | None = None,
-    progress: bool = False,
-) -> Strata:
-    """Simulate each shape of a population at each of some impact conditions.
-
-    `Strata.mixed` gives the moments of the population, and of any other shares of its shapes
-    without a new simulation.
-
-    Parameters
-    ----------
-    pair, population, alpha_deg, speed, count, seed, numerics, wall_tilt_deg, spin
-        As for `simulated_moments`, and so are threads and progress.
-
-    Returns
-    -------
-    Strata
-
-    Raises
-    ------
-    InputError, RuntimeError
-        As for `simulated_moments`.
-    """
-    degrees, alpha, speeds = _checked_conditions(alpha_deg, speed)
-    workers = check_run(count, seed, 0, threads)
-    if not 2 <= count <= _MOST_PARTICLES:
-        raise InputError(f"count: got {count}, allowed: 2 to {_MOST_PARTICLES}")
-    numerics = numerics or ModelSettings()
-    wall = _checked_wall(wall_tilt_deg, spin)
-    run = _Simulation(pair, population, (alpha, speeds), seed, numerics, wall)
-    shape = degrees.size, len(run.strata)
-    pieces = list(_pieces(*shape, count))
-    done: list[list[CentralMoments]] = []
-    total = count * shape[0] * shape[1]
-    with bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted:
-        results = side_by_side(run.moments, pieces, workers, ahead=2 * workers)
-        for piece, moments in zip(pieces, results, strict=True):
-            if piece.part.start == 0:
-                done.append([])
-            done[-1].append(moments)
-            counted.update(moments.count)
-    shares = np.array([stratum.share for stratum in run.strata])
-    return Strata(degrees, shares, _stacked([reduce(merged, parts) for parts in done], shape))
-
-
-def simulated_moments(
-    pair: MaterialPair,
-    population: Population,
-    alpha_deg: ArrayLike,
-    speed: ArrayLike,
-    count: int,
-    *,
-    seed: int,
-    numerics: ModelSettings | None = None,
-    wall_tilt_deg: float = 0.0,
-    spin: Sequence[float] | None = None,
-    threads: int | None = None,
-    progress: bool = False,
-) -> SimulatedMoments:
-    """Simulate means and standard deviations of what can be measured.
+class SimulatedRows:
+    """Rebounds of each shape of a population at each of some impact conditions, its rows.
 
     Common random numbers: a particle is keyed by (seed, row, shape, number) whatever the laws, the
-    ratios and the weights, so the moments change smoothly with them.
+    ratios and the weights, so moments change smoothly with them. A shape has as many particles
+    whatever its weight, so that raw moments are exactly linear in the weights.
 
     Parameters
     ----------
@@ -241,9 +112,6 @@ def simulated_moments(
         Impact angles from the wall, degrees, above 0 and up to 90.
     speed : float or (n,) array
         Impact speeds, m/s.
-    count : int
-        Particles of each shape at each condition, 2 or more. A shape has as many whatever its
-        weight, so that the raw moments are exactly linear in the weights.
     seed : int
         0 to 2**64 - 1.
     numerics : ModelSettings, optional
@@ -255,66 +123,124 @@ def simulated_moments(
     spin : three floats, optional
         Angular velocity before the impact times a/V, wall frame.
     threads : int, optional
-        Default: one a processor. The result does not depend on it.
-    progress : bool
-        Show a progress bar on standard error.
-
-    Returns
-    -------
-    SimulatedMoments
+        Default: one a processor. No result depends on it.
 
     Raises
     ------
     InputError
-        If an argument is out of range.
+        If an argument is out of range; here, or by the methods.
     RuntimeError
-        If a particle is still in contact after 10**8 collisions.
+        By the methods, if a particle is still in contact after 10**8 collisions.
     """
-    strata = simulated_strata(
-        pair,
-        population,
-        alpha_deg,
-        speed,
-        count,
-        seed=seed,
-        numerics=numerics,
-        wall_tilt_deg=wall_tilt_deg,
-        spin=spin,
-        threads=threads,
-        progress=progress,
-    )
-    return strata.mixed()
 
+    def __init__(
+        self,
+        pair: MaterialPair,
+        population: Population,
+        alpha_deg: ArrayLike,
+        speed: ArrayLike,
+        *,
+        seed: int,
+        numerics: ModelSettings | None = None,
+        wall_tilt_deg: float = 0.0,
+        spin: Sequence[float] | None = None,
+        threads: int | None = None,
+    ) -> None:
+        self._alpha_deg, self._alpha, self._speed = _checked_conditions(alpha_deg, speed)
+        self._wall = _checked_wall(wall_tilt_deg, spin)
+        self._shapes = population.strata()
+        numerics = numerics or ModelSettings()
+        self._models = [DirectModel.of_parts(pair, one, numerics) for _, _, one in self._shapes]
+        self._seed, self._threads = seed, threads
 
-def simulated_variables(
-    pair: MaterialPair,
-    population: Population,
-    alpha_deg: ArrayLike,
-    speed: ArrayLike,
-    count: int,
-    *,
-    seed: int,
-    numerics: ModelSettings | None = None,
-    wall_tilt_deg: float = 0.0,
-    threads: int | None = None,
-) -> list[list[FloatArray]]:
-    """Variables of every rebound whose moments `simulated_strata` gives.
+    def strata(self, count: int, progress: bool = False) -> Strata:
+        """Simulate the moments of each shape at each row.
 
-    Parameters
-    ----------
-    pair, population, alpha_deg, speed, count, seed, numerics, wall_tilt_deg, threads
-        As for `simulated_moments`.
+        `Strata.mixed` gives those of the population, and of any other shares of its shapes without
+        a new simulation.
 
-    Returns
-    -------
-    list of n lists of s arrays
-        For each condition and shape, (count, N_VARIABLES) float64.
-    """
-    degrees, alpha, speeds = _checked_conditions(alpha_deg, speed)
-    workers = check_run(count, seed, 0, threads)
-    wall = _checked_wall(wall_tilt_deg, None)
-    run = _Simulation(pair, population, (alpha, speeds), seed, numerics or ModelSettings(), wall)
-    rows, strata = degrees.size, len(run.strata)
-    pieces = [_Piece(i, j, slice(0, count)) for i in range(rows) for j in range(strata)]
-    done = list(side_by_side(run.variables, pieces, workers, ahead=2 * workers))
-    return [done[row * strata : (row + 1) * strata] for row in range(rows)]
+        Parameters
+        ----------
+        count : int
+            Particles of each shape at each row, 2 or more.
+        progress : bool
+            Show a progress bar on standard error.
+        """
+        workers = self._workers(count)
+        shape = self._alpha.size, len(self._shapes)
+        places = np.ndindex(*shape)
+        pieces = [_Piece(row, k, part) for row, k in places for part in batches(count)]
+        done: list[list[CentralMoments]] = []
+        total = count * shape[0] * shape[1]
+        with bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted:
+            results = side_by_side(self._moments, pieces, workers, ahead=2 * workers)
+            for piece, moments in zip(pieces, results, strict=True):
+                if piece.part.start == 0:
+                    done.append([])
+                done[-1].append(moments)
+                counted.update(moments.count)
+        shares = np.array([one.share for one in self._shapes])
+        stacked = _stacked([reduce(merged, parts) for parts in done], shape)
+        return Strata(self._alpha_deg, shares, stacked)
+
+    def moments(self, count: int, progress: bool = False) -> SimulatedMoments:
+        """Simulate means and standard deviations of what can be measured; see `strata`."""
+        return self.strata(count, progress).mixed()
+
+    def variables(self, count: int) -> list[list[FloatArray]]:
+        """Simulate the rebounds whose moments `strata` gives.
+
+        Parameters
+        ----------
+        count : int
+            As for `strata`.
+
+        Returns
+        -------
+        list of n lists of s arrays
+            For each row and shape, (count, N_VARIABLES) float64.
+        """
+        workers = self._workers(count)
+        rows, shapes = range(self._alpha.size), range(len(self._shapes))
+        pieces = [_Piece(row, k, slice(0, count)) for row in rows for k in shapes]
+        done = iter(list(side_by_side(self._variables, pieces, workers, ahead=2 * workers)))
+        return [[next(done) for _ in shapes] for _ in rows]
+
+    def _workers(self, count: int) -> int:
+        """Check a run; how many threads work on it."""
+        workers = check_run(count, self._seed, 0, self._threads)
+        if not 2 <= count <= _MOST_PARTICLES:
+            raise InputError(f"count: got {count}, allowed: 2 to {_MOST_PARTICLES}")
+        return workers
+
+    def _moments(self, piece: _Piece) -> CentralMoments:
+        """Moments of the rebounds of a piece."""
+        return central_moments(self._variables(piece))
+
+    def _variables(self, piece: _Piece) -> FloatArray:
+        """Variables of the rebounds of a piece, (m, N_VARIABLES)."""
+        row, stratum, part = piece
+        first = (self._shapes[stratum].code << 48) + (row << 32)
+        index = np.arange(first + part.start, first + part.stop, dtype=np.uint64)
+        keys: dict[str, Any] = {"seed": self._seed, "index": index, "threads": 1}
+        model, alpha, speed = self._models[stratum], self._alpha[row], self._speed[row]
+        if self._wall.roughness == 0.0:
+            state = model.sample(alpha, speed, spin=self._wall.spin, **keys)
+        else:
+            state = self._rough_states(model, alpha, speed, keys)
+        return variables_of(state)
+
+    def _rough_states(
+        self, model: DirectModel, alpha: float, speed: float, keys: dict[str, Any]
+    ) -> FloatArray:
+        """States after impacts on a rough wall, in the frame of the mean wall, (m, 6)."""
+        velocity = speed * np.array([math.cos(alpha), -math.sin(alpha), 0.0])
+        rebound = model.rebound(
+            velocity,
+            (0.0, 1.0, 0.0),
+            1.0,
+            omega=speed * self._wall.spin,
+            roughness=self._wall.roughness,
+            **keys,
+        )
+        return np.hstack(rebound) / speed

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tablegen.calibration.impact_speeds import impact_speeds
-from tablegen.calibration.simulated_moments import simulated_moments
+from tablegen.calibration.simulated_moments import SimulatedRows
 from tablegen.calibration.strata import SimulatedMoments
 from tablegen.config import Config
 from tablegen.configuration.defaults import COMPARE_COUNT
@@ -127,18 +127,16 @@ def compare(
     population: Population = config.population
     if shape is not None:
         population = population.restricted_to(shape)
-    found = simulated_moments(
+    found = SimulatedRows(
         config.pair,
         population,
         data.alpha_deg,
         speeds,
-        count,
         seed=seed,
         numerics=config.model,
         wall_tilt_deg=wall_tilt_deg,
         threads=threads,
-        progress=progress,
-    )
+    ).moments(count, progress)
     means, spreads = _agreements(data, found)
     return MeasuredComparison(
         pair=config.pair_name,

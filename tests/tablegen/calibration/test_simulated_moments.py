@@ -5,7 +5,7 @@ import pytest
 from crowds import CROWD
 
 from sampler.errors import InputError
-from tablegen.calibration.simulated_moments import simulated_moments, simulated_strata
+from tablegen.calibration.simulated_moments import SimulatedRows
 from tablegen.calibration.strata import variables_of
 from tablegen.config import load_config
 from tablegen.direct import DirectModel
@@ -18,7 +18,7 @@ SPHERES = MIXTURE.restricted_to("sphere")
 
 
 def moments(alpha_deg=45.0, speed=100.0, count=300, population=MIXTURE, **changes):
-    return simulated_moments(PAIR, population, alpha_deg, speed, count, **{"seed": 1} | changes)
+    return SimulatedRows(PAIR, population, alpha_deg, speed, **{"seed": 1} | changes).moments(count)
 
 
 def same(a, b):
@@ -86,7 +86,7 @@ def test_random_numbers_are_common():
     for strength in (1.0, 1.001, 1.002):
         resistance = PAIR.resistance.model_copy(update={"strength": strength})
         pair = PAIR.model_copy(update={"resistance": resistance})
-        found = simulated_moments(pair, MIXTURE, 45.0, 100.0, 300, seed=1)
+        found = SimulatedRows(pair, MIXTURE, 45.0, 100.0, seed=1).moments(300)
         values.append(found.mean["e_t"][0])
     steps = np.diff(values)
     assert 0.0 < abs(steps[0]) < 1e-3
@@ -96,15 +96,15 @@ def test_random_numbers_are_common():
 def test_strata_do_not_depend_on_the_weights():
     weights = {"ellipsoid": 0.1, "tetrahedron": 0.9}
     lopsided = MIXTURE.model_copy(update={"shapes": type(MIXTURE.shapes)(**weights)})
-    uneven = simulated_strata(PAIR, lopsided, 45.0, 100.0, 200, seed=1)
-    even = simulated_strata(PAIR, MIXTURE, 45.0, 100.0, 200, seed=1)
+    uneven = SimulatedRows(PAIR, lopsided, 45.0, 100.0, seed=1).strata(200)
+    even = SimulatedRows(PAIR, MIXTURE, 45.0, 100.0, seed=1).strata(200)
     np.testing.assert_allclose(uneven.shares, [0.1, 0.9])
     np.testing.assert_array_equal(uneven.moments.mean, even.moments.mean[:, [0, 3]])
     assert same(uneven.mixed(), even.mixed([0.1, 0.0, 0.0, 0.9]))
 
 
 def test_meshes_are_strata_too():
-    strata = simulated_strata(PAIR, CROWD, 45.0, 100.0, 40, seed=1)
+    strata = SimulatedRows(PAIR, CROWD, 45.0, 100.0, seed=1).strata(40)
     assert strata.moments.mean.shape[1] == len(CROWD.strata())
     assert strata.shares.sum() == pytest.approx(1.0)
 

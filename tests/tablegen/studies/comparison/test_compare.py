@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sampler.errors import InputError
-from tablegen.calibration.simulated_moments import simulated_moments
+from tablegen.calibration.simulated_moments import SimulatedRows
 from tablegen.config import load_config
 from tablegen.measurements.reader import parse_measurements, read_measurements
 from tablegen.studies.comparison.compare import compare
@@ -31,7 +31,8 @@ FOUND = compare(GRANT, MEASURED, count=COUNT, seed=3)
 
 
 def test_what_is_put_side_by_side():
-    ours = simulated_moments(GRANT.pair, GRANT.population, [30, 60, 80], 100.0, COUNT, seed=3)
+    rows = SimulatedRows(GRANT.pair, GRANT.population, [30, 60, 80], 100.0, seed=3)
+    ours = rows.moments(COUNT)
     assert list(FOUND.means) == list(FOUND.spreads) == ["e_n", "e_t"]
     mean, spread = FOUND.means["e_n"], FOUND.spreads["e_n"]
     np.testing.assert_array_equal(mean.simulated, ours.mean["e_n"])
@@ -59,9 +60,8 @@ def test_speeds():
 def test_shapes_tilt_and_names():
     prisms = compare(GRANT, "grant-tabakoff-1975", count=50, shape="prism", wall_tilt_deg=5.0)
     only = GRANT.population.restricted_to("prism")
-    ours = simulated_moments(
-        GRANT.pair, only, range(10, 91, 10), 100.0, 50, seed=1, wall_tilt_deg=5.0
-    )
+    rows = SimulatedRows(GRANT.pair, only, range(10, 91, 10), 100.0, seed=1, wall_tilt_deg=5.0)
+    ours = rows.moments(50)
     np.testing.assert_array_equal(prisms.means["e_n"].simulated, ours.mean["e_n"])
     assert prisms.measured.name == "grant-tabakoff-1975"
     with pytest.raises(InputError, match=r"^shape: got 'cube'"):
