@@ -7,7 +7,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import DONE
-from sampler.files.atomic import atomic_output, write_text
+from sampler.files.atomic import write_bytes, write_text
 from sampler.files.json_text import json_text
 from tablegen.commands import bounded
 from tablegen.commands.compare import MEASURED, TILT
@@ -164,8 +164,7 @@ def calibrate(
         write_text(json_file, json_text(made.to_dict()))
     if picture is not None:
         drawn = fit_picture(made, picture.name)
-        with atomic_output(picture) as temporary:
-            temporary.write_bytes(drawn.data)
+        write_bytes(picture, drawn.data)
     for line in fit_lines(made):
         click.echo(line)
     click.echo(f"{output}: the fitted pair {made.config.name}")

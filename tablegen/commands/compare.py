@@ -7,7 +7,7 @@ import click
 from sampler.commands import options
 from sampler.commands.file_types import Named
 from sampler.commands.program import DONE, note
-from sampler.files.atomic import atomic_output, write_text
+from sampler.files.atomic import write_bytes, write_text
 from tablegen.commands import bounded
 from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import COMPARE_COUNT, MIXTURE
@@ -125,6 +125,5 @@ def compare(
         write_text(json_file, comparison_json(found))
     if picture:
         data = comparison_picture(found, picture.name).data
-        with atomic_output(picture) as temporary:
-            temporary.write_bytes(data)
+        write_bytes(picture, data)
     return DONE
