@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from many_hits.models import MODELS
-from sampler.files.atomic import atomic_output
+from sampler.files.atomic import write_bytes
 from tablegen.studies.paper_figures.style import Picture, new_figure, settings, written
 
 
@@ -35,8 +35,7 @@ SHOWN = ("direct", "table", "table-without-spin", "spheres")
 
 def write(picture: Picture, path: Path) -> None:
     """Write a picture."""
-    with atomic_output(path) as temporary:
-        temporary.write_bytes(picture.data)
+    write_bytes(path, picture.data)
 
 
 def _line(axes: Any, model: str, x: Sequence[float], y: Sequence[float], **style: Any) -> None:
