@@ -28,9 +28,9 @@ def test_scenes_inherit_it_but_not_with_other_components():
     ("changes", "line"),
     [
         (
-            {"spin": True, "domain": {"components": ["u", "v", "collisions"]}},
-            "spin: got true, allowed: false with collisions among the components, which it does "
-            "not give",
+            {"spin": True, "domain": {"components": ["u", "v", "collisions", "work_shear"]}},
+            "spin: got true, allowed: false with collisions, work_shear among the components, "
+            "which it does not give",
         ),
         ({"spin": "yes"}, "spin: got 'yes', allowed: a valid boolean"),
         (
