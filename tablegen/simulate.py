@@ -53,7 +53,7 @@ class Simulation:
     work : (n, 2) float64
         Energy that the normal and the tangential impulses of all collisions took, over the kinetic
         energy before the impact: together what `energy` lacks of one, but for the tolerance of the
-        flights between.
+        flights between (tables/LAWS.md, "Work of the impulses").
     audit : (7,) float64 or empty
         Largest violation of each law over all collisions and flights (`tablegen.model.audit`).
     """

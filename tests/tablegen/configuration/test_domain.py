@@ -32,4 +32,5 @@ def test_columns_come_in_the_order_of_all_components(domain, columns):
 def test_scenes_that_come_with_the_package():
     assert load_config("plane-flow").domain.columns == ("u", "v", "omega_z")
     assert load_config("no-spin").domain.columns == ("u", "v")
+    assert load_config("wear").domain.columns == (*STATE, *WORKS)
     assert load_config("corundum-steel").domain.columns == STATE

@@ -13,7 +13,7 @@ def test_is_left_out_unless_a_file_asks_for_it():
     text = TINY.text.replace("spin = false\n", "")
     assert not parse_config(text, "t.toml").spin
     assert parse_config(text.replace("[pair]", "spin = true\n[pair]", 1), "t.toml").spin
-    for scene in ("demo", "no-spin", "plane-flow"):
+    for scene in ("demo", "no-spin", "plane-flow", "wear"):
         assert not load_config(scene).spin
 
 
