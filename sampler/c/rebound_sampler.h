@@ -816,8 +816,9 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
             const double lost = normal_hat[r] > 0.0 ? left * (1.0 - energy_hat[r]) : 0.0;
             state[6] = energy_hat[r] * left;
             state[7] = floor(collisions[r]);
-            state[8] = normal_hat[r] * normal_hat[r] * lost;
-            state[9] = (1.0 - normal_hat[r]) * (1.0 + normal_hat[r]) * lost;
+            const double square = normal_hat[r] * normal_hat[r];
+            state[8] = square * square * lost;
+            state[9] = (1.0 - normal_hat[r]) * (1.0 + normal_hat[r]) * (1.0 + square) * lost;
         }
     }
 }

@@ -83,8 +83,10 @@ def fill_works(values, width):
         rest = (1.0 - v) * (1.0 + v) * ((1.0 - u_hat) * (1.0 + u_hat))
         lost = rest * ((1.0 - w_hat) * (1.0 + w_hat)) * (1.0 - energy_hat)
         normal_hat = values[np.uint64(8 * width + r)]
-        values[np.uint64(8 * width + r)] = normal_hat * normal_hat * lost
-        values[np.uint64(9 * width + r)] = (1.0 - normal_hat) * (1.0 + normal_hat) * lost
+        square = normal_hat * normal_hat
+        values[np.uint64(8 * width + r)] = square * square * lost
+        others = (1.0 - normal_hat) * (1.0 + normal_hat) * (1.0 + square)
+        values[np.uint64(9 * width + r)] = others * lost
 
 
 @no_refcount_inline_kernel

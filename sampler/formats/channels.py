@@ -16,13 +16,15 @@ reflection in the impact plane.
 
 More exist for scenes that ask for them. The rotational energy is the share energy_hat of what
 translation left, so that both together stay below one. What is left then was taken by the impulses
-at the contacts, and given out like the energy of the velocities:
+at the contacts:
 
     lost = 1 - (u^2 + v^2 + w^2) - rotational_energy,
-    work_normal = normal_hat^2 lost,        work_shear = (1 - normal_hat^2) lost,
+    work_normal = normal_hat^4 lost,        work_shear = (1 - normal_hat^4) lost,
 
-so that none of it is negative or lost again. At grazing incidence normal_hat is small in proportion
-to the angle, as v is. The number of collisions N is a number in [N, N + 1).
+so that none of it is negative or lost again. At grazing incidence work_normal falls with the square
+or the cube of the angle and work_shear with the angle itself. The fourth root of the share is thus
+nearly linear between nodes, in the root of the angle. The number of collisions N is a number in
+[N, N + 1).
 """
 
 from collections.abc import Iterable

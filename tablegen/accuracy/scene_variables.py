@@ -86,11 +86,11 @@ def _with_less_energy(state: FloatArray) -> FloatArray:
 
 
 def _normal_hat(simulation: Simulation) -> FloatArray:
-    """Root of the share of the normal impulses in what was lost; 1 where nothing was."""
+    """Fourth root of the share of the normal impulses in what was lost; 1 where nothing was."""
     lost = simulation.work.sum(axis=1)
     loses = lost > 0.0
     share = simulation.work[:, 0] / np.where(loses, lost, 1.0)
-    return np.sqrt(np.where(loses, share, 1.0))
+    return np.sqrt(np.sqrt(np.where(loses, share, 1.0)))
 
 
 def _variable(simulation: Simulation, name: str) -> FloatArray:

@@ -105,7 +105,7 @@ def reference_draw(contents, alpha1, speed, words):
     left = 1.0 - c["v"] ** 2 - u**2 - w**2
     values["rotational_energy"] = c["energy_hat"] * left
     lost = (1.0 - c["energy_hat"]) * left
-    values["work_normal"] = c["normal_hat"] ** 2 * lost
+    values["work_normal"] = c["normal_hat"] ** 4 * lost
     values["work_shear"] = lost - values["work_normal"]
     return np.array([values[name] for name in contents.variables])
 

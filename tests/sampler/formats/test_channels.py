@@ -84,7 +84,7 @@ def test_works_share_what_translation_and_rotation_left():
     kept = (states[:, :3] ** 2).sum(axis=1) + states[:, 6]
     lost = states[:, 8:].sum(axis=1)
     np.testing.assert_allclose(kept + lost, 1.0, rtol=0.0, atol=1e-14)
-    np.testing.assert_allclose(states[:, 8], shares[:, 2] ** 2 * lost, rtol=1e-14)
+    np.testing.assert_allclose(states[:, 8], shares[:, 2] ** 4 * lost, rtol=1e-14)
     assert states[:, 8:].min() >= 0.0
     without = _states(channels[:, :8])
     np.testing.assert_array_equal(without[:, :8], states[:, :8])
