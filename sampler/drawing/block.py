@@ -260,9 +260,11 @@ def state_drawer(width):
         mix(arrays, words, records, variates)
         find_entries(arrays, functions, variates, entries)
         fill_channels(arrays, functions, weights, entries, variates, states)
+        holds_works = False
         for row in range(len(arrays.channels)):
-            if arrays.channels[row] == _NORMAL_HAT:
-                fill_works(states, width)
+            holds_works |= arrays.channels[row] == _NORMAL_HAT
+        if holds_works:
+            fill_works(states, width)
         channels_to_state(states, width)
 
     return draw_states
