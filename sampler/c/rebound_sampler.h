@@ -795,11 +795,16 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
     const double *omega_x = v + 4 * m, *omega_y = v + 5 * m;
     const double *energy_hat = v + 6 * m, *collisions = v + 7 * m, *normal_hat = v + 8 * m;
     double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, rest[RBTI_BLOCK] RBTI_ALIGNED;
+    double normal[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
     {
+        const double n = normal_hat[r], square = n * n, fourth = square * square;
         const double after_v = (1.0 - v[r]) * (1.0 + v[r]);
-        rest[r] = after_v * ((1.0 - u_hat[r]) * (1.0 + u_hat[r]));
-        u[r] = u_hat[r] * sqrt(after_v);
+        /* the factor is exactly 1 where a table has no works */
+        const double after_n = after_v * ((1.0 - n) * (1.0 + n) * (1.0 + square + fourth));
+        normal[r] = fourth * square * after_v;
+        rest[r] = after_n * ((1.0 - u_hat[r]) * (1.0 + u_hat[r]));
+        u[r] = u_hat[r] * sqrt(after_n);
         w[r] = w_hat[r] * sqrt(rest[r]);
     }
     for (size_t r = 0; r < count; r++) {
@@ -812,13 +817,12 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
         state[5] = omega_z[r];
         if (variables > 6) {
             const double left = rest[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r]));
-            /* a share that the table has is above 0 */
-            const double lost = normal_hat[r] > 0.0 ? left * (1.0 - energy_hat[r]) : 0.0;
             state[6] = energy_hat[r] * left;
             state[7] = floor(collisions[r]);
-            const double square = normal_hat[r] * normal_hat[r];
-            state[8] = square * square * lost;
-            state[9] = (1.0 - normal_hat[r]) * (1.0 + normal_hat[r]) * (1.0 + square) * lost;
+            state[8] = normal[r];
+            /* shares that a table has are above 0 */
+            const int works = normal_hat[r] > 0.0 && energy_hat[r] > 0.0;
+            state[9] = works ? (1.0 - energy_hat[r]) * left : 0.0;
         }
     }
 }
@@ -840,8 +844,7 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
         rbti_fill_normals(m, table->normals, d->words + (size_t)(row < 6 ? 2 + row : 3 + row) * m,
                           d->values + (size_t)row * m);
     rbti_mix(m, table, n, d);
-    const size_t cleared = variables > 6 ? RBTI_CHANNELS : 6;
-    memset(d->channels, 0, cleared * m * sizeof *d->channels);
+    memset(d->channels, 0, RBTI_CHANNELS * m * sizeof *d->channels);
     for (int32_t row = 0; row < n; row++)
         if (table->marginals[row] >= 0)
             rbti_fill_channel(m, table, row, d, d->channels + (size_t)table->channels[row] * m);
@@ -2199,7 +2202,7 @@ typedef struct rbti_header {
 #define RBTI_FIRST_MIRRORED 3
 #define RBTI_END_MIRRORED 6
 /* channels (bits) from which each variable is made */
-#define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80, 0x14b, 0x14b}
+#define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80, 0x101, 0x14b}
 #define RBTI_FIRST_HEADER_BYTES 432
 /* least and largest value; see sampler/formats/table_bounds.py */
 #define RBTI_ALPHA_BOUNDS 1.7453292519925846e-11, 1.5707963267964675

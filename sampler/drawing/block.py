@@ -22,10 +22,9 @@ from sampler.drawing.steps import (
     choose_component,
     choose_corner,
     corner_weights,
-    fill_works,
     locate,
 )
-from sampler.formats.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED, VARIABLES
+from sampler.formats.channels import END_MIRRORED, FIRST_MIRRORED, VARIABLES
 from sampler.formats.fixed_point import MIXTURE_SCALE
 from sampler.formats.table_arrays import LANES
 
@@ -37,7 +36,6 @@ MOST_WORDS = 10
 
 #: Numbers of a draw: its variables, and before them its channels, which are fewer.
 N_VALUES = len(VARIABLES)
-_NORMAL_HAT = CHANNELS.index("normal_hat")
 #: Unit of the stored means and factors, a power of two: exact.
 _UNIT = np.float32(1.0 / MIXTURE_SCALE)
 _ZERO = np.float32(0.0)
@@ -260,11 +258,6 @@ def state_drawer(width):
         mix(arrays, words, records, variates)
         find_entries(arrays, functions, variates, entries)
         fill_channels(arrays, functions, weights, entries, variates, states)
-        holds_works = False
-        for row in range(len(arrays.channels)):
-            holds_works |= arrays.channels[row] == _NORMAL_HAT
-        if holds_works:
-            fill_works(states, width)
         channels_to_state(states, width)
 
     return draw_states

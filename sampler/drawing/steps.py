@@ -68,32 +68,8 @@ def choose_component(column, fraction, entry):
 
 
 @no_refcount_inline_kernel
-def fill_works(values, width):
-    """Turn the last channel into the two works, in place, while the others are still channels.
-
-    Parameters
-    ----------
-    values : float64 array, shape (10 * width,)
-        As for `channels_to_state`.
-    width : int
-    """
-    for r in range(width):
-        v, u_hat = values[np.uint64(r)], values[np.uint64(width + r)]
-        w_hat, energy_hat = values[np.uint64(3 * width + r)], values[np.uint64(6 * width + r)]
-        rest = (1.0 - v) * (1.0 + v) * ((1.0 - u_hat) * (1.0 + u_hat))
-        lost = rest * ((1.0 - w_hat) * (1.0 + w_hat)) * (1.0 - energy_hat)
-        normal_hat = values[np.uint64(8 * width + r)]
-        square = normal_hat * normal_hat
-        values[np.uint64(8 * width + r)] = square * square * lost
-        others = (1.0 - normal_hat) * (1.0 + normal_hat) * (1.0 + square)
-        values[np.uint64(9 * width + r)] = others * lost
-
-
-@no_refcount_inline_kernel
 def channels_to_state(values, width):
     """Turn channels into the variables of a state, in place; those left out are 0 before and after.
-
-    All but the works, which `fill_works` has made before.
 
     Parameters
     ----------
@@ -106,8 +82,14 @@ def channels_to_state(values, width):
         v, u_hat = values[np.uint64(r)], values[np.uint64(width + r)]
         omega_z, w_hat = values[np.uint64(2 * width + r)], values[np.uint64(3 * width + r)]
         omega_x, omega_y = values[np.uint64(4 * width + r)], values[np.uint64(5 * width + r)]
+        energy_hat, normal_hat = values[np.uint64(6 * width + r)], values[np.uint64(8 * width + r)]
         # products of (1 - x)(1 + x) cannot become negative by rounding; 1 - v^2 - u^2 could
         rest = (1.0 - v) * (1.0 + v)
+        square = normal_hat * normal_hat
+        fourth = square * square
+        values[np.uint64(8 * width + r)] = fourth * square * rest
+        # exactly 1 where a table has no works
+        rest *= (1.0 - normal_hat) * (1.0 + normal_hat) * (1.0 + square + fourth)
         values[np.uint64(r)] = u_hat * math.sqrt(rest)
         values[np.uint64(width + r)] = v
         rest *= (1.0 - u_hat) * (1.0 + u_hat)
@@ -115,5 +97,9 @@ def channels_to_state(values, width):
         values[np.uint64(3 * width + r)] = omega_x
         values[np.uint64(4 * width + r)] = omega_y
         values[np.uint64(5 * width + r)] = omega_z
-        values[np.uint64(6 * width + r)] *= rest * ((1.0 - w_hat) * (1.0 + w_hat))
+        rest *= (1.0 - w_hat) * (1.0 + w_hat)
+        values[np.uint64(6 * width + r)] = energy_hat * rest
         values[np.uint64(7 * width + r)] = math.floor(values[np.uint64(7 * width + r)])
+        # shares that a table has are above 0
+        works = normal_hat > 0.0 and energy_hat > 0.0
+        values[np.uint64(9 * width + r)] = (1.0 - energy_hat) * rest if works else 0.0

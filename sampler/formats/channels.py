@@ -15,16 +15,17 @@ channels puts those of a plane flow (v, u, omega_z) first, then the three that c
 reflection in the impact plane.
 
 More exist for scenes that ask for them. The rotational energy is the share energy_hat of what
-translation left, so that both together stay below one. What is left then was taken by the impulses
-at the contacts:
+translation left, so that both together stay below one. The number of collisions N is a number in
+[N, N + 1). And the work of the impulses at the contacts: that of the normal ones is given out after
+v and before u, with which it goes together most closely (in a rebound of one collision it is a
+function of v), that of the tangential ones is what is left in the end,
 
-    lost = 1 - (u^2 + v^2 + w^2) - rotational_energy,
-    work_normal = normal_hat^4 lost,        work_shear = (1 - normal_hat^4) lost,
+    work_normal = normal_hat^6 (1 - v^2),       u = u_hat sqrt(1 - v^2 - work_normal),   and so on,
+    work_shear = 1 - (u^2 + v^2 + w^2) - work_normal - rotational_energy,
 
-so that none of it is negative or lost again. At grazing incidence work_normal falls with the square
-or the cube of the angle and work_shear with the angle itself. The fourth root of the share is thus
-nearly linear between nodes, in the root of the angle. The number of collisions N is a number in
-[N, N + 1).
+so that none of it is negative and no energy is made or lost. Without works normal_hat is 0. At
+grazing incidence work_normal falls with the square or the cube of the angle: its sixth root is
+nearly linear between nodes, which stand at equal steps of the root of the angle.
 """
 
 from collections.abc import Iterable
@@ -81,7 +82,8 @@ _NEEDS = {
     "omega_z": ("omega_z",),
     "rotational_energy": ("v", "u_hat", "w_hat", "energy_hat"),
     "collisions": ("collisions",),
-    **dict.fromkeys(WORKS, ("v", "u_hat", "w_hat", "energy_hat", "normal_hat")),
+    "work_normal": ("v", "normal_hat"),
+    "work_shear": ("v", "u_hat", "w_hat", "energy_hat", "normal_hat"),
 }
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sampler.formats.channels import CHANNELS, STATE, WORKS, to_channels
+from sampler.formats.channels import CHANNELS, RANGES, STATE, WORKS, to_channels
 from tablegen.model.float_array import FloatArray
 from tablegen.simulate import Simulation
 
@@ -16,6 +16,15 @@ _INSIDE = 1e-6
 #: below 1: a sphere that meets an elastic wall head-on keeps all of its energy.
 _BELOW_ONE = 1.0 - 2.0**-24
 _ABOVE_ZERO = 2.0**-100
+
+#: Ends between which channels are kept.
+_KEPT = {
+    "v": (_ABOVE_ZERO, _BELOW_ONE),
+    "u_hat": (-_BELOW_ONE, _BELOW_ONE),
+    "w_hat": (-_BELOW_ONE, _BELOW_ONE),
+    "energy_hat": (_INSIDE, 1.0 - _INSIDE),
+    "normal_hat": (_ABOVE_ZERO, _BELOW_ONE),
+}
 
 #: How far rounding may take the energy above what it was.
 _ROUNDING = 1e-9
@@ -57,20 +66,18 @@ def simulated_channels(
     (n, len(channels)) float64
     """
     state = _with_less_energy(simulation.state)
-    first = to_channels(state)
-    columns = dict(zip(CHANNELS, first.T, strict=False))
-    for name in ("v", "u_hat", "w_hat"):
-        least = _ABOVE_ZERO if name == "v" else -_BELOW_ONE
-        columns[name] = np.clip(columns[name], least, _BELOW_ONE)
+    columns = dict(zip(CHANNELS, to_channels(state).T, strict=False))
     if "energy_hat" in channels:
         moving = np.square(state[:, :3]).sum(axis=1)
-        share = simulation.energy[:, 1] / (1.0 - moving)
-        columns["energy_hat"] = np.clip(share, _INSIDE, 1.0 - _INSIDE)
+        columns["energy_hat"] = simulation.energy[:, 1] / (1.0 - moving)
     if "normal_hat" in channels:
-        columns["normal_hat"] = np.clip(_normal_hat(simulation), _ABOVE_ZERO, _BELOW_ONE)
+        columns |= _shares_after_works(simulation)
+    for name in RANGES:
+        if name in columns:
+            columns[name] = np.clip(columns[name], *_KEPT[name])
     if "collisions" in channels:
         # kept off both ends, which single precision would round to
-        columns["collisions"] = simulation.collisions + rng.uniform(0.01, 0.99, len(first))
+        columns["collisions"] = simulation.collisions + rng.uniform(0.01, 0.99, len(state))
     return np.column_stack([columns[name] for name in channels])
 
 
@@ -85,12 +92,28 @@ def _with_less_energy(state: FloatArray) -> FloatArray:
     return state
 
 
-def _normal_hat(simulation: Simulation) -> FloatArray:
-    """Fourth root of the share of the normal impulses in what was lost; 1 where nothing was."""
-    lost = simulation.work.sum(axis=1)
-    loses = lost > 0.0
-    share = simulation.work[:, 0] / np.where(loses, lost, 1.0)
-    return np.sqrt(np.sqrt(np.where(loses, share, 1.0)))
+def _shares_after_works(simulation: Simulation) -> dict[str, FloatArray]:
+    """Channels that a table with works has otherwise, each a share of what is given out after it.
+
+    What is left is added up from its parts, in which nothing cancels.
+    """
+    u, w = simulation.state[:, 0], simulation.state[:, 2]
+    rotation, (normal, shear) = simulation.energy[:, 1], simulation.work.T
+    last = rotation + shear
+    after_u = last + w * w
+    after_normal = after_u + u * u
+    return {
+        "normal_hat": np.cbrt(np.sqrt(_share(normal, after_normal + normal))),
+        "u_hat": _share(u, np.sqrt(after_normal)),
+        "w_hat": _share(w, np.sqrt(after_u)),
+        "energy_hat": _share(rotation, last),
+    }
+
+
+def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
+    """Part over the whole; 0 of nothing but rounding."""
+    some = whole > _ROUNDING
+    return np.where(some, part / np.where(some, whole, 1.0), 0.0)
 
 
 def _variable(simulation: Simulation, name: str) -> FloatArray:

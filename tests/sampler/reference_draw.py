@@ -99,14 +99,13 @@ def reference_channels(contents, alpha1, speed, words):
 def reference_draw(contents, alpha1, speed, words):
     """State in the order of the table's variables, from the words of blocks 0, 1 and 2."""
     c = reference_channels(contents, alpha1, speed, words)
-    u = c["u_hat"] * math.sqrt(1.0 - c["v"] ** 2)
-    w = c["w_hat"] * math.sqrt(1.0 - c["v"] ** 2 - u**2)
+    normal = c["normal_hat"] ** 6 * (1.0 - c["v"] ** 2)
+    u = c["u_hat"] * math.sqrt(1.0 - c["v"] ** 2 - normal)
+    w = c["w_hat"] * math.sqrt(1.0 - c["v"] ** 2 - normal - u**2)
+    left = 1.0 - c["v"] ** 2 - normal - u**2 - w**2
     values = {**c, "u": u, "w": w, "collisions": math.floor(c["collisions"])}
-    left = 1.0 - c["v"] ** 2 - u**2 - w**2
     values["rotational_energy"] = c["energy_hat"] * left
-    lost = (1.0 - c["energy_hat"]) * left
-    values["work_normal"] = c["normal_hat"] ** 4 * lost
-    values["work_shear"] = lost - values["work_normal"]
+    values |= {"work_normal": normal, "work_shear": left - values["rotational_energy"]}
     return np.array([values[name] for name in contents.variables])
 
 

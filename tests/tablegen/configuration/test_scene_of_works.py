@@ -94,5 +94,7 @@ def test_pruning_keeps_their_draws(path, tmp_path, drawn):
     prune(path, CONFIG.with_changes({"domain": {"components": list(WORKS)}}), cut)
     found = sampler.load(cut).sample(np.radians(BETWEEN[0]), BETWEEN[1], seed=8, index=np.arange(N))
     np.testing.assert_array_equal(found, drawn[:, 4:])
+    with pytest.raises(InputError, match="allowed: work_normal too, after which the table gives"):
+        prune(path, CONFIG.with_changes({"domain": {"components": ["u"]}}), cut)
     with pytest.raises(InputError, match="components: got collisions, allowed: some of u, v, w"):
         prune(path, CONFIG.with_changes({"domain": {"components": ["collisions"]}}), cut)
