@@ -54,7 +54,8 @@ class Table(LawAtConditions):
         For `sampler.draw` in the user's own compiled code.
     columns : tuple of str
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z, or those of
-        them (and rotational_energy, collisions) that the table was made for.
+        them (and rotational_energy, collisions, work_normal, work_shear) that the table was made
+        for.
     pair, config : str
         Name of the material pair; TOML text from which the table was generated.
     speed_independent : bool

@@ -50,6 +50,10 @@ class Simulation:
         b / a and c / b.
     energy : (n, 2) float64
         Translational and rotational energy over the kinetic energy before the impact.
+    work : (n, 2) float64
+        Energy that the normal and the tangential impulses of all collisions took, over the kinetic
+        energy before the impact: together what `energy` lacks of one, but for the tolerance of the
+        flights between (tables/LAWS.md, "Work of the impulses").
     audit : (7,) float64 or empty
         Largest violation of each law over all collisions and flights (`tablegen.model.audit`).
     """
@@ -59,6 +63,7 @@ class Simulation:
     shape: NDArray[np.int64]
     aspect: NDArray[np.float64]
     energy: NDArray[np.float64]
+    work: NDArray[np.float64]
     audit: NDArray[np.float64]
 
 
@@ -136,17 +141,21 @@ def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
     return threads or processors()
 
 
-def _allocate(count: int, audited: bool) -> tuple[Simulation, NDArray[np.float64]]:
-    kind = np.empty((count, 3))
+def _allocate(
+    count: int, audited: bool
+) -> tuple[Simulation, NDArray[np.float64], NDArray[np.float64]]:
+    """Results to fill in, and what some are parts of: kinds (n, 3) and all energies (n, 4)."""
+    kind, energies = np.empty((count, 3)), np.empty((count, 4))
     simulation = Simulation(
         state=np.empty((count, 6)),
         collisions=np.empty(count, dtype=np.int64),
         shape=np.empty(count, dtype=np.int64),
         aspect=kind[:, 1:],
-        energy=np.empty((count, 2)),
+        energy=energies[:, :2],
+        work=energies[:, 2:],
         audit=np.zeros(AUDIT_SIZE if audited else 0),
     )
-    return simulation, kind
+    return simulation, kind, energies
 
 
 def simulate_condition(
@@ -196,11 +205,11 @@ def simulate_condition(
         If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     workers = check_run(count, seed, stream, threads)
-    result, kind = _allocate(count, audited)
+    result, kind, energies = _allocate(count, audited)
     run = ParticleRun(pair, population, condition, seed, stream, audited)
 
     def work(part: slice) -> tuple[int, NDArray[np.float64]]:
-        arrays = (result.state[part], result.collisions[part], kind[part], result.energy[part])
+        arrays = (result.state[part], result.collisions[part], kind[part], energies[part])
         return part.stop - part.start, run.simulate(part.start, *arrays)
 
     with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:
@@ -208,7 +217,7 @@ def simulate_condition(
             np.maximum(result.audit, audit, out=result.audit)
             counted.update(size)
     result.shape[:] = kind[:, 0]
-    run.check_finite(0, result.state, result.energy, simulation=result)
+    run.check_finite(0, result.state, energies, simulation=result)
     return result
 
 

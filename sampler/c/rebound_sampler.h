@@ -106,7 +106,10 @@ extern "C" {
 #define RBT_ERR_GRAINS (-29)
 #define RBT_ERR_TREES (-30)
 #define RBT_ERR_LEAVES (-31)
-#define RBT_VALUES 8 /* u, v, w, omega_x, omega_y, omega_z, rotational_energy, collisions */
+#define RBT_VALUES 10 /* u, v, w, omega_x, omega_y, omega_z, rotational_energy, collisions,
+                        work_normal, work_shear */
+#define RBTI_CHANNELS 9 /* in which these are stored */
+#define RBTI_NAMES 8 /* most of either that a table has */
 /* end constants */
 
 /* Largest roughness of a wall, rad: beyond it a normal law of tilts describes no surface. */
@@ -168,8 +171,8 @@ RBT_API void rbt_keep_grains(rbt_table *table, int kept);
 RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t index,
                                  uint32_t hit, double grain[3]);
 
-/* Variables that the table gives: how many, and which (0: u, ... 7: number of collisions). Others
-   are 0 in every state. `columns` may be NULL. */
+/* Variables that the table gives: how many, and which (0: u, ... 9: work of tangential impulses).
+   Others are 0 in every state. `columns` may be NULL. */
 RBT_API int rbt_components(const rbt_table *table, int columns[RBT_VALUES]);
 
 /* Name of the material pair, UTF-8; lives as long as the table. */
@@ -319,9 +322,9 @@ struct rbt_table {
     double valid_speed[2];
     double variate_max, variate_scale;
     int32_t n_knots, n_components, n_classes, n_channels, n_marginals, n_columns, stride;
-    int8_t channels[RBT_VALUES], marginals[RBT_VALUES], columns[RBT_VALUES];
+    int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
     uint32_t held; /* bits of the variables among the columns */
-    int8_t mirrored[RBT_VALUES]; /* whether reflection turns the sign of a row of a factor */
+    int8_t mirrored[RBTI_NAMES]; /* whether reflection turns the sign of a row of a factor */
     const float *normals;
     const uint32_t *alias;
     const uint16_t *first_of_class;
@@ -469,9 +472,9 @@ typedef struct rbti_draws {
     int32_t alpha_node[RBTI_BLOCK], speed_node[RBTI_BLOCK];
     int32_t record[RBTI_BLOCK];    /* first number of the mixture component's record */
     int32_t functions[RBTI_BLOCK]; /* first quantile function of the cell and class */
-    float values[RBT_VALUES * RBTI_BLOCK];    /* normals, then fractions, by row of the factor */
-    int32_t entries[RBT_VALUES * RBTI_BLOCK]; /* quantiles at the knot below, by row */
-    double channels[RBT_VALUES * RBTI_BLOCK];
+    float values[RBTI_NAMES * RBTI_BLOCK];    /* normals, then fractions, by row of the factor */
+    int32_t entries[RBTI_NAMES * RBTI_BLOCK]; /* quantiles at the knot below, by row */
+    double channels[RBTI_CHANNELS * RBTI_BLOCK];
 } rbti_draws;
 
 RBTI_INLINE RBT_DEVICE int rbti_status(const rbt_table *table, double alpha1, double speed)
@@ -783,14 +786,14 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, 
     }
 }
 
-/* Channels to variables of the state (sampler/formats/channels.py): the first six, or all eight, of
+/* Channels to variables of the state (sampler/formats/channels.py): the first six, or all ten, of
    `count` draws. */
 RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
                                            const rbti_draws *d, double *states)
 {
     const double *v = d->channels, *u_hat = v + m, *omega_z = v + 2 * m, *w_hat = v + 3 * m;
     const double *omega_x = v + 4 * m, *omega_y = v + 5 * m;
-    const double *energy_hat = v + 6 * m, *collisions = v + 7 * m;
+    const double *energy_hat = v + 6 * m, *collisions = v + 7 * m, *normal_hat = v + 8 * m;
     double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, rest[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
     {
@@ -808,8 +811,14 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
         state[4] = omega_y[r];
         state[5] = omega_z[r];
         if (variables > 6) {
-            state[6] = energy_hat[r] * (rest[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r])));
+            const double left = rest[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r]));
+            /* a share that the table has is above 0 */
+            const double lost = normal_hat[r] > 0.0 ? left * (1.0 - energy_hat[r]) : 0.0;
+            state[6] = energy_hat[r] * left;
             state[7] = floor(collisions[r]);
+            const double square = normal_hat[r] * normal_hat[r];
+            state[8] = square * square * lost;
+            state[9] = (1.0 - normal_hat[r]) * (1.0 + normal_hat[r]) * (1.0 + square) * lost;
         }
     }
 }
@@ -831,7 +840,8 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
         rbti_fill_normals(m, table->normals, d->words + (size_t)(row < 6 ? 2 + row : 3 + row) * m,
                           d->values + (size_t)row * m);
     rbti_mix(m, table, n, d);
-    memset(d->channels, 0, (size_t)variables * m * sizeof *d->channels);
+    const size_t cleared = variables > 6 ? RBTI_CHANNELS : 6;
+    memset(d->channels, 0, cleared * m * sizeof *d->channels);
     for (int32_t row = 0; row < n; row++)
         if (table->marginals[row] >= 0)
             rbti_fill_channel(m, table, row, d, d->channels + (size_t)table->channels[row] * m);
@@ -850,7 +860,7 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_block(size_t m, const rbt_table *table, ui
         rbti_take_steps(m, table, table->n_channels, seed, index, hit, count, variables, d, states);
 }
 
-/* One draw of the first six or of all eight variables. */
+/* One draw of the first six or of all variables. */
 RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, double speed,
                                      uint64_t seed, uint64_t index, uint32_t hit, int variables,
                                      double *state)
@@ -2189,7 +2199,7 @@ typedef struct rbti_header {
 #define RBTI_FIRST_MIRRORED 3
 #define RBTI_END_MIRRORED 6
 /* channels (bits) from which each variable is made */
-#define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80}
+#define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80, 0x14b, 0x14b}
 #define RBTI_FIRST_HEADER_BYTES 432
 /* least and largest value; see sampler/formats/table_bounds.py */
 #define RBTI_ALPHA_BOUNDS 1.7453292519925846e-11, 1.5707963267964675
@@ -2206,8 +2216,8 @@ typedef struct rbti_header {
 #define RBTI_MOST_MIDDLE 1000.0f
 #define RBTI_MOST_SCALE 10000.0f
 /* ends of the open interval of the quantiles of each channel */
-#define RBTI_LEAST_QUANTILES {0, -1, -1e+09, -1, -1e+09, -1e+09, 0, 0}
-#define RBTI_MOST_QUANTILES {1, 1, 1e+09, 1, 1e+09, 1e+09, 1, 1e+09}
+#define RBTI_LEAST_QUANTILES {0, -1, -1e+09, -1, -1e+09, -1e+09, 0, 0, 0}
+#define RBTI_MOST_QUANTILES {1, 1, 1e+09, 1, 1e+09, 1e+09, 1, 1e+09, 1}
 /* DO(dimension, least, most) */
 #define RBTI_DIMENSIONS(DO)                                                                        \
     DO(n_alpha, 1, 65536)                                                                          \
@@ -2355,17 +2365,17 @@ static int rbti_pair_holds(const rbti_header *h)
     return 0;
 }
 
-/* Bits of n names that are known and all different, followed by -1 only; 0 if they are not. */
-static unsigned rbti_name_bits(const int8_t names[RBT_VALUES], uint32_t n)
+/* Bits of n names, all below a number and different, followed by -1 only; 0 if they are not. */
+static unsigned rbti_name_bits(const int8_t names[RBTI_NAMES], uint32_t n, int known)
 {
     unsigned bits = 0;
-    for (uint32_t k = 0; k < RBT_VALUES; k++) {
+    for (uint32_t k = 0; k < RBTI_NAMES; k++) {
         if (k >= n) {
             if (names[k] != -1)
                 return 0;
             continue;
         }
-        if (names[k] < 0 || names[k] >= RBT_VALUES || (bits >> names[k] & 1u))
+        if (names[k] < 0 || names[k] >= known || (bits >> names[k] & 1u))
             return 0;
         bits |= 1u << names[k];
     }
@@ -2376,11 +2386,11 @@ static int rbti_check_names(const rbti_header *h)
 {
     static const unsigned needs[RBT_VALUES] = RBTI_NEEDS;
     RBTI_NEED(rbti_pair_holds(h), RBT_ERR_NAMES);
-    RBTI_NEED(rbti_name_bits(h->channels, h->n_channels), RBT_ERR_NAMES);
-    RBTI_NEED(rbti_name_bits(h->columns, h->n_columns), RBT_ERR_NAMES);
+    RBTI_NEED(rbti_name_bits(h->channels, h->n_channels, RBTI_CHANNELS), RBT_ERR_NAMES);
+    RBTI_NEED(rbti_name_bits(h->columns, h->n_columns, RBT_VALUES), RBT_ERR_NAMES);
     unsigned needed = 0, held = 0;
     uint32_t marginals = 0;
-    for (uint32_t k = 0; k < RBT_VALUES; k++) {
+    for (uint32_t k = 0; k < RBTI_NAMES; k++) {
         if (h->marginals[k] != -1) {
             RBTI_NEED(k < h->n_channels && h->marginals[k] == (int)marginals, RBT_ERR_NAMES);
             marginals++;
@@ -2533,11 +2543,11 @@ static int rbti_check_components(const rbt_table *table, size_t components)
     return RBT_OK;
 }
 
-/* Every quantile within its bounds, which for v, u_hat, w_hat and energy_hat are those of physics. */
+/* Every quantile within its bounds, which for v and the shares _hat are those of physics. */
 static int rbti_check_spans(const rbt_table *table, size_t groups)
 {
-    static const double low[RBT_VALUES] = RBTI_LEAST_QUANTILES;
-    static const double high[RBT_VALUES] = RBTI_MOST_QUANTILES;
+    static const double low[RBTI_CHANNELS] = RBTI_LEAST_QUANTILES;
+    static const double high[RBTI_CHANNELS] = RBTI_MOST_QUANTILES;
     for (int32_t row = 0; row < table->n_channels; row++) {
         const int channel = table->channels[row];
         if (table->marginals[row] < 0)
@@ -2738,7 +2748,7 @@ static void rbti_fill_table(rbt_table *table, const rbti_header *h)
         table->held |= 1u << h->columns[k];
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
     rbti_fill_spin_law(&table->spin, h);
-    for (uint32_t row = 0; row < RBT_VALUES; row++) {
+    for (uint32_t row = 0; row < RBTI_NAMES; row++) {
         const int channel = h->channels[row];
         const int mirrored = channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED;
         table->mirrored[row] = (int8_t)mirrored;
@@ -2980,7 +2990,7 @@ RBT_API void rbt_keep_grains(rbt_table *table, int kept)
 RBT_API int rbt_components(const rbt_table *table, int columns[RBT_VALUES])
 {
     for (int k = 0; k < RBT_VALUES && columns; k++)
-        columns[k] = table->columns[k];
+        columns[k] = k < RBTI_NAMES ? table->columns[k] : -1;
     return table->n_columns;
 }
 

@@ -22,9 +22,10 @@ from sampler.drawing.steps import (
     choose_component,
     choose_corner,
     corner_weights,
+    fill_works,
     locate,
 )
-from sampler.formats.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED
+from sampler.formats.channels import CHANNELS, END_MIRRORED, FIRST_MIRRORED, VARIABLES
 from sampler.formats.fixed_point import MIXTURE_SCALE
 from sampler.formats.table_arrays import LANES
 
@@ -34,7 +35,9 @@ BLOCK = 32
 #: Most random words that a draw consumes: words 0 to 7 and, for further channels, words 9 and 10.
 MOST_WORDS = 10
 
-N_VALUES = len(CHANNELS)
+#: Numbers of a draw: its variables, and before them its channels, which are fewer.
+N_VALUES = len(VARIABLES)
+_NORMAL_HAT = CHANNELS.index("normal_hat")
 #: Unit of the stored means and factors, a power of two: exact.
 _UNIT = np.float32(1.0 / MIXTURE_SCALE)
 _ZERO = np.float32(0.0)
@@ -149,7 +152,7 @@ def record_chooser(width):
 
 def mixer(width):
     """Make the function that takes step 4 of as many draws."""
-    local_normals = local_array(types.float32, N_VALUES * width)
+    local_normals = local_array(types.float32, LANES * width)
 
     @no_refcount_inline_kernel
     def mix(arrays, words, records, variates):
@@ -257,6 +260,11 @@ def state_drawer(width):
         mix(arrays, words, records, variates)
         find_entries(arrays, functions, variates, entries)
         fill_channels(arrays, functions, weights, entries, variates, states)
+        holds_works = False
+        for row in range(len(arrays.channels)):
+            holds_works |= arrays.channels[row] == _NORMAL_HAT
+        if holds_works:
+            fill_works(states, width)
         channels_to_state(states, width)
 
     return draw_states

@@ -117,8 +117,9 @@ def draw(arrays, alpha1, speed, seed, index, hit, state, spin=None, grain=None):
     state : float64 array, shape (6,), written
         u, v, w over V and omega_x, omega_y, omega_z times a/V in the wall frame: x along the
         tangential velocity before impact, y into the gas. Variables that the table leaves out
-        are 0. An array of shape (8,) also gets the rotational energy over the initial kinetic
-        energy and the number of collisions, which draws with a spin leave out.
+        are 0. An array of shape (10,) also gets the rotational energy over the initial kinetic
+        energy, the number of collisions, and the work of the normal and of the tangential impulses
+        over that energy, all of which draws with a spin leave out.
     spin : tuple of three float, optional
         Angular velocity before the impact times a/V, wall frame: then the rebound is drawn from the
         spin law, also where the spin is zero. None: from the law of particles without spin.

@@ -68,12 +68,36 @@ def choose_component(column, fraction, entry):
 
 
 @no_refcount_inline_kernel
-def channels_to_state(values, width):
-    """Turn channels into the variables of a state, in place; those left out are 0 before and after.
+def fill_works(values, width):
+    """Turn the last channel into the two works, in place, while the others are still channels.
 
     Parameters
     ----------
-    values : float64 array, shape (8 * width,)
+    values : float64 array, shape (10 * width,)
+        As for `channels_to_state`.
+    width : int
+    """
+    for r in range(width):
+        v, u_hat = values[np.uint64(r)], values[np.uint64(width + r)]
+        w_hat, energy_hat = values[np.uint64(3 * width + r)], values[np.uint64(6 * width + r)]
+        rest = (1.0 - v) * (1.0 + v) * ((1.0 - u_hat) * (1.0 + u_hat))
+        lost = rest * ((1.0 - w_hat) * (1.0 + w_hat)) * (1.0 - energy_hat)
+        normal_hat = values[np.uint64(8 * width + r)]
+        square = normal_hat * normal_hat
+        values[np.uint64(8 * width + r)] = square * square * lost
+        others = (1.0 - normal_hat) * (1.0 + normal_hat) * (1.0 + square)
+        values[np.uint64(9 * width + r)] = others * lost
+
+
+@no_refcount_inline_kernel
+def channels_to_state(values, width):
+    """Turn channels into the variables of a state, in place; those left out are 0 before and after.
+
+    All but the works, which `fill_works` has made before.
+
+    Parameters
+    ----------
+    values : float64 array, shape (10 * width,)
         Number k of draw r at k * width + r: on entry channels in the order of
         `sampler.formats.channels.CHANNELS`, on return variables in that of `VARIABLES`.
     width : int

@@ -19,12 +19,13 @@ from sampler.formats.binary_layout import (
     BINARY_VERSION,
     HEADER_DTYPE,
     MAGIC,
+    MINOR_WITHOUT_WORKS,
     MOST_BYTES,
-    MOST_NAMES,
     SPEED_INDEPENDENT,
     SPIN_ARRAYS,
     field_offset,
 )
+from sampler.formats.channels import MOST_NAMES, WORKS
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.packing import table_arrays
 from sampler.formats.spin_arrays import SpinArrays
@@ -87,7 +88,10 @@ def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
     """Header without offsets, size and checksum."""
     header = np.zeros((), HEADER_DTYPE)
     header["magic"], header["pair"] = MAGIC, contents.pair.encode()
-    header["major"], header["minor"] = BINARY_VERSION
+    works = not set(WORKS).isdisjoint(contents.variables)
+    header["major"], header["minor"] = BINARY_VERSION[0], MINOR_WITHOUT_WORKS
+    if works:
+        header["minor"] = BINARY_VERSION[1]
     header["header_bytes"] = HEADER_DTYPE.itemsize
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
     for name in ("n_knots", "n_components", "n_classes", "n_marginals", "stride", "variate_max"):

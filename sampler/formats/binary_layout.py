@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.formats.channels import VARIABLES
+from sampler.formats.channels import MOST_NAMES
 from sampler.formats.spin_arrays import EXPERT_STRIDE
 from sampler.formats.spin_bounds import (
     GROUP_SIZE,
@@ -29,13 +29,13 @@ MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Version of the C and Fortran library: that of the package.
 LIBRARY_VERSION = (0, 1)
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (1, 1)
+BINARY_VERSION = (1, 2)
+#: Minor version of what is written of a table without the work of the impulses.
+MINOR_WITHOUT_WORKS = 1
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
 MOST_BYTES = 2**31
-#: Room for the names of channels and variables.
-MOST_NAMES = len(VARIABLES)
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,12 @@ SPIN_COUNTS = {
 _FIRST_HEADER = (
     Field("magic", "S8", 1, "89 52 42 54 0D 0A 1A 0A"),
     Field("major", "<u2", 1, f"version, {BINARY_VERSION[0]}"),
-    Field("minor", "<u2", 1, f"version, {BINARY_VERSION[1]}"),
+    Field(
+        "minor",
+        "<u2",
+        1,
+        f"version, {BINARY_VERSION[1]}; without work_normal and work_shear {MINOR_WITHOUT_WORKS}",
+    ),
     Field("header_bytes", "<u4", 1, "size of this header"),
     Field("file_bytes", "<u8", 1, f"size of the file, below {MOST_BYTES}"),
     Field("sha256", "u1", 32, "checksum of the file without these 32 bytes"),

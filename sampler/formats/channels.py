@@ -14,9 +14,17 @@ an interpolation did to the channels. Angular velocities are taken as they are. 
 channels puts those of a plane flow (v, u, omega_z) first, then the three that change sign under
 reflection in the impact plane.
 
-Two more exist for scenes that ask for them: the rotational energy, as the share energy_hat of
-what translation left, so that both together stay below one; and the number of collisions N, as a
-number in [N, N + 1).
+More exist for scenes that ask for them. The rotational energy is the share energy_hat of what
+translation left, so that both together stay below one. What is left then was taken by the impulses
+at the contacts:
+
+    lost = 1 - (u^2 + v^2 + w^2) - rotational_energy,
+    work_normal = normal_hat^4 lost,        work_shear = (1 - normal_hat^4) lost,
+
+so that none of it is negative or lost again. At grazing incidence work_normal falls with the square
+or the cube of the angle and work_shear with the angle itself. The fourth root of the share is thus
+nearly linear between nodes, in the root of the angle. The number of collisions N is a number in
+[N, N + 1).
 """
 
 from collections.abc import Iterable
@@ -29,13 +37,26 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 #: Variables of a state, in the order of every public array and file.
-VARIABLES = ("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions")
+VARIABLES = (
+    *("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions"),
+    *("work_normal", "work_shear"),
+)
 
 #: Variables that every table has unless its scene says otherwise: u to omega_z.
 STATE = VARIABLES[:6]
 
 #: Channels; a table holds some of them.
-CHANNELS = ("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y", "energy_hat", "collisions")
+CHANNELS = (
+    *("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y", "energy_hat", "collisions"),
+    "normal_hat",
+)
+
+#: Most channels, and most variables, of one table: rows of a factor that a draw works out side by
+#: side, and places for names in a binary table.
+MOST_NAMES = 8
+
+#: Energies that the impulses take, over the kinetic energy before the impact.
+WORKS = ("work_normal", "work_shear")
 
 #: Channels that change sign under reflection in the impact plane.
 MIRRORED = ("w_hat", "omega_x", "omega_y")
@@ -43,7 +64,13 @@ FIRST_MIRRORED = CHANNELS.index("w_hat")
 END_MIRRORED = CHANNELS.index("omega_y") + 1
 
 #: Open intervals outside of which a channel would be unphysical.
-RANGES = {"v": (0.0, 1.0), "u_hat": (-1.0, 1.0), "w_hat": (-1.0, 1.0), "energy_hat": (0.0, 1.0)}
+RANGES = {
+    "v": (0.0, 1.0),
+    "u_hat": (-1.0, 1.0),
+    "w_hat": (-1.0, 1.0),
+    "energy_hat": (0.0, 1.0),
+    "normal_hat": (0.0, 1.0),
+}
 
 _NEEDS = {
     "u": ("v", "u_hat"),
@@ -54,6 +81,7 @@ _NEEDS = {
     "omega_z": ("omega_z",),
     "rotational_energy": ("v", "u_hat", "w_hat", "energy_hat"),
     "collisions": ("collisions",),
+    **dict.fromkeys(WORKS, ("v", "u_hat", "w_hat", "energy_hat", "normal_hat")),
 }
 
 

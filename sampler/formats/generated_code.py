@@ -23,7 +23,6 @@ from sampler.formats.binary_layout import (
     LIBRARY_VERSION,
     MAGIC,
     MOST_BYTES,
-    MOST_NAMES,
     SPEED_INDEPENDENT,
     SPIN_ARRAYS,
     SPIN_COUNTS,
@@ -34,6 +33,7 @@ from sampler.formats.channels import (
     CHANNELS,
     END_MIRRORED,
     FIRST_MIRRORED,
+    MOST_NAMES,
     VARIABLES,
     channels_for,
 )
@@ -85,13 +85,19 @@ def _c_type(dtype: str) -> str:
 
 
 def public_constants() -> str:
-    """Versions, codes with their meaning, and the most variables of a state, in C."""
+    """Versions, codes with their meaning, and how many variables and channels there are, in C."""
     major, minor = LIBRARY_VERSION
     lines = [
         f"#define RBT_VERSION_MAJOR {major}",
         f"#define RBT_VERSION_MINOR {minor}",
         *(f"#define RBT_{code.name} {_number(code.number)}" for code in CODES),
-        f"#define RBT_VALUES {MOST_NAMES} /* {', '.join(VARIABLES)} */",
+        *textwrap.wrap(
+            f"#define RBT_VALUES {len(VARIABLES)} /* {', '.join(VARIABLES)} */",
+            _WIDTH,
+            subsequent_indent=" " * 24,
+        ),
+        f"#define RBTI_CHANNELS {len(CHANNELS)} /* in which these are stored */",
+        f"#define RBTI_NAMES {MOST_NAMES} /* most of either that a table has */",
     ]
     return "\n".join(lines) + "\n"
 
@@ -237,14 +243,14 @@ def code_texts() -> str:
 
 
 def fortran_constants() -> str:
-    """Write the codes and the most variables of a state in Fortran."""
+    """Write the codes and the number of variables in Fortran."""
     codes = ", ".join(f"RBT_{code.name}\0=\0{code.number}" for code in CODES)
     indent = " " * 6
     lines = textwrap.wrap(codes, _WIDTH - 2, initial_indent=indent, subsequent_indent=indent)
     return (
         "  integer(c_int), parameter, public :: &\n"
         + " &\n".join(lines).replace("\0", " ")
-        + f"\n  integer, parameter, public :: RBT_VALUES = {MOST_NAMES}\n"
+        + f"\n  integer, parameter, public :: RBT_VALUES = {len(VARIABLES)}\n"
     )
 
 

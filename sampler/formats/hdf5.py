@@ -25,7 +25,7 @@ from sampler.errors import InputError, TableError
 from sampler.files.atomic import write_bytes
 from sampler.files.reading import read_file
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.channels import CHANNELS, STATE, channels_for
+from sampler.formats.channels import CHANNELS, STATE, WORKS, channels_for
 from sampler.formats.hdf5_attributes import (
     check_attributes,
     check_names,
@@ -38,6 +38,7 @@ from sampler.formats.hdf5_layout import (
     FIRST_VERSION,
     FORMAT,
     FORMAT_VERSION,
+    SECOND_VERSION,
     Dataset,
 )
 from sampler.formats.spin_layout import GROUP, layout_of
@@ -164,6 +165,14 @@ class TableContents:
         return tuple(name for name in self.channels if name in needed)
 
     @property
+    def _version(self) -> tuple[int, int]:
+        """Least minor version of the format that has all that is held."""
+        if not set(WORKS).isdisjoint(self.variables):
+            return FORMAT_VERSION
+        later = self.has_spin or self.valid_speed is not None
+        return SECOND_VERSION if later else FIRST_VERSION
+
+    @property
     def attributes(self) -> dict[str, Any]:
         """Root attributes of the file but the checksum."""
         optional: dict[str, Any] = {"speed_independent": 1} if self.speed_independent else {}
@@ -171,10 +180,9 @@ class TableContents:
             optional["processors"] = "\n".join(self.processors)
         if self.valid_speed is not None:
             optional["valid_speed"] = "{:.17g} {:.17g}".format(*self.valid_speed)
-        later = self.has_spin or self.valid_speed is not None
         return optional | {
             "format": FORMAT,
-            "format_version": list(FORMAT_VERSION if later else FIRST_VERSION),
+            "format_version": list(self._version),
             "pair": self.pair,
             "config": self.config,
             "seed": self.seed,

@@ -14,9 +14,11 @@ from sampler.formats.table_bounds import ALPHA_DEG, LINE_CHARACTERS, PAIR_BYTES,
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
-FORMAT_VERSION = (1, 1)
+FORMAT_VERSION = (1, 2)
 #: What is written where nothing of a later minor version is held: older readers know all of it.
+#: The second has the spin law and the range of speeds, the third the work of the impulses.
 FIRST_VERSION = (1, 0)
+SECOND_VERSION = (1, 1)
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.formats.channels import MOST_NAMES
+
 #: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed: any that is
 #: positive and finite. Not the limits of the numbers, which compilers may take for granted.
 ANY_SPEED = (1e-300, 1e300)
 
 #: Rows of a factor that are worked out side by side, those that a table lacks included.
-LANES = 8
+LANES = MOST_NAMES
 
 #: Rounding of a unit conversion: an excess below this, relative, is no excess.
 ROUNDING = 1e-12

@@ -8,7 +8,7 @@ through `sampler.formats.generated_code`.
 
 import re
 
-from sampler.formats.channels import CHANNELS, RANGES, VARIABLES
+from sampler.formats.channels import CHANNELS, MOST_NAMES, RANGES
 
 #: Least and greatest length of the dimensions of arrays. Components and their classes are counted
 #: in 16 bits, and a draw finds its knot in single precision.
@@ -20,9 +20,9 @@ LENGTHS = {
     "n_knots": (2, 2**16),
     "n_components": (1, 2**16),
     "n_classes": (1, 2**16),
-    "n_channels": (1, len(CHANNELS)),
-    "n_marginals": (1, len(CHANNELS)),
-    "n_columns": (1, len(VARIABLES)),
+    "n_channels": (1, MOST_NAMES),
+    "n_marginals": (1, MOST_NAMES),
+    "n_columns": (1, MOST_NAMES),
     "n_shapes": (1, 2**10),
     "n_nodes": (1, 2**20),
     "n_leaves": (1, 2**20),

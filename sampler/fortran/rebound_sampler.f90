@@ -40,7 +40,7 @@ module rebound_sampler
       RBT_ERR_COORDINATES = -22, RBT_ERR_NORMALS = -23, RBT_ERR_ALIAS = -24, &
       RBT_ERR_CLASSES = -25, RBT_ERR_COMPONENTS = -26, RBT_ERR_SPANS = -27, &
       RBT_ERR_QUANTILES = -28, RBT_ERR_GRAINS = -29, RBT_ERR_TREES = -30, RBT_ERR_LEAVES = -31
-  integer, parameter, public :: RBT_VALUES = 8
+  integer, parameter, public :: RBT_VALUES = 10
   ! end constants
 
   ! A table in memory: opened by rbt_open, ended by rbt_close. Copies are the same table.
@@ -136,9 +136,9 @@ module rebound_sampler
     end function c_grain
 
     function c_components(table, columns) result(n) bind(c, name="rbt_components")
-      import :: c_int, c_ptr
+      import :: c_int, c_ptr, RBT_VALUES
       type(c_ptr), value :: table
-      integer(c_int), intent(out) :: columns(8)
+      integer(c_int), intent(out) :: columns(RBT_VALUES)
       integer(c_int) :: n
     end function c_components
 
@@ -155,12 +155,12 @@ module rebound_sampler
 
     function c_draw_all(table, alpha1, speed, seed, index, hit, values) result(code) &
         bind(c, name="rbt_draw_all")
-      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
+      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr, RBT_VALUES
       type(c_ptr), value :: table
       real(c_double), value :: alpha1, speed
       integer(c_int64_t), value :: seed, index
       integer(c_int32_t), value :: hit
-      real(c_double), intent(inout) :: values(8)
+      real(c_double), intent(inout) :: values(RBT_VALUES)
       integer(c_int) :: code
     end function c_draw_all
 
@@ -323,7 +323,7 @@ contains
     code = c_grain(table%handle, seed, index, hit, grain)
   end function rbt_grain
 
-  ! Variables that the table gives, as places in a state from 1 (u) to 8 (number of collisions).
+  ! Variables that the table gives, as places in a state from 1 (u) to 10 (work_shear).
   function rbt_components(table) result(places)
     type(rbt_table), intent(in) :: table
     integer, allocatable :: places(:)
@@ -355,7 +355,7 @@ contains
     real(c_double), intent(in) :: alpha1, speed
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
-    real(c_double), intent(inout) :: values(8)
+    real(c_double), intent(inout) :: values(RBT_VALUES)
     integer(c_int) :: code
 
     code = c_draw_all(table%handle, alpha1, speed, seed, index, hit, values)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sampler.formats.channels import CHANNELS, STATE, to_channels
+from sampler.formats.channels import CHANNELS, STATE, WORKS, to_channels
 from tablegen.model.float_array import FloatArray
 from tablegen.simulate import Simulation
 
@@ -33,7 +33,8 @@ def simulated_variables(simulation: Simulation, variables: Sequence[str]) -> Flo
     Returns
     -------
     (n, len(variables)) float64
-        Rotational energy over the kinetic energy before the impact; collisions as numbers.
+        Rotational energy and works over the kinetic energy before the impact; collisions as
+        numbers.
     """
     return np.column_stack([_variable(simulation, name) for name in variables])
 
@@ -65,6 +66,8 @@ def simulated_channels(
         moving = np.square(state[:, :3]).sum(axis=1)
         share = simulation.energy[:, 1] / (1.0 - moving)
         columns["energy_hat"] = np.clip(share, _INSIDE, 1.0 - _INSIDE)
+    if "normal_hat" in channels:
+        columns["normal_hat"] = np.clip(_normal_hat(simulation), _ABOVE_ZERO, _BELOW_ONE)
     if "collisions" in channels:
         # kept off both ends, which single precision would round to
         columns["collisions"] = simulation.collisions + rng.uniform(0.01, 0.99, len(first))
@@ -82,9 +85,19 @@ def _with_less_energy(state: FloatArray) -> FloatArray:
     return state
 
 
+def _normal_hat(simulation: Simulation) -> FloatArray:
+    """Fourth root of the share of the normal impulses in what was lost; 1 where nothing was."""
+    lost = simulation.work.sum(axis=1)
+    loses = lost > 0.0
+    share = simulation.work[:, 0] / np.where(loses, lost, 1.0)
+    return np.sqrt(np.sqrt(np.where(loses, share, 1.0)))
+
+
 def _variable(simulation: Simulation, name: str) -> FloatArray:
     if name == "rotational_energy":
         return simulation.energy[:, 1]
     if name == "collisions":
         return simulation.collisions.astype(np.float64)
+    if name in WORKS:
+        return simulation.work[:, WORKS.index(name)]
     return simulation.state[:, STATE.index(name)]

@@ -94,7 +94,7 @@ def simulate(
 ) -> int:
     """Simulate rebounds directly.
 
-    Writes state, collisions, shape, aspect and energy of each, their statistics, or both.
+    Writes state, collisions, shape, aspect, energy and work of each, their statistics, or both.
     """
     from tablegen.accuracy.streaming_statistics import simulate_statistics, statistics_of
     from tablegen.config import load_config
@@ -115,7 +115,7 @@ def simulate(
     else:
         result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
         statistics = statistics_of(result)
-        fields = ("state", "collisions", "shape", "aspect", "energy")
+        fields = ("state", "collisions", "shape", "aspect", "energy", "work")
         arrays = {name: getattr(result, name) for name in fields}
         write_arrays(output, **arrays, columns=STATE)
     if statistics_file is not None:

@@ -10,7 +10,7 @@ from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from sampler.formats.channels import VARIABLES
+from sampler.formats.channels import MOST_NAMES, VARIABLES, channels_for
 from sampler.formats.table_bounds import is_line, is_text
 from tablegen.model.model_bounds import ALPHA_DEG, ASPECT, SPEED
 
@@ -71,6 +71,17 @@ def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
     """Refuse a list that repeats itself."""
     if len(set(names)) < len(names):
         raise ValueError("each name once")
+    return names
+
+
+def _few_enough(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse more names than a table has room for, and more channels than a draw makes."""
+    if len(names) > MOST_NAMES:
+        raise ValueError(f"up to {MOST_NAMES} names")
+    if len(channels_for(names)) > MOST_NAMES:
+        raise ValueError(
+            "with work_normal or work_shear no collisions, or not all of omega_x, omega_y, omega_z"
+        )
     return names
 
 
@@ -148,4 +159,5 @@ ComponentNames = Annotated[
     tuple[Annotated[str, AfterValidator(_known_component)], ...],
     Field(min_length=1),
     AfterValidator(_each_once),
+    AfterValidator(_few_enough),
 ]

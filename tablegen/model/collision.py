@@ -12,7 +12,7 @@ numbers of one particle or of lanes (see `tablegen.model.simd`).
 import math
 
 from sampler.compilation.jit import inline_kernel, kernel
-from tablegen.model.simd import any_lane, logical_not, select
+from tablegen.model.simd import any_lane, logical_not, maximum, minimum, select
 
 #: Relative Newton step after which the root is exact to rounding: the error of a step is the
 #: square of that of the one before.
@@ -139,3 +139,45 @@ def energy_gain(k, s_x, s_y, s_z, jump, approach):
     slides = k > 0.0
     lost = (s_x * s_x + s_z * s_z) / select(slides, k * s_y, 1.0)
     return 0.5 * s_y * (jump - 2.0 * approach) - select(slides, lost, 0.0)
+
+
+@inline_kernel
+def mean_velocity(velocity, mobility, impulse):
+    """Mean of the contact velocities before and after a collision, V_c + A S / 2."""
+    u, v, w = velocity
+    axx, axy, axz, ayy, ayz, azz = mobility
+    s_x, s_y, s_z = impulse
+    return (
+        u + 0.5 * (axx * s_x + axy * s_y + axz * s_z),
+        v + 0.5 * (axy * s_x + ayy * s_y + ayz * s_z),
+        w + 0.5 * (axz * s_x + ayz * s_y + azz * s_z),
+    )
+
+
+@inline_kernel
+def energies_taken(velocity, mobility, impulse, normal):
+    """Energies that the normal and the tangential impulse of a collision take, per unit mass.
+
+    Their sum is what the kinetic energy loses, -S . (V_c + dV_c / 2). By the contact laws neither
+    gives any. A bounce that was lifted to the resolution may: what the normal impulse then gives
+    is no law of a wall, and is taken off the tangential part.
+
+    Parameters
+    ----------
+    velocity : tuple of three floats
+        Contact velocity before the collision, wall axes.
+    mobility : tuple of six floats
+        A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
+    impulse : tuple of three floats
+    normal : float
+        What the normal impulse takes along the collision, minus the integral of v_c dS_n.
+
+    Returns
+    -------
+    tuple of two floats
+        Neither below zero, but the second by rounding.
+    """
+    u, v, w = mean_velocity(velocity, mobility, impulse)
+    lost = -(impulse[0] * u + impulse[1] * v + impulse[2] * w)
+    normal = maximum(minimum(normal, lost), 0.0)
+    return normal, lost - normal

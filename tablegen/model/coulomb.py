@@ -286,7 +286,10 @@ def _step(contact, ending, path, series, going):
 
 @no_refcount_kernel
 def coulomb_impulse(friction, ending, mobility, velocity, series, where):
-    """Impulse (Su, Sv, Sw) of a collision under Coulomb friction.
+    """Impulse (Su, Sv, Sw) of a collision under Coulomb friction, and the energy that Sv takes.
+
+    That energy is followed along the collision: the contact velocity is no linear function of the
+    impulse where the direction of sliding turns or the contact sticks.
 
     Parameters
     ----------
@@ -313,4 +316,5 @@ def coulomb_impulse(friction, ending, mobility, velocity, series, where):
     axx, axy, axz, _, ayz, azz = mobility
     x, z = path.x - axy * path.impulse, path.z - ayz * path.impulse
     det = axx * azz - axz * axz
-    return (azz * x - axz * z) / det, path.impulse, (axx * z - axz * x) / det
+    impulse = (azz * x - axz * z) / det, path.impulse, (axx * z - axz * x) / det
+    return impulse, -path.work

@@ -49,19 +49,24 @@ from tablegen.model.simd import (
 )
 
 #: Rows of the properties of the particles in the slots.
-MOMENTS, B, C, RADIUS, INITIAL, COLLISIONS = 0, 3, 4, 5, 6, 7
-PROPERTIES = 8
+MOMENTS, B, C, RADIUS, INITIAL, COLLISIONS, TAKEN = 0, 3, 4, 5, 6, 7, 8
+PROPERTIES = 10
+
+#: Rows of a result: state, and energies.
+ENERGIES = 6
+RESULTS = 10
 
 
 class LaneSlots(NamedTuple):
     """Arrays of WIDTH particles; the last dimension is the slot.
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
-    ``properties`` (8, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
-    so far; ``condition`` (8, WIDTH) as in `tablegen.model.impact_condition`; ``candidates``
-    (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact points;
-    ``result`` (8, WIDTH): states and energies of particles that have left; ``particle`` (WIDTH,):
-    the index of the particle in each slot.
+    ``properties`` (10, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
+    so far, energies that the normal and the tangential impulses took in them; ``condition``
+    (8, WIDTH) as in `tablegen.model.impact_condition`; ``candidates`` (m, 3, WIDTH) and ``counts``
+    (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact points; ``result`` (10, WIDTH): states and
+    energies of particles that have left; ``particle`` (WIDTH,): the index of the particle in each
+    slot.
     """
 
     motion: np.ndarray
@@ -86,7 +91,7 @@ def make_slots(vertices):
         lane_array(3 * vertices).reshape(vertices, 3, WIDTH),
         np.zeros(WIDTH, dtype=np.int64),
         lane_array(3),
-        lane_array(8),
+        lane_array(RESULTS),
         np.zeros(WIDTH, dtype=np.int64),
     )
 
@@ -139,7 +144,8 @@ def _load_slot(population, conditions, drawn, code, particle, slots, slot):
         _load_mesh(population, code - FIRST_MESH, slots, slot)
     for k in range(6):
         slots.motion[3 + k, slot] = axes[particle, k]
-    slots.properties[COLLISIONS, slot] = 0.0
+    for k in range(COLLISIONS, PROPERTIES):
+        slots.properties[k, slot] = 0.0
     slots.particle[slot] = particle
 
 
@@ -184,16 +190,10 @@ def _collide(law, body, slots, touching):
     gap = contact_point(body, motion, load(motion, HEIGHT), load(motion, V), slots.point)
     lift = select(touching, minimum(gap, 0.0), 0.0)
     store(motion, HEIGHT, load(motion, HEIGHT) - lift)
-    collide(
-        law,
-        condition.speed,
-        condition.resolution,
-        body.moments,
-        slots.point,
-        motion,
-        slots.series,
-        touching,
-    )
+    numbers = condition.speed, condition.resolution
+    taken = collide(law, *numbers, body.moments, slots.point, motion, slots.series, touching)
+    for k in range(2):
+        store(slots.properties, TAKEN + k, load(slots.properties, TAKEN + k) + taken[k])
     count = load(slots.properties, COLLISIONS) + select(touching, 1.0, 0.0)
     store(slots.properties, COLLISIONS, count)
     return count > COLLISION_ALARM
@@ -212,14 +212,17 @@ def _retire(body, slots, finished, outcome):
     for k in range(3):
         store(result, 3 + k, spin[k])
     initial = load(slots.properties, INITIAL)
-    store(result, 6, 0.5 * (u * u + v * v + w * w) / initial)
-    store(result, 7, rotational_energy(body.moments, motion) / initial)
+    store(result, ENERGIES, 0.5 * (u * u + v * v + w * w) / initial)
+    store(result, ENERGIES + 1, rotational_energy(body.moments, motion) / initial)
+    for k in range(2):
+        store(result, ENERGIES + 2 + k, load(slots.properties, TAKEN + k) / initial)
     for slot in range(WIDTH):
         if extract(finished, slot):
             i = slots.particle[slot]
             for k in range(6):
                 state[i, k] = result[k, slot]
-            energy[i, 0], energy[i, 1] = result[6, slot], result[7, slot]
+            for k in range(energy.shape[1]):
+                energy[i, k] = result[ENERGIES + k, slot]
             collisions[i] = int(slots.properties[COLLISIONS, slot])
 
 
@@ -251,8 +254,9 @@ def follow(law, population, conditions, drawn, code, no_map, members, slots, out
     members : (m,) int64
         Which of the particles have the shape.
     slots : LaneSlots
-    outcome : tuple ((n, 6) float64, (n,) int64, (n, 2) float64)
-        State, collisions, translational and rotational energy; the rows of ``members`` are written.
+    outcome : tuple ((n, 6) float64, (n,) int64, (n, 2) or (n, 4) float64)
+        State, collisions and energies, as for `tablegen.model.particle_run.simulate_batch`; the
+        rows of ``members`` are written.
 
     Returns
     -------

@@ -89,7 +89,7 @@ def _follow(arrays, condition, grain, keys, work, out):
     draw_orientation(keys[0], keys[1], keys[2], motion)
     kind = int(grain[0]), float(grain[1]), float(grain[2])
     storage = _storage(population, work, count)
-    status, _, _, _ = follow_one(arrays.law, population, condition, kind, motion, storage, work[:0])
+    status, _, _ = follow_one(arrays.law, population, condition, kind, motion, storage, work[:0])
     if status != LEFT:
         return STILL_IN_CONTACT
     out[0], out[1], out[2] = motion[U], motion[V], motion[W]

@@ -60,7 +60,9 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
 
     Returns
     -------
-    tuple (status, collisions, kinetic energy before, rotational energy after)
+    tuple (status, collisions, energies)
+        Translational and rotational energy after the rebound, and what the normal and the
+        tangential impulses took, over the kinetic energy before.
     """
     shape, ba, cb = drawn
     candidates, counts, no_map, work = storage
@@ -71,8 +73,10 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
         body = mesh_body(population.meshes, shape - FIRST_MESH, candidates, counts, support_map)
     approach(condition, body, motion)
     initial = 0.5 + rotational_energy(body.moments, motion)
-    status, collisions = rebound(law, condition, body, motion, work, audit)
-    return status, collisions, initial, rotational_energy(body.moments, motion)
+    status, collisions, taken = rebound(law, condition, body, motion, work, audit)
+    translational = 0.5 * (motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2) / initial
+    rotational = rotational_energy(body.moments, motion) / initial
+    return status, collisions, (translational, rotational, taken[0] / initial, taken[1] / initial)
 
 
 @kernel
@@ -93,8 +97,9 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
     kind : (n, 3) float64
         Shape code, b / a, c / b. Output: the same, with one code for all meshes; input where
         ``keys.grain`` is empty, with the code FIRST_MESH + k for mesh number k.
-    energy : (n, 2) float64
-        Output: translational and rotational energy over the energy before the impact.
+    energy : (n, 2) or (n, 4) float64
+        Output: translational and rotational energy over the energy before the impact; with four
+        columns also the energies that the normal and the tangential impulses took.
 
     Returns
     -------
@@ -136,16 +141,15 @@ def simulate_audited(law, population, conditions, keys, state, collisions, kind,
         for k in range(6):
             motion[3 + k] = axes[i, k]
         drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
-        status, collisions[i], initial, rotational = follow_one(
+        status, collisions[i], energies = follow_one(
             law, population, condition, drawn, motion, storage, audit
         )
         if status != LEFT:
             return i
         state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
         state[i, 3], state[i, 4], state[i, 5] = wall_spin(motion)
-        velocity2 = motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2
-        energy[i, 0] = 0.5 * velocity2 / initial
-        energy[i, 1] = rotational / initial
+        for k in range(energy.shape[1]):
+            energy[i, k] = energies[k]
     _merge_mesh_codes(kind)
     return -1
 

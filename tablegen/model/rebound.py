@@ -24,7 +24,7 @@ import numpy as np
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
-from tablegen.model.collision import energy_gain, impulse
+from tablegen.model.collision import energies_taken, energy_gain, impulse, mean_velocity
 from tablegen.model.contact import contact_point, search
 from tablegen.model.contact_laws import COULOMB, resistance, restitution
 from tablegen.model.coulomb import Ending, coulomb_impulse
@@ -119,6 +119,9 @@ def _mobility(a, b, c, inverse):
 def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
     """Impulse for a rebound velocity ``bounce`` of the contact, no smaller than the resolution.
 
+    And the energy that its normal part takes: the tangential impulse is a constant times the mean
+    tangential velocity and the normal one, so that both act at the mean velocities.
+
     Lifting a nearly rolling contact to the resolution would add energy; there an elastic bounce
     is the strongest one that cannot.
     """
@@ -135,12 +138,15 @@ def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
                 select(gains, e_y, s_y),
                 select(gains, e_z, s_z),
             )
-    return s_x, s_y, s_z
+    s = s_x, s_y, s_z
+    return s, -s_y * mean_velocity((u_c, v_c, w_c), mobility, s)[1]
 
 
 @no_refcount_kernel
 def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
-    """Impulse by Coulomb's law of friction; a_nc is then the energetic restitution.
+    """Impulse by Coulomb's law of friction, with the energetic restitution a_nc.
+
+    And the energy that its normal part takes.
 
     Contacts that approach more slowly than the resolution are those of a sustained contact. They
     follow the constant law with the dynamic coefficient, which is Coulomb's while they slide. An
@@ -150,13 +156,14 @@ def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
     hard = where & (v <= -resolution)
     friction = Friction(law.strength, law.factor)
     ending = Ending((1.0 - a_nc) * (1.0 + a_nc), resolution)
-    s_x, s_y, s_z = coulomb_impulse(friction, ending, mobility, velocity, series, hard)
+    s, taken = coulomb_impulse(friction, ending, mobility, velocity, series, hard)
     soft = where & logical_not(hard)
     if any_lane(soft):
         k = law.factor / sqrt(u * u + v * v + w * w)
-        t_x, t_y, t_z = _bounded_impulse(k, a_nc * -v, resolution, mobility, u, v, w)
-        s_x, s_y, s_z = select(soft, t_x, s_x), select(soft, t_y, s_y), select(soft, t_z, s_z)
-    return s_x, s_y, s_z
+        t, gone = _bounded_impulse(k, a_nc * -v, resolution, mobility, u, v, w)
+        s = select(soft, t[0], s[0]), select(soft, t[1], s[1]), select(soft, t[2], s[2])
+        taken = select(soft, gone, taken)
+    return s, taken
 
 
 @no_refcount_kernel
@@ -184,6 +191,11 @@ def collide(law, speed, resolution, moments, point, motion, series, where=True):
         Work space.
     where : bool
         Lanes that collide; the others stay.
+
+    Returns
+    -------
+    tuple of two floats
+        Energies per unit mass, in units of V^2, that the normal and the tangential impulse took.
     """
     x, n, z = _wall_axes(motion)
     r = load(point, 0), load(point, 1), load(point, 2)
@@ -202,19 +214,21 @@ def collide(law, speed, resolution, moments, point, motion, series, where=True):
     size_c = sqrt(u_c * u_c + v_c * v_c + w_c * w_c)
     cosine = -v_c / size_c
     a_nc = restitution(law, speed * size_c, cosine)
+    velocity = u_c, v_c, w_c
     if law.resistance_law == COULOMB:
-        velocity = u_c, v_c, w_c
-        s = _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where)
+        s, taken = _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where)
     else:
         r_dot_v = u * _dot(r, x) + v * _dot(r, n) + w_z * _dot(r, z)
         c_f = resistance(law, r_dot_v, sqrt(_dot(r, r)), sqrt(u * u + v * v + w_z * w_z), cosine)
-        s = _bounded_impulse(c_f / size_c, a_nc * -v_c, resolution, mobility, u_c, v_c, w_c)
+        s, taken = _bounded_impulse(c_f / size_c, a_nc * -v_c, resolution, mobility, u_c, v_c, w_c)
     store(motion, U, select(where, u + s[0], u))
     store(motion, V, select(where, v + s[1], v))
     store(motion, W, select(where, w_z + s[2], w_z))
     for i in range(3):
         turned = w[i] + inverse[i] * (a[i] * s[0] + b[i] * s[1] + c[i] * s[2])
         store(motion, i, select(where, turned, w[i]))
+    taken, rest = energies_taken(velocity, mobility, s, taken)
+    return select(where, taken, 0.0), select(where, rest, 0.0)
 
 
 @no_refcount_kernel
@@ -307,10 +321,11 @@ def rebound(law, condition, body, motion, work, audit):
 
     Returns
     -------
-    tuple (status, collisions)
+    tuple (status, collisions, energies taken by the normal and the tangential impulses)
     """
     series, point, before = work
     collisions = 0
+    normal = shear = 0.0
     # without spin a particle starts at its contact
     touches = translates(condition)
     while True:
@@ -320,13 +335,15 @@ def rebound(law, condition, body, motion, work, audit):
             if audit.size > 0:
                 audit_flight(body.moments, before, motion, audit)
             if not touches:
-                return LEFT, collisions
+                return LEFT, collisions, (normal, shear)
         if collisions == COLLISION_ALARM:
-            return UNFINISHED, collisions
+            return UNFINISHED, collisions, (normal, shear)
         gap = contact_point(body, motion, motion[HEIGHT], motion[V], point)
         motion[HEIGHT] -= min(gap, 0.0)
         _remember(motion, before)
-        collide(law, condition.speed, condition.resolution, body.moments, point, motion, series)
+        numbers = condition.speed, condition.resolution
+        taken = collide(law, *numbers, body.moments, point, motion, series)
+        normal, shear = normal + taken[0], shear + taken[1]
         touches = False
         collisions += 1
         if audit.size > 0:

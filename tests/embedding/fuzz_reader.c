@@ -2,7 +2,7 @@
    image that is accepted is finite and physical.
 
        clang -g -O2 -fsanitize=fuzzer,address,undefined -I... fuzz_reader.c -o fuzz -lm
-       RBT_FUZZ_IMAGES="plane.rbt all-eight.rbt" ./fuzz -max_total_time=20 CORPUS
+       RBT_FUZZ_IMAGES="plane.rbt works.rbt" ./fuzz -max_total_time=20 CORPUS
 
    An input that begins like an image is one. Any other is a list of edits to one of the good images:
    a byte that selects it, then for each edit an offset (2 bytes), a width (1) and a value (8). After

@@ -15,7 +15,7 @@ from sampler.formats.binary import write_binary_table
 
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"
-IMAGES = ("all-eight", "normal-velocity", "plane", "pruned")
+IMAGES = ("all-eight", "works", "normal-velocity", "plane", "pruned")
 LONGEST = 16384
 FLAGS = ["-g", "-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
 

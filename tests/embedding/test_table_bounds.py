@@ -10,7 +10,7 @@ from synthetic_table import make_contents, make_datasets
 
 from sampler import InputError, Table
 from sampler.formats.binary import write_binary_table
-from sampler.formats.channels import VARIABLES, channels_for
+from sampler.formats.channels import STATE, VARIABLES, WORKS, channels_for
 from sampler.formats.table_arrays import ROUNDING
 from sampler.formats.table_bounds import ALPHA_DEG, MOST_NUMBER, QUANTILES, SPEED, VARIATE_MAX
 
@@ -101,7 +101,11 @@ def states_in_c(library, path, alpha1, speed, index):
     return states
 
 
-@pytest.mark.parametrize("variables", [VARIABLES[:6], VARIABLES], ids=["six", "eight"])
+@pytest.mark.parametrize(
+    "variables",
+    [STATE, VARIABLES[:8], (*STATE, *WORKS)],
+    ids=["six", "eight", "works"],
+)
 def test_every_draw_is_finite_and_every_table_can_be_exported(library, tmp_path, variables):
     path, made = tmp_path / "t.rbt", 0
     for seed in range(60):
@@ -112,8 +116,8 @@ def test_every_draw_is_finite_and_every_table_can_be_exported(library, tmp_path,
         assert np.isfinite(states).all(), seed
         energy = (states[:, :3] ** 2).sum(axis=1)
         if len(variables) > 6:
-            energy += states[:, 6]
-            assert (states[:, 7] >= 0.0).all(), seed
+            energy += states[:, 6:8].sum(axis=1) if "work_shear" in variables else states[:, 6]
+            assert (states[:, 6:8] >= 0.0).all(), seed
         # the last digit of a sum of squares
         assert ((states[:, 1] > 0.0) & (states[:, 1] < 1.0) & (energy <= 1.0 + 1e-15)).all(), seed
         write_binary_table(path, contents)
@@ -126,7 +130,7 @@ def test_every_draw_is_finite_and_every_table_can_be_exported(library, tmp_path,
 
 def steep(most):
     """Contents whose coordinate rises by `most` right behind a node."""
-    contents = random_contents(7, VARIABLES[:6])
+    contents = random_contents(7, STATE)
     nodes, datasets = len(contents["axes/alpha_deg"]), dict(contents.datasets)
     ends = 20.0 * np.array([1.0, 1.0 + nodes * 1e-8])
     datasets["axes/alpha_span_deg"] = ends

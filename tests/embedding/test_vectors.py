@@ -12,6 +12,7 @@ from sampler.drawing.frames import rebound
 from sampler.drawing.kernel import draw
 from sampler.drawing.roughness import rough_rebound
 from sampler.formats.binary import binary_table
+from sampler.formats.channels import VARIABLES
 from sampler.formats.hdf5 import read_table
 from sampler.formats.packing import table_arrays
 
@@ -28,12 +29,14 @@ def read_cases(name):
         given = [float.fromhex(word) for word in words[:n]]
         seed, index, hit, code = (int(word) for word in words[n : n + 4])
         keys = np.uint64(seed), np.uint64(index), np.uint32(hit)
-        yield kind, given, keys, code, [float.fromhex(word) for word in words[n + 4 :]]
+        expected = [float.fromhex(word) for word in words[n + 4 :]]
+        # a table without the work of the impulses gives 0 for it
+        yield kind, given, keys, code, expected + [0.0] * (2 * (len(expected) == 8))
 
 
 def result_of(arrays, kind, given, keys):
     if kind == "draw":
-        out = np.zeros(8)
+        out = np.zeros(len(VARIABLES))
         return draw(arrays, *given, *keys, out), out
     out = np.zeros(6)
     v, n, a, wall = tuple(given[:3]), tuple(given[3:6]), given[6], tuple(given[7:10])

@@ -102,7 +102,11 @@ def reference_draw(contents, alpha1, speed, words):
     u = c["u_hat"] * math.sqrt(1.0 - c["v"] ** 2)
     w = c["w_hat"] * math.sqrt(1.0 - c["v"] ** 2 - u**2)
     values = {**c, "u": u, "w": w, "collisions": math.floor(c["collisions"])}
-    values["rotational_energy"] = c["energy_hat"] * (1.0 - c["v"] ** 2 - u**2 - w**2)
+    left = 1.0 - c["v"] ** 2 - u**2 - w**2
+    values["rotational_energy"] = c["energy_hat"] * left
+    lost = (1.0 - c["energy_hat"]) * left
+    values["work_normal"] = c["normal_hat"] ** 4 * lost
+    values["work_shear"] = lost - values["work_normal"]
     return np.array([values[name] for name in contents.variables])
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from synthetic_table import make_contents, make_datasets
 
-from sampler.formats.channels import CHANNELS, channels_for
+from sampler.formats.channels import CHANNELS, STATE, WORKS, channels_for
 
 N_KNOTS, N_GRID, N_COMPONENTS, N_CLASSES = 9, 17, 4, 2
 
@@ -19,7 +19,7 @@ def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, chann
     marginals = channels_for(components)
     held = [name for name in CHANNELS if name in {*marginals, *channels}]
     nodes = (len(alpha_deg), len(speed))
-    low = {"v": 0.05, "energy_hat": 0.01, "collisions": 1.0}
+    low = {"v": 0.05, "energy_hat": 0.01, "collisions": 1.0, "normal_hat": 0.02}
     high = {"omega_x": 2.0, "omega_y": 2.0, "omega_z": 2.0, "collisions": 6.5}
     ends = [(low.get(name, -0.9), high.get(name, 0.9)) for name in marginals]
     quantiles = np.empty((*nodes, N_CLASSES, len(marginals), N_KNOTS))
@@ -56,9 +56,14 @@ def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, chann
 
 
 def all_eight():
-    """Every component that a state can have; one node an axis of speed."""
+    """Every component but the works, as many as a table can have; one node an axis of speed."""
     names = ("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions")
     return scene(names, speed=(120.0,))
+
+
+def works():
+    """The work of the impulses beside a whole state, with as many channels as there can be."""
+    return scene((*STATE, *WORKS))
 
 
 def plane():
@@ -98,6 +103,7 @@ def pruned():
 SMALL_TABLES = {
     "full": full,
     "all-eight": all_eight,
+    "works": works,
     "plane": plane,
     "pruned": pruned,
     "normal-velocity": normal_velocity,

@@ -29,7 +29,7 @@ def run(count, seed=7, population=POPULATION, condition=CONDITION, **options):
 
 def assert_same(one, other, count=None):
     """Both simulations agree to the last bit, in their first ``count`` particles."""
-    for field in ("state", "collisions", "shape", "aspect", "energy"):
+    for field in ("state", "collisions", "shape", "aspect", "energy", "work"):
         a, b = getattr(one, field), getattr(other, field)
         np.testing.assert_array_equal(a[:count], b[:count], err_msg=field)
 
@@ -92,7 +92,7 @@ def test_fields_have_the_documented_form():
     assert made.state.dtype == np.float64
     assert made.collisions.shape == made.shape.shape == (100,)
     assert made.collisions.dtype == made.shape.dtype == np.int64
-    assert made.aspect.shape == made.energy.shape == (100, 2)
+    assert made.aspect.shape == made.energy.shape == made.work.shape == (100, 2)
     assert made.collisions.min() >= 1
 
 

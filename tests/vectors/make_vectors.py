@@ -5,11 +5,12 @@
 writes, beside itself, for each table of `TABLES` the file NAME.h5, its image NAME.rbt, and NAME.txt
 with one case a line, numbers as hexadecimal floating point:
 
-    draw ALPHA1 SPEED SEED INDEX HIT CODE VALUE*8
+    draw ALPHA1 SPEED SEED INDEX HIT CODE VALUE*8 [WORK*2]
     rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 SEED INDEX HIT CODE VELOCITY*3 OMEGA*3
     rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE ...
 
-The file spin.txt, of a table with a spin law, has other lines: `tests/embedding/spin_vectors.py`.
+Lines of a table without the work of the impulses, which is 0 then, do not have it. The file
+spin.txt, of a table with a spin law, has other lines: `tests/embedding/spin_vectors.py`.
 
 With an error code nothing may be written, and the values are 0. The tests of Python, C, C++ and
 Fortran read these files. The draw in Python, which makes them, is compared with an independent one
@@ -35,6 +36,7 @@ from sampler.drawing.frames import rebound  # noqa: E402
 from sampler.drawing.kernel import draw  # noqa: E402
 from sampler.drawing.roughness import rough_rebound  # noqa: E402
 from sampler.formats.binary import write_binary_table  # noqa: E402
+from sampler.formats.channels import VARIABLES  # noqa: E402
 from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.table import Table  # noqa: E402
 
@@ -121,7 +123,7 @@ def hexadecimal(numbers):
 def cases(table):
     """Lines of the file of vectors."""
     for (alpha1, speed), keys in itertools.product(draw_conditions(table), KEYS):
-        values = np.zeros(8)
+        values = np.zeros(len(VARIABLES) if "work_shear" in table.columns else 8)
         code = draw(table.arrays, alpha1, speed, *keys_of(keys), values)
         yield f"draw {hexadecimal((alpha1, speed))} {text_of(keys)} {code} {hexadecimal(values)}"
     for condition, keys in itertools.product(rebound_conditions(table), KEYS):

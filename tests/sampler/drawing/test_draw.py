@@ -37,7 +37,7 @@ def _draw(arrays, alpha1, speed, words):
     words = np.array(words, dtype=np.uint32)
     # words 8 and 11 belong to no channel
     words = np.concatenate((words[:8], words[9:11], np.zeros(2, dtype=np.uint32)))
-    values = np.empty(8)
+    values = np.empty(kernel.N_VALUES)
     code = _draw_words(arrays, np.array([alpha1]), np.array([speed]), words, values)
     return code, values[:6]
 

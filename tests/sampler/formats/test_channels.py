@@ -7,19 +7,21 @@ import pytest
 
 from sampler import InputError
 from sampler.compilation.jit import kernel
-from sampler.drawing.steps import channels_to_state
-from sampler.formats.channels import CHANNELS, STATE, channels_for, to_channels
+from sampler.drawing.steps import channels_to_state, fill_works
+from sampler.formats.channels import CHANNELS, STATE, VARIABLES, WORKS, channels_for, to_channels
 
 # called from Python here
-channels_to_state = kernel(channels_to_state)
+channels_to_state, fill_works = kernel(channels_to_state), kernel(fill_works)
 
 
 def _states(channels):
-    """States (n, 8) of channels (n, 6) or (n, 8)."""
+    """States (n, 10) of channels (n, 6), (n, 8) or (n, 9)."""
     channels = np.asarray(channels, dtype=float)
-    states = np.zeros((len(channels), 8))
+    states = np.zeros((len(channels), len(VARIABLES)))
     states[:, : channels.shape[1]] = channels
     for row in states:
+        if channels.shape[1] == len(CHANNELS):
+            fill_works(row, 1)
         channels_to_state(row, 1)
     return states
 
@@ -74,12 +76,30 @@ def test_further_channels():
     np.testing.assert_array_equal(states[:, 7], np.floor(channels[:, 7]))
 
 
+def test_works_share_what_translation_and_rotation_left():
+    rng = np.random.default_rng(4)
+    shares = rng.uniform([0.0, 1.0, 0.0], [1.0, 9.0, 1.0], (2000, 3))
+    channels = np.column_stack([_random_channels(2000), shares])
+    states = _states(channels)
+    kept = (states[:, :3] ** 2).sum(axis=1) + states[:, 6]
+    lost = states[:, 8:].sum(axis=1)
+    np.testing.assert_allclose(kept + lost, 1.0, rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(states[:, 8], shares[:, 2] ** 4 * lost, rtol=1e-14)
+    assert states[:, 8:].min() >= 0.0
+    without = _states(channels[:, :8])
+    np.testing.assert_array_equal(without[:, :8], states[:, :8])
+    np.testing.assert_array_equal(without[:, 8:], 0.0)
+
+
 def test_channels_that_components_need():
     assert channels_for(STATE) == CHANNELS[:6]
     assert channels_for(("u", "v", "omega_z")) == ("v", "u_hat", "omega_z")
     assert channels_for(("w",)) == ("v", "u_hat", "w_hat")
     assert channels_for(("collisions",)) == ("collisions",)
-    assert channels_for(("rotational_energy", "v")) == ("v", "u_hat", "w_hat", "energy_hat")
+    energy = ("v", "u_hat", "w_hat", "energy_hat")
+    assert channels_for(("rotational_energy", "v")) == energy
+    assert channels_for(WORKS[:1]) == channels_for(WORKS) == (*energy, "normal_hat")
+    assert len(channels_for((*STATE, *WORKS))) == len((*STATE, *WORKS)) == 8
 
 
 @pytest.mark.parametrize(

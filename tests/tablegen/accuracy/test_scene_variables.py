@@ -63,6 +63,18 @@ class TestChannels:
         energy = c["energy_hat"] * left
         np.testing.assert_allclose(energy, found["rotational_energy"], rtol=0.0, atol=2e-6)
         np.testing.assert_array_equal(np.floor(c["collisions"]), found["collisions"])
+        lost = left - energy
+        normal = c["normal_hat"] ** 4 * lost
+        np.testing.assert_allclose(normal, found["work_normal"], rtol=0.0, atol=4e-6)
+        np.testing.assert_allclose(lost - normal, found["work_shear"], rtol=0.0, atol=4e-6)
+
+    def test_the_normal_share_grows_with_the_root_of_a_grazing_angle(self):
+        """Nearly: between nodes a table is linear in that root."""
+        median = [
+            np.median(channels_of(simulated("ellipsoid", alpha_deg, 5000), CHANNELS)["normal_hat"])
+            for alpha_deg in (1.0, 4.0)
+        ]
+        assert median[1] / median[0] == pytest.approx(2.0, rel=0.1)
 
     def test_lie_within_their_ranges_in_single_precision(self, mixture):
         c = channels_of(mixture, CHANNELS)
@@ -98,6 +110,8 @@ class TestChannels:
         share = channels_of(straight, ("energy_hat",))["energy_hat"]
         assert (share > 0.0).all()
         assert share.max() <= 1e-6
+        # nor does anything act along the wall
+        assert channels_of(straight, ("normal_hat",))["normal_hat"].min() == 1.0 - 2.0**-24
 
     def test_collisions_are_spread_over_their_unit(self, mixture):
         """Uniform between its ends, whatever the number; false alarm 1e-6."""

@@ -58,7 +58,7 @@ class TestSimulate:
     def test_fields(self, simulated):
         result = simulated()
         assert result.err == ""
-        fields = ["state", "collisions", "shape", "aspect", "energy", "columns"]
+        fields = ["state", "collisions", "shape", "aspect", "energy", "work", "columns"]
         assert result.files == fields
         assert list(result.columns) == ["u", "v", "w", "omega_x", "omega_y", "omega_z"]
         for name, shape, kind in (
@@ -67,6 +67,7 @@ class TestSimulate:
             ("shape", (300,), "i8"),
             ("aspect", (300, 2), "f8"),
             ("energy", (300, 2), "f8"),
+            ("work", (300, 2), "f8"),
         ):
             values = getattr(result, name)
             assert (values.shape, values.dtype) == (shape, np.dtype(kind))
@@ -75,7 +76,10 @@ class TestSimulate:
         assert ((result.aspect >= 0.5) & (result.aspect <= 1.0)).all()
         speed2 = (result.state[:, :3] ** 2).sum(axis=1)
         np.testing.assert_allclose(result.energy[:, 0], speed2, rtol=1e-12)
-        assert (result.energy.sum(axis=1) <= 1.0 + 1e-12).all()
+        np.testing.assert_allclose(
+            result.energy.sum(axis=1) + result.work.sum(axis=1), 1.0, rtol=0.0, atol=1e-11
+        )
+        assert result.work.min() >= 0.0
 
     @pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (0.5, -0.25, 1.0)])
     def test_is_the_simulation(self, simulated, spin):
@@ -83,7 +87,7 @@ class TestSimulate:
         condition = make_condition(np.radians(45.0), 200.0, spin)
         expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
         result = simulated(spin=spin)
-        for name in ("state", "collisions", "energy"):
+        for name in ("state", "collisions", "energy", "work"):
             np.testing.assert_array_equal(getattr(result, name), getattr(expected, name))
         np.testing.assert_array_equal(simulated(spin=spin, threads=3).state, expected.state)
         assert not np.array_equal(simulated(spin=spin, seed=2).state, expected.state)

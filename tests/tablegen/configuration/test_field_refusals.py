@@ -37,6 +37,9 @@ domain.components = [["u"]] => domain.components[0]: got ['u'], ... string
 domain.components = "u" => domain.components: got 'u', ... array
 domain.components = true => domain.components: got true, ... array
 domain.components = ["u", "u"] => domain.components: got ['u', 'u'], ... each name once
+domain.components = [{SOME_QUOTED}] => domain.components: got ['u', ... up to 8 names
+domain.components = ["omega_x", "omega_y", "omega_z", "collisions", "work_shear"] => \
+domain.components: got ['omega_x', ... with work_normal or work_shear no collisions
 domain = {dimension = 2, components = ["u", "w"]} => domain.components: got ['u', 'w'], ... out w in
 domain = {dimension = 2, components = ["omega_x"]} => domain.components: ... flow (dimension = 2)
 scene = {} => scene: unknown field, ... spin, domain, model, table, accuracy, spin_accuracy
@@ -114,6 +117,7 @@ orientation: factor = 101.0 => factor: got 101, ... 100
 
 def cases(text):
     """Changes, how the line begins, and a bound, from every line of a list."""
+    text = text.replace("{SOME_QUOTED}", ", ".join(map(repr, VARIABLES)))
     text = text.replace("{SOME}", ", ".join(VARIABLES)).replace("{MOST}", f"4 to {MOST_VERTICES}")
     rows = (line.partition(" => ") for line in text.strip().splitlines())
     return [(toml, *rest.split(" ... ")) for toml, _, rest in rows]

@@ -13,7 +13,7 @@ def test_is_left_out_unless_a_file_asks_for_it():
     text = TINY.text.replace("spin = false\n", "")
     assert not parse_config(text, "t.toml").spin
     assert parse_config(text.replace("[pair]", "spin = true\n[pair]", 1), "t.toml").spin
-    for scene in ("demo", "no-spin", "plane-flow"):
+    for scene in ("demo", "no-spin", "plane-flow", "wear"):
         assert not load_config(scene).spin
 
 
@@ -28,9 +28,9 @@ def test_scenes_inherit_it_but_not_with_other_components():
     ("changes", "line"),
     [
         (
-            {"spin": True, "domain": {"components": ["u", "v", "collisions"]}},
-            "spin: got true, allowed: false with collisions among the components, which it does "
-            "not give",
+            {"spin": True, "domain": {"components": ["u", "v", "collisions", "work_shear"]}},
+            "spin: got true, allowed: false with collisions, work_shear among the components, "
+            "which it does not give",
         ),
         ({"spin": "yes"}, "spin: got 'yes', allowed: a valid boolean"),
         (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from corrupt_tables import independent_channels, independent_columns
 
-from sampler.formats.channels import VARIABLES
+from sampler.formats.channels import STATE, VARIABLES, WORKS
 from sampler.table import Table
 from tablegen.accuracy.metrics import classifier_auc, correlation_error, ks_distances
 from tablegen.accuracy.scene_variables import simulated_variables
@@ -133,7 +133,8 @@ SCENES = {
     "two": ({"components": ["v", "u"]}, ("u", "v")),
     "no spin": ({"components": ["u", "v", "w"]}, ("u", "v", "w")),
     "spin only": ({"components": ["omega_x", "omega_z"]}, ("omega_x", "omega_z")),
-    "everything": ({"components": list(VARIABLES)}, VARIABLES),
+    "everything": ({"components": list(VARIABLES[:8])}, VARIABLES[:8]),
+    "works": ({"components": [*STATE, *WORKS]}, (*STATE, *WORKS)),
 }
 
 
@@ -159,7 +160,7 @@ class TestScenes:
         assert ks_distances(moved, direct).max() > TestDraws.KS_BOUND
 
     def test_energies_and_collisions_are_possible_ones(self):
-        domain = {"components": list(VARIABLES)}
+        domain = {"components": list(VARIABLES[:8])}
         config = node_config(**SMALL).with_changes({"domain": domain})
         states = one_node_table(config).sample(np.radians(ALPHA_DEG), SPEED, seed=1, index=range(N))
         energy, collisions = states[:, 6], states[:, 7]
@@ -168,6 +169,14 @@ class TestScenes:
         np.testing.assert_array_equal(collisions, np.round(collisions))
         assert collisions.min() == 1.0
         assert collisions.max() > 3.0
+
+    def test_works_are_what_the_energies_lack(self):
+        domain = {"components": ["u", "v", "w", "rotational_energy", *WORKS]}
+        config = node_config(**SMALL).with_changes({"domain": domain})
+        states = one_node_table(config).sample(np.radians(ALPHA_DEG), SPEED, seed=1, index=range(N))
+        kept = np.square(states[:, :3]).sum(axis=1) + states[:, 3]
+        np.testing.assert_allclose(kept + states[:, 4:].sum(axis=1), 1.0, rtol=0.0, atol=1e-14)
+        assert states[:, 4:].min() > 0.0
 
 
 class TestDraws:

@@ -113,7 +113,7 @@ def run_rebound(condition, body, rotation, law=LAW):
     motion = motion_of(rotation)
     audit = np.zeros(AUDIT_SIZE)
     approach(condition, body, motion)
-    status, collisions = rebound(law, condition, body, motion, workspace(), audit)
+    status, collisions, _ = rebound(law, condition, body, motion, workspace(), audit)
     assert status == LEFT
     energy = 0.5 * np.sum(motion[9:12] ** 2) + rotational_energy(body.moments, motion)
     state = np.concatenate([motion[9:12], wall_spin(motion)])

@@ -113,16 +113,18 @@ def mobility_tuple(matrix):
 
 
 def collide_all(impacts, resolution):
-    """Velocity changes of the centre (wall) and spin changes (body) by the kernel."""
+    """Velocity changes (wall), spin changes (body) and energies taken, by the kernel."""
     moved, turned = np.empty((len(impacts), 3)), np.empty((len(impacts), 3))
+    taken = np.empty((len(impacts), 2))
     series = np.empty((9, ORDER + 1))
     for i in range(len(impacts)):
         motion = motion_of(impacts.rotation[i], impacts.spin[i], impacts.velocity[i])
         before = motion.copy()
         moments = tuple(impacts.moments[i].tolist())
-        collide(LAW, SPEED, resolution, moments, impacts.point[i].copy(), motion, series)
+        point = impacts.point[i].copy()
+        taken[i] = collide(LAW, SPEED, resolution, moments, point, motion, series)
         moved[i], turned[i] = motion[9:12] - before[9:12], motion[0:3] - before[0:3]
-    return moved, turned
+    return moved, turned, taken
 
 
 def collide_by_reference(impacts, law):
@@ -199,7 +201,7 @@ def test_cubic_has_exactly_one_positive_root(equations):
 
 
 def test_equations_5_hold(impacts, collided):
-    moved, turned = collided
+    moved, turned, _ = collided
     spin_change = np.einsum("nij,nj->ni", impacts.rotation, turned)
     change = moved + np.cross(spin_change, impacts.arm)
     mean = impacts.contact_velocity + 0.5 * change
@@ -209,7 +211,7 @@ def test_equations_5_hold(impacts, collided):
 
 
 def test_angular_momentum_change_is_the_torque_of_the_impulse(impacts, collided):
-    moved, turned = collided
+    moved, turned, _ = collided
     gained = np.einsum("nij,nj->ni", impacts.rotation, impacts.moments * turned)
     torque = np.cross(impacts.arm, moved)
     np.testing.assert_allclose(gained, torque, rtol=0.0, atol=1e-13)
@@ -217,7 +219,7 @@ def test_angular_momentum_change_is_the_torque_of_the_impulse(impacts, collided)
 
 def energies_gained(impacts, collided):
     """Kinetic energy after minus before, from the motion alone."""
-    moved, turned = collided
+    moved, turned, _ = collided
     gains = np.empty(len(impacts))
     for i in range(len(impacts)):
         before = motion_of(impacts.rotation[i], impacts.spin[i], impacts.velocity[i])
@@ -239,6 +241,24 @@ def test_energy_never_grows_and_is_what_the_identity_says(impacts, collided, equ
         assert gain == pytest.approx(gains[i], rel=1e-9, abs=1e-12)
 
 
+def test_energies_taken_are_those_of_the_laws_and_together_what_is_lost(impacts, collided):
+    moved, turned, taken = collided
+    fall, s = -impacts.contact_velocity[:, NORMAL], moved[:, NORMAL]
+    normal = 0.5 * s * (fall - impacts.bounce())
+    spin_change = np.einsum("nij,nj->ni", impacts.rotation, turned)
+    change = moved + np.cross(spin_change, impacts.arm)
+    slides = (impacts.contact_velocity + 0.5 * change)[:, TANGENTIAL]
+    shear = impacts.friction() * s * np.sum(slides**2, axis=1)
+    scale = np.sum(impacts.contact_velocity**2, axis=1)
+    np.testing.assert_allclose(taken[:, 0] / scale, normal / scale, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(taken[:, 1] / scale, shear / scale, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(taken.sum(axis=1), -energies_gained(impacts, collided), atol=1e-12)
+    assert taken.min() >= 0.0
+    # Refused: parts that are exchanged, or taken at the velocity before.
+    assert np.abs(taken[:, ::-1] - np.column_stack([normal, shear])).max() > 0.1
+    assert np.abs(s * fall - normal).max() > 0.1
+
+
 def sustained_contacts(rng, count):
     """Contacts of a chain of tiny bounces: sliding, and nearly rolling.
 
@@ -258,7 +278,7 @@ def sustained_contacts(rng, count):
 def test_below_the_resolution_the_contact_leaves_at_the_floor_or_elastically():
     resolution = 1e-3
     impacts = sustained_contacts(np.random.default_rng(77), 3000)
-    moved, turned = collided = collide_all(impacts, resolution)
+    moved, turned, taken = collided = collide_all(impacts, resolution)
     spin_change = np.einsum("nij,nj->ni", impacts.rotation, turned)
     change = moved + np.cross(spin_change, impacts.arm)
     approach = -impacts.contact_velocity[:, NORMAL]
@@ -268,7 +288,13 @@ def test_below_the_resolution_the_contact_leaves_at_the_floor_or_elastically():
     at_floor = np.abs(leaves - resolution) <= 1e-12
     elastic = ~at_floor & (np.abs(leaves - approach) <= 1e-12)
     assert np.all(at_floor | elastic)
-    assert energies_gained(impacts, collided).max() <= 1e-12
+    gains = energies_gained(impacts, collided)
+    assert gains.max() <= 1e-12
+    # what a lifted bounce gives is taken off the tangential part
+    np.testing.assert_allclose(taken.sum(axis=1), -gains, rtol=0.0, atol=1e-12)
+    np.testing.assert_array_equal(taken[at_floor & (approach < resolution), 0], 0.0)
+    assert taken[:, 0].min() == 0.0
+    assert taken[:, 1].min() >= -1e-15
     # both ways out were met, and the elastic one only where the floor would have added energy
     assert np.sum(at_floor) > 500
     assert np.sum(elastic) > 100

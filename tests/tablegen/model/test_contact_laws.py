@@ -234,6 +234,26 @@ def test_every_collision_obeys_its_law(name, shape):
         assert made.collisions.max() < 5000
 
 
+@pytest.mark.parametrize("shape", SHAPE_NAMES)
+@pytest.mark.parametrize("name", RESTITUTION)
+def test_works_are_not_negative_and_together_what_the_energy_lacks(name, shape):
+    """2,000 rebounds of each combination: over 10,000 of each shape and of each law."""
+    angles = itertools.cycle((0.5, 20.0, 45.0, 90.0))
+    population = POPULATION.restricted_to(shape)
+    for resistance_name, alpha_deg in zip(RESISTANCE, angles, strict=False):
+        # the tolerance of the flights, in which energy is kept, adds to the difference
+        condition = make_condition(np.radians(alpha_deg), 150.0, tolerance=1e-14)
+        pair = pair_with(name, resistance_name)
+        made = simulate_condition(pair, population, condition, 2000, seed=33)
+        lost = 1.0 - made.energy.sum(axis=1)
+        np.testing.assert_allclose(made.work.sum(axis=1), lost, rtol=0.0, atol=1e-12)
+        assert made.work.min() >= -1e-15, resistance_name
+        if resistance_name == "none":
+            assert made.work[:, 1].max() < 1e-6  # lifted bounces only
+        # Refused: works of other particles.
+        assert shape == "sphere" or np.abs(made.work[::-1].sum(axis=1) - lost).max() > 1e-6
+
+
 @pytest.mark.parametrize("alpha_deg", [0.5, 20.0, 45.0, 90.0])
 @pytest.mark.parametrize("shape", SHAPE_NAMES)
 def test_elastic_contact_without_resistance_conserves_everything_it_must(shape, alpha_deg):

@@ -34,13 +34,19 @@ def matrix_of(entries):
     return matrix + np.triu(matrix, 1).T
 
 
-def impulse(matrix, velocity, friction, e, resolution=NO_FLOOR, static=None):
-    """Impulse by the kernel."""
+def collision(matrix, velocity, friction, e, resolution=NO_FLOOR, static=None):
+    """Impulse by the kernel, and the energy that its normal part takes."""
     pair = Friction(friction if static is None else static, friction)
     ending = Ending((1.0 - e) * (1.0 + e), resolution)
     entries, velocity = mobility_tuple(np.asarray(matrix)), tuple(map(float, velocity))
     series = np.full((9, ORDER + 1), np.nan)
-    return np.array(coulomb_impulse(pair, ending, entries, velocity, series, True))
+    made, taken = coulomb_impulse(pair, ending, entries, velocity, series, True)
+    return np.array(made), taken
+
+
+def impulse(*arguments, **options):
+    """Impulse by the kernel."""
+    return collision(*arguments, **options)[0]
 
 
 def energy_gained(matrix, velocity, made):
@@ -100,7 +106,7 @@ def planar_phases(matrix, u, friction, static):
 
 
 def planar(matrix, u, v, friction, e, static=None):
-    """Change of the contact velocity, normal impulse and work, piece by piece in closed form."""
+    """Change of u, last v, normal impulse and its work, piece by piece in closed form."""
     phases = planar_phases(matrix, u, friction, friction if static is None else static)
     s = work = least = 0.0
     start = u
@@ -113,7 +119,7 @@ def planar(matrix, u, v, friction, e, static=None):
             left = work - (1.0 - e * e) * least
             step = (-v + math.sqrt(v * v - 2.0 * rate_v * left)) / rate_v
             if step <= length:
-                return u + rate_u * step - start, v + rate_v * step, s + step
+                return u + rate_u * step - start, v + rate_v * step, s + step, work - left
         work += v * length + 0.5 * rate_v * length**2
         u, v, s = u + rate_u * length, v + rate_v * length, s + length
     raise AssertionError("no end")
@@ -125,12 +131,22 @@ def planar(matrix, u, v, friction, e, static=None):
 def test_rods_follow_the_pieces_of_their_plane_motion(angle_deg, friction, u):
     matrix = rod(math.radians(angle_deg))
     for e, static in ((0.0, friction), (0.6, 1.5 * friction), (1.0, friction)):
-        change, v, s = planar(matrix, u, -0.5, friction, e, static)
-        made = impulse(matrix, [u, -0.5, 0.0], friction, e, NO_FLOOR, static)
+        change, v, s, work = planar(matrix, u, -0.5, friction, e, static)
+        made, taken = collision(matrix, [u, -0.5, 0.0], friction, e, NO_FLOOR, static)
         after = np.array([u, -0.5, 0.0]) + matrix @ made
         np.testing.assert_allclose(after[:2], [u + change, v], atol=1e-11)
         assert made[1] == pytest.approx(s, rel=1e-11)
         assert made[2] == after[2] == 0.0
+        assert taken == pytest.approx(-work, abs=1e-12)
+
+
+def test_work_of_a_slide_that_stops_is_not_that_at_the_mean_velocity():
+    matrix, start = rod(math.radians(60.0)), [-0.3, -0.8, 0.0]
+    _, v, s, work = planar(matrix, start[0], start[1], 0.25, 0.5)
+    made, taken = collision(matrix, start, 0.25, 0.5)
+    assert taken == pytest.approx(-work, rel=1e-12)
+    assert 0.0 < taken < -energy_gained(matrix, start, made)
+    assert abs(taken + 0.5 * s * (start[1] + v)) > 1e-2 * taken
 
 
 def test_static_friction_holds_a_rod_whose_slide_has_come_to_rest():

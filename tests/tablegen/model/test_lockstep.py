@@ -31,7 +31,7 @@ def same(pair, population, condition, count, seed=5):
     """Compare a run in lockstep with an audited one, which follows one particle at a time."""
     together = simulate_condition(pair, population, condition, count, seed=seed)
     alone = simulate_condition(pair, population, condition, count, seed=seed, audited=True)
-    for field in ("state", "collisions", "shape", "aspect", "energy"):
+    for field in ("state", "collisions", "shape", "aspect", "energy", "work"):
         np.testing.assert_array_equal(getattr(together, field), getattr(alone, field), field)
     return together
 

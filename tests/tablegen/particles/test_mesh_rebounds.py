@@ -58,7 +58,7 @@ def rebound_of(body, rotation, alpha_deg):
     motion = np.empty(MOTION_SIZE)
     motion[3:6], motion[6:9] = rotation[1], rotation[0]
     approach(condition, body, motion)
-    status, collisions = rebound(LAW, condition, body, motion, workspace(), np.empty(0))
+    status, collisions, _ = rebound(LAW, condition, body, motion, workspace(), np.empty(0))
     assert status == LEFT
     return np.array([*motion[9:12], *wall_spin(motion)]), collisions
 

@@ -20,6 +20,7 @@ def simulation(count=4, audited=True, **changes):
         "shape": np.ones(count, dtype=np.int64),
         "aspect": np.tile(CASE.aspect, (count, 1)),
         "energy": np.tile([0.5, 0.2], (count, 1)),
+        "work": np.tile([0.2, 0.1], (count, 1)),
         "audit": np.zeros(AUDIT_SIZE if audited else 0),
     }
     return Simulation(**(arrays | changes))
