@@ -293,6 +293,9 @@ typedef struct rbt_device_table {
     rbt_table table;
 } rbt_device_table;
 
+/* Kernels take 4096 bytes of arguments. */
+static_assert(sizeof(rbt_device_table) <= 2048, "a table does not fit among the arguments");
+
 RBT_KERNEL rbt_table_kernel(const void *image, unsigned long long size, int kept,
                             rbt_device_table *out)
 {

@@ -897,6 +897,8 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     rbti_to_states(m, count, variables, d, states);
 }
 
+#ifndef RBT_DEVICE_ONLY
+
 /* The same with a number of channels that the compiler knows, for the commonest tables. */
 RBTI_INLINE RBT_DEVICE void rbti_draw_block(size_t m, const rbt_table *table, uint64_t seed,
                                             const uint64_t *index, const uint32_t *hit,
@@ -908,6 +910,8 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_block(size_t m, const rbt_table *table, ui
     else
         rbti_take_steps(m, table, table->n_channels, seed, index, hit, count, variables, d, states);
 }
+
+#endif
 
 /* One draw from a table with any number of channels. A place of its own, with its memory: what the
    compiler knows the number of channels of needs none on a device. */
