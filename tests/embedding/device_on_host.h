@@ -28,6 +28,11 @@ static inline void atomicAdd(unsigned long long *sum, unsigned long long value)
     *sum += value;
 }
 
+static inline void atomicXor(unsigned long long *bits, unsigned long long value)
+{
+    *bits ^= value;
+}
+
 /* The first thread, and the next one, until none is left. */
 static inline bool first_thread(unsigned blocks, unsigned threads)
 {

@@ -16,7 +16,6 @@ HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"
 TABLES = sorted(path.stem for path in VECTORS.glob("*.rbt"))
 SOURCE = HERE / "device_vectors.cu"
-ON_HOST = ["-include", HERE / "device_on_host.h", "-DRBTI_GPU", "-ffp-contract=off"]
 KERNELS = toolchain.IMPLEMENTATION + '#include "rebound_device.h"\n'
 
 #: Lowest architecture of CUDA 13, those of the A100 and of the H100.
@@ -36,7 +35,7 @@ def check_vectors(program, tolerance):
     [("g++", "-O1"), pytest.param("clang++", "-O1", marks=pytest.mark.study)],
 )
 def test_kernels_on_the_host_have_the_bits_of_the_vectors(compiler, level, tmp_path):
-    check_vectors(toolchain.build(compiler, [SOURCE], tmp_path / "vectors", [*ON_HOST, level]), 0)
+    check_vectors(toolchain.build_on_host(SOURCE, tmp_path / "vectors", [level], compiler), 0)
 
 
 def test_a_wrong_kernel_is_found(tmp_path):
@@ -45,26 +44,43 @@ def test_a_wrong_kernel_is_found(tmp_path):
     text = (toolchain.INCLUDE / "rebound_device.h").read_text(encoding="utf-8")
     (tmp_path / "rebound_device.h").write_text(text.replace("hit[rbti_row(", "0 & hit[rbti_row("))
     shutil.copy(SOURCE, changed)
-    flags = [f"-I{HERE}", *ON_HOST, "-O0"]
-    program = toolchain.build("g++", [changed], tmp_path / "vectors", flags)
+    program = toolchain.build_on_host(changed, tmp_path / "vectors", [f"-I{HERE}", "-O0"])
     files = VECTORS / "full.rbt", VECTORS / "full.txt"
     assert "case 2 fails" in toolchain.run(program, *files, 0, status=1)
 
 
-def build_for_a_device(folder):
+def build_for_a_device(folder, *flags):
     """Program whose vectors run on a GPU; functions of libc in device code would not be found."""
     program = folder / "vectors"
-    toolchain.compile_with("nvcc", ["-arch=sm_75", f"-I{HERE}", SOURCE], program)
+    toolchain.compile_with("nvcc", ["-arch=sm_75", f"-I{HERE}", *flags, SOURCE], program)
     return program
 
 
 def test_compiles_with_nvcc(tmp_path):
-    build_for_a_device(tmp_path)
+    build_for_a_device(tmp_path, "-Xptxas", "-O0")  # in two thirds of the time
+
+
+@pytest.mark.study  # ten seconds of nvcc; test_examples.py runs the example's kernels
+def test_without_a_gpu_the_example_says_so(tmp_path, shipped_file):
+    """It compiles with nvcc, and ends with one line where there is no device."""
+    source, program = toolchain.INCLUDE / "particles.cu", tmp_path / "particles"
+    toolchain.compile_with("nvcc", ["-arch=sm_75", source], program)
+    if has_gpu():
+        pytest.skip("there is a GPU")
+    command = [program, shipped_file, "10", "2"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    line = "device: there is none, or it has no room for the table\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", line)
+
+
+def has_gpu():
+    """Whether the driver of NVIDIA knows a device."""
+    smi = shutil.which("nvidia-smi")
+    return bool(smi) and subprocess.run([smi, "-L"], capture_output=True).returncode == 0
 
 
 def test_vectors_on_a_gpu(tmp_path):
-    smi = shutil.which("nvidia-smi")
-    if smi is None or subprocess.run([smi, "-L"], capture_output=True, check=False).returncode:
+    if not has_gpu():
         pytest.skip("no GPU of NVIDIA on this machine")
     # the same bits but from functions of CUDA's library, which rebounds call
     check_vectors(build_for_a_device(tmp_path), 0)

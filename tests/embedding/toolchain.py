@@ -118,6 +118,13 @@ def build(compiler, sources, program, flags=()):
     return Path(program)
 
 
+def build_on_host(source, program, flags=(), compiler="g++"):
+    """Build a program for a GPU as one whose kernels the host runs, and return its path."""
+    header = Path(__file__).resolve().parent / "device_on_host.h"
+    options = ["-include", header, "-DRBTI_GPU", "-ffp-contract=off", *flags]
+    return build(compiler, [source], program, options)
+
+
 def build_fortran(sources, folder, flags=()):
     """Build a Fortran program with the module and the header, and return its path."""
     (folder / "library.c").write_text(IMPLEMENTATION)
