@@ -17,7 +17,7 @@ import numpy as np
 
 import sampler
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
+from sampler.files.atomic import write_bytes
 from tablegen import load_config, simulate
 from tablegen.studies.paper_figures.joint_density import Source, joint_picture
 from tablegen.studies.paper_figures.style import Picture, new_figure, settings, written
@@ -226,8 +226,7 @@ def density_picture(alpha_deg: float, speed: float, count: int) -> Picture:
 
 def _write(picture: Picture, folder: Path) -> None:
     path = folder / picture.name
-    with atomic_output(path) as temporary:
-        temporary.write_bytes(picture.data)
+    write_bytes(path, picture.data)
     click.echo(f"{path}: {len(picture.data) / 1e3:.0f} kB")
 
 

@@ -18,7 +18,7 @@ from tablegen.accuracy.spin_conditions import pick_spin_conditions, spin_conditi
 from tablegen.accuracy.spin_measure import SpinAccuracy, measure_spin, spin_accuracy_datasets
 from tablegen.config import Config
 from tablegen.configuration.defaults import GENERATE_CONDITIONS
-from tablegen.refinement.assembly import accuracy_datasets, assemble
+from tablegen.refinement.assembly import accuracy_datasets, assemble, with_rounded_quantiles
 from tablegen.refinement.axes import make_axes
 from tablegen.refinement.refine import refine_grid
 from tablegen.refinement.rehearsal import rehearse
@@ -119,7 +119,7 @@ def generate(
         refined = refine_grid(config, runner)
         law = spin_law(config, runner) if config.spin else None
         axes = make_axes(config, refined.placement.grid)
-        contents = assemble(config, axes, refined.nodes, law)
+        contents = with_rounded_quantiles(assemble(config, axes, refined.nodes, law))
         table = Table(contents)
         begin = time.perf_counter()
         how: Any = {"seed": _MEASURE_SEED, "samples": samples, "progress": progress}

@@ -88,11 +88,11 @@ def _draw_with_spin(arrays, alpha1, speed, spin, grain, seed, index, hit, state)
 
 
 @no_refcount_inline_kernel
-def own_grain(arrays, seed, index):
-    """Grain that a particle keeps; of a table without spin law, which refuses a spin, any."""
+def grain_at(arrays, seed, index, hit):
+    """Grain of a particle at a hit; of a table without spin law, which refuses a spin, any."""
     if shapes_of(arrays.spin) == 0:
         return 0.0, 1.0, 1.0
-    return draw_grain(grain_law_of(arrays.spin), seed, index, OWN_GRAIN)
+    return draw_grain(grain_law_of(arrays.spin), seed, index, hit)
 
 
 @no_refcount_kernel
@@ -155,7 +155,7 @@ def draw(arrays, alpha1, speed, seed, index, hit, state, spin=None, grain=None):
         return _draw_with_spin(arrays, alpha1, speed, _NO_SPIN, grain, seed, index, hit, state)
     check_spin(spin)
     if grain is None:
-        own = own_grain(arrays, seed, index)
+        own = grain_at(arrays, seed, index, OWN_GRAIN)
         return _draw_with_spin(arrays, alpha1, speed, spin, own, seed, index, hit, state)
     check_grain(grain)
     return _draw_with_spin(arrays, alpha1, speed, spin, grain, seed, index, hit, state)

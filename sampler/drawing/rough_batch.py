@@ -6,35 +6,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
+from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing.block import item
-from sampler.drawing.grain import draw_grain
+from sampler.drawing.kernel import grain_at
 from sampler.drawing.roughness import rough_rebound
 from sampler.drawing.row_counts import NO_ROWS, counted, extrapolates
-from sampler.drawing.spin_view import grain_law_of, shapes_of
-from sampler.drawing.vectors import Vector, combine, dot, vector
+from sampler.drawing.vectors import combine, dot, vector
 from sampler.errors import OK
 from sampler.formats.table_arrays import TableArrays
 
 #: Spins and grains of `rough_rebound_batch` for particles that arrive without spin.
 WITHOUT_SPIN = (None, None, None)
-
-
-@no_refcount_inline_kernel
-def _grain_of_row(
-    arrays: TableArrays,
-    given: NDArray[np.float64],
-    grain_hit: NDArray[np.uint32],
-    seed: int,
-    index: NDArray[np.uint64],
-    k: int,
-) -> Vector:
-    """Grain of a row; of a table without spin law, which refuses a spin, any."""
-    if given.shape[0] > 0:
-        return vector(given, k)
-    if shapes_of(arrays.spin) == 0:
-        return 0.0, 1.0, 1.0
-    return draw_grain(grain_law_of(arrays.spin), seed, item(index, k), item(grain_hit, k))
 
 
 @no_refcount_kernel
@@ -66,11 +48,15 @@ def rough_rebound_batch(
     for k in range(start, stop):
         v, wall, out = vector(velocity, k), vector(wall_velocity, k), results[k]
         impact = (v, vector(normal, k), item(half_size, k), wall, item(roughness, k))
-        keys = (seed, item(index, k), item(hit, k))
+        particle = item(index, k)
+        keys = (seed, particle, item(hit, k))
         if omega is None or given is None or grain_hit is None:
             status = rough_rebound(arrays, *impact, *keys, out)
         else:
-            grain = _grain_of_row(arrays, given, grain_hit, seed, index, k)
+            if given.shape[0] > 0:
+                grain = vector(given, k)
+            else:
+                grain = grain_at(arrays, seed, particle, item(grain_hit, k))
             status = rough_rebound(arrays, *impact, *keys, out, vector(omega, k), grain)
         if status < OK:
             return k, status, *counts

@@ -48,7 +48,8 @@ from sampler.drawing.frames import (
     rebound,
     tangent,
 )
-from sampler.drawing.kernel import own_grain
+from sampler.drawing.grain import OWN_GRAIN
+from sampler.drawing.kernel import grain_at
 from sampler.drawing.normal import normal_cdf, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import Vector, combine, dot, unit
@@ -178,11 +179,16 @@ def facet_normal(
 
 
 @no_refcount_inline_kernel
-def _given_or(omega: Vector | None, other: Vector) -> Vector:
-    """Return three floats, the others where none are given."""
+def _first_spin(
+    arrays: TableArrays, seed: int, index: int, omega: Vector | None, grain: Vector | None
+) -> tuple[Vector, Vector]:
+    """Spin before the first bounce and grain of all; without a spin neither counts."""
     if omega is None:
-        return other
-    return float(omega[0]), float(omega[1]), float(omega[2])
+        return (0.0, 0.0, 0.0), (0.0, 1.0, 1.0)
+    spin = (float(omega[0]), float(omega[1]), float(omega[2]))
+    if grain is None:
+        return spin, grain_at(arrays, seed, index, OWN_GRAIN)
+    return spin, (float(grain[0]), float(grain[1]), float(grain[2]))
 
 
 @no_refcount_inline_kernel
@@ -242,7 +248,7 @@ def rough_bounces(
         return NOT_APPROACHING, 0
     clamped = OK
     # all bounces have one grain, though each has a seed of its own
-    spinning, kept = _given_or(omega, at_rest), _given_or(grain, own_grain(arrays, seed, index))
+    spinning, kept = _first_spin(arrays, seed, index, omega, grain)
     for bounce in range(MAX_BOUNCES):
         key = bounce_seed(seed, bounce)
         alpha1 = max(impact_angle(moving, e_y)[0], 0.0)

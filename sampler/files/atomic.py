@@ -130,6 +130,12 @@ def write_text(path: str | Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def write_bytes(path: str | Path, data: bytes) -> None:
+    """Write a file, whole or not at all; errors as `atomic_output`."""
+    with atomic_output(path) as temporary:
+        temporary.write_bytes(data)
+
+
 def write_arrays(path: str | Path, **arrays: Any) -> None:
     """Write arrays by name as .npz, whole or not at all; errors as `atomic_output`.
 

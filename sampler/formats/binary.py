@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
+from sampler.files.atomic import write_bytes
 from sampler.formats.binary_layout import (
     ALIGNMENT,
     ARRAYS,
@@ -160,5 +160,4 @@ def write_binary_table(path: str | Path, contents: TableContents) -> None:
         If the table does not fit into the format, or the path cannot be written.
     """
     data = binary_table(contents)
-    with atomic_output(path) as temporary:
-        temporary.write_bytes(data)
+    write_bytes(path, data)

@@ -22,7 +22,7 @@ import h5py
 import numpy as np
 
 from sampler.errors import InputError, TableError
-from sampler.files.atomic import atomic_output
+from sampler.files.atomic import write_bytes
 from sampler.files.reading import read_file
 from sampler.formats import hdf5_checks as checks
 from sampler.formats.channels import CHANNELS, STATE, channels_for
@@ -210,8 +210,7 @@ def write_table(path: str | Path, contents: TableContents) -> None:
     of that name is replaced.
     """
     data = _file_image(contents)
-    with atomic_output(path) as temporary:
-        temporary.write_bytes(data)
+    write_bytes(path, data)
 
 
 def _file_image(contents: TableContents) -> bytes:

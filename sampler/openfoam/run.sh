@@ -13,4 +13,4 @@ python="${PYTHON:-python3}"
 "$HERE/build.sh" "$FOLDER"
 "$python" -m sampler export corundum-steel --output "$FOLDER/corundum-steel.rbt"
 "$python" "$HERE/../../tests/openfoam/wall.py" "$FOLDER"
-"$HERE/bend.sh" "$FOLDER" --rounds 3
+"$python" "$HERE/../../docs/examples/openfoam_bend" "$FOLDER" --rounds 3

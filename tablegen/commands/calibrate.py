@@ -7,11 +7,11 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import DONE
-from sampler.files.atomic import atomic_output, write_text
+from sampler.files.atomic import write_bytes, write_text
 from sampler.files.json_text import json_text
-from tablegen.commands import bounded
-from tablegen.commands.compare import MEASURED, TILT
+from tablegen.commands import bounded, measured_options
 from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.resuming import resumable
 from tablegen.configuration.defaults import CALIBRATE_COUNT
 
 #: Options that take all words that follow and look like values of theirs.
@@ -47,7 +47,7 @@ class _ManyValues(options.Command):
         "    --hold-out 45 --json fit.json --picture fit.png",
     ),
 )
-@click.argument("measured", type=MEASURED, metavar="F.csv|NAME")
+@click.argument("measured", type=measured_options.MEASURED, metavar="F.csv|NAME")
 @click.option(
     "--pair",
     required=True,
@@ -79,26 +79,15 @@ class _ManyValues(options.Command):
     help="Particles of each shape at each row.",
 )
 @options.seed("Seed of the particles and of the random starts.")
-@click.option(
-    "--speed",
-    type=bounded.SPEED,
-    metavar="M_S",
-    help="Impact speed of rows that state none.",
-)
-@click.option(
-    "--wall-tilt",
-    type=TILT,
-    default=0.0,
-    metavar="DEG",
-    help="Roughness of the wall, standard deviation of the tilt of its facets; or where the search "
-    "for it starts.",
+@measured_options.speed("Impact speed of rows that state none.")
+@measured_options.wall_tilt(
+    "Roughness of the wall, standard deviation of the tilt of its facets; or where the search for "
+    "it starts."
 )
 @click.option("--resume", is_flag=True, help="Use the simulations of an interrupted run.")
 @click.option("--discard", is_flag=True, help="Remove the simulations of an interrupted run.")
 @options.json_file("Write everything.")
-@click.option(
-    "--picture", type=options.OUTPUT, metavar="F.png|pdf|svg", help="Draw fit and residuals."
-)
+@measured_options.picture("Draw fit and residuals.")
 @options.threads
 @options.progress
 def calibrate(
@@ -131,15 +120,9 @@ def calibrate(
     from tablegen.config import load_config
     from tablegen.studies.calibration_fit.fit_picture import fit_picture
     from tablegen.studies.calibration_fit.fit_text import fit_lines
-    from tablegen.studies.comparison.comparison_picture import check_picture
-    from tablegen.studies.paper_figures.style import require_matplotlib
-    from tablegen.tasks.parts_folder import parts_path
 
-    if picture is not None:
-        require_matplotlib("--picture")
-        check_picture(picture)
     start = load_config(pair)
-    try:
+    with resumable(output):
         made = fit(
             measured,
             start,
@@ -155,17 +138,10 @@ def calibrate(
             threads=threads,
             progress=progress,
         )
-    except KeyboardInterrupt:
-        kept = parts_path(output)
-        if not kept.exists():
-            raise
-        raise click.Abort(f"the same command with --resume continues from {kept}") from None
     if json_file is not None:
         write_text(json_file, json_text(made.to_dict()))
     if picture is not None:
-        drawn = fit_picture(made, picture.name)
-        with atomic_output(picture) as temporary:
-            temporary.write_bytes(drawn.data)
+        write_bytes(picture, fit_picture(made, picture.name).data)
     for line in fit_lines(made):
         click.echo(line)
     click.echo(f"{output}: the fitted pair {made.config.name}")

@@ -5,19 +5,13 @@ from pathlib import Path
 import click
 
 from sampler.commands import options
-from sampler.commands.file_types import Named
 from sampler.commands.program import DONE, note
-from sampler.files.atomic import atomic_output, write_text
-from tablegen.commands import bounded
+from sampler.files.atomic import write_bytes, write_text
+from tablegen.commands import measured_options
 from tablegen.commands.config_argument import CONFIG
 from tablegen.configuration.defaults import COMPARE_COUNT, MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 
-#: Name or path of a file of measurements.
-MEASURED = Named(".csv")
-
-#: Roughness of a wall.
-TILT = options.Number("0 to 28.6 degrees", 0.0, 28.6)
 _COUNT = options.Integer(2, 2**32 - 1)
 
 
@@ -35,7 +29,7 @@ _COUNT = options.Integer(2, 2**32 - 1)
 @click.option(
     "--measured",
     required=True,
-    type=MEASURED,
+    type=measured_options.MEASURED,
     metavar="F.csv|NAME",
     help="Measured rebounds: tables/MEASUREMENTS.md describes the file.",
 )
@@ -48,20 +42,10 @@ _COUNT = options.Integer(2, 2**32 - 1)
     help="Particles of each shape at each condition.",
 )
 @options.seed("Seed of the simulation.")
-@click.option(
-    "--speed",
-    type=bounded.SPEED,
-    metavar="M_S",
-    help="Impact speed of the rows that state none; needed if the restitution depends on it.",
+@measured_options.speed(
+    "Impact speed of the rows that state none; needed if the restitution depends on it."
 )
-@click.option(
-    "--wall-tilt",
-    type=TILT,
-    default=0.0,
-    show_default=True,
-    metavar="DEG",
-    help="Standard deviation of the tilt of the facets of a rough wall.",
-)
+@measured_options.wall_tilt("Standard deviation of the tilt of the facets of a rough wall.")
 @click.option(
     "--shape",
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),
@@ -69,12 +53,7 @@ _COUNT = options.Integer(2, 2**32 - 1)
 )
 @options.threads
 @options.json_file("Write every number.")
-@click.option(
-    "--picture",
-    type=options.OUTPUT,
-    metavar="F.png|pdf|svg",
-    help="Draw means, with bands of one standard deviation, against the angle.",
-)
+@measured_options.picture("Draw means, with bands of one standard deviation, against the angle.")
 @options.progress
 def compare(
     pair: str,
@@ -98,13 +77,9 @@ def compare(
     from tablegen.config import load_config
     from tablegen.measurements.reader import read_measurements
     from tablegen.studies.comparison.compare import compare as side_by_side
-    from tablegen.studies.comparison.comparison_picture import check_picture, comparison_picture
+    from tablegen.studies.comparison.comparison_picture import comparison_picture
     from tablegen.studies.comparison.comparison_text import comparison_json, comparison_text
-    from tablegen.studies.paper_figures.style import require_matplotlib
 
-    if picture:
-        require_matplotlib("--picture")
-        check_picture(picture)
     config = load_config(pair)
     found = side_by_side(
         config,
@@ -124,7 +99,5 @@ def compare(
     if json_file:
         write_text(json_file, comparison_json(found))
     if picture:
-        data = comparison_picture(found, picture.name).data
-        with atomic_output(picture) as temporary:
-            temporary.write_bytes(data)
+        write_bytes(picture, comparison_picture(found, picture.name).data)
     return DONE

@@ -9,7 +9,7 @@ import click
 from sampler.commands import options
 from sampler.commands.program import DONE
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output, check_output
+from sampler.files.atomic import check_output, write_bytes
 from sampler.files.locate import find_table
 from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
@@ -95,5 +95,4 @@ def _write_all(gallery: "PaperFigures", folder: Path) -> None:
     texts = text.statements_page(gallery), text.statements_json(gallery), text.laws_json(gallery)
     files |= {name: words.encode() for name, words in zip(_TEXTS, texts, strict=True)}
     for name, data in files.items():
-        with atomic_output(folder / name) as temporary:
-            temporary.write_bytes(data)
+        write_bytes(folder / name, data)

@@ -10,6 +10,7 @@ import click
 from sampler.commands import options
 from sampler.commands.program import note
 from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.resuming import resumable
 from tablegen.commands.validate import print_verdict
 from tablegen.configuration.defaults import GENERATE_CONDITIONS
 from tablegen.tasks.executors import ENGINES, MPI, THREADS
@@ -96,7 +97,6 @@ def generate(
     from tablegen.generate import generate as generate_table
     from tablegen.refinement.cost_estimate import cost_text, estimate, rebound_seconds
     from tablegen.tasks.executors import open_executor
-    from tablegen.tasks.parts_folder import parts_path
 
     settings = load_config(config)
 
@@ -110,24 +110,18 @@ def generate(
 
     say = partial(note, "tablegen")
     opened = open_executor(executor, workers=workers, scheduler=scheduler, ranks=ranks, say=say)
-    try:
-        with opened as pool:
-            made = generate_table(
-                settings,
-                output,
-                resume=resume,
-                discard=discard,
-                executor=pool,
-                conditions=conditions,
-                samples=samples,
-                progress=progress,
-                before=note_cost,
-            )
-    except KeyboardInterrupt:
-        kept = parts_path(output)
-        if not kept.exists():
-            raise
-        raise click.Abort(f"the same command with --resume continues from {kept}") from None
+    with resumable(output), opened as pool:
+        made = generate_table(
+            settings,
+            output,
+            resume=resume,
+            discard=discard,
+            executor=pool,
+            conditions=conditions,
+            samples=samples,
+            progress=progress,
+            before=note_cost,
+        )
     return _summarise(made, settings, output)
 
 

@@ -1,6 +1,7 @@
 """Nodes put together to the contents of a table file."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from tablegen.accuracy.comparison import Measured
 from tablegen.config import Config
 from tablegen.fitting.marginals import variate_knots
 from tablegen.fitting.node import NodeArrays, fitted_channels
+from tablegen.fitting.quantile_rounding import rounded_quantiles
 from tablegen.refinement.axes import Axes
 
 
@@ -43,6 +45,16 @@ def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, N
             values = np.array([row[name] for row in rows], dtype=np.float64)
             found[dataset.path] = values.reshape(-1, columns) if len(dataset.dims) > 1 else values
     return found
+
+
+def with_rounded_quantiles(contents: TableContents) -> TableContents:
+    """Return contents whose quantiles have only the digits that count."""
+    rounded = {
+        path: rounded_quantiles(contents[path])
+        for path in contents.datasets
+        if path.endswith("/quantiles")
+    }
+    return replace(contents, datasets={**contents.datasets, **rounded})
 
 
 def assemble(

@@ -10,7 +10,7 @@ import numpy as np
 
 import sampler
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output, check_output
+from sampler.files.atomic import check_output, write_bytes
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.config import Config, load_config
 from tablegen.generate import generate
@@ -130,6 +130,5 @@ def _picture_text(direct: FloatArray, drawn: FloatArray, table: Path) -> str:
         f"Rebound velocities at {_ALPHA_DEG:g}° and {_SPEED:g} m/s",
         "Joint density of the velocities along and normal to the wall: two panels that look alike.",
     )
-    with atomic_output(path) as temporary:
-        temporary.write_bytes(picture.data)
+    write_bytes(path, picture.data)
     return f"   {path}: joint density of u and v, direct simulation beside the table"

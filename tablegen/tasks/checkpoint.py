@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
+from sampler.files.atomic import write_bytes
 from tablegen.tasks.parts_folder import PartsFolder
 
 Arrays = dict[str, NDArray[Any]]
@@ -143,8 +143,7 @@ class CheckpointStore:
         _savez(buffer, **arrays)
         archive = buffer.getvalue()
         try:
-            with atomic_output(self.path(key)) as temporary:
-                temporary.write_bytes(archive + self._digest(key, archive))
+            write_bytes(self.path(key), archive + self._digest(key, archive))
         except InputError as error:
             raise InputError(f"{error}; earlier pieces are kept for --resume") from error
 

@@ -46,13 +46,15 @@ def folder(tmp_path, shipped_file):
     shutil.copy(shipped_file, tmp_path)
     commands = tmp_path / "commands"
     commands.mkdir()
-    for name, arguments in {
-        "python": "",
-        "sampler": " -m sampler",
-        "tablegen": " -m tablegen",
+    for name, words in {
+        "python": f'"{sys.executable}"',
+        "sampler": f'"{sys.executable}" -m sampler',
+        "tablegen": f'"{sys.executable}" -m tablegen',
+        # three copies for three processors would take three times as long
+        "gcc": f'"{toolchain.find("gcc")}" {toolchain.ONE_COPY}',
     }.items():
         script = commands / name
-        script.write_text(f'#!/bin/sh\nexec "{sys.executable}"{arguments} "$@"\n')
+        script.write_text(f'#!/bin/sh\nexec {words} "$@"\n')
         script.chmod(0o755)
     return tmp_path
 

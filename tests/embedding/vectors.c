@@ -79,36 +79,6 @@ static int check_draw(const rbt_table *table, const rbt_table *moved, char *text
            agree(code, 6, state, expected, tolerance) && agree(code, 6, row, expected, tolerance);
 }
 
-static int check_rebound(const rbt_table *table, char *text, double tolerance)
-{
-    double given[10], expected[6], result[6], row[6];
-    if (!next_numbers(&text, 10, given))
-        return 0;
-    const uint64_t seed = next_integer(&text), index = next_integer(&text);
-    const uint32_t hit = (uint32_t)next_integer(&text);
-    const int code = (int)strtol(text, &text, 10);
-    if (!next_numbers(&text, 6, expected))
-        return 0;
-    set_untouched(6, result);
-    const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, NULL, seed, index, hit,
-                                result, result + 3);
-    rbt_impacts impacts;
-    memset(&impacts, 0, sizeof impacts);
-    impacts.velocity = given;
-    impacts.normal = given + 3;
-    impacts.half_size = given + 6;
-    impacts.wall_velocity = given + 7;
-    impacts.index = &index;
-    impacts.hit = &hit;
-    set_untouched(6, row);
-    if (rbt_rebound_batch(table, 1, &impacts, seed, row, row + 3, NULL) != got ||
-        !agree(got, 3, row, result, tolerance) || !agree(got, 3, row + 3, result + 3, tolerance))
-        return 0;
-    tolerance = fmax(tolerance, LIBRARY_ROUNDING);
-    return got == code && agree(code, 3, result, expected, tolerance) &&
-           agree(code, 3, result + 3, expected + 3, tolerance);
-}
-
 /* spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6 */
 static int check_spin_draw(const rbt_table *table, const rbt_table *moved, char *text,
                            double tolerance)
@@ -131,49 +101,33 @@ static int check_spin_draw(const rbt_table *table, const rbt_table *moved, char 
            agree(code, 6, row, expected, tolerance);
 }
 
-/* spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE VELOCITY*3
-   OMEGA*3 */
-static int check_spin_rebound(const rbt_table *table, char *text, double tolerance)
-{
-    double given[13], expected[6], result[6];
-    if (!next_numbers(&text, 13, given))
-        return 0;
-    const uint64_t seed = next_integer(&text), index = next_integer(&text);
-    const uint32_t hit = (uint32_t)next_integer(&text);
-    const int code = (int)strtol(text, &text, 10);
-    if (!next_numbers(&text, 6, expected))
-        return 0;
-    set_untouched(6, result);
-    const int got = rbt_rebound(table, given, given + 3, given[6], given + 7, given + 10, seed,
-                                index, hit, result, result + 3);
-    tolerance = fmax(tolerance, SPIN_ROUNDING);
-    return got == code && agree(code, 3, result, expected, tolerance) &&
-           agree(code, 3, result + 3, expected + 3, tolerance);
-}
-
-/* rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE VELOCITY*3
-   OMEGA*3; spin-rough has OMEGA*3 behind the roughness. */
-static int check_rough(const rbt_table *table, int spins, char *text, double tolerance)
+/* [spin-]rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 [OMEGA*3] SEED INDEX HIT CODE
+   VELOCITY*3 OMEGA*3; rough-rebound and spin-rough have ROUGHNESS behind the velocity of the wall. */
+static int check_rebound(const rbt_table *table, int rough, int spins, char *text, double tolerance)
 {
     double given[14], expected[6], result[6], row[6];
-    if (!next_numbers(&text, spins ? 14 : 11, given))
+    if (!next_numbers(&text, 10 + (rough ? 1 : 0) + (spins ? 3 : 0), given))
         return 0;
     const uint64_t seed = next_integer(&text), index = next_integer(&text);
     const uint32_t hit = (uint32_t)next_integer(&text);
     const int code = (int)strtol(text, &text, 10);
     if (!next_numbers(&text, 6, expected))
         return 0;
-    const double *omega = spins ? given + 11 : NULL;
+    const double *velocity = given, *normal = given + 3, *wall_velocity = given + 7;
+    const double *roughness = rough ? given + 10 : NULL;
+    const double *omega = spins ? given + 10 + (rough ? 1 : 0) : NULL;
     set_untouched(6, result);
-    const int got = rbt_rough_rebound(table, given, given + 3, given[6], given + 7, given[10], omega,
-                                      seed, index, hit, result, result + 3);
+    const int got = rough ? rbt_rough_rebound(table, velocity, normal, given[6], wall_velocity,
+                                              *roughness, omega, seed, index, hit, result, result + 3)
+                          : rbt_rebound(table, velocity, normal, given[6], wall_velocity, omega, seed,
+                                        index, hit, result, result + 3);
     rbt_impacts impacts;
     memset(&impacts, 0, sizeof impacts);
-    impacts.velocity = given;
-    impacts.normal = given + 3;
+    impacts.velocity = velocity;
+    impacts.normal = normal;
     impacts.half_size = given + 6;
-    impacts.wall_velocity = given + 7;
-    impacts.roughness = given + 10;
+    impacts.wall_velocity = wall_velocity;
+    impacts.roughness = roughness;
     impacts.omega = omega;
     impacts.index = &index;
     impacts.hit = &hit;
@@ -181,7 +135,7 @@ static int check_rough(const rbt_table *table, int spins, char *text, double tol
     if (rbt_rebound_batch(table, 1, &impacts, seed, row, row + 3, NULL) != got ||
         !agree(got, 3, row, result, tolerance) || !agree(got, 3, row + 3, result + 3, tolerance))
         return 0;
-    tolerance = fmax(tolerance, spins ? SPIN_ROUNDING : ROUGH_ROUNDING);
+    tolerance = fmax(tolerance, spins ? SPIN_ROUNDING : rough ? ROUGH_ROUNDING : LIBRARY_ROUNDING);
     return got == code && agree(code, 3, result, expected, tolerance) &&
            agree(code, 3, result + 3, expected + 3, tolerance);
 }
@@ -213,15 +167,15 @@ int main(int argc, char **argv)
         if (strncmp(line, "draw ", 5) == 0)
             holds = check_draw(table, &moved, line + 5, tolerance);
         else if (strncmp(line, "rebound ", 8) == 0)
-            holds = check_rebound(table, line + 8, tolerance);
+            holds = check_rebound(table, 0, 0, line + 8, tolerance);
         else if (strncmp(line, "spin-draw ", 10) == 0)
             holds = check_spin_draw(table, &moved, line + 10, tolerance);
         else if (strncmp(line, "spin-rebound ", 13) == 0)
-            holds = check_spin_rebound(table, line + 13, tolerance);
+            holds = check_rebound(table, 0, 1, line + 13, tolerance);
         else if (strncmp(line, "rough-rebound ", 14) == 0)
-            holds = check_rough(table, 0, line + 14, tolerance);
+            holds = check_rebound(table, 1, 0, line + 14, tolerance);
         else if (strncmp(line, "spin-rough ", 11) == 0)
-            holds = check_rough(table, 1, line + 11, tolerance);
+            holds = check_rebound(table, 1, 1, line + 11, tolerance);
         failed = !holds;
         cases++;
         if (failed)

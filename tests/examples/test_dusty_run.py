@@ -67,7 +67,11 @@ def test_impacts_lie_in_the_range_of_the_table(runs, setting):
     for run in runs.values():
         assert (run.first[:, 1] > low).all()
         assert (run.first[:, 1] < high).all()
-        assert 0 < run.clamped.sum() < 0.1 * run.hits.sum()
+        assert run.clamped.sum() <= 0.001 * run.hits.sum()
+    # Counted where there are some: particles that start at 12 m/s hit again at less than 5 m/s.
+    slow = Case(runs["table"].case.body, 30.0, speed=12.0)
+    run = _run(setting, slow, "table", count=20 * BATCHES)
+    assert 0 < run.clamped.sum() < 0.1 * run.hits.sum()
 
 
 def test_rebounds_gain_no_speed(runs):
@@ -84,7 +88,8 @@ def test_table_is_the_simulation_of_its_law_and_spheres_are_not(runs, setting):
     spheres = compare(runs["spheres"], runs["direct"])
     assert not spheres.same(1e-3)
     assert spheres.p_values["field"] < 1e-4
-    assert spheres.field > 5.0 * difference.field
+    # Beyond chance, of which the two have about as much.
+    assert spheres.field - spheres.noise > 5.0 * (difference.field - difference.noise)
     assert min(spheres.rebound) > 0.1
 
 

@@ -86,50 +86,60 @@ def whole(sizes):
     return sizes.whole
 
 
-@pytest.fixture
-def ended_by(tmp_path):
+def ended_by(number, folder):
     """Run that gets a signal when three nodes are there: status and standard error."""
-
-    def runner(number):
-        words = [str(word) for word in generating(tmp_path)]
-        with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as run:
-            deadline = time.monotonic() + 120.0
-            while len(checkpoints(tmp_path)) < 3:
-                assert run.poll() is None, "it ended before three nodes were there"
-                assert time.monotonic() < deadline, "three nodes were never there"
-                time.sleep(0.005)
-            run.send_signal(number)
-            _, said = run.communicate(timeout=60)
-        assert 3 <= len(checkpoints(tmp_path)) < NODES
-        assert not (tmp_path / "t.h5").exists()
-        return run.returncode, said
-
-    return runner
+    words = [str(word) for word in generating(folder)]
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as run:
+        deadline = time.monotonic() + 120.0
+        while len(checkpoints(folder)) < 3:
+            assert run.poll() is None, "it ended before three nodes were there"
+            assert time.monotonic() < deadline, "three nodes were never there"
+            time.sleep(0.005)
+        run.send_signal(number)
+        _, said = run.communicate(timeout=60)
+    assert 3 <= len(checkpoints(folder)) < NODES
+    assert not (folder / "t.h5").exists()
+    return run.returncode, said
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_ended_run_is_resumed_without_doing_anything_twice(
-    ended_by, whole, tmp_path, monkeypatch, number
-):
-    status, said = ended_by(number)
-    if number == signal.SIGKILL:
-        assert status == -signal.SIGKILL
-    else:
-        how = "interrupted: the same command with --resume continues from"
-        assert (status, said.strip()) == (
-            INTERRUPTED,
-            f"tablegen: {how} {tmp_path / 't.h5.parts'}",
-        )
+@pytest.fixture(scope="module")
+def killed_once(tmp_path_factory):
+    """Folder of a run that was killed."""
+    folder = tmp_path_factory.mktemp("killed")
+    assert ended_by(signal.SIGKILL, folder)[0] == -signal.SIGKILL
+    return folder
+
+
+@pytest.fixture
+def killed(killed_once, tmp_path):
+    """Copy of what the killed run has left; returns its checkpoints."""
+    shutil.copytree(killed_once, tmp_path, dirs_exist_ok=True)
+    return checkpoints(tmp_path)
+
+
+def made_the_rest(folder, patch, whole):
+    """Resume; number of nodes that were fitted. The table is that of an undisturbed run."""
+    fitted = made_here(folder / "t.h5", patch, resume=True)
+    assert len(fitted) == len(set(fitted))
+    assert (folder / "t.h5").read_bytes() == whole
+    assert not (folder / "t.h5.parts").exists()
+    return len(fitted)
+
+
+def test_killed_run_is_resumed_without_doing_anything_twice(killed, whole, tmp_path, monkeypatch):
+    assert made_the_rest(tmp_path, monkeypatch, whole) == NODES - len(killed)
+
+
+def test_interrupted_run_says_how_to_go_on(whole, tmp_path, monkeypatch):
+    how = "interrupted: the same command with --resume continues from"
+    status, said = ended_by(signal.SIGINT, tmp_path)
+    assert (status, said) == (INTERRUPTED, f"tablegen: {how} {tmp_path / 't.h5.parts'}\n")
     kept = len(checkpoints(tmp_path))
-    fitted = made_here(tmp_path / "t.h5", monkeypatch, resume=True)
-    assert len(fitted) == len(set(fitted)) == NODES - kept
-    assert (tmp_path / "t.h5").read_bytes() == whole
-    assert not (tmp_path / "t.h5.parts").exists()
+    assert made_the_rest(tmp_path, monkeypatch, whole) == NODES - kept
 
 
-def test_run_without_a_word_on_the_pieces_is_refused(ended_by, tmp_path, monkeypatch):
-    ended_by(signal.SIGKILL)
-    kept = {path: path.stat().st_mtime_ns for path in checkpoints(tmp_path)}
+def test_run_without_a_word_on_the_pieces_is_refused(killed, tmp_path, monkeypatch):
+    kept = {path: path.stat().st_mtime_ns for path in killed}
     with pytest.raises(InputError, match=r"of an unfinished run, allowed: --resume.* --discard"):
         made_here(tmp_path / "t.h5", monkeypatch)
     assert {path: path.stat().st_mtime_ns for path in checkpoints(tmp_path)} == kept
@@ -163,21 +173,16 @@ def spoiled(file, foreign):
 
 
 @pytest.mark.parametrize("how", ["truncated", "flipped", "foreign", "empty"])
-def test_bad_checkpoint_of_a_killed_run_is_made_again(ended_by, whole, tmp_path, monkeypatch, how):
-    ended_by(signal.SIGKILL)
-    kept = checkpoints(tmp_path)
-    kept[0].write_bytes(spoiled(kept[0], kept[1])[how])
-    fitted = made_here(tmp_path / "t.h5", monkeypatch, resume=True)
-    assert len(fitted) == NODES - len(kept) + 1
-    assert (tmp_path / "t.h5").read_bytes() == whole
+def test_bad_checkpoint_of_a_killed_run_is_made_again(killed, whole, tmp_path, monkeypatch, how):
+    killed[0].write_bytes(spoiled(killed[0], killed[1])[how])
+    assert made_the_rest(tmp_path, monkeypatch, whole) == NODES - len(killed) + 1
 
 
 def test_file_that_cannot_grow_is_one_line_and_keeps_the_checkpoints(
-    ended_by, whole, tmp_path, monkeypatch
+    killed, whole, tmp_path, monkeypatch
 ):
     """A limit on the size of files stands for a full disk, wherever this test runs."""
-    ended_by(signal.SIGKILL)
-    kept = {path: path.read_bytes() for path in checkpoints(tmp_path)}
+    kept = {path: path.read_bytes() for path in killed}
     limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (1000, 1000))
     words = [str(word) for word in generating(tmp_path, "--resume")]
     ended = subprocess.run(words, capture_output=True, text=True, timeout=120, preexec_fn=limit)
@@ -185,8 +190,7 @@ def test_file_that_cannot_grow_is_one_line_and_keeps_the_checkpoints(
     assert ended.stderr.count("\n") == 1
     assert "File too large; earlier pieces are kept for --resume" in ended.stderr
     assert {path: path.read_bytes() for path in checkpoints(tmp_path)} == kept
-    assert len(made_here(tmp_path / "t.h5", monkeypatch, resume=True)) == NODES - len(kept)
-    assert (tmp_path / "t.h5").read_bytes() == whole
+    assert made_the_rest(tmp_path, monkeypatch, whole) == NODES - len(kept)
 
 
 #: Make a small file system that only this shell sees, and vanishes with it.
@@ -220,7 +224,14 @@ _FILL = (
 )
 
 
-@pytest.mark.parametrize("full", ["at once", "after some nodes", "at the table"])
+@pytest.mark.parametrize(
+    "full",
+    [
+        pytest.param("at once", marks=pytest.mark.study),
+        "after some nodes",
+        pytest.param("at the table", marks=pytest.mark.study),
+    ],
+)
 def test_full_disk_is_one_line_and_keeps_the_checkpoints(file_system, sizes, full):
     size, least, most = {
         "at once": (4096, 0, 0),

@@ -1,13 +1,13 @@
 """Command line: follow the particles, compare the models, write what came out."""
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
 from arguments import make_folder, number, output_file
+from reports import write_report
 
 import sampler
 from dusty_gas.case import Case
@@ -95,11 +95,7 @@ def _write(options: argparse.Namespace, words: Sequence[str], law: str, runs: Se
     """Write report, numbers and pictures; exit status."""
     command = " ".join(["python docs/examples/dusty_gas", *words])
     text, numbers, holds = make_report(runs, law, {"command": f"`{command}`"})
-    with atomic_output(options.output / "dusty_gas.md") as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    with atomic_output(options.output / "dusty_gas.json") as temporary:
-        temporary.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
-    files = ["dusty_gas.md", "dusty_gas.json"]
+    files = write_report(options.output, "dusty_gas", text, numbers)
     if find_spec("matplotlib") is None:
         print(
             "dusty_gas: note: no pictures without matplotlib, pip install '.[plot]'",

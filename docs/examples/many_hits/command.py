@@ -1,7 +1,6 @@
 """Command line: follow the particles with each model, write what came out."""
 
 import argparse
-import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
@@ -9,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from arguments import make_folder, number, output_file
+from reports import write_picture, write_report
 
 import sampler
 from many_hits.cases import FLOWS, GROUPS, follow_flow
@@ -17,14 +17,11 @@ from many_hits.chains import OPPOSITE, SAME, Chain, follow_chain
 from many_hits.flow_report import flow_numbers, flow_text
 from many_hits.models import Wall, make_walls, seed_of
 from many_hits.motion import Gas
-from many_hits.picture import chains_picture, flow_picture, write
+from many_hits.picture import chains_picture, flow_picture
 from many_hits.wall_picture import impacts_picture
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
-from sampler.files.json_text import json_text
 from tablegen.config import parse_config
-from tablegen.studies.paper_figures.style import Picture
 
 DONE, BAD_INPUT = 0, 2
 
@@ -103,15 +100,6 @@ def run_flow(options: argparse.Namespace, walls: Mapping[str, Wall]) -> dict[str
     return flow_numbers(options.case, gas, flows)
 
 
-def finite(numbers: Any) -> Any:
-    """Numbers with None for those that there are none of: JSON has no others."""
-    if isinstance(numbers, Mapping):
-        return {key: finite(value) for key, value in numbers.items()}
-    if isinstance(numbers, list | tuple):
-        return [finite(value) for value in numbers]
-    return None if isinstance(numbers, float) and not math.isfinite(numbers) else numbers
-
-
 def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
     """Follow the particles, write report, numbers and picture."""
     table = sampler.load(options.table)
@@ -127,29 +115,17 @@ def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
         numbers = run_flow(options, made.walls)
         text, picture = flow_text(numbers, command), flow_picture
     text = f"{text}\n{made.outside}"
-    for ending, content in (
-        ("md", text),
-        ("json", json_text({"command": command, "results": finite(numbers)})),
-    ):
-        with atomic_output(options.output / f"{options.case}.{ending}") as temporary:
-            temporary.write_text(content, encoding="utf-8")
+    write_report(options.output, options.case, text, {"command": command, "results": numbers})
     print(text)
     if find_spec("matplotlib") is None:
         print(
             "many_hits: note: no picture without matplotlib, pip install '.[plot]'", file=sys.stderr
         )
         return
-    _draw(picture(numbers), options.output / f"{options.case}.png", options.figure)
+    write_picture(picture(numbers), options.output / f"{options.case}.png", options.figure)
     if options.case != CHAINS:
         drawn = impacts_picture(numbers)
-        _draw(drawn, options.output / f"{options.case}_impacts.png", options.impacts)
-
-
-def _draw(drawn: Picture, *paths: Path | None) -> None:
-    """Write a picture to all places where it is asked for."""
-    for path in paths:
-        if path is not None:
-            write(drawn, path)
+        write_picture(drawn, options.output / f"{options.case}_impacts.png", options.impacts)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -1,13 +1,11 @@
 """Pictures: chains of hits, and flows."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from many_hits.models import MODELS
-from sampler.files.atomic import atomic_output
 from tablegen.studies.paper_figures.style import Picture, new_figure, settings, written
 
 
@@ -31,12 +29,6 @@ LOOKS = {
 
 #: Models in the picture of the README, and in that of impacts.
 SHOWN = ("direct", "table", "table-without-spin", "spheres")
-
-
-def write(picture: Picture, path: Path) -> None:
-    """Write a picture."""
-    with atomic_output(path) as temporary:
-        temporary.write_bytes(picture.data)
 
 
 def _line(axes: Any, model: str, x: Sequence[float], y: Sequence[float], **style: Any) -> None:

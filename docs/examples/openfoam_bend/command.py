@@ -9,16 +9,13 @@ from typing import Any
 import foam_run
 import numpy as np
 from arguments import make_folder, number, output_file
-from many_hits.command import finite
-from many_hits.picture import write
 from markdown_tables import markdown_table
+from reports import write_picture, write_report
 from wall_impacts import wall_numbers, walls_text
 
 from openfoam_bend import runs, walls
 from openfoam_bend.picture import bend_picture
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
-from sampler.files.json_text import json_text
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 
@@ -124,17 +121,10 @@ def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
     numbers, maps = run_all(work, options.rounds)
     command = f"`{' '.join(['python docs/examples/openfoam_bend', *words])}`"
     text = report(numbers, command)
-    for name, content in (
-        ("bend.md", text),
-        ("bend.json", json_text({"command": command, "results": finite(numbers)})),
-    ):
-        with atomic_output(work / "bend" / name) as temporary:
-            temporary.write_text(content, encoding="utf-8")
+    write_report(work / "bend", "bend", text, {"command": command, "results": numbers})
     print(text)
     drawn = bend_picture(maps, {model: of["walls"]["outer"] for model, of in numbers.items()})
-    for path in (work / "bend" / "bend.png", options.figure):
-        if path is not None:
-            write(drawn, path)
+    write_picture(drawn, work / "bend" / "bend.png", options.figure)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -33,32 +33,52 @@ def _frozen():
     return array
 
 
-@pytest.mark.parametrize("function", FUNCTIONS)
-@pytest.mark.parametrize(
-    "out",
-    [
-        np.zeros((2, 3)),
-        np.zeros((6, 1)),
-        np.zeros(()),
-        np.zeros(6, dtype=np.float32),
-        np.zeros(6, dtype=np.int64),
-        np.zeros(6, dtype=complex),
-        _frozen(),
-        (0.0,) * 6,
-    ],
-    ids=["2d", "column", "0d", "float32", "int64", "complex", "read-only", "tuple"],
-)
+#: What stands where an array for the result should.
+OUTPUTS = {
+    "2d": np.zeros((2, 3)),
+    "column": np.zeros((6, 1)),
+    "0d": np.zeros(()),
+    "float32": np.zeros(6, dtype=np.float32),
+    "int64": np.zeros(6, dtype=np.int64),
+    "complex": np.zeros(6, dtype=complex),
+    "read-only": _frozen(),
+    "tuple": (0.0,) * 6,
+}
+KEYS = {
+    f"{name}={value}": {name: value}
+    for name in ("seed", "index", "hit")
+    for value in (1.0, float("nan"), True, None)
+}
+
+
+def each(mistakes):
+    """Every mistake with the first function, and the first with each; the others are a study.
+
+    All functions have the same checks, and each call is compiled for half a second.
+    """
+    return [
+        pytest.param(
+            function,
+            mistake,
+            id=f"{function.__name__}-{name}",
+            marks=() if k == 0 or function is FUNCTIONS[0] else pytest.mark.study,
+        )
+        for function in FUNCTIONS
+        for k, (name, mistake) in enumerate(mistakes.items())
+    ]
+
+
+@pytest.mark.parametrize(("function", "out"), each(OUTPUTS))
 def test_outputs_of_another_type_do_not_compile(table, function, out):
     with pytest.raises(TypingError, match=ALLOWED) as refused:
         function(table.arrays, 1, 2, 3, out)
     assert f": got {numba.typeof(out)}, {ALLOWED}" in str(refused.value)
 
 
-@pytest.mark.parametrize("function", FUNCTIONS)
-@pytest.mark.parametrize("name", ["seed", "index", "hit"])
-@pytest.mark.parametrize("value", [1.0, float("nan"), True, None])
-def test_keys_that_are_no_integers_do_not_compile(table, function, name, value):
-    keys = {"seed": 1, "index": 2, "hit": 3} | {name: value}
+@pytest.mark.parametrize(("function", "wrong"), each(KEYS))
+def test_keys_that_are_no_integers_do_not_compile(table, function, wrong):
+    (name,) = wrong
+    keys = {"seed": 1, "index": 2, "hit": 3} | wrong
     with pytest.raises(TypingError, match=f"{name}: got .*, allowed: an integer"):
         function(table.arrays, *keys.values(), np.zeros(6))
 

@@ -20,6 +20,7 @@ from tiny_tables import ROUGH
 
 from sampler.errors import InputError
 from tablegen.config import parse_config
+from tablegen.generate import generate
 from tablegen.tasks import executors
 from tablegen.tasks.executors import open_executor
 from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
@@ -36,16 +37,17 @@ def square(number):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """Bytes of the table that one thread makes."""
-    folder = tmp_path_factory.mktemp("whole")
-    ended = command(*generating(folder, "--workers", 1))
-    assert (ended.status, ended.err) == (DONE, "")
-    return (folder / "t.h5").read_bytes()
+    path = tmp_path_factory.mktemp("whole") / "t.h5"
+    with ThreadPoolExecutor(1) as one:
+        generate(chosen_nodes(), path, executor=one, conditions=1, samples=1000)
+    return path.read_bytes()
 
 
 def chosen_nodes():
     """Configuration whose speeds are chosen, so that there are trials as well as nodes."""
     tree = tomllib.loads(ROUGH.text)
     del tree["table"]["speed_nodes"]
+    tree["domain"]["speed"] = [60.0, 90.0]
     return parse_config(tomli_w.dumps(tree), "test")
 
 

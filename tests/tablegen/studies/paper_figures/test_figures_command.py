@@ -70,6 +70,7 @@ def test_table_s_laws_are_where_the_table_is(folder):
     assert all(law["shape"] == "mixture" for law in laws if law["source"] == "table")
 
 
+@pytest.mark.study
 def test_same_seed_same_bytes(folder, tiny, run, tmp_path):
     place = tmp_path / "again"
     ended = run("figures", tiny.path, "--output", place, "--count", 1000, "--quiet")

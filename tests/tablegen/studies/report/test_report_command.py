@@ -21,12 +21,25 @@ def quick(monkeypatch):
         monkeypatch.setattr(module, "QUICK", TINY)
 
 
-def test_json_has_every_number_and_the_same_each_time(run, report, tiny, quick, tmp_path):
+@pytest.fixture
+def measured(report, monkeypatch):
+    """Make the command show what was measured before."""
+    monkeypatch.setattr(study, "measure_error_against_time", lambda *_, **__: report.evidence)
+    monkeypatch.setattr(report_data, "map_accuracy", lambda *_: report.atlas)
+    monkeypatch.setattr(report_data, "collect_report_data", lambda *_: report)
+
+
+def reported(run, tiny, tmp_path):
+    """What the command prints, and the JSON that it writes."""
     file = tmp_path / "report.json"
     words = ("--quick", "--beside", tiny.path, "--seed", 3, "--json", file, "--quiet")
     ended = run("report", tiny.path, *words)
     assert (ended.status, ended.err) == (DONE, "")
-    data = json.loads(file.read_text())
+    return ended.out, json.loads(file.read_text())
+
+
+def test_json_has_every_number(run, measured, tiny, tmp_path):
+    out, data = reported(run, tiny, tmp_path)
     assert data["seed"] == 3
     assert data["machine"]["processor"]
     assert data["machine"]["cores"] >= 1
@@ -50,19 +63,21 @@ def test_json_has_every_number_and_the_same_each_time(run, report, tiny, quick, 
     assert {s["family"] for s in data["sizes"]} == {"direct simulation", "table"}
     assert len(data["atlas"]["points"]) == 4
     assert {s["varied"] for s in data["settings"]} == {"resolution", "tolerance"}
-    assert "noise floor" in ended.out
-    # times differ from run to run, errors do not
+    assert "noise floor" in out
+
+
+@pytest.mark.study
+def test_errors_are_the_same_each_time(run, report, tiny, quick, tmp_path):
+    """Times differ from run to run."""
+    _, data = reported(run, tiny, tmp_path)
     for race, before in zip(data["races"], report.evidence.races, strict=True):
         for runner, same in zip(race["runners"], before.runners, strict=True):
             for name in METRICS:
                 assert runner["errors"][name]["mean"] == same.errors[name].mean
 
 
-def test_page_is_written(run, report, quick, monkeypatch, tmp_path):
+def test_page_is_written(run, report, measured, tmp_path):
     pytest.importorskip("plotly")
-    monkeypatch.setattr(study, "measure_error_against_time", lambda *_, **__: report.evidence)
-    monkeypatch.setattr(report_data, "map_accuracy", lambda *_: report.atlas)
-    monkeypatch.setattr(report_data, "collect_report_data", lambda *_: report)
     file = tmp_path / "report.html"
     ended = run("report", report.evidence.table, "--quick", "--html", file, "--quiet")
     assert (ended.status, ended.err) == (DONE, "")

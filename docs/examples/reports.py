@@ -1,0 +1,33 @@
+"""What examples write: a report, its numbers and pictures."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from sampler.files.atomic import write_bytes, write_text
+from sampler.files.json_text import json_text
+from tablegen.studies.paper_figures.style import Picture
+
+
+def write_report(folder: Path, name: str, text: str, numbers: Mapping[str, Any]) -> list[str]:
+    """Write NAME.md and NAME.json; returns their names."""
+    write_text(folder / f"{name}.md", text)
+    write_text(folder / f"{name}.json", json_text(_finite(numbers)))
+    return [f"{name}.md", f"{name}.json"]
+
+
+def _finite(numbers: Any) -> Any:
+    """Numbers with None for those that there are none of: JSON has no others."""
+    if isinstance(numbers, Mapping):
+        return {key: _finite(value) for key, value in numbers.items()}
+    if isinstance(numbers, list | tuple):
+        return [_finite(value) for value in numbers]
+    return None if isinstance(numbers, float) and not math.isfinite(numbers) else numbers
+
+
+def write_picture(drawn: Picture, *paths: Path | None) -> None:
+    """Write a picture to all places where it is asked for."""
+    for path in paths:
+        if path is not None:
+            write_bytes(path, drawn.data)
