@@ -934,7 +934,10 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
     if (status < RBT_OK)
         return status;
     if (table->n_channels != 6) {
-        rbti_draw_any(table, alpha1, speed, seed, index, hit, variables, state);
+        double values[RBT_VALUES]; /* whose address is known elsewhere, is in no register */
+        rbti_draw_any(table, alpha1, speed, seed, index, hit, variables, values);
+        for (int k = 0; k < variables; k++)
+            state[k] = values[k];
         return status;
     }
     rbti_draws draws;

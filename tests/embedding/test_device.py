@@ -88,8 +88,8 @@ def test_vectors_on_a_gpu(tmp_path):
 
 @pytest.mark.study  # half a minute, for what only a compiler or a kernel's size can change
 @pytest.mark.parametrize("architecture", ARCHITECTURES)
-def test_a_draw_keeps_its_numbers_in_registers(architecture, tmp_path):
-    """The kernel of draws spills nothing; the others little. Prints what each takes (``-s``)."""
+def test_registers(architecture, tmp_path):
+    """Kernels spill no registers, but for that of rough walls. Prints what each takes (``-s``)."""
     source = tmp_path / "kernels.cu"
     source.write_text(KERNELS)
     command = [toolchain.require("nvcc"), "-std=c++17", "-fmad=false", f"-arch={architecture}"]

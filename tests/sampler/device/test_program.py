@@ -48,6 +48,8 @@ def test_compiles_as_cupy_compiles_it(dtype):
     assert (status, messages.strip("\n ")) == (0, "")
     assert set(re.findall(r"\.entry (\w+)", code)) == KERNELS
     assert ".extern .func" not in code  # nothing of libc
+    draw = re.search(r"\.entry rbt_draw_kernel\(.*?\n\}\n", code, re.S).group()
+    assert "st.local" not in draw  # it keeps its numbers in registers
 
 
 def test_a_mistake_is_found():

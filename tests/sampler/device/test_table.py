@@ -5,24 +5,25 @@ CuPy gets.
 """
 
 import sys
+from pathlib import Path
 
-import cupy_on_host as cupy
 import numpy as np
 import pytest
 
 import sampler
 from sampler.errors import InputError, OutsideTableWarning
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "embedding"))
+import cupy_on_host as cupy
+
 pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
-VECTORS = cupy.EMBEDDING.parent / "vectors"
+VECTORS = Path(__file__).resolve().parents[2] / "vectors"
 
 
 @pytest.fixture(scope="module", autouse=True)
 def stand_in(tmp_path_factory):
     """`import cupy` gives the stand-in."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(sys.modules, "cupy", cupy)
-        patch.setattr(cupy.RawModule, "folder", tmp_path_factory.mktemp("programs"))
+    with cupy.in_place_of_cupy(tmp_path_factory.mktemp("programs")):
         yield
 
 

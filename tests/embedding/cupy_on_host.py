@@ -8,14 +8,22 @@ import ctypes
 import hashlib
 import itertools
 import sys
-from pathlib import Path
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
+import toolchain
 
-EMBEDDING = Path(__file__).resolve().parents[2] / "embedding"
-sys.path.insert(0, str(EMBEDDING))
-import toolchain  # noqa: E402
+
+@contextmanager
+def in_place_of_cupy(folder):
+    """Let `import cupy` give this module, whose programs are compiled in a folder."""
+    module = sys.modules[__name__]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "cupy", module)
+        patch.setattr(RawModule, "folder", folder)
+        yield module
 
 
 class ndarray:  # noqa: N801  (CuPy's name)
@@ -122,7 +130,7 @@ def as_argument(value):
 class RawModule:
     """A program, compiled when a kernel of it is first asked for."""
 
-    folder = None  # set by the tests
+    folder = None
     libraries = {}  # noqa: RUF012
     launches = []  # noqa: RUF012  (names, blocks and threads)
 
@@ -155,10 +163,9 @@ class RawModule:
             return self.libraries[digest]
         source = self.folder / f"program-{digest}.cpp"
         source.write_text(self.code)
-        flags = ["-x", "c++", "-O1", "-fPIC", "-shared", "-include", EMBEDDING / "device_on_host.h"]
-        flags += ["-DRBTI_GPU", "-ffp-contract=off", *self.flags]
-        toolchain.compile_with("g++", [*flags, source, "-lm"], source.with_suffix(".so"))
-        self.libraries[digest] = ctypes.CDLL(str(source.with_suffix(".so")))
+        flags = ["-O1", "-fPIC", "-shared", *self.flags]
+        program = toolchain.build_on_host(source, source.with_suffix(".so"), flags)
+        self.libraries[digest] = ctypes.CDLL(str(program))
         return self.libraries[digest]
 
 
