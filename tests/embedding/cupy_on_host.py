@@ -111,6 +111,9 @@ class Device:
     def __exit__(self, *_):
         pass
 
+    def synchronize(self):
+        pass
+
 
 def as_argument(value):
     """Argument of a kernel, as CuPy passes it."""
