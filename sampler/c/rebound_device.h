@@ -46,8 +46,9 @@
 /* A part of a kernel. */
 #define RBTI_PART static inline __device__
 
-/* A table as the argument of a kernel. Without the word of CUDA each thread would keep a copy of it. */
-#if defined(__CUDACC__)
+/* A table as the argument of a kernel. Without the word of CUDA, which nvcc and NVRTC know, each thread
+   would keep a copy of it. */
+#if defined(__NVCC__) || defined(__CUDACC_RTC__)
 #define RBT_TABLE_ARGUMENT const __grid_constant__ rbt_table
 #else
 #define RBT_TABLE_ARGUMENT const rbt_table
