@@ -132,9 +132,9 @@ def read_fields(case, time, cloud="colliding"):
     return fields
 
 
-def rebound(table, velocity, normal, omega, **keys):
+def rebound(table, velocity, normal, omega, with_spin=True, **keys):
     """`Table.rebound` of grains of these parcels, by the law that the plugin takes by default."""
-    before = {"omega": omega} if has_spin_law(table) else {}
+    before = {"omega": omega} if with_spin and has_spin_law(table) else {}
     return table.rebound(velocity, normal, 0.5 * DIAMETER, seed=SEED, **before, **keys)
 
 
@@ -143,13 +143,14 @@ def has_spin_law(table):
     return table.contents.has_spin
 
 
-def first_rebound(table, shots):
+def first_rebound(table, shots, with_spin=True):
     """What Python draws for the first wall of each parcel: velocities and angular velocities."""
     return rebound(
         table,
         shots.velocity,
         NORMAL[shots.wall],
         np.zeros(3),
+        with_spin,
         index=np.arange(len(shots.velocity)),
         wall_velocity=WALL_VELOCITY[shots.wall],
     )

@@ -136,14 +136,7 @@ def test_a_periodic_patch_turns_the_spin(work, spinning, entries, started, proce
 def test_spin_no_takes_the_law_without_spin(work, table, entries, started, cloud, tmp_path):
     edits = [entries("spin no;")]
     fields, log = shots.run_shots(work, tmp_path / "case", started, cloud, edits=edits)
-    velocity, omega = table.rebound(
-        started.velocity,
-        shots.NORMAL[started.wall],
-        0.5 * shots.DIAMETER,
-        seed=shots.SEED,
-        index=np.arange(len(started.velocity)),
-        wall_velocity=shots.WALL_VELOCITY[started.wall],
-    )
+    velocity, omega = shots.first_rebound(table, started, with_spin=False)
     hits, _, _, lost = last_counts(log)
     assert hits == len(velocity)
     assert lost == (hits if cloud == "kinematic" else 0)

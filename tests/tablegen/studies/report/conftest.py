@@ -2,6 +2,7 @@ import pytest
 from tiny_budget import TINY
 
 from tablegen.config import load_config
+from tablegen.studies.paper_figures import all_figures
 from tablegen.studies.report import error_against_time as study
 from tablegen.studies.report import report_data
 from tablegen.studies.stability.cases import QUICK, Grid
@@ -25,6 +26,9 @@ def report(tiny, stability_file):
     with pytest.MonkeyPatch.context() as patch:
         for module in (study, report_data):
             patch.setattr(module, "QUICK", TINY)
+        # `tablegen figures` is tested with all of them
+        for drawn in ("density_figures", "scattering_figures"):
+            patch.setattr(all_figures, drawn, lambda _: ())
         path = str(tiny.path)
         evidence = study.measure_error_against_time(path, [path], quick=True, seed=3)
         atlas = report_data.map_accuracy(path, True, 3, False)
