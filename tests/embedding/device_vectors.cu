@@ -72,8 +72,14 @@ static int draw_values(const rbt_table *table, double alpha1, double speed, cons
     const int code = take(&of);
     int columns[RBT_VALUES];
     const int n = rbt_components(table, columns);
-    for (int k = 0; k < variables && code >= RBT_OK; k++)
-        values[k] = 0.0;
+    if (code >= RBT_OK && variables > 6) {
+        /* kernels give the columns of a table; what else it has is that of the host */
+        if (rbt_draw_all(table, alpha1, speed, seed, index, hit, values) != code)
+            std::exit(4);
+    } else if (code >= RBT_OK) {
+        for (int k = 0; k < variables; k++)
+            values[k] = 0.0;
+    }
     for (int c = 0; c < n && code >= RBT_OK; c++)
         if (columns[c] < variables)
             values[columns[c]] = of.values[c];
