@@ -34,7 +34,7 @@ from sampler.inputs.rows import Keys, Rows, as_integer, as_reals_up_to
 from sampler.inputs.table_facts import TableFacts
 
 if TYPE_CHECKING:
-    from sampler.device.table import DeviceTable
+    from sampler.device.device_table import DeviceTable
 
 
 class Table(LawAtConditions, TableFacts):
@@ -311,7 +311,7 @@ class Table(LawAtConditions, TableFacts):
         InputError
             If CuPy or a GPU is missing; says what to install.
         """
-        from sampler.device.table import DeviceTable
+        from sampler.device.device_table import DeviceTable
 
         return DeviceTable(
             binary_table(self.contents, self.arrays), self.arrays, self.columns, self.outside, dtype

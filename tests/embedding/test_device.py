@@ -49,15 +49,16 @@ def test_a_wrong_kernel_is_found(tmp_path):
     assert "case 2 fails" in toolchain.run(program, *files, 0, status=1)
 
 
-def build_for_a_device(folder, *flags):
+def build_for_a_device(folder, architecture):
     """Program whose vectors run on a GPU; functions of libc in device code would not be found."""
     program = folder / "vectors"
-    toolchain.compile_with("nvcc", ["-arch=sm_75", f"-I{HERE}", *flags, SOURCE], program)
+    toolchain.compile_with("nvcc", [f"-arch={architecture}", f"-I{HERE}", SOURCE], program)
     return program
 
 
 def test_compiles_with_nvcc(tmp_path):
-    build_for_a_device(tmp_path, "-Xptxas", "-O0")  # in two thirds of the time
+    # as far as PTX, which is a half of the time; test_registers does the rest
+    build_for_a_device(tmp_path, "compute_75")
 
 
 @pytest.mark.study  # ten seconds of nvcc; test_examples.py runs the example's kernels
@@ -82,8 +83,9 @@ def has_gpu():
 def test_vectors_on_a_gpu(tmp_path):
     if not has_gpu():
         pytest.skip("no GPU of NVIDIA on this machine")
-    # the same bits but from functions of CUDA's library, which rebounds call
-    check_vectors(build_for_a_device(tmp_path), 0)
+    # CUDA's library has a logarithm, sine and cosine of its own, whose last digit may turn that of
+    # a number in single precision
+    check_vectors(build_for_a_device(tmp_path, "sm_75"), 1e-6)
 
 
 @pytest.mark.study  # half a minute, for what only a compiler or a kernel's size can change

@@ -31,9 +31,9 @@ class DeviceTable:
     """A rebound table on a GPU, from `Table.to_device`.
 
     Its functions take arrays of CuPy, numbers and numpy arrays, and return arrays of CuPy. They
-    draw the states of `Table` for the same keys: with the same bits, but for the last digits of
-    the device's ``atan2``, ``cos`` and ``sin`` in the lab frame. A call waits for the device once,
-    to learn whether a row was refused.
+    draw the states of `Table` for the same keys: with the same bits, but where functions of the
+    device's own (``atan2``, ``cos``, ``sin``, ``log``) differ in the last digits. A call waits for
+    the device once, to learn whether a row was refused.
 
     It has been compiled, and its kernels tested on the host; it was never run on a GPU.
 
