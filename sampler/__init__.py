@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 from sampler.compilation.late import import_late
 
 if TYPE_CHECKING:
+    from sampler.device.device_table import DeviceTable as DeviceTable
     from sampler.drawing.frames import rebound as rebound
     from sampler.drawing.kernel import draw as draw
     from sampler.drawing.kernel import grain as grain
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
 import_late(
     __name__,
     {
+        "sampler.device.device_table": ("DeviceTable",),
         "sampler.drawing.frames": ("rebound",),
         "sampler.drawing.kernel": ("draw", "grain"),
         "sampler.drawing.roughness": ("rough_rebound",),

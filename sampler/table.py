@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,11 +18,12 @@ from sampler.drawing.spin_frames import spin_rebound_batch
 from sampler.drawing.threads import merge, run_rows
 from sampler.errors import InputError, TableError
 from sampler.files.locate import find_table
+from sampler.formats.binary import binary_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.packing import kept_beside, table_arrays
 from sampler.formats.packing_memory import repacked
 from sampler.formats.spin_buffer import law_in
-from sampler.formats.table_arrays import bytes_of, same
+from sampler.formats.table_arrays import same
 from sampler.inputs.counts import Counts
 from sampler.inputs.grains import Grain, Grains, grains_of, rows_of_call
 from sampler.inputs.law_at_conditions import LawAtConditions, Reduction
@@ -30,9 +31,13 @@ from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound, as_output, where_to_draw
 from sampler.inputs.population import with_population
 from sampler.inputs.rows import Keys, Rows, as_integer, as_reals_up_to
+from sampler.inputs.table_facts import TableFacts
+
+if TYPE_CHECKING:
+    from sampler.device.device_table import DeviceTable
 
 
-class Table(LawAtConditions):
+class Table(LawAtConditions, TableFacts):
     """A rebound table in memory, from `load`.
 
     Draws are pure functions of the condition and of the keys, so one table
@@ -114,52 +119,6 @@ class Table(LawAtConditions):
     def _held(self) -> tuple[Any, ...]:
         """All that was taken from the contents."""
         return self.arrays, self.pair, self.config, *self._small.values()
-
-    @property
-    def alpha_nodes_deg(self) -> NDArray[np.float64]:
-        """Impact angles of the nodes, degrees."""
-        return self._small["axes/alpha_deg"].copy()
-
-    @property
-    def speed_nodes(self) -> NDArray[np.float64]:
-        """Impact speeds of the nodes, m/s."""
-        return self._small["axes/speed"].copy()
-
-    @property
-    def nbytes(self) -> int:
-        """Memory that the table takes."""
-        return bytes_of((self.arrays, *self._small.values()))
-
-    @property
-    def alpha_range(self) -> tuple[float, float]:
-        """Smallest and largest impact angle, rad."""
-        return self.arrays.alpha.first, self.arrays.alpha.last
-
-    @property
-    def speed_range(self) -> tuple[float, float]:
-        """Smallest and largest impact speed of the nodes, m/s."""
-        return self.arrays.speed.first, self.arrays.speed.last
-
-    @property
-    def accuracy(self) -> dict[str, NDArray[np.float64]]:
-        """What was measured against direct simulation, at conditions that are no nodes.
-
-        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_columns), ``sliced_wasserstein``,
-        ``correlation_error``, ``auc``, all (n,) but ks, which has a column for each of
-        `columns`; n = 0 if nothing was measured.
-        """
-        paths = (path for path in self._small if path.startswith("accuracy/"))
-        return {path.removeprefix("accuracy/"): self._small[path].copy() for path in paths}
-
-    @property
-    def clamped(self) -> int:
-        """How many draws so far lay outside the table and were moved to its edge."""
-        return self._counts.clamped.value
-
-    @property
-    def extrapolated(self) -> int:
-        """How many draws so far had an impact speed outside the file's ``valid_speed``."""
-        return self._counts.extrapolated.value
 
     @property
     def has_spin(self) -> bool:
@@ -329,6 +288,34 @@ class Table(LawAtConditions):
             self._draw(rough_rebound_batch, rows, results, threads, grains or WITHOUT_SPIN)
         parts = (results[:, :3], results[:, 3:])
         return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
+
+    def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":
+        """Copy the table to a GPU, for draws from and to arrays that live there.
+
+        Needs CuPy (``pip install 'rebound-tables[cuda]'``) and a GPU. The device is the one that is
+        current for CuPy.
+
+        Parameters
+        ----------
+        dtype : {"float64", "float32"}
+            Type of the numbers of all arrays that go in and come out. The arithmetic of a draw is
+            the same; with float32 its result is rounded once, and takes half of the memory.
+
+        Returns
+        -------
+        DeviceTable
+            Its `sample` and `rebound` give the states of this table for equal keys.
+
+        Raises
+        ------
+        InputError
+            If CuPy or a GPU is missing; says what to install.
+        """
+        from sampler.device.device_table import DeviceTable
+
+        return DeviceTable(
+            binary_table(self.contents, self.arrays), self.arrays, self.columns, self.outside, dtype
+        )
 
     def _of_law(
         self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None, reduce: Reduction

@@ -2,7 +2,9 @@
 
 import re
 import shlex
+import sys
 import tomllib
+from pathlib import Path
 
 import click
 import documents
@@ -13,6 +15,9 @@ from documents import DOCUMENTS, ROOT, SHELL
 from scipy.stats import kstwobign
 
 from tablegen import parse_config
+
+sys.path.insert(0, str(Path(__file__).resolve().parent / "embedding"))
+from cupy_on_host import in_place_of_cupy
 
 every_document = pytest.mark.parametrize(
     "path", DOCUMENTS, ids=[str(path.relative_to(ROOT)) for path in DOCUMENTS]
@@ -31,9 +36,10 @@ def blocks_in(path, *languages):
 def test_python_blocks_run(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {}  # the blocks of a page are read one after the other
-    for block in blocks_in(path, "python"):
-        # padded, so that a traceback shows the line of the document
-        exec(compile("\n" * (block.line - 1) + block.text, str(path), "exec"), names)
+    with in_place_of_cupy(tmp_path):
+        for block in blocks_in(path, "python"):
+            # padded, so that a traceback shows the line of the document
+            exec(compile("\n" * (block.line - 1) + block.text, str(path), "exec"), names)
 
 
 @every_document

@@ -5,7 +5,8 @@
        #define REBOUND_SAMPLER_IMPLEMENTATION
        #include "rebound_sampler.h"
 
-   and any others include the header alone. C99, C++11 or later, or CUDA; needs libc and libm.
+   and any others include the header alone. C99, C++11 or later, CUDA or HIP; needs libc and libm, and
+   in device code nothing. rebound_device.h has kernels for arrays.
 
        rbt_table *table;
        int code = rbt_open("corundum-steel.rbt", &table);
@@ -40,16 +41,36 @@
 #ifndef REBOUND_SAMPLER_H
 #define REBOUND_SAMPLER_H
 
+#if defined(__CUDACC__) || defined(__HIPCC__) || defined(__HIP__)
+#define RBTI_GPU 1 /* a compiler of programs for host and device */
+#endif
+
+/* Without the functions that only the host can have, which a compiler that knows no host (NVRTC,
+   HIPRTC) must not see. */
+#if !defined(RBT_DEVICE_ONLY) && (defined(__CUDACC_RTC__) || defined(__HIPCC_RTC__))
+#define RBT_DEVICE_ONLY
+#endif
+
+#if defined(__CUDACC_RTC__) /* has no headers, and size_t of its own */
+typedef signed char int8_t;
+typedef unsigned char uint8_t;
+typedef short int16_t;
+typedef unsigned short uint16_t;
+typedef int int32_t;
+typedef unsigned int uint32_t;
+typedef unsigned long long uint64_t;
+#elif !defined(__HIPCC_RTC__)
 #include <stddef.h>
 #include <stdint.h>
+#endif
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Functions that may be called on a device too; empty but in CUDA. */
+/* Functions that may be called on a device too; empty but in CUDA and HIP. */
 #ifndef RBT_DEVICE
-#if defined(__CUDACC__)
+#if defined(RBTI_GPU)
 #define RBT_DEVICE __host__ __device__
 #else
 #define RBT_DEVICE
@@ -125,6 +146,8 @@ extern "C" {
 /* A table in memory. Its fields are for the functions below. */
 typedef struct rbt_table rbt_table;
 
+#ifndef RBT_DEVICE_ONLY
+
 /* Open a binary table (.rbt) and check everything in it, its checksum included.
 
    The file is mapped where the system can do that, so that all programs of a machine share one copy
@@ -148,22 +171,24 @@ RBT_API void rbt_close(rbt_table *table);
 /* One line on a return code; a constant string, never NULL. */
 RBT_API const char *rbt_strerror(int code);
 
+#endif
+
 /* Range of the table: impact angles in rad, impact speeds in m/s; {smallest, largest}. */
-RBT_API void rbt_alpha_range(const rbt_table *table, double range[2]);
-RBT_API void rbt_speed_range(const rbt_table *table, double range[2]);
+RBT_API RBT_DEVICE void rbt_alpha_range(const rbt_table *table, double range[2]);
+RBT_API RBT_DEVICE void rbt_speed_range(const rbt_table *table, double range[2]);
 
 /* Impact speeds, m/s, at which the law of the material pair was measured: beyond them it is
    extrapolated, which a batch counts in rbt_report.extrapolated. {1e-300, 1e300} if the table does
    not say. */
-RBT_API void rbt_valid_speed(const rbt_table *table, double range[2]);
+RBT_API RBT_DEVICE void rbt_valid_speed(const rbt_table *table, double range[2]);
 
 /* Whether the table has a spin law, the law of particles that arrive spinning, which depends on their
    spin and on their grain, a shape and its ratios: 1 or 0. */
-RBT_API int rbt_has_spin_law(const rbt_table *table);
+RBT_API RBT_DEVICE int rbt_has_spin_law(const rbt_table *table);
 
 /* Whether a particle keeps its grain from hit to hit, the one of (seed, index), as it does unless told
    otherwise; with 0 it has another one at each hit. Must not run beside other calls with the table. */
-RBT_API void rbt_keep_grains(rbt_table *table, int kept);
+RBT_API RBT_DEVICE void rbt_keep_grains(rbt_table *table, int kept);
 
 /* Grain with which a particle meets a wall in the spin law: code of the shape (0 ellipsoid, 1 prism,
    2 truncated prism, 3 tetrahedron, 4 sphere, from 6 on meshes), b/a and c/b. `hit` counts only if
@@ -173,10 +198,10 @@ RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t
 
 /* Variables that the table gives: how many, and which (0: u, ... 9: work of tangential impulses).
    Others are 0 in every state. `columns` may be NULL. */
-RBT_API int rbt_components(const rbt_table *table, int columns[RBT_VALUES]);
+RBT_API RBT_DEVICE int rbt_components(const rbt_table *table, int columns[RBT_VALUES]);
 
 /* Name of the material pair, UTF-8; lives as long as the table. */
-RBT_API const char *rbt_pair(const rbt_table *table);
+RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table);
 
 /* Draw one state.
 
@@ -195,6 +220,8 @@ RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double sp
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
                                     uint64_t seed, uint64_t index, uint32_t hit,
                                     double values[RBT_VALUES]);
+
+#ifndef RBT_DEVICE_ONLY
 
 /* What a batch reports. Rows count from 0; `row` and `clamped_row` are the number of rows if there
    is none. Counts are of the rows before the error if there is one. */
@@ -215,6 +242,8 @@ RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha
                            const double *speed, const double *spin, uint64_t seed,
                            const uint64_t *index, const uint32_t *hit, double *states,
                            rbt_report *report);
+
+#endif
 
 /* Rebound one particle, in the lab frame.
 
@@ -264,6 +293,8 @@ RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double ve
                                          uint32_t hit, double new_velocity[3],
                                          double new_omega[3]);
 
+#ifndef RBT_DEVICE_ONLY
+
 /* What a batch of rebounds is given: arrays of n numbers, of 3 n where they are vectors. Begin with
    all fields 0, as `= {0}` does: later versions may have further ones, for which that means
    "none". */
@@ -289,6 +320,8 @@ typedef struct rbt_impacts {
 RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impacts *impacts,
                               uint64_t seed, double *new_velocity, double *new_omega,
                               rbt_report *report);
+
+#endif
 
 /* An axis of the table: see sampler/formats/table_arrays.py. */
 typedef struct rbt_axis {
@@ -339,9 +372,13 @@ struct rbt_table {
 };
 
 /* For memory that the host cannot read, as of a GPU: the bytes of the image and their number; and a
-   table whose draws read a copy of them at another address, to be passed by value. */
-RBT_API const void *rbt_image(const rbt_table *table, size_t *size);
-RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy);
+   table whose draws read a copy of them at another address, a multiple of 64, to be passed by value. */
+RBT_API RBT_DEVICE const void *rbt_image(const rbt_table *table, size_t *size);
+RBT_API RBT_DEVICE rbt_table rbt_moved(const rbt_table *table, const void *copy);
+
+/* Table of an image that rbt_open would accept, or has accepted, where there is only the image, at an
+   address that is a multiple of 64: nothing is checked. */
+RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size);
 
 #ifdef __cplusplus
 }
@@ -354,6 +391,7 @@ RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy);
 #if defined(REBOUND_SAMPLER_IMPLEMENTATION) && !defined(REBOUND_SAMPLER_IMPLEMENTED)
 #define REBOUND_SAMPLER_IMPLEMENTED
 
+#ifndef RBT_DEVICE_ONLY
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -370,11 +408,12 @@ RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy);
 #else
 #include <stdio.h>
 #endif
+#endif
 
 /* No multiplication is fused with an addition, so that states have the bits of Python's. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
-#elif defined(__GNUC__) && !defined(__CUDACC__)
+#elif defined(__GNUC__) && !defined(RBTI_GPU)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
 #endif
@@ -387,6 +426,10 @@ extern "C" {
 #define RBTI_INLINE static inline __attribute__((always_inline))
 #define RBTI_APART static __attribute__((noinline)) /* its memory is no other function's burden */
 #define RBTI_ALIGNED __attribute__((aligned(64)))
+#elif defined(RBTI_GPU)
+#define RBTI_INLINE static __forceinline__
+#define RBTI_APART static __noinline__
+#define RBTI_ALIGNED
 #else
 #define RBTI_INLINE static inline
 #define RBTI_APART static
@@ -396,7 +439,7 @@ extern "C" {
 /* Versions of a function for processors with wide vectors, of which the loader takes the one for the
    processor at hand: batches take half the time, whatever flags the program is compiled with. */
 #if !defined(RBT_NO_CLONES) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 &&        \
-    defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(__CUDACC__) &&     \
+    defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(RBTI_GPU) &&       \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define RBTI_CLONES                                                                                \
     __attribute__((optimize("O3", "fp-contract=off"),                                              \
@@ -405,7 +448,7 @@ extern "C" {
 #define RBTI_CLONES
 #endif
 
-#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+#if defined(__GNUC__) && !defined(RBTI_GPU)
 #define RBTI_PREFETCH(place) __builtin_prefetch(place)
 #else
 #define RBTI_PREFETCH(place) ((void)(place))
@@ -457,7 +500,7 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
    memory was prefetched by the step before, so that the draws of a block wait for memory together.
    Number k of draw r of an array stands at k m + r. */
 
-#if defined(__CUDACC__)
+#if defined(RBTI_GPU)
 #define RBTI_BLOCK ((size_t)1) /* threads of a device draw one by one, with little memory each */
 #else
 #define RBTI_BLOCK ((size_t)32)
@@ -709,7 +752,7 @@ RBTI_INLINE RBT_DEVICE void rbti_mix(size_t m, const rbt_table *table, int32_t n
     }
     for (int32_t row = n - 1; row >= 0; row--) {
         /* from the last row upwards, so that each row still finds the normals it needs */
-        const float *units = unit + (table->mirrored[row] ? m : 0);
+        const float *units = table->mirrored[row] ? unit + m : unit;
         const float *factor = factors + (size_t)(1 + row) * m;
         float *values = d->values + (size_t)row * m;
         int32_t *entries = d->entries + (size_t)row * m;
@@ -786,6 +829,22 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, 
     }
 }
 
+/* The same in its place among the channels. In registers, which a device has in place of memory, no
+   place can be looked up. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, int32_t row,
+                                            int channels, rbti_draws *d)
+{
+#if defined(RBTI_GPU)
+    double channel;
+    rbti_fill_channel(m, table, row, d, &channel);
+    for (int k = 0; k < channels; k++)
+        d->channels[k] = k == table->channels[row] ? channel : d->channels[k];
+#else
+    (void)channels;
+    rbti_fill_channel(m, table, row, d, d->channels + (size_t)table->channels[row] * m);
+#endif
+}
+
 /* Channels to variables of the state (sampler/formats/channels.py): the first six, or all ten, of
    `count` draws. */
 RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
@@ -847,9 +906,11 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     memset(d->channels, 0, RBTI_CHANNELS * m * sizeof *d->channels);
     for (int32_t row = 0; row < n; row++)
         if (table->marginals[row] >= 0)
-            rbti_fill_channel(m, table, row, d, d->channels + (size_t)table->channels[row] * m);
+            rbti_fill_place(m, table, row, (int)cleared, d);
     rbti_to_states(m, count, variables, d, states);
 }
+
+#ifndef RBT_DEVICE_ONLY
 
 /* The same with a number of channels that the compiler knows, for the commonest tables. */
 RBTI_INLINE RBT_DEVICE void rbti_draw_block(size_t m, const rbt_table *table, uint64_t seed,
@@ -863,6 +924,20 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_block(size_t m, const rbt_table *table, ui
         rbti_take_steps(m, table, table->n_channels, seed, index, hit, count, variables, d, states);
 }
 
+#endif
+
+/* One draw from a table with any number of channels. A place of its own, with its memory: what the
+   compiler knows the number of channels of needs none on a device. */
+RBTI_APART RBT_DEVICE void rbti_draw_any(const rbt_table *table, double alpha1, double speed,
+                                         uint64_t seed, uint64_t index, uint32_t hit,
+                                         int variables, double *state)
+{
+    rbti_draws draws;
+    draws.alpha1[0] = alpha1;
+    draws.speed[0] = speed;
+    rbti_take_steps(1, table, table->n_channels, seed, &index, &hit, 1, variables, &draws, state);
+}
+
 /* One draw of the first six or of all variables. */
 RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, double speed,
                                      uint64_t seed, uint64_t index, uint32_t hit, int variables,
@@ -871,10 +946,17 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
     const int status = rbti_status(table, alpha1, speed);
     if (status < RBT_OK)
         return status;
+    if (table->n_channels != 6) {
+        double values[RBT_VALUES]; /* whose address is known elsewhere, is in no register */
+        rbti_draw_any(table, alpha1, speed, seed, index, hit, variables, values);
+        for (int k = 0; k < variables; k++)
+            state[k] = values[k];
+        return status;
+    }
     rbti_draws draws;
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
-    rbti_draw_block(1, table, seed, &index, &hit, 1, variables, &draws, state);
+    rbti_take_steps(1, table, 6, seed, &index, &hit, 1, variables, &draws, state);
     return status;
 }
 
@@ -1179,7 +1261,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law
 }
 
 /* Eight numbers that one instruction takes, where compilers have them. */
-#if defined(__GNUC__) && !defined(__CUDACC__) && (defined(__clang__) || __GNUC__ >= 9)
+#if defined(__GNUC__) && !defined(RBTI_GPU) && (defined(__clang__) || __GNUC__ >= 9)
 #define RBTI_VECTORS 1
 typedef int16_t rbti_shorts __attribute__((vector_size(16)));
 typedef int32_t rbti_longs __attribute__((vector_size(32)));
@@ -1465,6 +1547,8 @@ RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t
     return RBT_OK;
 }
 
+#ifndef RBT_DEVICE_ONLY
+
 /* As rbti_conditions. */
 RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const double *alpha1,
                                         const double *speed, const double *spin, size_t first,
@@ -1508,6 +1592,8 @@ RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const double *al
     return most;
 }
 
+#endif
+
 RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed,
                                 const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
                                 double state[6])
@@ -1523,6 +1609,8 @@ RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, doubl
 {
     return rbti_draw(table, alpha1, speed, seed, index, hit, RBT_VALUES, values);
 }
+
+#ifndef RBT_DEVICE_ONLY
 
 /* Copy the conditions of a block; how many rows come before the first error, whose code is given.
    Where no row is left a condition of the table stands, so that all of the block can be drawn. */
@@ -1600,6 +1688,8 @@ RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha
         *report = found;
     return code == RBT_OK && found.clamped > 0 ? RBT_CLAMPED : code;
 }
+
+#endif
 
 /* -- between the lab frame and the frame of the impact: sampler/drawing/frames.py --------------- */
 
@@ -1971,6 +2061,8 @@ RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double ve
     return code;
 }
 
+#ifndef RBT_DEVICE_ONLY
+
 /* -- batches of rebounds ------------------------------------------------------------------------- */
 
 /* Impacts of a block of rows: with facets, where walls are rough. */
@@ -2166,6 +2258,8 @@ static void rbti_sha256(const uint8_t *first, size_t n_first, const uint8_t *res
         digest[k] = (uint8_t)(state[k / 4] >> (24 - 8 * (k % 4)));
 }
 
+#endif
+
 /* -- reading a binary table: sampler/formats/binary_layout.py ----------------------------------- */
 
 /* The header of the file. */
@@ -2280,6 +2374,8 @@ typedef struct rbti_header {
             return failed;                                                                         \
     } while (0)
 
+#ifndef RBT_DEVICE_ONLY
+
 static uint64_t rbti_cells(const rbti_header *header)
 {
     const uint64_t rows = header->n_alpha > 1 ? header->n_alpha - 1 : 1;
@@ -2297,8 +2393,10 @@ static size_t rbti_header_bytes(const rbti_header *header)
     return header->minor > 0 ? sizeof *header : RBTI_FIRST_HEADER_BYTES;
 }
 
+#endif
+
 /* Header of an image; one of version 1.0 has no spin law, and does not say which speeds are valid. */
-static void rbti_read_header(const char *image, rbti_header *header)
+static RBT_DEVICE void rbti_read_header(const char *image, rbti_header *header)
 {
     const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
     memset(header, 0, sizeof *header);
@@ -2307,6 +2405,8 @@ static void rbti_read_header(const char *image, rbti_header *header)
     if (header->minor > 0)
         memcpy(header, image, sizeof *header);
 }
+
+#ifndef RBT_DEVICE_ONLY
 
 static int rbti_check_start(const char *image, size_t size, rbti_header *header)
 {
@@ -2688,7 +2788,9 @@ static int rbti_check_values(const rbt_table *table, const rbti_header *header)
     return header->n_shapes > 0 ? rbti_check_spin_law(&table->spin) : RBT_OK;
 }
 
-static void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4], int32_t offset,
+#endif
+
+static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4], int32_t offset,
                            uint32_t nodes, uint32_t grid)
 {
     axis->first = ends_origin_scale[0];
@@ -2703,7 +2805,7 @@ static void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4], in
 }
 
 /* Numbers of the spin law; none of a table without it. */
-static void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
+static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
 {
     law->n_shapes = (int32_t)h->n_shapes;
     if (law->n_shapes == 0)
@@ -2724,7 +2826,7 @@ static void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }
 
-static void rbti_fill_table(rbt_table *table, const rbti_header *h)
+static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
 {
     const double alpha[4] = {h->alpha_first, h->alpha_last, h->alpha_origin, h->alpha_scale};
     const double speed[4] = {h->speed_first, h->speed_last, h->speed_origin, h->speed_scale};
@@ -2761,7 +2863,7 @@ static void rbti_fill_table(rbt_table *table, const rbti_header *h)
 }
 
 /* Let a table read the arrays of an image at some address. */
-static void rbti_point(rbt_table *table, const rbti_header *h, const char *image)
+static RBT_DEVICE void rbti_point(rbt_table *table, const rbti_header *h, const char *image)
 {
     table->image = image;
 #define RBTI_DO(name, member, type, rows, numbers, extra)                                          \
@@ -2772,6 +2874,20 @@ static void rbti_point(rbt_table *table, const rbti_header *h, const char *image
     }
 #undef RBTI_DO
 }
+
+RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
+{
+    rbti_header header;
+    rbt_table table;
+    memset(&table, 0, sizeof table);
+    rbti_read_header((const char *)image, &header);
+    rbti_fill_table(&table, &header);
+    rbti_point(&table, &header, (const char *)image);
+    table.image_size = size;
+    return table;
+}
+
+#ifndef RBT_DEVICE_ONLY
 
 /* Check an image and fill a table from it. */
 static int rbti_read(const char *image, size_t size, rbt_table *table)
@@ -2960,55 +3076,57 @@ RBT_API const char *rbt_strerror(int code)
     return "unknown code";
 }
 
+#endif
+
 /* -- queries ----------------------------------------------------------------------------------- */
 
-RBT_API void rbt_alpha_range(const rbt_table *table, double range[2])
+RBT_API RBT_DEVICE void rbt_alpha_range(const rbt_table *table, double range[2])
 {
     range[0] = table->alpha.first;
     range[1] = table->alpha.last;
 }
 
-RBT_API void rbt_speed_range(const rbt_table *table, double range[2])
+RBT_API RBT_DEVICE void rbt_speed_range(const rbt_table *table, double range[2])
 {
     range[0] = table->speed.first;
     range[1] = table->speed.last;
 }
 
-RBT_API void rbt_valid_speed(const rbt_table *table, double range[2])
+RBT_API RBT_DEVICE void rbt_valid_speed(const rbt_table *table, double range[2])
 {
     range[0] = table->valid_speed[0];
     range[1] = table->valid_speed[1];
 }
 
-RBT_API int rbt_has_spin_law(const rbt_table *table)
+RBT_API RBT_DEVICE int rbt_has_spin_law(const rbt_table *table)
 {
     return table->spin.n_shapes > 0;
 }
 
-RBT_API void rbt_keep_grains(rbt_table *table, int kept)
+RBT_API RBT_DEVICE void rbt_keep_grains(rbt_table *table, int kept)
 {
     table->spin.fresh_grains = !kept;
 }
 
-RBT_API int rbt_components(const rbt_table *table, int columns[RBT_VALUES])
+RBT_API RBT_DEVICE int rbt_components(const rbt_table *table, int columns[RBT_VALUES])
 {
     for (int k = 0; k < RBT_VALUES && columns; k++)
         columns[k] = k < RBTI_NAMES ? table->columns[k] : -1;
     return table->n_columns;
 }
 
-RBT_API const char *rbt_pair(const rbt_table *table)
+RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table)
 {
     return table->pair;
 }
 
-RBT_API const void *rbt_image(const rbt_table *table, size_t *size)
+RBT_API RBT_DEVICE const void *rbt_image(const rbt_table *table, size_t *size)
 {
     *size = table->image_size;
     return table->image;
 }
 
-RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy)
+RBT_API RBT_DEVICE rbt_table rbt_moved(const rbt_table *table, const void *copy)
 {
     rbti_header header;
     rbt_table moved = *table;
@@ -3022,7 +3140,7 @@ RBT_API rbt_table rbt_moved(const rbt_table *table, const void *copy)
 }
 #endif
 
-#if defined(__GNUC__) && !defined(__clang__) && !defined(__CUDACC__)
+#if defined(__GNUC__) && !defined(__clang__) && !defined(RBTI_GPU)
 #pragma GCC pop_options
 #endif
 

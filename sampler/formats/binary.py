@@ -111,19 +111,21 @@ def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
     return header
 
 
-def binary_table(contents: TableContents) -> bytes:
+def binary_table(contents: TableContents, arrays: TableArrays | None = None) -> bytes:
     """Bytes of a binary table.
 
     Parameters
     ----------
     contents : TableContents
+    arrays : TableArrays, optional
+        Those of the contents, where they were made already or for other grains.
 
     Raises
     ------
     InputError
         If the table does not fit into the format, 2 GiB.
     """
-    arrays = table_arrays(contents)
+    arrays = table_arrays(contents) if arrays is None else arrays
     header = _header(contents, arrays)
     given = _arrays_by_name(arrays) | _spin_arrays_by_name(law_in(arrays))
     stored = {

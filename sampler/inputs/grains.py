@@ -41,6 +41,29 @@ def _check_word(grain: Grain) -> None:
         raise InputError(f"grain: got {grain!r}, allowed: {allowed}")
 
 
+def asks_spin_law(arrays: TableArrays, name: str, spin: Any, grain: Grain) -> bool:
+    """Whether a call draws from the spin law.
+
+    Parameters
+    ----------
+    arrays, name, spin, grain
+        As for `rows_of_call`.
+
+    Raises
+    ------
+    InputError
+        If the table has no spin law for it, or the grain is a word that says nothing.
+    """
+    _check_word(grain)
+    own = isinstance(grain, str) and grain == "own"
+    if spin is None and own and not law_in(arrays).serves_all:
+        return False
+    if law_in(arrays).n_shapes == 0:
+        asked = "grain" if spin is None else name
+        raise InputError(f"{asked}: got one, allowed: none, for the table has no spin law")
+    return True
+
+
 def rows_of_call(
     arrays: TableArrays,
     arguments: dict[str, ArrayLike],
@@ -69,17 +92,12 @@ def rows_of_call(
         If an argument has a wrong type or shape, the table has no spin law for it, or a grain is
         none of those that the law was made for. Names the first row.
     """
-    _check_word(grain)
-    own = isinstance(grain, str) and grain == "own"
-    if spin is None and own and not law_in(arrays).serves_all:
+    if not asks_spin_law(arrays, name, spin, grain):
         return broadcast(arguments, keys), None
-    if law_in(arrays).n_shapes == 0:
-        asked = "grain" if spin is None else name
-        raise InputError(f"{asked}: got one, allowed: none, for the table has no spin law")
     with_spin = arguments | {name: np.zeros(3) if spin is None else spin}
     if isinstance(grain, str):
         rows = broadcast(with_spin, keys)
-        return rows, Grains(_NONE, _OWN if own else rows.keys[2])
+        return rows, Grains(_NONE, _OWN if grain == "own" else rows.keys[2])
     rows = broadcast(with_spin | {"grain": grain}, keys)
     given = rows.values.pop("grain")
     check_grains(arrays, rows, given)

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from sampler.drawing.condition_status import is_outside
+from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import (
     CASCADE_NOT_ENDED,
     HALF_SIZE_NOT_POSITIVE,
     NORMAL_NOT_USABLE,
     NOT_APPROACHING,
     NOT_FINITE,
+    ROUGHNESS_NOT_USABLE,
     SPEED_NOT_POSITIVE,
     TILT_NOT_FOUND,
 )
@@ -38,6 +40,7 @@ _IMPACTS = {
     SPEED_NOT_POSITIVE: ("velocity", "1e-150 m/s or more relative to the wall"),
     NORMAL_NOT_USABLE: ("normal", "any length but zero"),
     HALF_SIZE_NOT_POSITIVE: ("half_size", "1e-30 m or more"),
+    ROUGHNESS_NOT_USABLE: ("roughness", f"0 to {MAX_ROUGHNESS:g} rad"),
     TILT_NOT_FOUND: ("roughness", _LEAVES),
     CASCADE_NOT_ENDED: ("roughness", _LEAVES),
 }

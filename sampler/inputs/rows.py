@@ -19,7 +19,7 @@ from sampler.inputs.told_apart import told_apart
 Shape = tuple[int, ...]
 
 #: Arguments whose last axis has three numbers: the components of a vector, or what a grain is.
-_VECTORS = ("velocity", "normal", "wall_velocity", "spin", "omega", "grain")
+VECTORS = ("velocity", "normal", "wall_velocity", "spin", "omega", "grain")
 
 
 def place(row: int, shape: Shape) -> str:
@@ -37,9 +37,14 @@ def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[
         array = np.asarray(values)
     except ValueError:
         raise InputError(f"{name}: got rows of unequal length, allowed: {allowed}") from None
+    check_kind(name, array, kinds, allowed)
+    return array
+
+
+def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
+    """Refuse an array of another kind of numbers; an empty one has no kind yet."""
     if array.size and array.dtype.kind not in kinds:
         raise InputError(f"{name}: got {array.dtype.name} values, allowed: {allowed}")
-    return array
 
 
 def as_reals(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -60,12 +65,17 @@ def as_reals_up_to(
     return array
 
 
-def _as_rows_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def as_rows_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Real numbers, or vectors where the name is that of one."""
     array = as_reals(name, values)
-    if name in _VECTORS and array.shape[-1:] != (3,):
-        raise InputError(f"{name}: got shape {array.shape}, allowed: (3,) or (..., 3)")
+    check_vector(name, array.shape)
     return array
+
+
+def check_vector(name: str, shape: Shape) -> None:
+    """Refuse the shape of an argument that is no vector where its name is that of one."""
+    if name in VECTORS and shape[-1:] != (3,):
+        raise InputError(f"{name}: got shape {shape}, allowed: (3,) or (..., 3)")
 
 
 def _integers(name: str, values: ArrayLike, allowed: str) -> NDArray[Any]:
@@ -85,22 +95,33 @@ def _integers(name: str, values: ArrayLike, allowed: str) -> NDArray[Any]:
     return _numeric(name, values, "iu", allowed)
 
 
-def _as_keys(name: str, values: ArrayLike, bits: int) -> NDArray[Any]:
+def as_keys(name: str, values: ArrayLike, bits: int) -> NDArray[Any]:
     """Keys of random numbers as uint32 or uint64; raises `InputError` if they do not fit."""
-    allowed, most = f"integers from 0 to 2**{bits} - 1", 2**bits - 1
     kind = np.dtype(f"u{bits // 8}")
-    if type(values) is int and 0 <= values <= most:
+    if type(values) is int and 0 <= values < 2**bits:
         return np.array(values, dtype=kind)
-    array = _integers(name, values, allowed)
-    if array.size:
-        refused = np.asarray(array < 0)
-        if array.dtype == object or array.dtype.itemsize * 8 > bits:
-            refused = refused | np.asarray(array > most)
-        if refused.any():
-            k = int(refused.argmax())
-            got = f"{_shown(array.item(k))} at {place(k, array.shape)}"
-            raise InputError(f"{name}: got {got}, allowed: {allowed}")
+    array = _integers(name, values, keys_of(bits))
+    check_keys(name, array, bits)
     return np.asarray(array, dtype=kind)
+
+
+def keys_of(bits: int) -> str:
+    """Which keys are allowed, in words."""
+    return f"integers from 0 to 2**{bits} - 1"
+
+
+def check_keys(name: str, array: Any, bits: int) -> None:
+    """Refuse the first integer of an array, of any array library, that is no key."""
+    if not array.size:
+        return
+    flat = array.reshape(-1)
+    refused = flat < 0
+    if array.dtype == object or array.dtype.itemsize * 8 > bits:
+        refused = refused | (flat > 2**bits - 1)
+    if refused.any():
+        k = int(refused.argmax())
+        got = f"{_shown(flat[k : k + 1].item())} at {place(k, array.shape)}"
+        raise InputError(f"{name}: got {got}, allowed: {keys_of(bits)}")
 
 
 def _shown(value: Any) -> str:
@@ -131,6 +152,11 @@ def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
     if isinstance(value, bool | np.ma.MaskedArray) or number is None or not low <= number <= high:
         raise InputError(f"{name}: got {_shown(value)}, allowed: {allowed}")
     return number
+
+
+def as_seed(seed: Any) -> int:
+    """Seed of a run; raises `InputError` if it is none."""
+    return as_integer("seed", seed, 0, 2**64 - 1, "an integer from 0 to 2**64 - 1")
 
 
 def _as_size(size: Any) -> Shape:
@@ -248,14 +274,13 @@ def broadcast(arguments: Mapping[str, ArrayLike], keys: Keys) -> Rows:
         If an argument has a wrong type or shape.
     """
     keys = keys.checked()
-    arrays = {name: _as_rows_of(name, values) for name, values in arguments.items()}
-    tails: dict[str, Shape] = {name: (3,) if name in _VECTORS else () for name in arrays}
+    arrays = {name: as_rows_of(name, values) for name, values in arguments.items()}
+    tails: dict[str, Shape] = {name: (3,) if name in VECTORS else () for name in arrays}
     shapes = {name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()}
     if keys.rng is None:
-        hit = _as_keys("hit", 0 if keys.hit is None else keys.hit, 32)
-        index = _as_keys("index", keys.index, 64)
-        most = 2**64 - 1
-        seed = as_integer("seed", keys.seed, 0, most, "an integer from 0 to 2**64 - 1")
+        hit = as_keys("hit", 0 if keys.hit is None else keys.hit, 32)
+        index = as_keys("index", keys.index, 64)
+        seed = as_seed(keys.seed)
         shape = common_shape(shapes | {"hit": hit.shape, "index": index.shape})
     else:
         shape = common_shape(shapes, keys.size)

@@ -122,17 +122,6 @@ def test_a_wrong_vector_is_found(tmp_path):
     assert "case 1 fails" in toolchain.run(program, VECTORS / "full.rbt", wrong, 0, status=1)
 
 
-def test_compiles_for_a_device(tmp_path):
-    source = tmp_path / "device.cu"
-    source.write_text(
-        IMPLEMENTATION
-        + "__global__ void kernel(rbt_table table, double *state)\n"
-        + "{\n    double *own = state + 6 * threadIdx.x;\n"
-        + "    rbt_draw(&table, 0.5, 100.0, own, 1, threadIdx.x, 0, own);\n}\n"
-    )
-    toolchain.compile_with("nvcc", ["-c", source], tmp_path / "device.o")
-
-
 def build_main(folder, body, before="", flags=(), after=""):
     """Program with the header and a main function of these statements."""
     source = folder / "main.c"

@@ -121,6 +121,18 @@ def test_particles(language, programs, shipped_file, steep, spinning, expected):
     check_spinning(program, spinning)
 
 
+def test_particles_of_a_device_are_those_of_c(programs, shipped_file, spinning, tmp_path):
+    """The loop for GPUs, in loops of the host: equal means, digests and counts."""
+    source = toolchain.INCLUDE / "particles.cu"
+    device = toolchain.build_on_host(source, tmp_path / "particles", ["-O1"])
+    for arguments in ((shipped_file, 500, 4), (shipped_file, 500, 4, 0.2), (spinning[0], 200, 4)):
+        lines = [
+            toolchain.run(program, *arguments).splitlines() for program in (programs["c"], device)
+        ]
+        assert lines[0][1] != lines[1][1]  # the time
+        assert [*lines[0][:1], *lines[0][2:]] == [*lines[1][:1], *lines[1][2:]]
+
+
 @pytest.fixture(scope="module")
 def numba_example():
     """The loop of docs/examples/particles.py."""

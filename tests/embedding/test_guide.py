@@ -8,6 +8,7 @@ import sys
 import textwrap
 from pathlib import Path
 
+import cupy_on_host
 import numpy as np
 import pytest
 import toolchain
@@ -83,15 +84,19 @@ def check_velocity(printed, expected):
 
 def test_every_block_is_checked_by_some_test():
     languages = {language for _, language, _ in BLOCKS}
-    assert languages == {"sh", "python", "c", "cpp", "fortran", "foam"}
+    assert languages == {"sh", "python", "c", "cpp", "cuda", "fortran", "foam"}
     assert GUIDE.count("```") == 2 * len(BLOCKS)
-    assert [mark.startswith(NOT_RUN) for mark, _, _ in BLOCKS if mark] == 3 * [True]
+    assert [mark.startswith(NOT_RUN) for mark, _, _ in BLOCKS if mark] == 4 * [True]
 
 
-def test_python_and_numba(capsys, expected):
+def test_python_and_numba(capsys, expected, tmp_path):
     values = {}
-    for number, text in enumerate(blocks("python")):
-        exec(compile(text, f"EMBEDDING.md, block {number}", "exec"), values)
+    with cupy_on_host.in_place_of_cupy(tmp_path):
+        for number, text in enumerate(blocks("python")):
+            exec(compile(text, f"EMBEDDING.md, block {number}", "exec"), values)
+    # to the last digits of two libraries' functions
+    there = cupy_on_host.asnumpy(values["v_there"])
+    np.testing.assert_allclose(there, values["v"], rtol=0, atol=1e-9)
     np.testing.assert_array_equal(values["v"][42], expected)
     assert (values["hits"] == 1).all()
     assert values["outside"] == 0
@@ -117,6 +122,35 @@ def test_program(compiler, folder, expected, monkeypatch):
         program = toolchain.build_fortran([source], folder)
     else:
         program = toolchain.build(compiler, [source], folder / "strict", [toolchain.ONE_COPY])
+    monkeypatch.chdir(folder)
+    check_velocity(toolchain.run(program), expected)
+
+
+MAIN = r"""
+int main()
+{
+    rbt_table *table;
+    double v[3 * 50], omega[3 * 50];
+    uint32_t hits[50] = {};
+    for (int k = 0; k < 50; k++) {
+        v[3 * k] = 120.0;
+        v[3 * k + 1] = -90.0;
+        v[3 * k + 2] = 0.0;
+    }
+    if (rbt_open("corundum-steel.rbt", &table) != RBT_OK || bounce_all(table, 50, v, omega, hits))
+        return 1;
+    printf("%.6f %.6f %.6f\n", v[3 * 42], v[3 * 42 + 1], v[3 * 42 + 2]);
+    rbt_close(table);
+    return hits[42] != 1;
+}
+"""
+
+
+def test_kernel(folder, expected, monkeypatch):
+    """The kernel of the guide, in loops of the host."""
+    source = folder / "bounce.cu"
+    source.write_text(f"#include <cstdio>\n{only('cuda')}{MAIN}")
+    program = toolchain.build_on_host(source, folder / "bounce")
     monkeypatch.chdir(folder)
     check_velocity(toolchain.run(program), expected)
 

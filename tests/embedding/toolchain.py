@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 from contextlib import contextmanager
 from functools import cache
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 import numpy as np
@@ -31,14 +32,27 @@ _FLAGS = {
     "clang": ["-std=c99"],
     "g++": ["-std=c++17"],
     "clang++": ["-std=c++17"],
-    "nvcc": [],
+    "nvcc": ["-std=c++17", "-fmad=false"],
     "gfortran": ["-std=f2008"],
 }
 
 
 def find(compiler):
     """Path of a compiler, or None; CC, CXX and FC take the place of gcc, g++ and gfortran."""
+    if compiler == "nvcc" and (installed := wheel_file("nvidia-cuda-nvcc", "bin/nvcc")):
+        return str(installed)
     return shutil.which(os.environ.get(_VARIABLES.get(compiler, ""), compiler))
+
+
+def wheel_file(package, end):
+    """File of an installed package whose path ends so, or None without the package."""
+    try:
+        found = distribution(package)
+    except PackageNotFoundError:
+        return None
+    # a package without the file is a test that fails, not one that is skipped
+    (path,) = (path for path in found.files if str(path).endswith(f"/{end}"))
+    return Path(found.locate_file(path)).resolve(strict=True)
 
 
 def require(compiler):
@@ -59,7 +73,8 @@ def compile_with(compiler, arguments, output):
     What is kept is found by the compiler's version, the flags and the texts of all sources and of
     what lies beside them.
     """
-    warnings = {"nvcc": [], "gfortran": FORTRAN_WARNINGS}.get(compiler, WARNINGS)
+    others = {"nvcc": ["-Werror", "all-warnings"], "gfortran": FORTRAN_WARNINGS}
+    warnings = others.get(compiler, WARNINGS)
     words = [*_FLAGS[compiler], *warnings, f"-I{INCLUDE}", *map(str, arguments)]
     command = [require(compiler), *words, "-o", str(output)]
     kept = None if compiler == "gfortran" else _BUILDS / _digest(command[0], words)
@@ -101,6 +116,13 @@ def build(compiler, sources, program, flags=()):
     language = ["-x", "c++"] if compiler in ("g++", "clang++") else []
     compile_with(compiler, [*language, *flags, *sources, "-lm"], program)
     return Path(program)
+
+
+def build_on_host(source, program, flags=(), compiler="g++"):
+    """Build a program for a GPU as one whose kernels the host runs, and return its path."""
+    header = Path(__file__).resolve().parent / "device_on_host.h"
+    options = ["-include", header, "-DRBTI_GPU", "-ffp-contract=off", *flags]
+    return build(compiler, [source], program, options)
 
 
 def build_fortran(sources, folder, flags=()):

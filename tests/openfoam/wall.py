@@ -27,7 +27,7 @@ from tablegen.accuracy.metrics import correlation_error, ks_distances
 #: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
 KS, CORRELATION = 0.02, 0.03
 CLOUD = "constant/kinematicCloudProperties"
-SPIN_NO = (CLOUD, "seed 7;", "seed 7; spin no;")
+SPIN_NO = (CLOUD, "outOfRange      clamp;", "outOfRange clamp; spin no;")
 #: Largest difference from Python's draws [m/s]: six digits behind the point of a velocity of up to
 #: 300 m/s, and rounding.
 DIFFERENCE = 1e-6
