@@ -832,15 +832,14 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, 
 /* The same in its place among the channels. In registers, which a device has in place of memory, no
    place can be looked up. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, int32_t row,
-                                            int channels, rbti_draws *d)
+                                            rbti_draws *d)
 {
 #if defined(RBTI_GPU)
     double channel;
     rbti_fill_channel(m, table, row, d, &channel);
-    for (int k = 0; k < channels; k++)
+    for (int k = 0; k < RBTI_CHANNELS; k++)
         d->channels[k] = k == table->channels[row] ? channel : d->channels[k];
 #else
-    (void)channels;
     rbti_fill_channel(m, table, row, d, d->channels + (size_t)table->channels[row] * m);
 #endif
 }
@@ -906,7 +905,7 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     memset(d->channels, 0, RBTI_CHANNELS * m * sizeof *d->channels);
     for (int32_t row = 0; row < n; row++)
         if (table->marginals[row] >= 0)
-            rbti_fill_place(m, table, row, (int)cleared, d);
+            rbti_fill_place(m, table, row, d);
     rbti_to_states(m, count, variables, d, states);
 }
 
