@@ -69,7 +69,7 @@ def impacts(n, seed=1):
     }
 
 
-@pytest.mark.parametrize("name", ["full", "plane", "all-eight", "pruned"])
+@pytest.mark.parametrize("name", ["full", "plane", "all-eight", "works", "pruned"])
 def test_draws_have_the_bits_of_the_table(name):
     table, given = load(name), conditions(300)
     found = table.to_device().sample(**on_device(given))
