@@ -10,7 +10,7 @@ import foam_run
 import numpy as np
 from arguments import make_folder, number, output_file
 from markdown_tables import markdown_table
-from reports import write_picture, write_report
+from reports import with_few_colours, write_picture, write_report
 from wall_impacts import wall_numbers, walls_text
 
 from openfoam_bend import runs, walls
@@ -123,7 +123,8 @@ def _run(options: argparse.Namespace, words: Sequence[str]) -> None:
     text = report(numbers, command)
     write_report(work / "bend", "bend", text, {"command": command, "results": numbers})
     print(text)
-    drawn = bend_picture(maps, {model: of["walls"]["outer"] for model, of in numbers.items()})
+    outer = {model: of["walls"]["outer"] for model, of in numbers.items()}
+    drawn = with_few_colours(bend_picture(maps, outer))
     write_picture(drawn, work / "bend" / "bend.png", options.figure)
 
 
