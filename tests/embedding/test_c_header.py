@@ -42,18 +42,20 @@ def chosen(compilers, flags, quick):
     chosen(
         ("gcc", "g++", "clang", "clang++"),
         ("-O0", "-O2", "-O3"),
-        {("gcc", "-O3"), ("g++", "-O2"), ("clang", "-O2")},
+        {("gcc", "-O3"), ("g++", "-O3"), ("clang", "-O2")},
     ),
 )
 def test_vectors(compiler, level, tmp_path):
-    program = toolchain.build(compiler, [HERE / "vectors.c"], tmp_path / "vectors", [level])
+    # versions for three processors are compiled by gcc here, which is enough
+    flags = [level] if compiler == "gcc" else [level, toolchain.ONE_COPY]
+    program = toolchain.build(compiler, [HERE / "vectors.c"], tmp_path / "vectors", flags)
     check_vectors(program, 0)
 
 
 NATIVE = "-O3 -march=native"
 NATIVE_GNU = f"-O3 -march=native -std=gnu17 {toolchain.ONE_COPY}"
 ONE_COPY = f"-O3 {toolchain.ONE_COPY}"
-SANITIZED = "-O1 -fsanitize=address,undefined -fno-sanitize-recover=all"
+SANITIZED = "-O0 -fsanitize=address,undefined -fno-sanitize-recover=all"
 READ_WHOLE = f"-O2 -DRBT_NO_MMAP {toolchain.ONE_COPY}"
 STATIC = "-O2 -DRBT_API=static -Wno-unused-function"
 
@@ -102,7 +104,7 @@ def test_vectors_where_nan_may_be_optimised_away(tmp_path):
     chosen(
         ("gcc", "g++", "clang", "clang++"),
         ("-O0", "-O2", "-O3", NATIVE, SANITIZED, NATIVE_GNU, ONE_COPY),
-        {("gcc", "-O3"), ("gcc", SANITIZED), ("g++", "-O2"), ("clang", "-O2")},
+        {("gcc", "-O3"), ("gcc", SANITIZED), ("g++", ONE_COPY), ("clang", "-O2")},
     ),
 )
 def test_vectors_of_particles_that_arrive_spinning(compiler, flags, tmp_path):

@@ -96,8 +96,8 @@ def check_count(program, steep):
 
 
 def build_c(folder):
-    source, flags = [toolchain.INCLUDE / "particles.c"], ["-O2", "-ffp-contract=off", "-fopenmp"]
-    return toolchain.build("gcc", source, folder / "particles", flags)
+    flags = ["-O2", "-ffp-contract=off", "-fopenmp", toolchain.ONE_COPY]
+    return toolchain.build("gcc", [toolchain.INCLUDE / "particles.c"], folder / "particles", flags)
 
 
 def build_fortran(folder):

@@ -68,7 +68,7 @@ class Sketch:
         return self.library.meet(ctypes.byref(particle), *outward, dim)
 
 
-@pytest.fixture(scope="module", params=["gcc", "clang"])
+@pytest.fixture(scope="module", params=["gcc", pytest.param("clang", marks=pytest.mark.study)])
 def sketch(request, shipped_file, tmp_path_factory):
     return Sketch(tmp_path_factory.mktemp("sketch"), shipped_file, compiler=request.param)
 

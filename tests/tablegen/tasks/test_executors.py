@@ -63,6 +63,8 @@ class TestSameBytes:
         assert (ended.status, ended.err) == (DONE, "")
         assert (tmp_path / "t.h5").read_bytes() == whole
 
+    # the next test has workers of the same kind
+    @pytest.mark.study
     @needs_dask
     def test_dask_with_two_worker_processes(self, whole, tmp_path):
         ended = command(*generating(tmp_path, "--executor", "dask", "--workers", 2))
