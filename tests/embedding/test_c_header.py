@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toolchain
+from known_vectors import TABLES, VECTORS, check_vectors
 from spin_vectors import write_spin_vectors
 
 import sampler
@@ -16,16 +17,7 @@ from sampler.formats.hdf5 import read_table
 from sampler.formats.packing import table_arrays
 
 HERE = Path(__file__).resolve().parent
-VECTORS = HERE.parent / "vectors"
-TABLES = sorted(path.stem for path in VECTORS.glob("*.rbt"))
 IMPLEMENTATION = toolchain.IMPLEMENTATION
-
-
-def check_vectors(program, tolerance, vectors=VECTORS):
-    for name in TABLES:
-        files = VECTORS / f"{name}.rbt", vectors / f"{name}.txt"
-        cases = len(files[1].read_text(encoding="ascii").splitlines())
-        assert toolchain.run(program, *files, tolerance) == f"{cases} cases\n"
 
 
 def chosen(compilers, flags, quick):

@@ -11,22 +11,14 @@ from pathlib import Path
 
 import pytest
 import toolchain
+from known_vectors import VECTORS, check_vectors
 
 HERE = Path(__file__).resolve().parent
-VECTORS = HERE.parent / "vectors"
-TABLES = sorted(path.stem for path in VECTORS.glob("*.rbt"))
 SOURCE = HERE / "device_vectors.cu"
 KERNELS = toolchain.IMPLEMENTATION + '#include "rebound_device.h"\n'
 
 #: Lowest architecture of CUDA 13, those of the A100 and of the H100.
 ARCHITECTURES = ("sm_75", "sm_80", "sm_90")
-
-
-def check_vectors(program, tolerance):
-    for name in TABLES:
-        files = VECTORS / f"{name}.rbt", VECTORS / f"{name}.txt"
-        cases = len(files[1].read_text(encoding="ascii").splitlines())
-        assert toolchain.run(program, *files, tolerance) == f"{cases} cases\n"
 
 
 @pytest.mark.processor
