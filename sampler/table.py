@@ -18,13 +18,12 @@ from sampler.drawing.spin_frames import spin_rebound_batch
 from sampler.drawing.threads import merge, run_rows
 from sampler.errors import InputError, TableError
 from sampler.files.locate import find_table
-from sampler.formats.binary import binary_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.packing import kept_beside, table_arrays
 from sampler.formats.packing_memory import repacked
 from sampler.formats.spin_buffer import law_in
 from sampler.formats.table_arrays import same
-from sampler.inputs.counts import Counts
+from sampler.inputs.counts import Counting, Counts
 from sampler.inputs.grains import Grain, Grains, grains_of, rows_of_call
 from sampler.inputs.law_at_conditions import LawAtConditions, Reduction
 from sampler.inputs.messages import row_message
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
     from sampler.device.device_table import DeviceTable
 
 
-class Table(LawAtConditions, TableFacts):
+class Table(LawAtConditions, TableFacts, Counting):
     """A rebound table in memory, from `load`.
 
     Draws are pure functions of the condition and of the keys, so one table
@@ -312,6 +311,7 @@ class Table(LawAtConditions, TableFacts):
             If CuPy or a GPU is missing; says what to install.
         """
         from sampler.device.device_table import DeviceTable
+        from sampler.formats.binary import binary_table
 
         return DeviceTable(
             binary_table(self.contents, self.arrays), self.arrays, self.columns, self.outside, dtype

@@ -18,7 +18,7 @@ from sampler.drawing.steps import locate
 from sampler.errors import InputError
 from sampler.files.atomic import check_output
 from sampler.files.locate import find_table
-from sampler.formats.channels import WORKS, channels_for
+from sampler.formats.channels import channels_for, has_works
 from sampler.formats.hdf5 import TableContents, write_table
 from sampler.formats.packing import table_arrays
 from sampler.formats.spin_layout import ACCURACY, GROUP
@@ -129,7 +129,7 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
             allowed = f"some of {', '.join(contents.variables)}, which the table has"
             raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
     kept, given_after = set(scene.domain.columns), {"u", "w", "rotational_energy"}
-    if "normal_hat" in contents.marginals and kept.isdisjoint(WORKS) and kept & given_after:
+    if "normal_hat" in contents.marginals and not has_works(kept) and kept & given_after:
         allowed = "work_normal too, after which the table gives out u, w and rotational_energy"
         got = ", ".join(scene.domain.columns)
         raise InputError(f"{origin}: domain.components: got {got}, allowed: {allowed}")

@@ -2789,8 +2789,8 @@ static int rbti_check_values(const rbt_table *table, const rbti_header *header)
 
 #endif
 
-static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4], int32_t offset,
-                           uint32_t nodes, uint32_t grid)
+static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4],
+                                      int32_t offset, uint32_t nodes, uint32_t grid)
 {
     axis->first = ends_origin_scale[0];
     axis->last = ends_origin_scale[1];

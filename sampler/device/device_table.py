@@ -9,7 +9,7 @@ from sampler.device.rows import device_rows, row_on_host
 from sampler.drawing.threads import Report, merge
 from sampler.errors import InputError
 from sampler.formats.table_arrays import TableArrays
-from sampler.inputs.counts import Counts
+from sampler.inputs.counts import Counting, Counts
 from sampler.inputs.grains import asks_spin_law
 from sampler.inputs.messages import row_message
 from sampler.inputs.output import Rebound
@@ -27,7 +27,7 @@ _MOST_BYTES = 4096
 _NONE = 2**64 - 1
 
 
-class DeviceTable:
+class DeviceTable(Counting):
     """A rebound table on a GPU, from `Table.to_device`.
 
     Its functions take arrays of CuPy, numbers and numpy arrays, and return arrays of CuPy. They
@@ -77,16 +77,6 @@ class DeviceTable:
 
     def __repr__(self) -> str:
         return f"<sampler.DeviceTable on device {self._device.id}, {self.dtype}>"
-
-    @property
-    def clamped(self) -> int:
-        """How many draws so far lay outside the table and were moved to its edge."""
-        return self._counts.clamped.value
-
-    @property
-    def extrapolated(self) -> int:
-        """How many draws so far had an impact speed outside the file's ``valid_speed``."""
-        return self._counts.extrapolated.value
 
     def sample(
         self,

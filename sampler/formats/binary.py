@@ -25,7 +25,7 @@ from sampler.formats.binary_layout import (
     SPIN_ARRAYS,
     field_offset,
 )
-from sampler.formats.channels import MOST_NAMES, WORKS
+from sampler.formats.channels import MOST_NAMES, has_works
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.packing import table_arrays
 from sampler.formats.spin_arrays import SpinArrays
@@ -88,10 +88,8 @@ def _header(contents: TableContents, arrays: TableArrays) -> NDArray[np.void]:
     """Header without offsets, size and checksum."""
     header = np.zeros((), HEADER_DTYPE)
     header["magic"], header["pair"] = MAGIC, contents.pair.encode()
-    works = not set(WORKS).isdisjoint(contents.variables)
-    header["major"], header["minor"] = BINARY_VERSION[0], MINOR_WITHOUT_WORKS
-    if works:
-        header["minor"] = BINARY_VERSION[1]
+    header["major"], minor = BINARY_VERSION
+    header["minor"] = minor if has_works(contents.variables) else MINOR_WITHOUT_WORKS
     header["header_bytes"] = HEADER_DTYPE.itemsize
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
     for name in ("n_knots", "n_components", "n_classes", "n_marginals", "stride", "variate_max"):
@@ -163,5 +161,4 @@ def write_binary_table(path: str | Path, contents: TableContents) -> None:
     InputError
         If the table does not fit into the format, or the path cannot be written.
     """
-    data = binary_table(contents)
-    write_bytes(path, data)
+    write_bytes(path, binary_table(contents))

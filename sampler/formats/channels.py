@@ -132,3 +132,8 @@ def to_channels(state: "NDArray[np.float64]") -> "NDArray[np.float64]":
     u_hat = u / np.sqrt(rest)
     w_hat = w / np.sqrt(rest - u * u)
     return np.column_stack((v, u_hat, state[:, 5], w_hat, state[:, 3], state[:, 4]))
+
+
+def has_works(variables: Iterable[str]) -> bool:
+    """Whether the work of the impulses is among some variables."""
+    return not set(WORKS).isdisjoint(variables)

@@ -25,7 +25,7 @@ from sampler.errors import InputError, TableError
 from sampler.files.atomic import write_bytes
 from sampler.files.reading import read_file
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.channels import CHANNELS, STATE, WORKS, channels_for
+from sampler.formats.channels import CHANNELS, STATE, channels_for, has_works
 from sampler.formats.hdf5_attributes import (
     check_attributes,
     check_names,
@@ -167,7 +167,7 @@ class TableContents:
     @property
     def _version(self) -> tuple[int, int]:
         """Least minor version of the format that has all that is held."""
-        if not set(WORKS).isdisjoint(self.variables):
+        if has_works(self.variables):
             return FORMAT_VERSION
         later = self.has_spin or self.valid_speed is not None
         return SECOND_VERSION if later else FIRST_VERSION
@@ -217,8 +217,7 @@ def write_table(path: str | Path, contents: TableContents) -> None:
     Equal contents give equal bytes: nothing in the file tells when or where it was written. A file
     of that name is replaced.
     """
-    data = _file_image(contents)
-    write_bytes(path, data)
+    write_bytes(path, _file_image(contents))
 
 
 def _file_image(contents: TableContents) -> bytes:

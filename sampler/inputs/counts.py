@@ -29,3 +29,19 @@ class Counts:
             told = outside_warning(arrays, rows, report.clamped_row, report.clamped)
             # of the line that drew
             warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)
+
+
+class Counting:
+    """Properties of what draws: how many of its draws were clamped or extrapolated."""
+
+    _counts: Counts
+
+    @property
+    def clamped(self) -> int:
+        """How many draws so far lay outside the table and were moved to its edge."""
+        return self._counts.clamped.value
+
+    @property
+    def extrapolated(self) -> int:
+        """How many draws so far had an impact speed outside the file's ``valid_speed``."""
+        return self._counts.extrapolated.value

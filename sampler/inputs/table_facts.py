@@ -1,18 +1,16 @@
-"""What a table says of itself: nodes, ranges, memory, accuracy, and how many draws lay outside."""
+"""What a table says of itself: nodes, ranges, memory and accuracy."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sampler.formats.table_arrays import TableArrays, bytes_of
-from sampler.inputs.counts import Counts
 
 
 class TableFacts:
-    """Properties of `sampler.Table` that are read from its arrays, or from its counts."""
+    """Properties of `sampler.Table` that are read from its arrays."""
 
     arrays: TableArrays
     _small: dict[str, NDArray[np.float64]]
-    _counts: Counts
 
     @property
     def alpha_nodes_deg(self) -> NDArray[np.float64]:
@@ -49,13 +47,3 @@ class TableFacts:
         """
         paths = (path for path in self._small if path.startswith("accuracy/"))
         return {path.removeprefix("accuracy/"): self._small[path].copy() for path in paths}
-
-    @property
-    def clamped(self) -> int:
-        """How many draws so far lay outside the table and were moved to its edge."""
-        return self._counts.clamped.value
-
-    @property
-    def extrapolated(self) -> int:
-        """How many draws so far had an impact speed outside the file's ``valid_speed``."""
-        return self._counts.extrapolated.value

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sampler.formats.channels import CHANNELS, RANGES, STATE, WORKS, to_channels
+from sampler.formats.channels import CHANNELS, STATE, WORKS, to_channels
 from tablegen.model.float_array import FloatArray
 from tablegen.simulate import Simulation
 
@@ -72,9 +72,8 @@ def simulated_channels(
         columns["energy_hat"] = simulation.energy[:, 1] / (1.0 - moving)
     if "normal_hat" in channels:
         columns |= _shares_after_works(simulation)
-    for name in RANGES:
-        if name in columns:
-            columns[name] = np.clip(columns[name], *_KEPT[name])
+    for name in columns.keys() & _KEPT.keys():
+        columns[name] = np.clip(columns[name], *_KEPT[name])
     if "collisions" in channels:
         # kept off both ends, which single precision would round to
         columns["collisions"] = simulation.collisions + rng.uniform(0.01, 0.99, len(state))
