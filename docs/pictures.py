@@ -19,9 +19,9 @@ import sampler
 from sampler.errors import InputError
 from sampler.files.atomic import write_bytes
 from tablegen import load_config, simulate
-from tablegen.studies.paper_figures.joint_density import Source, joint_picture
-from tablegen.studies.paper_figures.style import Picture, new_figure, settings, written
-from tablegen.studies.report.method_styles import LOOKS, Look
+from tablegen.evidence.joint_density import Source, joint_picture
+from tablegen.evidence.method_styles import LOOKS, Look
+from tablegen.tasks.style import Picture, new_figure, settings, written
 
 _HERE = Path(__file__).resolve().parent
 

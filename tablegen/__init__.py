@@ -15,44 +15,44 @@ reads; the first three are also commands of ``tablegen``.
 from typing import TYPE_CHECKING
 
 from sampler.compilation.late import import_late
-from tablegen.configuration.requirements import require_generator
+from tablegen.config.requirements import require_generator
 
 if TYPE_CHECKING:
-    from tablegen.calibration.calibrate import calibrate as calibrate
-    from tablegen.calibration.result import Calibration as Calibration
-    from tablegen.config import Config as Config
-    from tablegen.config import load_config as load_config
-    from tablegen.config import parse_config as parse_config
-    from tablegen.direct import DirectModel as DirectModel
-    from tablegen.generate import Generated as Generated
-    from tablegen.generate import generate as generate
-    from tablegen.measurements.reader import read_measurements as read_measurements
-    from tablegen.measurements.records import Measurements as Measurements
+    from tablegen.accuracy.validate import Validation as Validation
+    from tablegen.accuracy.validate import validate as validate
+    from tablegen.config.config import Config as Config
+    from tablegen.config.config import load_config as load_config
+    from tablegen.config.config import parse_config as parse_config
+    from tablegen.measured.calibrate import calibrate as calibrate
+    from tablegen.measured.compare import MeasuredComparison as MeasuredComparison
+    from tablegen.measured.compare import compare as compare
+    from tablegen.measured.reader import read_measurements as read_measurements
+    from tablegen.measured.records import Measurements as Measurements
+    from tablegen.measured.result import Calibration as Calibration
     from tablegen.model.one_rebound import draw as draw
     from tablegen.model.one_rebound import grain as grain
     from tablegen.model.one_rebound import rebound as rebound
-    from tablegen.simulate import Simulation as Simulation
-    from tablegen.simulate import simulate as simulate
-    from tablegen.studies.comparison.compare import MeasuredComparison as MeasuredComparison
-    from tablegen.studies.comparison.compare import compare as compare
-    from tablegen.validate import Validation as Validation
-    from tablegen.validate import validate as validate
+    from tablegen.simulation.direct import DirectModel as DirectModel
+    from tablegen.simulation.simulate import Simulation as Simulation
+    from tablegen.simulation.simulate import simulate as simulate
+    from tablegen.tables.generate import Generated as Generated
+    from tablegen.tables.generate import generate as generate
 
 # the same names as above, which are for type checkers
 import_late(
     __name__,
     {
-        "tablegen.calibration.calibrate": ("calibrate",),
-        "tablegen.calibration.result": ("Calibration",),
-        "tablegen.config": ("Config", "load_config", "parse_config"),
-        "tablegen.direct": ("DirectModel",),
-        "tablegen.generate": ("Generated", "generate"),
-        "tablegen.measurements.reader": ("read_measurements",),
-        "tablegen.measurements.records": ("Measurements",),
+        "tablegen.measured.calibrate": ("calibrate",),
+        "tablegen.measured.result": ("Calibration",),
+        "tablegen.config.config": ("Config", "load_config", "parse_config"),
+        "tablegen.simulation.direct": ("DirectModel",),
+        "tablegen.tables.generate": ("Generated", "generate"),
+        "tablegen.measured.reader": ("read_measurements",),
+        "tablegen.measured.records": ("Measurements",),
         "tablegen.model.one_rebound": ("draw", "grain", "rebound"),
-        "tablegen.simulate": ("Simulation", "simulate"),
-        "tablegen.studies.comparison.compare": ("MeasuredComparison", "compare"),
-        "tablegen.validate": ("Validation", "validate"),
+        "tablegen.simulation.simulate": ("Simulation", "simulate"),
+        "tablegen.measured.compare": ("MeasuredComparison", "compare"),
+        "tablegen.accuracy.validate": ("Validation", "validate"),
     },
     ready=require_generator,
 )

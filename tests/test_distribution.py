@@ -43,8 +43,8 @@ DATA = (
     "sampler/openfoam/cases/bend/system/controlDict",
     "sampler/formats/normal_cubics.npy",
     "sampler/py.typed",
-    "tablegen/studies/pages/templates/report.html.j2",
-    "tablegen/studies/pages/templates/style.css",
+    "tablegen/evidence/templates/report.html.j2",
+    "tablegen/evidence/templates/style.css",
 )
 
 #: What the sources have besides the packages.

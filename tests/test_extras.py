@@ -9,7 +9,7 @@ from documents import ROOT
 
 import tablegen
 from tablegen.commands.main import main
-from tablegen.configuration import requirements
+from tablegen.config import requirements
 
 LINE = "the generator is not installed, allowed after: pip install 'rebound-tables[generate]'"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -6,7 +6,7 @@ import json
 import pytest
 from documents import ROOT
 
-from tablegen.studies.report.method_styles import LOOKS
+from tablegen.evidence.method_styles import LOOKS
 
 pytest.importorskip("matplotlib")
 

@@ -54,9 +54,9 @@ KERNEL_SOURCES = (
     "sampler/formats",
     "tablegen/accuracy/streaming_statistics.py",
     "tablegen/model",
-    "tablegen/spin_law/expectation.py",
-    "tablegen/spin_law/scores.py",
-    "tablegen/studies/report/one_by_one.py",
+    "tablegen/fitting/expectation.py",
+    "tablegen/fitting/spin_scores.py",
+    "tablegen/evidence/one_by_one.py",
 )
 
 #: Older folders that a new one leaves beside it.

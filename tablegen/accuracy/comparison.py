@@ -10,7 +10,7 @@ from sampler.formats.channels import STATE
 from tablegen.accuracy.descriptive import Profile, profile
 from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
 from tablegen.accuracy.samples import as_sample
-from tablegen.configuration.metric_table import METRICS
+from tablegen.config.metric_table import METRICS
 from tablegen.model.float_array import FloatArray
 
 #: Spin before an impact times a/V, wall axes.

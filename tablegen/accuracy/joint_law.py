@@ -15,18 +15,18 @@ import numpy as np
 from sampler.table import Table
 from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
 from tablegen.accuracy.noise_corrected import Estimate, Settings, auc_estimate, ks_estimate
-from tablegen.config import Config
-from tablegen.configuration.metric_table import METRICS
-from tablegen.configuration.spin_targets import JointTargets
-from tablegen.direct import DirectModel
-from tablegen.impact_chains import (
+from tablegen.config.config import Config
+from tablegen.config.metric_table import METRICS
+from tablegen.config.spin_targets import JointTargets
+from tablegen.model.float_array import FloatArray
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import (
     Impacts,
     effective_speed,
     energy_factor,
     occurring_impacts,
     simulated,
 )
-from tablegen.model.float_array import FloatArray
 
 #: Impacts a side at first, and each further look at an undecided comparison has so many times as
 #: many, up to the limit: two million take two gigabytes.

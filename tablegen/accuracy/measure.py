@@ -13,9 +13,9 @@ from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison, Spin, compare, sharpened
 from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
 from tablegen.accuracy.scene_variables import simulated_variables
-from tablegen.config import AccuracyTargets, Config
+from tablegen.config.config import AccuracyTargets, Config
 from tablegen.model.float_array import FloatArray
-from tablegen.simulate import simulate
+from tablegen.simulation.simulate import simulate
 from tablegen.tasks.progress import bar
 
 #: Least number of states a side in a comparison, and this over the square of the declared

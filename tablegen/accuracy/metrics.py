@@ -4,7 +4,7 @@ No single number tells whether two laws are the same. The Kolmogorov-Smirnov dis
 variable alone and is blind to how they depend on each other; the sliced Wasserstein distance,
 the correlations and a classifier see the joint law. The sample to be judged comes first, the
 reference second. `DISTANCES` has the function of each of
-`tablegen.configuration.metric_table.METRICS`.
+`tablegen.config.metric_table.METRICS`.
 """
 
 from collections.abc import Callable, Mapping

@@ -19,8 +19,8 @@ from sampler.table import Table
 from tablegen.accuracy.decision import FALSE_ALARMS
 from tablegen.accuracy.measure import ComparedCondition, in_threads
 from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
-from tablegen.config import AccuracyTargets, Config
-from tablegen.configuration.metric_table import METRICS
+from tablegen.config.config import AccuracyTargets, Config
+from tablegen.config.metric_table import METRICS
 from tablegen.tasks.progress import bar
 
 #: States a side at each node.

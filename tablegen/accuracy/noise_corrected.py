@@ -23,7 +23,7 @@ from tablegen.accuracy.metrics import (
     unit_directions,
 )
 from tablegen.accuracy.samples import varies
-from tablegen.configuration.metric_table import METRICS
+from tablegen.config.metric_table import METRICS
 from tablegen.model.float_array import FloatArray
 
 #: Equal bins over the range of a projection: a distance of 0.001 changes by less than 1 % with

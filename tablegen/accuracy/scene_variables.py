@@ -6,7 +6,7 @@ import numpy as np
 
 from sampler.formats.channels import CHANNELS, STATE, WORKS, to_channels
 from tablegen.model.float_array import FloatArray
-from tablegen.simulate import Simulation
+from tablegen.simulation.simulate import Simulation
 
 #: Shares of an energy are kept this far inside (0, 1), where single precision can tell them from
 #: the ends: a sphere that meets the wall head-on does not turn at all.

@@ -9,9 +9,9 @@ from scipy.stats import qmc
 from sampler.errors import InputError
 from sampler.formats.hdf5 import TableContents
 from sampler.inputs.told_apart import told_apart
-from tablegen.config import Config
-from tablegen.configuration.defaults import GENERATE_SPIN_CONDITIONS
-from tablegen.impact_chains import energy_factor, speeds_measured
+from tablegen.config.config import Config
+from tablegen.config.defaults import GENERATE_SPIN_CONDITIONS
+from tablegen.simulation.impact_chains import energy_factor, speeds_measured
 
 #: Angles [degrees] that are of interest, and the largest spin before the impact, times V/a.
 ANGLES_DEG = (5.0, 85.0)

@@ -7,8 +7,8 @@ from typing import Any
 from tablegen.accuracy.decision import decide, limits
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.accuracy.spin_measure import SpinAccuracy
-from tablegen.configuration.metric_table import JOINT, METRICS
-from tablegen.configuration.spin_targets import SpinTargets
+from tablegen.config.metric_table import JOINT, METRICS
+from tablegen.config.spin_targets import SpinTargets
 
 
 def judged_record(

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from sampler.compilation.jit import kernel
 from sampler.compilation.side_by_side import side_by_side
 from sampler.formats.channels import STATE
-from tablegen.batches import ParticleRun, batches
-from tablegen.materials.pairs import MaterialPair
+from tablegen.config.pairs import MaterialPair
+from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impact_condition import Condition
-from tablegen.particles.population import Population
-from tablegen.simulate import Simulation, check_run
+from tablegen.simulation.batches import ParticleRun, batches
+from tablegen.simulation.simulate import Simulation, check_run
 from tablegen.tasks.progress import bar
 
 Counts = NDArray[np.int64]
@@ -232,7 +232,7 @@ def simulate_statistics(
 ) -> RunStatistics:
     """Simulate ``count`` rebounds and keep their statistics only.
 
-    The particles are those of `tablegen.simulate.simulate_condition` with the same arguments.
+    The particles are those of `simulate_condition` with the same arguments.
     Memory does not depend on ``count``.
 
     Parameters
@@ -242,7 +242,7 @@ def simulate_statistics(
     population : Population
         Shapes and aspect ratios.
     condition : Condition
-        From `tablegen.simulate.make_condition`.
+        From `tablegen.simulation.simulate.make_condition`.
     count : int
         Number of particles, positive.
     seed : int

@@ -12,7 +12,7 @@ from sampler.files.json_text import json_text
 from tablegen.commands import bounded, measured_options
 from tablegen.commands.config_argument import CONFIG
 from tablegen.commands.resuming import resumable
-from tablegen.configuration.defaults import CALIBRATE_COUNT
+from tablegen.config.defaults import CALIBRATE_COUNT
 
 #: Options that take all words that follow and look like values of theirs.
 _MANY = {
@@ -116,10 +116,10 @@ def calibrate(
     numbers, and warnings of what the data leave open. Finished simulations are kept in
     FITTED.toml.parts until then; if an interrupted run left some, say --resume or --discard.
     """
-    from tablegen.calibration.calibrate import calibrate as fit
-    from tablegen.config import load_config
-    from tablegen.studies.calibration_fit.fit_picture import fit_picture
-    from tablegen.studies.calibration_fit.fit_text import fit_lines
+    from tablegen.config.config import load_config
+    from tablegen.measured.calibrate import calibrate as fit
+    from tablegen.measured.fit_picture import fit_picture
+    from tablegen.measured.fit_text import fit_lines
 
     start = load_config(pair)
     with resumable(output):

@@ -9,7 +9,7 @@ from sampler.commands.program import DONE, note
 from sampler.files.atomic import write_bytes, write_text
 from tablegen.commands import measured_options
 from tablegen.commands.config_argument import CONFIG
-from tablegen.configuration.defaults import COMPARE_COUNT, MIXTURE
+from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 
 _COUNT = options.Integer(2, 2**32 - 1)
@@ -74,11 +74,11 @@ def compare(
     angle, angle out of the impact plane, spin. Each stands with the chance error of the
     simulation, and where the file states counts the deviation also in standard errors of both.
     """
-    from tablegen.config import load_config
-    from tablegen.measurements.reader import read_measurements
-    from tablegen.studies.comparison.compare import compare as side_by_side
-    from tablegen.studies.comparison.comparison_picture import comparison_picture
-    from tablegen.studies.comparison.comparison_text import comparison_json, comparison_text
+    from tablegen.config.config import load_config
+    from tablegen.measured.compare import compare as side_by_side
+    from tablegen.measured.comparison_picture import comparison_picture
+    from tablegen.measured.comparison_text import comparison_json, comparison_text
+    from tablegen.measured.reader import read_measurements
 
     config = load_config(pair)
     found = side_by_side(

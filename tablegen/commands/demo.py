@@ -28,6 +28,6 @@ def demo(output: Path, progress: bool) -> int:
     Next to the table goes a picture of the joint density of u and v, from direct simulation and
     from the table, if matplotlib is installed.
     """
-    from tablegen.studies.demo_run import run_demo
+    from tablegen.commands.demo_run import run_demo
 
     return MISSED if run_demo(output, click.echo, progress).missed else DONE

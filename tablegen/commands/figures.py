@@ -11,10 +11,10 @@ from sampler.commands.program import DONE
 from sampler.errors import InputError
 from sampler.files.atomic import check_output, write_bytes
 from sampler.files.locate import find_table
-from tablegen.configuration.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
+from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
 if TYPE_CHECKING:
-    from tablegen.studies.paper_figures.all_figures import PaperFigures
+    from tablegen.evidence.all_figures import PaperFigures
 
 #: Names of the files that the folder gets: pictures, as a pattern, and texts.
 _PICTURES = "figure-[0-9][0-9].[ps][nv]g"
@@ -54,10 +54,10 @@ def figures(
     and particles, corundum-steel: for others they are measured and not judged.
     """
     import sampler
-    from tablegen.config import stored_config
-    from tablegen.studies.paper_figures.all_figures import make_paper_figures
-    from tablegen.studies.paper_figures.statement_text import statements_text
-    from tablegen.studies.paper_figures.style import require_matplotlib
+    from tablegen.config.config import stored_config
+    from tablegen.evidence.all_figures import make_paper_figures
+    from tablegen.evidence.statement_text import statements_text
+    from tablegen.tasks.style import require_matplotlib
 
     require_matplotlib("tablegen figures")
     _check_folder(output, table)
@@ -88,7 +88,7 @@ def _check_folder(path: Path, table: str) -> None:
 
 def _write_all(gallery: "PaperFigures", folder: Path) -> None:
     """Write each file whole."""
-    from tablegen.studies.paper_figures import statement_text as text
+    from tablegen.evidence import statement_text as text
 
     Path(os.path.realpath(folder)).mkdir(exist_ok=True)
     files = {picture.name: picture.data for picture in gallery.pictures}

@@ -12,12 +12,12 @@ from sampler.commands.program import note
 from tablegen.commands.config_argument import CONFIG
 from tablegen.commands.resuming import resumable
 from tablegen.commands.validate import print_verdict
-from tablegen.configuration.defaults import GENERATE_CONDITIONS
+from tablegen.config.defaults import GENERATE_CONDITIONS
 from tablegen.tasks.executors import ENGINES, MPI, THREADS
 
 if TYPE_CHECKING:
-    from tablegen.config import Config
-    from tablegen.generate import Generated
+    from tablegen.config.config import Config
+    from tablegen.tables.generate import Generated
 
 
 @click.command(
@@ -93,9 +93,9 @@ def generate(
     stored in it; exit status 1 says that it misses the declared one.
     """
     from sampler.compilation.processors import processors
-    from tablegen.config import load_config
-    from tablegen.generate import generate as generate_table
-    from tablegen.refinement.cost_estimate import cost_text, estimate, rebound_seconds
+    from tablegen.config.config import load_config
+    from tablegen.tables.cost_estimate import cost_text, estimate, rebound_seconds
+    from tablegen.tables.generate import generate as generate_table
     from tablegen.tasks.executors import open_executor
 
     settings = load_config(config)
@@ -127,10 +127,10 @@ def generate(
 
 def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
     """Print what a new table is and how accurate; returns the exit status."""
+    from tablegen.accuracy.accuracy_text import accuracy_text, time_text
     from tablegen.accuracy.decision import judge
+    from tablegen.accuracy.spin_text import spin_report
     from tablegen.commands.inspect import identity_text, several_processors
-    from tablegen.studies.validation.accuracy_text import accuracy_text, time_text
-    from tablegen.studies.validation.spin_text import spin_report
 
     contents = made.table.contents
     if len(contents.processors) > 1:

@@ -10,7 +10,7 @@ from sampler.commands import options
 from sampler.commands.program import DONE
 from sampler.errors import InputError
 from sampler.files.json_text import json_text
-from tablegen.configuration.metric_table import (
+from tablegen.config.metric_table import (
     METRICS,
     declared_accuracy,
     errors_text,
@@ -183,7 +183,7 @@ def _note_lines(
 
 def _declared(config: str) -> dict[str, float] | None:
     """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
-    from tablegen.configuration.toml_text import parse_toml
+    from tablegen.config.toml_text import parse_toml
 
     try:
         found = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))

@@ -12,7 +12,7 @@ from sampler.formats.channels import VARIABLES
 from tablegen.commands.config_argument import CONFIG
 
 if TYPE_CHECKING:
-    from tablegen.config import Config
+    from tablegen.config.config import Config
 
 
 class Variables(click.ParamType):
@@ -70,8 +70,8 @@ def prune(
     """
     from sampler.files.locate import find_table
     from sampler.formats.hdf5 import read_table
-    from tablegen.config import stored_config
-    from tablegen.prune import prune as prune_table
+    from tablegen.config.config import stored_config
+    from tablegen.tables.prune import prune as prune_table
 
     if scene is None and dimension is None and components is None:
         raise InputError(
@@ -94,7 +94,7 @@ def _wanted(
     config: "Config", scene: str | None, dimension: str | None, components: list[str] | None
 ) -> "Config":
     """Lay the scene over the configuration of the table, and the flags over both."""
-    from tablegen.config import scene_over
+    from tablegen.config.config import scene_over
 
     if scene is not None:
         pair = config.pair_name

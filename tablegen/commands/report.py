@@ -57,11 +57,11 @@ def report(
     compared with the same large direct sample, next to the noise of direct against direct.
     Times are processor time of one thread: leave the machine to it.
     """
-    from tablegen.studies.report.error_against_time import measure_error_against_time
-    from tablegen.studies.report.report_data import collect_report_data, map_accuracy, record
-    from tablegen.studies.report.report_page import report_page, require_plotly
-    from tablegen.studies.report.report_text import error_against_time_text
-    from tablegen.studies.report.stability_results import read_study
+    from tablegen.evidence.error_against_time import measure_error_against_time
+    from tablegen.evidence.report_data import collect_report_data, map_accuracy, record
+    from tablegen.evidence.report_page import report_page, require_plotly
+    from tablegen.evidence.report_text import error_against_time_text
+    from tablegen.evidence.stability_results import read_study
 
     if html_file:
         # what is missing shows before the work, not after

@@ -15,11 +15,11 @@ from sampler.files.locate import find_file
 from sampler.formats.channels import STATE
 from tablegen.commands import bounded
 from tablegen.commands.config_argument import CONFIG
-from tablegen.configuration.defaults import MIXTURE
+from tablegen.config.defaults import MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 
 if TYPE_CHECKING:
-    from tablegen.particles.population import Population
+    from tablegen.config.population import Population
 
 
 @click.command(
@@ -97,8 +97,8 @@ def simulate(
     Writes state, collisions, shape, aspect, energy and work of each, their statistics, or both.
     """
     from tablegen.accuracy.streaming_statistics import simulate_statistics, statistics_of
-    from tablegen.config import load_config
-    from tablegen.simulate import make_condition, simulate_condition
+    from tablegen.config.config import load_config
+    from tablegen.simulation.simulate import make_condition, simulate_condition
 
     if output is None and statistics_file is None:
         raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
@@ -132,7 +132,7 @@ def _chosen_particles(
     aspect: tuple[float, float] | None,
 ) -> "Population":
     """Part of a population, or the particle of a mesh, that the flags of `simulate` ask for."""
-    from tablegen.particles.mesh import read_mesh
+    from tablegen.config.mesh import read_mesh
 
     if (shape is None) == (particle is None):
         given = "missing" if shape is None else "got both"

@@ -9,7 +9,7 @@ from sampler.commands.program import DONE, MISSED
 from sampler.files.atomic import write_text
 from tablegen.commands import bounded
 from tablegen.commands.config_argument import CONFIG
-from tablegen.configuration.defaults import STABILITY_COUNT
+from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.model.shape_codes import SHAPE_NAMES
 
 
@@ -80,11 +80,11 @@ def stability(
     and with half the tolerance of the flight. Exit status 1 if a particle is not finite, does not
     finish, gains energy or is not separated from the wall.
     """
-    from tablegen.config import load_config
-    from tablegen.studies.stability.cases import FULL, QUICK, Grid
-    from tablegen.studies.stability.stability_page import study_page
-    from tablegen.studies.stability.stability_study import run_study
-    from tablegen.studies.stability.stability_text import study_json, study_text
+    from tablegen.config.config import load_config
+    from tablegen.evidence.cases import FULL, QUICK, Grid
+    from tablegen.evidence.stability_page import study_page
+    from tablegen.evidence.stability_study import run_study
+    from tablegen.evidence.stability_text import study_json, study_text
 
     axes = Grid(shape, aspect, alpha, speed, spin)
     study = run_study(

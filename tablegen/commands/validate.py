@@ -13,11 +13,11 @@ from sampler.files.atomic import write_text
 from sampler.files.json_text import json_text
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.commands import bounded
-from tablegen.configuration.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS
+from tablegen.config.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS
 
 if TYPE_CHECKING:
     from tablegen.accuracy.comparison import Comparison
-    from tablegen.validate import Place, Validation
+    from tablegen.accuracy.validate import Place, Validation
 
 #: Spinning conditions.
 _COUNT = options.Integer(0, 10_000)
@@ -121,10 +121,10 @@ def validate(
     A spin law is compared at conditions of its own, and over the impacts that occur in chains.
     Exit status 1 if the accuracy is missed by more than noise.
     """
-    from tablegen.studies.validation.stored_accuracy import check_store, store_accuracy
-    from tablegen.studies.validation.validation_page import validation_page
-    from tablegen.studies.validation.validation_text import whose
-    from tablegen.validate import validate as compare
+    from tablegen.accuracy.validate import validate as compare
+    from tablegen.accuracy.validation_text import whose
+    from tablegen.evidence.validation_page import validation_page
+    from tablegen.tables.stored_accuracy import check_store, store_accuracy
 
     at = _conditions(alpha, speed, spin)
     if store:
@@ -171,9 +171,9 @@ def _conditions(
 
 def _print_comparisons(result: "Validation", details: bool) -> None:
     """Print every comparison, details of the worst or of all, and what was looked at."""
-    from tablegen.studies.validation.accuracy_text import accuracy_text, details_text
-    from tablegen.studies.validation.spin_text import spin_report
-    from tablegen.studies.validation.validation_text import certainty_line, coverage_lines
+    from tablegen.accuracy.accuracy_text import accuracy_text, details_text
+    from tablegen.accuracy.spin_text import spin_report
+    from tablegen.accuracy.validation_text import certainty_line, coverage_lines
 
     allowed = result.declared, result.asked, result.together
     if result.comparisons:

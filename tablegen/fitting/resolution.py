@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from tablegen.config import Config
+from tablegen.config.config import Config
 
 #: Sizes of a mixture that the generator chooses from, about a factor of 1.4 apart.
 LADDER = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536)

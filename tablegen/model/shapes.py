@@ -2,7 +2,7 @@
 
 Half-sizes are a >= b >= c along the principal axes and a = 1 is the unit of length. A shape is
 either an ellipsoid (the sphere included) or a convex polyhedron given by its vertices. A mesh
-(`tablegen.particles.mesh`) is a polyhedron too, with moments of its own and a support map, which
+(`tablegen.config.mesh`) is a polyhedron too, with moments of its own and a support map, which
 spares most of its vertices.
 
 A body of lanes stands for several particles of one shape, whose numbers and vertices are lanes

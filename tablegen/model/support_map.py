@@ -4,7 +4,7 @@ Directions are put into the cells of a cube map: a cube around the origin, each 
 squares. A cell lists every vertex that supports the body in some direction up to ``slack`` away
 from the cell. So the list found for a direction stays complete while the body turns by
 ``slack``, and a contact search over a grain of a thousand vertices looks at some ten of them.
-The lists are made by `tablegen.particles.support_map_builder`.
+The lists are made by `tablegen.config.support_map_builder`.
 """
 
 import math

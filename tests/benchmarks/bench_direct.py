@@ -18,8 +18,8 @@ import numba
 import numpy as np
 
 import tablegen
-from tablegen.config import load_config
-from tablegen.direct import DirectModel
+from tablegen.config.config import load_config
+from tablegen.simulation.direct import DirectModel
 
 #: Size of the particles, m.
 _HALF_SIZE = 1e-5

@@ -3,7 +3,7 @@
     python tests/benchmarks/bench_error.py
     python tests/benchmarks/bench_error.py --angles 20 --count 50000 --plot error.png
 
-What is measured, and how, is in `tablegen.studies.report.tolerances`, which ``tablegen report``
+What is measured, and how, is in `tablegen.evidence.tolerances`, which ``tablegen report``
 shares.
 """
 
@@ -21,9 +21,9 @@ from tqdm import tqdm
 
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
-from tablegen.config import load_config
+from tablegen.config.config import load_config
+from tablegen.evidence.tolerances import FINEST, Setting, curve
 from tablegen.model.shape_codes import SHAPE_NAMES
-from tablegen.studies.report.tolerances import FINEST, Setting, curve
 
 
 def row(point: Setting) -> str:

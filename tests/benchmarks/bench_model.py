@@ -31,8 +31,8 @@ from tqdm import tqdm
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output, check_output
-from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.config.config import load_config
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 #: Runs a model once over (shape, angle in degrees); nanoseconds per rebound.
 Timer = Callable[[str, float], float]
@@ -42,7 +42,7 @@ MODELS = (TABLEGEN, REFERENCE, CPP)
 
 
 def tablegen_timer(speed: float, count: int, seed: int) -> Timer:
-    """Time `tablegen.simulate.simulate_condition` on one thread."""
+    """Time `tablegen.simulation.simulate.simulate_condition` on one thread."""
     config = load_config("corundum-steel")
 
     def timed(shape: str, alpha_deg: float) -> float:

@@ -21,12 +21,12 @@ import numpy as np
 
 import sampler
 from sampler.table import Table
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 from tablegen.fitting.node import fit_node
 from tablegen.fitting.resolution import Resolution
-from tablegen.refinement.assembly import assemble
-from tablegen.refinement.axes import make_axes
-from tablegen.refinement.intervals import Grid
+from tablegen.tables.assembly import assemble
+from tablegen.tables.axes import make_axes
+from tablegen.tables.intervals import Grid
 
 SAMPLES = 50_000
 CONDITION = (40.0, 150.0)

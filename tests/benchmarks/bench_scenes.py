@@ -18,8 +18,8 @@ import numpy as np
 
 import sampler
 from sampler.files.locate import find_table
-from tablegen.config import load_config
-from tablegen.prune import prune
+from tablegen.config.config import load_config
+from tablegen.tables.prune import prune
 
 N, ROUNDS = 1_000_000, 7
 

@@ -18,16 +18,16 @@ import checkout  # noqa: F401  (before the imports that it makes possible)
 import numpy as np
 
 import sampler
-from tablegen.config import stored_config
-from tablegen.direct import DirectModel
-from tablegen.impact_chains import occurring_impacts
-from tablegen.studies.report.report_text import ratio_lines
-from tablegen.studies.report.spinning_impacts import (
+from tablegen.config.config import stored_config
+from tablegen.evidence.report_text import ratio_lines
+from tablegen.evidence.spinning_impacts import (
     SpinningImpacts,
     SpinningWay,
     nanoseconds,
     works,
 )
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import occurring_impacts
 
 
 def measured(table: sampler.Table, count: int, rounds: int, seed: int = 1) -> SpinningImpacts:

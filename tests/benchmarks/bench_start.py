@@ -16,7 +16,7 @@ from pathlib import Path
 
 import checkout
 
-from tablegen.studies.report.machine import processor
+from tablegen.evidence.machine import processor
 
 #: Runs with a filled cache.
 REPEATS = 3

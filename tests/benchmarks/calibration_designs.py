@@ -1,4 +1,4 @@
-"""How a calibration searches: the experiments behind tablegen/calibration/EXPERIMENTS.md.
+"""How a calibration searches: the experiments behind tablegen/measured/EXPERIMENTS.md.
 
 Run ``python tests/benchmarks/calibration_designs.py NAME``, where NAME is one of
 
@@ -11,14 +11,14 @@ import sys
 
 import numpy as np
 
-from tablegen.calibration.calibrate import calibrate
-from tablegen.calibration.evaluations import Evaluations
-from tablegen.calibration.parameters import make_parameters
-from tablegen.calibration.search import Search, random_starts
-from tablegen.calibration.targets import make_targets
-from tablegen.calibration.trial_pairs import TrialPairs
-from tablegen.config import load_config
-from tablegen.measurements.reader import read_measurements
+from tablegen.config.config import load_config
+from tablegen.measured.calibrate import calibrate
+from tablegen.measured.evaluations import Evaluations
+from tablegen.measured.parameters import make_parameters
+from tablegen.measured.reader import read_measurements
+from tablegen.measured.search import Search, random_starts
+from tablegen.measured.targets import make_targets
+from tablegen.measured.trial_pairs import TrialPairs
 
 START = load_config("start-tabulated")
 FREE = (

@@ -1,4 +1,4 @@
-"""What limits the accuracy of a spin law: the experiments behind tablegen/spin_law/EXPERIMENTS.md.
+"""What limits the accuracy of a spin law: the experiments behind tablegen/fitting/EXPERIMENTS.md.
 
 Run ``python tests/benchmarks/spin_designs.py NAME``, where NAME is one of
 
@@ -15,10 +15,9 @@ import numpy as np
 from sampler.formats.shape_codes import SHAPE_CODES
 from sampler.formats.spin_bounds import SCORE_MAX
 from tablegen.accuracy.metrics import DISTANCES, ks_distances
-from tablegen.config import load_config
-from tablegen.configuration.metric_table import METRICS
-from tablegen.direct import DirectModel
-from tablegen.spin_law.coordinates import (
+from tablegen.config.config import load_config
+from tablegen.config.metric_table import METRICS
+from tablegen.fitting.coordinates import (
     CONDITION_SIGNS,
     OUTCOME_SIGNS,
     coordinates,
@@ -26,16 +25,17 @@ from tablegen.spin_law.coordinates import (
     folded,
     outcomes,
 )
-from tablegen.spin_law.fit_tasks import (
+from tablegen.fitting.fit_tasks import (
     ShapeConditions,
     conditions_task,
     leaf_task,
     speed_coordinate,
 )
-from tablegen.spin_law.leaf import LeafArrays
-from tablegen.spin_law.scores import StoredExperts, bounded_scores
-from tablegen.spin_law.sizes import SPIN_SIZES
-from tablegen.spin_law.tree import Tree, find_leaves
+from tablegen.fitting.leaf import LeafArrays
+from tablegen.fitting.leaf_sizes import SPIN_SIZES
+from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
+from tablegen.fitting.tree import Tree, find_leaves
+from tablegen.simulation.direct import DirectModel
 
 CONFIG = load_config("corundum-steel").with_changes(
     {"domain": {"speed": [5.0, 300.0], "extrapolate": True}}

@@ -18,16 +18,16 @@ from scipy.special import ndtr
 from sampler.formats.channels import to_channels
 from sampler.table import Table
 from tablegen.accuracy.metrics import DISTANCES, ks_distances
-from tablegen.config import load_config
-from tablegen.configuration.metric_table import METRICS
+from tablegen.config.config import load_config
+from tablegen.config.metric_table import METRICS
 from tablegen.fitting.classes import class_of
 from tablegen.fitting.node import fit_node
 from tablegen.fitting.resolution import Resolution
 from tablegen.fitting.scores import normal_scores
-from tablegen.refinement.assembly import assemble
-from tablegen.refinement.axes import make_axes
-from tablegen.refinement.intervals import Grid
-from tablegen.simulate import simulate
+from tablegen.simulation.simulate import simulate
+from tablegen.tables.assembly import assemble
+from tablegen.tables.axes import make_axes
+from tablegen.tables.intervals import Grid
 from tablegen.tasks.runner import Stopwatch
 
 CONFIG = load_config("corundum-steel")

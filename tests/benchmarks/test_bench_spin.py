@@ -7,11 +7,11 @@ from spin_tables import with_spin_law, without_spin_law
 
 import sampler
 from sampler.table import Table
-from tablegen.config import stored_config
-from tablegen.direct import DirectModel
-from tablegen.impact_chains import occurring_impacts, simulated
-from tablegen.studies.report import one_by_one
-from tablegen.studies.report.spinning_impacts import DIRECT, FIRST, SPINNING
+from tablegen.config.config import stored_config
+from tablegen.evidence import one_by_one
+from tablegen.evidence.spinning_impacts import DIRECT, FIRST, SPINNING
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import occurring_impacts, simulated
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ import bench_model
 import numpy as np
 import pytest
 
-from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate_condition
-from tablegen.studies.report.tolerances import RESOLUTIONS, TOLERANCES
+from tablegen.config.config import load_config
+from tablegen.evidence.tolerances import RESOLUTIONS, TOLERANCES
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 POINTS = json.loads(
     (Path(__file__).parents[1] / "data" / "direct.json").read_text(encoding="utf-8")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import spin_designs
 
-from tablegen.spin_law.sizes import SpinSizes
+from tablegen.fitting.leaf_sizes import SpinSizes
 
 
 @pytest.fixture

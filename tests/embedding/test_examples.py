@@ -11,8 +11,8 @@ from spin_tables import with_spin_law
 
 import sampler
 from sampler.formats.binary import write_binary_table
-from tablegen.config import load_config
-from tablegen.prune import pruned
+from tablegen.config.config import load_config
+from tablegen.tables.prune import pruned
 
 FORTRAN = toolchain.INCLUDE.parent / "fortran"
 PARTICLES, HITS = 2000, 6

@@ -15,7 +15,7 @@ from dusty_gas.walls import MODELS, make_store, make_wall, tabulated
 from scipy.stats import binomtest, kstest
 
 import sampler
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 
 #: A study, because the kernels of the application, with direct simulation inside a tracker, take a
 #: minute to compile. `.ci/run` runs it all the same.

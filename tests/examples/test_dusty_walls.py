@@ -23,8 +23,8 @@ import tablegen
 from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing.philox import philox_block, uniform
 from sampler.table import Table
-from tablegen.config import load_config
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.config.config import load_config
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 HALF_SIZE = 2e-5
 CONDITIONS = [(0.5, 60.0), (17.0, 200.0), (60.0, 120.0), (90.0, 290.0)]

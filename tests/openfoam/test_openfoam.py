@@ -18,7 +18,7 @@ from conftest import script
 import sampler
 from sampler.formats.binary import write_binary_table
 from tablegen import load_config
-from tablegen.prune import pruned
+from tablegen.tables.prune import pruned
 
 CLOUD = "constant/kinematicCloudProperties"
 #: A run in which parcels meet up to nine walls.

@@ -3,9 +3,9 @@
 import numpy as np
 from reference_model import Law, Setup, rebounds
 
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 from tablegen.model.random_particles import draw_particles, keys_of_run
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
 TRUNCATION = CONFIG.population.truncation

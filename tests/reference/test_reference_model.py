@@ -12,7 +12,7 @@ from pathwise import CONFIG, TRUNCATION, random_particles
 from reference_model import SHAPES, Law, Setup, make_particle, rebounds
 from scipy.spatial import ConvexHull
 
-from tablegen.simulate import CONTACT_RESOLUTION
+from tablegen.simulation.simulate import CONTACT_RESOLUTION
 
 COUNT, SEED = 2000, 61
 NON_SPHERICAL = [name for name in SHAPES if name != "sphere"]

@@ -4,7 +4,7 @@ import pytest
 from tiny_tables import GENERATE, MEASURED, TINY, Tiny
 
 from tablegen.accuracy.measure import measure
-from tablegen.generate import generate
+from tablegen.tables.generate import generate
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import numpy as np
 
 from sampler.formats.fixed_point import MIXTURE_SCALE
 from sampler.formats.hdf5 import TableContents
-from tablegen.config import parse_config
+from tablegen.config.config import parse_config
 
 #: Datasets that have the two node dimensions in front.
 NODE_DATASETS = (

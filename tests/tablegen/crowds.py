@@ -2,7 +2,7 @@
 
 from mesh_fixtures import POPULATION, box, grain
 
-from tablegen.particles.population import MeshShape, Population
+from tablegen.config.population import MeshShape, Population
 
 CROWD = Population.model_validate(
     POPULATION.model_dump(by_alias=True)

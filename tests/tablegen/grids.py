@@ -4,8 +4,8 @@ from tiny_tables import ROUGH
 
 from sampler.table import Table
 from tablegen.fitting.node import fit_node
-from tablegen.refinement.assembly import assemble
-from tablegen.refinement.axes import make_axes
+from tablegen.tables.assembly import assemble
+from tablegen.tables.axes import make_axes
 
 
 def grid_table(alpha_nodes_deg, speed_nodes):

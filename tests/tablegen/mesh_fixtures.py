@@ -7,10 +7,10 @@ import trimesh
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.shapes import MAX_VERTICES, make_body
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = CONFIG.pair, CONFIG.population

@@ -5,7 +5,7 @@ They say what a test of spin laws must accept, and what it must refuse.
 
 import numpy as np
 
-from tablegen.direct import DirectModel
+from tablegen.simulation.direct import DirectModel
 
 
 class DirectTable:

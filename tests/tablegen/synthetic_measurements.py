@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tablegen.measurements.records import QUANTITIES, Measurements, Moments
-from tablegen.simulate import simulate
+from tablegen.measured.records import QUANTITIES, Measurements, Moments
+from tablegen.simulation.simulate import simulate
 
 
 def measured_from(config, alpha_deg, count, seed, spreads=True, stated=True, speed=100.0):

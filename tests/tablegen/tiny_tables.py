@@ -4,9 +4,9 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from tablegen.config import load_config
-from tablegen.generate import Generated, generate
-from tablegen.refinement.refine import refine_grid
+from tablegen.config.config import load_config
+from tablegen.tables.generate import Generated, generate
+from tablegen.tables.refine import refine_grid
 
 #: The modules; in the package the name of the first stands for the function.
 GENERATE = sys.modules[generate.__module__]

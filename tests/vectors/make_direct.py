@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tablegen.config import load_config
-from tablegen.simulate import simulate
+from tablegen.config.config import load_config
+from tablegen.simulation.simulate import simulate
 
 FOLDER = Path(__file__).parent
 

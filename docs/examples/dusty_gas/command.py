@@ -19,7 +19,7 @@ from dusty_gas.walls import MODELS, make_wall, tabulated
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 
 DONE, DIFFERS, BAD_INPUT = 0, 1, 2
 

@@ -25,7 +25,7 @@ from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import cross, dot
 from sampler.errors import CLAMPED, NOT_APPROACHING, OK
 from sampler.table import Table
-from tablegen.config import Config
+from tablegen.config.config import Config
 from tablegen.model.rebound import MOTION_SIZE, U, V, W, collide, wall_spin
 from tablegen.model.rotation import ORDER
 

@@ -21,7 +21,7 @@ from many_hits.picture import chains_picture, flow_picture
 from many_hits.wall_picture import impacts_picture
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from tablegen.config import parse_config
+from tablegen.config.config import parse_config
 
 DONE, BAD_INPUT = 0, 2
 

@@ -23,7 +23,7 @@ from sampler.errors import OutsideTableWarning
 from sampler.inputs.output import Rebound
 from sampler.table import Table
 from tablegen import DirectModel
-from tablegen.config import Config
+from tablegen.config.config import Config
 
 FloatArray = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from sampler.files.json_text import json_text
 
 #: Sources that write JSON for another purpose than a file of results: inputs of a checksum, and
 #: a tree for pydantic, which says itself what is not finite.
-OTHERS = {"sampler/formats/hdf5.py", "tablegen/configuration/field_types.py"}
+OTHERS = {"sampler/formats/hdf5.py", "tablegen/config/field_types.py"}
 
 
 def test_is_json_with_a_line_end():

@@ -29,7 +29,7 @@ from tablegen.accuracy.metrics import (
     sliced_wasserstein,
 )
 from tablegen.accuracy.noise_corrected import ESTIMATES, Settings
-from tablegen.configuration.metric_table import METRICS
+from tablegen.config.metric_table import METRICS
 
 COUNT = 20_000
 

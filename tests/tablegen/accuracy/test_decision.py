@@ -20,8 +20,8 @@ from tablegen.accuracy.decision import (
 )
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.accuracy.verdict import verdict_words
-from tablegen.config import AccuracyTargets
-from tablegen.configuration.metric_table import METRICS
+from tablegen.config.config import AccuracyTargets
+from tablegen.config.metric_table import METRICS
 
 TARGETS = AccuracyTargets(ks=0.03, sliced_wasserstein=0.02, correlation_error=0.05, auc=0.7)
 

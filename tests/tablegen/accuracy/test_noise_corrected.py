@@ -14,7 +14,7 @@ from tablegen.accuracy.metrics import (
     unit_directions,
 )
 from tablegen.accuracy.noise_corrected import ESTIMATES, Settings
-from tablegen.configuration.metric_table import METRICS
+from tablegen.config.metric_table import METRICS
 
 #: Metrics that a classifier has no part in.
 NAMES = [name for name, metric in METRICS.items() if not metric.learned]

@@ -10,7 +10,7 @@ from tablegen.accuracy.spin_conditions import (
     check_spin_conditions,
     pick_spin_conditions,
 )
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 
 CONFIG = load_config("corundum-steel")
 #: Rounding of sums of squares.

@@ -16,10 +16,10 @@ from tablegen.accuracy.spin_measure import (
     measure_spin,
     spin_accuracy_datasets,
 )
-from tablegen.config import load_config
-from tablegen.configuration.metric_table import METRICS, SPIN_PRESETS, worst_spin_stored
-from tablegen.configuration.spin_targets import JointTargets, SpinTargets
-from tablegen.simulate import simulate
+from tablegen.config.config import load_config
+from tablegen.config.metric_table import METRICS, SPIN_PRESETS, worst_spin_stored
+from tablegen.config.spin_targets import JointTargets, SpinTargets
+from tablegen.simulation.simulate import simulate
 
 MEASURE = sys.modules[ComparedCondition.__module__]
 CONFIG = load_config("corundum-steel").with_changes(

@@ -23,10 +23,10 @@ from tablegen.accuracy.streaming_statistics import (
     statistics_of,
     summarise,
 )
-from tablegen.batches import BATCH
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 from tablegen.model.particle_run import simulate_batch
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.batches import BATCH
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 #: The module itself: `tablegen` may give its name to something else.
 MODULE = importlib.import_module("tablegen.accuracy.streaming_statistics")
@@ -181,7 +181,7 @@ def test_order_of_merging_changes_bits(whole):
 
 
 def test_slow_first_batch_changes_no_bit_and_lets_nothing_pile_up(monkeypatch):
-    monkeypatch.setattr("tablegen.batches.BATCH", 100)
+    monkeypatch.setattr("tablegen.simulation.batches.BATCH", 100)
     expected = run(3000, threads=2)
     work, started, meanwhile = MODULE._batch_statistics, [], []
 
@@ -239,7 +239,7 @@ def test_particle_in_endless_contact_is_an_error(monkeypatch):
         keys = arguments[3]
         return 7 if keys.particle[0] == BATCH else real(*arguments)
 
-    monkeypatch.setattr("tablegen.batches.simulate_batch", stuck_in_second)
+    monkeypatch.setattr("tablegen.simulation.batches.simulate_batch", stuck_in_second)
     message = f"particle {BATCH + 7} of seed 31, stream 0 is .* contact_resolution"
     with pytest.raises(RuntimeError, match=message):
         run()

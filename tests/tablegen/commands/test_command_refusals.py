@@ -11,8 +11,8 @@ from tiny_tables import GENERATE, REFINE, ROUGH
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 
 #: The modules; in the package their names stand for the functions.
-SIMULATION = importlib.import_module("tablegen.simulate")
-VALIDATION = importlib.import_module("tablegen.validate")
+SIMULATION = importlib.import_module("tablegen.simulation.simulate")
+VALIDATION = importlib.import_module("tablegen.accuracy.validate")
 
 
 @pytest.mark.parametrize("words", [["simulat"], ["--fast"], ["inspect"], ["inspect", "a", "b"]])

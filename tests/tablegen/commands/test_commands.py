@@ -25,9 +25,9 @@ from tiny_tables import GENERATE, REFINE, TINY
 
 import sampler
 from sampler.formats.hdf5 import write_table
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 from tablegen.model.shape_codes import SHAPE_CODES
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 
@@ -270,7 +270,7 @@ class TestDemo:
             say("what it does")
             return SimpleNamespace(missed=[] if holds else ["ks"])
 
-        monkeypatch.setattr("tablegen.studies.demo_run.run_demo", fake)
+        monkeypatch.setattr("tablegen.commands.demo_run.run_demo", fake)
         ended = run("demo", "--output", tmp_path / "d.h5", "--quiet")
         assert (ended.status, ended.out) == (status, "what it does\n")
         assert calls == [(tmp_path / "d.h5", False)]

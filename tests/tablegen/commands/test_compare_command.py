@@ -5,9 +5,9 @@ import json
 import pytest
 from command_line import DONE
 
-from tablegen.config import load_config
-from tablegen.studies.comparison.compare import compare
-from tablegen.studies.comparison.comparison_text import comparison_json, comparison_text
+from tablegen.config.config import load_config
+from tablegen.measured.compare import compare
+from tablegen.measured.comparison_text import comparison_json, comparison_text
 
 GRANT = ("compare", "grant-tabakoff-1975", "--measured", "grant-tabakoff-1975", "--quiet")
 

@@ -9,9 +9,9 @@ import pytest
 from tiny_tables import ROUGH, TINY
 
 import sampler
-from tablegen.config import load_config
-from tablegen.studies import demo_run as demo
-from tablegen.validate import validate
+from tablegen.accuracy.validate import validate
+from tablegen.commands import demo_run as demo
+from tablegen.config.config import load_config
 
 #: Steps of the demonstration, in the order in which it speaks of them.
 STEPS = ("1. Generating ", "2. Drawing 1,000,000 rebounds", "3. Validating", "The table is in ")

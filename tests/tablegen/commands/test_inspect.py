@@ -11,7 +11,7 @@ from tiny_tables import TINY
 import sampler
 from sampler.formats.hdf5 import write_table
 from tablegen.commands.inspect import identity, identity_text
-from tablegen.configuration.metric_table import PRESETS
+from tablegen.config.metric_table import PRESETS
 
 
 def test_says_what_the_table_is(run, tiny):

@@ -8,11 +8,11 @@ from sampler.formats.channels import STATE, VARIABLES, WORKS
 from sampler.table import Table
 from tablegen.accuracy.metrics import classifier_auc, correlation_error, ks_distances
 from tablegen.accuracy.scene_variables import simulated_variables
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 from tablegen.fitting.node import fit_node, fitted_channels
-from tablegen.refinement.assembly import assemble
-from tablegen.refinement.axes import make_axes
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
+from tablegen.tables.assembly import assemble
+from tablegen.tables.axes import make_axes
 
 ALPHA_DEG, SPEED = 35.0, 150.0
 N, N_NODE = 20_000, 12_000

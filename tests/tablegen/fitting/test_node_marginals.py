@@ -13,11 +13,11 @@ from sampler.formats.channels import MIRRORED
 from sampler.table import Table
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.accuracy.scene_variables import simulated_variables
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 from tablegen.fitting.node import fit_node, node_stream
-from tablegen.refinement.assembly import assemble
-from tablegen.refinement.axes import make_axes
-from tablegen.simulate import simulate
+from tablegen.simulation.simulate import simulate
+from tablegen.tables.assembly import assemble
+from tablegen.tables.axes import make_axes
 
 ALPHA_DEG, SPEED = 60.0, 200.0
 N = 400_000

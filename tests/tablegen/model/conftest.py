@@ -8,7 +8,7 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parents[2] / "reference"))
 from motion_fixtures import PAIR, POPULATION
 
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 
 @pytest.fixture(scope="session")

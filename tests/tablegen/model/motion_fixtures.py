@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sampler.compilation.jit import kernel
-from tablegen.config import load_config
+from tablegen.config.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.rebound import (
     LEFT,

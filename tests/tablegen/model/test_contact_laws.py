@@ -11,7 +11,7 @@ from motion_fixtures import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
 from sampler.compilation.jit import kernel
-from tablegen.materials.pairs import MaterialPair
+from tablegen.config.pairs import MaterialPair
 from tablegen.model.audit import ANGULAR, ENERGY, NORMAL, TANGENTIAL
 from tablegen.model.contact_laws import (
     CONSTANT,
@@ -34,7 +34,7 @@ from tablegen.model.contact_laws import (
     tabulated_coefficient,
 )
 from tablegen.model.shape_codes import SHAPE_NAMES
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 # called from Python here
 exponential_restitution = kernel(exponential_restitution)

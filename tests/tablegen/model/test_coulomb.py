@@ -9,12 +9,12 @@ import pytest
 from motion_fixtures import PAIR, POPULATION
 from test_collision import mobility_tuple, random_impacts
 
-from tablegen.materials.pairs import MaterialPair
+from tablegen.config.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE, NORMAL, TANGENTIAL, audit_collision
 from tablegen.model.coulomb import Ending, coulomb_impulse
 from tablegen.model.coulomb_rates import Friction, slip_direction
 from tablegen.model.rotation import ORDER
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 #: A resolution that no contact falls below.
 NO_FLOOR = 1e-12

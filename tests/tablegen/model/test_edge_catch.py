@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from tablegen.model.collision import impulse
 from tablegen.model.impact_condition import GRAZING
-from tablegen.simulate import make_condition
+from tablegen.simulation.simulate import make_condition
 
 SECTION = section_of("prism", 1.0, 1.0, 2)
 

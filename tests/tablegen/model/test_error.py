@@ -8,7 +8,12 @@ import pytest
 from motion_fixtures import PAIR, POPULATION
 
 from tablegen.model.audit import FLIGHT_ENERGY, FLIGHT_MOMENTUM
-from tablegen.simulate import CONTACT_RESOLUTION, TOLERANCE, make_condition, simulate_condition
+from tablegen.simulation.simulate import (
+    CONTACT_RESOLUTION,
+    TOLERANCE,
+    make_condition,
+    simulate_condition,
+)
 
 COUNT = 30_000
 

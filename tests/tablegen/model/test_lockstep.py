@@ -5,7 +5,7 @@ import pytest
 from crowds import CROWD
 from motion_fixtures import PAIR
 
-from tablegen.materials.pairs import MaterialPair
+from tablegen.config.pairs import MaterialPair
 from tablegen.model.random_particles import (
     ParticleKeys,
     draw_grain,
@@ -14,7 +14,7 @@ from tablegen.model.random_particles import (
 )
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.model.simd import WIDTH
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.processor
 

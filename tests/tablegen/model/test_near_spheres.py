@@ -5,7 +5,7 @@ import pytest
 from motion_fixtures import PAIR, POPULATION
 from reference_model import SPHERE, Law, Setup, Turn, collide, make_particle
 
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 
 def rebounds(aspect, alpha_deg, spin, **numerics):

@@ -8,10 +8,10 @@ import pytest
 from motion_fixtures import CONFIG
 
 import sampler
-from tablegen.configuration.defaults import MIXTURE
-from tablegen.studies.paper_figures.sample_statistics import DIRECT, make_statistics
-from tablegen.studies.paper_figures.scattering_checks import indicatrix_maxima
-from tablegen.studies.paper_figures.statements import check_statements
+from tablegen.config.defaults import MIXTURE
+from tablegen.evidence.sample_statistics import DIRECT, make_statistics
+from tablegen.evidence.scattering_checks import indicatrix_maxima
+from tablegen.evidence.statements import check_statements
 
 #: Numbers of the statements that do not hold: differences of means from modes (1, 16), shares of
 #: repeated collisions (6, 7), symmetry of omega_x of a chiral shape (11), the angle of the highest

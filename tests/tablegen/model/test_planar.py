@@ -11,7 +11,7 @@ import pytest
 from motion_fixtures import body_of, run_rebound
 from planar_reference import impact, paper_law, rebound, rotation_of_section, section_of
 
-from tablegen.simulate import make_condition
+from tablegen.simulation.simulate import make_condition
 
 SPEED = 200.0
 

@@ -42,7 +42,7 @@ from tablegen.model.rebound import (
 )
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth
-from tablegen.simulate import CONTACT_RESOLUTION, make_condition, simulate_condition
+from tablegen.simulation.simulate import CONTACT_RESOLUTION, make_condition, simulate_condition
 
 # called from Python here
 workspace = kernel(workspace)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from motion_fixtures import CONFIG, PAIR, POPULATION
 
-from tablegen.simulate import make_condition, simulate_condition
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 _FILE = Path(__file__).parents[2] / "data" / "direct.json"
 REFERENCE = json.loads(_FILE.read_text(encoding="utf-8"))

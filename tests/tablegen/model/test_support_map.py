@@ -11,13 +11,13 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from sampler.compilation.jit import kernel
+from tablegen.config.mesh import mesh_particle
+from tablegen.config.support_map_builder import SLACK, cell_frames, make_map
 from tablegen.model.rebound import MOTION_SIZE, next_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth
 from tablegen.model.support_map import NO_MAP, direction_cell, empty_map, support_range
-from tablegen.particles.mesh import mesh_particle
-from tablegen.particles.support_map_builder import SLACK, cell_frames, make_map
-from tablegen.simulate import make_condition
+from tablegen.simulation.simulate import make_condition
 
 # called from Python here
 direction_cell = kernel(direction_cell)

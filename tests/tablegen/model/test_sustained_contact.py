@@ -16,9 +16,9 @@ from motion_fixtures import PAIR, body_of, run_rebound
 from planar_reference import impact, mobility, rotation_of_section, section_of
 from scipy.integrate import solve_ivp
 
-from tablegen.materials.resistance import ConstantResistance
-from tablegen.materials.restitution import ConstantRestitution
-from tablegen.simulate import make_condition
+from tablegen.config.resistance import ConstantResistance
+from tablegen.config.restitution import ConstantRestitution
+from tablegen.simulation.simulate import make_condition
 
 #: Half-sizes b and c of ellipsoids, and the principal axis along z.
 BODIES = [((0.8, 0.6), 1), ((1.0, 0.3), 0), ((1.0, 0.02), 1), ((0.02, 0.02), 2), ((0.5, 0.25), 2)]

@@ -14,7 +14,7 @@ from motion_fixtures import (
 from scipy.spatial.transform import Rotation
 from scipy.stats import norm
 
-from tablegen.simulate import make_condition
+from tablegen.simulation.simulate import make_condition
 
 #: Mirror at the impact plane, and what it does to a state: spin is an axial vector.
 MIRROR = np.diag([1.0, 1.0, -1.0])

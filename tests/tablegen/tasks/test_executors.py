@@ -19,8 +19,8 @@ from processes import TABLEGEN, command, mpiexec, needs_dask, needs_mpi, our_lin
 from tiny_tables import ROUGH
 
 from sampler.errors import InputError
-from tablegen.config import parse_config
-from tablegen.generate import generate
+from tablegen.config.config import parse_config
+from tablegen.tables.generate import generate
 from tablegen.tasks import executors
 from tablegen.tasks.executors import open_executor
 from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank

@@ -17,10 +17,10 @@ import sampler
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.fitting.node import fit_node
 from tablegen.fitting.resolution import resolution
-from tablegen.generate import generate
-from tablegen.refinement.axes import first_grid
-from tablegen.refinement.intervals import Grid
-from tablegen.refinement.refine import fit_nodes, node_key
+from tablegen.tables.axes import first_grid
+from tablegen.tables.generate import generate
+from tablegen.tables.intervals import Grid
+from tablegen.tables.refine import fit_nodes, node_key
 from tablegen.tasks import runner
 from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.processor_kind import processor_kind

@@ -1,0 +1,1 @@
+"""Configurations: material pairs, scenes, populations and laws as checked records."""

@@ -1,0 +1,412 @@
+"""Configurations: what a table is made of, read from TOML and checked.
+
+A *pair file* says everything: the material pair, the population, the domain, and how a table is
+made. A *scene* names a pair file in a top-level ``pair = "..."`` and changes what differs. Both
+become a `Config`, whose `text` stands on its own and is what a table stores.
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+import tomli_w
+from numpy.typing import ArrayLike, NDArray
+from pydantic import (
+    AfterValidator,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    create_model,
+    model_validator,
+)
+
+from sampler.errors import InputError
+from sampler.files.locate import find_config
+from sampler.formats.channels import STATE, VARIABLES
+from sampler.formats.spin_bounds import GROUP_SIZE, N_GROUPS
+from sampler.formats.table_bounds import is_line
+from tablegen.config.config_files import names_a_file, pair_file, read_text
+from tablegen.config.field_types import (
+    AngleRange,
+    ComponentNames,
+    Increasing,
+    Name,
+    Record,
+    SpeedRange,
+)
+from tablegen.config.mesh import read_mesh
+from tablegen.config.messages import MISSING, complaint, refusal, shown
+from tablegen.config.metric_table import METRICS, PRESETS, declared_accuracy
+from tablegen.config.pairs import MaterialPair
+from tablegen.config.population import Population
+from tablegen.config.scenes import Tree, merged
+from tablegen.config.spin_targets import SpinTargets
+from tablegen.config.toml_text import check_tree, parse_toml
+from tablegen.model.model_bounds import CONTACT_RESOLUTION, TOLERANCE
+
+
+def _odd(value: int | None) -> int | None:
+    """Refuse an even number of knots: the median would fall between two."""
+    if value is not None and value % 2 == 0:
+        raise ValueError("an odd number")
+    return value
+
+
+#: Components of a plane flow, and those that it has no use for.
+PLANE = ("u", "v", "omega_z")
+_OUT_OF_PLANE = ("w", "omega_x", "omega_y")
+
+
+class Domain(Record):
+    """Impact angles (degrees from the wall) and speeds (m/s) that a table covers."""
+
+    alpha_deg: AngleRange
+    speed: SpeedRange
+    #: Allow speeds outside the range in which the restitution law was measured.
+    extrapolate: bool = False
+    #: 2: a plane flow, which has no use for w, omega_x and omega_y.
+    dimension: Literal[2, 3] = 3
+    #: What a draw gives; by default u, v, w, omega_x, omega_y, omega_z, or those of a plane flow.
+    components: ComponentNames | None = None
+
+    @model_validator(mode="after")
+    def _plane(self) -> Self:
+        extra = [name for name in self.columns if self.dimension == 2 and name in _OUT_OF_PLANE]
+        if extra:
+            allowed = f"without {', '.join(extra)} in a plane flow (dimension = 2)"
+            raise refusal("components", self.components, allowed)
+        return self
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Components of a draw, in the order of `sampler.formats.channels.VARIABLES`."""
+        if self.components is not None:
+            return tuple(name for name in VARIABLES if name in self.components)
+        return PLANE if self.dimension == 2 else STATE
+
+
+class ModelSettings(Record):
+    """Numerical parameters of the direct model."""
+
+    #: Smallest rebound speed of a contact point over the impact speed; ends sustained contact.
+    contact_resolution: Annotated[float, Field(**CONTACT_RESOLUTION.field)] = 1e-3
+    #: Tolerance of the free rotation between collisions.
+    tolerance: Annotated[float, Field(**TOLERANCE.field)] = 1e-10
+
+
+class TableSettings(Record):
+    """How a table is made; the generator chooses what is not given, to reach the accuracy."""
+
+    seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = 1
+    samples_per_node: Annotated[int | None, Field(ge=100, le=10**9)] = None
+    alpha_nodes_deg: Increasing[float] | None = None
+    speed_nodes: Increasing[float] | None = None
+    #: Components of the mixture that carries the dependence.
+    components: Annotated[int | None, Field(ge=1, le=4096)] = None
+    quantile_knots: Annotated[int | None, Field(ge=17, le=65535), AfterValidator(_odd)] = None
+    #: Make the law exactly symmetric about the impact plane.
+    mirror: bool = False
+    #: Of the spin law: leaves of the tree of a shape, groups of experts in a leaf, experts in a
+    #: group, and simulated rebounds of a leaf.
+    spin_leaves: Annotated[int | None, Field(ge=1, le=1024)] = None
+    spin_groups: Annotated[int | None, Field(ge=1, le=N_GROUPS)] = None
+    spin_experts: Annotated[int | None, Field(ge=1, le=GROUP_SIZE)] = None
+    spin_rebounds: Annotated[int | None, Field(ge=1000, le=10**8)] = None
+
+
+#: The preset, and a field for each metric.
+_ACCURACY_FIELDS: dict[str, Any] = {
+    "preset": (Literal[tuple(PRESETS)], "standard"),
+    **{name: (Annotated[float, Field(**m.allowed)], ...) for name, m in METRICS.items()},
+}
+_AccuracyFields: Any = create_model("_AccuracyFields", __base__=Record, **_ACCURACY_FIELDS)
+
+
+class AccuracyTargets(_AccuracyFields):
+    """Largest distances from direct simulation that a table declares, by metric.
+
+    Those that are not given are the preset's.
+    """
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_preset(cls, given: object) -> object:
+        # an unknown name is refused with the field, not here
+        return declared_accuracy(given) if isinstance(given, dict) else given
+
+
+class Config(Record):
+    """A complete, checked configuration. Change one with `with_changes`, which keeps its text."""
+
+    name: Name
+    pair: MaterialPair
+    population: Population
+    #: Whether the table has a law for particles that arrive spinning.
+    spin: bool = False
+    domain: Domain
+    model: ModelSettings = ModelSettings()
+    table: TableSettings = TableSettings()
+    accuracy: AccuracyTargets = AccuracyTargets.model_validate({})
+    #: Of the spin law; the preset of the accuracy if not given.
+    spin_accuracy: SpinTargets | None = None
+    _text: str = PrivateAttr()
+
+    def model_post_init(self, _: object) -> None:
+        """Write out every field, defaults included; a file's own text takes its place."""
+        tree = self.model_dump(mode="json", by_alias=True, exclude_none=True)
+        self._text = tomli_w.dumps(tree)
+
+    @model_validator(mode="after")
+    def _aspect_where_needed(self) -> Self:
+        if self.population.lacks_aspect:
+            allowed = "a law of the aspect ratios, which all shapes but spheres and meshes need"
+            raise refusal("population.aspect", MISSING, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _within_validity(self) -> Self:
+        valid, (first, last) = self.pair.restitution.valid_speed, self.domain.speed
+        if self.domain.extrapolate:
+            return self
+        if valid is None:
+            allowed = "true, because the restitution law states no validity range (valid_speed)"
+            raise refusal("domain.extrapolate", False, allowed)
+        low, high = valid
+        if not low <= first <= last <= high:
+            allowed = (
+                f"inside the restitution law's validity range [{low:g}, {high:g}] m/s, "
+                "or set domain.extrapolate = true"
+            )
+            raise refusal("domain.speed", self.domain.speed, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _spin_gives_states(self) -> Self:
+        others = [name for name in self.domain.columns if name not in STATE]
+        if self.spin and others:
+            allowed = f"false with {', '.join(others)} among the components, which it does not give"
+            raise refusal("spin", self.spin, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _nodes_span_domain(self) -> Self:
+        for field, nodes, source, ends in (
+            ("alpha_nodes_deg", self.table.alpha_nodes_deg, "alpha_deg", self.domain.alpha_deg),
+            ("speed_nodes", self.table.speed_nodes, "speed", self.domain.speed),
+        ):
+            if nodes is not None and (nodes[0], nodes[-1]) != ends:
+                low, high = ends
+                allowed = (
+                    f"the ends of domain.{source}, [{low:g}, {high:g}], as first and last node"
+                )
+                raise refusal(f"table.{field}", nodes, allowed)
+        return self
+
+    @property
+    def text(self) -> str:
+        """TOML text that needs no other file and parses to this same configuration."""
+        return self._text
+
+    @property
+    def pair_name(self) -> str:
+        """Name of the material pair: that of the pair file a scene refers to, or our own."""
+        return self.pair.name or self.name
+
+    @property
+    def spin_targets(self) -> SpinTargets:
+        """Largest distances that the spin law declares."""
+        preset = {"preset": self.accuracy.preset}
+        return self.spin_accuracy or SpinTargets.model_validate(preset)
+
+    def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
+        """Abscissa for interpolation in speed; see `RestitutionLaw.coordinate`."""
+        return self.pair.restitution.coordinate(speed)
+
+    def with_changes(self, changes: Tree) -> "Config":
+        """Change some fields, by the rules of a scene.
+
+        Parameters
+        ----------
+        changes : dict
+            Nested as in the file, for example ``{"table": {"seed": 2}}``. The paths of mesh
+            files are relative to the working folder.
+
+        Returns
+        -------
+        Config
+
+        Raises
+        ------
+        InputError
+            If the result is not a valid configuration.
+        """
+        origin = f"{self.name}, changed"
+        check_tree(changes, origin)
+        changes, _ = _with_meshes_read(changes, origin, Path())
+        return _checked(merged(tomllib.loads(self.text), changes), origin, None)
+
+
+def load_config(name_or_path: str | Path) -> Config:
+    """Read a material pair or a scene.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A name that comes with the package, such as "corundum-steel", or the path of a file.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    InputError
+        If there is no such file or name, or the file cannot be used: one line with the file, the
+        field, what was given and what is allowed.
+    """
+    return _load(find_config(name_or_path))
+
+
+def parse_config(text: str, origin: str, directory: Path | None = None) -> Config:
+    """Read a configuration from TOML text.
+
+    Parameters
+    ----------
+    text : str
+        A pair file's or a scene's text.
+    origin : str
+        Where the text comes from, to open every error message.
+    directory : Path, optional
+        Folder to which the references to a pair file and to mesh files are relative; the working
+        folder if None.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    InputError
+        As for `load_config`.
+    """
+    data, read = _with_meshes_read(parse_toml(text, origin), origin, directory or Path())
+    if not isinstance(data.get("pair"), str):
+        return _checked(data, origin, None if read else text)
+    base = _base(data.pop("pair"), origin, directory or Path())
+    base_tree = tomllib.loads(base.text)
+    # A nameless scene that took over the pair's name would pass for the pair.
+    del base_tree["name"]
+    tree = merged(base_tree, data)
+    tree["pair"].setdefault("name", base.name)
+    return _checked(tree, origin, None)
+
+
+def stored_config(text: str, origin: str) -> Config:
+    """Read the configuration that a table holds, which needs no file but itself.
+
+    Parameters
+    ----------
+    text : str
+        ``config`` of a table.
+    origin : str
+        Where the text comes from, to open every error message.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    InputError
+        As for `parse_config`; also if it names another file, for the pair or for a mesh. No file
+        is opened.
+    """
+    tree = parse_toml(text, origin)
+    if isinstance(tree.get("pair"), str):
+        allowed = "the laws of the pair themselves, in the configuration of a table"
+        raise InputError(f"{origin}: pair: got {shown(tree['pair'])}, allowed: {allowed}")
+    return _checked(tree, origin, text)
+
+
+def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | None]:
+    """Lay a scene over another configuration than that of the pair it names.
+
+    Parameters
+    ----------
+    config : Config
+        For example that of a table.
+    name_or_path : str or Path
+        A scene, which need not name a pair; or a pair file, whose laws then count as changes.
+
+    Returns
+    -------
+    config : Config
+    pair : str or None
+        The pair that the scene names, if any.
+
+    Raises
+    ------
+    InputError
+        As for `load_config`.
+    """
+    path = find_config(name_or_path)
+    tree, _ = _with_meshes_read(parse_toml(read_text(path), path.name), path.name, path.parent)
+    named = tree.pop("pair") if isinstance(tree.get("pair"), str) else None
+    tree.pop("name", None)
+    return _checked(merged(tomllib.loads(config.text), tree), path.name, None), named
+
+
+def _base(reference: str, origin: str, directory: Path) -> Config:
+    """Read the pair file that a scene refers to."""
+    if not is_line(reference):
+        raise InputError(f"{origin}: pair: got {shown(reference)}, allowed: a name or a path")
+    path = pair_file(reference, origin, directory)
+    if isinstance(parse_toml(read_text(path), path.name).get("pair"), str):
+        raise InputError(
+            f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"
+        )
+    return _load(path)
+
+
+def _with_meshes_read(tree: Tree, origin: str, directory: Path) -> tuple[Tree, bool]:
+    """Tree in which every mesh file has its vertices beside it, and whether that changed it."""
+    population = tree.get("population")
+    meshes = population.get("meshes") if isinstance(population, dict) else None
+    if not isinstance(population, dict) or not isinstance(meshes, list | tuple):
+        return tree, False
+    whole = [
+        _with_vertices(mesh, f"{origin}: population.meshes[{i}].file", directory)
+        for i, mesh in enumerate(meshes)
+    ]
+    changed = {**tree, "population": {**population, "meshes": whole}}
+    return changed, changed != tree
+
+
+def _with_vertices(mesh: object, place: str, directory: Path) -> object:
+    """Entry of a mesh with the vertices of its file, unless it has vertices already."""
+    if not names_a_file(mesh):
+        return mesh
+    if not is_line(mesh["file"]):
+        raise InputError(f"{place}: got {shown(mesh['file'])}, allowed: the path of a mesh file")
+    try:
+        read = read_mesh(directory / mesh["file"])
+    except InputError as error:
+        raise InputError(f"{place}: {str(error).removeprefix('particle: ')}") from error
+    return {**mesh, "file": read.name, "vertices": [list(row) for row in read.vertices]}
+
+
+def _load(path: Path) -> Config:
+    """Read a configuration file."""
+    return parse_config(read_text(path), path.name, path.parent)
+
+
+def _checked(tree: Tree, origin: str, text: str | None) -> Config:
+    """Validate a tree, and keep the text it was read from if that says everything."""
+    try:
+        config = Config.from_tree(tree)
+    except ValidationError as error:
+        raise InputError(f"{origin}: {complaint(error, Config)}") from error
+    if text is not None:
+        config._text = text
+    return config

@@ -1,0 +1,315 @@
+"""Particle populations: shapes and meshes with weights, and the law of the aspect ratios."""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, ValidationError, create_model, model_validator
+from scipy.special import ndtr
+
+from sampler.errors import InputError
+from tablegen.config.defaults import MIXTURE
+from tablegen.config.field_types import AspectPair, AspectRange, Line, Record
+from tablegen.config.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
+from tablegen.config.messages import refusal, shown
+from tablegen.config.support_map_builder import SLACK
+from tablegen.model.model_bounds import ASPECT
+from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
+from tablegen.model.shapes import FIRST_MESH, MeshArguments
+from tablegen.model.support_map import longest_list
+
+#: Least probability that the range of a truncated normal law must hold. Below it the law would
+#: be all tail, and the normal quantile would lose the digits that tell its ends apart.
+_LEAST_MASS = 1e-6
+
+Weight = Annotated[float, Field(ge=0.0, le=1e6)]
+
+
+class PopulationArguments(NamedTuple):
+    """A population as arrays and numbers, for kernels."""
+
+    #: int64, (n,): entries of `SHAPE_CODES` with positive weight, increasing; mesh k has the
+    #: code `FIRST_MESH` + k.
+    shape_codes: NDArray[np.int64]
+    #: float64, (n,): running sum of their shares; the last is exactly 1.
+    cumulative_weights: NDArray[np.float64]
+    #: Fraction of each half-edge at which a truncated prism's corners are cut.
+    truncation: float
+    #: float64, (2, 4): rows b/a and c/b; columns mean, standard deviation, and the standard
+    #: normal probabilities p_low, p_high of the range's ends. With u uniform on (0, 1), a ratio is
+    #: mean + sd * normal_quantile(p_low + u * (p_high - p_low)). A fixed ratio has sd = 0. A
+    #: sphere ignores the ratios, and so does a mesh.
+    aspect: NDArray[np.float64]
+    #: The meshes with positive weight.
+    meshes: MeshArguments
+
+
+class TruncatedNormalAspect(Record):
+    """Both ratios independent, from one normal law cut to a range."""
+
+    distribution: Literal["truncated-normal"]
+    #: Mean and standard deviation before the cut.
+    mean: Annotated[float, Field(ge=-100.0, le=100.0)]
+    standard_deviation: Annotated[float, Field(ge=1e-6, le=100.0)]
+    range: AspectRange
+
+    def _ends(self) -> tuple[float, float]:
+        """Give the standard normal probabilities of the two ends of the range."""
+        low, high = ndtr((np.array(self.range) - self.mean) / self.standard_deviation)
+        return float(low), float(high)
+
+    @model_validator(mode="after")
+    def _range_holds_probability(self) -> Self:
+        low, high = self._ends()
+        if not high - low >= _LEAST_MASS:
+            allowed = f"a range that holds at least {_LEAST_MASS:g} of the normal law"
+            raise refusal("range", self.range, allowed)
+        return self
+
+    def kernel_rows(self) -> NDArray[np.float64]:
+        """Rows for `PopulationArguments.aspect`: float64, shape (2, 4)."""
+        row = (self.mean, self.standard_deviation, *self._ends())
+        return np.array([row, row], dtype=np.float64)
+
+
+class FixedAspect(Record):
+    """The same two ratios, b/a and c/b, for every particle."""
+
+    distribution: Literal["fixed"]
+    values: AspectPair
+
+    def kernel_rows(self) -> NDArray[np.float64]:
+        """Rows for `PopulationArguments.aspect`: float64, shape (2, 4)."""
+        return np.array([(value, 0.0, 0.0, 1.0) for value in self.values], dtype=np.float64)
+
+
+_WEIGHTS: dict[str, Any] = {
+    name.replace("-", "_"): (Weight, Field(default=0.0, alias=name)) for name in SHAPE_NAMES
+}
+_Weights: Any = create_model("_Weights", __base__=Record, **_WEIGHTS)
+
+
+class ShapeWeights(_Weights):
+    """Weight of each shape; shares are weights over their sum, and zero leaves a shape out."""
+
+    def positive(self) -> dict[str, float]:
+        """Shapes with positive weight, in the order of `SHAPE_CODES`."""
+        weights = self.model_dump(by_alias=True)
+        return {name: weights[name] for name in SHAPE_NAMES if weights[name] > 0.0}
+
+
+def _solid(vertices: Vertices) -> Vertices:
+    """Refuse points that make no particle."""
+    try:
+        cached_particle(vertices)
+    except InputError as error:
+        raise ValueError(f"4 to {MOST_VERTICES} points that span a volume") from error
+    return vertices
+
+
+class MeshShape(Record):
+    """A convex particle given by its vertices, which `tablegen.config.config` reads."""
+
+    #: Where the vertices come from, for the record only.
+    file: Line | None = None
+    #: Points whose convex hull is the particle, in any units and axes.
+    vertices: Annotated[Vertices, AfterValidator(_solid)]
+    weight: Weight = 1.0
+
+    def particle(self) -> MeshParticle:
+        """Give the particle with its moments and its look-up; made once for equal vertices."""
+        return cached_particle(self.vertices)
+
+
+def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
+    """Meshes one after another, for kernels."""
+    maps = [particle.support_map for particle in particles]
+    lengths = [(len(found.starts), len(found.points)) for found in maps]
+    firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
+    np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 2), axis=0, out=firsts[1:])
+    sizes = [(*p.half_sizes[1:], p.bounding_radius) for p in particles]
+    none = np.empty((0, 3))
+    return MeshArguments(
+        moments=np.array([p.moments for p in particles]).reshape(-1, 3),
+        sizes=np.array(sizes, dtype=np.float64).reshape(-1, 3),
+        firsts=firsts,
+        resolutions=np.array([found.resolution for found in maps], dtype=np.int64),
+        slack=SLACK,
+        longest=max((longest_list(found) for found in maps), default=0),
+        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(found.starts for found in maps)]),
+        points=np.concatenate([none, *(found.points for found in maps)]),
+    )
+
+
+class Stratum(NamedTuple):
+    """Part of a population that has one form."""
+
+    #: Code of the shape; of mesh number k FIRST_MESH + k.
+    code: int
+    #: Weight over the sum of all weights.
+    share: float
+    population: "Population"
+
+
+class Population(Record):
+    """Shapes with weights, aspect ratios, how far prisms are truncated, and meshes."""
+
+    #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner. By
+    #: default as of a regular truncated cube.
+    truncation: Annotated[float, Field(gt=0.0, lt=1.0)] = 2.0 - math.sqrt(2.0)
+    shapes: ShapeWeights = ShapeWeights()
+    #: Of all shapes but spheres; meshes have their own.
+    aspect: Annotated[
+        TruncatedNormalAspect | FixedAspect | None, Field(discriminator="distribution")
+    ] = None
+    meshes: tuple[MeshShape, ...] = ()
+
+    @model_validator(mode="after")
+    def _some_particle(self) -> Self:
+        if not self.shapes.positive() and not self._weighty_meshes():
+            allowed = f"a weight above 0 for at least one of {', '.join(SHAPE_NAMES)}, or a mesh"
+            raise refusal("shapes", tuple(self.shapes.model_dump().values()), allowed)
+        return self
+
+    @property
+    def lacks_aspect(self) -> bool:
+        """Whether a shape needs aspect ratios, and no law of them is given."""
+        return self.aspect is None and bool(self.shapes.positive().keys() - {"sphere"})
+
+    def _weighty_meshes(self) -> tuple[MeshShape, ...]:
+        """Meshes with positive weight."""
+        return tuple(mesh for mesh in self.meshes if mesh.weight > 0.0)
+
+    def restricted_to(self, shape: str) -> "Population":
+        """Part of the population that has one shape, or all non-spherical ones.
+
+        Parameters
+        ----------
+        shape : str
+            One of `SHAPE_NAMES`, whether or not the population holds it, or "mixture": the
+            non-spherical shapes and the meshes with the weights that they have.
+
+        Returns
+        -------
+        Population
+            A population of spheres has the fixed ratios 1 and 1.
+
+        Raises
+        ------
+        InputError
+            If the shape is unknown, or "mixture" is asked of a population of spheres only.
+        """
+        if shape == MIXTURE:
+            weights = {name: w for name, w in self.shapes.positive().items() if name != "sphere"}
+            if not weights and not self._weighty_meshes():
+                raise InputError("shape: got 'mixture', allowed: sphere (the population has only)")
+        elif shape in SHAPE_NAMES:
+            weights = {shape: 1.0}
+        else:
+            names = ", ".join((*SHAPE_NAMES, MIXTURE))
+            raise InputError(f"shape: got {shown(shape)}, allowed: {names}")
+        aspect = self.aspect
+        if shape == "sphere":
+            aspect = FixedAspect(distribution="fixed", values=(1.0, 1.0))
+        return Population(
+            truncation=self.truncation,
+            shapes=ShapeWeights.model_validate(weights),
+            aspect=aspect,
+            meshes=self.meshes if shape == MIXTURE else (),
+        )
+
+    def strata(self) -> tuple[Stratum, ...]:
+        """Split the population into the shapes and meshes of which it has some, in their order."""
+        weights, meshes = self.shapes.positive(), self._weighty_meshes()
+        total = sum(weights.values()) + sum(mesh.weight for mesh in meshes)
+        shapes = [
+            Stratum(SHAPE_CODES[name], weight / total, self.restricted_to(name))
+            for name, weight in weights.items()
+        ]
+        return (
+            *shapes,
+            *(
+                Stratum(FIRST_MESH + k, mesh.weight / total, Population(meshes=(mesh,)))
+                for k, mesh in enumerate(meshes)
+            ),
+        )
+
+    def of_mesh(self, mesh: MeshFile) -> "Population":
+        """Give every particle the form of one mesh.
+
+        Parameters
+        ----------
+        mesh : MeshFile
+            From `tablegen.config.mesh.read_mesh`.
+
+        Returns
+        -------
+        Population
+        """
+        return Population(
+            truncation=self.truncation,
+            shapes=ShapeWeights(),
+            aspect=self.aspect,
+            meshes=(MeshShape(file=mesh.name, vertices=mesh.vertices),),
+        )
+
+    def with_aspect(self, ba: float, cb: float) -> "Population":
+        """Give every particle but the meshes the same aspect ratios.
+
+        Parameters
+        ----------
+        ba, cb : float
+            Ratios b/a and c/b of the half-sizes a >= b >= c, 0.001 to 1.
+
+        Returns
+        -------
+        Population
+
+        Raises
+        ------
+        InputError
+            If a ratio is out of range, or other than 1 for a population of spheres.
+        """
+        try:
+            aspect = FixedAspect(distribution="fixed", values=(ba, cb))
+        except ValidationError as error:
+            allowed = f"two ratios b/a and c/b, each {ASPECT.words}"
+            raise InputError(f"aspect: got {shown((ba, cb))}, allowed: {allowed}") from error
+        spheres = set(self.shapes.positive()) == {"sphere"} and not self._weighty_meshes()
+        if spheres and aspect.values != (1.0, 1.0):
+            raise InputError(f"aspect: got {shown((ba, cb))}, allowed for spheres: [1, 1]")
+        return Population(
+            truncation=self.truncation, shapes=self.shapes, aspect=aspect, meshes=self.meshes
+        )
+
+    def kernel_arguments(self) -> PopulationArguments:
+        """Write the population as arrays and numbers, for kernels.
+
+        Returns
+        -------
+        PopulationArguments
+
+        Raises
+        ------
+        InputError
+            If a shape needs aspect ratios, and the population has no law of them.
+        """
+        if self.lacks_aspect:
+            shapes = ", ".join(name for name in self.shapes.positive() if name != "sphere")
+            raise InputError(
+                f"aspect: missing for {shapes}, allowed: [population.aspect], or fixed ratios"
+            )
+        aspect = self.aspect or FixedAspect(distribution="fixed", values=(1.0, 1.0))
+        weights, meshes = self.shapes.positive(), self._weighty_meshes()
+        shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
+        codes = [SHAPE_CODES[name] for name in weights]
+        codes += [FIRST_MESH + k for k in range(len(meshes))]
+        return PopulationArguments(
+            shape_codes=np.array(codes, dtype=np.int64),
+            cumulative_weights=shares / shares[-1],
+            truncation=self.truncation,
+            aspect=aspect.kernel_rows(),
+            meshes=_mesh_arguments([mesh.particle() for mesh in meshes]),
+        )

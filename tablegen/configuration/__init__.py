@@ -1,1 +1,0 @@
-"""Configurations of tables: TOML files merged, checked and turned into records."""

@@ -1,0 +1,1 @@
+"""Evidence: report, figures of the paper, stability study."""

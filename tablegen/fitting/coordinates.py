@@ -1,0 +1,119 @@
+"""Conditions and outcomes of the spin law as the numbers that are fitted.
+
+With spin s = a Omega / V before the impact, f = sqrt(1 + 2/3 |s|^2) and V_e = f V, every impact
+lies in a bounded domain: no body of half-size a has a moment of inertia above 2/3 m a^2, so
+m V_e^2 / 2 bounds the energy, V_e the speed after the impact, and |s| / f is below sqrt(3/2).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.formats.spin_bounds import N_CONDITIONS
+from tablegen.model.float_array import FloatArray
+from tablegen.simulation.impact_chains import energy_factor
+
+#: Signs of the outcomes, and of a condition's numbers, under reflection in the impact plane.
+OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
+CONDITION_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0])
+
+#: Pairs of numbers of a condition whose products are features.
+_PAIRS = np.triu_indices(N_CONDITIONS)
+
+
+class SpeedCoordinate(NamedTuple):
+    """The coordinate exp(-coefficient V_e^exponent) of a speed in m/s."""
+
+    coefficient: float
+    exponent: float
+
+    def of(self, speed: FloatArray) -> FloatArray:
+        """Coordinate of speeds [m/s]."""
+        return np.exp(-self.coefficient * speed**self.exponent)
+
+
+def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
+    """Coordinates q of impacts.
+
+    Parameters
+    ----------
+    conditions : (n, 5) float64
+        Impact angle [rad], V [m/s] and spin over V/a, wall axes.
+    speed : SpeedCoordinate
+
+    Returns
+    -------
+    (n, 5) float64
+        sqrt(alpha1), the coordinate of V_e, and the spin over V_e/a.
+    """
+    factor = energy_factor(conditions[:, 2:])
+    return np.column_stack(
+        [
+            np.sqrt(conditions[:, 0]),
+            speed.of(conditions[:, 1] * factor),
+            conditions[:, 2:] / factor[:, None],
+        ]
+    )
+
+
+def outcomes(states: FloatArray, spin: FloatArray) -> FloatArray:
+    """Numbers x of rebounds, which have no bounds but the normal velocity's, which is positive.
+
+    Parameters
+    ----------
+    states : (n, 6) float64
+        Velocities over V and angular velocities times a / V.
+    spin : (n, 3) float64
+        Before the impact, over V/a.
+
+    Returns
+    -------
+    (n, 6) float64
+        Velocities w over V_e as w / sqrt(1 - |w|^2), and angular velocities times a / V_e.
+    """
+    scaled = states / energy_factor(spin)[:, None]
+    # rounding may reach the bound where a sphere keeps all of its energy
+    rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), 1e-6)
+    return np.column_stack([scaled[:, :3] / np.sqrt(rest)[:, None], scaled[:, 3:]])
+
+
+def folded(q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Reflect the conditions whose spin points backwards in the impact plane.
+
+    Parameters
+    ----------
+    q : (n, 5) float64
+
+    Returns
+    -------
+    q : (n, 5) float64
+        With sigma_x >= 0.
+    signs : (n, 6) float64
+        Of the outcomes: those of the reflection where there was one, else 1.
+    """
+    turned = (q[:, 2] < 0.0)[:, None]
+    return np.where(turned, q * CONDITION_SIGNS, q), np.where(turned, OUTCOME_SIGNS, 1.0)
+
+
+def features(t: FloatArray) -> FloatArray:
+    """Features of standardised conditions and ratios.
+
+    Parameters
+    ----------
+    t : (n, 7) float64
+
+    Returns
+    -------
+    (n, 23) float64
+        1, t_i, and t_i t_j for i <= j < 5, less 1/2 where i = j.
+    """
+    i, j = _PAIRS
+    products = t[:, i] * t[:, j] - 0.5 * (i == j)
+    return np.hstack([np.ones((len(t), 1)), t, products])
+
+
+def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which features say something, (23,) bool, if only some of the 7 inputs vary, (7,) bool."""
+    i, j = _PAIRS
+    return np.concatenate([[True], varies, varies[i] & varies[j]])

@@ -1,0 +1,173 @@
+"""One leaf of the spin law: fitted to rebounds, in the integers of the file, with quantiles."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.formats.spin_bounds import (
+    FACTOR_UNIT,
+    GATE_UNIT,
+    GROUP_SIZE,
+    MEAN_UNIT,
+    N_EXPERTS,
+    N_FACTORS,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+    SCORE_MAX,
+)
+from tablegen.fitting.coordinates import (
+    SpeedCoordinate,
+    coordinates,
+    features,
+    folded,
+    outcomes,
+    used_features,
+)
+from tablegen.fitting.experts import Experts, fit_experts
+from tablegen.fitting.scores import normal_scores
+from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
+from tablegen.model.float_array import FloatArray
+
+#: Spread of an input below which it counts as the same for all.
+_SAME = 2e-4
+
+#: Units of the file to which numbers are rounded, so that it compresses: coefficients of the plain
+#: features and of products, in gates and in means; and factors.
+_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (8, 32), (64, 128), 32
+
+#: Least quantile of p_v that a file may have from the second on, with a margin for rounding.
+_LEAST_V = 2e-9
+
+#: Logit, in units of the file, of what is never chosen: e^-60 of the others.
+_NEVER = 60 * GATE_UNIT
+
+_LARGEST = np.iinfo(np.int16).max
+
+
+class Rebounds(NamedTuple):
+    """Rebounds of n particles: conditions (n, 5), ratios (n, 2) and states (n, 6)."""
+
+    conditions: FloatArray
+    ratios: FloatArray
+    states: FloatArray
+
+
+class LeafArrays(NamedTuple):
+    """A leaf as the file has it; names are those of its datasets."""
+
+    centre: NDArray[np.float32]
+    scale: NDArray[np.float32]
+    group_gate: NDArray[np.int16]
+    gate: NDArray[np.int16]
+    mean: NDArray[np.int16]
+    factor: NDArray[np.int16]
+    quantiles: NDArray[np.float32]
+
+
+class _Numbers(NamedTuple):
+    """Inputs (n, 7) and outcomes (n, 6) of rebounds."""
+
+    inputs: FloatArray
+    outcomes: FloatArray
+
+
+def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> _Numbers:
+    q, signs = folded(coordinates(rebounds.conditions, speed))
+    found = outcomes(rebounds.states, rebounds.conditions[:, 2:]) * signs
+    return _Numbers(np.hstack([q, rebounds.ratios]), found)
+
+
+def fit_leaf(
+    around: Rebounds,
+    inside: Rebounds,
+    speed: SpeedCoordinate,
+    sizes: tuple[int, int, int],
+    rng: np.random.Generator,
+) -> LeafArrays:
+    """Fit a leaf.
+
+    Parameters
+    ----------
+    around : Rebounds
+        In the leaf and a little beyond, in random order: the experts are fitted to them.
+    inside : Rebounds
+        Others, in the leaf: the quantiles are those that give their outcomes.
+    speed : SpeedCoordinate
+    sizes : tuple of three int
+        Groups, experts of each, and knots of each quantile function.
+    rng : numpy Generator
+
+    Returns
+    -------
+    LeafArrays
+    """
+    groups, experts, knots = sizes
+    fitted, checked = _numbers(around, speed), _numbers(inside, speed)
+    centre, spread = fitted.inputs.mean(axis=0), fitted.inputs.std(axis=0)
+    varies = spread > _SAME
+    scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
+    centre, scale = centre.astype(np.float32), scale.astype(np.float32)
+    used = used_features(varies)
+    t = (fitted.inputs - centre) * scale
+    scores = normal_scores(fitted.outcomes, np.ones(N_OUTCOMES))
+    found, _ = fit_experts(features(t)[:, used], t[:, varies], scores, groups, experts, rng)
+    stored = _stored(found, used)
+    drawn = bounded_scores(stored, features((checked.inputs - centre) * scale), rng)
+    quantiles = _quantiles(drawn, checked.outcomes, knots)
+    return LeafArrays(centre, scale, *stored, quantiles)
+
+
+def _steps(used: NDArray[np.bool_], steps: tuple[int, int]) -> NDArray[np.int64]:
+    """Units of the file to which the coefficients of the features are rounded."""
+    plain = np.arange(N_FEATURES) < 1 + N_INPUTS
+    return np.where(plain, *steps)[used]
+
+
+def _rounded(values: FloatArray, unit: int, step: NDArray[np.int64] | int) -> NDArray[np.int16]:
+    """Integers of a unit that are multiples of a step."""
+    whole = step * np.rint(values * unit / step)
+    largest = step * (_LARGEST // step)
+    return np.clip(whole, -largest, largest).astype(np.int16)
+
+
+def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
+    """Experts in the integers and the order of the file.
+
+    Features that say nothing get zeros, and experts that were not fitted are never chosen.
+    """
+    groups, each = len(found.group_gate), len(found.gate) // len(found.group_gate)
+    gate_steps, mean_steps = _steps(used, _GATE_STEPS), _steps(used, _MEAN_STEPS)
+    group_gate = np.zeros((N_GROUPS, N_FEATURES), dtype=np.int16)
+    gate = np.zeros((N_GROUPS, GROUP_SIZE, N_FEATURES), dtype=np.int16)
+    mean = np.zeros((N_GROUPS, GROUP_SIZE, N_OUTCOMES, N_FEATURES), dtype=np.int16)
+    factor = np.zeros((N_GROUPS, GROUP_SIZE, N_FACTORS), dtype=np.int16)
+    group_gate[groups:, 0], gate[:, each:, 0] = -_NEVER, -_NEVER
+    group_gate[:groups, used] = _rounded(found.group_gate, GATE_UNIT, gate_steps)
+    whole = _rounded(found.gate, GATE_UNIT, gate_steps)
+    gate[:groups, :each, used] = whole.reshape(groups, each, -1)
+    whole = _rounded(found.mean, MEAN_UNIT, mean_steps)
+    mean[:groups, :each, :, used] = whole.reshape(groups, each, N_OUTCOMES, -1)
+    rows, columns = np.tril_indices(N_OUTCOMES)
+    whole = _rounded(found.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
+    factor[:groups, :each] = whole.reshape(groups, each, -1)
+    factor[..., rows == columns] = np.maximum(factor[..., rows == columns], _FACTOR_STEP)
+    return StoredExperts(
+        np.ascontiguousarray(group_gate.T),
+        np.ascontiguousarray(gate.transpose(0, 2, 1)),
+        np.ascontiguousarray(mean.reshape(N_EXPERTS, N_OUTCOMES, -1).transpose(0, 2, 1)),
+        factor.reshape(N_EXPERTS, -1),
+    )
+
+
+def _quantiles(scores: NDArray[np.float32], wanted: FloatArray, knots: int) -> NDArray[np.float32]:
+    """Outcomes, (6, knots), that belong to equal steps of the bounded score."""
+    at = np.linspace(-SCORE_MAX, SCORE_MAX, knots)
+    found = np.empty((N_OUTCOMES, knots), dtype=np.float32)
+    for k in range(N_OUTCOMES):
+        share = np.searchsorted(np.sort(scores[:, k]), at) / len(scores)
+        found[k] = np.quantile(wanted[:, k], share)
+    found[1] = np.maximum(found[1], np.float32(_LEAST_V))
+    return found

@@ -1,1 +1,0 @@
-"""Material pairs: the contact laws of a particle material on a wall material, as records."""

@@ -1,0 +1,1 @@
+"""Measured rebounds: reading, comparing, calibrating."""

@@ -1,1 +1,0 @@
-"""Measured rebounds as data: files of the package and of users, and their reader."""

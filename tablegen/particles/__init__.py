@@ -1,1 +1,0 @@
-"""Particle populations: shapes, aspect ratios and convex meshes."""

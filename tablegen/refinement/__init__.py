@@ -1,1 +1,0 @@
-"""Where the nodes of a table are: a grid refined until the error between nodes is small enough."""

@@ -1,0 +1,1 @@
+"""Direct simulation: one condition, many conditions, rough walls, chains of impacts."""

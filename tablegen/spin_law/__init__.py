@@ -1,1 +1,0 @@
-"""The spin law: rebounds given the angle, the speed, the spin before the impact and the grain."""

@@ -1,1 +1,0 @@
-"""A calibration for people: its numbers as text, and a picture of fit and residuals."""

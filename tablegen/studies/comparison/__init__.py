@@ -1,1 +1,0 @@
-"""Simulated rebounds beside measured ones."""

@@ -1,1 +1,0 @@
-"""Pages of the commands that write HTML: templates, one style, and how they are filled in."""

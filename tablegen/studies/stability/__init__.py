@@ -1,1 +1,0 @@
-"""Stability study: extreme particles, impacts and spins, each checked against the model's laws."""

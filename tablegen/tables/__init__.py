@@ -1,0 +1,1 @@
+"""Tables: grid, refinement, generation, pruning."""

@@ -1,0 +1,98 @@
+"""Nodes put together to the contents of a table file."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sampler
+from sampler.formats.hdf5 import TableContents
+from sampler.formats.hdf5_layout import DATASETS
+from tablegen.accuracy.comparison import Measured
+from tablegen.config.config import Config
+from tablegen.fitting.marginals import variate_knots
+from tablegen.fitting.node import NodeArrays, fitted_channels
+from tablegen.fitting.quantile_rounding import rounded_quantiles
+from tablegen.tables.axes import Axes
+
+
+def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
+    """Node arrays with the two node dimensions in front."""
+    grid = (len(axes.alpha_deg), len(axes.speed))
+
+    def stacked(name: str) -> NDArray[Any]:
+        values = np.stack([getattr(node, name) for node in nodes])
+        return values.reshape(grid + values.shape[1:])
+
+    return {
+        f"{'marginals' if name == 'quantiles' else 'dependence'}/{name}": stacked(name)
+        for name in NodeArrays._fields
+    }
+
+
+def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, NDArray[np.float64]]:
+    """Datasets of the accuracy group, for states of some number of columns.
+
+    They are those of the file format; of a metric that it does not know nothing is stored.
+    """
+    rows = [{"alpha_deg": m.alpha_deg, "speed": m.speed, **m.distances()} for m in measured]
+    found = {}
+    for dataset in DATASETS:
+        group, name = dataset.path.split("/")
+        if group == "accuracy":
+            values = np.array([row[name] for row in rows], dtype=np.float64)
+            found[dataset.path] = values.reshape(-1, columns) if len(dataset.dims) > 1 else values
+    return found
+
+
+def with_rounded_quantiles(contents: TableContents) -> TableContents:
+    """Return contents whose quantiles have only the digits that count."""
+    rounded = {
+        path: rounded_quantiles(contents[path])
+        for path in contents.datasets
+        if path.endswith("/quantiles")
+    }
+    return replace(contents, datasets={**contents.datasets, **rounded})
+
+
+def assemble(
+    config: Config,
+    axes: Axes,
+    nodes: list[NodeArrays],
+    spin_law: Mapping[str, NDArray[Any]] | None = None,
+) -> TableContents:
+    """Contents of a table whose accuracy has not been measured yet.
+
+    Parameters
+    ----------
+    config : Config
+    axes : Axes
+    nodes : list of NodeArrays
+        Row by row: all speeds of the first angle, then of the second.
+    spin_law : mapping from path to array, optional
+        Datasets of `tablegen.fitting.spin_law.spin_law`, if the table has a spin law.
+    """
+    return TableContents(
+        datasets={
+            "axes/alpha_deg": axes.alpha_deg,
+            "axes/alpha_span_deg": axes.alpha_deg[[0, -1]],
+            "axes/speed": axes.speed,
+            "axes/speed_span": axes.speed[[0, -1]],
+            "axes/alpha_coordinate": axes.alpha_coordinate,
+            "axes/speed_coordinate": axes.speed_coordinate,
+            "marginals/variate_knots": variate_knots(nodes[0].quantiles.shape[-1]),
+            **_stack(nodes, axes),
+            **accuracy_datasets([], len(config.domain.columns)),
+            **(spin_law or {}),
+        },
+        pair=config.pair_name,
+        config=config.text,
+        seed=config.table.seed,
+        software_version=sampler.__version__,
+        variables=config.domain.columns,
+        channels=fitted_channels(config).names,
+        speed_independent=not config.pair.restitution.depends_on_speed,
+        valid_speed=config.pair.restitution.valid_speed,
+    )

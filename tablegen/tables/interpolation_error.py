@@ -1,0 +1,104 @@
+"""Interpolation error: draws half-way between neighbouring nodes against direct simulation."""
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from sampler.table import Table
+from tablegen.accuracy.measure import FIRST_STREAM, sample_size
+from tablegen.accuracy.metrics import DISTANCES
+from tablegen.accuracy.scene_variables import simulated_variables
+from tablegen.config.config import AccuracyTargets, Config
+from tablegen.config.metric_table import METRICS
+from tablegen.fitting.node import NodeArrays
+from tablegen.model.float_array import FloatArray
+from tablegen.simulation.simulate import simulate
+from tablegen.tables.assembly import assemble
+from tablegen.tables.axes import make_axes
+from tablegen.tables.intervals import Grid, Place
+from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, stable_number
+
+#: Directions of the sliced Wasserstein distance: fewer than in a report, for the time.
+_DIRECTIONS = 8
+
+#: A classifier, and whatever else is dear, is left out where a cheap metric already is so many
+#: times what is allowed.
+_SKIP_ABOVE = 2.0
+
+
+def error_of(found: Arrays, targets: AccuracyTargets, place: Place) -> float:
+    """Largest of the metrics at a place, each in units of what is allowed.
+
+    On edges those count that are `on_edges`, in the centres of cells all.
+    """
+    cell = len(place.alpha_deg) == len(place.speed) == 2
+    return max(
+        share_of_allowed(name, found, targets)
+        for name, metric in METRICS.items()
+        if cell or metric.on_edges
+    )
+
+
+def share_of_allowed(name: str, found: Arrays, targets: AccuracyTargets) -> float:
+    """How far a metric is above that of equal laws, in units of what is allowed."""
+    return METRICS[name].share(float(np.max(found[name])), getattr(targets, name))
+
+
+def interpolation_errors(
+    config: Config, place: Place, condition: tuple[float, float], nodes: list[NodeArrays]
+) -> Arrays:
+    """Compare draws between some nodes with direct simulation.
+
+    Parameters
+    ----------
+    config : Config
+    place : Place
+        Where the nodes are.
+    condition : tuple (alpha_deg, speed)
+        Among the nodes.
+    nodes : list of NodeArrays
+        Row by row, as `assemble` takes them.
+
+    Returns
+    -------
+    Arrays
+        Each of `METRICS`, and the seconds that it took. The dear ones are those of equal laws,
+        without a measurement, where a cheap one is far off anyhow or anything is allowed.
+    """
+    watch, (alpha_deg, speed) = Stopwatch(), condition
+    stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
+    samples, seed = sample_size(config.accuracy), config.table.seed
+    simulation = simulate(
+        config, np.radians(alpha_deg), speed, samples, seed=seed, stream=stream, threads=1
+    )
+    direct = simulated_variables(simulation, config.domain.columns)
+    watch.stage("simulation")
+    # a report counts its conditions from 0 there
+    hit = 2**32 - 1
+    table = Table(assemble(config, make_axes(config, Grid(*place)), nodes))
+    drawn = table.sample(
+        np.radians(alpha_deg), speed, seed=seed, hit=hit, index=np.arange(samples), threads=1
+    )
+    with threadpool_limits(limits=1, user_api="blas"):
+        found = _distances(drawn, direct, config.accuracy, place)
+    watch.stage("check")
+    return {**found, SECONDS: watch.seconds}
+
+
+def _distances(
+    drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets, place: Place
+) -> Arrays:
+    """Measure the metrics that decide, cheap ones first."""
+
+    def distance(name: str, most: int | None) -> FloatArray:
+        return np.asarray(DISTANCES[name](drawn[:most], direct[:most], _DIRECTIONS, 0))
+
+    found: Arrays = {
+        name: np.array(m.least) if m.trial_states else distance(name, None)
+        for name, m in METRICS.items()
+    }
+    if error_of(found, targets, place) < _SKIP_ABOVE:
+        for name, metric in METRICS.items():
+            # no sample is told from another by more than the largest value there can be
+            if metric.trial_states and getattr(targets, name) < metric.most:
+                found[name] = distance(name, metric.trial_states)
+    return found

@@ -1,0 +1,172 @@
+"""Cut a table to what a scene needs; what stays gives the same draws as before.
+
+Quantile functions go with the variables that a scene leaves out. A row of the mixture's factors
+stays if a later one belongs to a channel that is needed: every channel keeps its random word. Nodes
+around a condition of the scene stay, and the look-up of the axes is unchanged, so that a condition
+finds the same cell with the same weights. A spin law stays whole or goes: it has no nodes, and its
+conditions are those of all later impacts.
+"""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.drawing.steps import locate
+from sampler.errors import InputError
+from sampler.files.atomic import check_output
+from sampler.files.locate import find_table
+from sampler.formats.channels import channels_for, has_works
+from sampler.formats.hdf5 import TableContents, write_table
+from sampler.formats.packing import table_arrays
+from sampler.formats.spin_layout import ACCURACY, GROUP
+from sampler.formats.table_arrays import Axis
+from sampler.inputs.told_apart import told_apart
+from sampler.table import load
+from tablegen.config.config import Config, stored_config
+from tablegen.config.metric_table import METRICS
+
+
+def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
+    """Contents of the table cut to a scene.
+
+    Parameters
+    ----------
+    contents : TableContents
+        Of a table that covers the scene.
+    scene : Config
+        Its domain says which variables, angles and speeds stay.
+    origin : str
+        Where the scene comes from, to open an error message.
+
+    Returns
+    -------
+    TableContents
+        Without measured accuracy, which was that of the whole state.
+
+    Raises
+    ------
+    InputError
+        If the scene needs what the table does not have.
+    """
+    own = stored_config(contents.config, "config of the table")
+    _check_scene(contents, own, scene, origin)
+    arrays = table_arrays(contents)
+    rows = _cut(arrays.alpha, *map(math.radians, scene.domain.alpha_deg))
+    columns = _cut(arrays.speed, *scene.domain.speed)
+    variables = scene.domain.columns
+    needed = channels_for(variables)
+    last = max(contents.channels.index(name) for name in needed)
+    channels = contents.channels[: last + 1]
+    held = [k for k, name in enumerate(contents.marginals) if name in needed]
+    datasets = {
+        path: values
+        for path, values in contents.datasets.items()
+        if scene.spin or not path.startswith((GROUP, ACCURACY))
+    }
+    for path, values in contents.datasets.items():
+        if path.startswith(("marginals/quantiles", "dependence/")):
+            datasets[path] = values[rows, columns]
+    datasets["marginals/quantiles"] = datasets["marginals/quantiles"][:, :, :, held]
+    datasets["dependence/mean"] = datasets["dependence/mean"][..., : len(channels)]
+    factors = len(channels) * (len(channels) + 1) // 2
+    datasets["dependence/cholesky"] = datasets["dependence/cholesky"][..., :factors]
+    for axis, kept in (("alpha", rows), ("speed", columns)):
+        nodes = "axes/alpha_deg" if axis == "alpha" else "axes/speed"
+        datasets[nodes] = contents[nodes][kept]
+    datasets |= {path: values[:0] for path, values in datasets.items() if "accuracy/" in path}
+    datasets["accuracy/ks"] = np.empty((0, len(variables)))
+    text = _config_text(own, scene, datasets)
+    return replace(contents, datasets=datasets, variables=variables, channels=channels, config=text)
+
+
+def prune(
+    name_or_path: str | Path, scene: Config, output: str | Path, origin: str = "scene"
+) -> TableContents:
+    """Cut a table to a scene and write it.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name of a table that comes with the package, or path of a .h5 file.
+    scene : Config
+        Complete; `tablegen.config.config.scene_over` makes one of any scene and the table's
+        own.
+    output : str or Path
+        The .h5 file to write, another than the table.
+    origin : str
+        Where the scene comes from, to open an error message.
+
+    Returns
+    -------
+    TableContents
+        What was written.
+
+    Raises
+    ------
+    InputError
+        As for `pruned`; also if a file cannot be read or written.
+    """
+    path = check_output(output, [find_table(name_or_path)])
+    contents = pruned(load(name_or_path).contents, scene, origin)
+    write_table(path, contents)
+    return contents
+
+
+def _check_scene(contents: TableContents, own: Config, scene: Config, origin: str) -> None:
+    """Refuse a scene that needs more than the table has."""
+    if scene.pair_name != contents.pair:
+        raise InputError(f"{origin}: pair: got '{scene.pair_name}', allowed: '{contents.pair}'")
+    for part in ("pair", "population", "model"):
+        if getattr(scene, part).model_dump(exclude={"name"}) != getattr(own, part).model_dump(
+            exclude={"name"}
+        ):
+            raise InputError(f"{origin}: {part}: differs from the table's, allowed: the same")
+    for name in scene.domain.columns:
+        if name not in contents.variables:
+            allowed = f"some of {', '.join(contents.variables)}, which the table has"
+            raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
+    kept, given_after = set(scene.domain.columns), {"u", "w", "rotational_energy"}
+    if "normal_hat" in contents.marginals and not has_works(kept) and kept & given_after:
+        allowed = "work_normal too, after which the table gives out u, w and rotational_energy"
+        got = ", ".join(scene.domain.columns)
+        raise InputError(f"{origin}: domain.components: got {got}, allowed: {allowed}")
+    if scene.spin and not contents.has_spin:
+        allowed = "false, because the table has no spin law"
+        raise InputError(f"{origin}: spin: got true, allowed: {allowed}")
+    for field, nodes in (("alpha_deg", "axes/alpha_deg"), ("speed", "axes/speed")):
+        if field == "speed" and contents.speed_independent:
+            continue
+        low, high = getattr(scene.domain, field)
+        first, last = contents[nodes][0], contents[nodes][-1]
+        if not first <= low <= high <= last:
+            got = ", ".join(told_apart(end, first, last, digits=6) for end in (low, high))
+            raise InputError(
+                f"{origin}: domain.{field}: got [{got}], "
+                f"allowed: inside [{first:g}, {last:g}], which the table covers"
+            )
+    for metric in METRICS:
+        wanted, declared = getattr(scene.accuracy, metric), getattr(own.accuracy, metric)
+        if wanted < declared:
+            raise InputError(
+                f"{origin}: accuracy.{metric}: got {told_apart(wanted, declared, digits=6)}, "
+                f"allowed: {declared:g} or more, which the table declares"
+            )
+
+
+def _cut(axis: Axis, low: float, high: float) -> slice:
+    """Nodes of the cells in which all values from low to high lie."""
+    return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
+
+
+def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.float64]]) -> str:
+    """Write the configuration of the pruned table, with its own range, variables and laws."""
+    alpha, speed = datasets["axes/alpha_deg"], datasets["axes/speed"]
+    domain = {
+        "alpha_deg": [float(alpha[0]), float(alpha[-1])],
+        "speed": [float(speed[0]), float(speed[-1])],
+        "components": list(scene.domain.columns),
+    }
+    return own.with_changes({"domain": domain, "spin": scene.spin}).text

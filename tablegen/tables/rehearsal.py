@@ -1,0 +1,89 @@
+"""A table made roughly, so that what would refuse the finished one does so before any work.
+
+It has the sizes of the finished table and rough nodes, fitted at the ends of the domain to a few
+particles. It goes the whole way: simulation, fit, assembly, file and reader.
+"""
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from sampler.errors import InputError
+from sampler.formats.hdf5 import write_table
+from sampler.table import load
+from tablegen.accuracy.scene_variables import simulated_variables
+from tablegen.config.config import Config
+from tablegen.fitting.node import NodeArrays, fit_node
+from tablegen.fitting.resolution import Resolution, resolution
+from tablegen.model.float_array import FloatArray
+from tablegen.simulation.simulate import simulate
+from tablegen.tables.assembly import assemble
+from tablegen.tables.axes import first_grid, make_axes
+
+#: Particles and mixture components of a rough node.
+_PARTICLES, _COMPONENTS = 400, 2
+
+#: Spread up to which a variable counts as the same for all particles. Tables hold it in single
+#: precision and 16-bit steps, whose rounding every metric but one sees as another law.
+_SAME = 1e-5
+
+
+def rehearse(config: Config, path: Path) -> None:
+    """Refuse a configuration whose finished table would be refused.
+
+    Parameters
+    ----------
+    config : Config
+    path : Path
+        Where the rough table is written, read and removed.
+
+    Raises
+    ------
+    InputError
+        If a variable is the same for all particles, nodes are too close, the table is larger than
+        the format allows, or anything else in it is not as a reader wants it; or if the file cannot
+        be written.
+    """
+    grid, size = first_grid(config), resolution(config)
+    axes = make_axes(config, grid)
+    ends = [list(dict.fromkeys((nodes[0], nodes[-1]))) for nodes in grid]
+    conditions = list(product(*ends))
+    for alpha_deg, speed in conditions:
+        _check_variables_vary(config, alpha_deg, speed)
+    rough = [_rough_node(config, alpha_deg, speed, size) for alpha_deg, speed in conditions]
+    count = len(grid.alpha_deg) * len(grid.speed)
+    contents = assemble(config, axes, [rough[k % len(rough)] for k in range(count)])
+    try:
+        write_table(path, contents)
+        load(path)
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def _check_variables_vary(config: Config, alpha_deg: float, speed: float) -> None:
+    simulation = simulate(
+        config, np.radians(alpha_deg), speed, _PARTICLES, seed=config.table.seed, threads=1
+    )
+    # whole numbers come out of a table as they are
+    names = [name for name in config.domain.columns if name != "collisions"]
+    values: FloatArray = simulated_variables(simulation, names) if names else np.empty((1, 0))
+    same = [n for n, spread in zip(names, np.ptp(values, axis=0), strict=True) if spread <= _SAME]
+    if same:
+        raise InputError(
+            f"domain.components: got {', '.join(same)}, the same for all particles at "
+            f"{alpha_deg:g} degrees and {speed:g} m/s, allowed: components that vary "
+            "(a formula gives the others), or other particles or laws"
+        )
+
+
+def _rough_node(config: Config, alpha_deg: float, speed: float, size: Resolution) -> NodeArrays:
+    """Node of the shapes that the finished ones have; mixture components are repeated."""
+    few = Resolution(_PARTICLES, size.knots, min(_COMPONENTS, size.components))
+    node = fit_node(config, alpha_deg, speed, few)
+    repeated = {
+        name: np.resize(values, (size.components, *values.shape[1:]))
+        for name, values in node._asdict().items()
+        if name not in ("quantiles", "first_of_class")
+    }
+    return node._replace(**repeated)

@@ -1,0 +1,107 @@
+"""Errors of a linear fit whose law is known, and the warnings of what data leave open."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tablegen.measured.uncertainty import Problem, correlations, uncertainty
+
+M = 40
+GRID = np.linspace(0.0, 1.0, M)
+
+
+def problem(slopes, residual=None, counted=True, accuracy=0.1, **changes):
+    p = slopes.shape[1]
+    made = Problem(
+        names=tuple("abcd"[:p]),
+        x=np.full(p, 0.5),
+        low=np.zeros(p),
+        high=np.ones(p),
+        width=np.ones(p),
+        slopes=slopes,
+        residual=np.zeros(M) if residual is None else residual,
+        accuracy=np.full(M, accuracy),
+        counted=np.full(M, counted),
+        measured=np.eye(M) * accuracy**2 * counted,
+        simulated=np.zeros((M, M)),
+    )
+    return replace(made, **changes)
+
+
+LINE = np.column_stack([np.ones(M), GRID - 0.5])
+
+
+def test_a_line_has_the_textbook_covariance():
+    found = uncertainty(problem(LINE))
+    expected = 0.01 * np.linalg.inv(LINE.T @ LINE)
+    np.testing.assert_allclose(found.covariance, expected, atol=1e-15)
+    assert found.freedom == M - 2
+    assert found.warnings == ()
+
+
+def test_errors_without_counts_follow_from_the_residuals():
+    rng = np.random.default_rng(2)
+    residual = rng.normal(0.0, 0.3, M)
+    found = uncertainty(problem(LINE, residual, counted=False))
+    scatter = np.sqrt(np.sum((residual / 0.1) ** 2) / (M - 2))
+    assert found.scatter == pytest.approx(scatter)
+    expected = scatter**2 * 0.01 * np.linalg.inv(LINE.T @ LINE)
+    np.testing.assert_allclose(found.covariance, expected, atol=1e-15)
+
+
+def test_the_chance_of_the_simulation_counts():
+    alone = uncertainty(problem(LINE)).covariance
+    both = uncertainty(problem(LINE, simulated=3.0 * 0.01 * np.eye(M))).covariance
+    np.testing.assert_allclose(both, 4.0 * alone, atol=1e-15)
+
+
+def test_residuals_larger_than_their_errors_are_told():
+    found = uncertainty(problem(LINE, np.full(M, 0.5)))
+    assert "the pair does not follow the measurements" in found.warnings[0]
+    assert found.scatter > 4.0
+
+
+def test_a_parameter_at_its_bound_has_no_error():
+    found = uncertainty(problem(LINE, x=np.array([0.5, 1.0])))
+    assert found.at_bound.tolist() == [False, True]
+    assert found.covariance[1].tolist() == [0.0, 0.0]
+    assert found.warnings == ("b is at its upper bound, and has no standard error",)
+
+
+def test_an_open_combination_is_named():
+    # two columns that are nearly the same: only their sum is known
+    slopes = np.column_stack([np.ones(M), np.ones(M) + 1e-3 * GRID**2, 5.0 * (GRID - 0.5)])
+    found = uncertainty(problem(slopes))
+    said = [text for text in found.warnings if "do not determine" in text]
+    assert len(said) == 1
+    assert "0.71" in said[0]
+    assert " c " not in said[0]
+    assert any("a and b are correlated by -1.00" in text for text in found.warnings)
+
+
+def test_a_parameter_that_changes_nothing_has_a_huge_error():
+    found = uncertainty(problem(np.column_stack([np.ones(M), np.zeros(M)])))
+    assert found.covariance[1, 1] > 1.0
+    assert "the data do not determine 1.00 b " in found.warnings[0]
+
+
+def test_as_many_parameters_as_numbers():
+    few = problem(
+        np.eye(M)[:, :M],
+        x=np.full(M, 0.5),
+        low=np.zeros(M),
+        high=np.ones(M),
+        width=np.ones(M),
+        names=tuple(f"p{k}" for k in range(M)),
+    )
+    found = uncertainty(few)
+    assert np.isnan(found.scatter)
+    assert "nothing is left to judge the fit by" in found.warnings[0]
+
+
+def test_correlations():
+    matrix = np.array([[4.0, 3.0, 0.0], [3.0, 9.0, 0.0], [0.0, 0.0, 0.0]])
+    np.testing.assert_allclose(
+        correlations(matrix), [[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 0.0]]
+    )

@@ -1,0 +1,319 @@
+"""Direct rebounds of particles with a velocity, a spin and a grain each."""
+
+import numpy as np
+import pytest
+from crowds import CROWD
+from scipy.spatial.transform import Rotation
+from scipy.stats import ks_2samp
+
+import tablegen
+from sampler.errors import InputError
+from tablegen.config.config import load_config
+from tablegen.model.audit import AUDIT_SIZE, PENETRATION
+from tablegen.model.impact_condition import CONDITION_SIZE
+from tablegen.model.impacts import wall_conditions
+from tablegen.model.particle_run import simulate_audited
+from tablegen.model.random_particles import keys_of_run
+from tablegen.model.rebound import COLLISION_ALARM
+from tablegen.model.shape_codes import SHAPE_CODES
+from tablegen.model.shapes import FIRST_MESH
+from tablegen.simulation.batches import BATCH
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.simulate import make_condition, simulate_condition
+
+CONFIG = load_config("corundum-steel")
+MODEL, CROWDED = DirectModel(CONFIG), DirectModel(CONFIG, CROWD)
+SPIN = (0.3, 0.0, -0.8)
+IMPACT = {"alpha1": 0.6, "speed": 120.0, "spin": SPIN}
+KEYS = {"seed": 4, "index": np.arange(500), "hit": 1}
+
+
+def mixed_impacts(n, seed=1):
+    """Angles, speeds and spins of n impacts; a third of them without spin."""
+    rng = np.random.default_rng(seed)
+    spin = rng.normal(0.0, 0.8, (n, 3)) * (rng.random((n, 1)) < 0.67)
+    return np.radians(rng.uniform(1.0, 90.0, n)), rng.uniform(10.0, 300.0, n), spin
+
+
+def lab_impacts(n, seed=1):
+    """Velocities towards walls of random normals, and angular velocities of particles of 10 um."""
+    rng = np.random.default_rng(seed)
+    normal, velocity = rng.standard_normal((2, n, 3))
+    velocity *= -50.0 * np.sign(np.einsum("nk,nk->n", velocity, normal))[:, None]
+    return velocity, normal, rng.normal(0.0, 5e6, (n, 3))
+
+
+class TestAgainstSimulate:
+    """One condition: what `tablegen.simulate` gives, to the last bit."""
+
+    @pytest.mark.parametrize(
+        ("alpha_deg", "spin"), [(0.2, (0.0, 0.0, 0.0)), (20.0, SPIN), (90.0, (0.0, 3.0, 0.0))]
+    )
+    def test_own_grains_at_the_first_hit(self, alpha_deg, spin):
+        alpha, index = np.radians(alpha_deg), np.arange(300)
+        made = tablegen.simulate(CONFIG, alpha, 170.0, 300, seed=7, spin=spin)
+        found = MODEL.sample(alpha, 170.0, spin=spin, seed=7, index=index)
+        np.testing.assert_array_equal(found, made.state)
+
+    def test_fresh_and_given_grains_at_a_later_hit(self):
+        condition = make_condition(0.5, 170.0, SPIN)
+        made = simulate_condition(CONFIG.pair, CROWD, condition, 300, seed=7, stream=4)
+        keys = {"seed": 7, "index": np.arange(300), "hit": 4}
+        found = CROWDED.sample(0.5, 170.0, spin=SPIN, grain="fresh", **keys)
+        np.testing.assert_array_equal(found, made.state)
+        # the same grains given; of a mesh, the simulation does not tell which
+        known = made.shape != SHAPE_CODES["mesh"]
+        grains = np.column_stack([made.shape, made.aspect])[known]
+        keys["index"] = keys["index"][known]
+        found = CROWDED.sample(0.5, 170.0, spin=SPIN, grain=grains, **keys)
+        np.testing.assert_array_equal(found, made.state[known])
+
+    def test_law_of_mixed_calls_is_that_of_each_condition(self):
+        """Two conditions in turn, other random numbers; false-alarm rate 1e-4 for all twelve."""
+        conditions = [(0.3, 80.0, SPIN), (1.2, 200.0, (0.0, 0.5, 1.0))]
+        alpha, speed, spin = (np.array(3000 * list(x)) for x in zip(*conditions, strict=True))
+        found = MODEL.sample(alpha, speed, spin=spin, seed=3, index=range(6000), hit=1)
+        forgetful = MODEL.sample(alpha, speed, seed=3, index=range(6000), hit=1)
+        for k, (alpha1, speed1, spin1) in enumerate(conditions):
+            expected = tablegen.simulate(CONFIG, alpha1, speed1, 6000, seed=9, spin=spin1).state
+            right = ks_2samp(found[k::2], expected, axis=0).pvalue
+            wrong = ks_2samp(forgetful[k::2], expected, axis=0).pvalue
+            assert right.min() > 1e-4 / 12.0
+            assert wrong.min() < 1e-12
+
+
+class TestKeys:
+    """Equal keys and conditions give equal states."""
+
+    N = BATCH + 700
+
+    def test_in_any_order_batch_and_number_of_threads(self):
+        alpha, speed, spin = mixed_impacts(self.N)
+        index, hit = np.arange(self.N), np.arange(self.N) % 5
+        whole = MODEL.sample(alpha, speed, spin=spin, seed=1, index=index, hit=hit, threads=2)
+        order = np.random.default_rng(2).permutation(self.N)
+        for part in (order[:6], order[6:]):
+            keys = {"seed": 1, "index": index[part], "hit": hit[part], "threads": 1}
+            found = MODEL.sample(alpha[part], speed[part], spin=spin[part], **keys)
+            np.testing.assert_array_equal(found, whole[part])
+
+    def test_lab_frame_in_any_order(self):
+        velocity, normal, omega = lab_impacts(400)
+        keys = {"seed": 1, "index": np.arange(400), "hit": 2}
+        whole = CROWDED.rebound(velocity, normal, 1e-5, omega=omega, **keys)
+        for k in (0, 17, 399):
+            one = CROWDED.rebound(
+                velocity[k], normal[k], 1e-5, omega=omega[k], seed=1, index=k, hit=2
+            )
+            assert one.velocity.shape == one.omega.shape == (3,)
+            np.testing.assert_array_equal(one.velocity, whole.velocity[k])
+            np.testing.assert_array_equal(one.omega, whole.omega[k])
+
+    def test_generators_and_shapes(self):
+        one = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
+        same = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
+        assert one.shape == (2, 3, 6)
+        np.testing.assert_array_equal(one, same)
+        assert MODEL.sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[1, 2]).shape == (
+            4,
+            2,
+            6,
+        )
+        assert MODEL.sample([], 100.0, seed=1, index=3).shape == (0, 6)
+
+
+class TestGrain:
+    """A grain is the particle's own, at every hit; or a fresh one, if that is asked for."""
+
+    def test_own_is_that_of_the_particle_at_every_hit(self):
+        grains = CROWDED.grains(5, range(400))
+        assert set(grains[:, 0]) == {0, 1, 2, 3, 4, FIRST_MESH, FIRST_MESH + 1}
+        for hit in (0, 3):
+            keys = {"seed": 5, "index": np.arange(400), "hit": hit}
+            own = CROWDED.sample(**IMPACT, **keys)
+            given = CROWDED.sample(**IMPACT, grain=grains, **keys)
+            np.testing.assert_array_equal(own, given)
+            fresh = CROWDED.sample(**IMPACT, grain="fresh", **keys)
+            assert (own == fresh).all() == (hit == 0)
+
+    def test_one_grain_for_all(self):
+        keys = {"seed": 5, "index": np.arange(50), "hit": 1}
+        cubes = DirectModel(CONFIG, CONFIG.population.restricted_to("prism").with_aspect(1.0, 1.0))
+        given = MODEL.sample(**IMPACT, grain=(SHAPE_CODES["prism"], 1.0, 1.0), **keys)
+        np.testing.assert_array_equal(given, cubes.sample(**IMPACT, **keys))
+
+
+class TestLabFrame:
+    """Walls of any direction and velocity, and particles of any size."""
+
+    def test_is_the_frame_of_the_wall(self):
+        alpha, speed, spin = mixed_impacts(500)
+        states = MODEL.sample(alpha, speed, spin=spin, **KEYS)
+        velocity = speed[:, None] * np.column_stack([np.cos(alpha), -np.sin(alpha), 0.0 * alpha])
+        scale = speed[:, None] / 2e-5
+        v, omega = MODEL.rebound(velocity, [0.0, 1.0, 0.0], 2e-5, omega=scale * spin, **KEYS)
+        # last digits of the angle grow in a long chain of collisions
+        assert np.quantile(np.abs(v / speed[:, None] - states[:, :3]), 0.99) < 1e-12
+        assert np.abs(v / speed[:, None] - states[:, :3]).max() < 1e-6
+        assert np.abs(omega / scale - states[:, 3:]).max() < 1e-6
+
+    def test_turns_and_moves_with_the_wall(self):
+        velocity, normal, omega = lab_impacts(500)
+        turn, moves = Rotation.random(random_state=3), np.array([30.0, -200.0, 7.0])
+        v, after = MODEL.rebound(velocity, normal, 1e-5, omega=omega, **KEYS)
+        turned, spun = MODEL.rebound(
+            turn.apply(velocity) + moves,
+            3.0 * turn.apply(normal),
+            2e-5,
+            omega=turn.apply(omega) / 2.0,
+            wall_velocity=moves,
+            **KEYS,
+        )
+        assert np.abs(turned - moves - turn.apply(v)).max() < 1e-5
+        assert np.abs(2.0 * spun - turn.apply(after)).max() < 1.0
+        assert (np.einsum("nk,nk->n", v, normal) > 0.0).all()
+
+    def test_spheres_obey_the_laws_of_impulse_and_energy(self):
+        """One impulse at the lowest point: J (change of omega) = r x (change of velocity)."""
+        velocity, normal, omega = lab_impacts(500)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        sphere, a = (SHAPE_CODES["sphere"], 1.0, 1.0), 1e-5
+        v, after = MODEL.rebound(velocity, normal, a, omega=omega, grain=sphere, **KEYS)
+        torque = np.cross(-a * normal, v - velocity)
+        np.testing.assert_allclose(0.4 * a**2 * (after - omega), torque, atol=1e-15)
+        before = np.sum(velocity**2, axis=1) + 0.4 * a**2 * np.sum(omega**2, axis=1)
+        left = np.sum(v**2, axis=1) + 0.4 * a**2 * np.sum(after**2, axis=1)
+        assert (left < before).all()
+        # the check sees a spin that is forgotten
+        forgotten = MODEL.rebound(velocity, normal, a, grain=sphere, **KEYS)
+        assert np.abs(0.4 * a**2 * (forgotten.omega - omega) - torque).max() > 1e-4
+
+    def test_azimuth_at_normal_impact_is_uniform(self):
+        """False-alarm rate 1e-6."""
+        v, _ = MODEL.rebound([0.0, -9.0, 0.0], [0.0, 1.0, 0.0], 1e-5, seed=1, index=range(4000))
+        angle = np.arctan2(v[:, 2], v[:, 0])
+        assert 4000 * np.abs(np.exp(1j * angle).mean()) ** 2 < np.log(1e6)
+
+
+class TestExtremes:
+    """Grazing impacts, fast spins and slow particles."""
+
+    def test_every_collision_and_flight_obeys_its_laws(self):
+        """Energy, impulse and momentum, particle by particle, each with its own condition."""
+        alpha, speed, spin = mixed_impacts(1500)
+        alpha[:500] = np.radians(np.geomspace(1e-3, 1.0, 500))
+        spin[500:1000] *= 20.0
+        conditions = np.empty((1500, CONDITION_SIZE))
+        numerics = MODEL.arrays.numerics
+        assert wall_conditions(alpha, speed, spin, numerics, conditions, 0) == (-1, 0)
+        state, kind, energy = np.empty((1500, 6)), np.empty((1500, 3)), np.empty((1500, 2))
+        collisions, audit = np.empty(1500, dtype=np.int64), np.zeros(AUDIT_SIZE)
+        law, population = CONFIG.pair.kernel_arguments(), CROWD.kernel_arguments()
+        arrays = (state, collisions, kind, energy, audit)
+        run = (law, population, conditions, keys_of_run(3, 0, 0, 1500))
+        assert simulate_audited(*run, *arrays) == -1
+        # relative to the largest energy, 0.5 + spin^2 / 3
+        assert audit.max() < 1e-12 * (spin**2).sum(axis=1).max()
+        assert audit[PENETRATION] < 1e-9
+        assert (energy.sum(axis=1) <= 1.0 + 1e-12).all()
+        # and they are the rebounds of the model, which follows eight at a time
+        found = CROWDED.sample(alpha, speed, spin=spin, seed=3, index=range(1500))
+        np.testing.assert_array_equal(found, state)
+
+    def test_states_are_finite_and_leave_the_wall(self):
+        alpha, speed, spin = mixed_impacts(400)
+        alpha[:100] = np.geomspace(np.radians(1e-6), 1e-3, 100)
+        spin[:100] = 0.0
+        alpha[100:110], spin[100:110] = 1e-3, [30.0, -40.0, 50.0]
+        speed[110:200] = np.geomspace(1e-6, 1.0, 90)
+        spin[110:200] *= 100.0
+        states = CROWDED.sample(alpha, speed, spin=spin, seed=1, index=range(400))
+        assert np.isfinite(states).all()
+        assert (states[:, 1] > 0.0).all()
+        # no moment of inertia is above 2/3 m a^2
+        fastest = 1.0 + 2.0 / 3.0 * (spin**2).sum(axis=1)
+        assert ((states[:, :3] ** 2).sum(axis=1) <= fastest).all()
+
+
+WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5]}
+LAB = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5} | {
+    "seed": 1,
+    "index": [4, 5],
+}
+CODES = "allowed: the code of a shape, and b/a and c/b, both 0.001 to 1, of a sphere 1"
+
+REFUSED = [
+    (WALL, {"alpha1": [0.5, 1.6]}, "alpha1: got 1.6 at index 1, allowed: above 0, at most pi/2"),
+    (WALL, {"alpha1": [0.5, 0.0]}, "alpha1: got 0 at index 1, allowed: above 0"),
+    (WALL, {"alpha1": np.nan}, "alpha1: got nan at index 0, allowed: finite numbers"),
+    (WALL, {"speed": [1.0, 0.0]}, "speed: got 0 at index 1, allowed: above 0 m/s"),
+    (WALL, {"spin": [1.0, 2.0]}, "spin: got shape (2,), allowed: (3,) or (..., 3)"),
+    (WALL, {"spin": [0.0, np.inf, 0.0]}, "spin: got 0, inf, 0 at index 0, allowed: finite"),
+    (
+        WALL | {"alpha1": 1e-3},
+        {"spin": [[0.0, 0.0, 1.0], [0.0, 0.0, 501.0]]},
+        "spin: got 0, 0, 501 at index 1, allowed: at most 1e+06 rad, 2 |spin| / sin(alpha1), bef",
+    ),
+    (WALL, {"spin": "x"}, "spin: got "),
+    (WALL, {"alpha1": 1e-9}, "alpha1: got alpha1 1e-09; speed "),
+    (WALL | {"alpha1": 0.5}, {"speed": 1e6}, "alpha1: got alpha1 0.5; speed 1000000; spin 0, 0, 0"),
+    (
+        WALL | {"alpha1": 0.5, "speed": 9.0},
+        {"spin": [1001.0, 0.0, 0.0]},
+        "alpha1: got alpha1 0.5; speed 9; spin 1001, 0, 0 at index 0, allowed: an impact at 1e-06 "
+        "to 90 degrees and 1e-06 to 100000 m/s, with a spin of -1000 to 1000 V/a",
+    ),
+    (WALL, {"grain": "old"}, "grain: got 'old', allowed: 'own', 'fresh', or numbers of shape"),
+    (WALL, {"grain": [0.0, 1.0]}, "grain: got shape (2,), allowed: (3,) or (..., 3)"),
+    *(
+        (WALL, {"grain": [[0.0, 1.0, 1.0], grain]}, f"grain: got {shown} at index 1, {CODES}")
+        for grain, shown in [
+            ((0.0, 1.1, 1.0), "0, 1.1, 1"),
+            ((0.0, 1.0, 0.0), "0, 1, 0"),
+            ((0.0, 1.0, 1e-5), "0, 1, 1e-05"),
+            ((4.0, 1.0, 0.9), "4, 1, 0.9"),
+            ((5.0, 1.0, 1.0), "5, 1, 1"),
+            ((FIRST_MESH, 1.0, 1.0), f"{FIRST_MESH}, 1, 1"),
+            ((0.5, 1.0, 1.0), "0.5, 1, 1"),
+            ((-1.0, 1.0, 1.0), "-1, 1, 1"),
+            ((np.nan, 1.0, 1.0), "nan, 1, 1"),
+            ((1.0, np.nan, 1.0), "1, nan, 1"),
+        ]
+    ),
+    (WALL, {"seed": -1}, "seed: got -1, allowed: an integer from 0 to 2**64 - 1"),
+    (WALL, {"index": None}, "index: is missing"),
+    (WALL, {"threads": 0}, "threads: got 0, allowed: an integer from 1 to 4096"),
+    (
+        LAB,
+        {"velocity": [[1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]},
+        "velocity: got 1, 1, 0 at index 1, allowed: towards the wall",
+    ),
+    (LAB, {"velocity": [0.0, 0.0, 0.0]}, "velocity: got 0, 0, 0 at index 0, allowed: 1e-150 m/s"),
+    (LAB, {"velocity": [1e200, -1e200, 0.0]}, "velocity: got 1e+200, -1e+200, 0 at index 0, "),
+    (LAB, {"normal": [0.0, 0.0, 0.0]}, "normal: got 0, 0, 0 at index 0, allowed: any length"),
+    (LAB, {"half_size": [1e-5, 0.0]}, "half_size: got 0 at index 1, allowed: 1e-30 m"),
+    (LAB, {"omega": [[0.0, 0.0, np.nan]]}, "omega: got 0, 0, nan at index 0, allowed: finite"),
+    (LAB, {"omega": [0.0, 1e12, 0.0]}, "omega: got 0, 1e+12, 0 at index 0, allowed: at most 1e+06"),
+]
+
+
+@pytest.mark.parametrize(("usual", "change", "message"), REFUSED)
+def test_bad_input_is_refused_in_one_line(usual, change, message):
+    with pytest.raises(InputError) as caught:
+        (MODEL.sample if usual is WALL or "alpha1" in usual else MODEL.rebound)(**usual | change)
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
+
+
+def test_first_bad_row_is_named_whatever_the_batches():
+    alpha = np.full(3 * BATCH, 0.5)
+    alpha[[BATCH + 3, 2 * BATCH + 1]] = -1.0
+    with pytest.raises(InputError, match=f"^alpha1: got -1 at index {BATCH + 3}, "):
+        MODEL.sample(alpha, 100.0, seed=1, index=range(3 * BATCH), threads=2)
+
+
+def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
+    monkeypatch.setattr("tablegen.simulation.direct.simulate_batch", lambda *arguments: 7)
+    text = f"the particle at index 7 is still in contact after {COLLISION_ALARM:,} collisions"
+    with pytest.raises(RuntimeError, match=text):
+        MODEL.sample(0.5, 100.0, seed=1, index=range(20))

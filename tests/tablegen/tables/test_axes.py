@@ -1,0 +1,218 @@
+"""Node grids and look-ups: where the nodes are, and what lies between them."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from sampler.errors import InputError
+from tablegen.config.config import load_config
+from tablegen.tables.axes import LOOKUP_SIZES, first_grid, make_axes, middle_of, middles
+from tablegen.tables.intervals import Grid, Place
+
+SHIPPED = load_config("corundum-steel")
+
+#: Entries of a look-up whose nodes are not close.
+FEWEST = LOOKUP_SIZES[0]
+
+
+def axes_of(alpha_deg=(0.5, 90.0), speed=(50.0, 300.0), **table):
+    """Axes of the shipped pair on another domain, with nodes where they are given."""
+    domain = {"alpha_deg": list(alpha_deg), "speed": list(speed), "extrapolate": True}
+    return make_axes(SHIPPED.with_changes({"domain": domain, "table": table}))
+
+
+def looked_up(coordinate, nodes, values):
+    """Fractional node index as a draw finds it: linear between equally spaced entries."""
+    grid = np.linspace(nodes[0], nodes[-1], len(coordinate))
+    return np.interp(values, grid, coordinate)
+
+
+DOMAINS = [
+    ((0.5, 90.0), (50.0, 300.0)),
+    ((0.01, 90.0), (1.0, 900.0)),
+    ((20.0, 60.0), (100.0, 200.0)),
+    ((89.9, 90.0), (299.0, 300.0)),
+    ((0.5, 0.7), (50.0, 50.001)),
+]
+
+
+def both(axes):
+    """Nodes and look-up of each axis."""
+    return (axes.alpha_deg, axes.alpha_coordinate), (axes.speed, axes.speed_coordinate)
+
+
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_nodes_and_look_up_span_the_domain(domain):
+    for ends, (nodes, coordinate) in zip(domain, both(axes_of(*domain)), strict=True):
+        assert (nodes[0], nodes[-1]) == ends
+        assert (np.diff(nodes) > 0.0).all()
+        assert coordinate.shape == (FEWEST,)
+        assert (coordinate[0], coordinate[-1]) == (0.0, len(nodes) - 1.0)
+        assert (np.diff(coordinate) > 0.0).all()
+
+
+def test_the_last_angle_is_the_domains_to_the_last_bit():
+    # A node at 90.00000000000001 degrees would be refused by the file format.
+    for first in np.round(np.arange(0.1, 89.0, 0.37), 2):
+        assert axes_of((first, 90.0)).alpha_deg[-1] == 90.0
+
+
+def test_first_grid_has_equal_steps_of_the_abscissas():
+    """Nodes have few digits, so steps are equal to a hundredth."""
+    axes = axes_of()
+    for steps in (np.diff(np.sqrt(axes.alpha_deg)), np.diff(SHIPPED.speed_coordinate(axes.speed))):
+        assert len(steps) >= 2
+        np.testing.assert_allclose(steps, steps.mean(), rtol=0.01)
+    # Refused: steps of the angle and of the speed themselves.
+    for nodes in (axes.alpha_deg, axes.speed):
+        assert np.ptp(np.diff(nodes)) > 0.2 * np.diff(nodes).mean()
+
+
+class TestMiddles:
+    def test_halve_an_interval_in_its_abscissa(self):
+        alpha, speed = middles(SHIPPED.with_changes({"table": {"seed": 2}}))
+        found = alpha(30.0, 60.0)
+        half = 0.5 * (np.sqrt(30.0) + np.sqrt(60.0))
+        assert np.sqrt(found) == pytest.approx(half, abs=1e-3 * (np.sqrt(60.0) - np.sqrt(30.0)))
+        assert abs(found - 45.0) > 0.5
+        found = speed(100.0, 300.0)
+        x = np.exp(-0.1 * np.array([100.0, 300.0]) ** 0.61)
+        assert np.exp(-0.1 * found**0.61) == pytest.approx(x.mean(), abs=2e-3 * (x[0] - x[1]))
+
+    def test_are_where_a_place_is_tried(self):
+        alpha, speed = middles(SHIPPED)
+        place = Place((30.0, 60.0), (100.0, 300.0))
+        assert middle_of(SHIPPED, place) == (alpha(30.0, 60.0), speed(100.0, 300.0))
+        assert middle_of(SHIPPED, Place((30.0,), (100.0,))) == (30.0, 100.0)
+
+    def test_end_at_fine_intervals(self):
+        alpha, speed = middles(SHIPPED)
+        assert alpha(89.9, 90.0) is None
+        assert speed(50.0, 50.1) is None
+
+    def test_there_are_none_on_a_fixed_axis(self):
+        fixed = {"alpha_nodes_deg": [0.5, 45.0, 90.0]}
+        alpha, speed = middles(SHIPPED.with_changes({"table": fixed}))
+        assert alpha(0.5, 45.0) is None
+        assert speed(50.0, 300.0) is not None
+
+
+def test_given_nodes_are_taken():
+    axes = axes_of((20.0, 60.0), (100.0, 200.0), alpha_nodes_deg=[20.0, 21.0, 60.0])
+    np.testing.assert_array_equal(axes.alpha_deg, [20.0, 21.0, 60.0])
+    axes = axes_of((20.0, 60.0), (100.0, 200.0), speed_nodes=[100.0, 190.0, 200.0])
+    np.testing.assert_array_equal(axes.speed, [100.0, 190.0, 200.0])
+
+
+def test_single_condition():
+    axes = axes_of((35.0, 35.0), (120.0, 120.0))
+    for value, (nodes, coordinate) in zip((35.0, 120.0), both(axes), strict=True):
+        np.testing.assert_array_equal(nodes, [value])
+        np.testing.assert_array_equal(coordinate, np.zeros(FEWEST))
+
+
+def test_look_up_finds_the_nodes():
+    for nodes, coordinate in both(axes_of()):
+        found = looked_up(coordinate, nodes, nodes)
+        # A kink between two entries is cut off by less than what one entry is worth.
+        entry = np.diff(coordinate).max()
+        np.testing.assert_allclose(found, np.arange(len(nodes)), rtol=0.0, atol=entry)
+        # Refused: nodes that are off by a few entries.
+        moved = nodes[1:-1] + 4.0 * (nodes[-1] - nodes[0]) / FEWEST
+        assert (looked_up(coordinate, nodes, moved) - np.arange(1, len(nodes) - 1) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("axis", "nodes", "abscissa"),
+    [
+        (0, [0.5, 30.0, 90.0], np.sqrt),
+        # written out once more, by hand; it falls with the speed
+        (1, [50.0, 120.0, 300.0], lambda speed: -np.exp(-0.1 * speed**0.61)),
+    ],
+)
+def test_look_up_is_linear_in_the_abscissa(axis, nodes, abscissa):
+    name = ("alpha_nodes_deg", "speed_nodes")[axis]
+    _, coordinate = both(axes_of(**{name: nodes}))[axis]
+    values = np.random.default_rng(3).uniform(nodes[0], nodes[-1], 2000)
+    found = looked_up(coordinate, nodes, values)
+    expected = np.interp(abscissa(values), abscissa(np.array(nodes)), np.arange(3))
+    # entries are straight pieces: most off where the abscissa bends, by less than one entry
+    entry = np.diff(coordinate).max()
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=entry)
+    # Refused: an index that is linear in the angle or the speed itself.
+    assert np.abs(np.interp(values, nodes, np.arange(3)) - expected).max() > 20.0 * entry
+
+
+class TestCloseNodes:
+    @pytest.mark.parametrize(
+        ("nodes", "entries"),
+        [
+            ([0.1, 0.11, 0.12, 0.2, 1.0, 10.0, 90.0], 2**17 + 1),
+            ([0.5, 0.55, 0.6, 1.0, 90.0], 2**16 + 1),
+            # the first interval of the default domain, halved three times
+            ([0.5, 0.6087, 0.7281, 0.999, 90.0], 2**13 + 1),
+        ],
+    )
+    def test_get_a_finer_look_up_that_the_file_format_takes(self, nodes, entries):
+        axes = axes_of((nodes[0], 90.0), alpha_nodes_deg=nodes)
+        coordinate = axes.alpha_coordinate
+        assert coordinate.shape == (entries,)
+        np.testing.assert_allclose(
+            looked_up(coordinate, nodes, nodes), range(len(nodes)), rtol=0.0, atol=0.01
+        )
+        # Refused: what every table had.
+        fewer = coordinate[:: (entries - 1) // (FEWEST - 1)]
+        assert np.abs(looked_up(fewer, nodes, nodes) - range(len(nodes))).max() > 0.02
+
+    @pytest.mark.parametrize("first", [0.5, 0.1, 0.01, 0.001, 1e-6])
+    def test_are_as_close_as_the_refinement_makes_them(self, first):
+        """Every interval is halved until none may be: what no error can go beyond."""
+        config = SHIPPED.with_changes(
+            {"domain": {"alpha_deg": [first, 90.0], "speed": [0.01, 900.0], "extrapolate": True}}
+        )
+        grid = [
+            halved(nodes, m) for nodes, m in zip(first_grid(config), middles(config), strict=True)
+        ]
+        for nodes, coordinate in both(make_axes(config, Grid(*grid))):
+            assert len(nodes) > 100
+            found = looked_up(coordinate, nodes, nodes)
+            np.testing.assert_allclose(found, range(len(nodes)), rtol=0.0, atol=0.01)
+            assert (np.diff(coordinate) > 0.0).all()
+
+    def test_too_close_are_refused(self):
+        with pytest.raises(InputError) as caught:
+            axes_of((0.1, 90.0), alpha_nodes_deg=[0.1, 0.101, 1.0, 90.0])
+        assert str(caught.value) == (
+            "table.alpha_nodes_deg: got 0.1 and 0.101, which a look-up from 0.1 to 90 cannot tell "
+            "apart, allowed: nodes 0.022 apart"
+        )
+        assert 0.022 > 89.9 / 4096 > 0.0215
+
+    def test_of_speeds_without_digits_are_refused(self):
+        changes = {
+            "pair": {"restitution": {"coefficient": 1.0, "exponent": 1.0}},
+            "domain": {"speed": [100.0, 1000.0], "extrapolate": True},
+            "table": {"speed_nodes": [100.0, 200.0, 1000.0]},
+        }
+        with pytest.raises(InputError, match=r"^table\.speed_nodes: got 100 to 1000, where"):
+            make_axes(SHIPPED.with_changes(changes))
+
+
+def halved(nodes, middle):
+    """Nodes with all middles that there are."""
+    while True:
+        more = (middle(low, high) for low, high in pairwise(nodes))
+        finer = tuple(sorted({*nodes, *(node for node in more if node is not None)}))
+        if finer == nodes:
+            return nodes
+        nodes = finer
+
+
+def test_speeds_that_the_law_cannot_tell_apart_are_refused():
+    changes = {
+        "pair": {"restitution": {"coefficient": 1.0, "exponent": 1.0}},
+        "domain": {"speed": [100.0, 1000.0], "extrapolate": True},
+    }
+    with pytest.raises(InputError, match=r"^domain\.speed: got \[100, 1000\]"):
+        first_grid(SHIPPED.with_changes(changes))

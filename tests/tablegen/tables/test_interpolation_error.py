@@ -1,0 +1,100 @@
+"""Interpolation errors: in units of what is allowed, and of right and of wrong nodes."""
+
+import sys
+
+import numpy as np
+import pytest
+from tiny_tables import ROUGH, TINY
+
+from tablegen.accuracy.metrics import DISTANCES
+from tablegen.config.config import AccuracyTargets
+from tablegen.config.metric_table import METRICS
+from tablegen.fitting.node import fit_node
+from tablegen.tables.interpolation_error import (
+    error_of,
+    interpolation_errors,
+    share_of_allowed,
+)
+from tablegen.tables.intervals import Place
+from tablegen.tasks.runner import SECONDS
+
+MODULE = sys.modules[interpolation_errors.__module__]
+HERE = Place((35.0,), (150.0,))
+CELL = Place((30.0, 40.0), (100.0, 200.0))
+TARGETS = AccuracyTargets(ks=0.1, sliced_wasserstein=0.1, correlation_error=0.2, auc=0.7)
+
+
+@pytest.fixture
+def few_states(monkeypatch):
+    monkeypatch.setattr(MODULE, "sample_size", lambda targets: 5000)
+
+
+def found(**distances):
+    """Metrics of a place; those that are not given are those of equal laws."""
+    every = {name: metric.least for name, metric in METRICS.items()} | distances
+    return {n: np.array([0.0, d] if METRICS[n].per_variable else d) for n, d in every.items()}
+
+
+BAD = found(ks=0.02, sliced_wasserstein=0.03, correlation_error=0.3, auc=0.55)
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_error_is_in_units_of_what_is_allowed(name):
+    least = METRICS[name].least
+    half = found(**{name: least + 0.5 * (getattr(TARGETS, name) - least)})
+    assert error_of(half, TARGETS, CELL) == pytest.approx(0.5)
+
+
+def test_error_is_the_largest():
+    assert error_of(BAD, TARGETS, CELL) == pytest.approx(1.5)
+
+
+def test_sliced_wasserstein_distance_counts_in_centres_only():
+    one = found(ks=0.02, sliced_wasserstein=0.09)
+    assert error_of(one, TARGETS, CELL) == pytest.approx(0.9)
+    for edge in (HERE, Place((30.0, 40.0), (150.0,)), Place((35.0,), (100.0, 200.0))):
+        assert error_of(one, TARGETS, edge) == pytest.approx(0.2)
+
+
+def test_error_of_the_auc_counts_from_one_half():
+    assert share_of_allowed("auc", BAD, TARGETS) == pytest.approx(0.25)
+
+
+@pytest.mark.usefixtures("few_states")
+class TestNodes:
+    """Of 6,000 simulated states; 5,000 are compared, so KS noise is 0.03 and AUC noise 0.01."""
+
+    def test_node_passes_at_its_own_condition_and_nowhere_else(self):
+        node = fit_node(TINY, 35.0, 150.0)
+        here = interpolation_errors(TINY, HERE, (35.0, 150.0), [node])
+        assert error_of(here, TARGETS, HERE) < 1.0
+        wrong = fit_node(TINY, 45.0, 150.0)
+        assert (
+            error_of(interpolation_errors(TINY, HERE, (35.0, 150.0), [wrong]), TARGETS, HERE) > 1.0
+        )
+
+    def test_interpolation_is_tried_in_the_middle(self):
+        """Nodes ten degrees apart are good enough half-way, and not the wrong way round."""
+        nodes = [fit_node(TINY, alpha, 150.0) for alpha in (35.0, 45.0)]
+        place = Place((35.0, 45.0), (150.0,))
+        straight = interpolation_errors(TINY, place, (39.9, 150.0), nodes)
+        assert error_of(straight, TARGETS, place) < 1.0
+        # Refused: a condition near the other end of the cell, with the nodes exchanged.
+        crossed = interpolation_errors(TINY, place, (36.0, 150.0), nodes[::-1])
+        assert error_of(crossed, TARGETS, place) > 1.0
+
+    def test_is_a_function_of_its_arguments(self):
+        node = fit_node(ROUGH, 35.0, 150.0)
+        first, again = (interpolation_errors(ROUGH, HERE, (35.0, 150.0), [node]) for _ in range(2))
+        for name in set(first) - {SECONDS}:
+            np.testing.assert_array_equal(first[name], again[name])
+        assert first[SECONDS].shape == (3,)
+        assert (first[SECONDS][[0, 2]] > 0.0).all()
+
+    def test_hopeless_nodes_are_not_classified(self, monkeypatch):
+        monkeypatch.setattr(MODULE, "DISTANCES", {**DISTANCES, "auc": None})
+        strict = ROUGH.with_changes({"accuracy": {"ks": 1e-3}})
+        node = fit_node(ROUGH, 60.0, 150.0)
+        bad = interpolation_errors(strict, HERE, (35.0, 150.0), [node])
+        assert float(bad["auc"]) == 0.5
+        assert error_of(bad, strict.accuracy, HERE) > 2.0

@@ -1,0 +1,128 @@
+"""Placement of nodes, against error laws that are known."""
+
+import numpy as np
+import pytest
+
+from tablegen.tables.intervals import CENTRE_LIMIT, EDGE_LIMIT, Grid, Place, refine
+
+START = Grid((0.0, 4.0, 8.0), (0.0, 8.0))
+
+
+def middle(low, high):
+    return 0.5 * (low + high)
+
+
+def never(low, high):
+    return None
+
+
+def width(interval):
+    return interval[-1] - interval[0]
+
+
+def recording(law):
+    """Measure by a law; remembers which places were asked for."""
+    asked = []
+
+    def measure(grid, places):
+        asked.extend(places)
+        return {place: law(place) for place in places}
+
+    measure.asked = asked
+    return measure
+
+
+def quadratic(along_alpha, along_speed):
+    """Errors of linear interpolation: squares of the steps times curvatures."""
+
+    def law(place):
+        curvature = along_alpha(np.mean(place.alpha_deg))
+        return curvature * width(place.alpha_deg) ** 2 + along_speed * width(place.speed) ** 2
+
+    return law
+
+
+def test_good_grid_is_left_alone():
+    measure = recording(lambda place: 0.1)
+    found = refine(START, measure, middle, middle)
+    assert found == (START, 0.1, True)
+    # every edge and every cell was looked at
+    assert len(set(measure.asked)) == 2 * 2 + 3 * 1 + 2
+
+
+def test_only_the_axis_that_errs_is_refined():
+    found = refine(START, recording(quadratic(lambda _: 0.4, 0.0)), middle, middle)
+    assert found.grid == Grid(tuple(float(a) for a in range(9)), START.speed)
+    assert found.reached
+    found = refine(START, recording(quadratic(lambda _: 0.0, 0.1)), middle, middle)
+    assert found.grid == Grid(START.alpha_deg, (0.0, 2.0, 4.0, 6.0, 8.0))
+
+
+def test_nodes_gather_where_the_law_bends():
+    law = quadratic(lambda a: 0.02 + 2.0 * (a <= 2.0), 0.0)
+    found = refine(START, recording(law), middle, never)
+    steps = np.diff(found.grid.alpha_deg)
+    assert found.reached
+    assert steps.min() == 0.5
+    assert steps.max() == 4.0
+    assert (np.diff(steps) >= 0.0).all()
+
+
+def test_errors_of_the_result_are_below_the_limits():
+    law = quadratic(lambda a: 0.2 + 0.1 * a, 0.04)
+    found = refine(START, recording(law), middle, middle)
+    assert found.reached
+    grid = found.grid
+    edges = grid.alpha_edges() + grid.speed_edges()
+    assert max(map(law, edges)) <= EDGE_LIMIT
+    assert max(map(law, grid.cells())) <= CENTRE_LIMIT
+    assert found.worst == max(map(law, edges + grid.cells()))
+    # not by halving everything: one level coarser is too coarse
+    coarse = Grid(grid.alpha_deg[::2], grid.speed[::2])
+    assert max(map(law, coarse.cells())) > CENTRE_LIMIT
+
+
+def test_bad_centre_refines_the_axis_with_the_worse_edges():
+    """Every edge is just good enough, and only together are they not."""
+
+    def law(place):
+        return 0.8 * (width(place.alpha_deg) > 3.0) + 0.5 * (width(place.speed) > 3.0)
+
+    found = refine(START, recording(law), middle, middle)
+    assert found.grid == Grid((0.0, 2.0, 4.0, 6.0, 8.0), START.speed)
+    assert found.reached
+
+
+def test_refinement_that_does_not_help_ends_and_says_so():
+    found = refine(
+        START, recording(lambda _: 2.0), lambda a, b: None if b - a < 1 else (a + b) / 2, never
+    )
+    assert not found.reached
+    assert found.worst == 2.0
+    assert np.diff(found.grid.alpha_deg).min() == 0.5
+    assert found.grid.speed == START.speed
+
+
+@pytest.mark.parametrize("grid", [Grid((3.0,), (1.0,)), Grid((3.0,), (0.0, 8.0))])
+def test_axis_of_one_node(grid):
+    found = refine(grid, recording(quadratic(lambda _: 0.4, 0.1)), middle, middle)
+    assert found.grid.alpha_deg == (3.0,)
+    assert len(found.grid.speed) == (1 if len(grid.speed) == 1 else 5)
+    assert found.reached
+
+
+def test_order_of_the_errors_does_not_matter():
+    law = quadratic(lambda a: 0.02 + 0.01 * a, 0.004)
+
+    def backwards(grid, places):
+        return {place: law(place) for place in reversed(places)}
+
+    assert refine(START, backwards, middle, middle) == refine(START, recording(law), middle, middle)
+
+
+def test_places_of_a_grid():
+    grid = Grid((1.0, 2.0, 4.0), (10.0, 30.0))
+    assert grid.alpha_edges()[0] == Place((1.0, 2.0), (10.0,))
+    assert len(grid.alpha_edges()) == 4
+    assert grid.speed_edges()[-1] == Place((4.0,), (10.0, 30.0))
+    assert grid.cells() == [Place((1.0, 2.0), (10.0, 30.0)), Place((2.0, 4.0), (10.0, 30.0))]

@@ -1,0 +1,221 @@
+"""Tables cut to a scene: the same draws for the same keys, and nothing that the scene left out."""
+
+import numpy as np
+import pytest
+from tiny_tables import ROUGH
+
+import sampler
+from sampler import InputError
+from sampler.formats.channels import STATE
+from sampler.formats.hdf5 import read_table, write_table
+from tablegen.config.config import parse_config
+from tablegen.tables.axes import make_axes
+from tablegen.tables.generate import generate
+from tablegen.tables.intervals import Grid
+from tablegen.tables.prune import prune, pruned
+
+#: Four angles and three speeds, so that a scene can leave some out.
+NODES = {"alpha_nodes_deg": [10.0, 30.0, 50.0, 80.0], "speed_nodes": [60.0, 150.0, 300.0]}
+WIDE = ROUGH.with_changes({"domain": {"alpha_deg": [10.0, 80.0], "speed": [60.0, 300.0]}})
+WIDE = WIDE.with_changes({"table": NODES, "population": {"shapes": {"sphere": 0.0}}})
+
+
+@pytest.fixture(scope="module")
+def wide(tmp_path_factory):
+    path = tmp_path_factory.mktemp("wide") / "wide.h5"
+    everything = WIDE.with_changes(
+        {"domain": {"components": [*STATE, "rotational_energy", "collisions"]}}
+    )
+    generate(everything, path, conditions=0)
+    return path
+
+
+def _scene(**domain):
+    return WIDE.with_changes({"domain": domain})
+
+
+def _draws(path, alpha_deg=(10.0, 80.0), speed=(60.0, 300.0)):
+    """States by component, over a range of conditions, keys and hits."""
+    table = sampler.load(path, outside="raise")
+    rng = np.random.default_rng(3)
+    n = 4000
+    alpha1 = np.deg2rad(np.append(rng.uniform(*alpha_deg, n - 2), alpha_deg))
+    speeds = np.append(rng.uniform(*speed, n - 2), speed)
+    index = rng.integers(0, 2**64, n, dtype=np.uint64)
+    states = table.sample(alpha1, speeds, seed=9, index=index, hit=np.arange(n) % 7)
+    return dict(zip(table.columns, states.T, strict=True))
+
+
+@pytest.mark.parametrize(
+    "components",
+    [
+        STATE,
+        ("u", "v", "omega_z"),
+        ("v", "rotational_energy"),
+        # the draw is compiled for each choice
+        *(
+            pytest.param(some, marks=pytest.mark.study)
+            for some in [("u", "v"), ("u", "v", "w"), ("omega_y",), ("collisions",)]
+        ),
+    ],
+    ids=" ".join,
+)
+def test_components_that_stay_have_the_same_draws(wide, tmp_path, components):
+    cut = tmp_path / "cut.h5"
+    prune(wide, _scene(components=list(components)), cut)
+    full, part = _draws(wide), _draws(cut)
+    assert tuple(part) == components
+    for name in components:
+        np.testing.assert_array_equal(part[name], full[name])
+    assert cut.stat().st_size < wide.stat().st_size
+
+
+@pytest.mark.parametrize(
+    ("alpha_deg", "speed", "kept"),
+    [
+        ((30.0, 50.0), (150.0, 300.0), ([30.0, 50.0], [150.0, 300.0])),
+        ((31.0, 49.0), (70.0, 80.0), ([30.0, 50.0], [60.0, 150.0])),
+        ((12.0, 55.0), (60.0, 300.0), ([10.0, 30.0, 50.0, 80.0], [60.0, 150.0, 300.0])),
+        ((80.0, 80.0), (60.0, 60.0), ([50.0, 80.0], [60.0, 150.0])),
+        ((45.0, 45.0), (200.0, 200.0), ([30.0, 50.0], [150.0, 300.0])),
+    ],
+)
+def test_conditions_that_stay_have_the_same_draws(wide, tmp_path, alpha_deg, speed, kept):
+    cut = tmp_path / "cut.h5"
+    prune(wide, _scene(alpha_deg=list(alpha_deg), speed=list(speed)), cut)
+    table = sampler.load(cut)
+    nodes = (list(table.alpha_nodes_deg), list(table.speed_nodes))
+    # a node at the end of the scene may keep its neighbour: its coordinate is rounded
+    assert all(set(want) <= set(got) for want, got in zip(kept, nodes, strict=True))
+    assert all(len(got) <= len(want) + 1 for want, got in zip(kept, nodes, strict=True))
+    full, part = _draws(wide, alpha_deg, speed), _draws(cut, alpha_deg, speed)
+    for name in part:
+        np.testing.assert_array_equal(part[name], full[name])
+
+
+def test_a_wrong_cut_would_be_seen(wide, tmp_path):
+    """The comparison above can fail: nodes shifted by one, or another order of the factors."""
+    contents = pruned(read_table(wide), _scene(components=["u", "v", "w"]))
+    full = _draws(wide)
+    for path in ("marginals/quantiles", "dependence/mean"):
+        wrong = {**contents.datasets, path: np.roll(contents[path], 1, axis=0)}
+        write_table(tmp_path / "wrong.h5", type(contents)(**{**vars(contents), "datasets": wrong}))
+        part = _draws(tmp_path / "wrong.h5")
+        assert not np.array_equal(part["u"], full["u"])
+
+
+def test_cut_table_says_what_it_is(wide, tmp_path):
+    cut = tmp_path / "cut.h5"
+    prune(wide, _scene(components=["u", "v"], alpha_deg=[31.0, 49.0]), cut)
+    contents = read_table(cut)
+    config = parse_config(contents.config, "cut")
+    assert config.domain.columns == ("u", "v") == contents.variables
+    assert config.domain.alpha_deg == (30.0, 50.0)
+    assert contents["accuracy/ks"].shape == (0, 2)
+    assert contents.channels == ("v", "u_hat")
+    # and can be cut again, and generated from its own configuration
+    assert pruned(contents, config).content_sha256 == contents.content_sha256
+    assert len(make_axes(config, Grid((30.0, 50.0), (60.0, 300.0))).alpha_deg) == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"domain": {"alpha_deg": [5.0, 80.0]}}, r"alpha_deg: got \[5, 80\], allowed: inside \[10"),
+        ({"domain": {"speed": [50.0, 300.0]}}, r"speed: got \[50, 300\], allowed: inside \[60"),
+        ({"accuracy": {"ks": 0.5}}, "accuracy.ks: got 0.5, allowed: 1 or more"),
+        ({"population": {"truncation": 0.3}}, "population: differs from the table's"),
+        ({"pair": {"name": "other"}}, "pair: got 'other', allowed: 'corundum-steel'"),
+    ],
+)
+def test_scenes_beyond_the_table_are_refused(wide, tmp_path, changes, reason):
+    with pytest.raises(InputError, match=reason):
+        prune(wide, WIDE.with_changes(changes), tmp_path / "cut.h5")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def other(tmp_path_factory):
+    """Table of a pair of one's own."""
+    path = tmp_path_factory.mktemp("other") / "my-pair.h5"
+    changes = {"name": "my-pair", "pair": {"name": "my-pair", "resistance": {"strength": 0.5}}}
+    generate(WIDE.with_changes(changes), path, conditions=0)
+    return path
+
+
+class TestCommand:
+    """Scenes of one pair, applied to the table of another."""
+
+    def cut(self, run, other, tmp_path, *words):
+        """Prune by some words; the draws before and after, and the note."""
+        path = tmp_path / "cut.h5"
+        ended = run("prune", other, *words, "--output", path)
+        assert ended.status == 0, ended.err
+        full, part = _draws(other, speed=(150.0, 300.0)), _draws(path, speed=(150.0, 300.0))
+        for name in part:
+            np.testing.assert_array_equal(part[name], full[name])
+        return part, path, ended.err
+
+    @pytest.mark.parametrize(
+        ("words", "components"),
+        [
+            (("--scene", "plane-flow"), ("u", "v", "omega_z")),
+            (("--scene", "no-spin"), ("u", "v")),
+            (("--dimension", 2), ("u", "v", "omega_z")),
+            (("--components", "v,u"), ("u", "v")),
+            (("--scene", "no-spin", "--dimension", 2), ("u", "v", "omega_z")),
+            (("--scene", "plane-flow", "--components", "omega_z"), ("omega_z",)),
+            (("--dimension", 3), STATE),
+        ],
+    )
+    def test_what_is_kept(self, run, other, tmp_path, words, components):
+        part, path, note = self.cut(run, other, tmp_path, *words)
+        assert tuple(part) == components
+        assert sampler.load(path).pair == "my-pair"
+        assert note.count("\n") == ("--scene" in words)
+        assert ("is a scene of corundum-steel; " in note) == ("--scene" in words)
+
+    def test_a_scene_may_leave_the_pair_out(self, run, other, tmp_path):
+        scene = tmp_path / "fast.toml"
+        scene.write_text('name = "fast"\n[domain]\nspeed = [200.0, 300.0]\ndimension = 2\n')
+        part, path, note = self.cut(run, other, tmp_path, "--scene", scene)
+        assert (tuple(part), note) == (("u", "v", "omega_z"), "")
+        assert sampler.load(path).speed_nodes.tolist() == [150.0, 300.0]
+
+    @pytest.mark.parametrize(
+        ("text", "reason"),
+        [
+            ("[population]\ntruncation = 0.3\n", "my.toml: population: differs from the table's"),
+            ("[population.shapes]\nsphere = 1\n", "my.toml: population: differs"),
+            ("[model]\ntolerance = 1e-9\n", "my.toml: model: differs from the table's"),
+            ("[pair.resistance]\nstrength = 1.0\n", "my.toml: pair: differs from the table's"),
+            ("[accuracy]\nks = 0.5\n", "my.toml: accuracy.ks: got 0.5, allowed: 1 or more"),
+            ("[domain]\nspeed = [50.0, 300.0]\n", "my.toml: domain.speed: got [50, 300], allowed"),
+            ("[domain]\nspeeds = [1.0]\n", "my.toml: domain.speeds: unknown field"),
+        ],
+    )
+    def test_what_does_not_fit_the_table_is_refused(self, refused, other, tmp_path, text, reason):
+        (tmp_path / "my.toml").write_text(text)
+        words = ("--scene", tmp_path / "my.toml", "--output", tmp_path / "cut.h5")
+        assert reason in refused("prune", other, *words)
+        assert not (tmp_path / "cut.h5").exists()
+
+    @pytest.mark.parametrize(
+        ("words", "reason"),
+        [
+            ((), "Missing option '--scene', '--dimension' or '--components', allowed: one or more"),
+            (("--components", "u,x"), "'--components': got 'u,x', allowed: some of u,v,w,omega_x"),
+            (("--components", "u,u"), "'--components': got 'u,u', allowed: "),
+            (("--dimension", "4"), "'--dimension'"),
+            (("--dimension", 2, "--components", "u,w"), "without w in a plane flow"),
+            (("--scene", "nowhere"), "configuration: got 'nowhere', allowed: a name"),
+        ],
+    )
+    def test_flags(self, refused, other, tmp_path, words, reason):
+        assert reason in refused("prune", other, *words, "--output", tmp_path / "cut.h5")
+
+
+def test_components_that_the_table_lacks_are_refused(wide, tmp_path):
+    prune(wide, _scene(components=["u", "v"]), tmp_path / "cut.h5")
+    with pytest.raises(InputError, match=r"domain\.components: got w, allowed: some of u, v"):
+        prune(tmp_path / "cut.h5", _scene(components=["u", "w"]), tmp_path / "again.h5")
