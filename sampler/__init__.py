@@ -14,66 +14,11 @@ same for velocities in the lab frame. Both take keys in place of a generator: th
 index of each particle and how many walls it has hit. Of particles that arrive
 spinning, give the spin (``spin=``, ``omega=``); each has one grain, from wall to wall.
 ``sampler.draw``, ``sampler.rebound`` and ``sampler.rough_rebound`` do it for one particle inside
-compiled code, and return status codes: ``sampler.OK``, ``sampler.CLAMPED`` and the others of
-`sampler.errors`.
+code compiled by numba, and return status codes: ``sampler.OK``, ``sampler.CLAMPED`` and the others
+of `sampler.errors`.
 """
 
-from typing import TYPE_CHECKING
+import lazy_loader
 
-from sampler.compilation.late import import_late
-
-if TYPE_CHECKING:
-    from sampler.device.device_table import DeviceTable as DeviceTable
-    from sampler.drawing.frames import rebound as rebound
-    from sampler.drawing.kernel import draw as draw
-    from sampler.drawing.kernel import grain as grain
-    from sampler.drawing.roughness import rough_rebound as rough_rebound
-    from sampler.errors import CASCADE_NOT_ENDED as CASCADE_NOT_ENDED
-    from sampler.errors import CLAMPED as CLAMPED
-    from sampler.errors import GRAIN_NOT_KNOWN as GRAIN_NOT_KNOWN
-    from sampler.errors import HALF_SIZE_NOT_POSITIVE as HALF_SIZE_NOT_POSITIVE
-    from sampler.errors import NO_SPIN_LAW as NO_SPIN_LAW
-    from sampler.errors import NORMAL_NOT_USABLE as NORMAL_NOT_USABLE
-    from sampler.errors import NOT_APPROACHING as NOT_APPROACHING
-    from sampler.errors import NOT_FINITE as NOT_FINITE
-    from sampler.errors import OK as OK
-    from sampler.errors import ROUGHNESS_NOT_USABLE as ROUGHNESS_NOT_USABLE
-    from sampler.errors import SPEED_NOT_POSITIVE as SPEED_NOT_POSITIVE
-    from sampler.errors import SPIN_NOT_GIVEN as SPIN_NOT_GIVEN
-    from sampler.errors import TILT_NOT_FOUND as TILT_NOT_FOUND
-    from sampler.errors import InputError as InputError
-    from sampler.errors import OutsideTableWarning as OutsideTableWarning
-    from sampler.errors import TableError as TableError
-    from sampler.files.locate import data_directory as data_directory
-    from sampler.formats.hdf5 import TableContents as TableContents
-    from sampler.formats.hdf5 import read_table as read_table
-    from sampler.formats.hdf5 import write_table as write_table
-    from sampler.formats.table_arrays import TableArrays as TableArrays
-    from sampler.inputs.wall_tilt import wall_tilt as wall_tilt
-    from sampler.table import Rebound as Rebound
-    from sampler.table import Table as Table
-    from sampler.table import load as load
-    from sampler.version import __version__ as __version__
-
-# the same names as above, which are for type checkers
-import_late(
-    __name__,
-    {
-        "sampler.device.device_table": ("DeviceTable",),
-        "sampler.drawing.frames": ("rebound",),
-        "sampler.drawing.kernel": ("draw", "grain"),
-        "sampler.drawing.roughness": ("rough_rebound",),
-        "sampler.errors": (
-            *("OK", "CLAMPED", "NOT_FINITE", "NOT_APPROACHING", "SPEED_NOT_POSITIVE"),
-            *("NORMAL_NOT_USABLE", "HALF_SIZE_NOT_POSITIVE", "TILT_NOT_FOUND", "CASCADE_NOT_ENDED"),
-            *("ROUGHNESS_NOT_USABLE", "NO_SPIN_LAW", "GRAIN_NOT_KNOWN", "SPIN_NOT_GIVEN"),
-            *("InputError", "OutsideTableWarning", "TableError"),
-        ),
-        "sampler.files.locate": ("data_directory",),
-        "sampler.formats.hdf5": ("TableContents", "read_table", "write_table"),
-        "sampler.formats.table_arrays": ("TableArrays",),
-        "sampler.inputs.wall_tilt": ("wall_tilt",),
-        "sampler.table": ("Rebound", "Table", "load"),
-        "sampler.version": ("__version__",),
-    },
-)
+# each name of __init__.pyi is imported when it is first used
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

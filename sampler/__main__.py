@@ -1,13 +1,14 @@
 """The program ``sampler``, and ``python -m sampler``."""
 
+import sys
 from typing import NoReturn
 
-from sampler.commands.process import run_process
+from sampler.cli import main
 
 
 def run() -> NoReturn:
-    """Run the program."""
-    run_process("sampler")
+    """Run the program and end the process with its exit status."""
+    sys.exit(main())
 
 
 if __name__ == "__main__":

@@ -1,46 +1,99 @@
 """A loaded table: checked input in, rebound states out."""
 
 import os
-from collections.abc import Callable, Mapping
+import threading
+import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.drawing.batch import draw_batch
-from sampler.drawing.frames import rebound_batch
-from sampler.drawing.law import states_of_law
-from sampler.drawing.rough_batch import WITHOUT_SPIN, rough_rebound_batch
-from sampler.drawing.roughness import MAX_ROUGHNESS
-from sampler.drawing.spin_draw import spin_draw_batch
-from sampler.drawing.spin_frames import spin_rebound_batch
-from sampler.drawing.threads import merge, run_rows
-from sampler.errors import InputError, TableError
-from sampler.files.locate import find_table
+from sampler import library
+from sampler.arguments import (
+    MAX_ROUGHNESS,
+    Call,
+    Grain,
+    Keys,
+    Rebound,
+    as_output,
+    as_reals_up_to,
+    as_threads,
+    broadcast,
+    check_grain_word,
+    place,
+)
+from sampler.errors import InputError, OutsideTableWarning, TableError, refuse
+from sampler.files import find_table
+from sampler.formats.bounds import ROUNDING
 from sampler.formats.hdf5 import TableContents, read_table
-from sampler.formats.packing import kept_beside, table_arrays
-from sampler.formats.packing_memory import repacked
-from sampler.formats.spin_buffer import law_in
-from sampler.formats.table_arrays import same
-from sampler.inputs.counts import Counting, Counts
-from sampler.inputs.grains import Grain, Grains, grains_of, rows_of_call
-from sampler.inputs.law_at_conditions import LawAtConditions, Reduction
-from sampler.inputs.messages import row_message
-from sampler.inputs.output import Rebound, as_output, where_to_draw
-from sampler.inputs.population import with_population
-from sampler.inputs.rows import Keys, Rows, as_integer, as_reals_up_to
-from sampler.inputs.table_facts import TableFacts
+from sampler.formats.image import header_of, table_image
+from sampler.law import LawAtConditions
+from sampler.library import OpenTable, Report
+from sampler.messages import outside_message, outside_warning, row_message, speed_limits
+from sampler.population import population_grains
 
 if TYPE_CHECKING:
     from sampler.device.device_table import DeviceTable
 
+#: Number of states that are copied sooner than their conditions are looked at.
+_SOONER_COPIED = 10_000
 
-class Table(LawAtConditions, TableFacts, Counting):
+
+class Counts:
+    """Draws outside a table and draws that extrapolate its laws; those of a copy are 0."""
+
+    def __init__(self) -> None:
+        self.clamped = self.extrapolated = 0
+        self._lock = threading.Lock()
+
+    def add(self, clamped: int, extrapolated: int) -> bool:
+        """Add to the counts, from any thread; tell whether the first clamped draw is among them."""
+        with self._lock:
+            first = self.clamped == 0 and clamped > 0
+            self.clamped += clamped
+            self.extrapolated += extrapolated
+        return first
+
+    def __reduce__(self) -> tuple[type["Counts"], tuple[()]]:
+        return Counts, ()
+
+
+class Counting:
+    """The part that `Table` and `DeviceTable` share: bad rows are refused, clamped ones counted."""
+
+    outside: str
+    _counts: Counts
+
+    @property
+    def clamped(self) -> int:
+        """Number of draws so far that lay outside the table and were moved to its edge."""
+        return self._counts.clamped
+
+    @property
+    def extrapolated(self) -> int:
+        """Number of draws so far with an impact speed outside the file's ``valid_speed``."""
+        return self._counts.extrapolated
+
+    def _finish(self, header: Any, call: Call, report: Report, stacklevel: int) -> None:
+        """Refuse the first bad row of a call, or count its rows outside the table."""
+        clamped, bad = report.clamped_row, report.bad_row
+        if clamped >= 0 and self.outside == "raise" and not 0 <= bad < clamped:
+            raise InputError(outside_message(header, call, clamped))
+        if bad >= 0:
+            raise InputError(row_message(call, bad, report.code))
+        if self._counts.add(report.clamped, report.extrapolated):
+            told = outside_warning(header, call, clamped, report.clamped)
+            # of the line that drew
+            warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)
+
+
+class Table(LawAtConditions, Counting):
     """A rebound table in memory, from `load`.
 
     Draws are pure functions of the condition and of the keys, so one table
-    serves any number of threads. A copy of it, in another process or not, has its arrays and its
+    serves any number of threads. A copy of it, in another process or not, has its data and its
     settings, and counts the draws outside anew.
 
     Parameters
@@ -54,14 +107,17 @@ class Table(LawAtConditions, TableFacts, Counting):
 
     Attributes
     ----------
-    arrays : TableArrays
-        For `sampler.draw` in the user's own compiled code.
+    handle : int
+        Address of the opened table, for `sampler.draw` and `sampler.rebound` in compiled code. Valid
+        as long as the table lives.
     columns : tuple of str
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z, or those of
         them (and rotational_energy, collisions, work_normal, work_shear) that the table was made
         for.
     pair, config : str
         Name of the material pair; TOML text from which the table was generated.
+    has_spin : bool
+        Whether the table has the law of particles that arrive spinning.
     speed_independent : bool
         Whether rebounds do not depend on the speed; then no speed lies outside.
     outside, population
@@ -76,53 +132,85 @@ class Table(LawAtConditions, TableFacts, Counting):
         population: Mapping[str, Any] | None = None,
     ) -> None:
         if outside not in ("clamp", "raise"):
-            raise InputError(f"outside: got {outside!r}, allowed: 'clamp', 'raise'")
+            refuse("outside", repr(outside), "'clamp', 'raise'")
         self.outside = outside
-        self.arrays = with_population(table_arrays(contents), contents, population)
         self.population = population
+        grains = None if population is None else population_grains(contents, population)
+        self._table = OpenTable(table_image(contents, grains))
         self.columns = contents.variables
         self.pair, self.config = contents.pair, contents.config
         self.speed_independent = contents.speed_independent
-        self._small = kept_beside(contents)
+        self.has_spin = contents.has_spin
+        self._small = _kept_beside(contents)
         self._source: TableContents | Path = contents
         self._counts = Counts()
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_counts": Counts()}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self.arrays = repacked(self.arrays)
 
     def __repr__(self) -> str:
         alpha, speed = self.alpha_nodes_deg, self.speed_nodes
         return (
             f"<sampler.Table {self.pair}: {alpha[0]:g} to {alpha[-1]:g} deg x "
             f"{speed[0]:g} to {speed[-1]:g} m/s, {len(alpha)} x {len(speed)} nodes, "
-            f"{self.arrays.n_components} mixture components>"
+            f"{self._header['n_components']} mixture components>"
         )
 
     @property
+    def handle(self) -> int:
+        """Address of the opened table."""
+        return self._table.handle
+
+    @property
+    def _header(self) -> Any:
+        return header_of(self._table.image)
+
+    @property
     def contents(self) -> TableContents:
-        """What the file holds; a table that was loaded reads its file again.
+        """Contents of the file; a table that was loaded reads its file again.
 
         Raises `TableError` if that is no longer the table that was loaded.
         """
         if isinstance(self._source, TableContents):
             return self._source
         contents = read_table(self._source)
-        if not same(Table(contents, population=self.population)._held(), self._held()):
+        digest = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
+        if not np.array_equal(digest, self._header["content_sha256"]):
             raise TableError(f"{self._source}: was changed, allowed: the table that was loaded")
         return contents
 
-    def _held(self) -> tuple[Any, ...]:
-        """All that was taken from the contents."""
-        return self.arrays, self.pair, self.config, *self._small.values()
+    @property
+    def alpha_nodes_deg(self) -> NDArray[np.float64]:
+        """Impact angles of the nodes, degrees."""
+        return self._small["axes/alpha_deg"].copy()
 
     @property
-    def has_spin(self) -> bool:
-        """Whether the table has the law of particles that arrive spinning."""
-        return law_in(self.arrays).n_shapes > 0
+    def speed_nodes(self) -> NDArray[np.float64]:
+        """Impact speeds of the nodes, m/s."""
+        return self._small["axes/speed"].copy()
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that the table takes."""
+        return self._table.image.nbytes + sum(a.nbytes for a in self._small.values())
+
+    @property
+    def alpha_range(self) -> tuple[float, float]:
+        """Smallest and largest impact angle, rad."""
+        return float(self._header["alpha_first"]), float(self._header["alpha_last"])
+
+    @property
+    def speed_range(self) -> tuple[float, float]:
+        """Smallest and largest impact speed of the nodes, m/s."""
+        return float(self._header["speed_first"]), float(self._header["speed_last"])
+
+    @property
+    def accuracy(self) -> dict[str, NDArray[np.float64]]:
+        """Accuracy measured against direct simulation, at conditions that are no nodes.
+
+        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_columns), ``sliced_wasserstein``,
+        ``correlation_error``, ``auc``, all (n,) but ks, which has a column for each of
+        `columns`; n = 0 if nothing was measured.
+        """
+        paths = (path for path in self._small if path.startswith("accuracy/"))
+        return {path.removeprefix("accuracy/"): self._small[path].copy() for path in paths}
 
     def sample(
         self,
@@ -187,38 +275,16 @@ class Table(LawAtConditions, TableFacts, Counting):
             If an input has a wrong type or shape, is not finite or not allowed (with
             ``outside="raise"`` also: outside the table). Names the first row.
         """
-        keys = Keys(seed, index, hit, rng, size)
         given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
-        rows, grains = rows_of_call(self.arrays, given, "spin", spin, grain, keys)
-        states = as_output(out, (*rows.shape, len(self.columns)))
-        drawn, batch = states, draw_batch if grains is None else spin_draw_batch
-        if out is not None:
-            drawn = where_to_draw(states, rows, self.arrays, self.outside)
-        self._draw(batch, rows, drawn.reshape(rows.n, len(self.columns)), threads, grains)
+        call = self._call(given, "spin", spin, grain, Keys(seed, index, hit, rng, size))
+        states = as_output(out, (*call.shape, len(self.columns)))
+        drawn = states if out is None or self._writes_safely(call, states) else np.empty_like(states)
+        flat = drawn.reshape(call.rows.n, len(self.columns))
+        report = library.sample(self._table, call.rows, flat, as_threads(threads))
+        self._finish(self._header, call, report, 3)
         if drawn is not states:
             states[...] = drawn
         return states
-
-    def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
-        """Give the grains that particles keep.
-
-        Parameters
-        ----------
-        seed, index
-            As for `sample`.
-
-        Returns
-        -------
-        float64 array, shape (..., 3)
-            Shape code of `sampler.formats.shape_codes` (``FIRST_MESH`` + k: mesh number k of the
-            table's population), b/a and c/b; those of `tablegen.DirectModel` for these keys.
-
-        Raises
-        ------
-        InputError
-            If the table has no spin law, or as `sample`.
-        """
-        return grains_of(self.arrays, seed, index)
 
     def rebound(
         self,
@@ -255,8 +321,7 @@ class Table(LawAtConditions, TableFacts, Counting):
             Velocity of the wall at the point of contact, m/s; at rest if left out.
         roughness : float or array, shape (...), optional
             Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
-            a smooth wall if left out. See `sampler.rough_rebound`, and `sampler.wall_tilt` for
-            that of a measured profile.
+            a smooth wall if left out. `sampler.wall_tilt` gives that of a measured profile.
 
         Returns
         -------
@@ -269,24 +334,46 @@ class Table(LawAtConditions, TableFacts, Counting):
         InputError
             As `sample`; also if a particle does not approach the wall or a normal is zero.
         """
-        arguments: dict[str, ArrayLike] = {
+        given: dict[str, ArrayLike] = {
             "velocity": velocity,
             "normal": normal,
             "half_size": half_size,
-            "wall_velocity": np.zeros(3) if wall_velocity is None else wall_velocity,
         }
+        if wall_velocity is not None:
+            given["wall_velocity"] = wall_velocity
         if roughness is not None:
-            arguments["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
-        keys = Keys(seed, index, hit, rng, size)
-        rows, grains = rows_of_call(self.arrays, arguments, "omega", omega, grain, keys)
-        results = np.empty((rows.n, 6))
-        smooth = rebound_batch if grains is None else spin_rebound_batch
-        if roughness is None:
-            self._draw(smooth, rows, results, threads, grains)
-        else:
-            self._draw(rough_rebound_batch, rows, results, threads, grains or WITHOUT_SPIN)
-        parts = (results[:, :3], results[:, 3:])
-        return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
+            given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
+        call = self._call(given, "omega", omega, grain, Keys(seed, index, hit, rng, size))
+        after = Rebound(np.empty((*call.shape, 3)), np.empty((*call.shape, 3)))
+        flat = (array.reshape(call.rows.n, 3) for array in after)
+        report = library.rebound(self._table, call.rows, *flat, as_threads(threads))
+        self._finish(self._header, call, report, 3)
+        return after
+
+    def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
+        """Give the grains that particles keep.
+
+        Parameters
+        ----------
+        seed, index
+            As for `sample`.
+
+        Returns
+        -------
+        float64 array, shape (..., 3)
+            Shape code of `sampler.formats.shape_codes` (``FIRST_MESH`` + k: mesh number k of the
+            table's population), b/a and c/b; those of `tablegen.DirectModel` for these keys.
+
+        Raises
+        ------
+        InputError
+            If the table has no spin law, or as `sample`.
+        """
+        if not self.has_spin:
+            raise InputError("grains: asked for, allowed: of a table with a spin law")
+        shape, rows = broadcast({}, Keys(seed, index))
+        found = library.grains(self._table, rows.seed, rows.arrays["index"], rows.n)
+        return found.reshape(*shape, 3)
 
     def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":
         """Copy the table to a GPU, for draws from and to arrays that live there.
@@ -311,42 +398,87 @@ class Table(LawAtConditions, TableFacts, Counting):
             If CuPy or a GPU is missing; says what to install.
         """
         from sampler.device.device_table import DeviceTable
-        from sampler.formats.binary import binary_table
 
-        return DeviceTable(
-            binary_table(self.contents, self.arrays), self.arrays, self.columns, self.outside, dtype
+        return DeviceTable(self, self._table.image, dtype)
+
+    def asks_spin_law(self, name: str, spin: Any, grain: Grain) -> bool:
+        """Tell whether a call draws from the spin law.
+
+        Parameters
+        ----------
+        name : str
+            Of the spin, for the message: "spin" or "omega".
+        spin, grain
+            As for `sample`.
+
+        Raises
+        ------
+        InputError
+            If the table has no spin law for it, or the grain is an unknown word.
+        """
+        check_grain_word(grain)
+        own = isinstance(grain, str) and grain == "own"
+        if spin is None and own and self.population is None:
+            return False
+        if not self.has_spin:
+            asked = "grain" if spin is None else name
+            refuse(asked, "one", "none, for the table has no spin law")
+        return True
+
+    def _call(
+        self, given: dict[str, ArrayLike], name: str, spin: ArrayLike | None, grain: Grain, keys: Keys
+    ) -> Call:
+        """Make rows of the arguments of a call, with the spin and the grain where they count."""
+        if not self.asks_spin_law(name, spin, grain):
+            return broadcast(given, keys)
+        given = given | {name: np.zeros(3) if spin is None else spin}
+        if isinstance(grain, str):
+            return broadcast(given, keys, fresh=grain == "fresh")
+        call = broadcast(given | {"grain": grain}, keys)
+        self._check_grains(call)
+        return call
+
+    def _check_grains(self, call: Call) -> None:
+        """Refuse the first given grain that the spin law was not made for."""
+        codes, ranges = self._small["spin/shape_codes"], self._small["spin/ratio_range"]
+        given = call.rows.arrays["grain"]
+        low, high = ranges[:, :, 0], ranges[:, :, 1]
+        inside = ((given[:, None, 1:] >= low) & (given[:, None, 1:] <= high)).all(axis=2)
+        refused = ~((given[:, :1] == codes) & inside).any(axis=1)
+        if refused.any():
+            row = int(refused.argmax())
+            got = ", ".join(f"{x:.9g}" for x in given[row])
+            shapes = ", ".join(str(code) for code in codes)
+            allowed = f"a shape code of the table ({shapes}), and b/a and c/b that were simulated"
+            refuse("grain", f"{got} at {place(row, call.shape)}", allowed)
+
+    def _writes_safely(self, call: Call, states: NDArray[Any]) -> bool:
+        """Tell whether draws may go straight to the user's array.
+
+        A batch writes row by row until it meets one that it refuses, so it must refuse none, and
+        overwrite nothing that it has yet to read.
+        """
+        arrays = call.rows.arrays
+        # a draw with a spin can be refused for more reasons than are looked at here
+        if states.size <= _SOONER_COPIED or "spin" in arrays:
+            return False
+        if any(np.may_share_memory(states, values) for values in arrays.values()):
+            return False
+        if self.outside == "raise":
+            angles, speeds = self.alpha_range, speed_limits(self._header)
+        else:  # the smallest and the largest number that a draw takes
+            angles = (np.nextafter(0.0, 1.0), 0.5 * np.pi + ROUNDING)
+            speeds = (np.nextafter(0.0, 1.0), np.finfo(np.float64).max)
+        return all(
+            bool(arrays[name].min() >= low and arrays[name].max() <= high)
+            for name, (low, high) in (("alpha1", angles), ("speed", speeds))
         )
 
-    def _of_law(
-        self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None, reduce: Reduction
-    ) -> NDArray[np.float64]:
-        """Reduce the draws at each condition to some numbers."""
-        given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
-        rows, grains = rows_of_call(self.arrays, given, "spin", spin, "own", Keys(seed=0, index=0))
-        drawn = np.empty((rows.n, len(self.columns)))
-        batch = draw_batch if grains is None else spin_draw_batch
-        self._draw(batch, rows, drawn, 1, grains, 4)  # one each, to check the conditions
-        conditions = (tuple(rows.at(name, k) for name in rows.values) for k in range(rows.n))
-        results = [reduce(states) for states in states_of_law(self.arrays, conditions)]
-        return np.array(results).reshape(*rows.shape, *reduce(np.zeros((1, drawn.shape[1]))).shape)
 
-    def _draw(
-        self,
-        batch: Callable[..., Any],
-        rows: Rows,
-        results: NDArray[Any],
-        threads: int | None,
-        grains: Grains | tuple[None, ...] | None = None,
-        stacklevel: int = 3,
-    ) -> None:
-        """Write the results of all rows; refuse the first bad row, or count what is outside."""
-        if threads is not None:
-            threads = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
-        arguments = (self.arrays, *rows.values.values(), *(grains or ()), *rows.keys, results)
-        report = merge(run_rows(batch, arguments, rows.n, threads), self.outside == "raise")
-        if report.bad_row >= 0:
-            raise InputError(row_message(rows, report.bad_row, report.code))
-        self._counts.add(self.arrays, rows, report, self.outside, stacklevel + 1)
+def _kept_beside(contents: TableContents) -> dict[str, NDArray[Any]]:
+    """Pick the datasets that a loaded table keeps: axes, measured accuracy, simulated grains."""
+    kept = ("axes/", "accuracy/", "spin_accuracy/", "spin/shape_codes", "spin/ratio_range")
+    return {path: contents[path] for path in contents.datasets if path.startswith(kept)}
 
 
 def load(

@@ -127,6 +127,7 @@ extern "C" {
 #define RBT_ERR_GRAINS (-29)
 #define RBT_ERR_TREES (-30)
 #define RBT_ERR_LEAVES (-31)
+#define RBT_ERR_GRAIN_NOT_KNOWN (-32)
 #define RBT_VALUES 10 /* u, v, w, omega_x, omega_y, omega_z, rotational_energy, collisions,
                         work_normal, work_shear */
 #define RBTI_CHANNELS 9 /* in which these are stored */
@@ -196,6 +197,14 @@ RBT_API RBT_DEVICE void rbt_keep_grains(rbt_table *table, int kept);
 RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t index,
                                  uint32_t hit, double grain[3]);
 
+/* The grain of a particle that has another one at each hit. RBT_OK or RBT_ERR_NO_SPIN_LAW. */
+RBT_API RBT_DEVICE int rbt_fresh_grain(const rbt_table *table, uint64_t seed, uint64_t index,
+                                       uint32_t hit, double grain[3]);
+
+/* Grains of n particles that keep them, 3 n numbers. RBT_OK or RBT_ERR_NO_SPIN_LAW. */
+RBT_API RBT_DEVICE int rbt_grains_batch(const rbt_table *table, size_t n, uint64_t seed,
+                                        const uint64_t *index, double *grains);
+
 /* Variables that the table gives: how many, and which (0: u, ... 9: work of tangential impulses).
    Others are 0 in every state. `columns` may be NULL. */
 RBT_API RBT_DEVICE int rbt_components(const rbt_table *table, int columns[RBT_VALUES]);
@@ -215,6 +224,13 @@ RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table);
 RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed,
                                 const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
                                 double state[6]);
+
+/* Draw one state of a given grain, three numbers as rbt_grain gives them; NULL: as rbt_draw. With a
+   grain and without spin the particle does not spin. Codes as rbt_draw; also
+   RBT_ERR_GRAIN_NOT_KNOWN. */
+RBT_API RBT_DEVICE int rbt_draw_grain(const rbt_table *table, double alpha1, double speed,
+                                      const double *spin, const double grain[3], uint64_t seed,
+                                      uint64_t index, uint32_t hit, double state[6]);
 
 /* The same without spin, with all variables that a table can have. */
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
@@ -242,6 +258,25 @@ RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha
                            const double *speed, const double *spin, uint64_t seed,
                            const uint64_t *index, const uint32_t *hit, double *states,
                            rbt_report *report);
+
+/* Conditions of a batch of draws: arrays of n numbers, of 3 n where they are vectors. Begin with all
+   fields 0, as `= {0}` does: later versions may have further ones, for which that means "none". */
+typedef struct rbt_conditions {
+    const double *alpha1;  /* n: impact angles from the wall, rad */
+    const double *speed;   /* n: impact speeds V, m/s */
+    const double *spin;    /* 3 n: angular velocities before the impact times a/V; NULL: the law of
+                              particles that arrive without spin */
+    const double *grain;   /* 3 n: shape code, b/a and c/b; NULL: the grains of the keys */
+    const uint64_t *index; /* n: identities of the particles */
+    const uint32_t *hit;   /* n: how many walls they have met before */
+    int fresh_grains;      /* 1: a particle has another grain at each hit; 0: one, of (seed, index) */
+} rbt_conditions;
+
+/* Draw n states of the table's own variables (rbt_components): n rows of so many numbers into `states`
+   or, in single precision, into `singles`; the other is NULL. All else as rbt_draw_batch; also
+   RBT_ERR_GRAIN_NOT_KNOWN. */
+RBT_API int rbt_sample_batch(const rbt_table *table, size_t n, const rbt_conditions *conditions,
+                             uint64_t seed, double *states, float *singles, rbt_report *report);
 
 #endif
 
@@ -293,6 +328,15 @@ RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double ve
                                          uint32_t hit, double new_velocity[3],
                                          double new_omega[3]);
 
+/* Rebound one particle of a given grain: as rbt_rough_rebound, and with a grain of NULL the same; a
+   roughness of 0 is a smooth wall. Also RBT_ERR_GRAIN_NOT_KNOWN. */
+RBT_API RBT_DEVICE int rbt_rebound_grain(const rbt_table *table, const double velocity[3],
+                                         const double normal[3], double half_size,
+                                         const double wall_velocity[3], double roughness,
+                                         const double omega[3], const double grain[3],
+                                         uint64_t seed, uint64_t index, uint32_t hit,
+                                         double new_velocity[3], double new_omega[3]);
+
 #ifndef RBT_DEVICE_ONLY
 
 /* What a batch of rebounds is given: arrays of n numbers, of 3 n where they are vectors. Begin with
@@ -309,6 +353,10 @@ typedef struct rbt_impacts {
                                     particles that arrive without spin */
     const double *roughness;     /* n: standard deviations of the tilt of facets, rad, 0 to 0.5; NULL:
                                     smooth walls */
+    const double *grain;         /* 3 n: shape code, b/a and c/b; NULL: the grains of the keys. With
+                                    grains and without omega particles do not spin */
+    int fresh_grains;            /* 1: a particle has another grain at each hit; 0: one, of (seed,
+                                    index), unless rbt_keep_grains says otherwise */
 } rbt_impacts;
 
 /* Rebound n particles: the same as n calls of rbt_rebound, or of rbt_rough_rebound, and faster.
@@ -438,13 +486,17 @@ extern "C" {
 
 /* Versions of a function for processors with wide vectors, of which the loader takes the one for the
    processor at hand: batches take half the time, whatever flags the program is compiled with. */
-#if !defined(RBT_NO_CLONES) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 &&        \
-    defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(RBTI_GPU) &&       \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(RBT_NO_CLONES) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&  \
+    !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__clang__) && __clang_major__ >= 18
+#define RBTI_CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#elif !defined(__clang__) && defined(__GNUC__) && __GNUC__ >= 12
 #define RBTI_CLONES                                                                                \
     __attribute__((optimize("O3", "fp-contract=off"),                                              \
                    target_clones("arch=x86-64-v4", "avx2", "default")))
-#else
+#endif
+#endif
+#ifndef RBTI_CLONES
 #define RBTI_CLONES
 #endif
 
@@ -1080,17 +1132,57 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_ratios(size_t m, const double law[4], cons
     }
 }
 
-/* Grains, from words of their own: sampler/drawing/grain.py. */
+/* Grains of the particles of a batch: given ones, or those of a seed. All bounces of one hit have the
+   same, though each has a seed of its own. */
+typedef struct rbti_grains {
+    const double *given; /* 3 numbers a particle: shape code, b/a, c/b; NULL: grains of the seed */
+    uint64_t seed;
+    int fresh; /* whether a particle has another grain at each hit */
+} rbti_grains;
+
+/* Row of a shape among those of the law, or their number if it has no such shape. */
+RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double code)
+{
+    int32_t row = 0;
+    while (row < law->n_shapes && (double)law->shape_codes[row] != code)
+        row++;
+    return row;
+}
+
+/* Whether a given grain has a shape of the law, and ratios that are some. */
+RBTI_INLINE RBT_DEVICE int rbti_grain_holds(const rbt_spin_law *law, const double grain[3])
+{
+    const int ratios = grain[1] >= RBTI_LEAST_RATIO && grain[1] <= 1.0 &&
+                       grain[2] >= RBTI_LEAST_RATIO && grain[2] <= 1.0;
+    return ratios && rbti_row_of_shape(law, grain[0]) < law->n_shapes;
+}
+
+/* Given grains; a block that is not full repeats its last one. */
+RBTI_INLINE RBT_DEVICE void rbti_take_grains(size_t m, const rbt_spin_law *law,
+                                             const double *given, size_t count, int32_t *shapes,
+                                             double *ratios)
+{
+    RBTI_EACH_DRAW(r)
+    {
+        const double *grain = given + 3 * (r < count ? r : count - 1);
+        shapes[r] = rbti_row_of_shape(law, grain[0]);
+        ratios[r] = grain[1];
+        ratios[m + r] = grain[2];
+    }
+}
+
+/* Grains of a seed, from words of their own. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, uint64_t seed,
-                                             const uint64_t *index, const uint32_t *hit,
-                                             size_t count, int32_t *shapes, double *ratios)
+                                             int fresh, const uint64_t *index,
+                                             const uint32_t *hit, size_t count, int32_t *shapes,
+                                             double *ratios)
 {
     uint32_t own[RBTI_BLOCK] RBTI_ALIGNED, words[8 * RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
     {
         own[r] = 0;
     }
-    const uint32_t *hits = law->fresh_grains ? hit : own;
+    const uint32_t *hits = fresh ? hit : own;
     for (uint32_t block = 0; block < 2; block++)
         rbti_fill_words(m, block, seed ^ RBTI_SIMULATION_KEY, index, hits, count,
                         words + 4 * block * m);
@@ -1493,17 +1585,20 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, const rb
     }
 }
 
-/* Draws with conditions that may be drawn at. Grains have a seed of their own: all bounces of one hit
-   have the same. */
+/* Draws with conditions that may be drawn at. */
 RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, uint64_t seed,
-                                            uint64_t grain_seed, const uint64_t *index,
+                                            const rbti_grains *grains, const uint64_t *index,
                                             const uint32_t *hit, size_t count, rbti_spin_draws *d,
                                             double *states)
 {
     const rbt_spin_law *law = &table->spin;
     for (uint32_t block = 0; block < 2; block++)
         rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
-    rbti_fill_grains(m, law, grain_seed, index, hit, count, d->shape, d->inputs + RBTI_RATIO * m);
+    if (grains->given)
+        rbti_take_grains(m, law, grains->given, count, d->shape, d->inputs + RBTI_RATIO * m);
+    else
+        rbti_fill_grains(m, law, grains->seed, grains->fresh, index, hit, count, d->shape,
+                         d->inputs + RBTI_RATIO * m);
     rbti_fill_inputs(m, law, d);
     rbti_find_leaves(m, law, d);
     rbti_fill_features(m, law, d);
@@ -1516,52 +1611,85 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, ui
     rbti_to_spin_states(m, count, table, d, states);
 }
 
+/* Grains of the keys of a table. */
+RBTI_INLINE RBT_DEVICE rbti_grains rbti_own_grains(const rbt_table *table, uint64_t seed)
+{
+    const rbti_grains own = {NULL, seed, table->spin.fresh_grains};
+    return own;
+}
+
+RBTI_CLONES
 RBTI_APART RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, double speed,
-                                         const double spin[3], uint64_t seed,
-                                         uint64_t grain_seed, uint64_t index, uint32_t hit,
+                                         const double *given_spin, uint64_t seed,
+                                         const rbti_grains *grains, uint64_t index, uint32_t hit,
                                          double *state)
 {
+    const double none[3] = {0.0, 0.0, 0.0}, *spin = given_spin ? given_spin : none;
     const int status = rbti_spin_status(table, alpha1, speed, spin[0], spin[1], spin[2]);
     if (status < RBT_OK)
         return status;
+    if (grains->given && !rbti_grain_holds(&table->spin, grains->given))
+        return RBT_ERR_GRAIN_NOT_KNOWN;
     rbti_spin_draws draws;
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
     memcpy(draws.spin, spin, 3 * sizeof *spin);
-    rbti_spin_block(1, table, seed, grain_seed, &index, &hit, 1, &draws, state);
+    rbti_spin_block(1, table, seed, grains, &index, &hit, 1, &draws, state);
     return status;
 }
 
-RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t index,
-                                 uint32_t hit, double grain[3])
+RBTI_INLINE RBT_DEVICE int rbti_grain(const rbt_table *table, uint64_t seed, int fresh,
+                                      uint64_t index, uint32_t hit, double grain[3])
 {
     int32_t shape[RBTI_BLOCK];
     double ratios[2 * RBTI_BLOCK];
     if (table->spin.n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
-    rbti_fill_grains(1, &table->spin, seed, &index, &hit, 1, shape, ratios);
+    rbti_fill_grains(1, &table->spin, seed, fresh, &index, &hit, 1, shape, ratios);
     grain[0] = (double)table->spin.shape_codes[shape[0]];
     grain[1] = ratios[0];
     grain[2] = ratios[1];
     return RBT_OK;
 }
 
+RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t index,
+                                 uint32_t hit, double grain[3])
+{
+    return rbti_grain(table, seed, table->spin.fresh_grains, index, hit, grain);
+}
+
+RBT_API RBT_DEVICE int rbt_fresh_grain(const rbt_table *table, uint64_t seed, uint64_t index,
+                                       uint32_t hit, double grain[3])
+{
+    return rbti_grain(table, seed, 1, index, hit, grain);
+}
+
+RBT_API RBT_DEVICE int rbt_grains_batch(const rbt_table *table, size_t n, uint64_t seed,
+                                        const uint64_t *index, double *grains)
+{
+    int code = RBT_OK;
+    for (size_t k = 0; k < n && code == RBT_OK; k++)
+        code = rbt_grain(table, seed, index[k], 0, grains + 3 * k);
+    return code;
+}
+
 #ifndef RBT_DEVICE_ONLY
 
-/* As rbti_conditions. */
-RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const double *alpha1,
-                                        const double *speed, const double *spin, size_t first,
-                                        size_t most, rbti_spin_draws *d, int *code,
+/* As rbti_conditions; spin and given grains may be NULL. */
+RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const rbt_conditions *given,
+                                        size_t first, size_t most, rbti_spin_draws *d, int *code,
                                         rbt_report *report)
 {
+    const double *alpha1 = given->alpha1, *speed = given->speed, *grain = given->grain;
     const rbt_spin_law *law = &table->spin;
     const size_t m = RBTI_BLOCK;
-    int outside = law->n_shapes == 0;
+    const double none[3] = {0.0, 0.0, 0.0};
+    int outside = law->n_shapes == 0 || grain;
     RBTI_EACH_DRAW(r)
     {
         const size_t k = first + (r < most ? r : most - 1);
-        const double a = alpha1[k], v = speed[k];
-        const double x = spin[3 * k], y = spin[3 * k + 1], z = spin[3 * k + 2];
+        const double a = alpha1[k], v = speed[k], *spin = given->spin ? given->spin + 3 * k : none;
+        const double x = spin[0], y = spin[1], z = spin[2];
         const double effective = v * rbti_spin_factor(x, y, z);
         const int off_alpha = (a < law->alpha_low) + (a > law->alpha_high);
         const int off_speed = (effective < law->speed_low) + (effective > law->speed_high);
@@ -1573,8 +1701,10 @@ RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const double *al
         d->spin[2 * m + r] = z;
     }
     for (size_t r = 0; r < most && outside; r++) {
-        const int status = rbti_spin_status(table, d->alpha1[r], d->speed[r], d->spin[r],
-                                            d->spin[m + r], d->spin[2 * m + r]);
+        int status = rbti_spin_status(table, d->alpha1[r], d->speed[r], d->spin[r],
+                                      d->spin[m + r], d->spin[2 * m + r]);
+        if (status >= RBT_OK && grain && !rbti_grain_holds(law, grain + 3 * (first + r)))
+            status = RBT_ERR_GRAIN_NOT_KNOWN;
         if (status < RBT_OK) {
             report->row = first + r;
             *code = status;
@@ -1597,9 +1727,20 @@ RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double sp
                                 const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
                                 double state[6])
 {
+    const rbti_grains own = rbti_own_grains(table, seed);
     if (spin)
-        return rbti_spin_draw(table, alpha1, speed, spin, seed, seed, index, hit, state);
+        return rbti_spin_draw(table, alpha1, speed, spin, seed, &own, index, hit, state);
     return rbti_draw(table, alpha1, speed, seed, index, hit, 6, state);
+}
+
+RBT_API RBT_DEVICE int rbt_draw_grain(const rbt_table *table, double alpha1, double speed,
+                                      const double *spin, const double grain[3], uint64_t seed,
+                                      uint64_t index, uint32_t hit, double state[6])
+{
+    const rbti_grains given = {grain, seed, 0};
+    if (!grain)
+        return rbt_draw(table, alpha1, speed, spin, seed, index, hit, state);
+    return rbti_spin_draw(table, alpha1, speed, spin, seed, &given, index, hit, state);
 }
 
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
@@ -1656,36 +1797,113 @@ RBTI_INLINE size_t rbti_extrapolated(const rbt_table *table, const double *speed
     return outside;
 }
 
+/* Rows that a batch writes: the first six variables, or columns of the table, in one precision. */
+typedef struct rbti_output {
+    double *states;
+    float *singles;
+    const int8_t *columns; /* NULL: the first six variables, in double precision */
+    int width, variables;  /* numbers of a row; 6 or all variables that are drawn */
+} rbti_output;
+
+RBTI_INLINE rbti_output rbti_output_of(const rbt_table *table, double *states, float *singles)
+{
+    rbti_output out = {states, singles, table->columns, table->n_columns, 6};
+    int plain = states && table->n_columns == 6;
+    for (int k = 0; k < table->n_columns; k++) {
+        plain = plain && table->columns[k] == k;
+        out.variables = table->columns[k] >= 6 ? RBT_VALUES : out.variables;
+    }
+    if (plain)
+        out.columns = NULL;
+    return out;
+}
+
+/* Copy the columns of `count` drawn rows to their place from row `first` on. */
+RBTI_INLINE void rbti_put(const rbti_output *out, size_t first, size_t count, int given,
+                          const double *values)
+{
+    for (size_t r = 0; r < count; r++) {
+        const double *row = values + (size_t)given * r;
+        const size_t at = (first + r) * (size_t)out->width;
+        for (int k = 0; k < out->width && out->states; k++)
+            out->states[at + (size_t)k] = row[out->columns[k]];
+        for (int k = 0; k < out->width && out->singles; k++)
+            out->singles[at + (size_t)k] = (float)row[out->columns[k]];
+    }
+}
+
+/* Draws from the spin law of a block of rows: how many come before the first error. */
+RBTI_INLINE size_t rbti_sample_spins(const rbt_table *table, const rbt_conditions *given,
+                                     size_t first, size_t most, uint64_t seed, double *states,
+                                     int *code, rbt_report *report)
+{
+    const rbti_grains grains = {given->grain ? given->grain + 3 * first : NULL, seed,
+                                given->fresh_grains || table->spin.fresh_grains};
+    rbti_spin_draws draws RBTI_ALIGNED;
+    const size_t count = rbti_spin_conditions(table, given, first, most, &draws, code, report);
+    if (count > 0)
+        rbti_spin_block(RBTI_BLOCK, table, seed, &grains, given->index + first,
+                        given->hit + first, count, &draws, states);
+    return count;
+}
+
+/* The same from the law of particles that arrive without spin. */
+RBTI_INLINE size_t rbti_sample_nodes(const rbt_table *table, const rbt_conditions *given,
+                                     size_t first, size_t most, uint64_t seed, int variables,
+                                     double *states, int *code, rbt_report *report)
+{
+    rbti_draws draws RBTI_ALIGNED;
+    const size_t count = rbti_conditions(table, given->alpha1, given->speed, first, most, &draws,
+                                         code, report);
+    if (count > 0)
+        rbti_draw_block(RBTI_BLOCK, table, seed, given->index + first, given->hit + first, count,
+                        variables, &draws, states);
+    return count;
+}
+
+/* All batches of draws. */
 RBTI_CLONES
+static int rbti_sample_rows(const rbt_table *table, size_t n, const rbt_conditions *given,
+                            uint64_t seed, const rbti_output *out, rbt_report *report)
+{
+    rbt_report found = {n, n, 0, 0};
+    int code = RBT_OK;
+    const int spins = given->spin || given->grain;
+    for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
+        const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
+        double values[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
+        double *states = out->columns ? values : out->states + 6 * first;
+        const int variables = spins ? 6 : out->variables;
+        size_t count;
+        if (spins)
+            count = rbti_sample_spins(table, given, first, most, seed, states, &code, &found);
+        else
+            count = rbti_sample_nodes(table, given, first, most, seed, variables, states, &code,
+                                      &found);
+        if (out->columns)
+            rbti_put(out, first, count, variables, values);
+        found.extrapolated += rbti_extrapolated(table, given->speed + first, count);
+    }
+    if (report)
+        *report = found;
+    return code == RBT_OK && found.clamped > 0 ? RBT_CLAMPED : code;
+}
+
 RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha1,
                            const double *speed, const double *spin, uint64_t seed,
                            const uint64_t *index, const uint32_t *hit, double *states,
                            rbt_report *report)
 {
-    rbt_report found = {n, n, 0, 0};
-    int code = RBT_OK;
-    for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
-        const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
-        size_t count;
-        if (spin) {
-            rbti_spin_draws draws RBTI_ALIGNED;
-            count = rbti_spin_conditions(table, alpha1, speed, spin, first, most, &draws, &code,
-                                         &found);
-            if (count > 0)
-                rbti_spin_block(RBTI_BLOCK, table, seed, seed, index + first, hit + first, count,
-                                &draws, states + 6 * first);
-        } else {
-            rbti_draws draws RBTI_ALIGNED;
-            count = rbti_conditions(table, alpha1, speed, first, most, &draws, &code, &found);
-            if (count > 0)
-                rbti_draw_block(RBTI_BLOCK, table, seed, index + first, hit + first, count, 6,
-                                &draws, states + 6 * first);
-        }
-        found.extrapolated += rbti_extrapolated(table, speed + first, count);
-    }
-    if (report)
-        *report = found;
-    return code == RBT_OK && found.clamped > 0 ? RBT_CLAMPED : code;
+    const rbt_conditions given = {alpha1, speed, spin, NULL, index, hit, 0};
+    const rbti_output out = {states, NULL, NULL, 6, 6};
+    return rbti_sample_rows(table, n, &given, seed, &out, report);
+}
+
+RBT_API int rbt_sample_batch(const rbt_table *table, size_t n, const rbt_conditions *conditions,
+                             uint64_t seed, double *states, float *singles, rbt_report *report)
+{
+    const rbti_output out = rbti_output_of(table, states, singles);
+    return rbti_sample_rows(table, n, conditions, seed, &out, report);
 }
 
 #endif
@@ -1852,11 +2070,11 @@ RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double s
         velocity[k] += impact->wall[k];
 }
 
-/* rbt_rebound, by the grain of a seed of its own. */
+/* rbt_rebound of a particle with one of these grains. */
 RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double velocity[3],
                                         const double normal[3], double half_size,
                                         const double *wall_velocity, const double *omega,
-                                        uint64_t seed, uint64_t grain_seed, uint64_t index,
+                                        uint64_t seed, const rbti_grains *grains, uint64_t index,
                                         uint32_t hit, double new_velocity[3], double new_omega[3])
 {
     rbti_impact impact;
@@ -1866,9 +2084,9 @@ RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double vel
         code = rbti_to_spin(&impact, omega, spin);
     if (code != RBT_OK)
         return code;
-    if (omega)
-        code = rbti_spin_draw(table, impact.alpha1, impact.speed, spin, seed, grain_seed, index,
-                              hit, state);
+    if (omega || grains->given)
+        code = rbti_spin_draw(table, impact.alpha1, impact.speed, omega ? spin : NULL, seed,
+                              grains, index, hit, state);
     else
         code = rbti_draw(table, impact.alpha1, impact.speed, seed, index, hit, 6, state);
     if (code >= RBT_OK)
@@ -1882,7 +2100,8 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
                                    uint64_t seed, uint64_t index, uint32_t hit,
                                    double new_velocity[3], double new_omega[3])
 {
-    return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, seed, index,
+    const rbti_grains own = rbti_own_grains(table, seed);
+    return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, &own, index,
                         hit, new_velocity, new_omega);
 }
 
@@ -2006,7 +2225,8 @@ RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
 
 /* Bounces from a number on until the particle leaves, each with random numbers of its own. */
 RBTI_APART RBT_DEVICE int rbti_bounces(const rbt_table *table, rbti_cascade *c, uint32_t bounce,
-                                       int spins, uint64_t seed, uint64_t index, uint32_t hit)
+                                       int spins, uint64_t seed, const rbti_grains *grains,
+                                       uint64_t index, uint32_t hit)
 {
     int worst = RBT_OK;
     for (; bounce < RBTI_MAX_BOUNCES; bounce++) {
@@ -2015,7 +2235,7 @@ RBTI_APART RBT_DEVICE int rbti_bounces(const rbt_table *table, rbti_cascade *c, 
         int code = rbti_meet_facet(c, key, index, hit, facet);
         if (code == RBT_OK)
             code = rbti_rebound(table, c->moving, facet, c->half_size, NULL,
-                                spins ? c->turning : NULL, key, seed, index, hit, c->moving,
+                                spins ? c->turning : NULL, key, grains, index, hit, c->moving,
                                 c->turning);
         if (code < RBT_OK)
             return code;
@@ -2041,6 +2261,27 @@ RBTI_INLINE RBT_DEVICE int rbti_is_rough(double roughness)
     return !rbti_finite(roughness) || roughness != 0.0;
 }
 
+/* rbt_rough_rebound of a particle with one of these grains. */
+RBTI_INLINE RBT_DEVICE int rbti_any_rebound(const rbt_table *table, const double velocity[3],
+                                            const double normal[3], double half_size,
+                                            const double *wall_velocity, double roughness,
+                                            const double *omega, uint64_t seed,
+                                            const rbti_grains *grains, uint64_t index,
+                                            uint32_t hit, double new_velocity[3],
+                                            double new_omega[3])
+{
+    if (!rbti_is_rough(roughness))
+        return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, grains,
+                            index, hit, new_velocity, new_omega);
+    rbti_cascade c;
+    int code = rbti_begin(velocity, normal, half_size, wall_velocity, roughness, omega, &c);
+    if (code == RBT_OK)
+        code = rbti_bounces(table, &c, 0, omega || grains->given, seed, grains, index, hit);
+    if (code >= RBT_OK)
+        rbti_end(&c, new_velocity, new_omega);
+    return code;
+}
+
 RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double velocity[3],
                                          const double normal[3], double half_size,
                                          const double wall_velocity[3], double roughness,
@@ -2048,16 +2289,21 @@ RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double ve
                                          uint32_t hit, double new_velocity[3],
                                          double new_omega[3])
 {
-    if (!rbti_is_rough(roughness))
-        return rbt_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, index,
-                           hit, new_velocity, new_omega);
-    rbti_cascade c;
-    int code = rbti_begin(velocity, normal, half_size, wall_velocity, roughness, omega, &c);
-    if (code == RBT_OK)
-        code = rbti_bounces(table, &c, 0, omega != NULL, seed, index, hit);
-    if (code >= RBT_OK)
-        rbti_end(&c, new_velocity, new_omega);
-    return code;
+    return rbt_rebound_grain(table, velocity, normal, half_size, wall_velocity, roughness, omega,
+                             NULL, seed, index, hit, new_velocity, new_omega);
+}
+
+RBT_API RBT_DEVICE int rbt_rebound_grain(const rbt_table *table, const double velocity[3],
+                                         const double normal[3], double half_size,
+                                         const double wall_velocity[3], double roughness,
+                                         const double omega[3], const double grain[3],
+                                         uint64_t seed, uint64_t index, uint32_t hit,
+                                         double new_velocity[3], double new_omega[3])
+{
+    rbti_grains grains = rbti_own_grains(table, seed);
+    grains.given = grain;
+    return rbti_any_rebound(table, velocity, normal, half_size, wall_velocity, roughness, omega,
+                            seed, &grains, index, hit, new_velocity, new_omega);
 }
 
 #ifndef RBT_DEVICE_ONLY
@@ -2071,6 +2317,21 @@ typedef struct rbti_rows {
     int rough[RBTI_BLOCK];
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], states[6 * RBTI_BLOCK];
 } rbti_rows;
+
+/* Whether the particles of some impacts are drawn from the spin law. */
+RBTI_INLINE int rbti_spins(const rbt_impacts *impacts)
+{
+    return impacts->omega || impacts->grain;
+}
+
+/* Grains of some impacts from row k on. */
+RBTI_INLINE rbti_grains rbti_grains_of(const rbt_table *table, const rbt_impacts *impacts, size_t k,
+                                       uint64_t seed)
+{
+    const rbti_grains grains = {impacts->grain ? impacts->grain + 3 * k : NULL, seed,
+                                impacts->fresh_grains || table->spin.fresh_grains};
+    return grains;
+}
 
 /* Impact of row k on the wall, or on the first facet, as row r of a block. */
 static int rbti_meet_row(const rbt_impacts *impacts, size_t k, uint64_t seed, size_t r,
@@ -2097,6 +2358,8 @@ static int rbti_meet_row(const rbt_impacts *impacts, size_t k, uint64_t seed, si
     } else {
         code = rbti_meet(velocity, normal, half_size, wall, seed, index, hit, met);
     }
+    for (int j = 0; j < 3; j++)
+        rows->spin[3 * r + (size_t)j] = 0.0;
     if (code == RBT_OK && omega)
         code = rbti_to_spin(met, omega, rows->spin + 3 * r);
     if (code == RBT_OK) {
@@ -2128,9 +2391,11 @@ static int rbti_leave_row(const rbt_table *table, const rbt_impacts *impacts, si
     rbti_cascade *c = &rows->cascades[r];
     int code = RBT_OK;
     rbti_leave(&rows->met[r], state, c->moving, c->turning);
-    if (!rbti_has_left(c))
-        code = rbti_bounces(table, c, 1, impacts->omega != NULL, seed, impacts->index[k],
+    if (!rbti_has_left(c)) {
+        const rbti_grains grains = rbti_grains_of(table, impacts, k, seed);
+        code = rbti_bounces(table, c, 1, rbti_spins(impacts), seed, &grains, impacts->index[k],
                             impacts->hit[k]);
+    }
     if (code >= RBT_OK)
         rbti_end(c, velocity, omega);
     return code;
@@ -2142,16 +2407,22 @@ static size_t rbti_rebound_block(const rbt_table *table, size_t first, size_t mo
                                  double *new_velocity, double *new_omega, int *code,
                                  rbt_report *report)
 {
-    const int spins = impacts->omega != NULL;
+    const int spins = rbti_spins(impacts);
+    const rbti_output out = {rows->states, NULL, NULL, 6, 6};
+    const rbt_conditions drawn_at = {rows->alpha1,
+                                     rows->speed,
+                                     spins ? rows->spin : NULL,
+                                     impacts->grain ? impacts->grain + 3 * first : NULL,
+                                     impacts->index + first,
+                                     impacts->hit + first,
+                                     impacts->fresh_grains};
     rbt_report part;
     size_t count = 0, r = 0;
     while (count < most && *code == RBT_OK) {
         *code = rbti_meet_row(impacts, first + count, seed, count, rows);
         count += *code == RBT_OK;
     }
-    const int drawn = rbt_draw_batch(table, count, rows->alpha1, rows->speed,
-                                     spins ? rows->spin : NULL, seed, impacts->index + first,
-                                     impacts->hit + first, rows->states, &part);
+    const int drawn = rbti_sample_rows(table, count, &drawn_at, seed, &out, &part);
     *code = drawn < RBT_OK ? drawn : *code;
     for (; r < part.row; r++) {
         const size_t k = first + r;
@@ -2169,6 +2440,30 @@ static size_t rbti_rebound_block(const rbt_table *table, size_t first, size_t mo
     return r;
 }
 
+/* A batch of one, which many trackers have: no block is filled for it. */
+static int rbti_rebound_row(const rbt_table *table, const rbt_impacts *impacts, uint64_t seed,
+                            double *new_velocity, double *new_omega, rbt_report *report)
+{
+    const double still[3] = {0.0, 0.0, 0.0}, *v = impacts->velocity;
+    const double *wall = impacts->wall_velocity ? impacts->wall_velocity : still;
+    const rbti_grains grains = rbti_grains_of(table, impacts, 0, seed);
+    double relative[3], speed;
+    rbti_combine(1.0, v, -1.0, wall, relative);
+    speed = sqrt(rbti_dot(relative, relative));
+    const int code = rbti_any_rebound(table, v, impacts->normal, impacts->half_size[0],
+                                      impacts->wall_velocity,
+                                      impacts->roughness ? impacts->roughness[0] : 0.0,
+                                      impacts->omega, seed, &grains, impacts->index[0],
+                                      impacts->hit[0], new_velocity, new_omega);
+    if (report) {
+        report->row = code < RBT_OK ? 0 : 1;
+        report->clamped = code == RBT_CLAMPED;
+        report->clamped_row = code == RBT_CLAMPED ? 0 : 1;
+        report->extrapolated = code < RBT_OK ? 0 : rbti_extrapolated(table, &speed, 1);
+    }
+    return code;
+}
+
 RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impacts *impacts,
                               uint64_t seed, double *new_velocity, double *new_omega,
                               rbt_report *report)
@@ -2176,6 +2471,8 @@ RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impact
     rbti_rows rows;
     rbt_report found = {n, n, 0, 0};
     int code = RBT_OK;
+    if (n == 1)
+        return rbti_rebound_row(table, impacts, seed, new_velocity, new_omega, report);
     for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
         const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
         const size_t done = rbti_rebound_block(table, first, most, impacts, seed, &rows,
@@ -3067,6 +3364,8 @@ RBT_API const char *rbt_strerror(int code)
          "node or a leaf"},
         {RBT_ERR_LEAVES, "leaves: allowed: middles within 1000, factors from 0 to 10000,"
          " diagonals positive"},
+        {RBT_ERR_GRAIN_NOT_KNOWN, "grain: allowed: a shape of the spin law, and b/a and c/b from "
+         "0.001 to 1"},
 /* end texts */
     };
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)

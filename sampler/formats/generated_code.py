@@ -11,12 +11,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sampler.files.atomic import write_text
-from sampler.files.locate import include_directory
+from sampler.errors import CODES
+from sampler.files import include_directory, write_text
 from sampler.formats.binary_layout import (
     ARRAYS,
     BINARY_VERSION,
-    CODES,
     COUNTS,
     FIRST_HEADER_BYTES,
     HEADER,
@@ -38,16 +37,20 @@ from sampler.formats.channels import (
     channels_for,
 )
 from sampler.formats.format_page import filled
-from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import (
+from sampler.formats.bounds import (
+    ALPHA_DEG,
+    ANY_SPEED,
+    EXPERT_STRIDE,
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
     INERTIA,
     LEAST_RATIO,
+    LENGTHS,
     MEAN_UNIT,
     MOST_CUT,
     MOST_MIDDLE,
+    MOST_NUMBER,
     MOST_SCALE,
     MOST_SPEED_SCALE,
     N_CONDITIONS,
@@ -55,19 +58,14 @@ from sampler.formats.spin_bounds import (
     N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
-    OUTCOME,
-    SCORE_MAX,
-    SPEED_COORDINATE,
-)
-from sampler.formats.spin_bounds import SPEED as SPIN_SPEED
-from sampler.formats.table_arrays import ANY_SPEED, ROUNDING
-from sampler.formats.table_bounds import (
-    ALPHA_DEG,
-    LENGTHS,
-    MOST_NUMBER,
     NUMBER_ROUNDING,
+    OUTCOME,
     QUANTILES,
+    ROUNDING,
+    SCORE_MAX,
     SPEED,
+    SPEED_COORDINATE,
+    SPIN_SPEED,
     VARIATE_MAX,
 )
 
@@ -192,7 +190,7 @@ def _bounds() -> list[str]:
         "MOST": ", ".join(f"{QUANTILES[channel][1]:g}" for channel in CHANNELS),
     }
     return [
-        "/* least and largest value; see sampler/formats/table_bounds.py */",
+        "/* least and largest value; see sampler/formats/bounds.py */",
         *(f"#define RBTI_{name}_BOUNDS {low!r}, {high!r}" for name, (low, high) in pairs.items()),
         f"#define RBTI_MOST_NUMBER {MOST_NUMBER!r}",
         f"#define RBTI_NUMBER_ROUNDING {NUMBER_ROUNDING * _REST!r}",

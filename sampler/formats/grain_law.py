@@ -31,11 +31,6 @@ class GrainLaw(NamedTuple):
     fixed_ratios: NDArray[np.float64]
 
 
-def no_grains() -> GrainLaw:
-    """Law of a table that has none: empty, in the types that kernels are compiled for."""
-    return GrainLaw(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 4)), np.zeros((0, 2)))
-
-
 def grain_law(
     shape_codes: ArrayLike, weights: ArrayLike, aspect: ArrayLike, ratio_range: ArrayLike
 ) -> GrainLaw:

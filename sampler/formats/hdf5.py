@@ -1,9 +1,7 @@
-r"""Table files written and read as `sampler.formats.hdf5_layout` describes them.
+r"""Table files, read and written by h5py as `sampler.formats.layout` describes them.
 
-They are written by h5py, and read by `sampler.formats.hdf5_container`, which no file can hurt.
-
-Everything that the layout says is checked before a file is written and after it is read, so that
-the kernels may index without looking.
+Everything that the layout says is checked before a file is written and after it is read, so that a
+draw may index without looking.
 
 ``content_sha256`` is the SHA-256 of the following bytes: for each dataset of the file in the
 order of its path the text ``path dtype shape\n`` (dtype as numpy's ``dtype.str``, shape as JSON)
@@ -13,7 +11,7 @@ text ``name value\n`` (value as JSON).
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,32 +19,122 @@ from typing import Any
 import h5py
 import numpy as np
 
-from sampler.errors import InputError, TableError
-from sampler.files.atomic import write_bytes
-from sampler.files.reading import read_file
-from sampler.formats import hdf5_checks as checks
-from sampler.formats.channels import CHANNELS, STATE, channels_for, has_works
-from sampler.formats.hdf5_attributes import (
-    check_attributes,
-    check_names,
-    check_valid_speed,
-    speeds_of,
+from sampler.errors import InputError, TableError, shortened
+from sampler.files import check_input, write_bytes
+from sampler.formats import checks
+from sampler.formats.bounds import (
+    LINE_CHARACTERS,
+    PAIR_BYTES,
+    QUANTILES,
+    SPEED,
+    is_line,
+    is_text,
 )
-from sampler.formats.hdf5_checks import Array, Check
-from sampler.formats.hdf5_container import read_container
-from sampler.formats.hdf5_layout import (
+from sampler.formats.channels import CHANNELS, STATE, VARIABLES, channels_for, has_works
+from sampler.formats.checks import Array, Check
+from sampler.formats.layout import (
+    ATTRIBUTES,
     FIRST_VERSION,
     FORMAT,
     FORMAT_VERSION,
+    GROUP,
+    OPTIONAL_ATTRIBUTES,
     SECOND_VERSION,
     Dataset,
+    layout_of,
 )
-from sampler.formats.spin_layout import GROUP, layout_of
-from sampler.formats.table_bounds import QUANTILES
 from sampler.formats.table_shapes import check_shapes
 
-#: Largest file that is read.
-MOST_BYTES = 2**31
+def _shown(value: Any) -> str:
+    """Write a given value short and in one line."""
+    return repr(shortened(value)) if isinstance(value, str) else shortened(repr(value))
+
+
+def _is_pair(value: str) -> bool:
+    return is_line(value) and len(value.encode()) <= PAIR_BYTES
+
+
+def _is_short_line(value: str) -> bool:
+    return is_line(value) and len(value) <= LINE_CHARACTERS
+
+
+def _is_seed(value: int) -> bool:
+    return 0 <= value < 2**64
+
+
+#: Which values of an attribute are allowed, besides those of its type.
+_RULES: dict[str, Callable[[Any], bool]] = {
+    "pair": _is_pair,
+    "config": is_text,
+    "software_version": _is_short_line,
+    "seed": _is_seed,
+}
+
+
+def _check_attributes(given: dict[str, Any], processors: Sequence[str]) -> None:
+    """Refuse attributes of another type, out of range, or with what controls a terminal.
+
+    Parameters
+    ----------
+    given : dict
+        ``pair``, ``config``, ``software_version`` and ``seed``.
+    processors : sequence of str
+
+    Raises
+    ------
+    TableError
+    """
+    for name, holds in _RULES.items():
+        kind, meaning = ATTRIBUTES[name]
+        # Not isinstance: True is an int, and would be written as another type.
+        if type(given[name]) is not kind or not holds(given[name]):
+            raise TableError(f"{name}: got {_shown(given[name])}, allowed: {meaning}")
+    for processor in processors:
+        if not processor or not _is_short_line(processor):
+            meaning = OPTIONAL_ATTRIBUTES["processors"][1]
+            raise TableError(f"processors: got {_shown(processor)}, allowed: {meaning}")
+
+
+def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
+    """Refuse components and channels that are unknown, occur twice, or are not enough."""
+    for name, given, known in (
+        ("components", variables, VARIABLES),
+        ("channels", channels, CHANNELS),
+    ):
+        if not given or not set(given) <= set(known) or len(set(given)) < len(given):
+            got, allowed = shown(" ".join(given)), f"some of {' '.join(known)}"
+            raise TableError(f"{name}: got {got}, allowed: {allowed}")
+    missing = [name for name in channels_for(variables) if name not in channels]
+    if missing:
+        raise TableError(f"channels: {' '.join(missing)} missing, allowed: all the components need")
+
+
+def _check_units(path: str, given: Any, known: str) -> None:
+    """Refuse units of a dataset other than its own; those that were left out mislead nobody.
+
+    They do not count in the checksum.
+    """
+    if given is not None and not (isinstance(given, str) and given == known):
+        raise TableError(f"{path}: units: got {_shown(given)}, allowed: {known!r}")
+
+
+def _speeds_of(text: str | None) -> tuple[float, float] | None:
+    """Two speeds, in m/s, of the attribute ``valid_speed``; None of none."""
+    if text is None:
+        return None
+    meaning = OPTIONAL_ATTRIBUTES["valid_speed"][1]
+    try:
+        low, high = (float(word) for word in text.split())
+    except ValueError:
+        raise TableError(f"valid_speed: got {_shown(text)}, allowed: {meaning}") from None
+    return low, high
+
+
+def _check_valid_speed(speeds: tuple[float, float] | None) -> None:
+    """Refuse speeds that are no range."""
+    if speeds is not None and not 0.0 <= speeds[0] <= speeds[1] <= SPEED[1]:
+        meaning = OPTIONAL_ATTRIBUTES["valid_speed"][1]
+        raise TableError(f"valid_speed: got {_shown(speeds)}, allowed: {meaning}")
 
 
 def _coerced(dataset: Dataset, values: Any) -> Array:
@@ -126,14 +214,14 @@ class TableContents:
 
     def __post_init__(self) -> None:
         names = ("pair", "config", "software_version", "seed")
-        check_attributes({name: getattr(self, name) for name in names}, self.processors)
-        check_valid_speed(self.valid_speed)
+        _check_attributes({name: getattr(self, name) for name in names}, self.processors)
+        _check_valid_speed(self.valid_speed)
         layout = layout_of(self.datasets)
         known = [dataset.path for dataset in layout]
         for path in self.datasets:
             if path not in known:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
-        check_names(self.variables, self.channels)
+        _check_names(self.variables, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
         lengths = check_shapes(shapes)
         named = {
@@ -268,14 +356,6 @@ def _name_axes(file: h5py.File, layout: tuple[Dataset, ...]) -> None:
                 node.dims[0].attach_scale(scale)
 
 
-def _bytes_of(source: Path) -> bytes:
-    """Bytes of a file, once and for all: nothing that happens to it later is seen."""
-    try:
-        return read_file("table", source, MOST_BYTES)
-    except InputError as error:
-        raise TableError(str(error)) from error
-
-
 def read_table(path: str | Path) -> TableContents:
     """Read a table file and check everything in it.
 
@@ -286,26 +366,88 @@ def read_table(path: str | Path) -> TableContents:
         was written, or holds anything that the layout forbids. The message names the file, what
         is wrong with it and what is allowed.
     """
-    source = Path(path)
-    whole = _bytes_of(source)
     try:
-        attributes, datasets = read_container(whole)
-        if content_sha256(datasets, attributes) != attributes["content_sha256"]:
-            raise TableError("content_sha256: the contents do not have this checksum")
-        known = {dataset.path for dataset in layout_of(datasets)}
-        return TableContents(
-            datasets={name: values for name, values in datasets.items() if name in known},
-            pair=attributes["pair"],
-            config=attributes["config"],
-            seed=attributes["seed"],
-            software_version=attributes["software_version"],
-            variables=tuple(attributes["components"].split()),
-            channels=tuple(attributes["channels"].split()),
-            speed_independent="speed_independent" in attributes,
-            processors=tuple(attributes["processors"].split("\n"))
-            if "processors" in attributes
-            else (),
-            valid_speed=speeds_of(attributes.get("valid_speed")),
-        )
+        source = check_input("table", path)
+        with h5py.File(source, "r") as file:
+            attributes = _read_attributes(file)
+            datasets = _read_datasets(file)
     except TableError as error:
-        raise TableError(f"{source}: {error}") from error.__cause__
+        raise TableError(f"{path}: {error}") from None
+    except InputError as error:
+        raise TableError(str(error)) from None
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # h5py's
+        reason = str(error).partition("\n")[0]
+        raise TableError(f"{path}: is damaged, or no HDF5 file ({reason})") from error
+    try:
+        return _contents_of(attributes, datasets)
+    except TableError as error:
+        raise TableError(f"{path}: {error}") from None
+
+
+def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -> TableContents:
+    """Check what was read from a file."""
+    if content_sha256(datasets, attributes) != attributes["content_sha256"]:
+        raise TableError("content_sha256: the contents do not have this checksum")
+    known = {dataset.path for dataset in layout_of(datasets)}
+    processors = attributes.get("processors")
+    return TableContents(
+        datasets={name: values for name, values in datasets.items() if name in known},
+        pair=attributes["pair"],
+        config=attributes["config"],
+        seed=attributes["seed"],
+        software_version=attributes["software_version"],
+        variables=tuple(attributes["components"].split()),
+        channels=tuple(attributes["channels"].split()),
+        speed_independent="speed_independent" in attributes,
+        processors=() if processors is None else tuple(processors.split("\n")),
+        valid_speed=_speeds_of(attributes.get("valid_speed")),
+    )
+
+
+def _read_attributes(file: h5py.File) -> dict[str, Any]:
+    """Read the root attributes, after format and version were found to be ours."""
+    values = {name: _plain(value) for name, value in file.attrs.items()}
+    if values.get("format") != FORMAT:
+        raise TableError(f'format: is not "{FORMAT}", so this is some other HDF5 file')
+    version = values.get("format_version")
+    if not (isinstance(version, list) and [type(v) for v in version] == [int, int]):
+        raise TableError(f"format_version: got {_shown(version)}, allowed: two integers")
+    if version[0] != FORMAT_VERSION[0]:
+        raise TableError(
+            f"format_version: got {version[0]}.{version[1]}, "
+            f"allowed: {FORMAT_VERSION[0]}.x (a newer file needs a newer rebound-tables)"
+        )
+    for name, (kind, meaning) in {**ATTRIBUTES, **OPTIONAL_ATTRIBUTES}.items():
+        if name not in values:
+            if name in OPTIONAL_ATTRIBUTES:
+                continue
+            raise TableError(f"{name}: is missing, allowed: {meaning}")
+        wrong = name == "speed_independent" and values[name] != 1
+        if wrong or type(values[name]) is not kind:
+            raise TableError(f"{name}: got {_shown(values[name])}, allowed: {meaning}")
+    return values
+
+
+def _plain(value: Any) -> Any:
+    """Turn the value of an attribute into Python's own types."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def _read_datasets(file: h5py.File) -> dict[str, Array]:
+    """Read all datasets; those of a later minor version count in the checksum."""
+    found: dict[str, h5py.Dataset] = {}
+
+    def keep(path: str, node: Any) -> None:
+        if isinstance(node, h5py.Dataset):
+            found[path] = node
+
+    file.visititems(keep)
+    check_shapes({path: node.shape for path, node in found.items()})
+    for known in layout_of(found):
+        node, allowed = found[known.path], np.dtype(known.dtype)
+        if node.dtype.str != known.dtype:
+            order = "big-endian " if node.dtype.str[0] == ">" else ""
+            got = f"{order}{node.dtype.name}"
+            raise TableError(f"{known.path}: got {got}, allowed: {allowed.name}")
+        _check_units(known.path, _plain(node.attrs.get("units")), known.units)
+    return {path: node[()] for path, node in found.items()}

@@ -1,0 +1,409 @@
+"""Arguments of draws and rebounds: coerced to rows of arrays, or refused in one line.
+
+Arguments broadcast as in numpy. A single number stands for every row and is not copied; an array of
+the full shape is passed on as it is where its type and layout allow.
+"""
+
+import math
+import operator
+import textwrap
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sampler.errors import InputError, refuse
+from sampler.library import Rows
+
+Shape = tuple[int, ...]
+
+#: Largest roughness, rad: beyond it a normal law of tilts describes no surface.
+MAX_ROUGHNESS = 0.5
+
+#: "own": a particle has the same grain at every hit, drawn by (seed, index). "fresh": another one
+#: at every hit, drawn by (seed, index, hit). An array (..., 3): shape code, b/a, c/b.
+Grain = Literal["own", "fresh"] | ArrayLike
+
+#: Arguments whose last axis has three numbers: the components of a vector, or a grain.
+VECTORS = ("velocity", "normal", "wall_velocity", "spin", "omega", "grain")
+
+_KEYS = "seed=, index= and hit=, or rng= and size= in their place"
+
+
+class Rebound(NamedTuple):
+    """Result of `Table.rebound`.
+
+    Attributes
+    ----------
+    velocity : float64 array, shape (..., 3)
+        Velocity after the rebound, m/s, lab frame.
+    omega : float64 array, shape (..., 3)
+        Angular velocity after the rebound, rad/s, lab frame.
+    """
+
+    velocity: NDArray[np.float64]
+    omega: NDArray[np.float64]
+
+
+def told_apart(value: float, *limits: float, digits: int = 9) -> str:
+    """Write a refused value with as many digits as tell it from the limits beside it."""
+    others = [limit for limit in limits if limit != value]
+    for count in range(digits, 18):
+        text = f"{value:.{count}g}"
+        if text not in (f"{limit:.{count}g}" for limit in others):
+            break
+    return text
+
+
+def place(row: int, shape: Shape) -> str:
+    """Name a row of arrays of a shape in a message: ``index 7`` or ``index (1, 2)``."""
+    if len(shape) < 2:
+        return f"index {row}"
+    return f"index {tuple(int(k) for k in np.unravel_index(row, shape))}"
+
+
+# -- numbers ---------------------------------------------------------------------------------------
+
+
+def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
+    """Refuse an array of another kind of numbers; an empty one has no kind yet."""
+    if array.size and array.dtype.kind not in kinds:
+        refuse(name, f"{array.dtype.name} values", allowed)
+
+
+def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[Any]:
+    """Make an array of one of the dtype kinds."""
+    if isinstance(values, np.ma.MaskedArray):  # numpy would hand on the numbers under the mask
+        refuse(name, "a masked array", f"{allowed} without a mask")
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        refuse(name, "rows of unequal length", allowed)
+    check_kind(name, array, kinds, allowed)
+    return array
+
+
+def as_reals(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Coerce real numbers of any shape to float64; raises `InputError`."""
+    return np.asarray(_numeric(name, values, "fiu", "real numbers"), dtype=np.float64)
+
+
+def as_reals_up_to(
+    name: str, values: ArrayLike, high: float, unit: str = ""
+) -> NDArray[np.float64]:
+    """Coerce real numbers from 0 to a largest one; raises `InputError`."""
+    array = as_reals(name, values)
+    refused = ~((array >= 0.0) & (array <= high))
+    if refused.any():
+        k = int(refused.argmax())
+        got = f"{told_apart(float(array.flat[k]), high)} at {place(k, array.shape)}"
+        refuse(name, got, f"0 to {high:g}{unit}")
+    return array
+
+
+def as_rows_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Coerce real numbers, or vectors where the name is that of one; raises `InputError`."""
+    array = as_reals(name, values)
+    check_vector(name, array.shape)
+    return array
+
+
+def check_vector(name: str, shape: Shape) -> None:
+    """Refuse the shape of an argument that is no vector where its name is that of one."""
+    if name in VECTORS and shape[-1:] != (3,):
+        refuse(name, f"shape {shape}", "(3,) or (..., 3)")
+
+
+def _integers(name: str, values: ArrayLike, allowed: str) -> NDArray[Any]:
+    """Make an array of integers; numpy makes floats of lists with some beyond int64."""
+    if not isinstance(values, list | tuple) and type(values) is not int:
+        return _numeric(name, values, "iu", allowed)
+    array = np.array(values, dtype=object)
+    kinds = {type(value) for value in array.flat}
+    if bool in kinds or np.bool_ in kinds:  # which numpy counts among integers
+        refuse(name, "bool values", allowed)
+    if all(issubclass(kind, int | np.integer) for kind in kinds):
+        return array
+    return _numeric(name, values, "iu", allowed)
+
+
+def as_keys(name: str, values: ArrayLike, bits: int) -> NDArray[Any]:
+    """Coerce keys of random numbers to uint32 or uint64; raises `InputError`."""
+    kind = np.dtype(f"u{bits // 8}")
+    if type(values) is int and 0 <= values < 2**bits:
+        return np.array(values, dtype=kind)
+    array = _integers(name, values, keys_of(bits))
+    check_keys(name, array, bits)
+    return np.asarray(array, dtype=kind)
+
+
+def keys_of(bits: int) -> str:
+    """Say which keys are allowed."""
+    return f"integers from 0 to 2**{bits} - 1"
+
+
+def check_keys(name: str, array: Any, bits: int) -> None:
+    """Refuse the first integer of an array, of any array library, that is no key."""
+    if not array.size or array.dtype == f"u{bits // 8}":
+        return
+    flat = array.reshape(-1)
+    refused = flat < 0
+    if array.dtype == object or array.dtype.itemsize * 8 > bits:
+        refused = refused | (flat > 2**bits - 1)
+    if refused.any():
+        k = int(refused.argmax())
+        got = f"{_shown(flat[k : k + 1].item())} at {place(k, array.shape)}"
+        refuse(name, got, keys_of(bits))
+
+
+def _shown(value: Any) -> str:
+    """Write a value short, in one line."""
+    if isinstance(value, int) and value.bit_length() > 256:
+        # Python refuses to write out thousands of digits
+        return f"an integer of {value.bit_length()} bits"
+    return textwrap.shorten(repr(value), 80, placeholder=" ...")
+
+
+def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
+    """Coerce an integer from low to high; raises `InputError`.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument, for the message.
+    value : object
+        True, False and floats are no integers.
+    low, high : int
+    allowed : str
+        The range in words.
+    """
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = None
+    if isinstance(value, bool | np.ma.MaskedArray) or number is None or not low <= number <= high:
+        refuse(name, _shown(value), allowed)
+    return number
+
+
+def as_seed(seed: Any) -> int:
+    """Coerce the seed of a run; raises `InputError`."""
+    return as_integer("seed", seed, 0, 2**64 - 1, "an integer from 0 to 2**64 - 1")
+
+
+def as_threads(threads: Any) -> int | None:
+    """Coerce a number of threads, or None; raises `InputError`."""
+    if threads is None:
+        return None
+    return as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
+
+
+# -- shapes ----------------------------------------------------------------------------------------
+
+
+def _as_size(size: Any) -> Shape:
+    """Coerce an integer or a sequence of integers to a shape."""
+    allowed = "an integer or a tuple of integers, at least 0"
+    try:
+        parts = tuple(size) if np.ndim(size) else (size,)
+    except (TypeError, ValueError):
+        parts = (size,)
+    return tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
+
+
+def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
+    """Find the shape to which all arguments broadcast: that of `size`, if given.
+
+    Raises
+    ------
+    InputError
+        If an argument does not fit those before it, or all of them not `size`.
+    """
+    shape: Shape = ()
+    for name, own in shapes.items():
+        try:
+            shape = np.broadcast_shapes(shape, own) if shape and own else shape or own
+        except ValueError:
+            refuse(name, f"shape {own}", f"one that broadcasts with {shape}")
+    if size is None:
+        return shape
+    wanted = _as_size(size)
+    try:
+        fits = np.broadcast_shapes(shape, wanted) == wanted
+    except ValueError:
+        fits = False
+    if not fits:
+        refuse("size", _shown(size), f"a shape to which {shape} broadcasts")
+    return wanted
+
+
+def _flat(array: NDArray[Any], shape: Shape, tail: Shape) -> NDArray[Any]:
+    """Make rows of an array, shape (n, *tail), or (1, *tail) where one row stands for all."""
+    if array.size != math.prod(tail) and array.shape != shape + tail:
+        array = np.broadcast_to(array, shape + tail)
+    return np.ascontiguousarray(array).reshape(-1, *tail)
+
+
+# -- calls -----------------------------------------------------------------------------------------
+
+
+class Keys(NamedTuple):
+    """The choice of random numbers as a user gave it: keys, or a generator and a size."""
+
+    seed: Any = None
+    index: Any = None
+    hit: Any = None
+    rng: Any = None
+    size: Any = None
+
+    def checked(self) -> "Keys":
+        """Return the same; raises `InputError` if it is neither keys nor a generator, or both."""
+        if self.rng is None:
+            for name, value in (("seed", self.seed), ("index", self.index)):
+                if value is None:
+                    raise InputError(f"{name}: is missing, allowed: {_KEYS}")
+            if self.size is not None:
+                refuse("size", f"{_shown(self.size)} without rng", _KEYS)
+            return self
+        for name, value in (("seed", self.seed), ("index", self.index), ("hit", self.hit)):
+            if value is not None:
+                refuse(name, "a value besides rng", _KEYS)
+        if not isinstance(self.rng, np.random.Generator):
+            allowed = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
+            refuse("rng", type(self.rng).__name__, allowed)
+        return self
+
+
+class Call(NamedTuple):
+    """Arguments of a call, broadcast.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Shape of the arguments without the last axis of vectors.
+    rows : Rows
+    """
+
+    shape: Shape
+    rows: Rows
+
+    def at(self, name: str, row: int) -> Any:
+        """Give an argument of a row."""
+        values = self.rows.arrays[name]
+        return values[row if len(values) > 1 else 0]
+
+
+def broadcast(arguments: Mapping[str, ArrayLike], keys: Keys, fresh: bool = False) -> Call:
+    """Make rows of arguments and of their keys.
+
+    A generator gives one 64-bit number, which is the seed; rows are numbered from 0, and hit is 0.
+
+    Raises
+    ------
+    InputError
+        If an argument has a wrong type or shape.
+    """
+    keys = keys.checked()
+    arrays: dict[str, NDArray[Any]] = {n: as_rows_of(n, v) for n, v in arguments.items()}
+    tails: dict[str, Shape] = {name: (3,) if name in VECTORS else () for name in arrays}
+    shapes = {name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()}
+    if keys.rng is None:
+        hit = as_keys("hit", 0 if keys.hit is None else keys.hit, 32)
+        index = as_keys("index", keys.index, 64)
+        seed = as_seed(keys.seed)
+        shape = common_shape(shapes | {"hit": hit.shape, "index": index.shape})
+    else:
+        shape = common_shape(shapes, keys.size)
+        seed = int(keys.rng.integers(2**64, dtype=np.uint64))
+        hit, index = np.zeros(1, dtype=np.uint32), np.arange(math.prod(shape), dtype=np.uint64)
+        index = index.reshape(shape)
+    arrays |= {"index": index, "hit": hit}
+    rows = {name: _flat(array, shape, tails.get(name, ())) for name, array in arrays.items()}
+    return Call(shape, Rows(math.prod(shape), seed, rows, fresh))
+
+
+def check_grain_word(grain: Any) -> None:
+    """Refuse a word for a grain that is neither "own" nor "fresh"."""
+    if isinstance(grain, str) and grain not in ("own", "fresh"):
+        refuse("grain", repr(grain), "'own', 'fresh', or numbers of shape (..., 3)")
+
+
+def as_output(out: NDArray[Any] | None, shape: Shape) -> NDArray[Any]:
+    """Give the array to write states to: the user's, if it fits, or a new one.
+
+    Raises
+    ------
+    InputError
+        If it is not a writable C-contiguous float64 or float32 array of that shape.
+    """
+    if out is None:
+        return np.empty(shape)
+    plain = isinstance(out, np.ndarray) and not isinstance(out, np.ma.MaskedArray)
+    fits = plain and out.dtype in (np.float64, np.float32)
+    if not (fits and out.shape == shape and out.flags.c_contiguous and out.flags.writeable):
+        given = f"{out.dtype} {out.shape}" if plain else type(out).__name__
+        refuse("out", given, f"a writable contiguous float64 or float32 array {shape}")
+    return out
+
+
+# -- rough walls -----------------------------------------------------------------------------------
+
+
+def wall_tilt(ra: float, rq: float, rsm: float, diameter: ArrayLike) -> NDArray[np.float64]:
+    """Compute the standard deviation of the tilt of facets, for `Table.rebound` as `roughness`.
+
+    It is atan(2 Ra / RSm) for a particle with a diameter below RSm / sin(atan(2 Ra / RSm)), which
+    meets the flanks of the profile's elements, and atan(2 Rq / RSm) for a larger one. All lengths
+    are in the same unit.
+
+    Parameters
+    ----------
+    ra, rq : float
+        Mean and root mean square of the profile's height (ISO 21920-2, ISO 4287), not negative.
+        That Rq is not below Ra, which holds for every profile, is not checked.
+    rsm : float
+        Mean width of the profile's elements, above 0.
+    diameter : float or array, shape (...)
+        Of the particles, above 0.
+
+    Returns
+    -------
+    float64 array, shape (...)
+        rad.
+
+    Raises
+    ------
+    InputError
+        If a length is not finite or not allowed, or the tilt of one of the particles is above
+        0.5 rad.
+
+    Notes
+    -----
+    Source: Sommerfeld & Huber, "Experimental analysis and modelling of particle-wall collisions",
+    Int. J. Multiphase Flow 25 (1999) 1457-1489.
+    """
+    for name, value, least in (("ra", ra, 0.0), ("rq", rq, 0.0), ("rsm", rsm, math.ulp(0.0))):
+        _check_lengths(name, as_reals(name, value), least)
+        if np.ndim(value):
+            refuse(name, f"shape {np.shape(value)}", "one number")
+    diameters = as_reals("diameter", diameter)
+    _check_lengths("diameter", diameters, math.ulp(0.0))
+    # by the C library, as the header does: numpy's functions differ in the last digits
+    flank, whole = math.atan(2.0 * float(ra) / float(rsm)), math.atan(2.0 * float(rq) / float(rsm))
+    tilts = np.where(diameters * math.sin(flank) < rsm, flank, whole)
+    if (tilts > MAX_ROUGHNESS).any():
+        tilt = told_apart(float(tilts.max()), MAX_ROUGHNESS)
+        got = f"ra {ra:.9g}, rq {rq:.9g}, rsm {rsm:.9g}, a tilt of {tilt} rad"
+        refuse("ra, rq, rsm", got, f"a tilt up to {MAX_ROUGHNESS:g} rad")
+    return tilts
+
+
+def _check_lengths(name: str, values: NDArray[np.float64], least: float) -> None:
+    """Refuse the first length that is not finite, or below the least."""
+    refused = ~((values >= least) & np.isfinite(values))
+    if refused.any():
+        k = int(refused.argmax())
+        where = f" at {place(k, values.shape)}" if values.ndim else ""
+        allowed = "a finite number, 0 or more" if least == 0.0 else "a finite number above 0"
+        refuse(name, f"{float(values.flat[k]):.9g}{where}", allowed)

@@ -1,0 +1,53 @@
+"""Compile the draw to the shared library that the Python package loads.
+
+    python sampler/c/build.py
+
+The compiler is that of the variable CC, else gcc, clang or cc, else the one of the ``ziglang`` wheel;
+flags of the variable CFLAGS come last. No Python headers are needed. The hot loops are compiled for
+several levels of x86-64 where the compiler can do that, and the loader takes the one for the
+processor; bits do not depend on it.
+"""
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+LIBRARY = HERE.parent / "librebound.so"
+
+#: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.
+FLAGS = (
+    *("-std=gnu11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
+    *("-fPIC", "-shared", "-DREBOUND_SAMPLER_IMPLEMENTATION"),
+)
+
+
+def compiler() -> list[str]:
+    """Find a C compiler; empty if there is none."""
+    if given := os.environ.get("CC"):
+        return shlex.split(given)
+    for name in ("gcc", "clang", "cc"):
+        if found := shutil.which(name):
+            return [found]
+    return [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else []
+
+
+def build(library: Path = LIBRARY) -> None:
+    """Compile the library; raises `SystemExit` with one line if that cannot be done."""
+    words = compiler()
+    if not words:
+        raise SystemExit("no C compiler found: install gcc or clang, or pip install ziglang")
+    source = HERE / "rebound_sampler.h"
+    flags = shlex.split(os.environ.get("CFLAGS", ""))
+    command = [*words, *FLAGS, *flags, "-x", "c", str(source), "-o", str(library), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(f"{shlex.join(command)}\n{done.stderr}the draw was not compiled")
+
+
+if __name__ == "__main__":
+    build()

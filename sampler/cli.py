@@ -1,0 +1,290 @@
+"""Command line of the runtime: ``sampler draw``, ``export`` and ``list``; ``--include-dir``.
+
+Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted. Bad input gives one line on
+standard error and leaves no output. A command imports in its function what does its work.
+"""
+
+import math
+import tomllib
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from sampler import options
+from sampler.errors import InputError, OutsideTableWarning, refuse
+from sampler.files import (
+    available,
+    commented_fields,
+    find_config,
+    find_measurements,
+    find_table,
+    include_directory,
+    json_text,
+    write_arrays,
+)
+from sampler.options import DONE, Program, examples, note, run_program
+from sampler.version import __version__
+
+_READING = """
+
+\b
+The output holds state (N, 6), that is u, v, w over V and omega_x, omega_y, omega_z times a/V,
+and columns, their names. Read it with numpy.load("a.npz")["state"]."""
+
+
+@click.command(
+    cls=options.Command,
+    short_help="Draw states at one impact angle and speed.",
+    epilog=examples(
+        "sampler draw corundum-steel --alpha 30 --speed 150 --count 100000 --seed 1 --output a.npz",
+        "sampler draw mine.h5 --alpha 20 --speed 90 --spin 0 0 -0.8 --count 1000 --seed 3 "
+        "--output c.npz",
+    )
+    + _READING,
+)
+@options.table
+@click.option("--alpha", required=True, type=options.ANGLE, metavar="DEG", help="Impact angle.")
+@click.option("--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed.")
+@click.option("--count", required=True, type=options.COUNT, metavar="N", help="Number of states.")
+@click.option(
+    "--seed", required=True, type=options.SEED, metavar="S", help="Seed of the random numbers."
+)
+@click.option(
+    "--spin",
+    nargs=3,
+    type=options.COMPONENT,
+    metavar="WX WY WZ",
+    help="Spin before the impact times a/V, in the frame of the wall; needs a table with spin law.",
+)
+@options.output("F.npz")
+@click.option(
+    "--outside",
+    type=click.Choice(["clamp", "raise"]),
+    default="clamp",
+    show_default=True,
+    help="Outside the table's range: use its edge and say so, or stop.",
+)
+def draw(
+    table: str,
+    alpha: float,
+    speed: float,
+    count: int,
+    seed: int,
+    spin: tuple[float, float, float] | None,
+    output: Path,
+    outside: str,
+) -> int:
+    """Draw rebound states at one impact angle and speed."""
+    import numpy as np
+
+    from sampler.table import load
+
+    loaded = load(table, outside="raise" if spin and outside == "raise" else "clamp")
+    if spin is None:
+        _check_inside(loaded, alpha, speed, outside)
+    elif not loaded.has_spin:
+        raise InputError("--spin: got one, allowed: none, for the table has no spin law")
+    with warnings.catch_warnings(record=spin is not None) as told:
+        # without a spin, the note has said it
+        warnings.simplefilter("ignore" if spin is None else "always", OutsideTableWarning)
+        index = np.arange(count, dtype=np.uint64)
+        state = loaded.sample(math.radians(alpha), speed, spin=spin, seed=seed, index=index)
+    write_arrays(output, state=state, columns=loaded.columns)
+    for warning in told or ():
+        note("sampler", str(warning.message).partition("; ")[0] + "; the nearest is used")
+    return DONE
+
+
+def _check_inside(loaded: Any, alpha: float, speed: float, outside: str) -> None:
+    """Say that the condition is outside the table, or raise `InputError` if that shall stop."""
+    from sampler.arguments import told_apart
+    from sampler.messages import is_outside
+
+    (first, last), (slow, fast) = loaded.alpha_range, loaded.speed_range
+    beyond = not loaded.speed_independent and is_outside(speed, (slow, fast))
+    off = is_outside(math.radians(alpha), (first, last))
+    if not off and not beyond:
+        return
+    covered = f"{math.degrees(first):g} to {math.degrees(last):g} deg, {slow:g} to {fast:g} m/s"
+    degrees = told_apart(alpha, math.degrees(first), math.degrees(last), digits=6)
+    velocity = told_apart(speed, slow, fast, digits=6)
+    if outside == "raise":
+        refuse("--alpha" if off else "--speed", degrees if off else velocity, covered)
+    note(
+        "sampler",
+        f"{degrees} deg, {velocity} m/s is outside the table ({covered}), "
+        "its nearest condition is used",
+    )
+
+
+@click.command(
+    cls=options.Command,
+    short_help="Write a table as a binary table for C, C++, Fortran and OpenFOAM.",
+    epilog=examples(
+        "PROGRAM export corundum-steel --output corundum-steel.rbt",
+        "PROGRAM export my-table.h5 --output my-table.rbt",
+    ),
+)
+@options.table
+@options.output("T.rbt")
+def export(table: str, output: Path) -> int:
+    """Write a table as a binary table (.rbt) that C, C++ and Fortran map into memory.
+
+    The header that reads it lies in the folder that `python -m sampler --include-dir` prints.
+    """
+    from sampler.formats.hdf5 import read_table
+    from sampler.formats.image import write_binary_table
+
+    contents = read_table(find_table(table))
+    write_binary_table(output, contents)
+    click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB, {contents.pair}")
+    return DONE
+
+
+@click.command(
+    "list",
+    cls=options.Command,
+    short_help="List tables, pairs, scenes and measurements that have a name.",
+    epilog=examples("PROGRAM list", "PROGRAM list --json"),
+)
+@options.as_json
+def list_names(as_json: bool) -> int:
+    """List the tables, material pairs, scenes and measurements that come with the package, by name.
+
+    A name stands for its file wherever a command takes one of them.
+    """
+    found = catalogue()
+    click.echo(json_text(found).rstrip() if as_json else _catalogue_text(found))
+    return DONE
+
+
+def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
+    """Gather everything that can be named in place of a file.
+
+    Returns
+    -------
+    dict
+        ``tables``, ``pairs``, ``scenes`` and ``measurements``, each by name. Of a table its
+        ``pair``, ``components``, ends of ``alpha_deg`` and of ``speed`` in m/s, and ``bytes``; of a
+        pair ``particle`` and ``wall``; of a scene its ``pair`` and the tables ``domain``, ``table``
+        and ``accuracy`` of its file, which differ from the pair's; of measurements the fields at
+        the top of their file, such as ``title``, ``particle`` and ``wall``.
+    """
+    pairs, scenes = {}, {}
+    for name in available(".toml"):
+        tree = tomllib.loads(find_config(name).read_text(encoding="utf-8"))
+        if isinstance(tree["pair"], str):
+            scenes[name] = {key: tree[key] for key in tree if key != "name"}
+        else:
+            pairs[name] = {key: tree["pair"][key] for key in ("particle", "wall")}
+    tables = {name: _table_facts(find_table(name)) for name in available(".h5")}
+    measurements = {
+        name: commented_fields(find_measurements(name).read_text(encoding="utf-8"))
+        for name in available(".csv")
+    }
+    return {"tables": tables, "pairs": pairs, "scenes": scenes, "measurements": measurements}
+
+
+def _table_facts(path: Path) -> dict[str, Any]:
+    from sampler.formats.hdf5 import read_table
+
+    contents = read_table(path)
+    return {
+        "pair": contents.pair,
+        "components": list(contents.variables),
+        "alpha_deg": contents["axes/alpha_deg"][[0, -1]].tolist(),
+        "speed": contents["axes/speed"][[0, -1]].tolist(),
+        "bytes": path.stat().st_size,
+    }
+
+
+def _ends(domain: Mapping[str, Any]) -> list[str]:
+    """Write the ranges of angle and speed, of those that are given."""
+    units = {"alpha_deg": "degrees", "speed": "m/s"}
+    return [f"{domain[k][0]:g} to {domain[k][1]:g} {units[k]}" for k in units if k in domain]
+
+
+def _scene_text(scene: Mapping[str, Any]) -> str:
+    domain = scene.get("domain", {})
+    parts = [f"pair {scene['pair']}", *_ends(domain)]
+    if "components" in domain:
+        parts.append(" ".join(domain["components"]))
+    if "dimension" in domain:
+        parts.append(f"{domain['dimension']} dimensions")
+    if preset := scene.get("accuracy", {}).get("preset"):
+        parts.append(f"accuracy {preset}")
+    return ", ".join(parts)
+
+
+def _catalogue_text(found: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
+    """Write a catalogue for people, one line a name."""
+    lines = {
+        "tables": {
+            name: ", ".join(
+                [*_ends(table), " ".join(table["components"]), f"{table['bytes'] / 1e6:.1f} MB"]
+            )
+            for name, table in found["tables"].items()
+        },
+        "pairs": {n: f"{pair['particle']} on {pair['wall']}" for n, pair in found["pairs"].items()},
+        "scenes": {name: _scene_text(scene) for name, scene in found["scenes"].items()},
+        "measurements": {
+            name: about.get("title", "") for name, about in found["measurements"].items()
+        },
+    }
+    width = max((len(name) for named in lines.values() for name in named), default=0)
+    return "\n".join(
+        line
+        for kind, named in lines.items()
+        for line in (kind, *(f"  {name:<{width}}  {text}" for name, text in named.items()))
+    )
+
+
+def _print_include_directory(ctx: click.Context, _: click.Parameter, given: bool) -> None:
+    if given:
+        click.echo(include_directory())
+        ctx.exit()
+
+
+@click.group(
+    "sampler",
+    cls=Program,
+    no_args_is_help=False,
+    context_settings=options.SETTINGS,
+    epilog=examples(
+        "sampler list",
+        "sampler draw corundum-steel --alpha 30 --speed 150 --count 100000 --seed 1 --output a.npz",
+        "sampler export corundum-steel --output corundum-steel.rbt",
+    ),
+)
+@click.version_option(__version__, message="%(version)s")
+@click.option(
+    "--include-dir",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_include_directory,
+    help="Print the folder of rebound_sampler.h and rebound_sampler.f90, and exit.",
+)
+def cli() -> None:
+    """Draw rebound states of non-spherical particles from a table.
+
+    Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted.
+    """
+
+
+for command in (draw, export, list_names):
+    cli.add_command(command)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments; those of the process if left out.
+    """
+    return run_program(cli, argv)

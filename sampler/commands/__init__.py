@@ -1,1 +1,0 @@
-"""The command line of the runtime, and what that of the generator shares with it."""

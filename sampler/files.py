@@ -1,0 +1,207 @@
+"""Files: those that come with the package by name, input files, and outputs written whole or not."""
+
+import json
+import os
+import re
+import secrets
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from sampler.errors import InputError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+#: Folders within that of the data, by the suffix of the files that lie there.
+_FOLDERS = {".csv": "measurements"}
+
+_FIELD = re.compile(r"#\s*([a-z][a-z_]*):\s+(\S.*)")
+
+
+def data_directory() -> Path:
+    """Find the folder of the pairs, scenes, tables and measurements that come with the package.
+
+    Raises
+    ------
+    InputError
+        If the package was installed without them.
+    """
+    for folder in (_PACKAGE / "_tables", _PACKAGE.parent / "tables"):
+        if folder.is_dir():
+            return folder
+    raise InputError(f"data folder: none in {_PACKAGE}, allowed: an installation with its tables")
+
+
+def include_directory() -> Path:
+    """Give the folder of the C header and the Fortran module, which come inside this package."""
+    return _PACKAGE / "c"
+
+
+def available(suffix: str) -> list[str]:
+    """List the names of the files that come with the package, sorted.
+
+    Parameters
+    ----------
+    suffix : str
+        ``".h5"`` for tables, ``".toml"`` for pairs and scenes, ``".csv"`` for measurements.
+    """
+    return sorted(path.stem for path in _folder_of(suffix).glob(f"*{suffix}"))
+
+
+def _folder_of(suffix: str) -> Path:
+    return data_directory() / _FOLDERS.get(suffix, "")
+
+
+def find_file(what: str, name_or_path: str | os.PathLike[str], suffix: str) -> Path:
+    """Find the file of a name or of a path.
+
+    A bare word is a name first and a path only if no such name exists, so that the meaning of a
+    name does not depend on the working folder. Anything with a folder or the suffix in it is a path.
+
+    Parameters
+    ----------
+    what : str
+        Opens the error message: "table", "configuration".
+    name_or_path : str or path-like
+    suffix : str
+        As for `available`.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or name, or it is a folder.
+    """
+    path = Path(name_or_path)
+    is_word = isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != suffix
+    if is_word and name_or_path in available(suffix):
+        return _folder_of(suffix) / f"{name_or_path}{suffix}"
+    # os.path answers False where Path.exists raises, for names that are too long for example
+    if is_word and not os.path.exists(path):
+        names = ", ".join(available(suffix)) or "none are installed"
+        allowed = f"a name ({names}) or the path of a {suffix} file"
+        raise InputError(f"{what}: got '{name_or_path}', allowed: {allowed}")
+    return check_input(what, path)
+
+
+def find_table(name_or_path: str | os.PathLike[str]) -> Path:
+    """Find the table file (.h5) of a name or path; raises `InputError` as `find_file`."""
+    return find_file("table", name_or_path, ".h5")
+
+
+def find_config(name_or_path: str | os.PathLike[str]) -> Path:
+    """Find the pair or scene (.toml) of a name or path; raises `InputError` as `find_file`."""
+    return find_file("configuration", name_or_path, ".toml")
+
+
+def find_measurements(name_or_path: str | os.PathLike[str]) -> Path:
+    """Find the measurements (.csv) of a name or path; raises `InputError` as `find_file`."""
+    return find_file("measurements", name_or_path, ".csv")
+
+
+def check_input(what: str, path: str | os.PathLike[str]) -> Path:
+    """Refuse an input that is no file; raises `InputError`."""
+    if not os.path.exists(path):
+        raise InputError(f"{what}: got {path}, allowed: a file that exists")
+    if not os.path.isfile(path):
+        raise InputError(f"{what}: got {path}, a folder or device, allowed: a regular file")
+    return Path(path)
+
+
+def read_file(what: str, path: str | os.PathLike[str]) -> bytes:
+    """Read the bytes of a file; raises `InputError` if that cannot be done."""
+    try:
+        return check_input(what, path).read_bytes()
+    except OSError as error:
+        raise InputError(f"{what}: cannot read {path}: {error.strerror}") from error
+
+
+def check_output(path: str | Path) -> Path:
+    """Refuse an output that cannot be written, before any work is done; raises `InputError`."""
+    given = Path(path)
+    if os.path.isdir(given):
+        raise InputError(f"output: got {given}, a folder, allowed: a file name")
+    folder = Path(os.path.realpath(given)).parent
+    if not os.path.isdir(folder):
+        raise InputError(f"output: got {given}, allowed: a file in a folder that exists")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"output: got {given}, allowed: a file in a folder that can be written")
+    return given
+
+
+@contextmanager
+def atomic_output(path: str | Path) -> Iterator[Path]:
+    """Give a temporary path beside `path`, moved to `path` when the block ends well.
+
+    Otherwise nothing is left behind, and a file that was there before stays as it was.
+
+    Raises
+    ------
+    InputError
+        If the path cannot be written.
+    """
+    given = check_output(path)
+    target = Path(os.path.realpath(given))
+    temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(8)}.tmp")
+    try:
+        yield temporary
+        if target.exists():
+            temporary.chmod(target.stat().st_mode & 0o777)
+        os.replace(temporary, target)
+    except OSError as error:
+        raise InputError(f"output: cannot write {given}: {error.strerror or error}") from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text file in UTF-8, whole or not at all; raises `InputError` as `atomic_output`."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: str | Path, data: bytes) -> None:
+    """Write a file, whole or not at all; raises `InputError` as `atomic_output`."""
+    with atomic_output(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def write_arrays(path: str | Path, **arrays: Any) -> None:
+    """Write arrays by name as .npz, whole or not at all; raises `InputError` as `atomic_output`.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, which would be a defect of what computed it.
+    """
+    import numpy as np  # not before it is needed: commands check their outputs without it
+
+    for name, values in arrays.items():
+        if np.asarray(values).dtype.kind == "f" and not np.isfinite(values).all():
+            raise ValueError(f"{name}: holds a number that is not finite")
+    with atomic_output(path) as temporary, open(temporary, "wb") as file:
+        np.savez(file, **arrays)  # to an open file: numpy adds a suffix to a name
+
+
+def json_text(data: Mapping[str, object] | Sequence[object], indent: int | None = 1) -> str:
+    """Write data as JSON, with a line end.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, which JSON does not have.
+    """
+    return json.dumps(data, indent=indent, allow_nan=False) + "\n"
+
+
+def commented_fields(text: str) -> dict[str, str]:
+    """Read the lines ``# key: value`` at the top of a data file; the first value of a key counts."""
+    fields: dict[str, str] = {}
+    for line in text.split("\n"):
+        stripped = line.strip()
+        if stripped and not stripped.startswith("#"):
+            break
+        found = _FIELD.fullmatch(stripped)
+        if found and found[2].isprintable():
+            fields.setdefault(found[1], found[2].strip())
+    return fields

@@ -1,1 +1,0 @@
-"""Files found by name, and files written whole or not at all."""

@@ -1,0 +1,152 @@
+"""Bounds on table values, and numbers that a table, its readers and the draw share.
+
+Within these bounds every draw is finite and physical, and every table fits into a binary table.
+They lie far beyond what a table can mean. The readers of table files take them through
+`sampler.formats.layout`, the reader in C through `sampler.formats.generated`.
+"""
+
+import re
+
+from sampler.formats.channels import CHANNELS, MOST_NAMES, RANGES
+
+#: Least and greatest length of the dimensions of arrays. Components and their classes are counted
+#: in 16 bits, and a draw finds its knot in single precision.
+LENGTHS = {
+    "n_alpha": (1, 2**16),
+    "n_speed": (1, 2**16),
+    "n_alpha_grid": (2, 2**24),
+    "n_speed_grid": (2, 2**24),
+    "n_knots": (2, 2**16),
+    "n_components": (1, 2**16),
+    "n_classes": (1, 2**16),
+    "n_channels": (1, MOST_NAMES),
+    "n_marginals": (1, MOST_NAMES),
+    "n_columns": (1, MOST_NAMES),
+    "n_shapes": (1, 2**10),
+    "n_nodes": (1, 2**20),
+    "n_leaves": (1, 2**20),
+    "n_spin_knots": (2, 2**12),
+    "n_joint": (0, 1),
+}
+
+#: Impact angle of a node, degrees.
+ALPHA_DEG = (1e-9, 90.0)
+
+#: Impact speed of a node, m/s.
+SPEED = (1e-9, 1e9)
+
+#: Least distance of neighbouring nodes, and of the ends of an axis, over the larger of the two:
+#: degrees must stay apart as radians.
+LEAST_STEP = 1e-9
+
+#: Largest number of a node. Numbers begin at 0: a draw rounds them towards 0, which must be down.
+MOST_NUMBER = 1e6
+
+#: How far the coordinate of a node may be from its number: it is interpolated between steps.
+NUMBER_ROUNDING = 0.02
+
+#: Mixture variate of the last knot; single precision must tell knots apart.
+VARIATE_MAX = (1e-3, 1e6)
+
+#: Open interval of the quantiles of each channel; physics does not limit angular velocities.
+QUANTILES = {**dict.fromkeys(CHANNELS, (-1e9, 1e9)), "collisions": (0.0, 1e9), **RANGES}
+
+#: Longest name of a material pair, in bytes of UTF-8: it must fit into a binary table.
+PAIR_BYTES = 127
+
+#: Longest text of any other attribute in one line, in characters.
+LINE_CHARACTERS = 1000
+
+
+#: Characters that control a terminal, but ends of lines and tabs; halves of characters.
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
+
+
+def is_line(text: str) -> bool:
+    """Whether a text can be shown on a terminal as it is: one line, nothing that controls it."""
+    return text.isprintable()
+
+
+def is_text(text: str) -> bool:
+    """Whether a text of several lines can be shown on a terminal as it is.
+
+    Other characters that `str.isprintable` refuses, such as spaces that do not break, stand in
+    comments that people paste, and do no harm.
+    """
+    return _CONTROL.search(text) is None
+
+#: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed. Not the limits
+#: of the numbers, which compilers may take for granted.
+ANY_SPEED = (1e-300, 1e300)
+
+#: Relative rounding of a unit conversion: a smaller excess is no excess.
+ROUNDING = 1e-12
+
+#: Rows of a factor that a draw computes side by side, those that a table lacks included.
+LANES = MOST_NAMES
+
+#: Numbers of a unit in the means and factors of a mixture. Its variates have variance 1, so steps
+#: of 1/4096 on a range of +-8 move a draw by less than a thousandth of a standard deviation.
+MIXTURE_SCALE = 4096
+
+
+def record_stride(channels: int) -> int:
+    """Compute the numbers of a component's record: a power of two, so none straddles a cache line."""
+    needed = 1 + channels + channels * (channels + 1) // 2
+    return 1 << (needed - 1).bit_length()
+
+
+# -- the spin law --------------------------------------------------------------------------------
+#
+# Outcomes are (p_u, p_v, p_w, omega_x, omega_y, omega_z). The velocities over V_e are
+# p / sqrt(1 + |p|^2): whatever p is, the speed stays below V_e, and a positive p_v leaves the wall.
+# The angular velocities are times a/V_e.
+
+#: Conditions: sqrt(alpha1), the speed's coordinate, and the three components of a Omega / V_e.
+N_CONDITIONS = 5
+#: Conditions and the ratios b/a and c/b.
+N_INPUTS = N_CONDITIONS + 2
+#: 1, the inputs, and the products of two conditions.
+N_FEATURES = 1 + N_INPUTS + N_CONDITIONS * (N_CONDITIONS + 1) // 2
+N_OUTCOMES = 6
+N_FACTORS = N_OUTCOMES * (N_OUTCOMES + 1) // 2
+
+#: Largest moment of inertia of a body of mass 1 and half-size 1, and so the weight of the spin in
+#: the effective speed V_e = V sqrt(1 + INERTIA |spin|^2): no particle can leave faster.
+INERTIA = 2.0 / 3.0
+
+#: Squared spin a Omega / V_e below which the root of a tree takes a particle not to spin.
+NO_SPIN = 1e-12
+
+#: Bound of the score zeta = z / sqrt(1 + z^2 / SCORE_MAX^2), where the quantiles end.
+SCORE_MAX = 6.0
+
+#: Numbers of a unit: coefficients of gates, those of means, and factors. As 16-bit integers they
+#: are bounded, and with what the layout allows of inputs every draw is finite.
+GATE_UNIT, MEAN_UNIT, FACTOR_UNIT = 512, 2048, 4096
+
+#: Groups of a leaf, and experts of a group. The same in every law, so that the compiler knows how
+#: many weights lie side by side; those that a leaf does not need have a weight of almost 0.
+N_GROUPS, GROUP_SIZE = 8, 16
+N_EXPERTS = N_GROUPS * GROUP_SIZE
+
+#: Effective speeds V_e, m/s.
+SPIN_SPEED = (1e-9, 1e9)
+
+#: Closed interval of outcomes: far beyond what is physical, and squares of them are finite.
+OUTCOME = (-1e6, 1e6)
+
+#: Bounds of what a leaf subtracts from its inputs and multiplies them by, and of a tree's cuts.
+MOST_MIDDLE, MOST_SCALE, MOST_CUT = 1e3, 1e4, 1e3
+
+#: Coefficient and exponent of the speed's coordinate.
+SPEED_COORDINATE = (1e-6, 1e3)
+
+#: Most of k V_e^n, which single precision must hold.
+MOST_SPEED_SCALE = 1e30
+
+#: Smallest ratio of half-sizes.
+LEAST_RATIO = 1e-3
+
+#: Numbers of an expert: coefficients of its means and its factor, five cache lines with padding.
+EXPERT_STRIDE = -(-(N_FEATURES * N_OUTCOMES + N_FACTORS) // 32) * 32

@@ -1,0 +1,240 @@
+"""Checks of the values in a table, each a small function that the schema names.
+
+A check takes the values of one dataset and all datasets by path. It returns None if it holds,
+else what is wrong: the value found, where, and what is allowed.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.formats.bounds import (
+    LEAST_STEP,
+    MOST_NUMBER,
+    N_OUTCOMES,
+    NUMBER_ROUNDING,
+    ROUNDING,
+)
+
+Array = NDArray[Any]
+Finder = Callable[[Array, Mapping[str, Array]], str | None]
+
+
+class Check(NamedTuple):
+    """What the values of a dataset must fulfil."""
+
+    #: In a few words, for the page on the format.
+    allowed: str
+    #: Says what is wrong.
+    problem: Finder
+
+
+def first_refused(values: Array, refused: Array, allowed: str) -> str | None:
+    """Message on the first refused value, if any; `refused` may be shorter at the end."""
+    if not refused.any():
+        return None
+    where = tuple(int(k) for k in np.unravel_index(int(refused.argmax()), refused.shape))
+    return f"got {values[where]:.9g} at {list(where)}, allowed: {allowed}"
+
+
+def _finite(values: Array, _: Mapping[str, Array]) -> str | None:
+    """No NaN, no infinity."""
+    return first_refused(values, ~np.isfinite(values), "finite numbers")
+
+
+finite = Check("finite", _finite)
+
+
+def _increasing(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Strictly increasing along the last dimension."""
+    refused = np.diff(values, axis=-1) <= 0.0
+    return first_refused(values[..., 1:], refused, "larger than the value before")
+
+
+increasing = Check("increasing", _increasing)
+
+
+def _steps_apart(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Positive numbers, each larger than the one before by more than a rounding."""
+    refused = values[1:] - values[:-1] < LEAST_STEP * values[1:]
+    allowed = f"larger than the value before, by {LEAST_STEP:g} of it"
+    return first_refused(values[1:], refused, allowed)
+
+
+apart = Check(f"each larger than the one before, by {LEAST_STEP:g} of it", _steps_apart)
+
+
+def _non_decreasing(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Not decreasing along the last dimension."""
+    refused = values[..., 1:] < values[..., :-1]  # no difference, which small integers overflow
+    return first_refused(values[..., 1:], refused, "at least the value before (non-decreasing)")
+
+
+non_decreasing = Check("non-decreasing", _non_decreasing)
+
+
+def symmetric_knots(low: float, high: float) -> Check:
+    """Check for equal steps from -x to x, low <= x <= high."""
+
+    def problem(values: Array, _: Mapping[str, Array]) -> str | None:
+        last = values[-1]
+        if not low <= last <= high:
+            return f"got {last:.9g} at the end, allowed: from {low:g} to {high:g}"
+        refused = np.abs(values - np.linspace(-last, last, values.size)) > 1e-9 * last
+        return first_refused(values, refused, "equal steps, symmetric about 0")
+
+    return Check(f"equal steps from -x to x, x from {low:g} to {high:g}", problem)
+
+
+def within(low: float, high: float) -> Check:
+    """Check for values in the closed interval [low, high]."""
+
+    def problem(values: Array, _: Mapping[str, Array]) -> str | None:
+        return first_refused(values, (values < low) | (values > high), f"in [{low:g}, {high:g}]")
+
+    return Check(f"{low:g} to {high:g}", problem)
+
+
+def encloses(path: str, high: float) -> Check:
+    """Check for two values, in order and from 0 up, with all values of another dataset between."""
+
+    def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
+        (low, end), first, last = values, datasets[path][0], datasets[path][-1]
+        got = f"got {low:.9g} and {end:.9g}, allowed: "
+        if not 0.0 <= low <= first <= last <= end <= high:
+            below, above = f"from 0 to {first:.9g}", f"from {last:.9g} to {high:g}"
+            return f"{got}{below} and {above}, the ends of {path}"
+        if low < end and end - low < LEAST_STEP * end:
+            return f"{got}equal, or {LEAST_STEP:g} of them apart"
+        return None
+
+    allowed = f"at most and at least all `{path}`, from 0 to {high:g}"
+    return Check(allowed, problem)
+
+
+def node_index(path: str, span: str) -> Check:
+    """Check for the fractional node index along an axis, at equal steps over a span.
+
+    It must grow strictly from 0 or more and be whole at every node, one more from node to node (a
+    pruned table keeps the numbers of the full one); 0 everywhere where the span is a point. Whole
+    also within the rounding of the unit of a node, which a draw takes in radians.
+    """
+
+    def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
+        nodes, ends = datasets[path], datasets[span]
+        if ends[0] == ends[1]:
+            return first_refused(values, values != 0.0, "0 on an axis of one value")
+        wrong = within(0.0, MOST_NUMBER).problem(values, datasets) or _increasing(values, datasets)
+        steps = np.linspace(ends[0], ends[1], values.size)
+        expected = np.rint(np.interp(nodes[0], steps, values)) + np.arange(nodes.size)
+        for factor in (1.0 - ROUNDING, 1.0 + ROUNDING):
+            found = np.interp(nodes * factor, steps, values)
+            refused = np.abs(found - expected) > NUMBER_ROUNDING
+            wrong = wrong or first_refused(found, refused, "the number of the node")
+        return wrong
+
+    allowed = f"growing, from 0 to {MOST_NUMBER:g}, whole at every node within {NUMBER_ROUNDING:g}"
+    return Check(allowed, problem)
+
+
+def _below_length(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Refuse indices not below the length of the last dimension."""
+    return first_refused(values, values >= values.shape[-1], f"below {values.shape[-1]}")
+
+
+below_length = Check("below n_components", _below_length)
+
+
+def _class_starts(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    """Refuse classes that do not begin at component 0, turn back or begin after the last."""
+    components = datasets["dependence/alias_index"].shape[-1]
+    first = values[..., 0]
+    problem = first_refused(first, first != 0, "0, where the first class begins")
+    # as signed numbers: differences of unsigned ones are never negative
+    signed = values.astype(np.int64)
+    problem = problem or _non_decreasing(signed, datasets)
+    return problem or first_refused(values, signed > components, f"at most {components}")
+
+
+class_starts = Check("from 0, non-decreasing, at most n_components", _class_starts)
+
+
+def _positive_diagonal(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    """As many factors as the channels need (lower triangles, rows packed); diagonals positive."""
+    channels = datasets["dependence/mean"].shape[-1]
+    needed = channels * (channels + 1) // 2
+    if values.shape[-1] != needed:
+        return f"got {values.shape[-1]} factors, allowed: {needed} for {channels} channels"
+    diagonal = values[..., [row * (row + 3) // 2 for row in range(channels)]]
+    problem = first_refused(diagonal, diagonal <= 0, "positive")
+    return None if problem is None else f"diagonals: {problem}"
+
+
+positive_diagonal = Check("positive on diagonals", _positive_diagonal)
+
+
+# -- values of the spin law
+
+
+def _spin_adds_up(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Refuse shares that do not add up to one."""
+    total = float(values.sum())
+    return None if abs(total - 1.0) <= 1e-9 else f"got a sum of {total:.9g}, allowed: 1"
+
+
+spin_adds_up = Check("of sum 1", _spin_adds_up)
+
+
+def _spin_aspect_law(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Refuse normal laws whose ratios could be no numbers."""
+    mean, deviation, low, high = values.T
+    problem = first_refused(mean, np.abs(mean) > 100.0, "from -100 to 100")
+    problem = problem or first_refused(deviation, (deviation < 0) | (deviation > 100), "0 to 100")
+    problem = problem or first_refused(low, (low < 0.0) | (low > 1.0), "a probability")
+    return problem or first_refused(high, (high < low) | (high > 1.0), "a larger probability")
+
+
+spin_aspect_law = Check("mean within 100, deviation 0 to 100, probabilities in order", _spin_aspect_law)
+
+
+def _spin_roots(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    """Refuse roots that are no node."""
+    nodes = len(datasets["spin/node_axis"])
+    return first_refused(values, (values < 0) | (values >= nodes), f"0 to {nodes - 1}")
+
+
+spin_roots = Check("numbers of nodes", _spin_roots)
+
+
+def _spin_children(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    """Refuse children that are neither a later node nor a leaf: then every path ends."""
+    nodes, leaves = len(values), len(datasets["spin/centre"])
+    own = np.arange(nodes)[:, None]
+    node = (values > own) & (values < nodes)
+    leaf = (values < 0) & (values >= -leaves)
+    return first_refused(values, ~(node | leaf), f"a later node of {nodes}, or -1 to {-leaves}")
+
+
+spin_children = Check("a later node, or -1 - leaf", _spin_children)
+
+
+def _spin_positive_diagonal(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Diagonals of the factors are positive."""
+    diagonal = values[..., [row * (row + 3) // 2 for row in range(N_OUTCOMES)]]
+    problem = first_refused(diagonal, diagonal <= 0, "positive")
+    return None if problem is None else f"diagonals: {problem}"
+
+
+spin_positive_diagonal = Check("positive on diagonals", _spin_positive_diagonal)
+
+
+def _spin_leaves_the_wall(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Quantiles of p_v: 0 or more, and positive from the second on, so that v is positive."""
+    v = values[:, 1]
+    problem = first_refused(v, v < 0.0, "0 or more, of p_v")
+    return problem or first_refused(v[:, 1:], v[:, 1:] < 1e-9, "1e-9 or more, of p_v")
+
+
+spin_leaves_the_wall = Check("of p_v not negative, and positive from the second on", _spin_leaves_the_wall)

@@ -1,0 +1,376 @@
+"""The binary image of a table, the one layout of a table in memory, and the .rbt file that holds it.
+
+`sampler.formats.binary_layout` describes the image; ``rbt_open_memory`` and ``rbt_open`` of the C
+header read it. Equal tables give equal bytes.
+"""
+
+import hashlib
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.errors import InputError
+from sampler.files import write_bytes
+from sampler.formats.binary_layout import (
+    ALIGNMENT,
+    ARRAYS,
+    BINARY_VERSION,
+    HEADER_DTYPE,
+    MAGIC,
+    MINOR_WITHOUT_WORKS,
+    MOST_BYTES,
+    SPEED_INDEPENDENT,
+    SPIN_ARRAYS,
+    field_offset,
+)
+from sampler.formats.bounds import (
+    ANY_SPEED,
+    EXPERT_STRIDE,
+    LANES,
+    MOST_SPEED_SCALE,
+    N_FACTORS,
+    N_FEATURES,
+    N_OUTCOMES,
+    record_stride,
+)
+from sampler.formats.channels import CHANNELS, MOST_NAMES, VARIABLES, has_works
+from sampler.formats.grain_law import GrainLaw, grain_law
+from sampler.formats.hdf5 import TableContents
+
+#: An image in memory: bytes that begin on a cache line.
+Image = NDArray[np.uint8]
+
+#: Largest of the 16-bit steps that quantiles are stored in.
+_STEPS = 65535
+
+#: Knots that are packed at a time: few enough for the processor's cache.
+_BLOCK = 2**13
+
+#: Relative rounding, in single precision, that must not take a draw beyond the largest quantile.
+_MARGIN = 1e-6
+
+_CHECKSUM_AT = field_offset("sha256")
+_CHECKSUM = slice(_CHECKSUM_AT, _CHECKSUM_AT + 32)
+
+
+#: Coefficients of the cubics, computed once by tests/sampler/make_normal_cubics.py: computed anew, a
+#: few would differ in the last bit between processors, and with them every state.
+_CUBICS = Path(__file__).with_name("normal_cubics.npy")
+
+
+def normal_table() -> NDArray[np.float32]:
+    """Load the cubics through the normal quantile function from which a draw takes its normals.
+
+    Returns
+    -------
+    float32 array, shape (257, 4)
+        Row ``8 * octave + piece``, octaves from 1/2 upwards: coefficients of 1, t, t^2, t^3 on
+        [0, 1), through the quantile function at the Chebyshev points. The last row, of which only
+        t = 0 is met, stands for the middle, 0.
+    """
+    return np.load(_CUBICS).astype(np.float32)
+
+
+def aligned(size: int) -> Image:
+    """Make zeroed bytes that begin on a cache line."""
+    buffer = np.zeros(size + ALIGNMENT - 1, dtype=np.uint8)
+    start = -buffer.ctypes.data % ALIGNMENT
+    return buffer[start : start + size]
+
+
+def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Image:
+    """Arrange the contents of a table file as the draw reads them.
+
+    Parameters
+    ----------
+    contents : TableContents
+    grains : GrainLaw, optional
+        Grains of another population; by default those of the file.
+
+    Returns
+    -------
+    uint8 array
+        The bytes of a binary table.
+
+    Raises
+    ------
+    InputError
+        If the table does not fit into the format, 2 GiB.
+    """
+    header = _header(contents)
+    stored = _arrays(contents)
+    if contents.has_spin:
+        law = grains if grains is not None else grains_of_file(contents)
+        stored |= _spin_arrays(contents, law)
+        _fill_spin_fields(header, contents, law)
+    end = HEADER_DTYPE.itemsize
+    for array in (*ARRAYS, *SPIN_ARRAYS):
+        if array.name in stored:
+            header[f"at_{array.name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
+            end = start + stored[array.name].nbytes
+    if end >= MOST_BYTES:
+        raise InputError(f"table: got {end} bytes, allowed: below {MOST_BYTES} in a binary table")
+    header["file_bytes"] = end
+    image = aligned(end)
+    image[: HEADER_DTYPE.itemsize] = np.frombuffer(header.tobytes(), np.uint8)
+    for name, values in stored.items():
+        start = int(header[f"at_{name}"])
+        image[start : start + values.nbytes] = values.reshape(-1).view(np.uint8)
+    image[_CHECKSUM] = np.frombuffer(checksum(image), np.uint8)
+    return image
+
+
+def checksum(image: Image) -> bytes:
+    """Compute the SHA-256 of everything in an image but its own field."""
+    digest = hashlib.sha256(image[: _CHECKSUM.start].data)
+    digest.update(image[_CHECKSUM.stop :].data)
+    return digest.digest()
+
+
+def header_of(image: Image) -> Any:
+    """View the header of an image: a record with the fields of `HEADER`."""
+    return image[: HEADER_DTYPE.itemsize].view(HEADER_DTYPE)[0]
+
+
+def write_binary_table(path: str | Path, contents: TableContents) -> None:
+    """Write a binary table (.rbt), whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the table does not fit into the format, or the path cannot be written.
+    """
+    write_bytes(path, table_image(contents).tobytes())
+
+
+def _header(contents: TableContents) -> Any:
+    """Fill the header but for offsets, size, checksum and the spin law."""
+    header = np.zeros((), HEADER_DTYPE)
+    header["magic"], header["pair"] = MAGIC, contents.pair.encode()
+    header["major"], minor = BINARY_VERSION
+    header["minor"] = minor if has_works(contents.variables) else MINOR_WITHOUT_WORKS
+    header["header_bytes"] = HEADER_DTYPE.itemsize
+    header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
+    channels, held = contents.channels, contents.marginals
+    lengths = {
+        "n_knots": contents["marginals/variate_knots"].size,
+        "n_components": contents["dependence/alias_index"].shape[-1],
+        "n_classes": contents["dependence/first_of_class"].shape[-1],
+        "n_marginals": len(held),
+        "n_channels": len(channels),
+        "n_columns": len(contents.variables),
+        "stride": record_stride(len(channels)),
+        "flags": SPEED_INDEPENDENT if contents.speed_independent else 0,
+    }
+    for name, length in lengths.items():
+        header[name] = length
+    header["variate_max"] = contents["marginals/variate_knots"][-1]
+    header["channels"] = _padded([CHANNELS.index(name) for name in channels])
+    header["marginals"] = _padded([held.index(n) if n in held else -1 for n in channels])
+    header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])
+    header["valid_speed"] = contents.valid_speed or ANY_SPEED
+    alpha, span = contents["axes/alpha_deg"], contents["axes/alpha_span_deg"]
+    _fill_axis(header, "alpha", np.deg2rad(alpha), np.deg2rad(span), contents)
+    _fill_axis(header, "speed", contents["axes/speed"], contents["axes/speed_span"], contents)
+    return header
+
+
+def _padded(numbers: list[int]) -> list[int]:
+    return [*numbers, *[-1] * (MOST_NAMES - len(numbers))]
+
+
+def _fill_axis(
+    header: Any,
+    name: str,
+    nodes: NDArray[np.float64],
+    span: NDArray[np.float64],
+    contents: TableContents,
+) -> None:
+    """Write the fields of one axis of the node grid."""
+    coordinate = contents[f"axes/{name}_coordinate"]
+    origin, end = float(span[0]), float(span[1])
+    grid = np.linspace(origin, end, coordinate.size)
+    header[f"n_{name}"], header[f"n_{name}_grid"] = nodes.size, coordinate.size
+    header[f"{name}_first"], header[f"{name}_last"] = nodes[0], nodes[-1]
+    header[f"{name}_origin"] = origin
+    header[f"{name}_scale"] = (coordinate.size - 1) / (end - origin) if end > origin else 0.0
+    # the nodes of a pruned table keep the numbers that they had in the full one
+    header[f"{name}_offset"] = round(float(np.interp(nodes[0], grid, coordinate)))
+
+
+def _arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
+    """Arrange the arrays of the law of particles that arrive without spin."""
+    spans, steps = pack_quantiles(contents["marginals/quantiles"])
+    probability = contents["dependence/alias_probability"].astype(np.uint32)
+    alias = (probability << np.uint32(16)) | contents["dependence/alias_index"]
+    return {
+        "alpha_coordinate": contents["axes/alpha_coordinate"],
+        "speed_coordinate": contents["axes/speed_coordinate"],
+        "normals": normal_table(),
+        "alias": alias.astype(np.uint32),
+        "first_of_class": contents["dependence/first_of_class"],
+        "components": _records(contents),
+        "spans": spans,
+        "quantiles": steps,
+    }
+
+
+def _records(contents: TableContents) -> NDArray[np.int16]:
+    """Put reflection probability, means and factors of each component side by side."""
+    mean, factor = contents["dependence/mean"], contents["dependence/cholesky"]
+    channels = mean.shape[-1]
+    stride = record_stride(channels)
+    nodes = mean.size // channels
+    flat = np.zeros(nodes * stride + LANES, np.int16)
+    records = flat[: nodes * stride].reshape(*mean.shape[:-1], stride)
+    records[..., 0] = contents["dependence/reflection"]
+    records[..., 1 : 1 + channels] = mean
+    records[..., 1 + channels : 1 + channels + factor.shape[-1]] = factor[..., _by_column(channels)]
+    return flat
+
+
+def _by_column(rows: int) -> NDArray[np.int64]:
+    """Order of a lower triangle by columns, as a draw reads it; the file has it by rows."""
+    return np.lexsort(np.tril_indices(rows))
+
+
+def _corners(n_alpha: int, n_speed: int) -> NDArray[np.int64]:
+    """Number the four nodes of each cell: (cells, 4)."""
+    numbers = np.arange(n_alpha * n_speed).reshape(n_alpha, n_speed)
+    pairs = [numbers[np.ix_(i, j)] for i in _ends(n_alpha) for j in _ends(n_speed)]
+    return np.stack(pairs, axis=-1).reshape(-1, 4)
+
+
+def _ends(nodes: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Give lower and upper node of each interval; an axis of one node has one, with equal ends."""
+    lower = np.arange(max(nodes - 1, 1))
+    return lower, np.minimum(lower + 1, nodes - 1)
+
+
+def pack_quantiles(
+    quantiles: NDArray[np.float32],
+) -> tuple[NDArray[np.float64], NDArray[np.uint16]]:
+    """Round the quantiles of the nodes to 16-bit steps between least and largest of each cell.
+
+    Parameters
+    ----------
+    quantiles : float32 array, shape (n_alpha, n_speed, n_classes, n_marginals, n_knots)
+
+    Returns
+    -------
+    spans : float64 array, shape (n_cells, n_classes, n_marginals, 2)
+        Least quantile, and the size of a step.
+    steps : uint16 array, shape (n_cells, n_classes, n_marginals, n_knots, 4)
+        The values at the four nodes of a cell lie side by side: one interpolation reads 16
+        neighbouring bytes.
+    """
+    n_alpha, n_speed, *per_node, knots = quantiles.shape
+    corners, functions = _corners(n_alpha, n_speed), math.prod(per_node)
+    cells = (len(corners), *per_node)
+    spans, steps = np.empty((*cells, 2)), np.empty((*cells, knots, 4), np.uint16)
+    all_spans, all_steps = spans.reshape(-1, 2), steps.reshape(-1, knots, 4)
+    rows, block = quantiles.reshape(-1, knots), max(1, _BLOCK // knots)
+    for start in range(0, len(all_spans), block):
+        part = slice(start, min(start + block, len(all_spans)))
+        cell, function = np.divmod(np.arange(part.start, part.stop), functions)
+        four = rows[corners[cell] * functions + function[:, None]]
+        all_spans[part], all_steps[part] = _in_steps(four.transpose(0, 2, 1).astype(np.float64))
+    return spans, steps
+
+
+def _in_steps(
+    quantiles: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Compute spans (n, 2) and steps (n, n_knots, 4) of functions at the corners of their cells."""
+    least, largest = quantiles.min(axis=(1, 2)), quantiles.max(axis=(1, 2))
+    # a little short, so that rounding in a draw cannot lead beyond the largest quantile
+    step = (largest - least) * (1.0 - _MARGIN) / _STEPS
+    safe = np.where(step > 0.0, step, 1.0)[:, None, None]
+    steps = np.minimum(np.rint((quantiles - least[:, None, None]) / safe), _STEPS)
+    return np.stack([least, step], axis=-1), steps
+
+
+def grains_of_file(contents: TableContents) -> GrainLaw:
+    """Give the grains of the population that a spin law was made for."""
+    names = ("shape_codes", "shape_weights", "aspect", "ratio_range")
+    return grain_law(*(contents[f"spin/{name}"] for name in names))
+
+
+def _fill_spin_fields(header: Any, contents: TableContents, grains: GrainLaw) -> None:
+    """Write the fields of a spin law."""
+    coefficient, exponent = contents["spin/speed_coordinate"]
+    last = contents["spin/speed_range"][1]
+    with np.errstate(over="ignore"):  # where the product is large the coordinate is 0 either way
+        scale = min(float(coefficient * last**exponent), MOST_SPEED_SCALE)
+    header["n_shapes"] = grains.shape_codes.size
+    header["n_nodes"] = contents["spin/node_axis"].size
+    header["n_leaves"] = len(contents["spin/centre"])
+    header["n_spin_knots"] = contents["spin/quantiles"].shape[-1]
+    header["spin_alpha"] = np.deg2rad(contents["spin/alpha_range_deg"])
+    header["spin_speed"] = contents["spin/speed_range"]
+    header["spin_coordinate"] = scale, float(exponent)
+    header["aspect"] = grains.aspect.reshape(-1)
+
+
+def _spin_arrays(contents: TableContents, grains: GrainLaw) -> dict[str, NDArray[Any]]:
+    """Arrange the arrays of the spin law; those by shape are of the shapes that grains have."""
+    spans, quantiles = _pack_spin_quantiles(contents["spin/quantiles"])
+    held = np.searchsorted(contents["spin/shape_codes"], grains.shape_codes)
+    return {
+        "shape_codes": grains.shape_codes.astype(np.int32),
+        "shape_shares": grains.cumulative_weights,
+        "shape_ratios": grains.fixed_ratios,
+        "roots": contents["spin/roots"][held],
+        "node_axis": contents["spin/node_axis"],
+        "node_cut": contents["spin/node_cut"],
+        "node_child": contents["spin/node_child"],
+        "inputs": np.concatenate([contents["spin/centre"], contents["spin/scale"]], axis=1),
+        "spin_spans": spans,
+        "spin_quantiles": quantiles,
+        "group_gates": contents["spin/group_gate"],
+        "gates": contents["spin/gate"],
+        "experts": expert_records(contents["spin/mean"], contents["spin/factor"]),
+    }
+
+
+def expert_records(mean: NDArray[np.int16], factor: NDArray[np.int16]) -> NDArray[np.int16]:
+    """Put means and factors of each expert side by side.
+
+    Parameters
+    ----------
+    mean : int16 array, shape (..., N_FEATURES, N_OUTCOMES)
+    factor : int16 array, shape (..., N_FACTORS)
+        Rows packed.
+
+    Returns
+    -------
+    int16 array, flat
+        Records of `EXPERT_STRIDE` numbers, and eight zeros: a draw reads eight numbers at once.
+    """
+    count = factor.size // N_FACTORS
+    flat = np.zeros(count * EXPERT_STRIDE + LANES, np.int16)
+    records = flat[: count * EXPERT_STRIDE].reshape(count, EXPERT_STRIDE)
+    means = N_FEATURES * N_OUTCOMES
+    records[:, :means] = mean.reshape(count, means)
+    records[:, means : means + N_FACTORS] = factor.reshape(count, -1)[:, _by_column(N_OUTCOMES)]
+    return flat
+
+
+def _pack_spin_quantiles(quantiles: NDArray[np.float32]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Compute spans (float32) and 16-bit steps of the quantile functions of all leaves.
+
+    The second knot of p_v is rounded up: it must stay above 0.
+    """
+    values = quantiles.astype(np.float64)
+    least, largest = values[..., 0], values[..., -1]
+    step = ((largest - least) * (1.0 - _MARGIN) / _STEPS).astype(np.float32).astype(np.float64)
+    safe = np.where(step > 0.0, step, 1.0)[..., None]
+    steps = np.minimum(np.rint((values - least[..., None]) / safe), _STEPS)
+    steps[:, 1, 1:] = np.maximum(steps[:, 1, 1:], 1.0)
+    spans = np.stack([least, step], axis=-1)
+    return spans.astype(np.float32), steps.astype(np.uint16)
+
+

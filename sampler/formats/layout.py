@@ -1,0 +1,523 @@
+"""The layout of a table file: the one description that writer, reader and documentation follow.
+
+A file is HDF5 with root attributes (`ATTRIBUTES`) and datasets (`DATASETS`), every dataset with
+its units and a long name. A new dataset or rule is added here and nowhere else.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from sampler.formats import checks
+from sampler.formats.bounds import (
+    ALPHA_DEG,
+    FACTOR_UNIT,
+    GATE_UNIT,
+    GROUP_SIZE,
+    LEAST_RATIO,
+    LINE_CHARACTERS,
+    MEAN_UNIT,
+    MIXTURE_SCALE,
+    MOST_CUT,
+    MOST_MIDDLE,
+    MOST_SCALE,
+    N_CONDITIONS,
+    N_EXPERTS,
+    N_FACTORS,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+    OUTCOME,
+    PAIR_BYTES,
+    SCORE_MAX,
+    SPEED,
+    SPEED_COORDINATE,
+    SPIN_SPEED,
+    VARIATE_MAX,
+)
+from sampler.formats.checks import Check
+
+FORMAT = "rebound-table"
+#: Major and minor version. A reader takes any minor version of its major version.
+FORMAT_VERSION = (1, 2)
+#: What is written where nothing of a later minor version is held: older readers know all of it.
+#: The second has the spin law and the range of speeds, the third the work of the impulses.
+FIRST_VERSION = (1, 0)
+SECOND_VERSION = (1, 1)
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """One dataset of the file.
+
+    Attributes
+    ----------
+    path : str
+        Group and name.
+    dtype : str
+        As numpy's ``dtype.str``.
+    dims : tuple of str or int
+        Shape; a name stands for the same length wherever it occurs.
+    units, long_name : str
+        Stored beside the values.
+    checks : tuple of Check
+        What the values must fulfil, besides being finite; quantiles also
+        `sampler.formats.bounds.QUANTILES`.
+    compressed : bool
+        Whether it is large enough to be worth gzip.
+    """
+
+    path: str
+    dtype: str
+    dims: tuple[str | int, ...]
+    units: str
+    long_name: str
+    checks: tuple[Check, ...] = ()
+    compressed: bool = False
+
+
+_NODES = ("n_alpha", "n_speed")
+_SHARE = (checks.within(0.0, 1.0),)
+
+DATASETS = (
+    Dataset(
+        "axes/alpha_deg",
+        "<f8",
+        ("n_alpha",),
+        "degree",
+        "impact angle of the nodes, from the wall",
+        (checks.within(*ALPHA_DEG), checks.apart),
+    ),
+    Dataset(
+        "axes/speed",
+        "<f8",
+        ("n_speed",),
+        "m s-1",
+        "impact speed of the nodes",
+        (checks.within(*SPEED), checks.apart),
+    ),
+    Dataset(
+        "axes/alpha_span_deg",
+        "<f8",
+        (2,),
+        "degree",
+        "impact angles at the first and the last entry of axes/alpha_coordinate",
+        (checks.encloses("axes/alpha_deg", ALPHA_DEG[1]),),
+    ),
+    Dataset(
+        "axes/alpha_coordinate",
+        "<f8",
+        ("n_alpha_grid",),
+        "1",
+        "fractional node index at equal steps of the impact angle",
+        (checks.node_index("axes/alpha_deg", "axes/alpha_span_deg"),),
+    ),
+    Dataset(
+        "axes/speed_span",
+        "<f8",
+        (2,),
+        "m s-1",
+        "impact speeds at the first and the last entry of axes/speed_coordinate",
+        (checks.encloses("axes/speed", SPEED[1]),),
+    ),
+    Dataset(
+        "axes/speed_coordinate",
+        "<f8",
+        ("n_speed_grid",),
+        "1",
+        "fractional node index at equal steps of the impact speed",
+        (checks.node_index("axes/speed", "axes/speed_span"),),
+    ),
+    Dataset(
+        "marginals/variate_knots",
+        "<f8",
+        ("n_knots",),
+        "1",
+        "mixture variates z of the quantile knots",
+        (checks.symmetric_knots(*VARIATE_MAX),),
+    ),
+    Dataset(
+        "marginals/quantiles",
+        "<f4",
+        (*_NODES, "n_classes", "n_marginals", "n_knots"),
+        "1",
+        "by class and channel, the quantile that belongs to a mixture variate; "
+        "velocities over V, angular velocities times a/V",
+        (checks.non_decreasing,),
+        compressed=True,
+    ),
+    Dataset(
+        "dependence/first_of_class",
+        "<u2",
+        (*_NODES, "n_classes"),
+        "1",
+        "first mixture component of each class of rebounds; a class ends where the next begins",
+        (checks.class_starts,),
+    ),
+    Dataset(
+        "dependence/alias_probability",
+        "<u2",
+        (*_NODES, "n_components"),
+        "1/65536",
+        "alias method: probability to stay in the column",
+        compressed=True,
+    ),
+    Dataset(
+        "dependence/alias_index",
+        "<u2",
+        (*_NODES, "n_components"),
+        "1",
+        "alias method: component that takes the rest of the column",
+        (checks.below_length,),
+        compressed=True,
+    ),
+    Dataset(
+        "dependence/reflection",
+        "<i2",
+        (*_NODES, "n_components"),
+        f"1/{MIXTURE_SCALE}",
+        "probability of each mixture component to be reflected in the impact plane",
+        (checks.within(0, MIXTURE_SCALE),),
+        compressed=True,
+    ),
+    Dataset(
+        "dependence/mean",
+        "<i2",
+        (*_NODES, "n_components", "n_channels"),
+        f"1/{MIXTURE_SCALE}",
+        "means of the mixture components, by channel",
+        compressed=True,
+    ),
+    Dataset(
+        "dependence/cholesky",
+        "<i2",
+        (*_NODES, "n_components", "n_factors"),
+        f"1/{MIXTURE_SCALE}",
+        "lower-triangular factors of the covariances, rows packed: L00, L10, L11, L20, ...",
+        (checks.positive_diagonal,),
+        compressed=True,
+    ),
+    Dataset(
+        "accuracy/alpha_deg",
+        "<f8",
+        ("n_conditions",),
+        "degree",
+        "impact angle of the conditions where the accuracy was measured",
+        (checks.within(*ALPHA_DEG),),
+    ),
+    Dataset(
+        "accuracy/speed",
+        "<f8",
+        ("n_conditions",),
+        "m s-1",
+        "impact speed of the conditions where the accuracy was measured",
+        (checks.within(*SPEED),),
+    ),
+    Dataset(
+        "accuracy/ks",
+        "<f8",
+        ("n_conditions", "n_columns"),
+        "1",
+        "Kolmogorov-Smirnov distance to direct simulation of each component",
+        _SHARE,
+    ),
+    Dataset(
+        "accuracy/sliced_wasserstein",
+        "<f8",
+        ("n_conditions",),
+        "1",
+        "sliced Wasserstein distance to direct simulation, standardised components",
+        (checks.within(0.0, 1e9),),
+    ),
+    Dataset(
+        "accuracy/correlation_error",
+        "<f8",
+        ("n_conditions",),
+        "1",
+        "largest error of a correlation between two components",
+        (checks.within(0.0, 2.0),),
+    ),
+    Dataset(
+        "accuracy/auc",
+        "<f8",
+        ("n_conditions",),
+        "1",
+        "area under the curve of a classifier that tells draws from direct simulation",
+        _SHARE,
+    ),
+)
+
+#: Where the datasets of the spin law begin, and those of its accuracy.
+GROUP, ACCURACY = "spin/", "spin_accuracy/"
+
+_EXPERTS = ("n_leaves", N_EXPERTS)
+
+SPIN_DATASETS = (
+    Dataset(
+        "spin/shape_codes",
+        "<i4",
+        ("n_shapes",),
+        "1",
+        "shapes and meshes of the particles that the law was made for",
+        (checks.increasing, checks.within(0, 2**30)),
+    ),
+    Dataset(
+        "spin/shape_weights",
+        "<f8",
+        ("n_shapes",),
+        "1",
+        "share of each in the population of the configuration",
+        (*_SHARE, checks.spin_adds_up),
+    ),
+    Dataset(
+        "spin/ratio_range",
+        "<f8",
+        ("n_shapes", 2, 2),
+        "1",
+        "smallest and largest b/a, then c/b, that were simulated",
+        (checks.within(LEAST_RATIO, 1.0), checks.non_decreasing),
+    ),
+    Dataset(
+        "spin/aspect",
+        "<f8",
+        (2, 4),
+        "1",
+        "normal laws of b/a and c/b in the population: mean, standard deviation, and the standard "
+        "normal probabilities of the ends of the range; a deviation of 0: the mean, always",
+        (checks.spin_aspect_law,),
+    ),
+    Dataset(
+        "spin/speed_coordinate",
+        "<f8",
+        (2,),
+        "1",
+        "coefficient k and exponent n of the speed's coordinate exp(-k V_e^n), V_e in m/s",
+        (checks.within(*SPEED_COORDINATE),),
+    ),
+    Dataset(
+        "spin/alpha_range_deg",
+        "<f8",
+        (2,),
+        "degree",
+        "smallest and largest impact angle of the law",
+        (checks.within(*ALPHA_DEG), checks.non_decreasing),
+    ),
+    Dataset(
+        "spin/speed_range",
+        "<f8",
+        (2,),
+        "m s-1",
+        "smallest and largest effective speed V_e of the law",
+        (checks.within(*SPIN_SPEED), checks.non_decreasing),
+    ),
+    Dataset(
+        "spin/roots",
+        "<i4",
+        ("n_shapes",),
+        "1",
+        "node at which the tree of a shape begins",
+        (checks.spin_roots,),
+    ),
+    Dataset(
+        "spin/node_axis",
+        "|i1",
+        ("n_nodes",),
+        "1",
+        "what a node compares: 0 to 4 a condition, 5 the square of a Omega / V_e",
+        (checks.within(0, N_CONDITIONS),),
+    ),
+    Dataset(
+        "spin/node_cut",
+        "<f8",
+        ("n_nodes",),
+        "1",
+        "values from this on belong to the second child",
+        (checks.within(-MOST_CUT, MOST_CUT),),
+    ),
+    Dataset(
+        "spin/node_child",
+        "<i4",
+        ("n_nodes", 2),
+        "1",
+        "children: a later node, or -1 - the number of a leaf",
+        (checks.spin_children,),
+    ),
+    Dataset(
+        "spin/centre",
+        "<f4",
+        ("n_leaves", N_INPUTS),
+        "1",
+        "by leaf: middle of the five conditions, b/a and c/b",
+        (checks.within(-MOST_MIDDLE, MOST_MIDDLE),),
+    ),
+    Dataset(
+        "spin/scale",
+        "<f4",
+        ("n_leaves", N_INPUTS),
+        "1",
+        "by leaf: what the distances from the middle are multiplied by",
+        (checks.within(0.0, MOST_SCALE),),
+    ),
+    Dataset(
+        "spin/group_gate",
+        "<i2",
+        ("n_leaves", N_FEATURES, N_GROUPS),
+        f"1/{GATE_UNIT}",
+        "coefficients of the features in the logarithm of each group's weight",
+        compressed=True,
+    ),
+    Dataset(
+        "spin/gate",
+        "<i2",
+        ("n_leaves", N_GROUPS, N_FEATURES, GROUP_SIZE),
+        f"1/{GATE_UNIT}",
+        "the same of the experts within their group",
+        compressed=True,
+    ),
+    Dataset(
+        "spin/mean",
+        "<i2",
+        (*_EXPERTS, N_FEATURES, N_OUTCOMES),
+        f"1/{MEAN_UNIT}",
+        "coefficients of the features in the mean score of each outcome, by expert",
+        compressed=True,
+    ),
+    Dataset(
+        "spin/factor",
+        "<i2",
+        (*_EXPERTS, N_FACTORS),
+        f"1/{FACTOR_UNIT}",
+        "lower-triangular factors of the scores' covariances, rows packed: L00, L10, L11, ...",
+        (checks.spin_positive_diagonal,),
+        compressed=True,
+    ),
+    Dataset(
+        "spin/quantiles",
+        "<f4",
+        ("n_leaves", N_OUTCOMES, "n_spin_knots"),
+        "1",
+        "outcomes p_u, p_v, p_w, omega_x, omega_y, omega_z at equal steps of the bounded score, "
+        f"from -{SCORE_MAX:g} to {SCORE_MAX:g}; angular velocities times a/V_e",
+        (checks.within(*OUTCOME), checks.non_decreasing, checks.spin_leaves_the_wall),
+        compressed=True,
+    ),
+    Dataset(
+        "spin_accuracy/alpha_deg",
+        "<f8",
+        ("n_spin_conditions",),
+        "degree",
+        "impact angle of the spinning conditions where the accuracy was measured",
+        (checks.within(*ALPHA_DEG),),
+    ),
+    Dataset(
+        "spin_accuracy/speed",
+        "<f8",
+        ("n_spin_conditions",),
+        "m s-1",
+        "impact speed of these conditions",
+        (checks.within(*SPEED),),
+    ),
+    Dataset(
+        "spin_accuracy/spin",
+        "<f8",
+        ("n_spin_conditions", 3),
+        "1",
+        "spin before the impact of these conditions, times a/V",
+        (checks.within(-1e6, 1e6),),
+    ),
+    Dataset(
+        "spin_accuracy/ks",
+        "<f8",
+        ("n_spin_conditions", N_OUTCOMES),
+        "1",
+        "Kolmogorov-Smirnov distance to direct simulation of each component",
+        _SHARE,
+    ),
+    Dataset(
+        "spin_accuracy/sliced_wasserstein",
+        "<f8",
+        ("n_spin_conditions",),
+        "1",
+        "sliced Wasserstein distance to direct simulation, standardised components",
+        (checks.within(0.0, 1e9),),
+    ),
+    Dataset(
+        "spin_accuracy/correlation_error",
+        "<f8",
+        ("n_spin_conditions",),
+        "1",
+        "largest error of a correlation between two components",
+        (checks.within(0.0, 2.0),),
+    ),
+    Dataset(
+        "spin_accuracy/auc",
+        "<f8",
+        ("n_spin_conditions",),
+        "1",
+        "area under the curve of a classifier that tells draws from direct simulation",
+        _SHARE,
+    ),
+    Dataset(
+        "spin_accuracy/joint_ks",
+        "<f8",
+        ("n_joint", N_OUTCOMES),
+        "1",
+        "over the conditions that occur in chains of impacts: Kolmogorov-Smirnov distances; a row, "
+        "or none where nothing was measured",
+        _SHARE,
+    ),
+    Dataset(
+        "spin_accuracy/joint_auc",
+        "<f8",
+        ("n_joint",),
+        "1",
+        "the same for the classifier, which is told the conditions and the grain",
+        _SHARE,
+    ),
+)
+
+
+def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
+    """Give the datasets that a table with these paths must have, with or without a spin law."""
+    held = any(path.startswith((GROUP, ACCURACY)) for path in paths)
+    return DATASETS + SPIN_DATASETS if held else DATASETS
+
+#: Root attributes that some files have, and what they hold.
+OPTIONAL_ATTRIBUTES: Mapping[str, tuple[type, str]] = {
+    "speed_independent": (
+        int,
+        "1: rebounds do not depend on the speed, so that none is outside the table; "
+        "left out where they do",
+    ),
+    "valid_speed": (
+        str,
+        "two numbers: speeds in m/s between which the laws of the pair were measured; draws at "
+        "others are extrapolations; missing where nothing is known, and in older files",
+    ),
+    "processors": (
+        str,
+        "kinds of processor that took part in making the table, one a line of at most "
+        f"{LINE_CHARACTERS} characters; missing in older files",
+    ),
+}
+
+#: Root attributes and what they hold.
+ATTRIBUTES: Mapping[str, tuple[type, str]] = {
+    "format": (str, f'"{FORMAT}"'),
+    "format_version": (list, "two integers: major, minor"),
+    "content_sha256": (str, "checksum of everything else, hexadecimal"),
+    "pair": (str, f"name of the material pair, one line of at most {PAIR_BYTES} bytes"),
+    "config": (
+        str,
+        "TOML text from which the table was generated, without control characters but tabs and "
+        "ends of lines",
+    ),
+    "seed": (int, "seed of the simulation behind the table, from 0 to 2**64 - 1"),
+    "software_version": (
+        str,
+        "version of rebound-tables that made the file, one line of at most "
+        f"{LINE_CHARACTERS} characters",
+    ),
+    "components": (str, "components of the state that a draw gives, separated by spaces"),
+    "channels": (str, "channels of the mixture, in the order of its factors, separated by spaces"),
+}

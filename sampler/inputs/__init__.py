@@ -1,1 +1,0 @@
-"""What users pass: turned into what kernels take, or refused in one line."""

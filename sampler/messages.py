@@ -1,0 +1,173 @@
+"""Messages on a row that a batch refused or moved to the edge of the table.
+
+A batch reports a row and a code. The argument to blame is found here, from the arguments of the row.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sampler import errors
+from sampler.arguments import MAX_ROUGHNESS, Call, place, told_apart
+from sampler.formats.binary_layout import SPEED_INDEPENDENT
+from sampler.formats.bounds import ANY_SPEED, INERTIA, LEAST_RATIO, ROUNDING
+
+_LEAVES = "one that lets the particle leave the wall"
+
+#: Argument to blame for a code and the allowed values, for conditions and for impacts.
+_CONDITIONS = {
+    errors.NOT_APPROACHING: ("alpha1", f"above 0, at most pi/2 rad, {math.pi / 2.0}"),
+    errors.SPEED_NOT_POSITIVE: ("speed", "above 0 m/s"),
+    errors.GRAIN_NOT_KNOWN: (
+        "grain",
+        f"a shape code of the population, and b/a and c/b from {LEAST_RATIO:g} to 1",
+    ),
+}
+_IMPACTS = _CONDITIONS | {
+    errors.NOT_APPROACHING: (
+        "velocity",
+        "towards the wall, (velocity - wall_velocity) . normal < 0",
+    ),
+    errors.SPEED_NOT_POSITIVE: ("velocity", "1e-150 m/s or more relative to the wall"),
+    errors.NORMAL_NOT_USABLE: ("normal", "any length but zero"),
+    errors.HALF_SIZE_NOT_POSITIVE: ("half_size", "1e-30 m or more"),
+    errors.ROUGHNESS_NOT_USABLE: ("roughness", f"0 to {MAX_ROUGHNESS:g} rad"),
+    errors.TILT_NOT_FOUND: ("roughness", _LEAVES),
+    errors.CASCADE_NOT_ENDED: ("roughness", _LEAVES),
+}
+
+
+def row_message(call: Call, row: int, code: int) -> str:
+    """Write the message on a row that a batch refused.
+
+    Parameters
+    ----------
+    call : Call
+        Arguments of `Table.sample` or of `Table.rebound`.
+    row, code : int
+        As the batch reported them.
+    """
+    if code == errors.NOT_FINITE:
+        bad = (name for name in call.rows.arrays if not np.isfinite(call.at(name, row)).all())
+        name, allowed = next(bad, ""), "finite numbers"
+        if not name:  # each number is finite; a square is not
+            name, allowed = _too_large(call, row)
+    else:
+        name, allowed = (_IMPACTS if "velocity" in call.rows.arrays else _CONDITIONS)[code]
+    given = ", ".join(
+        told_apart(float(x), math.pi / 2.0) for x in np.atleast_1d(call.at(name, row))
+    )
+    return f"{name}: got {given} at {place(row, call.shape)}, allowed: {allowed}"
+
+
+def outside_message(header: Any, call: Call, row: int) -> str:
+    """Write the message on a row whose condition lies outside the table.
+
+    Parameters
+    ----------
+    header : record
+        Of the table's image.
+    call, row
+        As for `row_message`.
+    """
+    at = place(row, call.shape)
+    arrays = call.rows.arrays
+    spins = "spin" in arrays or "omega" in arrays or "grain" in arrays
+    found = _outside_spin_law(header, call, row) if spins else _outside_nodes(header, call, row)
+    if found is None:
+        return (
+            f"roughness: got a facet or a further bounce outside of the table at {at}, "
+            "allowed: none with outside='raise'"
+        )
+    name, value, (low, high), unit = found
+    return (
+        f"{name}: got {told_apart(value, low, high)} at {at}, allowed: "
+        f"from {low:.9g} to {high:.9g} {unit}, the range of the table"
+    )
+
+
+def outside_warning(header: Any, call: Call, row: int, clamped: int) -> str:
+    """Write the warning on the first draws of a table that were moved to its edge."""
+    return (
+        f"{outside_message(header, call, row)}; {clamped} draw{'s' * (clamped > 1)} of this "
+        "call took the nearest condition of the table instead. table.clamped goes on counting, "
+        "without further warnings"
+    )
+
+
+def is_outside(value: float, ends: tuple[float, float]) -> bool:
+    """Tell whether a value lies off an axis by more than the rounding of a unit conversion."""
+    return not ends[0] * (1.0 - ROUNDING) <= value <= ends[1] * (1.0 + ROUNDING)
+
+
+def speed_limits(header: Any) -> tuple[float, float]:
+    """Give the speeds beyond which a condition is outside: any, if rebounds do not depend on it."""
+    if header["flags"] & SPEED_INDEPENDENT:
+        return ANY_SPEED
+    return float(header["speed_first"]), float(header["speed_last"])
+
+
+#: Argument, value, ends of the range and unit.
+_Outside = tuple[str, float, tuple[float, float], str]
+
+
+def _outside_nodes(header: Any, call: Call, row: int) -> _Outside | None:
+    """Find the argument outside the law of particles that arrive without spin."""
+    alpha1, speed = _condition(call, row)
+    angles = float(header["alpha_first"]), float(header["alpha_last"])
+    if is_outside(alpha1, angles):
+        return "alpha1", alpha1, angles, "rad"
+    speeds = speed_limits(header)
+    return ("speed", speed, speeds, "m/s") if is_outside(speed, speeds) else None
+
+
+def _outside_spin_law(header: Any, call: Call, row: int) -> _Outside | None:
+    """Find the argument outside the spin law, whose speed is V_e."""
+    alpha1, speed = _condition(call, row)
+    angles, speeds = ((float(x), float(y)) for x, y in (header["spin_alpha"], header["spin_speed"]))
+    if is_outside(alpha1, angles):
+        return "alpha1", alpha1, angles, "rad"
+    effective = speed * math.sqrt(1.0 + INERTIA * _spin_squared(call, row, speed))
+    if is_outside(effective, speeds):
+        return "speed", effective, speeds, "m/s of V (1 + 2/3 |spin|^2)^(1/2)"
+    return None
+
+
+def _condition(call: Call, row: int) -> tuple[float, float]:
+    """Compute impact angle (rad) and speed (m/s) of a row."""
+    if "velocity" not in call.rows.arrays:
+        return float(call.at("alpha1", row)), float(call.at("speed", row))
+    relative = _relative(call, row)
+    normal = call.at("normal", row)
+    normal = normal / np.abs(normal).max()
+    normal = normal / np.linalg.norm(normal)
+    approach = -float(relative @ normal)
+    tangential = float(np.linalg.norm(relative + approach * normal))
+    return math.atan2(approach, tangential), math.hypot(*relative)
+
+
+def _relative(call: Call, row: int) -> Any:
+    """Give the velocity relative to the wall."""
+    wall = call.at("wall_velocity", row) if "wall_velocity" in call.rows.arrays else 0.0
+    return call.at("velocity", row) - wall
+
+
+def _too_large(call: Call, row: int) -> tuple[str, str]:
+    """Find the argument whose square is no number any more, and the allowed values."""
+    if "velocity" not in call.rows.arrays:
+        return "spin", "a magnitude below 1e150, and of the speed too"
+    if "omega" in call.rows.arrays and math.hypot(*_relative(call, row)) < 1e150:
+        return "omega", "a magnitude below 1e150 times V/a"
+    return "velocity", "a magnitude below 1e150 m/s"
+
+
+def _spin_squared(call: Call, row: int, speed: float) -> float:
+    """Compute the square of the spin times a/V of a row."""
+    if "spin" in call.rows.arrays:
+        spin = call.at("spin", row)
+    elif "omega" in call.rows.arrays:
+        spin = call.at("omega", row) * (float(call.at("half_size", row)) / speed)
+    else:
+        spin = np.zeros(3)
+    return float(spin @ spin)

@@ -1,0 +1,361 @@
+"""Draws and rebounds of single particles inside ``@numba.njit`` code, by the compiled library.
+
+The functions here are compiled into their caller, with ``cache=True``, ``parallel=True`` and
+``nogil=True`` as well. Their arguments are checked while the caller compiles.
+
+>>> import numba
+>>> import numpy as np
+>>> import sampler
+>>> table = sampler.load("corundum-steel-compact")
+>>> @numba.njit
+... def speed_after(handle, n):
+...     out, total = np.empty(6), 0.0
+...     for k in range(n):
+...         sampler.rebound(handle, (90.0, -90.0, 0.0), (0.0, 1.0, 0.0), 1e-5, None, 7, k, 0, out)
+...         total += np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
+...     return total / n
+>>> bool(50.0 < speed_after(table.handle, 1000) < 127.0)
+True
+"""
+
+import ctypes
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import llvmlite.binding
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.errors import TypingError
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from sampler.library import library
+
+Vector = tuple[float, float, float]
+
+_LONG, _WORD, _REAL = ir.IntType(64), ir.IntType(32), ir.DoubleType()
+_POINTER = _REAL.as_pointer()
+
+
+def _is_real(kind: Any) -> bool:
+    return isinstance(kind, types.Float | types.Integer)
+
+
+def _is_vector(kind: Any) -> bool:
+    plain = isinstance(kind, types.BaseTuple) and len(kind) == 3
+    return plain and all(_is_real(part) for part in kind)
+
+
+def _is_missing(kind: Any) -> bool:
+    omitted = isinstance(kind, types.Omitted) and kind.value is None
+    return omitted or isinstance(kind, types.NoneType)
+
+
+def _is_output(kind: Any) -> bool:
+    plain = isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C"
+    return plain and kind.mutable and kind.dtype == types.float64
+
+
+class _Kind(NamedTuple):
+    """Kind of an argument: the types that fit, the allowed ones in words, and the type in C."""
+
+    fits: Callable[[Any], bool]
+    allowed: str
+    in_c: Any
+
+
+_HANDLE = _Kind(lambda kind: isinstance(kind, types.Integer), "table.handle", _LONG)
+_NUMBER = _Kind(_is_real, "a number", _REAL)
+_KEY = _Kind(lambda kind: isinstance(kind, types.Integer), "an integer", _LONG)
+_HIT = _KEY._replace(in_c=_WORD)
+_VECTOR = _Kind(_is_vector, "a tuple of three numbers", _POINTER)
+_OPTIONAL = _Kind(
+    lambda kind: _is_missing(kind) or _is_vector(kind), "a tuple of three numbers, or None", _POINTER
+)
+_OUTPUT = _Kind(_is_output, "a writable contiguous float64 array of one dimension", _POINTER)
+
+#: Functions of the library that compiled code calls. A cached caller looks for them by name.
+_SYMBOLS = ("rbt_draw_grain", "rbt_draw_all", "rbt_rebound_grain", "rbt_fresh_grain")
+for _symbol in _SYMBOLS:
+    _address = ctypes.cast(getattr(library(), _symbol), ctypes.c_void_p).value
+    llvmlite.binding.add_symbol(_symbol, _address)
+
+
+def _in_c(context: Any, builder: Any, value: Any, kind: Any, what: _Kind) -> Any:
+    """Turn an argument of numba code into one of C."""
+    if what is _OUTPUT:
+        return context.make_array(kind)(context, builder, value).data
+    if what.in_c is not _POINTER:
+        number = {_REAL: types.float64, _LONG: types.uint64, _WORD: types.uint32}[what.in_c]
+        return context.cast(builder, value, kind, number)
+    if _is_missing(kind):
+        return ir.Constant(_POINTER, None)
+    place = cgutils.alloca_once(builder, ir.ArrayType(_REAL, 3))
+    for k, part in enumerate(cgutils.unpack_tuple(builder, value, 3)):
+        number = context.cast(builder, part, kind[k], types.float64)
+        builder.store(number, builder.gep(place, [_WORD(0), _WORD(k)]))
+    return builder.bitcast(place, _POINTER)
+
+
+def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...]) -> Any:
+    """Type a call of a function of the library, which returns a status, and write its code.
+
+    A rebound gets its output, the last argument, twice: velocity, and angular velocity behind it.
+
+    Parameters
+    ----------
+    symbol : str
+    arguments : dict
+        Name and kind of each.
+    given : tuple
+        Types in numba.
+    """
+    for (name, what), kind in zip(arguments.items(), given, strict=True):
+        if not what.fits(kind):
+            raise TypingError(f"{name}: got {kind}, allowed: {what.allowed}")
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        kinds = arguments.values()
+        values = [
+            _in_c(context, builder, *one) for one in zip(args, sig.args, kinds, strict=True)
+        ]
+        if symbol == "rbt_rebound_grain":
+            values.append(builder.gep(values[-1], [_WORD(3)]))
+        function = ir.FunctionType(_WORD, [value.type for value in values])
+        return builder.call(cgutils.get_or_insert_function(builder.module, function, symbol), values)
+
+    return types.int32(*given), emit
+
+
+_DRAW = {
+    **{"handle": _HANDLE, "alpha1": _NUMBER, "speed": _NUMBER, "spin": _OPTIONAL},
+    **{"grain": _OPTIONAL, "seed": _KEY, "index": _KEY, "hit": _HIT, "state": _OUTPUT},
+}
+_REBOUND = {
+    **{"handle": _HANDLE, "velocity": _VECTOR, "normal": _VECTOR, "half_size": _NUMBER},
+    **{"wall_velocity": _OPTIONAL, "roughness": _NUMBER, "omega": _OPTIONAL, "grain": _OPTIONAL},
+    **{"seed": _KEY, "index": _KEY, "hit": _HIT, "out": _OUTPUT},
+}
+
+
+@intrinsic
+def _draw(typingctx, handle, alpha1, speed, spin, grain, seed, index, hit, state):  # noqa: ANN001, ANN202
+    given = (handle, alpha1, speed, spin, grain, seed, index, hit, state)
+    return _call("rbt_draw_grain", _DRAW, given)
+
+
+@intrinsic
+def _draw_all(typingctx, handle, alpha1, speed, seed, index, hit, state):  # noqa: ANN001, ANN202
+    given = (handle, alpha1, speed, seed, index, hit, state)
+    without = {name: what for name, what in _DRAW.items() if name not in ("spin", "grain")}
+    return _call("rbt_draw_all", without, given)
+
+
+@intrinsic
+def _rebound(  # noqa: ANN202
+    typingctx,  # noqa: ANN001
+    handle,  # noqa: ANN001
+    velocity,  # noqa: ANN001
+    normal,  # noqa: ANN001
+    half_size,  # noqa: ANN001
+    wall_velocity,  # noqa: ANN001
+    roughness,  # noqa: ANN001
+    omega,  # noqa: ANN001
+    grain,  # noqa: ANN001
+    seed,  # noqa: ANN001
+    index,  # noqa: ANN001
+    hit,  # noqa: ANN001
+    out,  # noqa: ANN001
+):
+    motion = (handle, velocity, normal, half_size, wall_velocity, roughness, omega, grain)
+    return _call("rbt_rebound_grain", _REBOUND, (*motion, seed, index, hit, out))
+
+
+@intrinsic
+def _grain(typingctx, handle, seed, index, hit, out):  # noqa: ANN001, ANN202
+    arguments = {"handle": _HANDLE, "seed": _KEY, "index": _KEY, "hit": _HIT, "out": _OUTPUT}
+    return _call("rbt_fresh_grain", arguments, (handle, seed, index, hit, out))
+
+
+@numba.njit(nogil=True)
+def draw(
+    handle: int,
+    alpha1: float,
+    speed: float,
+    seed: int,
+    index: int,
+    hit: int,
+    state: NDArray[np.float64],
+    spin: Vector | None = None,
+    grain: Vector | None = None,
+) -> int:
+    """Draw one rebound state.
+
+    A pure function of its arguments: equal ones give an equal state on any thread, in any order.
+
+    Parameters
+    ----------
+    handle : int
+        ``table.handle`` of a loaded table, which must live as long.
+    alpha1 : float
+        Impact angle in rad from the wall, in (0, pi/2].
+    speed : float
+        Impact speed V in m/s, > 0.
+    seed, index : int
+        Seed of the run and identity of the particle, read as uint64.
+    hit : int
+        How many walls the particle has met before, read as uint32.
+    state : float64 array, shape (6,), written
+        u, v, w over V and omega_x, omega_y, omega_z times a/V in the wall frame: x along the
+        tangential velocity before impact, y into the gas. Variables that the table leaves out
+        are 0. An array of shape (10,) also gets the rotational energy over the initial kinetic
+        energy, the number of collisions, and the work of the normal and of the tangential impulses
+        over that energy, all of which draws with a spin leave out.
+    spin : tuple of three float, optional
+        Angular velocity before the impact times a/V, wall frame: then the rebound is drawn from the
+        spin law, also where the spin is zero. None: from the law of particles without spin.
+    grain : tuple of three float, optional
+        Shape code, b/a and c/b, from the spin law too; for example a fresh one at each hit, from
+        `sampler.grain`. None: with a spin, the particle's own, which it keeps from hit to hit.
+
+    Returns
+    -------
+    int
+        `OK` (0); `CLAMPED` (1) if the condition lay outside the table and the nearest one on
+        its edge was used; else one of the negative codes of `sampler.errors`, with nothing written.
+
+    Raises
+    ------
+    numba.TypingError
+        While the caller compiles, if an argument has a wrong type.
+    ValueError
+        If `state` has fewer than six numbers.
+    """
+    if state.size < 6:
+        raise ValueError("state: got fewer than 6 numbers, allowed: shape (6,) or (10,)")
+    if spin is None and grain is None and state.size >= 10:
+        return _draw_all(handle, alpha1, speed, seed, index, hit, state)
+    return _draw(handle, alpha1, speed, spin, grain, seed, index, hit, state)
+
+
+@numba.njit(nogil=True)
+def rebound(
+    handle: int,
+    velocity: Vector,
+    normal: Vector,
+    half_size: float,
+    wall_velocity: Vector | None,
+    seed: int,
+    index: int,
+    hit: int,
+    out: NDArray[np.float64],
+    omega: Vector | None = None,
+    grain: Vector | None = None,
+) -> int:
+    """Rebound one particle, in the lab frame.
+
+    Parameters
+    ----------
+    handle, seed, index, hit, grain
+        As for `draw`.
+    velocity : tuple of three float
+        Velocity of the particle at the contact, m/s.
+    normal : tuple of three float
+        From the wall into the gas, any length but zero.
+    half_size : float
+        Largest half-size a of the particle, 1e-30 m or more.
+    wall_velocity : tuple of three float, or None
+        Velocity of the wall at the contact, m/s; None: at rest.
+    out : float64 array, shape (6,), written
+        Velocity in m/s, then angular velocity in rad/s.
+    omega : tuple of three float, optional
+        Angular velocity before the impact, rad/s: then the rebound is drawn from the spin law, also
+        where it is zero. None: from the law of particles without spin.
+
+    Returns
+    -------
+    int
+        As `draw`.
+
+    Raises
+    ------
+    numba.TypingError, ValueError
+        As `draw`, of `out`.
+    """
+    return rough_rebound(
+        handle, velocity, normal, half_size, wall_velocity, 0.0, seed, index, hit, out, omega, grain
+    )
+
+
+@numba.njit(nogil=True)
+def rough_rebound(
+    handle: int,
+    velocity: Vector,
+    normal: Vector,
+    half_size: float,
+    wall_velocity: Vector | None,
+    roughness: float,
+    seed: int,
+    index: int,
+    hit: int,
+    out: NDArray[np.float64],
+    omega: Vector | None = None,
+    grain: Vector | None = None,
+) -> int:
+    """Rebound one particle from a rough wall, in the lab frame.
+
+    Parameters
+    ----------
+    handle, velocity, normal, half_size, wall_velocity, seed, index, hit, out, omega, grain
+        As for `rebound`; the normal is that of the mean wall.
+    roughness : float
+        Standard deviation of the tilt of facets, rad, 0 to 0.5.
+
+    Returns
+    -------
+    int
+        As `draw`; `CLAMPED` if any bounce of this hit was outside.
+
+    Raises
+    ------
+    numba.TypingError, ValueError
+        As `draw`, of `out`.
+    """
+    if out.size < 6:
+        raise ValueError("out: got fewer than 6 numbers, allowed: shape (6,)")
+    return _rebound(
+        handle,
+        velocity,
+        normal,
+        half_size,
+        wall_velocity,
+        roughness,
+        omega,
+        grain,
+        seed,
+        index,
+        hit,
+        out,
+    )
+
+
+@numba.njit(nogil=True)
+def grain(handle: int, seed: int, index: int, hit: int) -> Vector:
+    """Draw the grain of a particle at a hit.
+
+    Parameters
+    ----------
+    handle, seed, index, hit
+        As for `draw`. With hit 0 it is the grain that the particle keeps.
+
+    Returns
+    -------
+    tuple of three float
+        Shape code of `sampler.formats.shape_codes`, b/a and c/b. Zeros for a table without spin law.
+    """
+    out = np.zeros(3)
+    _grain(handle, seed, index, hit, out)
+    return out[0], out[1], out[2]

@@ -1,0 +1,248 @@
+"""Conventions of both command lines: exit statuses, one line for bad input, types of options."""
+
+import math
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+from click.shell_completion import CompletionItem
+
+from sampler.errors import InputError, refuse
+from sampler.files import available, check_output
+
+#: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C. Python's
+#: own 1, of an uncaught exception, would look like a missed accuracy.
+DONE, MISSED, BAD_INPUT, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+
+#: Longest line on standard error: a given value may be a file.
+_LONGEST_LINE = 4000
+
+#: A function that a decorator of commands takes, and returns.
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+
+#: Settings of the help pages of both programs.
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+class Program(click.Group):
+    """Group of commands that lists them where an unknown one is given."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command of the first word; raises `click.UsageError` if there is none."""
+        if args[0] not in self.commands:
+            ctx.fail(f"COMMAND: got '{args[0]}', allowed: {', '.join(sorted(self.commands))}")
+        return super().resolve_command(ctx, args)
+
+
+class Command(click.Command):
+    """Command of both programs, whose outputs are no inputs and whose examples name the program."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; raises `InputError` if an output is also an input or another output."""
+        named = [(p.opts[0], p.type, ctx.params.get(str(p.name))) for p in self.params]
+        taken = {_identity(v): n for n, kind, v in named if not isinstance(kind, OutputFile) and v}
+        for name, kind, value in named:
+            if isinstance(kind, OutputFile) and value is not None:
+                key = _identity(value)
+                if key in taken:
+                    refuse(name, f"{value}, the same file as {taken[key]}", "another")
+                taken[key] = name
+        return super().invoke(ctx)
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples, in which PROGRAM stands for the program."""
+        formatter.write_paragraph()
+        with formatter.indentation():
+            program = str(ctx.find_root().info_name)
+            formatter.write_text(str(self.epilog).replace("PROGRAM", program))
+
+
+def _identity(value: Any) -> Any:
+    """Resolve a path, so that it can be told from others; all else is itself."""
+    return Path(value).resolve() if isinstance(value, str | Path) else id(value)
+
+
+def run_program(program: Program, argv: Sequence[str] | None, context: Any = None) -> int:
+    """Run a command line and return its exit status; a user's mistake is one line.
+
+    A defect of the program keeps its traceback.
+
+    Parameters
+    ----------
+    program : Program
+        Its ``name`` stands in front of the line.
+    argv : sequence of str or None
+        Arguments; None for those of the process.
+    context : object
+        For the commands, as ``ctx.obj``.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    try:
+        status = program.main(
+            args=words, obj=context, prog_name=program.name, standalone_mode=False
+        )
+        return status if isinstance(status, int) else DONE
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+        return BAD_INPUT
+    except (click.Abort, KeyboardInterrupt) as error:
+        said = ": ".join(["interrupted", *map(str, error.args)])
+        return _ended(program, INTERRUPTED, said)
+    except click.ClickException as error:
+        return _ended(program, BAD_INPUT, f"error: {error.format_message()}")
+    except InputError as error:
+        return _ended(program, BAD_INPUT, f"error: {error}")
+    except MemoryError:
+        told = "error: not enough memory, allowed: a smaller count, or fewer samples"
+        return _ended(program, BAD_INPUT, told)
+    except OSError as error:  # of the system: a full disk, a file that went away
+        return _ended(program, FAILED, f"error: {error}")
+    except Exception as error:
+        traceback.print_exception(error)
+        told = f"error: a defect of the program, please report it; {type(error).__name__}: {error}"
+        return _ended(program, FAILED, told)
+
+
+def _ended(program: Program, status: int, line: str) -> int:
+    """Write the line on how a program ended; return its status."""
+    click.echo(f"{program.name}: {_one_line(line)}", err=True)
+    return status
+
+
+def _one_line(text: str) -> str:
+    """Put a text on one line of bounded length, without characters that terminals obey."""
+    line = " ".join(text.split())
+    if len(line) > _LONGEST_LINE:
+        line = f"{line[:_LONGEST_LINE]} ..."
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+
+
+def note(program: str, line: str) -> None:
+    """Write a note to the user of a program, on standard error."""
+    click.echo(f"{program}: note: {_one_line(line)}", err=True)
+
+
+class OutputFile(click.ParamType):
+    """File that can be written, checked before any work is done."""
+
+    name = "file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Check that the path is no folder and lies in a folder that can be written."""
+        try:
+            return check_output(value)
+        except InputError as error:
+            self.fail(str(error).removeprefix("output: "), param, ctx)
+
+
+class Named(click.ParamType):
+    """Name of a file that comes with the package, or a path; a shell completes both.
+
+    Parameters
+    ----------
+    suffix : str
+        Of the file.
+    """
+
+    name = "text"
+
+    def __init__(self, suffix: str) -> None:
+        self.suffix = suffix
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """List names that begin with the word, and the files of the shell."""
+        names = [name for name in available(self.suffix) if name.startswith(incomplete)]
+        return [*map(CompletionItem, names), CompletionItem(incomplete, type="file")]
+
+
+class Number(click.ParamType):
+    """Number from low to high; click's own ranges let NaN pass."""
+
+    name = "number"
+    kind: type[float] | type[int] = float
+
+    def __init__(self, allowed: str, low: float, high: float = sys.float_info.max) -> None:
+        self.allowed, self.low, self.high = allowed, low, high
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Parse and check one value."""
+        try:
+            number = self.kind(value)
+        except ValueError:
+            number = math.nan
+        if not self.low <= number <= self.high:
+            self.fail(f"got {value!r}, allowed: {self.allowed}", param, ctx)
+        return number
+
+
+class Integer(Number):
+    """Integer from first to last."""
+
+    name = "integer"
+    kind = int
+
+    def __init__(self, first: int, last: int) -> None:
+        super().__init__(f"a whole number from {first} to {last}", first, last)
+
+
+SEED = Integer(0, 2**64 - 1)
+COUNT = Integer(1, 2**40)
+SAMPLES = Integer(1000, 10**9)
+THREADS = Integer(1, 4096)
+CONDITIONS = Integer(1, 10_000)
+ANGLE = Number("above 0 and up to 90", math.ulp(0.0), 90.0)
+COMPONENT = Number("a number from -1e6 to 1e6", -1e6, 1e6)
+POSITIVE = Number("a finite number above 0", math.ulp(0.0))
+OUTPUT = OutputFile()
+INPUT = click.Path(path_type=Path)
+TABLE = Named(".h5")
+
+#: Adds the argument ``table``, which must be given.
+table = click.argument("table", type=TABLE, metavar="T.h5|NAME")
+
+#: Adds ``as_json``: whether the result is for a program to read.
+as_json = click.option("--json", "as_json", is_flag=True, help="Print it for a program to read.")
+
+#: Adds ``progress``: whether the command says how far it is.
+progress = click.option(
+    "--progress/--quiet",
+    default=True,
+    help="Say how far it is: a bar on a terminal, else a line every half minute.",
+)
+
+#: Adds ``html_file``: where a page is written, if anywhere.
+html_file = click.option("--html", "html_file", type=OUTPUT, metavar="F", help="Write a page.")
+
+#: Adds ``threads``: how many work, if not one a processor.
+threads = click.option("--threads", type=THREADS, help="Default: one a processor.")
+
+
+def json_file(help_text: str) -> Callable[[Decorated], Decorated]:
+    """Add ``json_file`` to a command: where numbers are written, if anywhere."""
+    return click.option("--json", "json_file", type=OUTPUT, metavar="F", help=help_text)
+
+
+def output(metavar: str, help_text: str = "File to write.") -> Callable[[Decorated], Decorated]:
+    """Add ``output`` to a command: the file that it writes, which must be given."""
+    return click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=help_text)
+
+
+def seed(help_text: str) -> Callable[[Decorated], Decorated]:
+    """Add ``seed`` to a command, 1 unless given."""
+    return click.option(
+        "--seed", type=SEED, default=1, show_default=True, metavar="S", help=help_text
+    )
+
+
+def examples(*lines: str) -> str:
+    """Write the epilog of a help page, laid out as it stands."""
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
