@@ -1,7 +1,7 @@
 """Compiled kernels of the tests lie in a folder of their own, for each state of the tests' kernels.
 
-`sampler.compilation.kernel_cache` keeps kernels by all kernel sources of both packages and by their
-own file. Kernels of tests and examples also call those of other tests and examples.
+`tablegen.model.jit` keeps kernels by the kernel sources of both packages and by their own file.
+Kernels of tests and examples also call those of other tests and examples.
 """
 
 import hashlib
@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 _ROOT = Path(__file__).resolve().parents[1]
-_COMPILES = re.compile(rb"^(from|import) (sampler\.compilation\.jit|numba)\b", re.MULTILINE)
+_COMPILES = re.compile(rb"^(from|import) (\S+\.jit|numba)\b", re.MULTILINE)
 _FILES = [path for name in ("docs", "tests") for path in sorted(_ROOT.glob(f"{name}/**/*.py"))]
 
 _texts = (path.read_bytes() for path in _FILES)

@@ -44,7 +44,7 @@ def test_libraries_see_another_processor(name):
 def test_kernels_of_two_processors_lie_in_one_cache(tmp_path):
     """The second process must not run the machine code of the first, nor lose it."""
     source = tmp_path / "cached.py"
-    imported = "from sampler.compilation.jit import kernel"
+    imported = "from tablegen.model.jit import kernel"
     source.write_text(f"{imported}\n@kernel\ndef f(x):\n    return x + 1.0\n")
     script = (
         "import cached; cached.f(1.0); stats = cached.f.stats;"

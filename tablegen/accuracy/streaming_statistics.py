@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import kernel
 from sampler.compilation.side_by_side import side_by_side
 from sampler.formats.channels import STATE
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impact_condition import Condition
+from tablegen.model.jit import kernel
 from tablegen.simulation.batches import ParticleRun, batches
 from tablegen.simulation.simulate import Simulation, check_run
 from tablegen.tasks.progress import bar

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 import sampler
 import tablegen
-from sampler.compilation.jit import kernel
 from tablegen.model.float_array import FloatArray
+from tablegen.model.jit import kernel
 
 _draw, _simulate, _grain = sampler.draw, tablegen.draw, tablegen.grain
 

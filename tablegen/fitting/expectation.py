@@ -7,8 +7,8 @@ are numbered group by group.
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import kernel
-from sampler.drawing.spin_steps import exponential
+from tablegen.fitting.expert_kernels import exponential
+from tablegen.model.jit import kernel
 
 Single = NDArray[np.float32]
 

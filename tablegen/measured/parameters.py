@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import InputError
 from tablegen.config.config import Config
 from tablegen.config.messages import shown
@@ -27,6 +26,7 @@ from tablegen.measured.search_coordinates import (
 )
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import ASPECT
+from tablegen.model.roughness import MAX_ROUGHNESS
 
 #: Name of the roughness of the wall, which is no field of a pair file: flow codes are told it.
 WALL_TILT = "wall_tilt_deg"

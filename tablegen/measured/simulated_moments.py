@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sampler.compilation.side_by_side import side_by_side
-from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import InputError
 from sampler.inputs.rows import as_reals
 from tablegen.config.config import ModelSettings
@@ -26,6 +25,7 @@ from tablegen.measured.strata import (
 )
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import as_number, told
+from tablegen.model.roughness import MAX_ROUGHNESS
 from tablegen.simulation.batches import batches
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import check_impact_angle, check_run

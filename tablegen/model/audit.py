@@ -7,9 +7,9 @@ the contact laws, which are checked on their own.
 
 import math
 
-from sampler.compilation.jit import kernel
 from tablegen.model.contact_laws import COULOMB, resistance, restitution
 from tablegen.model.coulomb_audit import contact_mobility, followed, static_hold
+from tablegen.model.jit import kernel
 
 #: Entries of an audit array.
 ENERGY, ANGULAR, NORMAL, TANGENTIAL, PENETRATION, FLIGHT_ENERGY, FLIGHT_MOMENTUM = range(7)

@@ -11,7 +11,7 @@ numbers of one particle or of lanes (see `tablegen.model.simd`).
 
 import math
 
-from sampler.compilation.jit import inline_kernel, kernel
+from tablegen.model.jit import inline_kernel, kernel
 from tablegen.model.simd import any_lane, logical_not, maximum, minimum, select
 
 #: Relative Newton step after which the root is exact to rounding: the error of a step is the

@@ -18,7 +18,7 @@ Every kernel takes the numbers and arrays of one particle or of lanes (see
 
 import math
 
-from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
+from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rotation import NORMAL, ORDER
 from tablegen.model.shapes import most_candidates, update_candidates
 from tablegen.model.simd import (

@@ -9,7 +9,7 @@ same one everywhere, because nothing but IEEE operations is used.
 from fractions import Fraction
 from math import factorial
 
-from sampler.compilation.jit import inline_kernel, kernel
+from tablegen.model.jit import inline_kernel, kernel
 from tablegen.model.simd import fma, select
 
 #: Terms of the series in pairs of floats; of later ones floats hold enough digits.

@@ -30,8 +30,8 @@ The mass is one. Every kernel takes the numbers of one particle or of lanes (see
 
 from typing import NamedTuple
 
-from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.coulomb_rates import PATH_TOLERANCE, straight_piece
+from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.simd import any_lane, logical_not, maximum, minimum, select, sqrt
 from tablegen.model.sliding_series import (
     IMPULSE,

@@ -7,7 +7,7 @@ slide. Nothing is shared with `tablegen.model.coulomb`, which uses series in ano
 
 import math
 
-from sampler.compilation.jit import kernel
+from tablegen.model.jit import kernel
 
 #: Step over the least impulse that could turn or stop the slide.
 STEP = 0.02

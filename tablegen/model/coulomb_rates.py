@@ -17,7 +17,7 @@ Every kernel takes the numbers of one particle or of lanes (see `tablegen.model.
 
 from typing import NamedTuple
 
-from sampler.compilation.jit import inline_kernel, no_refcount_kernel
+from tablegen.model.jit import inline_kernel, no_refcount_kernel
 from tablegen.model.simd import any_lane, logical_not, maximum, select, sqrt
 
 #: Turning of a slide that counts as none, and slide that counts as rest, over the contact speed.

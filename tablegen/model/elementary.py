@@ -5,8 +5,8 @@ these are polynomials, with the same bits everywhere. Errors are a few units in 
 far below those of the model.
 """
 
-from sampler.compilation.jit import inline_kernel, kernel
 from tablegen.model.float_bits import power_of_two, split_exponent
+from tablegen.model.jit import inline_kernel, kernel
 from tablegen.model.simd import fma, maximum, select
 
 _LOG2_E = 1.4426950408889634

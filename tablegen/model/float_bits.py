@@ -3,7 +3,7 @@
 from llvmlite import ir
 from numba import types
 
-from sampler.drawing.intrinsics import operation
+from tablegen.model.jit import operation
 from tablegen.model.simd import WIDTH, elementwise, number_type
 
 _WORDS = ir.VectorType(ir.IntType(64), WIDTH)

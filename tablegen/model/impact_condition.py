@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel
+from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel
 from tablegen.model.simd import load
 
 #: Numbers of a condition.

@@ -6,18 +6,27 @@ number and a code of `sampler.errors`, or `TURNS_TOO_OFTEN` or `OUT_OF_BOUNDS`.
 
 import math
 
-from sampler.compilation.jit import (
+from sampler.errors import NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
+from tablegen.model.correctly_rounded import cosine_and_sine
+from tablegen.model.frames import (
+    combine,
+    cross,
+    dot,
+    impact_status,
+    is_finite,
+    item,
+    tangent,
+    to_lab,
+    unit,
+    vector,
+)
+from tablegen.model.impact_condition import angle_turned, impact_condition, put_condition
+from tablegen.model.jit import (
     inline_kernel,
     kernel,
     no_refcount_inline_kernel,
     no_refcount_kernel,
 )
-from sampler.drawing.block import item
-from sampler.drawing.frames import impact_status, tangent, to_lab
-from sampler.drawing.vectors import combine, cross, dot, is_finite, unit, vector
-from sampler.errors import NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
-from tablegen.model.correctly_rounded import cosine_and_sine
-from tablegen.model.impact_condition import angle_turned, impact_condition, put_condition
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.simd import WIDTH, lane_array, load, store
 
@@ -116,7 +125,7 @@ def lab_condition(impact, omega, keys, numerics):
     e_y = unit(normal)
     approach = -dot(relative, e_y)
     along = combine(1.0, relative, approach, e_y)
-    e_x = tangent(relative, e_y, *keys)
+    e_x = tangent(relative, e_y, keys)
     scale = half_size / speed
     spin = (
         scale * dot(omega, e_x),
@@ -206,6 +215,5 @@ def states_to_lab(impacts, keys, states, start):
     seed, index, hit = keys
     for k in range(states.shape[0]):
         row = start + k
-        velocity, normal, half_size, wall_velocity = _impact(impacts, row)
         one = seed, item(index, row), item(hit, row)
-        to_lab(velocity, normal, half_size, wall_velocity, *one, states[k])
+        to_lab(_impact(impacts, row), one, states[k])

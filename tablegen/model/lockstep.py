@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.contact import contact_point
 from tablegen.model.impact_condition import CONDITION_SIZE, condition_of, translates
+from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rebound import (
     COLLISION_ALARM,
     HEIGHT,

@@ -8,20 +8,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
+from numba.core.errors import TypingError
+from numba.core.imputils import impl_ret_borrowed
 
-from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.argument_types import (
-    check_hit,
-    check_index,
-    check_seed,
-    output_of,
-    work_space_of,
-)
-from sampler.drawing.frames import to_lab
-from sampler.drawing.intrinsics import local_array
 from sampler.errors import OK
 from tablegen.model.correctly_rounded import cosine_and_sine
+from tablegen.model.frames import to_lab
 from tablegen.model.impacts import allowed_angle, lab_condition, wall_condition
+from tablegen.model.jit import (
+    inline_kernel,
+    no_refcount_inline_kernel,
+    no_refcount_kernel,
+    operation,
+)
 from tablegen.model.particle_run import follow_one
 from tablegen.model.random_particles import draw_grain, draw_orientation, grain_fits
 from tablegen.model.rebound import LEFT, MOTION_SIZE, U, V, W, wall_spin
@@ -35,14 +34,46 @@ GRAIN_NOT_USABLE = -102
 #: Status code: still in contact after `tablegen.model.rebound.COLLISION_ALARM` collisions.
 STILL_IN_CONTACT = -103
 
-check_out, work_space = output_of("out"), work_space_of("work")
+#: Parts of the work space: motion now and before, a contact point, the series of a flight, a count
+#: of candidate vertices, and the vertices.
+_POINT = 2 * MOTION_SIZE
+_SERIES = _POINT + 3
+_COUNT = _SERIES + 9 * (ORDER + 1)
+_CANDIDATES = _COUNT + 1
 
-#: Numbers of the work space before those of candidate vertices: the motion now and before, a
-#: contact point, and the series of a flight.
-_SERIES = 2 * MOTION_SIZE + 3
-_CANDIDATES = _SERIES + 9 * (ORDER + 1)
 
-_local_count = local_array(types.int64, 1)
+def _argument(name, fits, allowed):
+    """Make a function of kernels that returns its argument, and compiles only for allowed types."""
+
+    @operation
+    def checked(typingctx, value):
+        if not fits(value):
+            raise TypingError(f"{name}: got {value}, allowed: {allowed}")
+
+        def generate(context, builder, sig, args):
+            return impl_ret_borrowed(context, builder, sig.return_type, args[0])
+
+        return value(value), generate
+
+    return checked
+
+
+def _key(name):
+    return _argument(name, lambda given: isinstance(given, types.Integer), "an integer")
+
+
+def _is_vector(given):
+    plain = isinstance(given, types.Array) and given.ndim == 1 and given.mutable
+    return plain and given.dtype == types.float64
+
+
+_seed, _index, _hit = _key("seed"), _key("index"), _key("hit")
+_out = _argument("out", _is_vector, "a writable float64 array of one dimension")
+_work = _argument(
+    "work",
+    lambda given: _is_vector(given) and given.layout == "C",
+    "a writable contiguous float64 array of one dimension",
+)
 
 
 class DirectArrays(NamedTuple):
@@ -64,10 +95,11 @@ def work_size(population):
 
 
 @no_refcount_inline_kernel
-def _storage(population, work, count):
+def _storage(population, work):
     """Arrays that `follow_one` works in."""
-    before, point = work[MOTION_SIZE : 2 * MOTION_SIZE], work[2 * MOTION_SIZE : _SERIES]
-    series = work[_SERIES:_CANDIDATES].reshape(9, ORDER + 1)
+    before, point = work[MOTION_SIZE:_POINT], work[_POINT:_SERIES]
+    series = work[_SERIES:_COUNT].reshape(9, ORDER + 1)
+    count = work[_COUNT:_CANDIDATES].view(np.int64)
     candidates = work[_CANDIDATES : work_size(population)].reshape(-1, 3)
     meshes = population.meshes
     no_map = SupportMap(0, math.inf, meshes.starts[:0], meshes.points[:0])
@@ -77,18 +109,18 @@ def _storage(population, work, count):
 @inline_kernel
 def _keys(seed, index, hit):
     """Keys in their own types, whatever integers they are given as."""
-    return np.uint64(seed), np.uint64(index), np.uint32(hit)
+    return np.uint64(_seed(seed)), np.uint64(_index(index)), np.uint32(_hit(hit))
 
 
 @no_refcount_kernel
 def _follow(arrays, condition, grain, keys, work, out):
     """Write the state of a particle after its rebound; a status."""
-    population, motion, count = arrays.population, work[:MOTION_SIZE], _local_count()
+    population, motion = arrays.population, work[:MOTION_SIZE]
     if not grain_fits(population, grain[0], grain[1], grain[2]):
         return GRAIN_NOT_USABLE
     draw_orientation(keys[0], keys[1], keys[2], motion)
     kind = int(grain[0]), float(grain[1]), float(grain[2])
-    storage = _storage(population, work, count)
+    storage = _storage(population, work)
     status, _, _ = follow_one(arrays.law, population, condition, kind, motion, storage, work[:0])
     if status != LEFT:
         return STILL_IN_CONTACT
@@ -123,9 +155,6 @@ def grain(arrays, seed, index, hit):
         Shape code (`tablegen.model.shape_codes`; FIRST_MESH + k of `tablegen.model.shapes` for the
         mesh number k of the population), b/a and c/b.
     """
-    check_seed(seed)
-    check_index(index)
-    check_hit(hit)
     seed, index, hit = _keys(seed, index, hit)
     return draw_grain(arrays.population, seed, index, hit)
 
@@ -166,16 +195,12 @@ def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
         If `out` or `work` has too few numbers. Wrong types of keys and arrays are refused while
         the code that calls is compiled.
     """
-    check_seed(seed)
-    check_index(index)
-    check_hit(hit)
-    check_out(out)
-    space = work_space(work)
+    keys, space, out = _keys(seed, index, hit), _work(work), _out(out)
     _check_sizes(arrays, space, out)
     cosine_sine = cosine_and_sine(allowed_angle(alpha1))
     status, condition = wall_condition(alpha1, cosine_sine, speed, spin, arrays.numerics)
     if status == OK:
-        status = _follow(arrays, condition, grain, _keys(seed, index, hit), space, out)
+        status = _follow(arrays, condition, grain, keys, space, out)
     return status
 
 
@@ -223,17 +248,12 @@ def rebound(
     ValueError
         As `draw`.
     """
-    check_seed(seed)
-    check_index(index)
-    check_hit(hit)
-    check_out(out)
-    space = work_space(work)
+    keys, space, out = _keys(seed, index, hit), _work(work), _out(out)
     _check_sizes(arrays, space, out)
-    keys = _keys(seed, index, hit)
     impact = velocity, normal, half_size, wall_velocity
     status, condition = lab_condition(impact, omega, keys, arrays.numerics)
     if status == OK:
         status = _follow(arrays, condition, grain, keys, space, out)
     if status == OK:
-        to_lab(velocity, normal, half_size, wall_velocity, keys[0], keys[1], keys[2], out)
+        to_lab(impact, keys, out)
     return status

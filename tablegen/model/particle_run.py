@@ -7,8 +7,8 @@ same bits. It is a kernel of its own because it takes as long to compile, and fe
 
 import numpy as np
 
-from sampler.compilation.jit import kernel, no_refcount_kernel
 from tablegen.model.impact_condition import condition_of
+from tablegen.model.jit import kernel, no_refcount_kernel
 from tablegen.model.lockstep import follow, make_slots
 from tablegen.model.random_particles import draw_particles
 from tablegen.model.rebound import (

@@ -13,17 +13,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.compilation.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.block import item
-from sampler.drawing.grain import (
-    SIMULATION_KEY,
-    aspect_ratio,
-    grain_numbers,
-    pick_row,
-)
-from sampler.drawing.normal import central_ratio, normal_quantile
-from sampler.drawing.philox import philox_block, uniform
+from tablegen.model.frames import item
+from tablegen.model.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.model_bounds import ASPECT
+from tablegen.model.random_numbers import (
+    MIDDLE,
+    central_ratio,
+    normal_quantile,
+    philox_block,
+    uniform,
+)
 from tablegen.model.rotation import set_orientation
 from tablegen.model.shapes import FIRST_MESH, MESH, SPHERE
 from tablegen.model.simd import (
@@ -39,6 +38,12 @@ from tablegen.model.simd import (
     width,
 )
 
+#: Keeps direct simulation, and the grains, of a seed on other random numbers than the draws.
+SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
+
+#: The hit whose random numbers make the grain that a particle keeps.
+OWN_GRAIN = np.uint32(0)
+
 #: Bounds of the ratios as plain numbers, which kernels take.
 _LEAST, _MOST = ASPECT.low, ASPECT.high
 
@@ -48,7 +53,7 @@ def quantile(p):
     """Evaluate the standard normal quantile of p in (0, 1), its tails lane by lane."""
     q = p - 0.5
     value = q * central_ratio(0.180625 - q * q)
-    outer = abs(q) > 0.425
+    outer = abs(q) > MIDDLE
     if any_lane(outer):
         for i in range(width(p)):
             if extract(outer, i):
@@ -57,14 +62,32 @@ def quantile(p):
 
 
 @no_refcount_inline_kernel
-def aspect_ratios(law, u):
-    """As `sampler.drawing.grain.aspect_ratio`, of the particles in all lanes."""
-    mean, deviation, low, high = law[0], law[1], law[2], law[3]
+def aspect_ratio(law, row, u):
+    """Truncated-normal aspect ratio for u in (0, 1), from a row of `PopulationArguments.aspect`."""
+    mean, deviation, low, high = law[row, 0], law[row, 1], law[row, 2], law[row, 3]
     if deviation == 0.0:
         ratios = mean + 0.0 * u
     else:
         ratios = mean + deviation * quantile(low + u * (high - low))
     return minimum(_MOST, maximum(_LEAST, ratios))
+
+
+@no_refcount_inline_kernel
+def _pick_row(population, u):
+    """Row of the shapes of a population for a uniform number u in (0, 1)."""
+    row = 0
+    for k in range(population.shape_codes.size - 1):
+        row += int(u >= population.cumulative_weights[np.uint64(k)])
+    return row
+
+
+@no_refcount_inline_kernel
+def _grain_numbers(seed, index, hit):
+    """Uniform numbers of a grain: two aspect ratios, the shape."""
+    key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
+    w0, w1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(0))
+    _, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
+    return uniform(w0), uniform(w1), uniform(v1)
 
 
 @no_refcount_inline_kernel
@@ -78,7 +101,7 @@ def _words(seed, index, hit, grain):
     v0, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
     first, second, which = uniform(w0), uniform(w1), uniform(v1)
     if grain != hit:
-        first, second, which = grain_numbers(seed, index, grain)
+        first, second, which = _grain_numbers(seed, index, grain)
     return first, second, uniform(w2), uniform(w3), uniform(v0), which
 
 
@@ -109,8 +132,8 @@ def draw_grain(population, seed, index, hit):
     tuple (shape code, b / a, c / b) of three floats
         Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
     """
-    first, second, which = grain_numbers(seed, index, hit)
-    shape = population.shape_codes[pick_row(population, which)]
+    first, second, which = _grain_numbers(seed, index, hit)
+    shape = population.shape_codes[_pick_row(population, which)]
     b_over_a = aspect_ratio(population.aspect, 0, first)
     c_over_b = aspect_ratio(population.aspect, 1, second)
     b_over_a, c_over_b = _own_sizes(population, shape, b_over_a, c_over_b)
@@ -186,10 +209,10 @@ def draw_particles(population, keys, axes, kind):
                 axes[start + i, j] = motion[3 + j, i]
         if given:
             continue
-        store(ratio, 0, aspect_ratios(population.aspect[0], load(words, 0)))
-        store(ratio, 1, aspect_ratios(population.aspect[1], load(words, 1)))
+        store(ratio, 0, aspect_ratio(population.aspect, 0, load(words, 0)))
+        store(ratio, 1, aspect_ratio(population.aspect, 1, load(words, 1)))
         for i in range(count):
-            shape = population.shape_codes[pick_row(population, words[5, i])]
+            shape = population.shape_codes[_pick_row(population, words[5, i])]
             b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
             kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, b_over_a, c_over_b
 

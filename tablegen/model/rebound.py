@@ -22,7 +22,6 @@ import math
 
 import numpy as np
 
-from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energies_taken, energy_gain, impulse, mean_velocity
 from tablegen.model.contact import contact_point, search
@@ -30,6 +29,7 @@ from tablegen.model.contact_laws import COULOMB, resistance, restitution
 from tablegen.model.coulomb import Ending, coulomb_impulse
 from tablegen.model.coulomb_rates import Friction
 from tablegen.model.impact_condition import translates
+from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
 from tablegen.model.shapes import support_depth
 from tablegen.model.simd import (

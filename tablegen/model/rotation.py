@@ -15,8 +15,8 @@ momentum, whose horizontal part is constant in wall axes; where that part is too
 direction, x has its own series.
 """
 
-from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.elementary import exponential, logarithm, sine_and_cosine
+from tablegen.model.jit import no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.simd import (
     any_lane,
     fma,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import (
+from tablegen.model.jit import (
     inline_kernel,
     kernel,
     no_refcount_inline_kernel,

@@ -25,8 +25,7 @@ from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import lower_builtin, lower_cast, models, register_model
 
-from sampler.compilation.jit import inline_kernel
-from sampler.drawing.intrinsics import operation
+from tablegen.model.jit import inline_kernel, operation
 
 #: Particles followed together: a vector register of 64 bytes, or two of 32.
 WIDTH = 8

@@ -19,8 +19,8 @@ or a straight line in s. Every kernel takes the arrays of one particle or of lan
 `tablegen.model.simd`).
 """
 
-from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.elementary import exponential, logarithm
+from tablegen.model.jit import no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rotation import ORDER, TINY
 from tablegen.model.simd import fma, load, maximum, minimum, select, sqrt, store
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.compilation.jit import kernel, no_refcount_inline_kernel
+from tablegen.model.jit import kernel, no_refcount_inline_kernel
 
 
 class SupportMap(NamedTuple):

@@ -7,7 +7,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
 from sampler.inputs.output import Rebound
@@ -21,6 +20,7 @@ from tablegen.model.model_bounds import ASPECT
 from tablegen.model.one_rebound import DirectArrays, work_size
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import draw_grains, first_misfit
+from tablegen.model.roughness import MAX_ROUGHNESS
 from tablegen.simulation.batches import first_not_finite
 from tablegen.simulation.direct_rows import OWN, Failure, Particles, work_all
 from tablegen.simulation.rough_walls import RoughImpacts, rough_rebounds

@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 
 from sampler.compilation.processors import processors
 from sampler.compilation.side_by_side import side_by_side
-from sampler.drawing.grain import OWN_GRAIN
 from sampler.errors import InputError
 from sampler.inputs.messages import row_message
 from sampler.inputs.rows import Rows, as_integer, place
 from tablegen.config.population import PopulationArguments
 from tablegen.model.impacts import OUT_OF_BOUNDS, TURNS_TOO_OFTEN
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
-from tablegen.model.random_particles import ParticleKeys, draw_grains
+from tablegen.model.random_particles import OWN_GRAIN, ParticleKeys, draw_grains
 from tablegen.simulation.batches import BATCH, batches, unfinished
 
 #: Hits of a call whose particles have grains of their own.

@@ -1,6 +1,6 @@
 """Direct rebounds from rough walls: from one facet after another, until a particle leaves.
 
-Facets are those that `sampler.drawing.roughness` draws with the same keys. A bounce has the spin
+Facets are those that `tablegen.model.roughness` draws with the same keys. A bounce has the spin
 that the one before has left, and all bounces of a hit have one grain.
 """
 
@@ -11,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.compilation.side_by_side import go_on
-from sampler.drawing.roughness import MAX_BOUNCES
 from sampler.errors import CASCADE_NOT_ENDED, OK
 from sampler.inputs.rows import Rows
-from tablegen.model.facets import facet_normals, mark_leaving, seed_of_bounce
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impact_condition import CONDITION_SIZE
 from tablegen.model.impacts import lab_conditions, states_to_lab
 from tablegen.model.one_rebound import DirectArrays
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys
+from tablegen.model.roughness import MAX_BOUNCES, facet_normals, mark_leaving, seed_of_bounce
 
 _NO_GRAIN_KEYS = np.empty(0, dtype=np.uint32)
 

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.drawing.steps import locate
 from sampler.errors import InputError
 from sampler.files.atomic import check_output
 from sampler.files.locate import find_table
@@ -158,7 +157,17 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
 
 def _cut(axis: Axis, low: float, high: float) -> slice:
     """Nodes of the cells in which all values from low to high lie."""
-    return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
+    return slice(_lower_node(low, axis), min(_lower_node(high, axis) + 2, axis.nodes))
+
+
+def _lower_node(value: float, axis: Axis) -> int:
+    """Node below a value: the same arithmetic, and so the same cell, as in a draw."""
+    table = axis.coordinate
+    position = (min(max(value, axis.first), axis.last) - axis.origin) * axis.scale
+    position = min(max(position, 0.0), table.size - 1.0)
+    k = min(int(position), table.size - 2)
+    x = table[k] + (position - k) * (table[k + 1] - table[k])
+    return max(min(int(x) - axis.offset, axis.nodes - 2), 0)
 
 
 def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.float64]]) -> str:

@@ -3,7 +3,7 @@
 Libraries choose code by the processor, and sum in another order or fuse other products and sums.
 Three of them do so in tasks: numpy, the linear algebra of numpy and scipy, and the
 elementary functions of the C library. Compiled kernels do not: they never fuse or reorder by
-themselves (`sampler.compilation.jit`).
+themselves (`tablegen.model.jit`).
 """
 
 import hashlib

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from reference_vectors import Vector, along, cross, dot, norm, over, times
 
-from sampler.compilation.jit import kernel
+from tablegen.model.jit import kernel
 
 #: Shape codes of the output files.
 SHAPES = {"ellipsoid": 0, "prism": 1, "truncated-prism": 2, "tetrahedron": 3, "sphere": 4}

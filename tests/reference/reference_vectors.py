@@ -2,7 +2,7 @@
 
 import math
 
-from sampler.compilation.jit import kernel
+from tablegen.model.jit import kernel
 
 Vector = tuple[float, float, float]
 

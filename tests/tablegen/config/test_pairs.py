@@ -15,7 +15,6 @@ from pydantic import TypeAdapter
 from tiny_tables import ROUGH
 
 import sampler
-from sampler.compilation.jit import kernel
 from sampler.errors import InputError
 from sampler.files.locate import data_directory, find_measurements
 from sampler.formats.channels import STATE
@@ -25,6 +24,7 @@ from tablegen.config.resistance import ResistanceLaw
 from tablegen.config.restitution import RestitutionLaw
 from tablegen.measured.compare import compare
 from tablegen.model.contact_laws import restitution
+from tablegen.model.jit import kernel
 from tablegen.tables.axes import make_axes
 from tablegen.tables.generate import generate
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from sampler.compilation.jit import kernel
 from sampler.drawing.spin_steps import fill_features, fill_state
 from sampler.formats.spin_bounds import N_FEATURES, N_INPUTS
 from tablegen.fitting.coordinates import (
@@ -15,6 +14,7 @@ from tablegen.fitting.coordinates import (
     outcomes,
     used_features,
 )
+from tablegen.model.jit import kernel
 from tablegen.simulation.impact_chains import energy_factor
 
 N = 500

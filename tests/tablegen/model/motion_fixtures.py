@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sampler.compilation.jit import kernel
 from tablegen.config.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.jit import kernel
 from tablegen.model.rebound import (
     LEFT,
     MOTION_SIZE,

@@ -7,8 +7,8 @@ import pytest
 import reference_model as reference
 from motion_fixtures import LAW, energy_of, motion_of, random_rotations
 
-from sampler.compilation.jit import kernel
 from tablegen.model.collision import energy_gain, impulse, impulse_cubic, positive_root
+from tablegen.model.jit import kernel
 from tablegen.model.rebound import collide
 from tablegen.model.rotation import ORDER
 

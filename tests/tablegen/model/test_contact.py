@@ -6,8 +6,8 @@ from free_rotation import FreeRotation
 from motion_fixtures import NON_SPHERICAL, body_of, motion_of, random_aspect, random_rotations
 from scipy.optimize import brentq
 
-from sampler.compilation.jit import kernel
 from tablegen.model.contact import CONTACT_HEIGHT, TIE_HEIGHT, contact_point, safe_time
+from tablegen.model.jit import kernel
 from tablegen.model.rebound import CLEARANCE, HEIGHT, V, next_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth

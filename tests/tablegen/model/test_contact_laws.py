@@ -10,7 +10,6 @@ import pytest
 from motion_fixtures import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
-from sampler.compilation.jit import kernel
 from tablegen.config.pairs import MaterialPair
 from tablegen.model.audit import ANGULAR, ENERGY, NORMAL, TANGENTIAL
 from tablegen.model.contact_laws import (
@@ -33,6 +32,7 @@ from tablegen.model.contact_laws import (
     restitution,
     tabulated_coefficient,
 )
+from tablegen.model.jit import kernel
 from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.simulation.simulate import make_condition, simulate_condition
 

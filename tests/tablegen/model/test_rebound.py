@@ -15,7 +15,6 @@ from motion_fixtures import (
     run_rebound,
 )
 
-from sampler.compilation.jit import kernel
 from tablegen.model.audit import (
     ANGULAR,
     AUDIT_SIZE,
@@ -29,6 +28,7 @@ from tablegen.model.audit import (
     audit_flight,
 )
 from tablegen.model.contact import contact_point
+from tablegen.model.jit import kernel
 from tablegen.model.rebound import (
     CLEARANCE,
     HEIGHT,

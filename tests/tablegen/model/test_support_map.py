@@ -10,9 +10,9 @@ from motion_fixtures import PAIR, run_rebound, with_vertices
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from sampler.compilation.jit import kernel
 from tablegen.config.mesh import mesh_particle
 from tablegen.config.support_map_builder import SLACK, cell_frames, make_map
+from tablegen.model.jit import kernel
 from tablegen.model.rebound import MOTION_SIZE, next_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from crowds import CROWD
 
-from sampler.compilation.jit import kernel
 from sampler.drawing.grain import draw_grain
 from sampler.formats.grain_law import grain_law
 from tablegen.config.config import load_config
+from tablegen.model.jit import kernel
 from tablegen.model.random_particles import draw_grain as draw_directly
 from tablegen.simulation.direct import DirectModel
 

@@ -1,0 +1,152 @@
+"""Vectors of three numbers, and the frame of the wall in the lab frame.
+
+The wall frame has y along the wall normal into the gas, x along the tangential part of the
+velocity relative to the wall, and z = x cross y. At exactly normal impact there is no tangential
+part, and the law is symmetric about y: the direction of x is drawn uniformly.
+"""
+
+import math
+
+import numpy as np
+
+from sampler.errors import HALF_SIZE_NOT_POSITIVE, NORMAL_NOT_USABLE, NOT_FINITE, OK
+from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel
+from tablegen.model.random_numbers import philox_block, uniform
+
+#: Tangential over total speed below which an impact counts as normal: the direction of the rest is
+#: rounding noise.
+_NORMAL_IMPACT = 1e-12
+
+#: Smallest half-size [m]: below it, the spin of a fast particle leaves the range of numbers.
+_LEAST_HALF_SIZE = 1e-30
+
+#: Block of random words that gives the azimuth at normal impact.
+_AZIMUTH_BLOCK = 2
+
+
+@inline_kernel
+def dot(a, b):
+    """Return a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inline_kernel
+def cross(a, b):
+    """Return a x b."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@inline_kernel
+def combine(p, a, q, b):
+    """Return p a + q b."""
+    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
+
+
+@inline_kernel
+def unit(a):
+    """Return the unit vector along a nonzero finite vector of any magnitude."""
+    largest = max(abs(a[0]), abs(a[1]), abs(a[2]))
+    # Divided, not multiplied by 1 / largest, which overflows for the smallest vectors.
+    a = (a[0] / largest, a[1] / largest, a[2] / largest)
+    scale = 1.0 / math.sqrt(dot(a, a))
+    return (scale * a[0], scale * a[1], scale * a[2])
+
+
+@inline_kernel
+def is_finite(a):
+    """Tell whether every component is finite."""
+    return math.isfinite(a[0]) and math.isfinite(a[1]) and math.isfinite(a[2])
+
+
+@no_refcount_inline_kernel
+def vector(values, k):
+    """Row k of an (n, 3) array, or the only row of an array of one."""
+    k = k if values.shape[0] > 1 else 0
+    return (values[k, 0], values[k, 1], values[k, 2])
+
+
+@no_refcount_inline_kernel
+def item(values, k):
+    """Element k of an array, or the only element of an array of one."""
+    return values[np.uint64(k)] if values.size > 1 else values[0]
+
+
+@inline_kernel
+def _perpendicular(e_y, azimuth):
+    """Return a unit vector perpendicular to the unit vector e_y, at an angle (rad) about it.
+
+    Azimuth 0 lies in the plane of e_y and the coordinate axis farthest from it.
+    """
+    x, y, z = abs(e_y[0]), abs(e_y[1]), abs(e_y[2])
+    if x <= y and x <= z:
+        axis = (1.0, 0.0, 0.0)
+    elif y <= z:
+        axis = (0.0, 1.0, 0.0)
+    else:
+        axis = (0.0, 0.0, 1.0)
+    zero = unit(combine(1.0, axis, -dot(axis, e_y), e_y))
+    return combine(math.cos(azimuth), zero, math.sin(azimuth), cross(e_y, zero))
+
+
+@inline_kernel
+def tangent(relative, e_y, keys):
+    """Return the unit vector e_x along the tangential velocity.
+
+    At normal impact, its azimuth is drawn, uniform in [0, 2 pi), from the keys (seed, index, hit).
+    """
+    along = combine(1.0, relative, -dot(relative, e_y), e_y)
+    if math.sqrt(dot(along, along)) > _NORMAL_IMPACT * math.sqrt(dot(relative, relative)):
+        # Projected twice: near normal impact the first projection loses digits.
+        e_x = unit(along)
+        return unit(combine(1.0, e_x, -dot(e_x, e_y), e_y))
+    word = philox_block(keys[0], keys[1], keys[2], _AZIMUTH_BLOCK)[0]
+    return _perpendicular(e_y, 2.0 * math.pi * uniform(word))
+
+
+@inline_kernel
+def impact_status(velocity, normal, half_size, wall_velocity):
+    """Negative code for numbers from which no impact can be made, else `OK`."""
+    finite = is_finite(velocity) and is_finite(wall_velocity)
+    if not (finite and is_finite(normal) and math.isfinite(half_size)):
+        return NOT_FINITE
+    if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
+        return NORMAL_NOT_USABLE
+    if half_size < _LEAST_HALF_SIZE:
+        return HALF_SIZE_NOT_POSITIVE
+    return OK
+
+
+@inline_kernel
+def impact_angle(relative, e_y):
+    """Impact angle from the wall (rad), not positive for a velocity away from it."""
+    approach = -dot(relative, e_y)
+    along = combine(1.0, relative, approach, e_y)
+    return math.atan2(approach, math.sqrt(dot(along, along)))
+
+
+@no_refcount_inline_kernel
+def to_lab(impact, keys, out):
+    """Replace a state by velocity (m/s) and angular velocity (rad/s) in the lab frame, in place.
+
+    Parameters
+    ----------
+    impact : tuple
+        Velocity [m/s], wall normal, half-size [m], velocity of the wall [m/s].
+    keys : tuple of three int
+        Seed, index and hit.
+    out : (6,) float64
+    """
+    velocity, normal, half_size, wall_velocity = impact
+    relative = combine(1.0, velocity, -1.0, wall_velocity)
+    speed = math.sqrt(dot(relative, relative))
+    e_y = unit(normal)
+    e_x = tangent(relative, e_y, keys)
+    e_z = cross(e_x, e_y)
+    for part in range(2):
+        scale = speed if part == 0 else speed / half_size
+        plane = combine(out[3 * part], e_x, out[3 * part + 1], e_y)
+        turned = combine(scale, plane, scale * out[3 * part + 2], e_z)
+        for axis in range(3):
+            out[3 * part + axis] = turned[axis]
+    for axis in range(3):
+        out[axis] += wall_velocity[axis]

@@ -1,0 +1,152 @@
+"""Rough walls: facets whose normals are tilted at random in the plane of incidence.
+
+A particle that arrives at an angle alpha from the mean wall meets facets whose tilt gamma is
+normal with mean zero and a standard deviation, the roughness; a positive tilt faces the particle.
+It sees a facet by its projected area, so the tilts that it meets have the density
+
+    p(gamma) ~ exp(-gamma^2 / (2 roughness^2)) sin(alpha + gamma) / sin(alpha)
+
+where 0 < alpha + gamma < pi and |gamma| < pi/2. Source: Sommerfeld & Huber, "Experimental analysis
+and modelling of particle-wall collisions", Int. J. Multiphase Flow 25 (1999) 1457-1489.
+
+A tilt is drawn exactly, by rejection. The tangent of the sine at alpha lies above it, so
+
+    sin(alpha + gamma) <= sin(alpha) + gamma cos(alpha) = roughness cos(alpha) (c + z),
+    z = gamma / roughness, c = tan(alpha) / roughness,
+
+and z with a density ~ phi(z) (c + z), z > -c, is accepted with the ratio of the two sides: more
+than 0.88 on average for all angles up to the largest roughness. This density is the sum of
+c phi(z), with weight c Phi(c), and of z phi(z), with weight phi(c), once the first has given part
+of its share at -z to z. A trial takes one block of random words: blocks 3, 4, ... of the keys
+(seed, index, hit). The C library draws the same facets from the same keys.
+"""
+
+import math
+
+import numpy as np
+
+from sampler.errors import OK, TILT_NOT_FOUND
+from tablegen.model.frames import combine, dot, impact_angle, tangent, unit, vector
+from tablegen.model.jit import kernel, no_refcount_kernel
+from tablegen.model.random_numbers import normal_cdf, normal_quantile, philox_block, uniform
+
+#: Largest roughness, rad. Beyond it a normal law of tilts describes no surface.
+MAX_ROUGHNESS = 0.5
+
+#: Number of bounces of a hit after which an error is returned.
+MAX_BOUNCES = 64
+
+_MAX_TRIALS = 64
+_FIRST_BLOCK = 3
+
+#: Smallest angle [rad] between path and facet. One in 10^14 is smaller.
+_SHADOW = 1e-9
+
+#: Upper bound of c, where it has no effect any more, and its reciprocal would.
+_STEEP = 1e9
+
+_BOUNCE_KEY = np.uint64(0x9E37_79B9_7F4A_7C15)
+_ROOT_HALF_PI = 1.0 / math.sqrt(2.0 * math.pi)
+
+
+@no_refcount_kernel
+def seed_of_bounce(seed, bounce):
+    """Seed of the random numbers of bounce 0, 1, ... of a hit, uint64; the first has the seed."""
+    return np.uint64(seed) ^ (np.uint64(bounce) * _BOUNCE_KEY)
+
+
+@kernel
+def proposed_score(c, u_part, u_size, u_side):
+    """Draw z with a density ~ phi(z) (c + z), z > -c, from three uniform numbers in (0, 1).
+
+    Parameters
+    ----------
+    c : float
+        Not negative.
+    u_part, u_size, u_side : float
+        Choose the part of the density, the size of z, and its sign.
+    """
+    plain = c * normal_cdf(c)
+    rayleigh = _ROOT_HALF_PI * math.exp(-0.5 * c * c)
+    if u_part * (plain + rayleigh) >= plain:
+        # z phi(z) for z > c
+        return math.sqrt(c * c - 2.0 * math.log(u_size))
+    below = normal_cdf(-c)
+    z = normal_quantile(below + u_size * (1.0 - below))
+    # phi(z) becomes phi(z) (1 + z / c) for |z| < c: each -z gives as much as z lacks
+    return -z if z < c and 2.0 * u_side * c < c - z else z
+
+
+@kernel
+def draw_tilt(alpha1, roughness, keys):
+    """Draw the tilt of the facet that a particle meets; a pure function of its arguments.
+
+    Parameters
+    ----------
+    alpha1 : float
+        Angle between path and mean wall, rad, in [0, pi/2].
+    roughness : float
+        Standard deviation of the tilt of all facets, rad, positive.
+    keys : tuple of three int
+        Seed, index and hit.
+
+    Returns
+    -------
+    tuple (bool, float)
+        Whether a tilt was accepted; the tilt, rad.
+    """
+    c = min(math.tan(alpha1) / roughness, _STEEP)
+    for trial in range(_MAX_TRIALS):
+        w0, w1, w2, w3 = philox_block(keys[0], keys[1], keys[2], _FIRST_BLOCK + trial)
+        tilt = roughness * proposed_score(c, uniform(w0), uniform(w1), uniform(w2))
+        local = alpha1 + tilt
+        if _SHADOW < local < math.pi - _SHADOW and abs(tilt) < 0.5 * math.pi:
+            bound = math.sin(alpha1) + tilt * math.cos(alpha1)
+            if uniform(w3) * bound < math.sin(local):
+                return True, tilt
+    return False, 0.0
+
+
+@no_refcount_kernel
+def facet_normals(moving, normal, roughness, keys, facets):
+    """Draw the facets that particles meet.
+
+    Parameters
+    ----------
+    moving : (n, 3) float64
+        Velocities relative to the mean wall, towards it or along it [m/s].
+    normal : (n, 3) float64
+        Of the mean wall, into the gas, of any length but zero.
+    roughness : (n,) float64
+        Standard deviation of the tilt of facets [rad]; 0: a smooth wall.
+    keys : tuple
+        Seed; index and hit, of n rows.
+    facets : (n, 3) float64
+        Output: unit normals.
+
+    Returns
+    -------
+    tuple of two int
+        First row without a facet, or -1; its code.
+    """
+    seed, index, hit = keys
+    for k in range(facets.shape[0]):
+        velocity, facet = vector(moving, k), unit(vector(normal, k))
+        if roughness[k] > 0.0:
+            one = seed, index[k], hit[k]
+            alpha1 = max(impact_angle(velocity, facet), 0.0)
+            found, tilt = draw_tilt(alpha1, roughness[k], one)
+            if not found:
+                return k, TILT_NOT_FOUND
+            # at normal impact, in a plane at the azimuth of the keys
+            e_x = tangent(velocity, facet, one)
+            facet = combine(math.cos(tilt), facet, -math.sin(tilt), e_x)
+        facets[k, 0], facets[k, 1], facets[k, 2] = facet
+    return -1, OK
+
+
+@no_refcount_kernel
+def mark_leaving(moving, normal, leaving):
+    """Mark the particles that leave the mean wall: ``leaving`` (n,) bool is written."""
+    for k in range(leaving.size):
+        leaving[k] = dot(vector(moving, k), unit(vector(normal, k))) > 0.0
