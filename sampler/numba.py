@@ -73,7 +73,9 @@ _KEY = _Kind(lambda kind: isinstance(kind, types.Integer), "an integer", _LONG)
 _HIT = _KEY._replace(in_c=_WORD)
 _VECTOR = _Kind(_is_vector, "a tuple of three numbers", _POINTER)
 _OPTIONAL = _Kind(
-    lambda kind: _is_missing(kind) or _is_vector(kind), "a tuple of three numbers, or None", _POINTER
+    lambda kind: _is_missing(kind) or _is_vector(kind),
+    "a tuple of three numbers, or None",
+    _POINTER,
 )
 _OUTPUT = _Kind(_is_output, "a writable contiguous float64 array of one dimension", _POINTER)
 
@@ -119,13 +121,13 @@ def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...]) -> A
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         kinds = arguments.values()
-        values = [
-            _in_c(context, builder, *one) for one in zip(args, sig.args, kinds, strict=True)
-        ]
+        values = [_in_c(context, builder, *one) for one in zip(args, sig.args, kinds, strict=True)]
         if symbol == "rbt_rebound_grain":
             values.append(builder.gep(values[-1], [_WORD(3)]))
         function = ir.FunctionType(_WORD, [value.type for value in values])
-        return builder.call(cgutils.get_or_insert_function(builder.module, function, symbol), values)
+        return builder.call(
+            cgutils.get_or_insert_function(builder.module, function, symbol), values
+        )
 
     return types.int32(*given), emit
 

@@ -278,7 +278,9 @@ class Table(LawAtConditions, Counting):
         given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
         call = self._call(given, "spin", spin, grain, Keys(seed, index, hit, rng, size))
         states = as_output(out, (*call.shape, len(self.columns)))
-        drawn = states if out is None or self._writes_safely(call, states) else np.empty_like(states)
+        drawn = (
+            states if out is None or self._writes_safely(call, states) else np.empty_like(states)
+        )
         flat = drawn.reshape(call.rows.n, len(self.columns))
         report = library.sample(self._table, call.rows, flat, as_threads(threads))
         self._finish(self._header, call, report, 3)
@@ -426,7 +428,12 @@ class Table(LawAtConditions, Counting):
         return True
 
     def _call(
-        self, given: dict[str, ArrayLike], name: str, spin: ArrayLike | None, grain: Grain, keys: Keys
+        self,
+        given: dict[str, ArrayLike],
+        name: str,
+        spin: ArrayLike | None,
+        grain: Grain,
+        keys: Keys,
     ) -> Call:
         """Make rows of the arguments of a call, with the spin and the grain where they count."""
         if not self.asks_spin_law(name, spin, grain):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from sampler.commands.main import cli as sampler
+from sampler.cli import cli as sampler
 from tablegen.commands.main import cli as tablegen
 
 PROGRAMS = {"tablegen": tablegen, "sampler": sampler}

@@ -11,8 +11,7 @@ import pytest
 from command_lines import PROGRAMS
 from special_files import KINDS, make_special
 
-from sampler.commands.file_types import FileType, OutputFile
-from sampler.commands.options import Command
+from sampler.options import Command, FileType, OutputFile
 
 VECTORS = Path(__file__).resolve().parent / "vectors"
 

@@ -10,10 +10,10 @@ from types import ModuleType
 import numba
 import pytest
 from documents import ROOT
+from sampler.compilation.late import import_late
 
 import sampler
 import tablegen
-from sampler.compilation.late import import_late
 
 PACKAGES = (sampler, tablegen)
 every_package = pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.__name__)

@@ -33,7 +33,9 @@ def compiler() -> list[str]:
     for name in ("gcc", "clang", "cc"):
         if found := shutil.which(name):
             return [found]
-    return [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else []
+    # by itself it compiles for the processor at hand alone
+    zig = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline"]
+    return zig if find_spec("ziglang") else []
 
 
 def build(library: Path = LIBRARY) -> None:

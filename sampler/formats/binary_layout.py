@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sampler.formats.channels import MOST_NAMES
 from sampler.formats.bounds import (
     ALPHA_DEG,
     EXPERT_STRIDE,
@@ -25,6 +24,7 @@ from sampler.formats.bounds import (
     SPEED,
     VARIATE_MAX,
 )
+from sampler.formats.channels import MOST_NAMES
 
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"

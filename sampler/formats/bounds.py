@@ -75,6 +75,7 @@ def is_text(text: str) -> bool:
     """
     return _CONTROL.search(text) is None
 
+
 #: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed. Not the limits
 #: of the numbers, which compilers may take for granted.
 ANY_SPEED = (1e-300, 1e300)

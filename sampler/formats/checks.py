@@ -196,7 +196,9 @@ def _spin_aspect_law(values: Array, _: Mapping[str, Array]) -> str | None:
     return problem or first_refused(high, (high < low) | (high > 1.0), "a larger probability")
 
 
-spin_aspect_law = Check("mean within 100, deviation 0 to 100, probabilities in order", _spin_aspect_law)
+spin_aspect_law = Check(
+    "mean within 100, deviation 0 to 100, probabilities in order", _spin_aspect_law
+)
 
 
 def _spin_roots(values: Array, datasets: Mapping[str, Array]) -> str | None:
@@ -237,4 +239,6 @@ def _spin_leaves_the_wall(values: Array, _: Mapping[str, Array]) -> str | None:
     return problem or first_refused(v[:, 1:], v[:, 1:] < 1e-9, "1e-9 or more, of p_v")
 
 
-spin_leaves_the_wall = Check("of p_v not negative, and positive from the second on", _spin_leaves_the_wall)
+spin_leaves_the_wall = Check(
+    "of p_v not negative, and positive from the second on", _spin_leaves_the_wall
+)

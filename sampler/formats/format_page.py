@@ -12,8 +12,8 @@ import numpy as np
 from sampler.errors import InputError
 from sampler.files import data_directory, write_text
 from sampler.formats.binary_layout import layout_text
-from sampler.formats.layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, SPIN_DATASETS, Dataset
 from sampler.formats.bounds import QUANTILES
+from sampler.formats.layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, SPIN_DATASETS, Dataset
 
 #: File name of the page, in the folder of the tables.
 PAGE = "FORMAT.md"

@@ -28,15 +28,6 @@ from sampler.formats.binary_layout import (
     Field,
     StoredArray,
 )
-from sampler.formats.channels import (
-    CHANNELS,
-    END_MIRRORED,
-    FIRST_MIRRORED,
-    MOST_NAMES,
-    VARIABLES,
-    channels_for,
-)
-from sampler.formats.format_page import filled
 from sampler.formats.bounds import (
     ALPHA_DEG,
     ANY_SPEED,
@@ -68,6 +59,15 @@ from sampler.formats.bounds import (
     SPIN_SPEED,
     VARIATE_MAX,
 )
+from sampler.formats.channels import (
+    CHANNELS,
+    END_MIRRORED,
+    FIRST_MIRRORED,
+    MOST_NAMES,
+    VARIABLES,
+    channels_for,
+)
+from sampler.formats.format_page import filled
 
 _WIDTH = 98
 

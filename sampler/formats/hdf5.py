@@ -45,6 +45,7 @@ from sampler.formats.layout import (
 )
 from sampler.formats.table_shapes import check_shapes
 
+
 def _shown(value: Any) -> str:
     """Write a given value short and in one line."""
     return repr(shortened(value)) if isinstance(value, str) else shortened(repr(value))

@@ -372,5 +372,3 @@ def _pack_spin_quantiles(quantiles: NDArray[np.float32]) -> tuple[NDArray[Any], 
     steps[:, 1, 1:] = np.maximum(steps[:, 1, 1:], 1.0)
     spans = np.stack([least, step], axis=-1)
     return spans.astype(np.float32), steps.astype(np.uint16)
-
-

@@ -482,6 +482,7 @@ def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
     held = any(path.startswith((GROUP, ACCURACY)) for path in paths)
     return DATASETS + SPIN_DATASETS if held else DATASETS
 
+
 #: Root attributes that some files have, and what they hold.
 OPTIONAL_ATTRIBUTES: Mapping[str, tuple[type, str]] = {
     "speed_independent": (

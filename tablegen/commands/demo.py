@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from sampler.commands import options
-from sampler.commands.program import DONE, MISSED
+from sampler import options
+from sampler.options import DONE, MISSED
 
 
 @click.command(

@@ -9,11 +9,9 @@ from collections.abc import Sequence
 import click
 
 import sampler
-from sampler.commands.export import export
-from sampler.commands.list import list_names
-from sampler.commands.options import SETTINGS, examples
-from sampler.commands.program import Call, Program, run_program
+from sampler.cli import export, list_names
 from sampler.errors import InputError
+from sampler.options import SETTINGS, Call, Program, examples, run_program
 from tablegen.commands.calibrate import calibrate
 from tablegen.commands.compare import compare
 from tablegen.commands.demo import demo

@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from sampler.commands import options
-from sampler.commands.file_types import Named
+from sampler import options
+from sampler.options import Named
 from tablegen.commands import bounded
 
 #: Name or path of a file of measurements.

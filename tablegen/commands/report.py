@@ -4,10 +4,9 @@ from pathlib import Path
 
 import click
 
-from sampler.commands import options
-from sampler.commands.program import DONE
-from sampler.files.atomic import write_text
-from sampler.files.json_text import json_text
+from sampler import options
+from sampler.files import json_text, write_text
+from sampler.options import DONE
 
 
 @click.command(

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from sampler.commands import options
-from sampler.commands.program import DONE, note
+from sampler import options
 from sampler.errors import InputError
-from sampler.files.atomic import write_arrays, write_text
-from sampler.files.json_text import json_text
-from sampler.files.locate import find_file
+from sampler.files import find_file, json_text, write_arrays, write_text
 from sampler.formats.channels import STATE
+from sampler.options import DONE, note
 from tablegen.commands import bounded
 from tablegen.commands.config_argument import CONFIG
 from tablegen.config.defaults import MIXTURE

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from sampler.compilation.side_by_side import side_by_side
 
 import sampler
-from sampler.compilation.processors import processors
-from sampler.compilation.side_by_side import side_by_side
 from sampler.errors import InputError
+from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.config.pairs import MaterialPair

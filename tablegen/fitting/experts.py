@@ -15,9 +15,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
 from sampler.compilation.side_by_side import go_on
-from sampler.formats.spin_bounds import N_OUTCOMES
+
+from sampler.formats.bounds import N_OUTCOMES
 from tablegen.fitting.expectation import (
     Single,
     add_densities,

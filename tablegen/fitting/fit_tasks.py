@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from sampler.formats.spin_bounds import SPEED_COORDINATE
+from sampler.formats.bounds import SPEED_COORDINATE
 from tablegen.config.config import Config
 from tablegen.config.restitution import ExponentialRestitution
 from tablegen.fitting.coordinates import SpeedCoordinate, coordinates, folded

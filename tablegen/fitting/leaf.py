@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.spin_bounds import (
+from sampler.formats.bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,

@@ -13,11 +13,11 @@ from scipy.special import ndtr
 from threadpoolctl import threadpool_limits
 
 from sampler.formats.channels import MIRRORED, channels_for
-from sampler.formats.fixed_point import from_steps, to_steps
 from tablegen.accuracy.scene_variables import simulated_channels
 from tablegen.config.config import Config
 from tablegen.fitting.alias import alias_table
 from tablegen.fitting.classes import CLASSES, allocate_components, class_of
+from tablegen.fitting.fixed_point import from_steps, to_steps
 from tablegen.fitting.marginals import quantile_knots, variate_knots
 from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution

@@ -31,7 +31,7 @@ def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
     Returns
     -------
     dict from path to array
-        The datasets of `sampler.formats.spin_layout`, those of the accuracy empty.
+        The datasets of `sampler.formats.layout`, those of the accuracy empty.
     """
     codes = [int(code) for code in config.population.kernel_arguments().shape_codes]
     sizes = {code: spin_sizes(config).of_shape(code) for code in codes}

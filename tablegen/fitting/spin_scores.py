@@ -5,10 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.normal_cubics import normal_table
-from sampler.formats.spin_bounds import GROUP_SIZE, N_FEATURES, N_OUTCOMES, SCORE_MAX
-from sampler.formats.spin_packing import expert_records
-from sampler.formats.table_arrays import LANES
+from sampler.formats.bounds import GROUP_SIZE, LANES, N_FEATURES, N_OUTCOMES, SCORE_MAX
+from sampler.formats.image import expert_records, normal_table
 from tablegen.fitting.expert_kernels import (
     choose_group,
     choose_of_group,

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-
 from sampler.compilation.side_by_side import side_by_side
+
+from sampler.arguments import as_reals
 from sampler.errors import InputError
-from sampler.inputs.rows import as_reals
 from tablegen.config.config import ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from sampler.compilation.side_by_side import go_on
+
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.audit import AUDIT_SIZE

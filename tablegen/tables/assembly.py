@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import sampler
 from sampler.formats.hdf5 import TableContents
-from sampler.formats.hdf5_layout import DATASETS
+from sampler.formats.layout import DATASETS
 from tablegen.accuracy.comparison import Measured
 from tablegen.config.config import Config
 from tablegen.fitting.marginals import variate_knots

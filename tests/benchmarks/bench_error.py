@@ -20,7 +20,7 @@ from bench_model import angle, at_least, machine, output_file
 from tqdm import tqdm
 
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
+from sampler.files import atomic_output
 from tablegen.config.config import load_config
 from tablegen.evidence.tolerances import FINEST, Setting, curve
 from tablegen.model.shape_codes import SHAPE_NAMES

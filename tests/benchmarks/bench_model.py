@@ -28,9 +28,9 @@ from pathwise import random_particles
 from reference_model import Law, Setup, rebounds
 from tqdm import tqdm
 
-from sampler.compilation.processors import processors
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output, check_output
+from sampler.files import atomic_output, check_output
+from sampler.library import processors
 from tablegen.config.config import load_config
 from tablegen.simulation.simulate import make_condition, simulate_condition
 

@@ -12,8 +12,8 @@ from functools import partial
 
 import numpy as np
 
+from sampler.formats.bounds import SCORE_MAX
 from sampler.formats.shape_codes import SHAPE_CODES
-from sampler.formats.spin_bounds import SCORE_MAX
 from tablegen.accuracy.metrics import DISTANCES, ks_distances
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS

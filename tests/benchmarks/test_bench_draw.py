@@ -6,7 +6,7 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.formats.binary import write_binary_table
+from sampler.formats.image import write_binary_table
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 import toolchain
 
 import sampler
-from sampler.formats.binary import write_binary_table
+from sampler.formats.image import write_binary_table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "sampler"))
 

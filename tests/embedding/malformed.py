@@ -5,7 +5,6 @@ The checksum is made right again where not it is the matter, so that every check
 
 import numpy as np
 
-from sampler.formats.binary import checksum
 from sampler.formats.binary_layout import (
     ARRAYS,
     FIRST_HEADER_BYTES,
@@ -13,6 +12,7 @@ from sampler.formats.binary_layout import (
     SPIN_ARRAYS,
     field_offset,
 )
+from sampler.formats.image import checksum
 
 NAN = np.nan
 _DTYPES = {array.name: array.dtype for array in (*ARRAYS, *SPIN_ARRAYS)}

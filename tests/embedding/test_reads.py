@@ -7,7 +7,7 @@ import small_tables
 import toolchain
 
 import sampler
-from sampler.formats.binary import write_binary_table
+from sampler.formats.image import write_binary_table
 
 SOURCE = Path(__file__).resolve().with_name("reads.c")
 #: Callbacks at every load, in code that keeps each of them.

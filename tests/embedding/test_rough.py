@@ -6,7 +6,7 @@ import toolchain
 from spin_tables import with_spin_law
 
 import sampler
-from sampler.formats.binary import write_binary_table
+from sampler.formats.image import write_binary_table
 
 SEED = 5
 N = 700

@@ -15,13 +15,13 @@ from dusty_gas.walls import (
     sphere_state,
     tabulated,
 )
+from sampler.compilation.jit import no_refcount_kernel
+from sampler.drawing.philox import philox_block, uniform
 from scipy.spatial.transform import Rotation
 from spin_tables import with_spin_law
 
 import sampler
 import tablegen
-from sampler.compilation.jit import no_refcount_kernel
-from sampler.drawing.philox import philox_block, uniform
 from sampler.table import Table
 from tablegen.config.config import load_config
 from tablegen.simulation.simulate import make_condition, simulate_condition

@@ -12,7 +12,7 @@ from many_hits.models import HALF_SIZE, MODELS, Hits, make_walls
 from spin_tables import with_spin_law
 
 import sampler
-from sampler.inputs.output import Rebound
+from sampler.arguments import Rebound
 from sampler.table import Table
 from tablegen import DirectModel, load_config
 

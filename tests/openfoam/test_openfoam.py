@@ -16,7 +16,7 @@ import shots
 from conftest import script
 
 import sampler
-from sampler.formats.binary import write_binary_table
+from sampler.formats.image import write_binary_table
 from tablegen import load_config
 from tablegen.tables.prune import pruned
 

@@ -13,7 +13,7 @@ import shots
 from spin_tables import with_spin_law
 
 import sampler
-from sampler.formats.binary import write_binary_table
+from sampler.formats.image import write_binary_table
 
 CLOUD = "constant/kinematicCloudProperties"
 #: A run in which parcels meet up to nine walls.

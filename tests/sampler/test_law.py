@@ -5,7 +5,7 @@ import pytest
 
 import sampler
 from sampler import InputError, OutsideTableWarning
-from sampler.drawing.law import DRAWS
+from sampler.law import DRAWS
 
 CONDITIONS = [(0.4, 60.0), (0.7, 100.0), (1.2, 290.0)]
 

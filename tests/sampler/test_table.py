@@ -9,7 +9,7 @@ from synthetic_table import make_contents
 
 import sampler
 from sampler import InputError, OutsideTableWarning
-from sampler.inputs.rows import Keys, broadcast
+from sampler.arguments import Keys, broadcast
 
 pytestmark = pytest.mark.processor
 

@@ -7,8 +7,9 @@ for, so that no hit is jumped over: for steps short beside the body, within whic
 towards or away from the body once.
 """
 
-from dusty_gas.gas import SPHERE, acceleration, radius
 from sampler.compilation.jit import inline_kernel, kernel
+
+from dusty_gas.gas import SPHERE, acceleration, radius
 
 #: Iterations after which a bracket of any length has shrunk to neighbouring numbers.
 _BISECTIONS = 80

@@ -9,13 +9,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
+from sampler.drawing.philox import philox_block, uniform
+from sampler.drawing.vectors import scaled
 
 from dusty_gas.gas import CYLINDER, outward, spin_left
 from dusty_gas.motion import advance
 from dusty_gas.walls import rebound_at_wall
-from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from sampler.drawing.philox import philox_block, uniform
-from sampler.drawing.vectors import scaled
 from sampler.errors import CLAMPED, OK
 
 #: Keeps places in the stream and rebounds on different random numbers.

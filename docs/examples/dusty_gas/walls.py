@@ -16,13 +16,13 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-
-import tablegen
 from sampler.compilation.jit import inline_kernel, no_refcount_kernel
 from sampler.drawing.frames import NORMAL_IMPACT, along_wall, impact_angle, perpendicular
 from sampler.drawing.frames import rebound as table_rebound
 from sampler.drawing.philox import philox_block, uniform
 from sampler.drawing.vectors import cross, dot
+
+import tablegen
 from sampler.errors import CLAMPED, NOT_APPROACHING, OK
 from sampler.table import Table
 from tablegen.config.config import Config

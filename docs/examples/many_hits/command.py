@@ -19,8 +19,8 @@ from many_hits.models import Wall, make_walls, seed_of
 from many_hits.motion import Gas
 from many_hits.picture import chains_picture, flow_picture
 from many_hits.wall_picture import impacts_picture
-from sampler.compilation.processors import processors
 from sampler.errors import InputError
+from sampler.library import processors
 from tablegen.config.config import parse_config
 
 DONE, BAD_INPUT = 0, 2

@@ -9,8 +9,8 @@ from importlib import import_module
 import click
 import pytest
 
-from sampler.commands.program import BAD_INPUT, DONE, FAILED, Program, run_program
 from sampler.errors import InputError
+from sampler.options import BAD_INPUT, DONE, FAILED, Program, run_program
 
 FULL = "/dev/full"
 needs_full_device = pytest.mark.skipif(not os.path.exists(FULL), reason="needs a full device")

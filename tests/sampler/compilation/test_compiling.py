@@ -7,7 +7,6 @@ import sys
 import numba
 import pytest
 from numba.core import event
-
 from sampler.compilation.compiling import _PARTS, _CompilationLogger
 
 

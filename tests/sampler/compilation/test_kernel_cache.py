@@ -15,11 +15,11 @@ import numba
 import pytest
 from numba.core import config
 from numba.core.caching import FunctionCache
-
-import sampler
 from sampler.compilation import kernel_cache
 from sampler.compilation.jit import kernel
 from sampler.compilation.kernel_cache import KEPT, KernelCache, kernel_sources
+
+import sampler
 
 #: Folder of the packages that are tested, installed or not.
 ROOT = Path(sampler.__file__).resolve().parents[1]

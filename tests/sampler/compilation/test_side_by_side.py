@@ -6,7 +6,6 @@ from itertools import count
 
 import pytest
 from interruption import interrupted
-
 from sampler.compilation.side_by_side import GivenUpError, ThreadPool, go_on, side_by_side
 
 

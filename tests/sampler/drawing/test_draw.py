@@ -6,15 +6,15 @@ import numba
 import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw
+from sampler.compilation.jit import no_refcount_kernel
+from sampler.drawing import kernel, steps
+from sampler.drawing.batch import draw_batch
 from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
 
 import sampler
 from sampler import errors
-from sampler.compilation.jit import no_refcount_kernel
-from sampler.drawing import kernel, steps
-from sampler.drawing.batch import draw_batch
 from sampler.formats.channels import VARIABLES
-from sampler.formats.packing import _MARGIN, table_arrays
+from sampler.formats.image import _MARGIN, table_arrays
 
 pytestmark = pytest.mark.processor
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from impacts import impacts
 from reference_draw import key_words
+from sampler.drawing import frames
 from scipy.spatial.transform import Rotation
 
 from sampler import errors
-from sampler.drawing import frames
 
 pytestmark = pytest.mark.processor
 

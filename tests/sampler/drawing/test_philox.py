@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from reference_draw import philox
-
 from sampler.compilation.jit import kernel
 from sampler.drawing.philox import philox_block, uniform
 

@@ -15,7 +15,6 @@ import subprocess
 import numba
 import numpy as np
 import pytest
-
 from sampler.compilation.jit import kernel
 from sampler.drawing.philox import philox_block
 

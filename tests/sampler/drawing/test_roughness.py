@@ -6,10 +6,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from impacts import impacts
-from scipy.integrate import quad
-from scipy.stats import kstest
-
-import sampler
 from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing import frames
 from sampler.drawing.frames import rebound
@@ -26,6 +22,10 @@ from sampler.drawing.roughness import (
     rough_rebound,
     tilt_from_words,
 )
+from scipy.integrate import quad
+from scipy.stats import kstest
+
+import sampler
 
 # called from Python here
 bounce_seed = no_refcount_kernel(bounce_seed)

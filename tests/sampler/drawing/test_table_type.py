@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import sampler
-from sampler.formats.table_arrays import TableArrays, same
+from sampler.formats.bounds import TableArrays, same
 
 
 @pytest.fixture(scope="module")

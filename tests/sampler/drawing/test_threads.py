@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import pytest
 from interruption import interrupted
-
 from sampler.drawing import threads as module
 from sampler.drawing.threads import run_rows
+
 from sampler.errors import NOT_FINITE, OK
 
 

@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
-
-from sampler import InputError
 from sampler.compilation.jit import kernel
 from sampler.drawing.steps import channels_to_state
+
+from sampler import InputError
 from sampler.formats.channels import CHANNELS, STATE, VARIABLES, WORKS, channels_for, to_channels
 
 # called from Python here

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import sampler
-from sampler.drawing.roughness import MAX_ROUGHNESS
+from sampler.arguments import MAX_ROUGHNESS
 
 
 def test_small_particles_meet_flanks_and_large_ones_the_whole_profile():

@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import wasserstein_distance
 
 from sampler.errors import InputError
-from sampler.formats.hdf5_layout import DATASETS
+from sampler.formats.layout import DATASETS
 from tablegen.accuracy.comparison import compare
 from tablegen.accuracy.descriptive import (
     modes,

@@ -14,9 +14,9 @@ from spin_laws import WRONG, DirectTable
 from spin_tables import with_spin_law
 from tiny_tables import TINY
 
-from sampler.commands.program import DONE, MISSED
 from sampler.errors import InputError
 from sampler.formats.hdf5 import read_table, write_table
+from sampler.options import DONE, MISSED
 from sampler.table import Table
 from tablegen.accuracy.accuracy_text import condition_text
 from tablegen.accuracy.spin_text import spin_lines

@@ -3,9 +3,9 @@
 import numba
 import numpy as np
 import pytest
+from sampler.drawing.steps import choose_column, choose_component
 from scipy.stats import chisquare
 
-from sampler.drawing.steps import choose_column, choose_component
 from tablegen.fitting.alias import alias_table
 
 RNG = np.random.default_rng(5)

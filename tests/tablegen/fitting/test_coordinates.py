@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-
 from sampler.drawing.spin_steps import fill_features, fill_state
-from sampler.formats.spin_bounds import N_FEATURES, N_INPUTS
+
+from sampler.formats.bounds import N_FEATURES, N_INPUTS
 from tablegen.fitting.coordinates import (
     OUTCOME_SIGNS,
     SpeedCoordinate,

@@ -7,8 +7,8 @@ import pytest
 from mesh_fixtures import box
 from tiny_tables import ROUGH
 
+from sampler.formats.layout import SPIN_DATASETS
 from sampler.formats.shape_codes import FIRST_MESH
-from sampler.formats.spin_layout import SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.config.config import load_config
 from tablegen.config.mesh import MeshFile

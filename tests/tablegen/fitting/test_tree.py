@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 
 import numpy as np
-
 from sampler.drawing.spin_steps import find_leaf
+
 from tablegen.fitting.tree import find_leaves, grow, joined
 
 RNG = np.random.default_rng(5)

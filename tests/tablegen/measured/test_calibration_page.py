@@ -9,7 +9,7 @@ from documents import ROOT, blocks
 from small_pairs import small_pair
 from tiny_tables import ROUGH
 
-from sampler.commands.main import main as sampler
+from sampler.cli import main as sampler
 from tablegen.commands.main import main as tablegen
 from tablegen.measured.reader import parse_measurements
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from crowds import CROWD
-
 from sampler.drawing.grain import draw_grain
+
 from sampler.formats.grain_law import grain_law
 from tablegen.config.config import load_config
 from tablegen.model.jit import kernel
