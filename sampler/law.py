@@ -109,7 +109,7 @@ class LawAtConditions:
         call = self._call(given, "spin", spin, "own", Keys(seed=0, index=0))
         states = np.empty((max(call.rows.n, 1), len(self.columns)))
         report = library.sample(self._table, call.rows, states[: call.rows.n], 1)
-        self._finish(self._header, call, report, 5)  # one draw each has checked the conditions
+        self._finish(self._header, call, report, 4)  # one draw each has checked the conditions
         states = np.empty((DRAWS, len(self.columns)))
         results = []
         for k in range(call.rows.n):

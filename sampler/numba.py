@@ -20,7 +20,7 @@ True
 
 import ctypes
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import llvmlite.binding
 import numba
@@ -55,7 +55,7 @@ def _is_missing(kind: Any) -> bool:
 
 
 def _is_output(kind: Any) -> bool:
-    plain = isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C"
+    plain = isinstance(kind, types.Array) and kind.ndim == 1
     return plain and kind.mutable and kind.dtype == types.float64
 
 
@@ -77,7 +77,7 @@ _OPTIONAL = _Kind(
     "a tuple of three numbers, or None",
     _POINTER,
 )
-_OUTPUT = _Kind(_is_output, "a writable contiguous float64 array of one dimension", _POINTER)
+_OUTPUT = _Kind(_is_output, "a writable float64 array of one dimension", _POINTER)
 
 #: Functions of the library that compiled code calls. A cached caller looks for them by name.
 _SYMBOLS = ("rbt_draw_grain", "rbt_draw_all", "rbt_rebound_grain", "rbt_fresh_grain")
@@ -88,8 +88,6 @@ for _symbol in _SYMBOLS:
 
 def _in_c(context: Any, builder: Any, value: Any, kind: Any, what: _Kind) -> Any:
     """Turn an argument of numba code into one of C."""
-    if what is _OUTPUT:
-        return context.make_array(kind)(context, builder, value).data
     if what.in_c is not _POINTER:
         number = {_REAL: types.float64, _LONG: types.uint64, _WORD: types.uint32}[what.in_c]
         return context.cast(builder, value, kind, number)
@@ -102,10 +100,11 @@ def _in_c(context: Any, builder: Any, value: Any, kind: Any, what: _Kind) -> Any
     return builder.bitcast(place, _POINTER)
 
 
-def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...]) -> Any:
-    """Type a call of a function of the library, which returns a status, and write its code.
+def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...], *at: int) -> Any:
+    """Type a call of a function of the library and write its code.
 
-    A rebound gets its output, the last argument, twice: velocity, and angular velocity behind it.
+    The call returns its status and the numbers that the function writes. The last argument, the
+    array for them, is only looked at: the caller copies them, whatever its stride.
 
     Parameters
     ----------
@@ -114,22 +113,29 @@ def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...]) -> A
         Name and kind of each.
     given : tuple
         Types in numba.
+    *at : int
+        Where the outputs of the function begin among the numbers, and how many there are in all.
     """
     for (name, what), kind in zip(arguments.items(), given, strict=True):
         if not what.fits(kind):
             raise TypingError(f"{name}: got {kind}, allowed: {what.allowed}")
+    *begins, count = at
+    found = types.Tuple((types.int32, types.UniTuple(types.float64, count)))
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kinds = arguments.values()
-        values = [_in_c(context, builder, *one) for one in zip(args, sig.args, kinds, strict=True)]
-        if symbol == "rbt_rebound_grain":
-            values.append(builder.gep(values[-1], [_WORD(3)]))
-        function = ir.FunctionType(_WORD, [value.type for value in values])
-        return builder.call(
-            cgutils.get_or_insert_function(builder.module, function, symbol), values
-        )
+        kinds = list(arguments.values())
+        parts = zip(args[:-1], sig.args[:-1], kinds[:-1], strict=True)
+        values = [_in_c(context, builder, *part) for part in parts]
+        room = cgutils.alloca_once(builder, ir.ArrayType(_REAL, count))
+        places = [builder.gep(room, [_WORD(0), _WORD(k)]) for k in range(count)]
+        values += [places[k] for k in begins]
+        kind = ir.FunctionType(_WORD, [value.type for value in values])
+        function = cgutils.get_or_insert_function(builder.module, kind, symbol)
+        status = builder.call(function, values)
+        numbers = context.make_tuple(builder, found[1], [builder.load(place) for place in places])
+        return context.make_tuple(builder, found, [status, numbers])
 
-    return types.int32(*given), emit
+    return found(*given), emit
 
 
 _DRAW = {
@@ -143,17 +149,32 @@ _REBOUND = {
 }
 
 
+def _check_of(name: str) -> Callable[[Any], None]:
+    """Make a function of numba code that compiles only for an array to write to."""
+
+    @intrinsic
+    def check(typingctx: Any, given: Any) -> Any:
+        if not _OUTPUT.fits(given):
+            raise TypingError(f"{name}: got {given}, allowed: {_OUTPUT.allowed}")
+        return types.void(given), lambda context, builder, sig, args: context.get_dummy_value()
+
+    return cast(Callable[[Any], None], check)
+
+
+_check_state, _check_out = _check_of("state"), _check_of("out")
+
+
 @intrinsic
 def _draw(typingctx, handle, alpha1, speed, spin, grain, seed, index, hit, state):  # noqa: ANN001, ANN202
     given = (handle, alpha1, speed, spin, grain, seed, index, hit, state)
-    return _call("rbt_draw_grain", _DRAW, given)
+    return _call("rbt_draw_grain", _DRAW, given, 0, 6)
 
 
 @intrinsic
 def _draw_all(typingctx, handle, alpha1, speed, seed, index, hit, state):  # noqa: ANN001, ANN202
     given = (handle, alpha1, speed, seed, index, hit, state)
     without = {name: what for name, what in _DRAW.items() if name not in ("spin", "grain")}
-    return _call("rbt_draw_all", without, given)
+    return _call("rbt_draw_all", without, given, 0, 10)
 
 
 @intrinsic
@@ -173,13 +194,13 @@ def _rebound(  # noqa: ANN202
     out,  # noqa: ANN001
 ):
     motion = (handle, velocity, normal, half_size, wall_velocity, roughness, omega, grain)
-    return _call("rbt_rebound_grain", _REBOUND, (*motion, seed, index, hit, out))
+    return _call("rbt_rebound_grain", _REBOUND, (*motion, seed, index, hit, out), 0, 3, 6)
 
 
 @intrinsic
 def _grain(typingctx, handle, seed, index, hit, out):  # noqa: ANN001, ANN202
     arguments = {"handle": _HANDLE, "seed": _KEY, "index": _KEY, "hit": _HIT, "out": _OUTPUT}
-    return _call("rbt_fresh_grain", arguments, (handle, seed, index, hit, out))
+    return _call("rbt_fresh_grain", arguments, (handle, seed, index, hit, out), 0, 3)
 
 
 @numba.njit(nogil=True)
@@ -236,11 +257,22 @@ def draw(
     ValueError
         If `state` has fewer than six numbers.
     """
+    _check_state(state)
     if state.size < 6:
         raise ValueError("state: got fewer than 6 numbers, allowed: shape (6,) or (10,)")
     if spin is None and grain is None and state.size >= 10:
-        return _draw_all(handle, alpha1, speed, seed, index, hit, state)
-    return _draw(handle, alpha1, speed, spin, grain, seed, index, hit, state)
+        status, every = _draw_all(handle, alpha1, speed, seed, index, hit, state)
+        if status >= 0:
+            for k in range(10):
+                state[k] = every[k]
+        return status
+    status, values = _draw(handle, alpha1, speed, spin, grain, seed, index, hit, state)
+    if status >= 0:
+        for k in range(6):
+            state[k] = values[k]
+        for k in range(6, min(state.size, 10)):
+            state[k] = 0.0
+    return status
 
 
 @numba.njit(nogil=True)
@@ -326,9 +358,10 @@ def rough_rebound(
     numba.TypingError, ValueError
         As `draw`, of `out`.
     """
+    _check_out(out)
     if out.size < 6:
         raise ValueError("out: got fewer than 6 numbers, allowed: shape (6,)")
-    return _rebound(
+    status, values = _rebound(
         handle,
         velocity,
         normal,
@@ -342,6 +375,10 @@ def rough_rebound(
         hit,
         out,
     )
+    if status >= 0:
+        for k in range(6):
+            out[k] = values[k]
+    return status
 
 
 @numba.njit(nogil=True)
@@ -358,6 +395,5 @@ def grain(handle: int, seed: int, index: int, hit: int) -> Vector:
     tuple of three float
         Shape code of `sampler.formats.shape_codes`, b/a and c/b. Zeros for a table without spin law.
     """
-    out = np.zeros(3)
-    _grain(handle, seed, index, hit, out)
-    return out[0], out[1], out[2]
+    status, found = _grain(handle, seed, index, hit, np.zeros(0))
+    return found if status >= 0 else (0.0, 0.0, 0.0)

@@ -42,7 +42,7 @@ _SOONER_COPIED = 10_000
 
 
 class Counts:
-    """Draws outside a table and draws that extrapolate its laws; those of a copy are 0."""
+    """Numbers of draws outside a table, and of draws that extrapolate its laws."""
 
     def __init__(self) -> None:
         self.clamped = self.extrapolated = 0
@@ -144,6 +144,9 @@ class Table(LawAtConditions, Counting):
         self._small = _kept_beside(contents)
         self._source: TableContents | Path = contents
         self._counts = Counts()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_counts": Counts()}
 
     def __repr__(self) -> str:
         alpha, speed = self.alpha_nodes_deg, self.speed_nodes

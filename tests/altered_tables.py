@@ -1,13 +1,9 @@
 """Tables whose numbers or attributes were altered and whose checksum was made right again.
 
-Such a file says that it is whole, so a reader must judge what is in it: it refuses the file in one
-line, or draws what a table may give, finite states that leave the wall without a gain of energy,
-and writes it as a binary table. `python tests/altered_tables.py FIRST END FILE...` is a process for
-`damaged_tables.read_damaged`, which has the same files altered by the same seeds.
+Such a file says that it is whole, so a reader must judge its contents: it refuses the file in one
+line, or draws finite states that leave the wall without a gain of energy.
 """
 
-import sys
-import tempfile
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -153,7 +149,6 @@ def judge(path: Path) -> tuple[str, str]:
     """Kind and detail of what becomes of an altered table: loaded, drawn from, exported."""
     import sampler
     from sampler.errors import TableError
-    from sampler.formats.image import binary_table
 
     try:
         table = sampler.load(path)
@@ -171,28 +166,4 @@ def judge(path: Path) -> tuple[str, str]:
     problem = problem_of(states, table.columns)
     if problem:
         return "wrong", problem
-    binary_table(table.contents)
     return "drawn", ""
-
-
-def _work(first: int, end: int, files: list[Path]) -> None:
-    """Alter and judge tables in this process, and say after each what became of it."""
-    for path in files:
-        judge(path)  # compiles what a draw from such a table needs
-    originals = [path.read_bytes() for path in files]
-    with tempfile.TemporaryDirectory() as folder:
-        altered = Path(folder) / "altered.h5"
-        for seed in range(first, end):
-            altered.write_bytes(originals[seed % len(originals)])
-            alter(altered, seed)
-            print(f"{seed} begun", flush=True)
-            try:
-                kind, detail = judge(altered)
-            except Exception as error:
-                kind, detail = "raised", f"{type(error).__name__}: {error}"
-            detail = detail.replace(str(altered), "").encode("unicode_escape").decode()
-            print(f"{seed} {kind} {detail}", flush=True)
-
-
-if __name__ == "__main__":
-    _work(int(sys.argv[1]), int(sys.argv[2]), [Path(path) for path in sys.argv[3:]])

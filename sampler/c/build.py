@@ -38,12 +38,11 @@ def compiler() -> list[str]:
     return zig if find_spec("ziglang") else []
 
 
-def build(library: Path = LIBRARY) -> None:
+def build(library: Path = LIBRARY, source: Path = HERE / "rebound_sampler.h") -> None:
     """Compile the library; raises `SystemExit` with one line if that cannot be done."""
     words = compiler()
     if not words:
         raise SystemExit("no C compiler found: install gcc or clang, or pip install ziglang")
-    source = HERE / "rebound_sampler.h"
     flags = shlex.split(os.environ.get("CFLAGS", ""))
     command = [*words, *FLAGS, *flags, "-x", "c", str(source), "-o", str(library), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True)

@@ -2594,7 +2594,7 @@ typedef struct rbti_header {
 /* channels (bits) from which each variable is made */
 #define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80, 0x101, 0x14b}
 #define RBTI_FIRST_HEADER_BYTES 432
-/* least and largest value; see sampler/formats/table_bounds.py */
+/* least and largest value; see sampler/formats/bounds.py */
 #define RBTI_ALPHA_BOUNDS 1.7453292519925846e-11, 1.5707963267964675
 #define RBTI_SPEED_BOUNDS 1e-09, 1000000000.0
 #define RBTI_ANY_SPEED_BOUNDS 1e-300, 1e+300

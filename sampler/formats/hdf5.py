@@ -103,7 +103,7 @@ def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
         ("channels", channels, CHANNELS),
     ):
         if not given or not set(given) <= set(known) or len(set(given)) < len(given):
-            got, allowed = shown(" ".join(given)), f"some of {' '.join(known)}"
+            got, allowed = _shown(" ".join(given)), f"some of {' '.join(known)}"
             raise TableError(f"{name}: got {got}, allowed: {allowed}")
     missing = [name for name in channels_for(variables) if name not in channels]
     if missing:

@@ -5,7 +5,6 @@ import multiprocessing
 import pickle
 from concurrent.futures import ProcessPoolExecutor
 
-import numba
 import numpy as np
 import pytest
 
@@ -44,8 +43,6 @@ def test_copies_draw_the_same(table_path, make):
     table = sampler.load(table_path)
     other = make(table)
     assert repr(other) == repr(table)
-    # else numba would compile the draw once more
-    assert numba.typeof(other.arrays) == numba.typeof(table.arrays)
     for name in ("columns", "pair", "config", "speed_independent", "outside", "nbytes"):
         assert getattr(other, name) == getattr(table, name)
     assert other.contents.content_sha256 == table.contents.content_sha256
@@ -53,13 +50,6 @@ def test_copies_draw_the_same(table_path, make):
     np.testing.assert_array_equal(
         other.sample(0.7, 100.0, seed=1, index=INDEX), table.sample(0.7, 100.0, seed=1, index=INDEX)
     )
-
-
-@pytest.mark.parametrize("make", COPIES)
-def test_copies_begin_on_cache_lines(table_path, make):
-    arrays = make(sampler.load(table_path)).arrays
-    for array in (arrays.components, arrays.quantiles):
-        assert array.ctypes.data % 64 == 0
 
 
 @pytest.mark.parametrize("make", COPIES)

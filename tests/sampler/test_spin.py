@@ -52,10 +52,10 @@ class TestSample:
         fresh = table.sample(alpha1, speed, spin=spin, grain="fresh", **KEYS)
         for k in range(0, N, 7):
             keys, three = (5, int(INDEX[k]), int(HITS[k])), tuple(spin[k])
-            assert sampler.draw(table.arrays, alpha1[k], speed[k], *keys, OUT, three) >= 0
+            assert sampler.draw(table.handle, alpha1[k], speed[k], *keys, OUT, three) >= 0
             np.testing.assert_array_equal(OUT, states[k])
-            grain = sampler.grain(table.arrays, *keys)
-            assert sampler.draw(table.arrays, alpha1[k], speed[k], *keys, OUT, three, grain) >= 0
+            grain = sampler.grain(table.handle, *keys)
+            assert sampler.draw(table.handle, alpha1[k], speed[k], *keys, OUT, three, grain) >= 0
             np.testing.assert_array_equal(OUT, fresh[k])
         # at hit 0 a fresh grain is the particle's own
         np.testing.assert_array_equal(states[HITS == 0], fresh[HITS == 0])
@@ -174,7 +174,7 @@ class TestRebound:
             given += () if roughness is None else (roughness,)
             keys = (5, int(INDEX[k]), int(HITS[k]))
             kernel = sampler.rebound if roughness is None else sampler.rough_rebound
-            assert kernel(table.arrays, *given, *keys, OUT, tuple(omega[k])) >= 0
+            assert kernel(table.handle, *given, *keys, OUT, tuple(omega[k])) >= 0
             np.testing.assert_array_equal(OUT[:3], found.velocity[k])
             np.testing.assert_array_equal(OUT[3:], found.omega[k])
 
@@ -263,7 +263,7 @@ def test_a_table_without_spin_law_refuses():
         sampler.Table(make_contents(), population={"shapes": {"prism": 1.0}})
     with pytest.raises(InputError, match="grains: asked for"):
         table.grains(1, 0)
-    code = sampler.draw(table.arrays, 0.5, 100.0, 1, 2, 3, state, (0.0, 0.0, 0.0))
+    code = sampler.draw(table.handle, 0.5, 100.0, 1, 2, 3, state, (0.0, 0.0, 0.0))
     assert code == sampler.NO_SPIN_LAW
     np.testing.assert_array_equal(state, -7.0)
 
@@ -271,12 +271,10 @@ def test_a_table_without_spin_law_refuses():
 def test_kernels_refuse(table):
     state, draw = np.full(6, -7.0), sampler.draw
     keys, still = (1, 2, 3), (0.0, 0.0, 0.0)
-    assert draw(table.arrays, 0.5, 100.0, *keys, state, (np.nan, 0.0, 0.0)) == sampler.NOT_FINITE
+    assert draw(table.handle, 0.5, 100.0, *keys, state, (np.nan, 0.0, 0.0)) == sampler.NOT_FINITE
     for grain in ((2.0, 0.8, 0.8), (1.0, 0.0, 0.8), (1.5, 0.8, 0.8), (np.nan, 0.8, 0.8)):
-        code = draw(table.arrays, 0.5, 100.0, *keys, state, still, grain)
+        code = draw(table.handle, 0.5, 100.0, *keys, state, still, grain)
         assert code == sampler.GRAIN_NOT_KNOWN
-    other = spinning_table(population={"shapes": {"prism": 1.0}})
-    assert draw(other.arrays, 0.5, 100.0, *keys, state) == sampler.SPIN_NOT_GIVEN
     np.testing.assert_array_equal(state, -7.0)
 
 

@@ -166,10 +166,10 @@ def test_large_inputs_are_not_copied():
     """Scalars stay one row, arrays of the right type and shape are passed on as they are."""
     angles = np.full((300, 100), 0.7)
     index = np.arange(30_000, dtype=np.uint64).reshape(300, 100)
-    rows = broadcast({"alpha1": angles, "speed": 100.0}, Keys(seed=1, index=index))
-    assert np.shares_memory(rows.values["alpha1"], angles)
-    assert np.shares_memory(rows.keys[1], index)
-    assert rows.values["speed"].shape == rows.keys[2].shape == (1,)
+    _, rows = broadcast({"alpha1": angles, "speed": 100.0}, Keys(seed=1, index=index))
+    assert np.shares_memory(rows.arrays["alpha1"], angles)
+    assert np.shares_memory(rows.arrays["index"], index)
+    assert rows.arrays["speed"].shape == rows.arrays["hit"].shape == (1,)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.int64, np.uint16])

@@ -4,8 +4,7 @@ import pytest
 
 from sampler.errors import InputError
 from sampler.files import data_directory
-from sampler.formats import format_page
-from sampler.formats import hdf5_layout as layout
+from sampler.formats import format_page, layout
 from sampler.formats.binary_layout import ARRAYS, HEADER
 from sampler.formats.format_page import PAGE, filled_page
 from sampler.formats.layout import SPIN_DATASETS

@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from sampler import errors
-from sampler.errors import InputError
+from sampler.errors import CODES, Code, InputError
 from sampler.files import include_directory
 from sampler.formats import generated_code
-from sampler.formats.binary_layout import CODES, LIBRARY_VERSION, Code
+from sampler.formats.binary_layout import LIBRARY_VERSION
 from sampler.formats.generated_code import PARTS, generated
 
 COMMAND = "python -m sampler.formats.generated_code"
@@ -34,13 +33,6 @@ def test_a_lost_mark_is_refused(name):
     broken = text_of(name).replace("end constants", "")
     with pytest.raises(InputError, match="part 'constants' is not marked, allowed: "):
         generated(name, broken)
-
-
-def test_codes_of_draws_are_those_of_python():
-    names = [code.name.removeprefix("ERR_") for code in CODES if code.number > -10]
-    assert [getattr(errors, name) for name in names] == [
-        code.number for code in CODES if code.number > -10
-    ]
 
 
 def test_library_has_the_version_of_the_package():

@@ -4,8 +4,6 @@ import enum
 
 import numpy as np
 import pytest
-from sampler.drawing.batch import draw_batch
-from sampler.drawing.frames import rebound_batch
 
 import sampler
 from sampler import InputError
@@ -120,18 +118,10 @@ def _read_only(values):
     return array
 
 
-def test_arrays_that_cannot_be_written_need_no_kernel_of_their_own(table):
-    """As pandas and memory maps give them; another type to numba, and seconds of compilation."""
-    impacts = {name: np.array([value] * 3) for name, value in IMPACT.items()}
-    keys = {"index": np.arange(3, dtype=np.uint64), "hit": np.zeros(3, dtype=np.uint32)}
+def test_arrays_that_cannot_be_written_are_taken(table):
+    """As pandas and memory maps give them."""
     conditions = {"alpha1": np.full(3, 0.7), "speed": np.full(3, 100.0)}
+    keys = {"index": np.arange(3, dtype=np.uint64), "hit": np.zeros(3, dtype=np.uint32)}
     drawn = table.sample(**conditions, **keys, seed=1)
-    left = table.rebound(**impacts, **keys, seed=1)
-    compiled = [len(kernel.signatures) for kernel in (draw_batch, rebound_batch)]
-    keys, conditions, impacts = (
-        {name: _read_only(values) for name, values in given.items()}
-        for given in (keys, conditions, impacts)
-    )
-    np.testing.assert_array_equal(table.sample(**conditions, **keys, seed=1), drawn)
-    np.testing.assert_array_equal(table.rebound(**impacts, **keys, seed=1), left)
-    assert [len(kernel.signatures) for kernel in (draw_batch, rebound_batch)] == compiled
+    frozen = {name: _read_only(values) for name, values in (conditions | keys).items()}
+    np.testing.assert_array_equal(table.sample(**frozen, seed=1), drawn)

@@ -1,0 +1,244 @@
+"""The draw against an independent implementation, with scripted words at every end."""
+
+import itertools
+
+import numpy as np
+import pytest
+from reference_draw import key_words, reference_draw
+from scripted import Scripted, build_scripted
+from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
+
+import sampler
+from sampler.formats.channels import VARIABLES
+from sampler.formats.image import header_of, table_image
+from sampler.library import OpenTable
+
+pytestmark = pytest.mark.processor
+
+ENDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF)
+
+#: Quantiles of a cell are 16-bit steps, half a step of the largest range of 3.7 at most; what lies
+#: between random words and quantiles is in single precision.
+TOLERANCE = 0.5 * 3.7 / 65535 + 1e-5
+MIDDLE = (0x5A5A5A5A, 0x3C3C3C3D, 0x12345678, 0x9ABCDEF0, 0x0F1E2D3C, 0x4B5A6978, 0x8796A5B4, 1)
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    return build_scripted(tmp_path_factory.mktemp("scripted"))
+
+
+@pytest.fixture
+def script(library):
+    """Make a function that draws from the image of a table, or of contents, by scripted words."""
+
+    def make(contents, image=None):
+        image = table_image(contents) if image is None else image
+        return Scripted(library, OpenTable(image)).draw
+
+    return make
+
+
+def _check(contents, draw, alpha1, speed, words):
+    """A draw is that of the specification."""
+    code, state = draw(alpha1, speed, words)
+    assert code == sampler.OK
+    expected = reference_draw(contents, alpha1, speed, words)
+    np.testing.assert_allclose(state, expected, rtol=0, atol=TOLERANCE)
+
+
+def _conditions():
+    """Nodes, middles of cells and the four corners of the domain."""
+    alphas = np.deg2rad([20.0, 27.3, 50.0, 71.9, 90.0])
+    return list(itertools.product(alphas, [50.0, 88.8, 120.0, 210.0, 300.0]))
+
+
+@pytest.mark.parametrize("places", [*range(8), slice(None)])
+def test_words_at_their_ends(script, contents, places):
+    """Each at its ends, the others in the middle; and all at the same end."""
+    draw = script(contents)
+    for word, (alpha1, speed) in itertools.product(ENDS, _conditions()):
+        words = np.array(MIDDLE)
+        words[places] = word
+        _check(contents, draw, alpha1, speed, words)
+
+
+def test_draws_from_keys(table, contents):
+    rng = np.random.default_rng(5)
+    n = 200
+    alpha1, speed = rng.uniform(0.35, np.pi / 2, n), rng.uniform(50.0, 300.0, n)
+    index = rng.integers(0, 2**64, n, dtype=np.uint64)
+    hit = rng.integers(0, 2**32, n, dtype=np.uint32)
+    seed = 0xFEDCBA9876543210
+    states = table.sample(alpha1, speed, seed=seed, index=index, hit=hit)
+    for k in range(n):
+        words = key_words(seed, int(index[k]), int(hit[k]))
+        expected = reference_draw(contents, alpha1[k], speed[k], words)
+        np.testing.assert_allclose(states[k], expected, rtol=0, atol=TOLERANCE)
+
+
+def test_shares_of_nodes_and_components(script, contents):
+    """Equally spaced words, a quadrature: bilinear weights of the corners, weights of components.
+
+    The quantile of v at the middle of each component differs from node to node, and so tells them.
+    """
+    draw = script(contents)
+    alpha1, speed = np.deg2rad(27.3), 88.8
+    n, words = 2**12, list(MIDDLE)
+    states = np.empty((n, 6))
+    for k in range(n):
+        words[1] = (k << 20) + 2**19
+        states[k] = draw(alpha1, speed, words)[1]
+    # the corner changes at three words: four plateaus, with the bilinear weights as lengths
+    lengths = np.diff(np.flatnonzero(np.r_[True, (np.diff(states, axis=0) != 0).any(axis=1), True]))
+    reference = np.array([reference_draw(contents, alpha1, speed, words) for words in _corners(n)])
+    expected = np.diff(
+        np.flatnonzero(np.r_[True, (np.abs(np.diff(reference, axis=0)) > 1e-9).any(axis=1), True])
+    )
+    np.testing.assert_array_equal(lengths, expected)
+    assert len(lengths) >= 3
+
+
+def _corners(n):
+    words = list(MIDDLE)
+    for k in range(n):
+        words[1] = (k << 20) + 2**19
+        yield list(words)
+
+
+@pytest.mark.parametrize("first", [(0, 2), (0, 0), (0, 5)], ids=["both", "second", "first"])
+def test_class_of_a_component(script, first):
+    """A class may be empty; every component belongs to one that is not."""
+    datasets = make_datasets()
+    datasets["dependence/first_of_class"][1, 1] = first
+    contents = make_contents(datasets)
+    draw = script(contents)
+    for words in np.random.default_rng(4).integers(0, 2**32, (100, 8)):
+        _check(contents, draw, np.deg2rad(ALPHA_DEG[1]), SPEED[1], words)
+
+
+def test_reflection_is_exact(script, contents):
+    draw = script(contents)
+    rng = np.random.default_rng(11)
+    for _ in range(50):
+        words = rng.integers(0, 2**32, 8, dtype=np.uint64)
+        words[1] = words[1] // 4096 * 4096 + HALF
+        _, state = draw(0.9, 130.0, words)
+        words[1] -= 1
+        _, image = draw(0.9, 130.0, words)
+        plane = [VARIABLES.index(name) for name in ("u", "v", "omega_z")]
+        odd = [VARIABLES.index(name) for name in ("w", "omega_x", "omega_y")]
+        np.testing.assert_array_equal(image[plane], state[plane])
+        # The quantile functions were rounded on either side of zero.
+        np.testing.assert_allclose(image[odd], -state[odd], rtol=0, atol=2 * TOLERANCE)
+        assert np.abs(state[odd]).min() > 2 * TOLERANCE
+
+
+@pytest.mark.parametrize("stored", [0, 1, 1000, 4095, 4096])
+def test_reflection_has_the_stored_probability(script, stored):
+    """Of the 4096 values of the lower bits, as many reflect as the file says."""
+    draw = script(make_contents(make_datasets(reflection=stored)))
+    words = list(MIDDLE)
+    signs = []
+    for low in range(4096):
+        words[1] = MIDDLE[1] // 4096 * 4096 + low
+        signs.append(draw(0.9, 130.0, words)[1][3] > 0.0)
+    flips = np.array(signs) != signs[-1]
+    assert flips.sum() in (stored % 4096, stored)
+
+
+@pytest.mark.parametrize(
+    ("alpha1", "speed", "code"),
+    [
+        (np.nan, 100.0, sampler.NOT_FINITE),
+        (np.inf, 100.0, sampler.NOT_FINITE),
+        (0.5, np.nan, sampler.NOT_FINITE),
+        (0.5, -np.inf, sampler.NOT_FINITE),
+        (0.0, 100.0, sampler.NOT_APPROACHING),
+        (-0.1, 100.0, sampler.NOT_APPROACHING),
+        (np.pi / 2 + 1e-9, 100.0, sampler.NOT_APPROACHING),
+        (0.5, 0.0, sampler.SPEED_NOT_POSITIVE),
+        (0.5, -1.0, sampler.SPEED_NOT_POSITIVE),
+    ],
+)
+def test_refused_conditions_write_nothing(table, alpha1, speed, code):
+    state = np.full(6, -7.0)
+    assert sampler.draw(table.handle, alpha1, speed, 1, 2, 3, state) == code
+    assert code < 0
+    np.testing.assert_array_equal(state, -7.0)
+
+
+@pytest.mark.parametrize(
+    ("alpha1", "speed", "nearest"),
+    [
+        (1e-9, 100.0, (np.deg2rad(20.0), 100.0)),
+        (0.5, 1e-9, (0.5, 50.0)),
+        (0.5, 1e9, (0.5, 300.0)),
+        (0.1, 301.0, (np.deg2rad(20.0), 300.0)),
+    ],
+)
+def test_outside_takes_the_nearest_condition(table, alpha1, speed, nearest):
+    state, expected = np.empty(6), np.empty(6)
+    assert sampler.draw(table.handle, alpha1, speed, 1, 2, 3, state) == sampler.CLAMPED
+    assert sampler.draw(table.handle, *nearest, 1, 2, 3, expected) == sampler.OK
+    np.testing.assert_array_equal(state, expected)
+
+
+def test_rounding_at_the_edge_is_not_outside(table):
+    state = np.empty(6)
+    for alpha1 in (np.nextafter(np.deg2rad(20.0), 0.0), np.nextafter(np.pi / 2, 2.0)):
+        assert sampler.draw(table.handle, alpha1, 300.0 * (1 + 1e-15), 1, 2, 3, state) == sampler.OK
+
+
+def test_axis_of_one_node(script):
+    datasets = make_datasets(alpha_deg=ALPHA_DEG[1:2], speed=SPEED[:1])
+    contents = make_contents(datasets)
+    code, state = script(contents)(np.deg2rad(50.0), 50.0, MIDDLE)
+    assert code == sampler.OK
+    assert script(contents)(np.deg2rad(51.0), 50.0, MIDDLE)[0] == sampler.CLAMPED
+    # A cell whose four corners are that node must say the same.
+    wide = make_datasets(alpha_deg=[40.0, 50.0], speed=[50.0, 60.0])
+    for path, values in datasets.items():
+        if not path.startswith("axes/"):
+            repeat = values.ndim > 2
+            wide[path] = np.tile(values, (2, 2) + (1,) * (values.ndim - 2)) if repeat else values
+    _, same = script(make_contents(wide))(np.deg2rad(44.0), 57.0, MIDDLE)
+    np.testing.assert_allclose(state, same, rtol=0, atol=1e-15)
+
+
+def test_extreme_quantiles_keep_the_physics(script):
+    """Quantiles as close to their bounds as float32 allows, at every combination of ends."""
+    datasets = make_datasets()
+    end, tiny = np.nextafter(np.float32(1), np.float32(0)), np.finfo(np.float32).tiny
+    quantiles = datasets["marginals/quantiles"]
+    n_knots = quantiles.shape[-1]
+    quantiles[..., 0, :] = np.where(np.arange(n_knots) < n_knots // 2, tiny, end)
+    for channel in (1, 3):
+        quantiles[..., channel, :] = np.where(np.arange(n_knots) < n_knots // 2, -end, end)
+    draw = script(make_contents(datasets))
+    for words in itertools.product((0, 0x7FFFFFFF, 0xFFFFFFFF), repeat=5):
+        w = [words[0], words[1], words[2], words[3], 5, words[4], 6, 7]
+        code, state = draw(0.8, 77.0, w)
+        assert code == sampler.OK
+        assert np.isfinite(state).all()
+        assert state[1] > 0.0
+        assert (state[:3] ** 2).sum() <= 1.0
+
+
+@pytest.mark.parametrize(("short", "stays"), [(1e-6, True), (0.0, False)])
+def test_rounding_does_not_lead_beyond_the_largest_quantile(contents, short, stays):
+    """All quantiles at their last step: a draw differs from it by rounding alone."""
+    image = table_image(contents)
+    header = header_of(image)
+    spans = image[int(header["at_spans"]) : int(header["at_quantiles"])].view(np.float64)
+    steps = image[int(header["at_quantiles"]) :].view(np.uint16)
+    spans[0::2], spans[1::2] = 0.5, 0.25 * (1.0 - short) / 65535
+    steps[:] = 65535
+    table = sampler.Table(contents)
+    table._table.image[:] = image  # behind the checks of the library
+    rng = np.random.default_rng(6)
+    n = 100_000
+    alpha1, speed = rng.uniform(0.35, np.pi / 2, n), rng.uniform(50.0, 300.0, n)
+    states = table.sample(alpha1, speed, seed=0, index=np.arange(n))
+    assert (states[:, 1].max() <= 0.75) == stays
+    assert states[:, 1].min() > 0.75 * (1.0 - 2e-6)
