@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 #: Names of the classes, in the order of the table's arrays.
 CLASSES = ("single", "repeated")
 
-#: A class with a smaller share of the sample, or fewer points, than this is merged with the other:
-#: it changes no distribution function by more, and has too few points for a fit.
+#: A class with a smaller share of the sample, or with fewer points, is merged with the other one.
+#: Its share bounds the change of any distribution function.
 LEAST_SHARE = 0.005
 _LEAST_POINTS = 40
 
@@ -24,7 +24,7 @@ _EXPONENT = 0.75
 
 
 def class_of(collisions: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Class of each rebound, from its number of collisions.
+    """Find the class of each rebound from its number of collisions.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def class_of(collisions: NDArray[np.int64]) -> NDArray[np.int64]:
     Returns
     -------
     (n,) int64
-        Index into `CLASSES`; a class too small to be fitted is merged with the other.
+        Index into `CLASSES`. All rebounds get the same class if the other is too small to fit.
     """
     kind = np.where(collisions > 1, 1, 0)
     count = np.bincount(kind, minlength=len(CLASSES))

@@ -14,12 +14,16 @@ from sampler.formats.spin_bounds import N_CONDITIONS
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.impact_chains import energy_factor
 
-#: Signs of the outcomes, and of a condition's numbers, under reflection in the impact plane.
+#: Signs of the outcomes, and of the numbers of a condition, under reflection in the impact plane.
 OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 CONDITION_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0])
 
 #: Pairs of numbers of a condition whose products are features.
 _PAIRS = np.triu_indices(N_CONDITIONS)
+
+#: Least 1 - (speed after the impact over V_e)^2. Rounding may make it negative for a sphere that
+#: keeps all of its energy.
+_LEAST_REST = 1e-6
 
 
 class SpeedCoordinate(NamedTuple):
@@ -29,12 +33,12 @@ class SpeedCoordinate(NamedTuple):
     exponent: float
 
     def of(self, speed: FloatArray) -> FloatArray:
-        """Coordinate of speeds [m/s]."""
+        """Compute the coordinate of speeds [m/s]."""
         return np.exp(-self.coefficient * speed**self.exponent)
 
 
 def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
-    """Coordinates q of impacts.
+    """Compute the coordinates q of impacts.
 
     Parameters
     ----------
@@ -58,7 +62,7 @@ def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
 
 
 def outcomes(states: FloatArray, spin: FloatArray) -> FloatArray:
-    """Numbers x of rebounds, which have no bounds but the normal velocity's, which is positive.
+    """Compute the outcomes x of rebounds; the normal velocity is positive, others are unbounded.
 
     Parameters
     ----------
@@ -73,8 +77,7 @@ def outcomes(states: FloatArray, spin: FloatArray) -> FloatArray:
         Velocities w over V_e as w / sqrt(1 - |w|^2), and angular velocities times a / V_e.
     """
     scaled = states / energy_factor(spin)[:, None]
-    # rounding may reach the bound where a sphere keeps all of its energy
-    rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), 1e-6)
+    rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), _LEAST_REST)
     return np.column_stack([scaled[:, :3] / np.sqrt(rest)[:, None], scaled[:, 3:]])
 
 
@@ -90,14 +93,14 @@ def folded(q: FloatArray) -> tuple[FloatArray, FloatArray]:
     q : (n, 5) float64
         With sigma_x >= 0.
     signs : (n, 6) float64
-        Of the outcomes: those of the reflection where there was one, else 1.
+        Factors of the outcomes: `OUTCOME_SIGNS` for reflected conditions, else 1.
     """
     turned = (q[:, 2] < 0.0)[:, None]
     return np.where(turned, q * CONDITION_SIGNS, q), np.where(turned, OUTCOME_SIGNS, 1.0)
 
 
 def features(t: FloatArray) -> FloatArray:
-    """Features of standardised conditions and ratios.
+    """Compute the features of standardised conditions and ratios.
 
     Parameters
     ----------
@@ -114,6 +117,6 @@ def features(t: FloatArray) -> FloatArray:
 
 
 def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which features say something, (23,) bool, if only some of the 7 inputs vary, (7,) bool."""
+    """Select the features, (23,), that vary if only some of the 7 inputs do, (7,)."""
     i, j = _PAIRS
     return np.concatenate([[True], varies, varies[i] & varies[j]])

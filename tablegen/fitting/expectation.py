@@ -1,7 +1,7 @@
-"""Kernels of the fit of experts: shares of the experts in each rebound, and sums weighted by them.
+"""Kernels of the fit of experts: shares of the experts in each rebound, and weighted sums.
 
-Arrays are of single precision where there is one number a rebound, and sums are of double. Experts
-are numbered group by group.
+Arrays with one row for each of n rebounds have single precision, and sums have double. Experts are
+numbered group by group: k experts in g groups.
 """
 
 import numpy as np
@@ -35,13 +35,13 @@ def softmax(logits: Single) -> None:
 
 @kernel
 def add_densities(white: Single, constant: Single, log_density: Single) -> None:
-    """Logarithms of densities from whitened outcomes.
+    """Compute logarithms of densities from whitened outcomes.
 
     Parameters
     ----------
     white : (n, d * k) float32
-        Outcome less the mean, over the factor, of each of k experts: all first numbers, all second
-        ones and so on.
+        Outcome less the mean, over the factor, for each expert: all first components, then all
+        second components, and so on.
     constant : (k,) float32
     log_density : (n, k) float32
         Output.
@@ -61,12 +61,12 @@ def add_densities(white: Single, constant: Single, log_density: Single) -> None:
 def find_shares(
     log_density: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
 ) -> float:
-    """Shares of experts in each rebound, and what gates have to learn.
+    """Find the shares of the experts in each rebound, and the gradients of the gates.
 
     Parameters
     ----------
     log_density : (n, k) float32
-        In: logarithms of densities. Out: shares of the experts.
+        Logarithms of densities; overwritten with the shares of the experts.
     group : (n, g) float32
         Probabilities of the groups.
     expert : (n, k) float32
@@ -112,9 +112,10 @@ def find_shares(
 def find_curvatures(
     share: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
 ) -> None:
-    """Diagonal second derivatives of minus the log-likelihood with respect to the logits.
+    """Find diagonal second derivatives of minus the log-likelihood with respect to the logits.
 
-    Parameters as those of `find_shares` after it; ``by_group`` and ``by_expert`` are overwritten.
+    The parameters are those of `find_shares` after its call; ``by_group`` and ``by_expert`` are
+    overwritten.
     """
     groups, count = group.shape[1], expert.shape[1]
     each = count // groups
@@ -132,15 +133,16 @@ def find_curvatures(
 def add_products(
     weight: Single, vectors: Single, least: float, products: NDArray[np.float64]
 ) -> None:
-    """Add weighted products of the numbers of vectors; weights below the least are left out.
+    """Add weighted products of the components of vectors.
 
     Parameters
     ----------
     weight : (n, k) float32
     vectors : (n, d) float32
     least : float
+        Smaller weights are left out.
     products : (k, d (d + 1) / 2) float64
-        Output: of each column of weights the sums of v_i v_j, i <= j.
+        The sums of v_i v_j, i <= j, with each column of weights are added to it.
     """
     size = products.shape[1]
     one = np.empty(size, dtype=np.float32)

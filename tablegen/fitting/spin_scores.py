@@ -1,4 +1,4 @@
-"""Scores that a leaf draws, by the very steps of a draw from a table."""
+"""Scores drawn from the experts of a leaf, by the kernels of a draw from a table."""
 
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from tablegen.model.float_array import FloatArray
 
 
 class StoredExperts(NamedTuple):
-    """Experts of a leaf as the file has them, all int16, in 8 groups of 16.
+    """Experts of a leaf as stored in a file: int16, 8 groups of 16 experts.
 
     ``group_gate`` (23, 8), ``gate`` (8, 23, 16), ``mean`` (128, 23, 6), ``factor`` (128, 21).
     """
@@ -54,13 +54,12 @@ def _draw(
 def bounded_scores(
     stored: StoredExperts, features: FloatArray, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Draw scores zeta of a leaf.
+    """Draw bounded scores zeta from the experts of a leaf.
 
     Parameters
     ----------
     stored : StoredExperts
     features : (n, 23) float64
-        Of conditions and ratios.
     rng : numpy Generator
 
     Returns
