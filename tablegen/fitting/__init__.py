@@ -1,6 +1,6 @@
 """From simulated rebounds to the arrays of a table.
 
-First impacts: node (one condition), classes (one or several collisions), marginals (quantile
+First impacts: node (one condition), components (classes of rebounds), marginals (quantile
 functions), mixture (dependence).
 
 Spin law: spin_law (all of it), law_conditions (impacts to fit), coordinates (the numbers that are

@@ -38,18 +38,9 @@ class SpeedCoordinate(NamedTuple):
 
 
 def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
-    """Compute the coordinates q of impacts.
+    """Compute the coordinates q of impacts: sqrt(alpha1), that of V_e, and the spin over V_e/a.
 
-    Parameters
-    ----------
-    conditions : (n, 5) float64
-        Impact angle [rad], V [m/s] and spin over V/a, wall axes.
-    speed : SpeedCoordinate
-
-    Returns
-    -------
-    (n, 5) float64
-        sqrt(alpha1), the coordinate of V_e, and the spin over V_e/a.
+    Conditions, (n, 5), are the impact angle [rad], V [m/s] and the spin over V/a in wall axes.
     """
     factor = energy_factor(conditions[:, 2:])
     return np.column_stack(
@@ -62,19 +53,10 @@ def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
 
 
 def outcomes(states: FloatArray, spin: FloatArray) -> FloatArray:
-    """Compute the outcomes x of rebounds; the normal velocity is positive, others are unbounded.
+    """Compute the outcomes x of rebounds from states (n, 6) and spins before the impact (n, 3).
 
-    Parameters
-    ----------
-    states : (n, 6) float64
-        Velocities over V and angular velocities times a / V.
-    spin : (n, 3) float64
-        Before the impact, over V/a.
-
-    Returns
-    -------
-    (n, 6) float64
-        Velocities w over V_e as w / sqrt(1 - |w|^2), and angular velocities times a / V_e.
+    Velocities over V_e become w / sqrt(1 - |w|^2), so that only the positive normal velocity is
+    bounded. Angular velocities are times a / V_e.
     """
     scaled = states / energy_factor(spin)[:, None]
     rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), _LEAST_REST)
@@ -82,34 +64,18 @@ def outcomes(states: FloatArray, spin: FloatArray) -> FloatArray:
 
 
 def folded(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Reflect the conditions whose spin points backwards in the impact plane.
+    """Reflect conditions with sigma_x < 0 in the impact plane; q (n, 5), signs (n, 6).
 
-    Parameters
-    ----------
-    q : (n, 5) float64
-
-    Returns
-    -------
-    q : (n, 5) float64
-        With sigma_x >= 0.
-    signs : (n, 6) float64
-        Factors of the outcomes: `OUTCOME_SIGNS` for reflected conditions, else 1.
+    The signs are the factors of the outcomes: `OUTCOME_SIGNS` for reflected conditions, else 1.
     """
     turned = (q[:, 2] < 0.0)[:, None]
     return np.where(turned, q * CONDITION_SIGNS, q), np.where(turned, OUTCOME_SIGNS, 1.0)
 
 
 def features(t: FloatArray) -> FloatArray:
-    """Compute the features of standardised conditions and ratios.
+    """Compute the features (n, 23) of standardised conditions and ratios t (n, 7).
 
-    Parameters
-    ----------
-    t : (n, 7) float64
-
-    Returns
-    -------
-    (n, 23) float64
-        1, t_i, and t_i t_j for i <= j < 5, less 1/2 where i = j.
+    They are 1, t_i, and t_i t_j for i <= j < 5, less 1/2 where i = j.
     """
     i, j = _PAIRS
     products = t[:, i] * t[:, j] - 0.5 * (i == j)

@@ -35,16 +35,9 @@ def softmax(logits: Single) -> None:
 
 @kernel
 def add_densities(white: Single, constant: Single, log_density: Single) -> None:
-    """Compute logarithms of densities from whitened outcomes.
+    """Compute logarithms of densities (n, k) from whitened outcomes (n, d * k).
 
-    Parameters
-    ----------
-    white : (n, d * k) float32
-        Outcome less the mean, over the factor, for each expert: all first components, then all
-        second components, and so on.
-    constant : (k,) float32
-    log_density : (n, k) float32
-        Output.
+    Whitened outcomes, (x - mean) / factor, begin with the first components of all experts.
     """
     count = constant.size
     for i in range(white.shape[0]):
@@ -66,18 +59,11 @@ def find_shares(
     Parameters
     ----------
     log_density : (n, k) float32
-        Logarithms of densities; overwritten with the shares of the experts.
-    group : (n, g) float32
-        Probabilities of the groups.
-    expert : (n, k) float32
-        Probabilities of the experts of a group, given the group.
+        Overwritten with the shares.
+    group, expert : (n, g) and (n, k) float32
+        Probabilities of the groups, and of the experts given their group.
     by_group, by_expert : (n, g) and (n, k) float32
-        Output: gradients of the log-likelihood with respect to the logits.
-
-    Returns
-    -------
-    float
-        Sum of the log-likelihoods.
+        Output: gradients of the log-likelihood, which is returned, with respect to the logits.
     """
     groups, count = group.shape[1], expert.shape[1]
     each, likelihood = count // groups, 0.0
@@ -133,16 +119,9 @@ def find_curvatures(
 def add_products(
     weight: Single, vectors: Single, least: float, products: NDArray[np.float64]
 ) -> None:
-    """Add weighted products of the components of vectors.
+    """Add sums of v_i v_j, i <= j, with each column of weights to products (k, d (d + 1) / 2).
 
-    Parameters
-    ----------
-    weight : (n, k) float32
-    vectors : (n, d) float32
-    least : float
-        Smaller weights are left out.
-    products : (k, d (d + 1) / 2) float64
-        The sums of v_i v_j, i <= j, with each column of weights are added to it.
+    Weights (n, k) below the least are left out; vectors are (n, d).
     """
     size = products.shape[1]
     one = np.empty(size, dtype=np.float32)

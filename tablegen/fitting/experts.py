@@ -103,24 +103,10 @@ def fit_experts(
     experts: int,
     rng: np.random.Generator,
 ) -> tuple[Experts, float]:
-    """Fit a mixture of experts.
+    """Fit a mixture of experts to features phi (n, f) and scores (n, 6), in random order.
 
-    Parameters
-    ----------
-    phi : (n, f) float64
-        Features of the conditions in random order; the first is 1.
-    inputs : (n, m) float64
-        Inputs of the features; experts begin as clusters of inputs and scores.
-    scores : (n, 6) float64
-        Normal scores of the outcomes.
-    groups, experts : int
-        Number of groups, and of experts in each.
-    rng : numpy Generator
-        Chooses where the experts begin.
-
-    Returns
-    -------
-    tuple (Experts, mean log-likelihood before the last step)
+    The first feature is 1. Experts, the same number in each group, begin as random clusters of
+    inputs (n, m) and scores. Also returns the mean log-likelihood before the last step.
     """
     vectors = np.ascontiguousarray(np.hstack([phi, scores]), dtype=np.float32)
     points = np.ascontiguousarray(np.hstack([inputs, scores]), dtype=np.float32)

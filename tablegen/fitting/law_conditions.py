@@ -159,10 +159,7 @@ def chain_conditions(
 ) -> tuple[FloatArray, FloatArray]:
     """Simulate a chain for each grain (m, 3), until it leaves the domain.
 
-    Returns
-    -------
-    tuple of (n, 5) and (n, 3) float64
-        Conditions of the second to the last hit, and the grains that meet them.
+    Returns the conditions (n, 5) of the second to the last hit, and the grains (n, 3) of each.
     """
     count = len(grains)
     conditions = still_conditions(domain, count, rng)
@@ -193,12 +190,9 @@ def spinning_conditions(
     rebound: Rebound,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
-    """Draw conditions with spin in random order, and the grains that meet them.
+    """Draw conditions (n, 5) with spin in random order, and the grains (n, 3) that meet them.
 
-    Returns
-    -------
-    tuple of (n, 5) and (n, 3) float64
-        At most about ``count``; fewer if chains leave the domain.
+    There are about ``count``, and fewer if chains leave the domain.
     """
     chains = math.ceil(_CHAINS * count / (_HITS - 1.0))
     spread = count - math.floor(_CHAINS * count)

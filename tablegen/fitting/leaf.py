@@ -68,17 +68,11 @@ class LeafArrays(NamedTuple):
     quantiles: NDArray[np.float32]
 
 
-class _Numbers(NamedTuple):
-    """Inputs (n, 7) and outcomes (n, 6) of rebounds."""
-
-    inputs: FloatArray
-    outcomes: FloatArray
-
-
-def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> _Numbers:
+def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> tuple[FloatArray, FloatArray]:
+    """Compute inputs (n, 7) and outcomes (n, 6) of rebounds."""
     q, signs = folded(coordinates(rebounds.conditions, speed))
     found = outcomes(rebounds.states, rebounds.conditions[:, 2:]) * signs
-    return _Numbers(np.hstack([q, rebounds.ratios]), found)
+    return np.hstack([q, rebounds.ratios]), found
 
 
 def fit_leaf(
@@ -90,32 +84,23 @@ def fit_leaf(
 ) -> LeafArrays:
     """Fit a leaf.
 
-    Parameters
-    ----------
-    around : Rebounds
-        Rebounds in the leaf and a little beyond, in random order, to which experts are fitted.
-    inside : Rebounds
-        Other rebounds, in the leaf, whose outcomes give the quantiles.
-    speed : SpeedCoordinate
-    sizes : SpinSizes
-        Its groups, experts and knots.
-    rng : numpy Generator
+    Experts are fitted to rebounds in the leaf and around it, in random order. Quantiles follow from
+    the outcomes of other rebounds inside it.
     """
-    fitted, checked = _numbers(around, speed), _numbers(inside, speed)
-    centre, spread = fitted.inputs.mean(axis=0), fitted.inputs.std(axis=0)
+    inputs, found = _numbers(around, speed)
+    centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
     varies = spread > _SAME
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     used = used_features(varies)
-    t = (fitted.inputs - centre) * scale
-    scores = normal_scores(fitted.outcomes, np.ones(N_OUTCOMES))
-    found, _ = fit_experts(
+    t, scores = (inputs - centre) * scale, normal_scores(found, np.ones(N_OUTCOMES))
+    experts, _ = fit_experts(
         features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
     )
-    stored = _stored(found, used)
-    drawn = bounded_scores(stored, features((checked.inputs - centre) * scale), rng)
-    quantiles = _quantiles(drawn, checked.outcomes, sizes.knots)
-    return LeafArrays(centre, scale, *stored, quantiles)
+    stored = _stored(experts, used)
+    inputs, wanted = _numbers(inside, speed)
+    drawn = bounded_scores(stored, features((inputs - centre) * scale), rng)
+    return LeafArrays(centre, scale, *stored, _quantiles(drawn, wanted, sizes.knots))
 
 
 def _steps(used: NDArray[np.bool_], steps: tuple[int, int]) -> NDArray[np.int64]:

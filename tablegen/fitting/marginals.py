@@ -44,10 +44,6 @@ def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
     channels : (n, d) float64
     mirror : (d,) float64
         +1 or -1.
-
-    Returns
-    -------
-    (n, d) float64
     """
     scores = np.empty_like(channels)
     for j, sign in enumerate(mirror):
@@ -60,17 +56,7 @@ def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
 
 
 def mixture_probabilities(mixture: Mixture, variates: FloatArray) -> FloatArray:
-    """Evaluate the distribution functions of a mixture's marginals.
-
-    Parameters
-    ----------
-    mixture : Mixture
-    variates : (m,) float64
-
-    Returns
-    -------
-    (d, m) float64, non-decreasing along each row
-    """
+    """Evaluate the distribution functions of a mixture's marginals at variates (m,): (d, m)."""
     deviation = np.sqrt(np.einsum("kii->ki", mixture.covariance))
     probabilities = np.empty((mixture.mean.shape[1], len(variates)))
     for j, sign in enumerate(mixture.signs):
@@ -104,9 +90,6 @@ def quantile_knots(
     mirror : (d,) float64
         +1 or -1.
 
-    Returns
-    -------
-    (d, m) float64, non-decreasing along each row
     """
     quantiles = np.empty(probabilities.shape)
     for j, sign in enumerate(mirror):
@@ -125,16 +108,7 @@ def rounded_quantiles(quantiles: NDArray[Any]) -> NDArray[np.float32]:
 
     Zeros at the end of a number compress: a file gets a third smaller. The first and the last
     quantile, which bound the draws, stay the same, and so do quantiles that equal a neighbour.
-    Quantiles that are odd about the median stay odd.
-
-    Parameters
-    ----------
-    quantiles : (..., n) float
-        Non-decreasing along the last axis.
-
-    Returns
-    -------
-    (..., n) float32, non-decreasing along the last axis
+    Quantiles that are odd about the median stay odd. All are non-decreasing along the last axis.
     """
     values = quantiles.astype(np.float64)
     gaps = np.diff(values, axis=-1)

@@ -56,22 +56,15 @@ RIDGE = 1e-4
 class Mixture:
     """Gaussian mixture of K components in d dimensions.
 
-    Attributes
-    ----------
-    weight : (K,) float64
-    mean : (K, d) float64
-    covariance : (K, d, d) float64
-    reflection : (K,) float64
-        Probability that a component is reflected.
-    signs : (d,) float64
-        Signs of the channels under reflection; all ones if there is none.
+    Components are reflected with probabilities of their own. The signs are those of the channels
+    under reflection, all ones if there is none.
     """
 
-    weight: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
-    reflection: FloatArray
-    signs: FloatArray
+    weight: FloatArray  # (K,)
+    mean: FloatArray  # (K, d)
+    covariance: FloatArray  # (K, d, d)
+    reflection: FloatArray  # (K,)
+    signs: FloatArray  # (d,)
 
 
 def monomials(z: FloatArray) -> FloatArray:
@@ -171,19 +164,10 @@ def _mirror_signs(signs: FloatArray) -> FloatArray | None:
 
 
 def iterate(mixture: Mixture, features: Features, free: bool) -> tuple[Mixture, float]:
-    """Take one iteration of EM over the whole sample.
+    """Take one iteration of EM over the `monomials` of a sample.
 
-    Parameters
-    ----------
-    mixture : Mixture
-    features : (n, 28) array
-        `monomials` of the sample.
-    free : bool
-        Whether probabilities of reflection are fitted; else they stay.
-
-    Returns
-    -------
-    tuple (Mixture, mean log-likelihood before the step)
+    Returns the mixture, and the mean log-likelihood before the step. Probabilities of reflection
+    are fitted if they are free.
     """
     statistics, likelihood = _expectation(features, mixture)
     return _maximisation(statistics, mixture, len(features), free)[0], likelihood
@@ -214,22 +198,20 @@ def fit_mixture(
     signs: FloatArray | None = None,
     symmetric: bool = False,
 ) -> Mixture:
-    """Fit a Gaussian mixture with full covariances.
+    """Fit a Gaussian mixture with full covariances to normal scores (n, d) in random order.
 
     Parameters
     ----------
     z : (n, d) float64
-        Normal scores, in random order.
     components : int
         Fewer are fitted if there are fewer than d + 1 points for each; those that lose their
         points are dropped.
     rng : numpy Generator
         Chooses the starting points.
     signs : (d,) float64, optional
-        Signs of the channels under the reflection that components may undergo.
+        Signs of the channels under reflection; by default there is none.
     symmetric : bool
-        Whether every component is reflected with probability 1/2, which makes the law symmetric;
-        else the probabilities are fitted.
+        Whether all components are reflected with probability 1/2; else probabilities are fitted.
     """
     signs = np.ones(z.shape[1]) if signs is None else np.asarray(signs, dtype=np.float64)
     free = not symmetric and bool((signs < 0.0).any())

@@ -16,7 +16,7 @@ from sampler.formats.channels import MIRRORED, channels_for
 from sampler.formats.fixed_point import from_steps, to_steps
 from tablegen.accuracy.scene_variables import simulated_channels
 from tablegen.config.config import Config
-from tablegen.fitting.classes import CLASSES, allocate_components, class_of
+from tablegen.fitting.components import CLASSES, alias_table, allocate_components, class_of
 from tablegen.fitting.marginals import (
     mixture_probabilities,
     normal_scores,
@@ -78,39 +78,6 @@ def fitted_channels(config: Config) -> FittedChannels:
     return FittedChannels(names, signs, config.table.mirror and bool((signs < 0.0).any()))
 
 
-def alias_table(weight: FloatArray) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-    """Build the alias table of a discrete law, from which a draw needs one random number.
-
-    A draw takes a column k uniformly and keeps it with ``probability[k]``, else takes
-    ``alias[k]``. Source: Walker, ACM Trans. Math. Softw. 3 (1977) 253-256; Vose's linear method.
-
-    Parameters
-    ----------
-    weight : (K,) float64
-        Non-negative, not all zero, K up to 65536.
-
-    Returns
-    -------
-    tuple (probability (K,) uint16, alias (K,) uint16)
-        Probabilities in units of 2**-16; a column that is always kept has itself as its alias.
-    """
-    count = len(weight)
-    scaled = np.asarray(weight, dtype=np.float64) * (count / np.sum(weight))
-    probability = np.ones(count)
-    alias = np.arange(count)
-    small = [k for k in range(count) if scaled[k] < 1.0]
-    large = [k for k in range(count) if scaled[k] >= 1.0]
-    while small and large:
-        low, high = small.pop(), large.pop()
-        probability[low] = scaled[low]
-        alias[low] = high
-        scaled[high] -= 1.0 - scaled[low]
-        (small if scaled[high] < 1.0 else large).append(high)
-    # the remaining columns differ from one by rounding only and are always kept
-    steps = np.minimum(np.rint(probability * 65536.0), 65535.0)
-    return steps.astype(np.uint16), alias.astype(np.uint16)
-
-
 def _factor_steps(factor: NDArray[np.floating[Any]]) -> NDArray[np.int16]:
     """Factors (n, m, m) as in the file; diagonals stay positive."""
     steps = to_steps(factor, _COARSE)
@@ -157,17 +124,9 @@ def fit_node(
     size: Resolution | None = None,
     watch: Stopwatch | None = None,
 ) -> NodeArrays:
-    """Simulate and fit one node.
+    """Simulate and fit the node at an impact angle [degrees] and a speed [m/s].
 
-    Parameters
-    ----------
-    config : Config
-    alpha_deg, speed : float
-        Impact angle [degrees] and speed [m/s] of the node.
-    size : Resolution, optional
-        By default the one that the configuration names or its accuracy needs.
-    watch : Stopwatch, optional
-        Counts the time of simulation and fit.
+    The size is by default that of `resolution`. The watch counts the time of simulation and fit.
     """
     seed, stream = config.table.seed, node_stream(alpha_deg, speed)
     size, watch = size or resolution(config), watch or Stopwatch()

@@ -21,17 +21,7 @@ _CONDITIONS = 0.2
 
 
 class Resolution(NamedTuple):
-    """Sizes of one node.
-
-    Attributes
-    ----------
-    samples : int
-        Simulated particles.
-    knots : int
-        Knots of each quantile function.
-    components : int
-        Mixture components of all classes together.
-    """
+    """Sizes of one node: particles, knots of a quantile function, components of all classes."""
 
     samples: int
     knots: int
@@ -41,11 +31,7 @@ class Resolution(NamedTuple):
 def resolution(config: Config, components: int | None = None) -> Resolution:
     """Find the resolution that a configuration names, or that its accuracy needs.
 
-    Parameters
-    ----------
-    config : Config
-    components : int, optional
-        Components where the configuration names none; by default the first of `LADDER`.
+    ``components``, by default the first of `LADDER`, are for a configuration that names none.
     """
     table, ks = config.table, config.accuracy.ks
     return Resolution(
@@ -56,26 +42,14 @@ def resolution(config: Config, components: int | None = None) -> Resolution:
 
 
 class SpinSizes(NamedTuple):
-    """Sizes of a spin law.
+    """Sizes of a spin law."""
 
-    Attributes
-    ----------
-    leaves, still_leaves : int
-        Leaves of a shape for conditions with spin, and without.
-    groups, experts : int
-        Groups of a leaf, and experts of a group; a table file has room for 8 groups of 16.
-    rebounds : int
-        Rebounds simulated for the fit of a leaf; as many again are simulated for its quantiles.
-    knots : int
-        Knots of each quantile function.
-    """
-
-    leaves: int
-    still_leaves: int
-    groups: int
-    experts: int
-    rebounds: int
-    knots: int
+    leaves: int  # of a shape, for conditions with spin
+    still_leaves: int  # of a shape, for conditions without
+    groups: int  # of a leaf; a file has room for 8
+    experts: int  # of a group; a file has room for 16
+    rebounds: int  # for the fit of a leaf, and as many again for its quantiles
+    knots: int  # of each quantile function
 
     @property
     def conditions(self) -> int:

@@ -66,11 +66,6 @@ class ShapeConditions(NamedTuple):
         """Number of leaves."""
         return len(self.starts) - 1
 
-    @property
-    def tree(self) -> Tree:
-        """Tree of the leaves."""
-        return Tree(self.axis, self.cut, self.child)
-
     def of_leaf(self, number: int) -> LeafConditions:
         """Conditions of one leaf."""
         part = slice(self.starts[number], self.starts[number + 1])
@@ -80,15 +75,7 @@ class ShapeConditions(NamedTuple):
 def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
     """Make the spin law of a configuration.
 
-    Parameters
-    ----------
-    config : Config
-    runner : TaskRunner
-
-    Returns
-    -------
-    dict from path to array
-        The datasets of `sampler.formats.spin_layout`; those of the accuracy are empty.
+    Returns the datasets of `sampler.formats.spin_layout` by path; those of the accuracy are empty.
     """
     codes = [int(code) for code in config.population.kernel_arguments().shape_codes]
     sizes = {code: spin_sizes(config).of_shape(code) for code in codes}
@@ -185,13 +172,7 @@ def _generator(config: Config, key: str) -> np.random.Generator:
 
 
 def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str) -> Arrays:
-    """Draw the conditions of the leaves of a shape, and grow their tree.
-
-    Returns
-    -------
-    Arrays
-        The fields of `ShapeConditions`, and seconds.
-    """
+    """Draw the conditions of the leaves of a shape, and grow their tree: `ShapeConditions`."""
     watch, rng, domain = Stopwatch(), _generator(config, key), Range.of(config)
 
     def rebound(conditions: FloatArray, grains: FloatArray, hit: int) -> FloatArray:
@@ -233,22 +214,7 @@ def _grown(
 def leaf_task(
     config: Config, shape_code: int, place: LeafConditions, sizes: SpinSizes, key: str
 ) -> Arrays:
-    """Simulate rebounds at the conditions of a leaf, and fit it.
-
-    Parameters
-    ----------
-    config : Config
-    shape_code : int
-    place : LeafConditions
-    sizes : SpinSizes
-    key : str
-        Key of the task.
-
-    Returns
-    -------
-    Arrays
-        The fields of `LeafArrays`, and seconds.
-    """
+    """Simulate rebounds at the conditions of a leaf, and fit it: `LeafArrays`."""
     watch, rng = Stopwatch(), _generator(config, key)
 
     def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:

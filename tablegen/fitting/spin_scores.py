@@ -54,18 +54,7 @@ def _draw(
 def bounded_scores(
     stored: StoredExperts, features: FloatArray, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Draw bounded scores zeta from the experts of a leaf.
-
-    Parameters
-    ----------
-    stored : StoredExperts
-    features : (n, 23) float64
-    rng : numpy Generator
-
-    Returns
-    -------
-    (n, 6) float32, from -6 to 6
-    """
+    """Draw scores zeta (n, 6), from -6 to 6, of a leaf at features (n, 23)."""
     words = rng.integers(0, 2**32, (len(features), 2 + N_OUTCOMES), dtype=np.uint32)
     scores = np.empty((len(features), N_OUTCOMES), dtype=np.float32)
     records: Any = expert_records(stored.mean[None], stored.factor[None])

@@ -45,14 +45,9 @@ class _Cut(NamedTuple):
 
 
 def grow(q: FloatArray, wanted: int) -> tuple[Tree, list[Leaf]]:
-    """Cut the leaf with the most conditions until there are enough leaves.
+    """Cut the leaf with the most conditions until there are as many leaves as wanted.
 
-    Parameters
-    ----------
-    q : (n, 5) float64
-        Coordinates of conditions, folded.
-    wanted : int
-        Number of leaves. Fewer are made if conditions are equal.
+    Conditions are folded coordinates (n, 5). There are fewer leaves if conditions are equal.
     """
     leaves = [Leaf(np.arange(len(q)), np.ones(len(q), dtype=bool))]
     sizes = [len(q)]
@@ -109,13 +104,7 @@ def _halves(q: FloatArray, leaf: Leaf, cut: _Cut) -> tuple[Leaf, Leaf]:
 def joined(still: Tree, still_leaves: int, spinning: Tree) -> Tree:
     """Join two trees by a root that asks whether a condition has spin.
 
-    Parameters
-    ----------
-    still : Tree
-        Tree of the conditions without spin; its leaves come first.
-    still_leaves : int
-        Number of its leaves.
-    spinning : Tree
+    The leaves of the conditions without spin come first, and there are ``still_leaves`` of them.
     """
     first = 1 + len(still.axis)
     below = np.where(still.child >= 0, still.child + 1, still.child)
