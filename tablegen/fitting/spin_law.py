@@ -167,13 +167,10 @@ def _stream(key: str, number: int = 0) -> int:
     return (2**31 + stable_number(key, 31) + number) % 2**32
 
 
-def _generator(config: Config, key: str) -> np.random.Generator:
-    return np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
-
-
 def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str) -> Arrays:
     """Draw the conditions of the leaves of a shape, and grow their tree: `ShapeConditions`."""
-    watch, rng, domain = Stopwatch(), _generator(config, key), Range.of(config)
+    watch, domain = Stopwatch(), Range.of(config)
+    rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
     def rebound(conditions: FloatArray, grains: FloatArray, hit: int) -> FloatArray:
         return _simulated(config, conditions, grains, _stream(key, hit))
@@ -188,11 +185,9 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
     first, parts = _grown(config, still, still_ratios, sizes.still_leaves, sizes.rebounds)
     second, others = _grown(config, spinning, grains[:, 1:], sizes.leaves, sizes.rebounds)
     tree, parts = joined(first, len(parts), second), [*parts, *others]
-    whole = ShapeConditions(
-        *(np.concatenate(columns) for columns in zip(*parts, strict=True)),
-        np.cumsum([0, *(len(part.inside) for part in parts)]),
-        *tree,
-    )
+    met, ratios, inside = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    starts = np.cumsum([0, *(len(part.inside) for part in parts)])
+    whole = ShapeConditions(met, ratios, inside, starts, *tree)
     watch.stage("fit")
     return {**whole._asdict(), SECONDS: watch.seconds}
 
@@ -215,7 +210,8 @@ def leaf_task(
     config: Config, shape_code: int, place: LeafConditions, sizes: SpinSizes, key: str
 ) -> Arrays:
     """Simulate rebounds at the conditions of a leaf, and fit it: `LeafArrays`."""
-    watch, rng = Stopwatch(), _generator(config, key)
+    watch = Stopwatch()
+    rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
     def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
         # each condition about equally often, in random order
