@@ -21,15 +21,12 @@ def softmax_of(logits):
     return weights / weights.sum(axis=-1, keepdims=True)
 
 
-def test_softmax():
+def test_shares_and_derivatives_of_the_likelihood():
+    n, groups, each, d = 30, 3, 4, 6
     logits = RNG.normal(0.0, 3.0, (40, 16)).astype(np.float32)
     wanted = softmax_of(logits)
     softmax(logits)
     np.testing.assert_allclose(logits, wanted, rtol=1e-5, atol=1e-7)
-
-
-def test_shares_and_derivatives_of_the_likelihood():
-    n, groups, each, d = 30, 3, 4, 6
     white = RNG.normal(size=(n, d, groups * each)).astype(np.float32)
     constant = RNG.normal(size=groups * each).astype(np.float32)
     top, sub = RNG.normal(size=(n, groups)), RNG.normal(size=(n, groups, each))

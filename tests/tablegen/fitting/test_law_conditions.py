@@ -30,7 +30,7 @@ N = 4000
 @pytest.mark.parametrize("made", [spread_conditions, still_conditions])
 def test_conditions_fill_the_domain(made):
     """The domain has all angles of the table, and speeds V_e up to twice its largest speed."""
-    assert DOMAIN == ((math.radians(0.5), math.pi / 2.0), (5.0, 600.0), (50.0, 300.0))
+    assert ((math.radians(0.5), math.pi / 2.0), (5.0, 600.0), (50.0, 300.0)) == DOMAIN
     found = made(DOMAIN, N, np.random.default_rng(1))
     factor = energy_factor(found[:, 2:])
     effective, sigma = found[:, 1] * factor, np.linalg.norm(found[:, 2:], axis=1) / factor

@@ -1,13 +1,10 @@
 """Marginals: normal scores, distribution functions of mixtures, quantile knots, their rounding."""
 
 import zlib
-from dataclasses import replace
 
 import numpy as np
-import pytest
-from mixture_samples import sample_mixture
 from scipy.special import ndtr, ndtri
-from scipy.stats import kstest, norm, rankdata
+from scipy.stats import norm, rankdata
 
 from tablegen.fitting.marginals import (
     STEPS,
@@ -73,25 +70,6 @@ class TestProbabilities:
         second += 0.7 * (0.75 * low + 0.25 * high)
         np.testing.assert_allclose(found[1], second, rtol=1e-12, atol=1e-15)
         assert (np.diff(found, axis=1) >= 0.0).all()
-
-    @pytest.mark.parametrize("channel", [0, 1])
-    def test_are_those_of_its_draws(self, channel):
-        """Kolmogorov-Smirnov; right probabilities fail with probability 1e-6 a channel."""
-        count = 100_000
-        variates = sample_mixture(TWO_PEAKS, count, np.random.default_rng(6))[:, channel]
-        # linear interpolation between the variates costs the last 0.001
-        bound = np.sqrt(np.log(2.0 / 1e-6) / (2.0 * count)) + 0.001
-        found = mixture_probabilities(TWO_PEAKS, self.VARIATES)
-        plain = mixture_probabilities(replace(TWO_PEAKS, reflection=np.zeros(2)), self.VARIATES)
-
-        def distance(probabilities):
-            uniform = np.interp(variates, self.VARIATES, probabilities)
-            return kstest(uniform, "uniform").statistic
-
-        assert distance(found[channel]) < bound
-        # refused: the other channel, and the same components without reflection
-        assert distance(found[1 - channel]) > bound
-        assert channel == 0 or distance(plain[channel]) > bound
 
 
 class TestQuantiles:
