@@ -64,10 +64,3 @@ def test_columns_of_an_alias_table_add_up_to_the_weights(name):
     np.testing.assert_allclose(held_law(weight), weight / weight.sum(), rtol=0.0, atol=2.0**-17)
     if name == "random":
         assert np.abs(held_law(weight[::-1]) - weight).max() > 2.0**-17
-
-
-def test_components_of_weight_zero_are_never_drawn():
-    weight = LAWS["with zeros"]
-    probability, alias = alias_table(weight)
-    assert (probability[weight == 0.0] == 0).all()
-    assert (weight[alias] > 0.0)[probability < 65535].all()

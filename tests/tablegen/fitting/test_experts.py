@@ -6,7 +6,6 @@ import pytest
 from tablegen.fitting.coordinates import features
 from tablegen.fitting.expectation import (
     add_densities,
-    add_products,
     find_curvatures,
     find_shares,
     softmax,
@@ -59,17 +58,6 @@ def test_shares_and_derivatives_of_the_likelihood():
     np.testing.assert_allclose(by_group, group * (1.0 - group), rtol=1e-5)
     whole = shares.sum(axis=2, keepdims=True) * softmax_of(sub) * (1.0 - softmax_of(sub))
     np.testing.assert_allclose(by_expert, whole.reshape(n, -1), atol=1e-5)
-
-
-def test_products():
-    weight = RNG.uniform(0.0, 1.0, (50, 3)).astype(np.float32)
-    vectors = RNG.normal(size=(50, 4)).astype(np.float32)
-    found = np.zeros((3, 10))
-    add_products(weight, vectors, 0.2, found)
-    kept = np.where(weight >= 0.2, weight, 0.0)
-    whole = np.einsum("nk,ni,nj->kij", kept, vectors, vectors)
-    i, j = np.triu_indices(4)
-    np.testing.assert_allclose(found, whole[:, i, j], rtol=1e-4, atol=1e-5)
 
 
 def test_a_known_law_is_recovered():

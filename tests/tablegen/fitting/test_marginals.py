@@ -1,7 +1,5 @@
 """Marginals: normal scores, distribution functions of mixtures, quantile knots, their rounding."""
 
-import zlib
-
 import numpy as np
 from scipy.special import ndtr, ndtri
 from scipy.stats import norm, rankdata
@@ -124,12 +122,3 @@ class TestRounding:
         np.testing.assert_array_equal(after[:, [0, -1]], self.BEFORE[:, [0, -1]])
         assert (after[3, self.KNOTS <= 0.25] == 0.25).all()
         np.testing.assert_array_equal(after[0], -after[0, ::-1])
-
-    def test_saves_bytes(self):
-        def packed(values):
-            by_byte = np.ascontiguousarray(values).view(np.uint8).reshape(-1, 4).T
-            return len(zlib.compress(by_byte.tobytes(), 9))
-
-        samples = np.random.default_rng(1).standard_normal((20, 10_000))
-        before = np.quantile(samples, norm.cdf(self.KNOTS), axis=-1).T.astype(np.float32)
-        assert packed(rounded_quantiles(before)) < 0.75 * packed(before)

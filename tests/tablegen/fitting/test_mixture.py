@@ -104,21 +104,6 @@ def test_likelihood_is_that_of_scipy_and_never_falls(sample, reflection):
     assert likelihoods[-1] - likelihoods[0] > 0.1
 
 
-def test_one_component_has_the_moments_of_the_sample(sample):
-    mixture, _ = improve(random_mixture(7, 1), sample)
-    np.testing.assert_allclose(mixture.mean[0], sample.mean(axis=0), rtol=0, atol=1e-12)
-    expected = np.cov(sample.T, bias=True) + RIDGE * np.eye(3)
-    np.testing.assert_allclose(mixture.covariance[0], expected, rtol=0, atol=1e-12)
-
-
-def test_components_without_points_are_dropped(sample):
-    mixture = random_mixture(6, 4)
-    far = np.concatenate([mixture.mean[:3], [[500.0, 0.0, 0.0]]])
-    found, _ = improve(replace(mixture, mean=far), sample)
-    assert found.mean.shape == (3, 3)
-    assert found.weight.sum() == pytest.approx(1.0, abs=1e-14)
-
-
 @pytest.mark.parametrize("n", [40, 400])
 def test_points_on_a_line_and_few_points_keep_the_ridge(n):
     line = np.random.default_rng(8).standard_normal((n, 1)) * np.array([1.0, 1.0, -2.0])

@@ -9,10 +9,8 @@ from tiny_tables import ROUGH
 
 from sampler.formats.spin_layout import SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
-from tablegen.config.config import load_config
 from tablegen.config.mesh import MeshFile
 from tablegen.fitting.leaf import fit_leaf
-from tablegen.fitting.resolution import SPIN_SIZES, spin_sizes
 from tablegen.fitting.spin_law import speed_coordinate, spin_law
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import occurring_impacts, simulated
@@ -112,11 +110,6 @@ def test_an_interrupted_law_resumes(tmp_path, monkeypatch):
     # the first of two leaves came from its checkpoint
     assert len(calls) == 3
     assert resumed.read_bytes() == whole.read_bytes()
-
-
-def test_sizes_are_those_of_the_preset_or_those_named():
-    assert spin_sizes(load_config("corundum-steel")) == SPIN_SIZES["standard"]
-    assert spin_sizes(SPINNING)[:5] == (1, 1, 2, 2, 1000)
 
 
 def test_coordinate_of_the_speed_is_that_of_the_restitution_law_if_it_fits():

@@ -45,9 +45,3 @@ def test_conditions_with_spin_have_leaves_of_their_own():
     no_spin = np.sum(q[:, 2:] ** 2, axis=1) < 1e-12
     np.testing.assert_array_equal(found[no_spin], find_leaves(still[0], q[no_spin]))
     np.testing.assert_array_equal(found[~no_spin], 3 + find_leaves(spinning[0], q[~no_spin]))
-
-
-def test_single_leaves_join_as_well():
-    tree = joined(grow(spread(10, still=True), 1)[0], 1, grow(spread(10), 1)[0])
-    q = np.array([[0.5, 0.5, 0.0, 0.0, 0.0], [0.5, 0.5, 0.1, 0.0, 0.0]])
-    assert find_leaves(tree, q).tolist() == [0, 1]
