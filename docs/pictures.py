@@ -17,7 +17,7 @@ import numpy as np
 
 import sampler
 from sampler.errors import InputError
-from sampler.files.atomic import write_bytes
+from sampler.files import write_bytes
 from tablegen import load_config, simulate
 from tablegen.evidence.joint_density import Source, joint_picture
 from tablegen.evidence.method_styles import LOOKS, Look

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 from sampler.compilation.late import import_late
 
 if TYPE_CHECKING:
+    from sampler.arguments import wall_tilt as wall_tilt
     from sampler.device.device_table import DeviceTable as DeviceTable
     from sampler.drawing.frames import rebound as rebound
     from sampler.drawing.kernel import draw as draw
@@ -44,12 +45,11 @@ if TYPE_CHECKING:
     from sampler.errors import InputError as InputError
     from sampler.errors import OutsideTableWarning as OutsideTableWarning
     from sampler.errors import TableError as TableError
-    from sampler.files.locate import data_directory as data_directory
+    from sampler.files import data_directory as data_directory
+    from sampler.formats.bounds import TableArrays as TableArrays
     from sampler.formats.hdf5 import TableContents as TableContents
     from sampler.formats.hdf5 import read_table as read_table
     from sampler.formats.hdf5 import write_table as write_table
-    from sampler.formats.table_arrays import TableArrays as TableArrays
-    from sampler.inputs.wall_tilt import wall_tilt as wall_tilt
     from sampler.table import Rebound as Rebound
     from sampler.table import Table as Table
     from sampler.table import load as load
@@ -69,10 +69,10 @@ import_late(
             *("ROUGHNESS_NOT_USABLE", "NO_SPIN_LAW", "GRAIN_NOT_KNOWN", "SPIN_NOT_GIVEN"),
             *("InputError", "OutsideTableWarning", "TableError"),
         ),
-        "sampler.files.locate": ("data_directory",),
+        "sampler.files": ("data_directory",),
         "sampler.formats.hdf5": ("TableContents", "read_table", "write_table"),
-        "sampler.formats.table_arrays": ("TableArrays",),
-        "sampler.inputs.wall_tilt": ("wall_tilt",),
+        "sampler.formats.bounds": ("TableArrays",),
+        "sampler.arguments": ("wall_tilt",),
         "sampler.table": ("Rebound", "Table", "load"),
         "sampler.version": ("__version__",),
     },

@@ -8,29 +8,38 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sampler.arguments import (
+    MAX_ROUGHNESS,
+    Grain,
+    Grains,
+    Keys,
+    Rebound,
+    Rows,
+    as_integer,
+    as_output,
+    as_reals_up_to,
+    grains_of,
+    rows_of_call,
+    where_to_draw,
+)
 from sampler.drawing.batch import draw_batch
 from sampler.drawing.frames import rebound_batch
-from sampler.drawing.law import states_of_law
 from sampler.drawing.rough_batch import WITHOUT_SPIN, rough_rebound_batch
-from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.drawing.spin_draw import spin_draw_batch
 from sampler.drawing.spin_frames import spin_rebound_batch
 from sampler.drawing.threads import merge, run_rows
 from sampler.errors import InputError, TableError
-from sampler.files.locate import find_table
+from sampler.files import find_table
+from sampler.formats.bounds import same
 from sampler.formats.hdf5 import TableContents, read_table
-from sampler.formats.packing import kept_beside, table_arrays
+from sampler.formats.image import kept_beside, table_arrays
 from sampler.formats.packing_memory import repacked
 from sampler.formats.spin_buffer import law_in
-from sampler.formats.table_arrays import same
 from sampler.inputs.counts import Counting, Counts
-from sampler.inputs.grains import Grain, Grains, grains_of, rows_of_call
-from sampler.inputs.law_at_conditions import LawAtConditions, Reduction
-from sampler.inputs.messages import row_message
-from sampler.inputs.output import Rebound, as_output, where_to_draw
-from sampler.inputs.population import with_population
-from sampler.inputs.rows import Keys, Rows, as_integer, as_reals_up_to
 from sampler.inputs.table_facts import TableFacts
+from sampler.law import LawAtConditions, Reduction, states_of_law
+from sampler.messages import row_message
+from sampler.population import with_population
 
 if TYPE_CHECKING:
     from sampler.device.device_table import DeviceTable
@@ -311,7 +320,7 @@ class Table(LawAtConditions, TableFacts, Counting):
             If CuPy or a GPU is missing; says what to install.
         """
         from sampler.device.device_table import DeviceTable
-        from sampler.formats.binary import binary_table
+        from sampler.formats.image import binary_table
 
         return DeviceTable(
             binary_table(self.contents, self.arrays), self.arrays, self.columns, self.outside, dtype

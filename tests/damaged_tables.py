@@ -196,9 +196,10 @@ def read_damaged(
 
 def _read(path: Path, checksum: str) -> tuple[str, str]:
     """Kind and detail of what a reader makes of a file."""
+    from sampler.formats.image import table_arrays
+
     from sampler.errors import TableError
     from sampler.formats.hdf5 import read_table
-    from sampler.formats.packing import table_arrays
 
     try:
         contents = read_table(path)

@@ -3,9 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-
-from sampler.formats.hdf5 import TableContents
-from sampler.formats.spin_bounds import (
+from sampler.formats.bounds import (
     GROUP_SIZE,
     N_EXPERTS,
     N_FACTORS,
@@ -14,6 +12,8 @@ from sampler.formats.spin_bounds import (
     N_INPUTS,
     N_OUTCOMES,
 )
+
+from sampler.formats.hdf5 import TableContents
 
 #: What a table has whose spin law was not compared with anything.
 _NOT_MEASURED = {

@@ -9,10 +9,8 @@ from pathlib import Path
 import click
 import pytest
 from command_lines import PROGRAMS
+from sampler.options import Command, FileType, OutputFile
 from special_files import KINDS, make_special
-
-from sampler.commands.file_types import FileType, OutputFile
-from sampler.commands.options import Command
 
 VECTORS = Path(__file__).resolve().parent / "vectors"
 

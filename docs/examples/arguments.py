@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from sampler.errors import InputError
-from sampler.files.atomic import check_output
+from sampler.files import check_output
 
 
 def number(low: float, high: float, kind: type = float):

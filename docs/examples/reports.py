@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from sampler.files.atomic import write_bytes, write_text
-from sampler.files.json_text import json_text
+from sampler.files import json_text, write_bytes, write_text
 from tablegen.tasks.style import Picture
 
 

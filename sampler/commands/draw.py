@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from sampler.commands import options
-from sampler.commands.program import DONE, note
+from sampler import options
 from sampler.errors import InputError, OutsideTableWarning
-from sampler.files.atomic import write_arrays
+from sampler.files import write_arrays
+from sampler.options import DONE, note
 
 if TYPE_CHECKING:
     from sampler.table import Table
@@ -91,8 +91,8 @@ def draw(
 
 def _check_inside(table: "Table", alpha: float, speed: float, outside: str) -> None:
     """Say that the condition is outside the table, or raise `InputError` if that shall stop."""
+    from sampler.arguments import told_apart
     from sampler.drawing.condition_status import is_outside
-    from sampler.inputs.told_apart import told_apart
 
     outside_alpha = is_outside(math.radians(alpha), table.arrays.alpha)
     if not outside_alpha and not is_outside(speed, table.arrays.speed):

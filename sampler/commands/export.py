@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from sampler.commands import options
-from sampler.commands.program import DONE
+from sampler import options
+from sampler.options import DONE
 
 
 @click.command(
@@ -23,9 +23,9 @@ def export(table: str, output: Path) -> int:
 
     The header that reads it lies in the folder that `python -m sampler --include-dir` prints.
     """
-    from sampler.files.locate import find_table
-    from sampler.formats.binary import write_binary_table
+    from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
+    from sampler.formats.image import write_binary_table
 
     contents = read_table(find_table(table))
     write_binary_table(output, contents)

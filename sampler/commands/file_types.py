@@ -8,8 +8,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from sampler.errors import InputError
-from sampler.files.atomic import check_output
-from sampler.files.locate import available, find_file
+from sampler.files import available, check_output, find_file
 from sampler.files.regular import is_one_of
 
 #: File descriptors of what a program prints and is given.

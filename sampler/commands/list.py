@@ -7,11 +7,16 @@ from typing import Any
 
 import click
 
-from sampler.commands import options
-from sampler.commands.program import DONE
-from sampler.files.commented_fields import commented_fields
-from sampler.files.json_text import json_text
-from sampler.files.locate import available, find_config, find_measurements, find_table
+from sampler import options
+from sampler.files import (
+    available,
+    commented_fields,
+    find_config,
+    find_measurements,
+    find_table,
+    json_text,
+)
+from sampler.options import DONE
 
 
 @click.command(

@@ -10,12 +10,10 @@ from collections.abc import Sequence
 import click
 
 import sampler
+from sampler.cli import export, list_names
 from sampler.commands.draw import draw
-from sampler.commands.export import export
-from sampler.commands.list import list_names
-from sampler.commands.options import SETTINGS, examples
-from sampler.commands.program import Program, run_program
-from sampler.files.locate import include_directory
+from sampler.files import include_directory
+from sampler.options import SETTINGS, Program, examples, run_program
 
 
 def _print_include_directory(ctx: click.Context, _: click.Parameter, given: bool) -> None:

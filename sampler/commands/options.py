@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import click
 
-from sampler.commands.file_types import InputFile, Named, OutputFile, check_apart
+from sampler.options import InputFile, Named, OutputFile, check_apart
 
 #: What a decorator of commands is given, and gives back.
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])

@@ -39,7 +39,7 @@ from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
 
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
+from sampler.files import atomic_output
 
 _LOG = logging.getLogger("sampler")
 

@@ -4,16 +4,14 @@ from typing import Any, Literal
 
 import numpy as np
 
+from sampler.arguments import Keys, Rebound, Rows, asks_spin_law
 from sampler.device.program import bits, cupy_with_gpu, options, source
 from sampler.device.rows import device_rows, row_on_host
 from sampler.drawing.threads import Report, merge
 from sampler.errors import InputError
-from sampler.formats.table_arrays import TableArrays
+from sampler.formats.bounds import TableArrays
 from sampler.inputs.counts import Counting, Counts
-from sampler.inputs.grains import asks_spin_law
-from sampler.inputs.messages import row_message
-from sampler.inputs.output import Rebound
-from sampler.inputs.rows import Keys, Rows
+from sampler.messages import row_message
 
 #: Threads of a block, and blocks for each multiprocessor of the device at most: the rows of larger
 #: arrays are taken in turns.

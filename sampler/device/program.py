@@ -5,7 +5,7 @@ from functools import cache
 from typing import Any
 
 from sampler.errors import InputError
-from sampler.files.locate import include_directory
+from sampler.files import include_directory
 
 #: Types that numbers on the device can have, and their names in C.
 REALS = {"float64": "double", "float32": "float"}

@@ -1,4 +1,4 @@
-"""Arguments of a call turned into arrays on the device, as `sampler.inputs.rows` does on the host.
+"""Arguments of a call turned into arrays on the device, as `sampler.arguments` does on the host.
 
 What lives on the device stays there; numbers and numpy arrays are checked on the host and copied.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sampler.inputs.rows import (
+from sampler.arguments import (
     VECTORS,
     Keys,
     Rows,

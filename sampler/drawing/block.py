@@ -11,6 +11,7 @@ and entries have that of row k at ``r * LANES + k``, weights that of corner c at
 
 import numpy as np
 from numba import types
+from tablegen.fitting.fixed_point import MIXTURE_SCALE
 
 from sampler.compilation.jit import no_refcount_inline_kernel
 from sampler.drawing.intrinsics import local_array, mean_of_corners, prefetch
@@ -24,9 +25,8 @@ from sampler.drawing.steps import (
     corner_weights,
     locate,
 )
+from sampler.formats.bounds import LANES
 from sampler.formats.channels import END_MIRRORED, FIRST_MIRRORED, VARIABLES
-from sampler.formats.fixed_point import MIXTURE_SCALE
-from sampler.formats.table_arrays import LANES
 
 #: Draws side by side in a batch.
 BLOCK = 32

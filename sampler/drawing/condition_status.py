@@ -4,7 +4,7 @@ import math
 
 from sampler.compilation.jit import inline_kernel, no_refcount_inline_kernel
 from sampler.errors import CLAMPED, NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
-from sampler.formats.table_arrays import ROUNDING, Axis, TableArrays
+from sampler.formats.bounds import ROUNDING, Axis, TableArrays
 
 _HALF_PI = 0.5 * math.pi
 

@@ -35,7 +35,7 @@ from sampler.errors import (
     OK,
     SPEED_NOT_POSITIVE,
 )
-from sampler.formats.table_arrays import TableArrays
+from sampler.formats.bounds import TableArrays
 
 #: Tangential over total speed below which an impact counts as normal: the direction of what is
 #: left is rounding noise.

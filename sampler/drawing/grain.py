@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from sampler.compilation.jit import no_refcount_inline_kernel, no_refcount_kernel
 from sampler.drawing.normal import MIDDLE, central_ratio, normal_quantile
 from sampler.drawing.philox import philox_block, uniform
+from sampler.formats.bounds import LEAST_RATIO
 from sampler.formats.grain_law import GrainLaw
-from sampler.formats.spin_bounds import LEAST_RATIO
 
 #: Keeps the direct simulation, and the grains, of a seed on other random numbers than the draws.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)

@@ -10,7 +10,7 @@ from sampler.drawing.batch import draw_batch
 from sampler.drawing.grain import OWN_GRAIN
 from sampler.drawing.spin_draw import spin_draw_batch
 from sampler.drawing.threads import run_rows
-from sampler.formats.table_arrays import TableArrays
+from sampler.formats.bounds import TableArrays
 
 #: Draws at a condition, and a seed that is kept for them: a user's draws shall not repeat them.
 DRAWS = 2**18

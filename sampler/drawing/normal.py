@@ -15,7 +15,7 @@ import numpy as np
 
 from sampler.compilation.jit import inline_kernel, kernel, no_refcount_inline_kernel
 from sampler.drawing.intrinsics import single_bits, single_of_bits
-from sampler.formats.normal_cubics import PIECES
+from sampler.formats.image import PIECES
 
 #: Exponent and first three bits of a float32, the number of its piece; that of 1/2.
 _PIECE_SHIFT = np.uint32(20)
@@ -136,7 +136,7 @@ def normal_of_word(table, word):
     Parameters
     ----------
     table : float32 array, shape (257, 4)
-        From `sampler.formats.normal_cubics.normal_table`.
+        From `sampler.formats.image.normal_table`.
     word : uint32
 
     Returns

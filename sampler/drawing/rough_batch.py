@@ -13,7 +13,7 @@ from sampler.drawing.roughness import rough_rebound
 from sampler.drawing.row_counts import NO_ROWS, counted, extrapolates
 from sampler.drawing.vectors import combine, dot, vector
 from sampler.errors import OK
-from sampler.formats.table_arrays import TableArrays
+from sampler.formats.bounds import TableArrays
 
 #: Spins and grains of `rough_rebound_batch` for particles that arrive without spin.
 WITHOUT_SPIN = (None, None, None)

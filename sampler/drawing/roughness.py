@@ -61,7 +61,7 @@ from sampler.errors import (
     SPEED_NOT_POSITIVE,
     TILT_NOT_FOUND,
 )
-from sampler.formats.table_arrays import TableArrays
+from sampler.formats.bounds import TableArrays
 
 #: Largest roughness, rad. Beyond it a normal law of tilts describes no surface.
 MAX_ROUGHNESS = 0.5

@@ -2,7 +2,7 @@
 
 from sampler.compilation.jit import no_refcount_inline_kernel
 from sampler.errors import CLAMPED
-from sampler.formats.table_arrays import TableArrays
+from sampler.formats.bounds import TableArrays
 
 Counts = tuple[int, int, int]
 

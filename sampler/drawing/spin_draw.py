@@ -41,9 +41,15 @@ from sampler.drawing.spin_steps import (
 )
 from sampler.drawing.spin_view import spin_law_of
 from sampler.errors import CLAMPED, GRAIN_NOT_KNOWN, NO_SPIN_LAW, NOT_FINITE, OK
-from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import GROUP_SIZE, N_FEATURES, N_GROUPS, N_INPUTS, N_OUTCOMES
-from sampler.formats.table_arrays import LANES
+from sampler.formats.bounds import (
+    EXPERT_STRIDE,
+    GROUP_SIZE,
+    LANES,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+)
 
 #: Words of a draw, and numbers of a condition.
 WORDS, CONDITION = 8, 6

@@ -23,7 +23,7 @@ from sampler.drawing.spin_draw import (
 from sampler.drawing.spin_view import grain_law_of
 from sampler.drawing.vectors import vector
 from sampler.errors import OK
-from sampler.formats.table_arrays import TableArrays
+from sampler.formats.bounds import TableArrays
 
 
 @no_refcount_kernel

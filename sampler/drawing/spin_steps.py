@@ -21,12 +21,13 @@ from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel
 from sampler.drawing.intrinsics import local_array, row_summer, single_bits, single_of_bits
-from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import (
+from sampler.formats.bounds import (
+    EXPERT_STRIDE,
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
     INERTIA,
+    LANES,
     MEAN_UNIT,
     N_CONDITIONS,
     N_FEATURES,
@@ -35,7 +36,6 @@ from sampler.formats.spin_bounds import (
     N_OUTCOMES,
     SCORE_MAX,
 )
-from sampler.formats.table_arrays import LANES
 
 _F = np.float32
 _ZERO, _HALF, _ONE = _F(0.0), _F(0.5), _F(1.0)

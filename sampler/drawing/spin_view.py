@@ -5,8 +5,8 @@ from numba import types
 
 from sampler.compilation.jit import no_refcount_inline_kernel
 from sampler.drawing.intrinsics import array_viewer
+from sampler.formats.bounds import SpinArrays
 from sampler.formats.grain_law import GrainLaw
-from sampler.formats.spin_arrays import SpinArrays
 from sampler.formats.spin_buffer import INTEGERS, NUMBERS
 
 _FIRST_REAL = 8 * len(INTEGERS)

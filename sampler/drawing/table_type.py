@@ -22,7 +22,7 @@ from numba.extending import (
     unbox,
 )
 
-from sampler.formats.table_arrays import TableArrays
+from sampler.formats.bounds import TableArrays
 
 
 class TableType(types.Type):

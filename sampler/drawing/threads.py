@@ -6,9 +6,9 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from sampler.compilation.processors import processors
 from sampler.compilation.side_by_side import go_on, side_by_side
 from sampler.errors import OK
+from sampler.library import processors
 
 #: Draws below which a further thread costs more than it saves.
 _DRAWS_PER_THREAD = 20_000

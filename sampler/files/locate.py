@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from sampler.errors import InputError
-from sampler.files.reading import check_input
+from sampler.files import check_input
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 

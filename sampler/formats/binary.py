@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
-from sampler.files.atomic import write_bytes
+from sampler.files import write_bytes
 from sampler.formats.binary_layout import (
     ALIGNMENT,
     ARRAYS,
@@ -25,13 +25,11 @@ from sampler.formats.binary_layout import (
     SPIN_ARRAYS,
     field_offset,
 )
+from sampler.formats.bounds import N_INPUTS, SpinArrays, TableArrays
 from sampler.formats.channels import MOST_NAMES, has_works
 from sampler.formats.hdf5 import TableContents
-from sampler.formats.packing import table_arrays
-from sampler.formats.spin_arrays import SpinArrays
-from sampler.formats.spin_bounds import N_INPUTS
+from sampler.formats.image import table_arrays
 from sampler.formats.spin_buffer import law_in
-from sampler.formats.table_arrays import TableArrays
 
 _CHECKSUM_AT = field_offset("sha256")
 _CHECKSUM = slice(_CHECKSUM_AT, _CHECKSUM_AT + 32)

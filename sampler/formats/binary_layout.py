@@ -1,6 +1,6 @@
 """The layout of a binary table (.rbt): the one description that writer, reader and pages follow.
 
-A binary table is `sampler.formats.table_arrays.TableArrays` as the draw wants it in memory, so that
+A binary table is `sampler.formats.bounds.TableArrays` as the draw wants it in memory, so that
 a program in C maps the file and draws. It begins with a header of fixed size, `HEADER`; the arrays
 of `ARRAYS` follow, each at an offset of its own that is a multiple of `ALIGNMENT`. All numbers are
 little-endian. What the C header and the Fortran module need of this, and of the codes that they
@@ -12,17 +12,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sampler.formats.channels import MOST_NAMES
-from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import (
+from sampler.formats.bounds import (
+    ALPHA_DEG,
+    EXPERT_STRIDE,
     GROUP_SIZE,
+    MOST_NUMBER,
     N_EXPERTS,
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
+    PAIR_BYTES,
+    SPEED,
+    VARIATE_MAX,
 )
-from sampler.formats.table_bounds import ALPHA_DEG, MOST_NUMBER, PAIR_BYTES, SPEED, VARIATE_MAX
+from sampler.formats.channels import MOST_NAMES
 
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
@@ -145,7 +149,7 @@ SPIN_ARRAYS = (
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
 
-#: What is counted; `sampler.formats.table_bounds.LENGTHS` bounds the dimensions of arrays.
+#: What is counted; `sampler.formats.bounds.LENGTHS` bounds the dimensions of arrays.
 COUNTS = {
     "n_alpha": "nodes of the impact angle",
     "n_speed": "nodes of the impact speed",

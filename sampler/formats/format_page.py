@@ -1,7 +1,7 @@
 """Field lists of tables/FORMAT.md, made from the layouts that reader and writer follow.
 
-Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats.hdf5_layout`,
-`sampler.formats.spin_layout` or `sampler.formats.binary_layout`; everything outside the marked
+Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats.layout`,
+`sampler.formats.layout` or `sampler.formats.binary_layout`; everything outside the marked
 parts of the page is written by hand.
 """
 
@@ -10,12 +10,10 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 from sampler.errors import InputError
-from sampler.files.atomic import write_text
-from sampler.files.locate import data_directory
+from sampler.files import data_directory, write_text
 from sampler.formats.binary_layout import layout_text
-from sampler.formats.hdf5_layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, Dataset
-from sampler.formats.spin_layout import SPIN_DATASETS
-from sampler.formats.table_bounds import QUANTILES
+from sampler.formats.bounds import QUANTILES
+from sampler.formats.layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, SPIN_DATASETS, Dataset
 
 #: File name of the page, in the folder of the tables.
 PAGE = "FORMAT.md"

@@ -11,8 +11,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sampler.files.atomic import write_text
-from sampler.files.locate import include_directory
+from sampler.files import include_directory, write_text
 from sampler.formats.binary_layout import (
     ARRAYS,
     BINARY_VERSION,
@@ -29,6 +28,37 @@ from sampler.formats.binary_layout import (
     Field,
     StoredArray,
 )
+from sampler.formats.bounds import (
+    ALPHA_DEG,
+    ANY_SPEED,
+    EXPERT_STRIDE,
+    FACTOR_UNIT,
+    GATE_UNIT,
+    GROUP_SIZE,
+    INERTIA,
+    LEAST_RATIO,
+    LENGTHS,
+    MEAN_UNIT,
+    MOST_CUT,
+    MOST_MIDDLE,
+    MOST_NUMBER,
+    MOST_SCALE,
+    MOST_SPEED_SCALE,
+    N_CONDITIONS,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+    NUMBER_ROUNDING,
+    OUTCOME,
+    QUANTILES,
+    ROUNDING,
+    SCORE_MAX,
+    SPEED,
+    SPEED_COORDINATE,
+    VARIATE_MAX,
+)
+from sampler.formats.bounds import SPEED as SPIN_SPEED
 from sampler.formats.channels import (
     CHANNELS,
     END_MIRRORED,
@@ -38,38 +68,6 @@ from sampler.formats.channels import (
     channels_for,
 )
 from sampler.formats.format_page import filled
-from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import (
-    FACTOR_UNIT,
-    GATE_UNIT,
-    GROUP_SIZE,
-    INERTIA,
-    LEAST_RATIO,
-    MEAN_UNIT,
-    MOST_CUT,
-    MOST_MIDDLE,
-    MOST_SCALE,
-    MOST_SPEED_SCALE,
-    N_CONDITIONS,
-    N_FEATURES,
-    N_GROUPS,
-    N_INPUTS,
-    N_OUTCOMES,
-    OUTCOME,
-    SCORE_MAX,
-    SPEED_COORDINATE,
-)
-from sampler.formats.spin_bounds import SPEED as SPIN_SPEED
-from sampler.formats.table_arrays import ANY_SPEED, ROUNDING
-from sampler.formats.table_bounds import (
-    ALPHA_DEG,
-    LENGTHS,
-    MOST_NUMBER,
-    NUMBER_ROUNDING,
-    QUANTILES,
-    SPEED,
-    VARIATE_MAX,
-)
 
 _WIDTH = 98
 

@@ -1,4 +1,4 @@
-r"""Table files written and read as `sampler.formats.hdf5_layout` describes them.
+r"""Table files written and read as `sampler.formats.layout` describes them.
 
 They are written by h5py, and read by `sampler.formats.hdf5_container`, which no file can hurt.
 
@@ -22,27 +22,27 @@ import h5py
 import numpy as np
 
 from sampler.errors import InputError, TableError
-from sampler.files.atomic import write_bytes
-from sampler.files.reading import read_file
+from sampler.files import read_file, write_bytes
 from sampler.formats import hdf5_checks as checks
+from sampler.formats.bounds import QUANTILES
 from sampler.formats.channels import CHANNELS, STATE, channels_for, has_works
+from sampler.formats.checks import Array, Check
 from sampler.formats.hdf5_attributes import (
     check_attributes,
     check_names,
     check_valid_speed,
     speeds_of,
 )
-from sampler.formats.hdf5_checks import Array, Check
 from sampler.formats.hdf5_container import read_container
-from sampler.formats.hdf5_layout import (
+from sampler.formats.layout import (
     FIRST_VERSION,
     FORMAT,
     FORMAT_VERSION,
+    GROUP,
     SECOND_VERSION,
     Dataset,
+    layout_of,
 )
-from sampler.formats.spin_layout import GROUP, layout_of
-from sampler.formats.table_bounds import QUANTILES
 from sampler.formats.table_shapes import check_shapes
 
 #: Largest file that is read.

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from sampler.errors import TableError, shortened
+from sampler.formats.bounds import LINE_CHARACTERS, PAIR_BYTES, SPEED, is_line, is_text
 from sampler.formats.channels import CHANNELS, VARIABLES, channels_for
-from sampler.formats.hdf5_layout import ATTRIBUTES, OPTIONAL_ATTRIBUTES
-from sampler.formats.table_bounds import LINE_CHARACTERS, PAIR_BYTES, SPEED, is_line, is_text
+from sampler.formats.layout import ATTRIBUTES, OPTIONAL_ATTRIBUTES
 
 
 def shown(value: Any) -> str:

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.table_arrays import ROUNDING
-from sampler.formats.table_bounds import LEAST_STEP, MOST_NUMBER, NUMBER_ROUNDING
+from sampler.formats.bounds import LEAST_STEP, MOST_NUMBER, NUMBER_ROUNDING, ROUNDING
 
 Array = NDArray[Any]
 Finder = Callable[[Array, Mapping[str, Array]], str | None]

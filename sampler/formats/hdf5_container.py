@@ -13,12 +13,6 @@ import numpy as np
 from sampler.errors import TableError
 from sampler.formats.hdf5_attributes import check_units, shown
 from sampler.formats.hdf5_image import Image, damaged, objects
-from sampler.formats.hdf5_layout import (
-    ATTRIBUTES,
-    FORMAT,
-    FORMAT_VERSION,
-    OPTIONAL_ATTRIBUTES,
-)
 from sampler.formats.hdf5_values import (
     Array,
     Values,
@@ -28,7 +22,13 @@ from sampler.formats.hdf5_values import (
     dataset,
     read,
 )
-from sampler.formats.spin_layout import layout_of
+from sampler.formats.layout import (
+    ATTRIBUTES,
+    FORMAT,
+    FORMAT_VERSION,
+    OPTIONAL_ATTRIBUTES,
+    layout_of,
+)
 from sampler.formats.table_shapes import check_shapes
 
 #: Bytes of the datasets that a file of any size may have, and further ones for each of its bytes.

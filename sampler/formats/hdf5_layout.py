@@ -7,10 +7,11 @@ its units and a long name. A new dataset or rule is added here and nowhere else.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tablegen.fitting.fixed_point import MIXTURE_SCALE
+
 from sampler.formats import hdf5_checks as checks
-from sampler.formats.fixed_point import MIXTURE_SCALE
-from sampler.formats.hdf5_checks import Check
-from sampler.formats.table_bounds import ALPHA_DEG, LINE_CHARACTERS, PAIR_BYTES, SPEED, VARIATE_MAX
+from sampler.formats.bounds import ALPHA_DEG, LINE_CHARACTERS, PAIR_BYTES, SPEED, VARIATE_MAX
+from sampler.formats.checks import Check
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
@@ -37,7 +38,7 @@ class Dataset:
         Stored beside the values.
     checks : tuple of Check
         What the values must fulfil, besides being finite; quantiles also
-        `sampler.formats.table_bounds.QUANTILES`.
+        `sampler.formats.bounds.QUANTILES`.
     compressed : bool
         Whether it is large enough to be worth gzip.
     """

@@ -5,13 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.channels import CHANNELS, VARIABLES
-from sampler.formats.hdf5 import TableContents
-from sampler.formats.normal_cubics import normal_table
-from sampler.formats.packing_memory import aligned
-from sampler.formats.spin_buffer import packed
-from sampler.formats.spin_packing import spin_arrays
-from sampler.formats.table_arrays import (
+from sampler.formats.bounds import (
     ANY_SPEED,
     LANES,
     ROUNDING,
@@ -19,6 +13,11 @@ from sampler.formats.table_arrays import (
     TableArrays,
     record_stride,
 )
+from sampler.formats.channels import CHANNELS, VARIABLES
+from sampler.formats.hdf5 import TableContents
+from sampler.formats.image import normal_table, spin_arrays
+from sampler.formats.packing_memory import aligned
+from sampler.formats.spin_buffer import packed
 
 #: Numbers of a cache line of 64 bytes, in 16 bits each.
 _LINE = 32

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.formats.bounds import N_FACTORS, N_FEATURES, N_OUTCOMES
 from sampler.formats.grain_law import GrainLaw
-from sampler.formats.spin_bounds import N_FACTORS, N_FEATURES, N_OUTCOMES
 
 #: Numbers of an expert: coefficients of its means and its factor, five cache lines with padding.
 EXPERT_STRIDE = -(-(N_FEATURES * N_OUTCOMES + N_FACTORS) // 32) * 32

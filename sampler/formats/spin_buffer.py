@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.formats.bounds import SpinArrays, TableArrays
 from sampler.formats.grain_law import GrainLaw
 from sampler.formats.packing_memory import aligned
-from sampler.formats.spin_arrays import SpinArrays
-from sampler.formats.table_arrays import TableArrays
 
 #: Numbers of the law in its first words, and floats in those behind them.
 INTEGERS = ("n_shapes", "n_knots", "serves_all")

@@ -1,11 +1,11 @@
-"""Checks of the values of a spin law, as `sampler.formats.hdf5_checks` has them."""
+"""Checks of the values of a spin law, as `sampler.formats.checks` has them."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from sampler.formats.hdf5_checks import Array, Check, first_refused
-from sampler.formats.spin_bounds import N_OUTCOMES
+from sampler.formats.bounds import N_OUTCOMES
+from sampler.formats.checks import Array, Check, first_refused
 
 
 def _adds_up(values: Array, _: Mapping[str, Array]) -> str | None:

@@ -1,6 +1,6 @@
 """The layout of the spin law in a table file: rebounds of particles that arrive spinning.
 
-A table has all of these datasets or none. They follow the rules of `sampler.formats.hdf5_layout`,
+A table has all of these datasets or none. They follow the rules of `sampler.formats.layout`,
 and the formulae that use them are in `sampler.drawing.spin_steps`.
 """
 
@@ -8,8 +8,8 @@ from collections.abc import Iterable
 
 from sampler.formats import hdf5_checks as checks
 from sampler.formats import spin_checks
-from sampler.formats.hdf5_layout import DATASETS, Dataset
-from sampler.formats.spin_bounds import (
+from sampler.formats.bounds import (
+    ALPHA_DEG,
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
@@ -30,7 +30,7 @@ from sampler.formats.spin_bounds import (
     SPEED,
     SPEED_COORDINATE,
 )
-from sampler.formats.table_bounds import ALPHA_DEG
+from sampler.formats.layout import DATASETS, Dataset
 
 #: Where the datasets of the spin law begin, and those of its accuracy.
 GROUP, ACCURACY = "spin/", "spin_accuracy/"

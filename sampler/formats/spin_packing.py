@@ -5,18 +5,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.grain_law import grain_law, no_grains
-from sampler.formats.hdf5 import TableContents
-from sampler.formats.packing_memory import aligned
-from sampler.formats.spin_arrays import EXPERT_STRIDE, SpinArrays
-from sampler.formats.spin_bounds import (
+from sampler.formats.bounds import (
+    EXPERT_STRIDE,
+    LANES,
     MOST_SPEED_SCALE,
     N_FACTORS,
     N_FEATURES,
     N_INPUTS,
     N_OUTCOMES,
+    ROUNDING,
+    SpinArrays,
 )
-from sampler.formats.table_arrays import LANES, ROUNDING
+from sampler.formats.grain_law import grain_law, no_grains
+from sampler.formats.hdf5 import TableContents
+from sampler.formats.packing_memory import aligned
 
 #: Steps of the quantiles of a leaf.
 _STEPS = 65535

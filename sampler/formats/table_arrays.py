@@ -76,7 +76,7 @@ class TableArrays(NamedTuple):
     columns : tuple of int
         Component of the state in each column that `Table.sample` returns.
     normals : float32 array, shape (257, 4)
-        See `sampler.formats.normal_cubics.normal_table`.
+        See `sampler.formats.image.normal_table`.
     alias : uint32 array, I J K
         Upper half: probability to stay in the column, in units of 2**-16; lower half: component
         that takes the rest.
@@ -98,7 +98,7 @@ class TableArrays(NamedTuple):
         The law of particles that arrive spinning: see `sampler.formats.spin_buffer`.
     experts : int16 array
     spin_quantiles : uint16 array
-        Experts and quantiles of the spin law, as of `sampler.formats.spin_arrays.SpinArrays`.
+        Experts and quantiles of the spin law, as of `sampler.formats.bounds.SpinArrays`.
     """
 
     alpha: Axis

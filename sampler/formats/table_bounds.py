@@ -2,7 +2,7 @@
 
 Within these bounds every draw is finite and physical, whatever else the numbers are, and every
 table can be written as a binary table that its readers accept. They lie far beyond what a table can
-mean. The reader of table files takes them through `sampler.formats.hdf5_layout`, the reader in C
+mean. The reader of table files takes them through `sampler.formats.layout`, the reader in C
 through `sampler.formats.generated_code`.
 """
 

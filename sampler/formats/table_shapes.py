@@ -3,11 +3,15 @@
 from collections.abc import Mapping
 
 from sampler.errors import TableError
-from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import N_EXPERTS, N_OUTCOMES
-from sampler.formats.spin_layout import layout_of
-from sampler.formats.table_arrays import LANES, record_stride
-from sampler.formats.table_bounds import LENGTHS
+from sampler.formats.bounds import (
+    EXPERT_STRIDE,
+    LANES,
+    LENGTHS,
+    N_EXPERTS,
+    N_OUTCOMES,
+    record_stride,
+)
+from sampler.formats.layout import layout_of
 
 _MOST_ENTRIES = 2**31
 
@@ -52,7 +56,7 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
 def _check_entries(lengths: Mapping[str, int]) -> None:
     """Refuse tables whose arrays in memory have entries that a draw, in 32 bits, cannot count to.
 
-    See `sampler.formats.table_arrays.TableArrays`.
+    See `sampler.formats.bounds.TableArrays`.
     """
     n_alpha, n_speed = lengths["n_alpha"], lengths["n_speed"]
     cells = max(n_alpha - 1, 1) * max(n_speed - 1, 1)

@@ -2,11 +2,11 @@
 
 import warnings
 
+from sampler.arguments import Rows
 from sampler.drawing.threads import Counter, Report
 from sampler.errors import InputError, OutsideTableWarning
-from sampler.formats.table_arrays import TableArrays
-from sampler.inputs.messages import outside_message, outside_warning
-from sampler.inputs.rows import Rows
+from sampler.formats.bounds import TableArrays
+from sampler.messages import outside_message, outside_warning
 
 
 class Counts:

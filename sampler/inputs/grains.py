@@ -5,11 +5,11 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sampler.arguments import Keys, Rows, broadcast, place
 from sampler.drawing.grain import OWN_GRAIN, draw_grains
 from sampler.errors import InputError
+from sampler.formats.bounds import TableArrays
 from sampler.formats.spin_buffer import law_in
-from sampler.formats.table_arrays import TableArrays
-from sampler.inputs.rows import Keys, Rows, broadcast, place
 
 #: "own": a particle has the same grain at every hit, drawn by (seed, index). "fresh": another one
 #: at every hit, drawn by (seed, index, hit). An array (..., 3): shape code, b/a, c/b.

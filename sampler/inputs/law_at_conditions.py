@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sampler.arguments import as_reals_up_to, common_shape
 from sampler.errors import InputError
-from sampler.inputs.rows import as_reals_up_to, common_shape
 
 #: From the states of many draws at one condition to some numbers.
 Reduction = Callable[[NDArray[np.float64]], Any]

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from sampler.arguments import MAX_ROUGHNESS, Rows, place, told_apart
 from sampler.drawing.condition_status import is_outside
-from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import (
     CASCADE_NOT_ENDED,
     HALF_SIZE_NOT_POSITIVE,
@@ -21,12 +21,8 @@ from sampler.errors import (
     SPEED_NOT_POSITIVE,
     TILT_NOT_FOUND,
 )
-from sampler.formats.spin_arrays import SpinArrays
-from sampler.formats.spin_bounds import INERTIA
+from sampler.formats.bounds import INERTIA, SpinArrays, TableArrays
 from sampler.formats.spin_buffer import law_in
-from sampler.formats.table_arrays import TableArrays
-from sampler.inputs.rows import Rows, place
-from sampler.inputs.told_apart import told_apart
 
 _LEAVES = "one that lets the particle leave the wall"
 

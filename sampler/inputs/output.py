@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.arguments import Rows, Shape
 from sampler.errors import InputError
-from sampler.formats.table_arrays import ROUNDING, TableArrays
-from sampler.inputs.rows import Rows, Shape
+from sampler.formats.bounds import ROUNDING, TableArrays
 
 #: Numbers of states that are copied in less time than it takes to look at their rows.
 _SOONER_COPIED = 10_000

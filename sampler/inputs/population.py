@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
+from sampler.formats.bounds import TableArrays
 from sampler.formats.grain_law import grain_law
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from sampler.formats.spin_buffer import law_in, packed
-from sampler.formats.table_arrays import TableArrays
 
 #: Largest weight, and least probability that the range of a truncated normal law must hold.
 _MOST_WEIGHT, _LEAST_MASS = 1e6, 1e-6

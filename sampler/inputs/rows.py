@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sampler.arguments import told_apart
 from sampler.errors import InputError
-from sampler.inputs.told_apart import told_apart
 
 Shape = tuple[int, ...]
 

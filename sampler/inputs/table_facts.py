@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.table_arrays import TableArrays, bytes_of
+from sampler.formats.bounds import TableArrays, bytes_of
 
 
 class TableFacts:

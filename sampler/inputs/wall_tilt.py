@@ -5,10 +5,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.drawing.roughness import MAX_ROUGHNESS
+from sampler.arguments import MAX_ROUGHNESS, as_reals, place, told_apart
 from sampler.errors import InputError
-from sampler.inputs.rows import as_reals, place
-from sampler.inputs.told_apart import told_apart
 
 
 def wall_tilt(ra: float, rq: float, rsm: float, diameter: ArrayLike) -> NDArray[np.float64]:

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import told_apart
 from scipy.stats import qmc
 
 from sampler.errors import InputError
-from sampler.inputs.told_apart import told_apart
 from sampler.table import Table
 
 #: A condition keeps this distance from the nodes of an axis, as a share of their distance.

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from sampler.arguments import told_apart
 from scipy.stats import qmc
 
 from sampler.errors import InputError
 from sampler.formats.hdf5 import TableContents
-from sampler.inputs.told_apart import told_apart
 from tablegen.config.config import Config
 from tablegen.config.defaults import GENERATE_SPIN_CONDITIONS
 from tablegen.simulation.impact_chains import energy_factor, speeds_measured

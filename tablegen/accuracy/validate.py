@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from sampler.arguments import as_integer, told_apart
+
 import sampler
 from sampler.errors import InputError
-from sampler.files.locate import find_table
+from sampler.files import find_table
 from sampler.formats.hdf5 import TableContents, read_table
-from sampler.inputs.rows import as_integer
-from sampler.inputs.told_apart import told_apart
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison, Spin
 from tablegen.accuracy.conditions import check_conditions, pick_conditions

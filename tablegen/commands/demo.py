@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import click
+from sampler.options import DONE, MISSED
 
-from sampler.commands import options
-from sampler.commands.program import DONE, MISSED
+from sampler import options
 
 
 @click.command(

@@ -10,7 +10,7 @@ import numpy as np
 
 import sampler
 from sampler.errors import InputError
-from sampler.files.atomic import check_output, write_bytes
+from sampler.files import check_output, write_bytes
 from tablegen.accuracy.accuracy_text import accuracy_text, details_text
 from tablegen.accuracy.validate import Validation, validate
 from tablegen.accuracy.verdict import verdict_words

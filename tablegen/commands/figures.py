@@ -5,12 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from sampler.options import DONE
 
-from sampler.commands import options
-from sampler.commands.program import DONE
+from sampler import options
 from sampler.errors import InputError
-from sampler.files.atomic import check_output, write_bytes
-from sampler.files.locate import find_table
+from sampler.files import check_output, find_table, write_bytes
 from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from sampler.options import note
 
-from sampler.commands import options
-from sampler.commands.program import note
+from sampler import options
 from tablegen.commands.config_argument import CONFIG
 from tablegen.commands.resuming import resumable
 from tablegen.commands.validate import print_verdict
@@ -92,7 +92,8 @@ def generate(
     pieces, on processors of one kind; made on several kinds it says so. The measured accuracy is
     stored in it; exit status 1 says that it misses the declared one.
     """
-    from sampler.compilation.processors import processors
+    from sampler.library import processors
+
     from tablegen.config.config import load_config
     from tablegen.tables.cost_estimate import cost_text, estimate, rebound_seconds
     from tablegen.tables.generate import generate as generate_table

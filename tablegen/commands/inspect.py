@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
+from sampler.options import DONE
 
-from sampler.commands import options
-from sampler.commands.program import DONE
+from sampler import options
 from sampler.errors import InputError
-from sampler.files.json_text import json_text
+from sampler.files import json_text
 from tablegen.config.metric_table import (
     METRICS,
     declared_accuracy,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 @click.option("--config", is_flag=True, help="Print the configuration it was generated from.")
 def inspect(table: str, as_json: bool, config: bool) -> int:
     """Say what a table is: provenance, range, nodes, size, measured accuracy."""
-    from sampler.files.locate import find_table
+    from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
 
     if as_json and config:
@@ -64,8 +64,8 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         ``declared`` has the largest errors that the configuration allows, or is None if it cannot
         be read; ``worst`` has the largest of each in ``accuracy``, or is None if there is nothing.
     """
-    from sampler.formats.packing import kept_beside, table_arrays
-    from sampler.formats.table_arrays import bytes_of
+    from sampler.formats.bounds import bytes_of
+    from sampler.formats.image import kept_beside, table_arrays
 
     arrays, kept = table_arrays(contents), kept_beside(contents)
     accuracy = {

@@ -7,12 +7,10 @@ terminated. Bad input gives one line on standard error and leaves no output.
 from collections.abc import Sequence
 
 import click
+from sampler.cli import export, list_names
+from sampler.options import SETTINGS, Call, Program, examples, run_program
 
 import sampler
-from sampler.commands.export import export
-from sampler.commands.list import list_names
-from sampler.commands.options import SETTINGS, examples
-from sampler.commands.program import Call, Program, run_program
 from sampler.errors import InputError
 from tablegen.commands.calibrate import calibrate
 from tablegen.commands.compare import compare

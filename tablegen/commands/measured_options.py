@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import click
+from sampler.options import Named
 
-from sampler.commands import options
-from sampler.commands.file_types import Named
+from sampler import options
 from tablegen.commands import bounded
 
 #: Name or path of a file of measurements.

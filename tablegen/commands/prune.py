@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from sampler.options import DONE, note
 
-from sampler.commands import options
-from sampler.commands.program import DONE, note
+from sampler import options
 from sampler.errors import InputError
 from sampler.formats.channels import VARIABLES
 from tablegen.commands.config_argument import CONFIG
@@ -68,7 +68,7 @@ def prune(
     of any pair's table: its variables, angles and speeds count, and not the pair that it names.
     Laws, particles and numerical parameters that it states itself must be those of the table.
     """
-    from sampler.files.locate import find_table
+    from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
     from tablegen.config.config import stored_config
     from tablegen.tables.prune import prune as prune_table

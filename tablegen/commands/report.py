@@ -3,11 +3,10 @@
 from pathlib import Path
 
 import click
+from sampler.options import DONE
 
-from sampler.commands import options
-from sampler.commands.program import DONE
-from sampler.files.atomic import write_text
-from sampler.files.json_text import json_text
+from sampler import options
+from sampler.files import json_text, write_text
 
 
 @click.command(

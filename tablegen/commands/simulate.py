@@ -5,13 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from sampler.options import DONE, note
 
-from sampler.commands import options
-from sampler.commands.program import DONE, note
+from sampler import options
 from sampler.errors import InputError
-from sampler.files.atomic import write_arrays, write_text
-from sampler.files.json_text import json_text
-from sampler.files.locate import find_file
+from sampler.files import find_file, json_text, write_arrays, write_text
 from sampler.formats.channels import STATE
 from tablegen.commands import bounded
 from tablegen.commands.config_argument import CONFIG

@@ -20,12 +20,11 @@ from pydantic import (
     create_model,
     model_validator,
 )
+from sampler.formats.bounds import GROUP_SIZE, N_GROUPS, is_line
 
 from sampler.errors import InputError
-from sampler.files.locate import find_config
+from sampler.files import find_config
 from sampler.formats.channels import STATE, VARIABLES
-from sampler.formats.spin_bounds import GROUP_SIZE, N_GROUPS
-from sampler.formats.table_bounds import is_line
 from tablegen.config.config_files import names_a_file, pair_file, read_text
 from tablegen.config.field_types import (
     AngleRange,

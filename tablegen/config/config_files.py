@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from sampler.errors import InputError
-from sampler.files.locate import find_config, find_file
-from sampler.files.reading import read_file
+from sampler.files import find_config, find_file, read_file
 from tablegen.config.toml_text import parse_toml
 
 #: Most bytes of a configuration file, whose reading takes seconds then.

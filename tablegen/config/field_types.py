@@ -9,9 +9,9 @@ from itertools import pairwise
 from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from sampler.formats.bounds import is_line, is_text
 
 from sampler.formats.channels import MOST_NAMES, VARIABLES, channels_for
-from sampler.formats.table_bounds import is_line, is_text
 from tablegen.model.model_bounds import ALPHA_DEG, ASPECT, SPEED
 
 Item = TypeVar("Item")

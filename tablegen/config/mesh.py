@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
-from sampler.files.reading import read_file
+from sampler.files import read_file
 from tablegen.config.solids import FlatError, mass_of, principal_axes, true_vertices
 from tablegen.config.support_map_builder import make_map
 from tablegen.model.float_array import FloatArray

@@ -3,7 +3,7 @@
 Everything iterates over `METRICS`. How two samples give a metric stands in
 `tablegen.accuracy.metrics` (`DISTANCES`), how noise is told apart from it in
 `tablegen.accuracy.noise_corrected` (`ESTIMATES`). A metric whose name is a dataset of the group
-``accuracy`` in `sampler.formats.hdf5_layout` is stored in tables as well. Nothing is imported
+``accuracy`` in `sampler.formats.layout` is stored in tables as well. Nothing is imported
 here, so that a help page need not load what does the work.
 """
 

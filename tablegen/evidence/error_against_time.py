@@ -9,7 +9,7 @@ import numpy as np
 from tqdm import tqdm
 
 import sampler
-from sampler.files.locate import find_table
+from sampler.files import find_table
 from sampler.table import Table
 from tablegen.accuracy.metrics import Reference
 from tablegen.config.config import Config, stored_config

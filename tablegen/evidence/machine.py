@@ -6,7 +6,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from sampler.compilation.processors import processors
+from sampler.library import processors
 
 #: Packages whose version decides what a rebound costs or how it comes out.
 PACKAGES = (

@@ -6,7 +6,7 @@ from pathlib import Path
 from pydantic import TypeAdapter
 
 from sampler.errors import InputError
-from sampler.files.reading import read_file
+from sampler.files import read_file
 from tablegen.config.config import Config
 from tablegen.evidence.cases import QUICK, Grid
 from tablegen.evidence.stability_study import Study, run_study

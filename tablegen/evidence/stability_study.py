@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from sampler.library import processors
 
 import sampler
-from sampler.compilation.processors import processors
 from sampler.compilation.side_by_side import side_by_side
 from sampler.errors import InputError
 from tablegen.config.config import Config

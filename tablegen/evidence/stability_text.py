@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from sampler.files.json_text import json_text
+from sampler.files import json_text
 from tablegen.evidence.outcome import Outcome
 from tablegen.evidence.stability_study import Study
 from tablegen.evidence.stability_summary import HEAD, LEGEND, extremes, group_rows

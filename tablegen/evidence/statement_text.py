@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from sampler.files.json_text import json_text
+from sampler.files import json_text
 from tablegen.evidence.all_figures import (
     COLLISION_HEAD,
     PaperFigures,

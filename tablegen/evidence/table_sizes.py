@@ -12,7 +12,7 @@ import numpy as np
 
 import sampler
 from sampler.errors import InputError
-from sampler.files.locate import find_table
+from sampler.files import find_table
 from sampler.formats.channels import STATE
 from sampler.table import Table
 from tablegen.config.config import Config

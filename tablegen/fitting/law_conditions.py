@@ -13,10 +13,10 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.formats.bounds import INERTIA, N_CONDITIONS
 from scipy.special import ndtri
 
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
-from sampler.formats.spin_bounds import INERTIA, N_CONDITIONS
 from tablegen.config.config import Config
 from tablegen.config.population import FixedAspect, Population
 from tablegen.model.float_array import FloatArray

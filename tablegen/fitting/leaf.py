@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from sampler.formats.spin_bounds import (
+from sampler.formats.bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
@@ -18,6 +17,7 @@ from sampler.formats.spin_bounds import (
     N_OUTCOMES,
     SCORE_MAX,
 )
+
 from tablegen.fitting.coordinates import (
     SpeedCoordinate,
     coordinates,

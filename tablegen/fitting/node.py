@@ -13,10 +13,10 @@ from scipy.special import ndtr
 from threadpoolctl import threadpool_limits
 
 from sampler.formats.channels import MIRRORED, channels_for
-from sampler.formats.fixed_point import from_steps, to_steps
 from tablegen.accuracy.scene_variables import simulated_channels
 from tablegen.config.config import Config
 from tablegen.fitting.components import CLASSES, alias_table, allocate_components, class_of
+from tablegen.fitting.fixed_point import from_steps, to_steps
 from tablegen.fitting.marginals import (
     mixture_probabilities,
     normal_scores,

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.formats.bounds import SPEED_COORDINATE
 from threadpoolctl import threadpool_limits
 
-from sampler.formats.spin_bounds import SPEED_COORDINATE
 from tablegen.accuracy.spin_measure import spin_accuracy_datasets
 from tablegen.config.config import Config
 from tablegen.config.restitution import ExponentialRestitution
@@ -75,7 +75,7 @@ class ShapeConditions(NamedTuple):
 def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
     """Make the spin law of a configuration.
 
-    Returns the datasets of `sampler.formats.spin_layout` by path; those of the accuracy are empty.
+    Returns the datasets of `sampler.formats.layout` by path; those of the accuracy are empty.
     """
     codes = [int(code) for code in config.population.kernel_arguments().shape_codes]
     sizes = {code: spin_sizes(config).of_shape(code) for code in codes}

@@ -4,14 +4,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.formats.bounds import GROUP_SIZE, LANES, N_FEATURES, N_OUTCOMES, SCORE_MAX
+from sampler.formats.image import expert_records, normal_table
 
 from sampler.compilation.jit import kernel
 from sampler.drawing.normal import normal_of_word
 from sampler.drawing.spin_steps import choose_group, choose_of_group, fill_scores
-from sampler.formats.normal_cubics import normal_table
-from sampler.formats.spin_bounds import GROUP_SIZE, N_FEATURES, N_OUTCOMES, SCORE_MAX
-from sampler.formats.spin_packing import expert_records
-from sampler.formats.table_arrays import LANES
 from tablegen.model.float_array import FloatArray
 
 

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from sampler.arguments import as_integer
 from threadpoolctl import threadpool_limits
 
 from sampler.errors import InputError
-from sampler.files.atomic import check_output, write_text
-from sampler.files.locate import find_measurements
-from sampler.inputs.rows import as_integer
+from sampler.files import check_output, find_measurements, write_text
 from tablegen.config.config import Config, parse_config
 from tablegen.config.defaults import CALIBRATE_COUNT
 from tablegen.measured.ends import (

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from sampler.files.json_text import json_text
+from sampler.files import json_text
 from tablegen.measured.compare import Agreement, MeasuredComparison
 from tablegen.model.float_array import FloatArray
 from tablegen.tasks.text_table import table_lines

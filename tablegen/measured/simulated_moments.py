@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from sampler.arguments import MAX_ROUGHNESS, as_reals
 
 from sampler.compilation.side_by_side import side_by_side
-from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import InputError
-from sampler.inputs.rows import as_reals
 from tablegen.config.config import ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population

@@ -6,12 +6,10 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from sampler.arguments import MAX_ROUGHNESS, Keys, Rebound, Rows, as_reals_up_to, broadcast, place
 
-from sampler.drawing.roughness import MAX_ROUGHNESS
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
-from sampler.inputs.output import Rebound
-from sampler.inputs.rows import Keys, Rows, as_reals_up_to, broadcast, place
 from tablegen.config.config import Config, ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population

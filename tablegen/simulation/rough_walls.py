@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import Rows
 
 from sampler.compilation.side_by_side import go_on
 from sampler.drawing.roughness import MAX_BOUNCES
 from sampler.errors import CASCADE_NOT_ENDED, OK
-from sampler.inputs.rows import Rows
 from tablegen.model.facets import facet_normals, mark_leaving, seed_of_bounce
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impact_condition import CONDITION_SIZE

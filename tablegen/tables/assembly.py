@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.formats.layout import DATASETS
 
 import sampler
 from sampler.formats.hdf5 import TableContents
-from sampler.formats.hdf5_layout import DATASETS
 from tablegen.accuracy.comparison import Measured
 from tablegen.config.config import Config
 from tablegen.fitting.marginals import rounded_quantiles, variate_knots

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sampler.files.atomic import check_output
+from sampler.arguments import as_integer
+
+from sampler.files import check_output
 from sampler.formats.hdf5 import write_table
-from sampler.inputs.rows import as_integer
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import pick_conditions

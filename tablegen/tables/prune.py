@@ -13,17 +13,16 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import told_apart
+from sampler.formats.bounds import Axis
+from sampler.formats.image import table_arrays
+from sampler.formats.layout import ACCURACY, GROUP
 
 from sampler.drawing.steps import locate
 from sampler.errors import InputError
-from sampler.files.atomic import check_output
-from sampler.files.locate import find_table
+from sampler.files import check_output, find_table
 from sampler.formats.channels import channels_for, has_works
 from sampler.formats.hdf5 import TableContents, write_table
-from sampler.formats.packing import table_arrays
-from sampler.formats.spin_layout import ACCURACY, GROUP
-from sampler.formats.table_arrays import Axis
-from sampler.inputs.told_apart import told_apart
 from sampler.table import load
 from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import METRICS

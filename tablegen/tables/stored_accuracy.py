@@ -4,8 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sampler.errors import InputError
-from sampler.files.atomic import check_output
-from sampler.files.locate import find_table
+from sampler.files import check_output, find_table
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.accuracy.spin_measure import spin_accuracy_datasets
 from tablegen.accuracy.validate import Validation

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
-from sampler.files.atomic import write_bytes
+from sampler.files import write_bytes
 from tablegen.tasks.parts_folder import PartsFolder
 
 Arrays = dict[str, NDArray[Any]]

@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
-from sampler.compilation.processors import processors
+from sampler.library import processors
+
 from sampler.compilation.side_by_side import ThreadPool
 from sampler.errors import InputError
 from tablegen.tasks.dask_workers import dask_workers

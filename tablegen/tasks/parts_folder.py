@@ -19,7 +19,7 @@ _PIECE = re.compile(r"piece-[0-9a-f]{16}\.npz")
 _REHEARSAL = "rehearsal.h5"
 _STAMP = "recipe.sha256"
 
-#: What is ours but for the stamp, also under the name that `sampler.files.atomic` gives a file
+#: What is ours but for the stamp, also under the name that `sampler.files` gives a file
 #: while it is written.
 _WRITTEN = rf"({_PIECE.pattern}|{re.escape(_REHEARSAL)})"
 _OURS = re.compile(rf"{_WRITTEN}|\.{_WRITTEN}\.[0-9a-f]+\.tmp")

@@ -18,14 +18,20 @@ from typing import Any
 
 from harness import in_turns, median_ratio  # isort: skip
 import numpy as np
+from sampler.formats.bounds import (
+    EXPERT_STRIDE,
+    GROUP_SIZE,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+)
+from sampler.formats.image import binary_table
 
 import sampler
 from sampler.device.program import REALS, cupy_with_gpu
 from sampler.errors import InputError
-from sampler.formats.binary import binary_table
 from sampler.formats.binary_layout import HEADER_DTYPE
-from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import GROUP_SIZE, N_FEATURES, N_GROUPS, N_INPUTS, N_OUTCOMES
 
 PIECE = 16  # bytes of one read
 

@@ -16,7 +16,7 @@ from harness import in_turns  # isort: skip
 import numpy as np
 
 import sampler
-from sampler.files.locate import find_table
+from sampler.files import find_table
 from tablegen.config.config import load_config
 from tablegen.tables.prune import prune
 

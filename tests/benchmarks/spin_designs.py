@@ -12,9 +12,9 @@ import sys
 
 import harness  # noqa: F401  (makes the imports from a checkout possible)
 import numpy as np
+from sampler.formats.bounds import SCORE_MAX
 
 from sampler.formats.shape_codes import SHAPE_CODES
-from sampler.formats.spin_bounds import SCORE_MAX
 from tablegen.accuracy.metrics import DISTANCES, ks_distances
 from tablegen.config.config import load_config
 from tablegen.fitting.coordinates import (

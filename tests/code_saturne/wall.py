@@ -22,7 +22,7 @@ import numpy as np
 import saturne_run
 
 import sampler
-from sampler.files.atomic import atomic_output
+from sampler.files import atomic_output
 from tablegen import load_config, simulate
 from tablegen.accuracy.metrics import correlation_error, ks_distances
 

@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 import toolchain
+from sampler.formats.image import write_binary_table
 
 import sampler
-from sampler.formats.binary import write_binary_table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "sampler"))
 

@@ -4,8 +4,8 @@ The checksum is made right again where not it is the matter, so that every check
 """
 
 import numpy as np
+from sampler.formats.image import checksum
 
-from sampler.formats.binary import checksum
 from sampler.formats.binary_layout import (
     ARRAYS,
     FIRST_HEADER_BYTES,

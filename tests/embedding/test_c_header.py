@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 import toolchain
 from known_vectors import TABLES, VECTORS, check_vectors
+from sampler.formats.image import table_arrays, write_binary_table
 from spin_vectors import write_spin_vectors
 
 import sampler
 from sampler.drawing.kernel import draw
-from sampler.formats.binary import write_binary_table
 from sampler.formats.binary_layout import CODES, HEADER_DTYPE, field_offset
 from sampler.formats.hdf5 import read_table
-from sampler.formats.packing import table_arrays
 
 HERE = Path(__file__).resolve().parent
 IMPLEMENTATION = toolchain.IMPLEMENTATION

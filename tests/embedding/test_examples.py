@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import toolchain
 from documents import ROOT
+from sampler.formats.image import write_binary_table
 from spin_tables import with_spin_law
 
 import sampler
-from sampler.formats.binary import write_binary_table
 from tablegen.config.config import load_config
 from tablegen.tables.prune import pruned
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toolchain
+from sampler.formats.image import write_binary_table
 from spin_tables import with_spin_law
 
 import sampler
-from sampler.formats.binary import write_binary_table
 
 HERE = Path(__file__).resolve().parent
 FLUENT = toolchain.INCLUDE.parent / "fluent"

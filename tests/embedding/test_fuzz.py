@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 import toolchain
+from sampler.formats.image import write_binary_table
 from small_tables import plane
 from spin_tables import with_spin_law
-
-from sampler.formats.binary import write_binary_table
 
 HERE = Path(__file__).resolve().parent
 VECTORS = HERE.parent / "vectors"

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import toolchain
 from malformed import MALFORMED, MALFORMED_SPIN, keep, make
+from sampler.formats.image import binary_table
 from small_tables import full
 from special_files import KINDS, make_special
 from spin_tables import with_spin_law
 
-from sampler.formats.binary import binary_table
 from sampler.formats.binary_layout import CODES, HEADER_DTYPE, field_offset
 
 GOOD = (Path(__file__).resolve().parents[1] / "vectors" / "full.rbt").read_bytes()

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 import small_tables
 import toolchain
+from sampler.formats.image import write_binary_table
 
 import sampler
-from sampler.formats.binary import write_binary_table
 
 SOURCE = Path(__file__).resolve().with_name("reads.c")
 #: Callbacks at every load, in code that keeps each of them.

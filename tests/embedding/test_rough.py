@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import toolchain
+from sampler.formats.image import write_binary_table
 from spin_tables import with_spin_law
 
 import sampler
-from sampler.formats.binary import write_binary_table
 
 SEED = 5
 N = 700

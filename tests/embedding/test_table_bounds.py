@@ -6,13 +6,12 @@ The numbers of these tables are random, often at the ends of what is allowed, an
 import numpy as np
 import pytest
 import toolchain
+from sampler.formats.bounds import ALPHA_DEG, MOST_NUMBER, QUANTILES, ROUNDING, SPEED, VARIATE_MAX
+from sampler.formats.image import write_binary_table
 from synthetic_table import make_contents, make_datasets
 
 from sampler import InputError, Table
-from sampler.formats.binary import write_binary_table
 from sampler.formats.channels import STATE, VARIABLES, WORKS, channels_for
-from sampler.formats.table_arrays import ROUNDING
-from sampler.formats.table_bounds import ALPHA_DEG, MOST_NUMBER, QUANTILES, SPEED, VARIATE_MAX
 
 N_DRAWS = 200
 

@@ -5,16 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sampler.formats.image import binary_table, table_arrays
 from small_tables import SMALL_TABLES
 from spin_vectors import spin_lines
 
 from sampler.drawing.frames import rebound
 from sampler.drawing.kernel import draw
 from sampler.drawing.roughness import rough_rebound
-from sampler.formats.binary import binary_table
 from sampler.formats.channels import VARIABLES
 from sampler.formats.hdf5 import read_table
-from sampler.formats.packing import table_arrays
 
 pytestmark = pytest.mark.processor
 

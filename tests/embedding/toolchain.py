@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sampler.files.locate import include_directory
+from sampler.files import include_directory
 
 INCLUDE = include_directory()
 MODULE = INCLUDE / "rebound_sampler.f90"

@@ -9,8 +9,7 @@ from many_hits.flow import BACK, RECORD, SPLIT, THROUGH, Particles, Run, follow_
 from many_hits.flow_report import cells, density, flow_numbers, flow_text
 from many_hits.models import HALF_SIZE
 from many_hits.motion import Gas
-
-from sampler.inputs.output import Rebound
+from sampler.arguments import Rebound
 
 SPEED = 150.0
 #: So heavy that they fly straight on; the gas moves them by 1e-4 of the width at most.

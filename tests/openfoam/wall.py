@@ -20,7 +20,7 @@ import numpy as np
 import shots
 
 import sampler
-from sampler.files.atomic import atomic_output
+from sampler.files import atomic_output
 from tablegen import load_config, simulate
 from tablegen.accuracy.metrics import correlation_error, ks_distances
 

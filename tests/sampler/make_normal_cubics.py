@@ -12,8 +12,7 @@ from pathlib import Path
 from statistics import NormalDist
 
 import numpy as np
-
-from sampler.formats.normal_cubics import CUBICS, OCTAVES, PIECES
+from sampler.formats.image import CUBICS, OCTAVES, PIECES
 
 
 def cubics():

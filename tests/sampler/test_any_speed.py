@@ -7,13 +7,13 @@ import h5py
 import numpy as np
 import pytest
 from binary_reader import read_binary
+from sampler.formats.image import write_binary_table
+from sampler.formats.layout import ATTRIBUTES
 
 import sampler
 from sampler import InputError, TableError
-from sampler.formats.binary import write_binary_table
 from sampler.formats.binary_layout import SPEED_INDEPENDENT
 from sampler.formats.hdf5 import read_table, write_table
-from sampler.formats.hdf5_layout import ATTRIBUTES
 
 SPEEDS = np.array([1e-6, 0.3, 49.0, 50.0, 120.0, 300.0, 301.0, 1e5])
 

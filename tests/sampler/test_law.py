@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from sampler.law import DRAWS
 
 import sampler
 from sampler import InputError, OutsideTableWarning
-from sampler.drawing.law import DRAWS
 
 CONDITIONS = [(0.4, 60.0), (0.7, 100.0), (1.2, 290.0)]
 

@@ -42,7 +42,7 @@ assert sampler.load("PATH").sample(0.5, 100.0, seed=1, index=[0]).shape == (1, 6
 """
 
 COMMANDS = """
-from sampler.commands.main import main
+from sampler.cli import main
 flags = ["--alpha", "30", "--speed", "100", "--count", "5", "--seed", "1", "--output"]
 assert main(["draw", "PATH", *flags, "a.npz"]) == 0
 assert main(["export", "PATH", "--output", "a.rbt"]) == 0

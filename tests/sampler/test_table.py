@@ -5,11 +5,11 @@ import warnings
 
 import numpy as np
 import pytest
+from sampler.arguments import Keys, broadcast
 from synthetic_table import make_contents
 
 import sampler
 from sampler import InputError, OutsideTableWarning
-from sampler.inputs.rows import Keys, broadcast
 
 pytestmark = pytest.mark.processor
 

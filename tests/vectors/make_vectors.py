@@ -28,6 +28,7 @@ HERE = Path(__file__).resolve().parent
 TESTS = HERE.parent
 sys.path[:0] = map(str, (HERE.parents[1], TESTS, TESTS / "sampler", TESTS / "embedding"))
 
+from sampler.formats.image import write_binary_table  # noqa: E402
 from small_tables import SMALL_TABLES, plane  # noqa: E402  (folders of the tests)
 from spin_tables import with_spin_law  # noqa: E402
 from spin_vectors import spin_lines  # noqa: E402
@@ -35,7 +36,6 @@ from spin_vectors import spin_lines  # noqa: E402
 from sampler.drawing.frames import rebound  # noqa: E402
 from sampler.drawing.kernel import draw  # noqa: E402
 from sampler.drawing.roughness import rough_rebound  # noqa: E402
-from sampler.formats.binary import write_binary_table  # noqa: E402
 from sampler.formats.channels import VARIABLES  # noqa: E402
 from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.table import Table  # noqa: E402

@@ -9,6 +9,7 @@ from typing import Any
 
 from arguments import make_folder, number, output_file
 from reports import write_picture, write_report
+from sampler.library import processors
 
 import sampler
 from many_hits.cases import FLOWS, GROUPS, follow_flow
@@ -19,7 +20,6 @@ from many_hits.models import Wall, make_walls, seed_of
 from many_hits.motion import Gas
 from many_hits.picture import chains_picture, flow_picture
 from many_hits.wall_picture import impacts_picture
-from sampler.compilation.processors import processors
 from sampler.errors import InputError
 from tablegen.config.config import parse_config
 

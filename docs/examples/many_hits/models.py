@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import Rebound
 
 from sampler.errors import OutsideTableWarning
-from sampler.inputs.output import Rebound
 from sampler.table import Table
 from tablegen import DirectModel
 from tablegen.config.config import Config

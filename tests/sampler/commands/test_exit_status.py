@@ -8,8 +8,8 @@ from importlib import import_module
 
 import click
 import pytest
+from sampler.options import BAD_INPUT, DONE, FAILED, Program, run_program
 
-from sampler.commands.program import BAD_INPUT, DONE, FAILED, Program, run_program
 from sampler.errors import InputError
 
 FULL = "/dev/full"

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import sampler
-from sampler.files.locate import available, find_config, find_table
+from sampler.files import available, find_config, find_table
 from tablegen import load_config, read_measurements
 
 both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
@@ -67,7 +67,7 @@ def test_json_says_what_the_files_say(program, listed):
 def test_your_own_files_beside_them_are_listed(monkeypatch, tmp_path, listed):
     """Names are those of the folder, whatever is in it."""
     (tmp_path / "mine.toml").write_bytes(find_config("no-spin").read_bytes())
-    monkeypatch.setattr("sampler.files.locate.data_directory", lambda: tmp_path)
+    monkeypatch.setattr("sampler.files.data_directory", lambda: tmp_path)
     found = json.loads(listed("sampler", "--json"))
     assert found == {
         "tables": {},

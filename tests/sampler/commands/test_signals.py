@@ -57,7 +57,7 @@ BODIES = {
 TEMPLATE = """
 import sys, threading, time
 import click
-from sampler.commands.program import Program, run_program
+from sampler.options import Program, run_program
 
 def ready():
     open("ready", "w").close()

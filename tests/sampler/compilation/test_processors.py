@@ -5,9 +5,9 @@ import os
 from pathlib import Path
 
 import pytest
+from sampler.library import processors
 
 from sampler.compilation import processors as module
-from sampler.compilation.processors import processors
 
 ROOT = Path(__file__).resolve().parents[3]
 COUNTS = {"cpu_count", "process_cpu_count", "sched_getaffinity"}

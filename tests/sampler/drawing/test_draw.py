@@ -6,6 +6,7 @@ import numba
 import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw
+from sampler.formats.image import _MARGIN, table_arrays
 from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
 
 import sampler
@@ -14,7 +15,6 @@ from sampler.compilation.jit import no_refcount_kernel
 from sampler.drawing import kernel, steps
 from sampler.drawing.batch import draw_batch
 from sampler.formats.channels import VARIABLES
-from sampler.formats.packing import _MARGIN, table_arrays
 
 pytestmark = pytest.mark.processor
 

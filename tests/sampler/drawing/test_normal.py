@@ -4,11 +4,11 @@ import numba
 import numpy as np
 import pytest
 from make_normal_cubics import cubics
+from sampler.formats.image import normal_table
 from scipy.special import ndtr, ndtri
 
 from sampler.compilation.jit import kernel
 from sampler.drawing.normal import normal_cdf, normal_of_word, normal_quantile
-from sampler.formats.normal_cubics import normal_table
 
 # called from Python here
 normal_of_word = kernel(normal_of_word)

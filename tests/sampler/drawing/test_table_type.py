@@ -3,9 +3,9 @@
 import numba
 import numpy as np
 import pytest
+from sampler.formats.bounds import TableArrays, same
 
 import sampler
-from sampler.formats.table_arrays import TableArrays, same
 
 
 @pytest.fixture(scope="module")

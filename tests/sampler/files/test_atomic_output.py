@@ -8,7 +8,7 @@ import pytest
 from special_files import KINDS, make_special
 
 from sampler import InputError
-from sampler.files.atomic import atomic_output, check_output, write_text
+from sampler.files import atomic_output, check_output, write_text
 
 
 def test_moved_into_place_at_the_end(tmp_path):

@@ -1,6 +1,6 @@
 """Fields in the comments at the top of a data file."""
 
-from sampler.files.commented_fields import commented_fields
+from sampler.files import commented_fields
 
 TEXT = """\
 # title: First

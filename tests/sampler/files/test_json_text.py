@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from documents import ROOT
 
-from sampler.files.atomic import write_arrays
-from sampler.files.json_text import json_text
+from sampler.files import json_text, write_arrays
 
 #: Sources that write JSON for another purpose than a file of results: inputs of a checksum, and
 #: a tree for pydantic, which says itself what is not finite.

@@ -9,8 +9,7 @@ from special_files import KINDS, make_special
 import sampler
 from sampler import InputError
 from sampler.errors import TableError
-from sampler.files import reading
-from sampler.files.reading import check_input, read_file
+from sampler.files import check_input, read_file, reading
 
 
 def test_regular_files(tmp_path):

@@ -5,12 +5,11 @@ import hashlib
 import numpy as np
 import pytest
 from binary_reader import read_binary
+from sampler.formats.image import binary_table, table_arrays, write_binary_table
 from spin_tables import with_spin_law
 from synthetic_table import make_contents
 
-from sampler.formats.binary import binary_table, write_binary_table
 from sampler.formats.binary_layout import ALIGNMENT, ARRAYS, HEADER_DTYPE, field_offset
-from sampler.formats.packing import table_arrays
 from sampler.formats.spin_buffer import law_in
 
 pytestmark = pytest.mark.processor

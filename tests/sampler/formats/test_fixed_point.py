@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from sampler.formats.fixed_point import MIXTURE_SCALE, from_steps, to_steps
+from tablegen.fitting.fixed_point import MIXTURE_SCALE, from_steps, to_steps
 
 
 def test_rounding_is_to_the_nearest_step():

@@ -1,14 +1,14 @@
 """The page on the format lists what reader and writer follow."""
 
 import pytest
+from sampler.formats.layout import SPIN_DATASETS
 
 from sampler.errors import InputError
-from sampler.files.locate import data_directory
+from sampler.files import data_directory
 from sampler.formats import format_page
 from sampler.formats import hdf5_layout as layout
 from sampler.formats.binary_layout import ARRAYS, HEADER
 from sampler.formats.format_page import PAGE, filled_page
-from sampler.formats.spin_layout import SPIN_DATASETS
 
 COMMAND = "python -m sampler.formats.format_page"
 

@@ -6,7 +6,7 @@ import pytest
 
 from sampler import errors
 from sampler.errors import InputError
-from sampler.files.locate import include_directory
+from sampler.files import include_directory
 from sampler.formats import generated_code
 from sampler.formats.binary_layout import CODES, LIBRARY_VERSION, Code
 from sampler.formats.generated_code import PARTS, generated

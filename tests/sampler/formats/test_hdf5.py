@@ -8,12 +8,12 @@ import time
 import h5py
 import numpy as np
 import pytest
+from sampler.formats.layout import ATTRIBUTES, DATASETS
 from synthetic_table import make_contents, make_datasets
 
 from sampler import InputError, TableError
 from sampler.formats.channels import CHANNELS, STATE
 from sampler.formats.hdf5 import read_table, write_table
-from sampler.formats.hdf5_layout import ATTRIBUTES, DATASETS
 
 QUANTILES, KNOTS, ANGLES = "marginals/quantiles", "marginals/variate_knots", "axes/alpha_coordinate"
 CLASSES, ALIAS = "dependence/first_of_class", "dependence/alias_index"

@@ -9,15 +9,15 @@ import zlib
 import h5py
 import numpy as np
 import pytest
+from sampler.formats.image import pack_quantiles, table_arrays
+from sampler.formats.layout import DATASETS
 from synthetic_table import make_contents, make_datasets
 
 from sampler import TableError
-from sampler.files.locate import data_directory
+from sampler.files import data_directory
 from sampler.formats.hdf5 import read_table, write_table
 from sampler.formats.hdf5_container import FREE_BYTES, MOST_EXPANSION, read_container
 from sampler.formats.hdf5_image import MOST_OBJECTS, MOST_STRUCTURE, Image, messages, tree
-from sampler.formats.hdf5_layout import DATASETS
-from sampler.formats.packing import pack_quantiles, table_arrays
 from sampler.formats.table_shapes import check_shapes
 
 MEAN, SPEED = "dependence/mean", "axes/speed"

@@ -4,12 +4,12 @@ import enum
 
 import numpy as np
 import pytest
+from sampler.arguments import as_integer
 
 import sampler
 from sampler import InputError
 from sampler.drawing.batch import draw_batch
 from sampler.drawing.frames import rebound_batch
-from sampler.inputs.rows import as_integer
 
 IMPACT = {"velocity": [60.0, -80.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
 

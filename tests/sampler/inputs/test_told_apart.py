@@ -3,9 +3,7 @@
 import math
 
 import pytest
-
-from sampler.inputs.rows import as_reals_up_to
-from sampler.inputs.told_apart import told_apart
+from sampler.arguments import as_reals_up_to, told_apart
 
 
 @pytest.mark.parametrize(

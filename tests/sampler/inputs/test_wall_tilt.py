@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from sampler.arguments import MAX_ROUGHNESS
 
 import sampler
-from sampler.drawing.roughness import MAX_ROUGHNESS
 
 
 def test_small_particles_meet_flanks_and_large_ones_the_whole_profile():

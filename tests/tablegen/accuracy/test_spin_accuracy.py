@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from sampler.options import MISSED
 from spin_tables import spin_datasets
 from tiny_tables import GENERATE, MEASURED, ROUGH
 
-from sampler.commands.program import MISSED
 from sampler.formats.hdf5 import read_table
 from tablegen.accuracy.spin_conditions import pick_spin_conditions
 from tablegen.config.metric_table import METRICS, worst_spin_stored

@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from page_reader import read_page
+from sampler.options import DONE, MISSED
 from spin_laws import WRONG, DirectTable
 from spin_tables import with_spin_law
 from tiny_tables import TINY
 
-from sampler.commands.program import DONE, MISSED
 from sampler.errors import InputError
 from sampler.formats.hdf5 import read_table, write_table
 from sampler.table import Table

@@ -11,7 +11,7 @@ import tomli_w
 from pydantic import ValidationError
 
 from sampler.errors import InputError
-from sampler.files.locate import data_directory
+from sampler.files import data_directory
 from tablegen.config.config import AccuracyTargets, Config, load_config, parse_config
 from tablegen.config.metric_table import PRESETS
 from tablegen.config.population import FixedAspect, TruncatedNormalAspect

@@ -11,7 +11,7 @@ from mesh_fixtures import POPULATION, box, grain, population_of, rebounds, surfa
 
 import tablegen
 from sampler.errors import InputError
-from sampler.files.locate import data_directory
+from sampler.files import data_directory
 from tablegen.config.config import load_config, parse_config
 from tablegen.config.mesh import MOST_VERTICES, read_mesh
 from tablegen.config.population import MeshShape, Population

@@ -17,7 +17,7 @@ from tiny_tables import ROUGH
 import sampler
 from sampler.compilation.jit import kernel
 from sampler.errors import InputError
-from sampler.files.locate import data_directory, find_measurements
+from sampler.files import data_directory, find_measurements
 from sampler.formats.channels import STATE
 from tablegen.commands.main import main
 from tablegen.config.config import load_config, parse_config

@@ -8,7 +8,7 @@ import pytest
 import tomli_w
 
 from sampler.errors import InputError
-from sampler.files.locate import data_directory
+from sampler.files import data_directory
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.accuracy.measure import sample_size
 from tablegen.accuracy.validate import validate

@@ -5,9 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from mesh_fixtures import box
+from sampler.formats.layout import SPIN_DATASETS
 from tiny_tables import ROUGH
 
-from sampler.formats.spin_layout import SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.config.mesh import MeshFile
 from tablegen.fitting.leaf import fit_leaf

@@ -9,7 +9,7 @@ import pytest
 from small_pairs import small_pair
 
 from sampler.errors import InputError
-from sampler.files.json_text import json_text
+from sampler.files import json_text
 from tablegen import calibrate, load_config
 from tablegen.measured.evaluations import Evaluations
 from tablegen.measured.records import Moments

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sampler.errors import InputError
-from sampler.files.locate import available
+from sampler.files import available
 from tablegen.measured.reader import parse_measurements, read_measurements
 from tablegen.measured.records import QUANTITIES
 

@@ -15,7 +15,7 @@ from corrupt_tables import (
 )
 
 import sampler
-from sampler.files.locate import data_directory
+from sampler.files import data_directory
 from sampler.formats.channels import STATE, to_channels
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare

@@ -8,7 +8,7 @@ import signal
 import pytest
 
 from sampler.errors import InputError
-from sampler.files.atomic import atomic_output
+from sampler.files import atomic_output
 from tablegen.tasks import file_lock
 from tablegen.tasks.parts_folder import PartsFolder
 
