@@ -9,9 +9,8 @@ from pathlib import Path
 import click
 import pytest
 from command_lines import PROGRAMS
-from special_files import KINDS, make_special
-
 from sampler.options import Command, FileType, OutputFile
+from special_files import KINDS, make_special
 
 VECTORS = Path(__file__).resolve().parent / "vectors"
 

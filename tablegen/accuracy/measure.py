@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
-from sampler.compilation.side_by_side import side_by_side
+from sampler.library import processors
 from threadpoolctl import threadpool_limits
 
-from sampler.library import processors
+from sampler.compilation.side_by_side import side_by_side
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison, Spin, compare, sharpened
 from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics

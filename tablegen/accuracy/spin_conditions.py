@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from sampler.arguments import told_apart
 from scipy.stats import qmc
 
 from sampler.arguments import told_apart

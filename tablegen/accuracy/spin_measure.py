@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.formats.layout import ACCURACY
 from threadpoolctl import threadpool_limits
 
 from sampler.formats.channels import STATE
-from sampler.formats.layout import ACCURACY
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import Verdict, judge

@@ -1,6 +1,7 @@
 """Types of flags that have bounds of the direct model."""
 
 from sampler.options import Number
+
 from tablegen.model import model_bounds as bounds
 
 

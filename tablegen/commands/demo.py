@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import click
+from sampler.options import DONE, MISSED
 
 from sampler import options
-from sampler.options import DONE, MISSED
 
 
 @click.command(

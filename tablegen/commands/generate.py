@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from sampler.options import note
 
 from sampler import options
-from sampler.options import note
 from tablegen.commands.config_argument import CONFIG
 from tablegen.commands.resuming import resumable
 from tablegen.commands.validate import print_verdict
@@ -93,6 +93,7 @@ def generate(
     stored in it; exit status 1 says that it misses the declared one.
     """
     from sampler.library import processors
+
     from tablegen.config.config import load_config
     from tablegen.tables.cost_estimate import cost_text, estimate, rebound_seconds
     from tablegen.tables.generate import generate as generate_table

@@ -7,9 +7,10 @@ terminated. Bad input gives one line on standard error and leaves no output.
 from collections.abc import Sequence
 
 import click
+from sampler.cli import export, list_names
+from sampler.options import SETTINGS, Call, Program, examples, run_program
 
 import sampler
-from sampler.cli import export, list_names
 from sampler.errors import InputError
 from sampler.options import SETTINGS, Call, Program, examples, run_program
 from tablegen.commands.calibrate import calibrate

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from sampler.options import DONE, note
 
 from sampler import options
 from sampler.errors import InputError

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from sampler.compilation.side_by_side import side_by_side
+from sampler.library import processors
 
 import sampler
+from sampler.compilation.side_by_side import side_by_side
 from sampler.errors import InputError
 from sampler.library import processors
 from tablegen.config.config import Config

@@ -1,10 +1,9 @@
-"""From simulated states to the arrays of one table node.
+"""From simulated rebounds to the arrays of a table, of the sizes in resolution.
 
-classes     the two classes of rebounds, and their shares of the mixture components
-marginals   quantile functions of the channels, at knots in the mixture's variate
-mixture     Gaussian mixture of the normal scores: the copula
-scores      normal scores of a sample, and the distribution functions of a mixture's marginals
-alias       alias tables for the mixture weights
-resolution  particles, knots and mixture components of a node
-node        one node: simulate, fit, pack
+First impacts: node (one condition), components (classes of rebounds), marginals (quantile
+functions), mixture (dependence).
+
+Spin law: spin_law (all of it), law_conditions (impacts to fit), coordinates (the numbers that are
+fitted), tree and leaf (parts of the domain), experts, expectation and spin_scores (the mixture of
+experts in a leaf).
 """

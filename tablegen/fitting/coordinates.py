@@ -9,17 +9,21 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
 from sampler.formats.bounds import N_CONDITIONS
+
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.impact_chains import energy_factor
 
-#: Signs of the outcomes, and of a condition's numbers, under reflection in the impact plane.
+#: Signs of the outcomes, and of the numbers of a condition, under reflection in the impact plane.
 OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 CONDITION_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0])
 
 #: Pairs of numbers of a condition whose products are features.
 _PAIRS = np.triu_indices(N_CONDITIONS)
+
+#: Least 1 - (speed after the impact over V_e)^2. Rounding may make it negative for a sphere that
+#: keeps all of its energy.
+_LEAST_REST = 1e-6
 
 
 class SpeedCoordinate(NamedTuple):
@@ -29,23 +33,14 @@ class SpeedCoordinate(NamedTuple):
     exponent: float
 
     def of(self, speed: FloatArray) -> FloatArray:
-        """Coordinate of speeds [m/s]."""
+        """Compute the coordinate of speeds [m/s]."""
         return np.exp(-self.coefficient * speed**self.exponent)
 
 
 def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
-    """Coordinates q of impacts.
+    """Compute the coordinates q of impacts: sqrt(alpha1), that of V_e, and the spin over V_e/a.
 
-    Parameters
-    ----------
-    conditions : (n, 5) float64
-        Impact angle [rad], V [m/s] and spin over V/a, wall axes.
-    speed : SpeedCoordinate
-
-    Returns
-    -------
-    (n, 5) float64
-        sqrt(alpha1), the coordinate of V_e, and the spin over V_e/a.
+    Conditions, (n, 5), are the impact angle [rad], V [m/s] and the spin over V/a in wall axes.
     """
     factor = energy_factor(conditions[:, 2:])
     return np.column_stack(
@@ -58,55 +53,29 @@ def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
 
 
 def outcomes(states: FloatArray, spin: FloatArray) -> FloatArray:
-    """Numbers x of rebounds, which have no bounds but the normal velocity's, which is positive.
+    """Compute the outcomes x of rebounds from states (n, 6) and spins before the impact (n, 3).
 
-    Parameters
-    ----------
-    states : (n, 6) float64
-        Velocities over V and angular velocities times a / V.
-    spin : (n, 3) float64
-        Before the impact, over V/a.
-
-    Returns
-    -------
-    (n, 6) float64
-        Velocities w over V_e as w / sqrt(1 - |w|^2), and angular velocities times a / V_e.
+    Velocities over V_e become w / sqrt(1 - |w|^2), so that only the positive normal velocity is
+    bounded. Angular velocities are times a / V_e.
     """
     scaled = states / energy_factor(spin)[:, None]
-    # rounding may reach the bound where a sphere keeps all of its energy
-    rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), 1e-6)
+    rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), _LEAST_REST)
     return np.column_stack([scaled[:, :3] / np.sqrt(rest)[:, None], scaled[:, 3:]])
 
 
 def folded(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Reflect the conditions whose spin points backwards in the impact plane.
+    """Reflect conditions with sigma_x < 0 in the impact plane; q (n, 5), signs (n, 6).
 
-    Parameters
-    ----------
-    q : (n, 5) float64
-
-    Returns
-    -------
-    q : (n, 5) float64
-        With sigma_x >= 0.
-    signs : (n, 6) float64
-        Of the outcomes: those of the reflection where there was one, else 1.
+    The signs are the factors of the outcomes: `OUTCOME_SIGNS` for reflected conditions, else 1.
     """
     turned = (q[:, 2] < 0.0)[:, None]
     return np.where(turned, q * CONDITION_SIGNS, q), np.where(turned, OUTCOME_SIGNS, 1.0)
 
 
 def features(t: FloatArray) -> FloatArray:
-    """Features of standardised conditions and ratios.
+    """Compute the features (n, 23) of standardised conditions and ratios t (n, 7).
 
-    Parameters
-    ----------
-    t : (n, 7) float64
-
-    Returns
-    -------
-    (n, 23) float64
-        1, t_i, and t_i t_j for i <= j < 5, less 1/2 where i = j.
+    They are 1, t_i, and t_i t_j for i <= j < 5, less 1/2 where i = j.
     """
     i, j = _PAIRS
     products = t[:, i] * t[:, j] - 0.5 * (i == j)
@@ -114,6 +83,6 @@ def features(t: FloatArray) -> FloatArray:
 
 
 def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which features say something, (23,) bool, if only some of the 7 inputs vary, (7,) bool."""
+    """Select the features, (23,), that vary if only some of the 7 inputs do, (7,)."""
     i, j = _PAIRS
     return np.concatenate([[True], varies, varies[i] & varies[j]])

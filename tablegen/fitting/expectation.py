@@ -1,7 +1,7 @@
-"""Kernels of the fit of experts: shares of the experts in each rebound, and sums weighted by them.
+"""Kernels of the fit of experts: shares of the experts in each rebound, and weighted sums.
 
-Arrays are of single precision where there is one number a rebound, and sums are of double. Experts
-are numbered group by group.
+Arrays with one row for each of n rebounds have single precision, and sums have double. Experts are
+numbered group by group: k experts in g groups.
 """
 
 import numpy as np
@@ -35,16 +35,9 @@ def softmax(logits: Single) -> None:
 
 @kernel
 def add_densities(white: Single, constant: Single, log_density: Single) -> None:
-    """Logarithms of densities from whitened outcomes.
+    """Compute logarithms of densities (n, k) from whitened outcomes (n, d * k).
 
-    Parameters
-    ----------
-    white : (n, d * k) float32
-        Outcome less the mean, over the factor, of each of k experts: all first numbers, all second
-        ones and so on.
-    constant : (k,) float32
-    log_density : (n, k) float32
-        Output.
+    Whitened outcomes, (x - mean) / factor, begin with the first components of all experts.
     """
     count = constant.size
     for i in range(white.shape[0]):
@@ -61,23 +54,16 @@ def add_densities(white: Single, constant: Single, log_density: Single) -> None:
 def find_shares(
     log_density: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
 ) -> float:
-    """Shares of experts in each rebound, and what gates have to learn.
+    """Find the shares of the experts in each rebound, and the gradients of the gates.
 
     Parameters
     ----------
     log_density : (n, k) float32
-        In: logarithms of densities. Out: shares of the experts.
-    group : (n, g) float32
-        Probabilities of the groups.
-    expert : (n, k) float32
-        Probabilities of the experts of a group, given the group.
+        Overwritten with the shares.
+    group, expert : (n, g) and (n, k) float32
+        Probabilities of the groups, and of the experts given their group.
     by_group, by_expert : (n, g) and (n, k) float32
-        Output: gradients of the log-likelihood with respect to the logits.
-
-    Returns
-    -------
-    float
-        Sum of the log-likelihoods.
+        Output: gradients of the log-likelihood, which is returned, with respect to the logits.
     """
     groups, count = group.shape[1], expert.shape[1]
     each, likelihood = count // groups, 0.0
@@ -112,9 +98,10 @@ def find_shares(
 def find_curvatures(
     share: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
 ) -> None:
-    """Diagonal second derivatives of minus the log-likelihood with respect to the logits.
+    """Find diagonal second derivatives of minus the log-likelihood with respect to the logits.
 
-    Parameters as those of `find_shares` after it; ``by_group`` and ``by_expert`` are overwritten.
+    The parameters are those of `find_shares` after its call; ``by_group`` and ``by_expert`` are
+    overwritten.
     """
     groups, count = group.shape[1], expert.shape[1]
     each = count // groups
@@ -132,15 +119,9 @@ def find_curvatures(
 def add_products(
     weight: Single, vectors: Single, least: float, products: NDArray[np.float64]
 ) -> None:
-    """Add weighted products of the numbers of vectors; weights below the least are left out.
+    """Add sums of v_i v_j, i <= j, with each column of weights to products (k, d (d + 1) / 2).
 
-    Parameters
-    ----------
-    weight : (n, k) float32
-    vectors : (n, d) float32
-    least : float
-    products : (k, d (d + 1) / 2) float64
-        Output: of each column of weights the sums of v_i v_j, i <= j.
+    Weights (n, k) below the least are left out; vectors are (n, d).
     """
     size = products.shape[1]
     one = np.empty(size, dtype=np.float32)

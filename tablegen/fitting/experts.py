@@ -7,17 +7,19 @@ condition, with a covariance of its own:
 
 where G and E, the gates, are softmax functions of linear logits. Regressions and covariances follow
 from sums of products, weighted by the shares of an expert in the rebounds. The gates take a damped
-Newton step in each iteration, each with its own block of the second derivatives, which are found
-only now and then.
+Newton step in each iteration. Each gate has its own block of second derivatives, which are computed
+again every few iterations.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from sampler.compilation.side_by_side import go_on
-
+from numpy.typing import NDArray
 from sampler.formats.bounds import N_OUTCOMES
+
 from tablegen.fitting.expectation import (
     Single,
     add_densities,
@@ -28,25 +30,25 @@ from tablegen.fitting.expectation import (
 )
 from tablegen.model.float_array import FloatArray
 
-#: Rows of a block: what is worked out of it fits into the cache.
+#: Rows of a block: its shares fit into the cache.
 _BLOCK = 512
 
-#: Shares of an expert in a rebound, and curvatures, below which they are left out of sums.
+#: Smaller shares of an expert in a rebound, and smaller curvatures, are left out of sums.
 _LEAST_SHARE, _LEAST_CURVATURE = 1e-3, 1e-4
 
-#: Share of the rebounds that the first iterations look at, and those that derivatives take.
+#: Part of the rebounds in the first iterations, and part of those in second derivatives.
 _FIRST_PART, _CURVATURE_PART = 0.5, 0.25
 
-#: Iterations on part of the rebounds, on all of them, and from one curvature to the next.
+#: Iterations on part of the rebounds, on all of them, and between second derivatives.
 _FIRST, _LAST, _CURVATURES_EVERY = 14, 4, 3
 
-#: Regularisation. Features of a regression count as if so much a rebound, and so many rebounds
-#: more, had said zero; so many rebounds of such a variance are added to each covariance; each
-#: variance has at least the ridge.
+#: Regularisation. The diagonal of the normal equations grows by _PULL for each rebound and by
+#: _PULL_ROWS in all. Each covariance gets _PRIOR_ROWS rebounds of variance _PRIOR_VARIANCE, and
+#: each variance gets _RIDGE.
 _PULL, _PULL_ROWS = 1e-3, 3.0
 _PRIOR_ROWS, _PRIOR_VARIANCE, _RIDGE = 0.5, 0.05, 1e-4
 
-#: Share of a Newton step that is taken, its largest length, and the pull of logits to zero.
+#: Damping of a Newton step, its largest component, and the pull of logits to zero.
 _STEP, _LONGEST, _LOGIT_PULL = 0.7, 2.0, 1e-2
 
 #: Rows and iterations of the clusters with which a fit begins.
@@ -55,31 +57,42 @@ _CLUSTER_ROWS, _CLUSTER_ITERATIONS = 30_000, 6
 
 @dataclass
 class Experts:
-    """Experts of g groups, k in all, on f features.
+    """Experts of g groups, k in all, on f features; factors are lower triangular."""
 
-    Attributes
-    ----------
-    group_gate : (g, f) float64
-    gate : (k, f) float64
-    mean : (k, 6, f) float64
-    factor : (k, 6, 6) float64
-        Lower triangular.
-    """
-
-    group_gate: FloatArray
-    gate: FloatArray
-    mean: FloatArray
-    factor: FloatArray
+    group_gate: FloatArray  # (g, f)
+    gate: FloatArray  # (k, f)
+    mean: FloatArray  # (k, 6, f)
+    factor: FloatArray  # (k, 6, 6)
 
 
 @dataclass
-class _Sums:
-    """What an iteration finds."""
+class Sums:
+    """Sums over rebounds: products by expert, gradients of both gates, and log-likelihood."""
 
     products: FloatArray
     by_group: FloatArray
     by_expert: FloatArray
     likelihood: float = 0.0
+
+
+class _Block(NamedTuple):
+    """Rebounds of a block: shares, probabilities and gradients, (n, g) or (n, k)."""
+
+    vectors: Single
+    features: Single
+    share: Single
+    group: Single
+    expert: Single
+    by_group: Single
+    by_expert: Single
+    likelihood: float
+
+
+class _Curvatures(NamedTuple):
+    """Blocks (g, f, f) and (k, f, f) of the second derivatives."""
+
+    group: FloatArray
+    expert: FloatArray
 
 
 def fit_experts(
@@ -90,39 +103,22 @@ def fit_experts(
     experts: int,
     rng: np.random.Generator,
 ) -> tuple[Experts, float]:
-    """Fit a mixture of experts.
+    """Fit a mixture of experts to features phi (n, f) and scores (n, 6), in random order.
 
-    Parameters
-    ----------
-    phi : (n, f) float64
-        Features of the conditions in random order; the first is 1.
-    inputs : (n, m) float64
-        What the features are made of; experts begin as clusters of it and the scores.
-    scores : (n, 6) float64
-        Normal scores of the outcomes.
-    groups, experts : int
-        Number of groups, and of experts in each.
-    rng : numpy Generator
-        Chooses where the experts begin.
-
-    Returns
-    -------
-    tuple (Experts, mean log-likelihood before the last step)
+    The first feature is 1. Experts, the same number in each group, begin as random clusters of
+    inputs (n, m) and scores. Also returns the mean log-likelihood before the last step.
     """
     vectors = np.ascontiguousarray(np.hstack([phi, scores]), dtype=np.float32)
-    features = phi.shape[1]
     points = np.ascontiguousarray(np.hstack([inputs, scores]), dtype=np.float32)
-    fitted, products = _start(vectors, points, (groups, experts), rng)
-    _regress(fitted, products)
-    curvatures = None
+    fitted = _start(vectors, points, groups, experts, rng)
     part = vectors[: max(math.ceil(_FIRST_PART * len(phi)), min(len(phi), 1000))]
-    likelihood = 0.0
+    curvatures, likelihood = None, 0.0
     for number in range(_FIRST + _LAST):
         rows = part if number < _FIRST else vectors
-        sums = _expectation(fitted, rows, features)
+        sums = expectation(fitted, rows)
         if curvatures is None or number % _CURVATURES_EVERY == 0 or number == _FIRST:
             few = rows[: math.ceil(_CURVATURE_PART * len(rows))]
-            curvatures = _curvatures(fitted, few, features, len(rows) / len(few))
+            curvatures = _curvatures(fitted, few, len(rows) / len(few))
         _regress(fitted, sums.products)
         _move_gates(fitted, sums, curvatures, len(rows))
         likelihood = sums.likelihood / len(rows)
@@ -141,13 +137,14 @@ def _clusters(points: Single, count: int, rng: np.random.Generator) -> Single:
     return centres
 
 
-def _nearest(points: Single, centres: Single) -> np.ndarray:
+def _nearest(points: Single, centres: Single) -> NDArray[np.int64]:
+    """Find the nearest centre to each point."""
     squares = np.sum(centres * centres, axis=1)
-    blocks = (points[s : s + 8 * _BLOCK] for s in range(0, len(points), 8 * _BLOCK))
+    blocks = (points[rows] for rows in _slices(points, 8 * _BLOCK))
     return np.concatenate([np.argmin(squares - 2.0 * (b @ centres.T), axis=1) for b in blocks])
 
 
-def _in_groups(centres: Single, groups: int) -> np.ndarray:
+def _in_groups(centres: Single, groups: int) -> NDArray[np.int64]:
     """Order of centres that puts near ones into the same of equally large groups."""
     order = np.arange(len(centres))[None]
     while len(order) < groups:
@@ -161,18 +158,18 @@ def _in_groups(centres: Single, groups: int) -> np.ndarray:
 
 
 def _start(
-    vectors: Single, points: Single, sizes: tuple[int, int], rng: np.random.Generator
-) -> tuple[Experts, FloatArray]:
-    """Begin with clusters of conditions and outcomes together, and their sums of products."""
-    (groups, experts), width = sizes, vectors.shape[1]
-    count, features = groups * experts, width - N_OUTCOMES
+    vectors: Single, points: Single, groups: int, experts: int, rng: np.random.Generator
+) -> Experts:
+    """Experts fitted to clusters of conditions and outcomes together."""
+    count, width = groups * experts, vectors.shape[1]
+    features = width - N_OUTCOMES
     centres = _clusters(points[:_CLUSTER_ROWS], count, rng)
     centres = centres[_in_groups(centres, groups)]
     products = np.zeros((count, width * (width + 1) // 2))
-    for block in _blocks(vectors):
-        labels = _nearest(points[block], centres)
+    for rows in _slices(vectors):
+        labels = _nearest(points[rows], centres)
         share = (labels[:, None] == np.arange(count)).astype(np.float32)
-        add_products(share, vectors[block], 0.5, products)
+        add_products(share, vectors[rows], 0.5, products)
     mass = products[:, 0]
     group_gate, gate = np.zeros((groups, features)), np.zeros((count, features))
     by_group = mass.reshape(groups, experts).sum(axis=1)
@@ -180,81 +177,65 @@ def _start(
     gate[:, 0] = np.log((mass + 1.0) / np.repeat(by_group + experts, experts))
     mean = np.zeros((count, N_OUTCOMES, features))
     factor = np.repeat(np.eye(N_OUTCOMES)[None], count, axis=0)
-    return Experts(group_gate, gate, mean, factor), products
+    fitted = Experts(group_gate, gate, mean, factor)
+    _regress(fitted, products)
+    return fitted
 
 
-def _blocks(rows: Single) -> list[slice]:
-    return [slice(s, min(s + _BLOCK, len(rows))) for s in range(0, len(rows), _BLOCK)]
+def _slices(rows: Single, size: int = _BLOCK) -> list[slice]:
+    return [slice(start, start + size) for start in range(0, len(rows), size)]
 
 
-def _whitening(fitted: Experts) -> tuple[Single, Single]:
-    """Matrix that takes vectors to whitened outcomes, and constants of the log-densities."""
+def _blocks(fitted: Experts, vectors: Single) -> Iterator[_Block]:
+    """Find the shares of the experts in rebounds, block by block."""
+    # matrix from vectors to whitened outcomes, and constants of the log-densities
     inverse = np.linalg.inv(fitted.factor)
     both = np.concatenate([-inverse @ fitted.mean, inverse], axis=2)
     matrix = both.transpose(2, 1, 0).reshape(both.shape[2], -1)
+    white = np.ascontiguousarray(matrix, dtype=np.float32)
     diagonal = np.einsum("kii->ki", fitted.factor)
     constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * N_OUTCOMES * math.log(2.0 * math.pi)
-    return np.ascontiguousarray(matrix, dtype=np.float32), constant.astype(np.float32)
+    constant = constant.astype(np.float32)
+    gates = fitted.group_gate.T.astype(np.float32), fitted.gate.T.astype(np.float32)
+    for rows in _slices(vectors):
+        block = vectors[rows]
+        phi = np.ascontiguousarray(block[:, :-N_OUTCOMES])
+        group, expert = phi @ gates[0], phi @ gates[1]
+        softmax(group)
+        softmax(expert.reshape(len(phi) * len(fitted.group_gate), -1))
+        share, by_group, by_expert = (np.empty_like(x) for x in (expert, group, expert))
+        add_densities(block @ white, constant, share)
+        likelihood = find_shares(share, group, expert, by_group, by_expert)
+        yield _Block(block, phi, share, group, expert, by_group, by_expert, likelihood)
 
 
-def _gates(fitted: Experts, phi: Single) -> tuple[Single, Single]:
-    """Probabilities of the groups, and of the experts given their group."""
-    group = phi @ fitted.group_gate.T.astype(np.float32)
-    softmax(group)
-    expert = phi @ fitted.gate.T.astype(np.float32)
-    softmax(expert.reshape(len(phi) * len(fitted.group_gate), -1))
-    return group, expert
-
-
-def _shares(
-    fitted: Experts, white: tuple[Single, Single], rows: Single, features: int
-) -> tuple[Single, Single, Single, Single, Single, float]:
-    """Shares, probabilities of groups and of experts, gradients of both, and log-likelihood."""
-    phi = np.ascontiguousarray(rows[:, :features])
-    group, expert = _gates(fitted, phi)
-    share = np.empty_like(expert)
-    add_densities(rows @ white[0], white[1], share)
-    by_group, by_expert = np.empty_like(group), np.empty_like(expert)
-    likelihood = find_shares(share, group, expert, by_group, by_expert)
-    return share, group, expert, by_group, by_expert, likelihood
-
-
-def _expectation(fitted: Experts, vectors: Single, features: int) -> _Sums:
-    count, width = len(fitted.gate), vectors.shape[1]
-    sums = _Sums(
-        np.zeros((count, width * (width + 1) // 2)),
+def expectation(fitted: Experts, vectors: Single) -> Sums:
+    """Take the expectation step over vectors (n, f + 6) of features and scores."""
+    width = vectors.shape[1]
+    sums = Sums(
+        np.zeros((len(fitted.gate), width * (width + 1) // 2)),
         np.zeros_like(fitted.group_gate),
         np.zeros_like(fitted.gate),
     )
-    white = _whitening(fitted)
-    for number, block in enumerate(_blocks(vectors)):
-        if number % 16 == 0:
-            go_on()
-        rows = vectors[block]
-        share, _, _, by_group, by_expert, likelihood = _shares(fitted, white, rows, features)
-        add_products(share, rows, _LEAST_SHARE, sums.products)
-        phi = rows[:, :features]
-        sums.by_group += by_group.T @ phi
-        sums.by_expert += by_expert.T @ phi
-        sums.likelihood += likelihood
+    for block in _blocks(fitted, vectors):
+        add_products(block.share, block.vectors, _LEAST_SHARE, sums.products)
+        sums.by_group += block.by_group.T @ block.features
+        sums.by_expert += block.by_expert.T @ block.features
+        sums.likelihood += block.likelihood
     return sums
 
 
-def _curvatures(
-    fitted: Experts, vectors: Single, features: int, scale: float
-) -> tuple[FloatArray, FloatArray]:
-    """Blocks (g, f, f) and (k, f, f) of the second derivatives, scaled up to all rebounds."""
+def _curvatures(fitted: Experts, vectors: Single, scale: float) -> _Curvatures:
+    """Sum the second derivatives of both gates, times ``scale``."""
+    features = fitted.gate.shape[1]
     pairs = features * (features + 1) // 2
-    found = np.zeros((len(fitted.group_gate), pairs)), np.zeros((len(fitted.gate), pairs))
-    white = _whitening(fitted)
-    for block in _blocks(vectors):
-        rows = vectors[block]
-        share, group, expert, by_group, by_expert, _ = _shares(fitted, white, rows, features)
-        find_curvatures(share, group, expert, by_group, by_expert)
-        phi = np.ascontiguousarray(rows[:, :features])
-        add_products(by_group, phi, _LEAST_CURVATURE, found[0])
-        add_products(by_expert, phi, _LEAST_CURVATURE, found[1])
-    return _square(found[0] * scale, features), _square(found[1] * scale, features)
+    of_groups = np.zeros((len(fitted.group_gate), pairs))
+    of_experts = np.zeros((len(fitted.gate), pairs))
+    for block in _blocks(fitted, vectors):
+        find_curvatures(block.share, block.group, block.expert, block.by_group, block.by_expert)
+        add_products(block.by_group, block.features, _LEAST_CURVATURE, of_groups)
+        add_products(block.by_expert, block.features, _LEAST_CURVATURE, of_experts)
+    return _Curvatures(_square(of_groups * scale, features), _square(of_experts * scale, features))
 
 
 def _square(packed: FloatArray, size: int) -> FloatArray:
@@ -267,7 +248,7 @@ def _square(packed: FloatArray, size: int) -> FloatArray:
 
 
 def _regress(fitted: Experts, products: FloatArray) -> None:
-    """Regressions and covariances that maximise the expected likelihood."""
+    """Set regressions and covariances that maximise the expected likelihood."""
     features = fitted.gate.shape[1]
     moments = _square(products, features + N_OUTCOMES)
     mass = np.maximum(products[:, 0], 1e-9)
@@ -285,14 +266,12 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
     fitted.factor = np.asarray(np.linalg.cholesky(symmetric), dtype=np.float64)
 
 
-def _move_gates(
-    fitted: Experts, sums: _Sums, curvatures: tuple[FloatArray, FloatArray], rows: int
-) -> None:
-    """Take a step of both gates, and let the logits of each softmax have a mean of zero."""
+def _move_gates(fitted: Experts, sums: Sums, curvatures: _Curvatures, rows: int) -> None:
+    """Take a step of both gates; the logits of each softmax keep a mean of zero."""
     groups, count = len(fitted.group_gate), len(fitted.gate)
-    top = _stepped(fitted.group_gate, sums.by_group, curvatures[0], rows)
+    top = _stepped(fitted.group_gate, sums.by_group, curvatures.group, rows)
     fitted.group_gate = np.subtract(top, top.mean(axis=0))
-    moved = _stepped(fitted.gate, sums.by_expert, curvatures[1], rows)
+    moved = _stepped(fitted.gate, sums.by_expert, curvatures.expert, rows)
     parts = moved.reshape(groups, count // groups, -1)
     fitted.gate = np.subtract(parts, parts.mean(axis=1, keepdims=True)).reshape(count, -1)
 

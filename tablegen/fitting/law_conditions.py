@@ -1,10 +1,10 @@
 """Conditions to which the spin law is fitted: impacts that occur, and all others.
 
-What occurs are the later impacts of chains, simulated with the particle's own grain: on the wall of
-the last impact, as on the outside of a bend, or on the opposite one, as in a channel. Half of the
-chains keep their geometry and depart at the angle at which they left; the others change walls and
-angles at random, as a gas and a curved wall make them. Everything else is covered by conditions
-spread over the domain, so that no flow finds a hole.
+The impacts that occur are the later ones of chains, simulated with the particle's own grain: on the
+wall of the last impact, as on the outside of a bend, or on the opposite one, as in a channel. Half
+of the chains keep their geometry and depart at the angle at which they left; the others change
+walls and angles at random, as a gas and a curved wall make them. Conditions spread over the whole
+domain cover everything else.
 """
 
 import math
@@ -13,6 +13,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.formats.bounds import INERTIA, N_CONDITIONS
 from scipy.special import ndtri
 
 from sampler.formats.bounds import INERTIA, N_CONDITIONS
@@ -29,11 +30,11 @@ _CHAINS, _HITS = 0.5, 6
 #: Largest spin over V_e/a of conditions spread over the domain; none is above sqrt(3/2) = 1.2247.
 _MOST_SPIN = 1.21
 
-#: Spins over V/a up to which an impact of a chain counts, and the least speed [m/s].
+#: Impacts of chains with a larger spin over V/a, or a lower speed [m/s], are left out.
 _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
 
-#: Least angle [rad] for each V/a of spin, with a margin: what turns too often before it meets the
-#: wall is not simulated.
+#: Least angle [rad] for each V/a of spin, with a margin: the direct model does not simulate
+#: particles that turn too often before they meet the wall.
 _TURNED = 2.0 * 1.01 / MOST_TURNED
 
 #: Least speed V [m/s], with a margin for rounding to single precision.
@@ -42,34 +43,29 @@ _LEAST_SPEED = 1.001 * SPEED.low
 #: Largest V_e over the largest speed V: a spin of 2.1 V/a reaches it there.
 FASTEST = 2.0
 
-#: Share of the grains whose ratios are spread evenly over their range, for other populations.
+#: Share of the grains with ratios spread evenly over their range, for other populations.
 _EVEN = 0.5
 
-#: Rebounds of conditions (n, 5) and grains (n, 3), at a hit: states (n, 6).
+#: Simulates rebounds: conditions (n, 5), grains (n, 3) and number of the hit, to states (n, 6).
 Rebound = Callable[[FloatArray, FloatArray, int], FloatArray]
 
 
-def _angle(degrees: float) -> float:
-    return min(math.radians(degrees), math.pi / 2.0)
-
-
 class Range(NamedTuple):
-    """Impacts that are covered: angles [rad], and V_e [m/s]."""
+    """Impacts that are covered: angles [rad], V_e [m/s], and speeds V at which chains begin."""
 
     alpha: tuple[float, float]
     speed: tuple[float, float]
-    #: Speeds V at which chains begin.
     first_speed: tuple[float, float]
 
     @classmethod
     def of(cls, config: Config) -> Self:
-        """Give the range that the spin law of a configuration covers."""
+        """Find the range that the spin law of a configuration covers."""
+        first, last = (min(math.radians(x), math.pi / 2.0) for x in config.domain.alpha_deg)
         low, high = config.domain.speed
-        alpha = _angle(config.domain.alpha_deg[0]), _angle(config.domain.alpha_deg[1])
-        return cls(alpha, (low, FASTEST * high), speeds_measured(config))
+        return cls((first, last), (low, FASTEST * high), speeds_measured(config))
 
     def holds(self, conditions: FloatArray) -> NDArray[np.bool_]:
-        """Which conditions (n, 5) are covered, (n,) bool."""
+        """Tell which conditions (n, 5) are covered, (n,)."""
         alpha, speed, spin = conditions[:, 0], conditions[:, 1], conditions[:, 2:]
         effective = speed * energy_factor(spin)
         return (
@@ -83,14 +79,14 @@ class Range(NamedTuple):
 
 
 def _possible(conditions: FloatArray) -> FloatArray:
-    """Conditions as steep and fast as the direct model needs them, at the ends of any domain."""
+    """Raise angles and speeds to the least that the direct model simulates."""
     steepest = _TURNED * np.sqrt(np.sum(conditions[:, 2:] ** 2, axis=1))
     alpha = np.minimum(np.maximum(conditions[:, 0], steepest), math.pi / 2.0)
     return np.column_stack([alpha, np.maximum(conditions[:, 1], _LEAST_SPEED), conditions[:, 2:]])
 
 
 def ratio_range(population: Population, shape_code: int) -> FloatArray:
-    """Least and largest b/a and c/b of the grains of a shape or mesh, (2, 2)."""
+    """Find the range of b/a and of c/b of the grains of a shape or mesh, (2, 2)."""
     if shape_code >= FIRST_MESH:
         b, c = population.kernel_arguments().meshes.sizes[shape_code - FIRST_MESH, :2]
         return np.array([[b, b], [c / b, c / b]])
@@ -105,9 +101,9 @@ def ratio_range(population: Population, shape_code: int) -> FloatArray:
 def draw_ratios(
     population: Population, shape_code: int, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Ratios b/a and c/b of grains of a shape, (count, 2).
+    """Draw b/a and c/b of grains of a shape, (count, 2).
 
-    Half of them follow the law of the population, half are even over its range.
+    Half follow the law of the population, and half are uniform over its range.
     """
     low, high = ratio_range(population, shape_code).T
     ratios = rng.uniform(low, high, (count, 2))
@@ -120,13 +116,13 @@ def draw_ratios(
 
 
 def _speeds(low: float, high: float, count: int, rng: np.random.Generator) -> FloatArray:
-    """Speeds, half of them even in the logarithm."""
+    """Speeds; half are uniform, half are uniform in the logarithm."""
     logarithm = np.exp(rng.uniform(math.log(low), math.log(high), count))
     return np.where(rng.random(count) < 0.5, logarithm, rng.uniform(low, high, count))
 
 
 def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Angles, a third of them even in the square root."""
+    """Angles; a third are uniform in the square root, the others are uniform."""
     low, high = domain.alpha
     root = rng.uniform(math.sqrt(low), math.sqrt(high), count) ** 2
     even = rng.uniform(low, high, count)
@@ -134,31 +130,19 @@ def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
 
 
 def still_conditions(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Conditions without spin, (count, 5)."""
-    return np.column_stack(
-        [
-            _angles(domain, count, rng),
-            _speeds(*domain.speed, count, rng),
-            np.zeros((count, 3)),
-        ]
-    )
+    """Draw conditions without spin, (count, 5)."""
+    alpha, speed = _angles(domain, count, rng), _speeds(*domain.speed, count, rng)
+    return np.column_stack([alpha, speed, np.zeros((count, 3))])
 
 
 def spread_conditions(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Conditions over all of the domain, with spins of any direction, (count, 5)."""
+    """Draw conditions over the whole domain, with spins of any direction, (count, 5)."""
     size = rng.uniform(0.0, _MOST_SPIN, count)
     direction = rng.standard_normal((count, 3))
     direction /= np.sqrt(np.sum(direction**2, axis=1))[:, None]
     share = np.sqrt(1.0 - INERTIA * size * size)
-    return _possible(
-        np.column_stack(
-            [
-                _angles(domain, count, rng),
-                _speeds(*domain.speed, count, rng) * share,
-                (size / share)[:, None] * direction,
-            ]
-        )
-    )
+    alpha, speed = _angles(domain, count, rng), _speeds(*domain.speed, count, rng) * share
+    return _possible(np.column_stack([alpha, speed, (size / share)[:, None] * direction]))
 
 
 def _following(
@@ -174,27 +158,15 @@ def _following(
 def chain_conditions(
     domain: Range, grains: FloatArray, rebound: Rebound, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Conditions of the second to the last hit of chains, one chain for each grain.
+    """Simulate a chain for each grain (m, 3), until it leaves the domain.
 
-    Parameters
-    ----------
-    domain : Range
-        Chains end where they leave it.
-    grains : (m, 3) float64
-    rebound : callable
-        The direct model.
-    rng : numpy Generator
-
-    Returns
-    -------
-    tuple of (n, 5) and (n, 3) float64
-        Conditions and the grains that meet them.
+    Returns the conditions (n, 5) of the second to the last hit, and the grains (n, 3) of each.
     """
     count = len(grains)
     conditions = still_conditions(domain, count, rng)
     conditions[:, 1] = rng.uniform(*domain.first_speed, count)
     keeps, opposite = rng.random(count) < 0.5, rng.random(count) < 0.5
-    found: list[tuple[FloatArray, FloatArray]] = []
+    found = [(np.empty((0, N_CONDITIONS)), np.empty((0, 3)))]
     for hit in range(1, _HITS):
         if not len(grains):
             break
@@ -207,8 +179,7 @@ def chain_conditions(
         conditions, grains = _possible(conditions[good]), grains[good]
         keeps, opposite = keeps[good], opposite[good]
         found.append((conditions, grains))
-    none = [(np.empty((0, N_CONDITIONS)), np.empty((0, 3)))]
-    parts, owners = zip(*(found or none), strict=True)
+    parts, owners = zip(*found, strict=True)
     return np.concatenate(parts), np.concatenate(owners)
 
 
@@ -220,12 +191,9 @@ def spinning_conditions(
     rebound: Rebound,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
-    """Conditions with spin in random order, and the grains that meet them.
+    """Draw conditions (n, 5) with spin in random order, and the grains (n, 3) that meet them.
 
-    Returns
-    -------
-    tuple of (n, 5) and (n, 3) float64
-        About ``count``, fewer where chains leave the domain.
+    There are about ``count``, and fewer if chains leave the domain.
     """
     chains = math.ceil(_CHAINS * count / (_HITS - 1.0))
     spread = count - math.floor(_CHAINS * count)

@@ -1,10 +1,9 @@
-"""One leaf of the spin law: fitted to rebounds, in the integers of the file, with quantiles."""
+"""One leaf of the spin law: experts fitted to rebounds, rounded as stored, and quantiles."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
 from sampler.formats.bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
@@ -18,6 +17,7 @@ from sampler.formats.bounds import (
     N_OUTCOMES,
     SCORE_MAX,
 )
+
 from tablegen.fitting.coordinates import (
     SpeedCoordinate,
     coordinates,
@@ -27,21 +27,22 @@ from tablegen.fitting.coordinates import (
     used_features,
 )
 from tablegen.fitting.experts import Experts, fit_experts
-from tablegen.fitting.scores import normal_scores
+from tablegen.fitting.marginals import normal_scores
+from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
 from tablegen.model.float_array import FloatArray
 
-#: Spread of an input below which it counts as the same for all.
+#: Standard deviation of an input below which it counts as constant.
 _SAME = 2e-4
 
-#: Units of the file to which numbers are rounded, so that it compresses: coefficients of the plain
-#: features and of products, in gates and in means; and factors.
+#: Rounding steps in units of the file, so that it compresses: coefficients of inputs and of
+#: products, in gates and in means; and factors.
 _GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (8, 32), (64, 128), 32
 
-#: Least quantile of p_v that a file may have from the second on, with a margin for rounding.
+#: Least quantile of p_v, which a file needs from the second knot on, with a margin for rounding.
 _LEAST_V = 2e-9
 
-#: Logit, in units of the file, of what is never chosen: e^-60 of the others.
+#: Logit, in units of the file, below that of fitted experts: e^-60 is never drawn.
 _NEVER = 60 * GATE_UNIT
 
 _LARGEST = np.iinfo(np.int16).max
@@ -56,7 +57,7 @@ class Rebounds(NamedTuple):
 
 
 class LeafArrays(NamedTuple):
-    """A leaf as the file has it; names are those of its datasets."""
+    """A leaf as stored; the names are those of the datasets."""
 
     centre: NDArray[np.float32]
     scale: NDArray[np.float32]
@@ -67,67 +68,49 @@ class LeafArrays(NamedTuple):
     quantiles: NDArray[np.float32]
 
 
-class _Numbers(NamedTuple):
-    """Inputs (n, 7) and outcomes (n, 6) of rebounds."""
-
-    inputs: FloatArray
-    outcomes: FloatArray
-
-
-def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> _Numbers:
+def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> tuple[FloatArray, FloatArray]:
+    """Compute inputs (n, 7) and outcomes (n, 6) of rebounds."""
     q, signs = folded(coordinates(rebounds.conditions, speed))
     found = outcomes(rebounds.states, rebounds.conditions[:, 2:]) * signs
-    return _Numbers(np.hstack([q, rebounds.ratios]), found)
+    return np.hstack([q, rebounds.ratios]), found
 
 
 def fit_leaf(
     around: Rebounds,
     inside: Rebounds,
     speed: SpeedCoordinate,
-    sizes: tuple[int, int, int],
+    sizes: SpinSizes,
     rng: np.random.Generator,
 ) -> LeafArrays:
     """Fit a leaf.
 
-    Parameters
-    ----------
-    around : Rebounds
-        In the leaf and a little beyond, in random order: the experts are fitted to them.
-    inside : Rebounds
-        Others, in the leaf: the quantiles are those that give their outcomes.
-    speed : SpeedCoordinate
-    sizes : tuple of three int
-        Groups, experts of each, and knots of each quantile function.
-    rng : numpy Generator
-
-    Returns
-    -------
-    LeafArrays
+    Experts are fitted to rebounds in the leaf and around it, in random order. Quantiles follow from
+    the outcomes of other rebounds inside it.
     """
-    groups, experts, knots = sizes
-    fitted, checked = _numbers(around, speed), _numbers(inside, speed)
-    centre, spread = fitted.inputs.mean(axis=0), fitted.inputs.std(axis=0)
+    inputs, found = _numbers(around, speed)
+    centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
     varies = spread > _SAME
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     used = used_features(varies)
-    t = (fitted.inputs - centre) * scale
-    scores = normal_scores(fitted.outcomes, np.ones(N_OUTCOMES))
-    found, _ = fit_experts(features(t)[:, used], t[:, varies], scores, groups, experts, rng)
-    stored = _stored(found, used)
-    drawn = bounded_scores(stored, features((checked.inputs - centre) * scale), rng)
-    quantiles = _quantiles(drawn, checked.outcomes, knots)
-    return LeafArrays(centre, scale, *stored, quantiles)
+    t, scores = (inputs - centre) * scale, normal_scores(found, np.ones(N_OUTCOMES))
+    experts, _ = fit_experts(
+        features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
+    )
+    stored = _stored(experts, used)
+    inputs, wanted = _numbers(inside, speed)
+    drawn = bounded_scores(stored, features((inputs - centre) * scale), rng)
+    return LeafArrays(centre, scale, *stored, _quantiles(drawn, wanted, sizes.knots))
 
 
 def _steps(used: NDArray[np.bool_], steps: tuple[int, int]) -> NDArray[np.int64]:
-    """Units of the file to which the coefficients of the features are rounded."""
+    """Choose the step of each coefficient: one for 1 and the inputs, one for the products."""
     plain = np.arange(N_FEATURES) < 1 + N_INPUTS
     return np.where(plain, *steps)[used]
 
 
 def _rounded(values: FloatArray, unit: int, step: NDArray[np.int64] | int) -> NDArray[np.int16]:
-    """Integers of a unit that are multiples of a step."""
+    """Values in units of the file, rounded to multiples of a step."""
     whole = step * np.rint(values * unit / step)
     largest = step * (_LARGEST // step)
     return np.clip(whole, -largest, largest).astype(np.int16)
@@ -136,7 +119,7 @@ def _rounded(values: FloatArray, unit: int, step: NDArray[np.int64] | int) -> ND
 def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
     """Experts in the integers and the order of the file.
 
-    Features that say nothing get zeros, and experts that were not fitted are never chosen.
+    Constant features get zeros. Experts that were not fitted are never drawn.
     """
     groups, each = len(found.group_gate), len(found.gate) // len(found.group_gate)
     gate_steps, mean_steps = _steps(used, _GATE_STEPS), _steps(used, _MEAN_STEPS)
@@ -163,7 +146,7 @@ def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
 
 
 def _quantiles(scores: NDArray[np.float32], wanted: FloatArray, knots: int) -> NDArray[np.float32]:
-    """Outcomes, (6, knots), that belong to equal steps of the bounded score."""
+    """Outcomes, (6, knots), at equal steps of the bounded score."""
     at = np.linspace(-SCORE_MAX, SCORE_MAX, knots)
     found = np.empty((N_OUTCOMES, knots), dtype=np.float32)
     for k in range(N_OUTCOMES):

@@ -1,17 +1,71 @@
-"""Quantile functions of the channels at knots that are equally spaced in the mixture's variate.
+"""Marginals: normal scores of a sample, and quantile functions of its channels.
 
-The variates are nearly standard normal. Knots equally spaced in them are dense where
-the samples are and still reach the tails; the quantile function of a nearly normal channel is
-nearly straight between them.
+The mixture is fitted to normal scores. Its own marginals are close to normal, but not exactly
+normal. The quantile stored for a variate z is therefore that of the probability F_mixture(z), so
+that draws have the marginals of the sample. Knots equally spaced in z are dense where the sample is
+and still reach the tails; the quantile function of a nearly normal channel is nearly straight
+between them.
 """
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from tablegen.fitting.mixture import Mixture
 from tablegen.model.float_array import FloatArray
 
-#: Variate of the last knot; beyond it lies a probability of about 1.3e-5 on either side, and a
-#: draw there has the quantile of the last knot.
+#: Variate of the last knot. The probability beyond it is about 1.3e-5 on either side; a draw there
+#: gets the quantile of the last knot.
 VARIATE_MAX = 4.2
+
+#: Rounding step of a quantile: this part of the smaller gap to a neighbour. Knots of a table are at
+#: most 0.026 apart in probability, so probabilities change by at most 0.026 / 512 = 5e-5.
+STEPS = 256
+
+
+def _ranks(values: FloatArray) -> FloatArray:
+    """Mid-ranks over n, in (0, 1); ties are broken by position."""
+    order = np.argsort(values, kind="stable")
+    ranks = np.empty(len(values))
+    ranks[order] = np.arange(len(values)) + 0.5
+    return ranks / len(values)
+
+
+def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
+    """Compute the normal scores of each channel of a sample.
+
+    A channel that changes sign under the mirror is scored by the rank of its absolute value, so
+    that its scores are those of the sample together with its reflection.
+
+    Parameters
+    ----------
+    channels : (n, d) float64
+    mirror : (d,) float64
+        +1 or -1.
+    """
+    scores = np.empty_like(channels)
+    for j, sign in enumerate(mirror):
+        column = channels[:, j]
+        if sign > 0.0:
+            scores[:, j] = ndtri(_ranks(column))
+        else:
+            scores[:, j] = np.copysign(ndtri(0.5 + 0.5 * _ranks(np.abs(column))), column)
+    return scores
+
+
+def mixture_probabilities(mixture: Mixture, variates: FloatArray) -> FloatArray:
+    """Evaluate the distribution functions of a mixture's marginals at variates (m,): (d, m)."""
+    deviation = np.sqrt(np.einsum("kii->ki", mixture.covariance))
+    probabilities = np.empty((mixture.mean.shape[1], len(variates)))
+    for j, sign in enumerate(mixture.signs):
+        mean, scale = mixture.mean[:, j], deviation[:, j]
+        plain = ndtr((variates[:, None] - mean) / scale)
+        reflected = ndtr((variates[:, None] - sign * mean) / scale)
+        mixed = (1.0 - mixture.reflection) * plain + mixture.reflection * reflected
+        probabilities[j] = mixed @ mixture.weight
+    return np.maximum.accumulate(np.clip(probabilities, 0.0, 1.0), axis=1)
 
 
 def variate_knots(count: int) -> FloatArray:
@@ -23,7 +77,7 @@ def variate_knots(count: int) -> FloatArray:
 def quantile_knots(
     channels: FloatArray, probabilities: FloatArray, mirror: FloatArray
 ) -> FloatArray:
-    """Sample quantiles of each channel at given probabilities.
+    """Compute sample quantiles of each channel at given probabilities.
 
     A channel that changes sign under the mirror gets the quantiles of the sample together with
     its reflection, which are odd about the median.
@@ -36,9 +90,6 @@ def quantile_knots(
     mirror : (d,) float64
         +1 or -1.
 
-    Returns
-    -------
-    (d, m) float64, non-decreasing along each row
     """
     quantiles = np.empty(probabilities.shape)
     for j, sign in enumerate(mirror):
@@ -50,3 +101,20 @@ def quantile_knots(
             row = np.quantile(doubled, probabilities[j], method="hazen")
             quantiles[j] = 0.5 * (row - row[::-1])
     return quantiles
+
+
+def rounded_quantiles(quantiles: NDArray[Any]) -> NDArray[np.float32]:
+    """Round quantiles to powers of two that are small beside the gaps between them.
+
+    Zeros at the end of a number compress: a file gets a third smaller. The first and the last
+    quantile, which bound the draws, stay the same, and so do quantiles that equal a neighbour.
+    Quantiles that are odd about the median stay odd. All are non-decreasing along the last axis.
+    """
+    values = quantiles.astype(np.float64)
+    gaps = np.diff(values, axis=-1)
+    smaller = np.minimum(gaps[..., :-1], gaps[..., 1:])
+    apart = smaller > 0.0
+    steps = np.exp2(np.floor(np.log2(smaller, where=apart, out=np.zeros_like(smaller)))) / STEPS
+    inner = values[..., 1:-1]
+    values[..., 1:-1] = np.where(apart, np.round(inner / steps) * steps, inner)
+    return values.astype(np.float32)

@@ -56,26 +56,19 @@ RIDGE = 1e-4
 class Mixture:
     """Gaussian mixture of K components in d dimensions.
 
-    Attributes
-    ----------
-    weight : (K,) float64
-    mean : (K, d) float64
-    covariance : (K, d, d) float64
-    reflection : (K,) float64
-        Probability that a component is reflected.
-    signs : (d,) float64
-        Signs of the channels under reflection; all ones if there is none.
+    Components are reflected with probabilities of their own. The signs are those of the channels
+    under reflection, all ones if there is none.
     """
 
-    weight: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
-    reflection: FloatArray
-    signs: FloatArray
+    weight: FloatArray  # (K,)
+    mean: FloatArray  # (K, d)
+    covariance: FloatArray  # (K, d, d)
+    reflection: FloatArray  # (K,)
+    signs: FloatArray  # (d,)
 
 
-def _monomials(z: FloatArray) -> FloatArray:
-    """Features 1, z_i and z_i z_j (i <= j) of each row."""
+def monomials(z: FloatArray) -> FloatArray:
+    """Compute the features 1, z_i and z_i z_j (i <= j) of each row."""
     upper = np.triu_indices(z.shape[1])
     return np.hstack([np.ones((len(z), 1)), z, z[:, upper[0]] * z[:, upper[1]]])
 
@@ -96,8 +89,8 @@ def _log_density_weights(mixture: Mixture) -> FloatArray:
 def _expectation(features: Features, mixture: Mixture) -> tuple[FloatArray, float]:
     """Sufficient statistics (K, features + 1) and mean log-likelihood.
 
-    The last column is the reflected part of the first, of the mass. Responsibilities are computed
-    in the precision of the features.
+    The last column is the reflected part of the mass, which is the first column. Responsibilities
+    have the precision of the features.
     """
     weights, signs = _log_density_weights(mixture), _mirror_signs(mixture.signs)
     count = weights.shape[1]
@@ -130,8 +123,8 @@ def _maximisation(
 ) -> tuple[Mixture, FloatArray]:
     """Mixture that maximises the expected likelihood, and the statistics it was made from.
 
-    The statistics may be averages; ``points`` is how many points they stand for. Components that
-    are left without points are dropped from both.
+    The statistics may be averages over ``points`` points. Components that are left without points
+    are dropped from both.
     """
     dimension = mixture.mean.shape[1]
     # a component needs more points than it has directions to have a covariance of its own
@@ -165,51 +158,27 @@ def _start(z: FloatArray, components: int, signs: FloatArray, rng: np.random.Gen
     )
 
 
-def improve(mixture: Mixture, z: FloatArray, iterations: int, gain: float) -> tuple[Mixture, float]:
-    """Run EM from a mixture until an iteration gains less than ``gain`` in mean log-likelihood.
-
-    Probabilities of reflection that are all 1/2 stay so, and the law symmetric.
-
-    Parameters
-    ----------
-    mixture : Mixture
-    z : (n, d) float64
-    iterations : int
-        Most iterations.
-    gain : float
-
-    Returns
-    -------
-    tuple (Mixture, mean log-likelihood before the last step)
-    """
-    free = bool((mixture.signs < 0.0).any() and (mixture.reflection != 0.5).any())
-    features = _monomials(z)
-    last = -np.inf
-    for _ in range(iterations):
-        mixture, likelihood = _iterate(mixture, features, free)
-        if likelihood - last < gain:
-            break
-        last = likelihood
-    return mixture, likelihood
-
-
 def _mirror_signs(signs: FloatArray) -> FloatArray | None:
     """Signs of the monomials under the reflection, or None if there is none."""
-    return _monomials(signs[None])[0] if bool((signs < 0.0).any()) else None
+    return monomials(signs[None])[0] if bool((signs < 0.0).any()) else None
 
 
-def _iterate(mixture: Mixture, features: Features, free: bool) -> tuple[Mixture, float]:
-    """One iteration of EM over the whole sample."""
+def iterate(mixture: Mixture, features: Features, free: bool) -> tuple[Mixture, float]:
+    """Take one iteration of EM over the `monomials` of a sample.
+
+    Returns the mixture, and the mean log-likelihood before the step. Probabilities of reflection
+    are fitted if they are free.
+    """
     statistics, likelihood = _expectation(features, mixture)
     return _maximisation(statistics, mixture, len(features), free)[0], likelihood
 
 
-def _stepwise(mixture: Mixture, features: Features, passes: int, free: bool) -> Mixture:
+def _stepwise(mixture: Mixture, features: Features, free: bool) -> Mixture:
     """Improve a mixture block by block."""
     size = max(_POINTS_PER_COMPONENT * len(mixture.weight), _LEAST_BLOCK)
     blocks = max(len(features) // size, 1)
     average = None
-    for k in range(passes * blocks):
+    for k in range(_PASSES * blocks):
         first = (k % blocks) * len(features) // blocks
         last = (k % blocks + 1) * len(features) // blocks
         block = features[first:last]
@@ -228,48 +197,28 @@ def fit_mixture(
     rng: np.random.Generator,
     signs: FloatArray | None = None,
     symmetric: bool = False,
-    iterations: int = 1,
 ) -> Mixture:
-    """Fit a Gaussian mixture with full covariances.
+    """Fit a Gaussian mixture with full covariances to normal scores (n, d) in random order.
 
     Parameters
     ----------
     z : (n, d) float64
-        Normal scores, in random order.
     components : int
         Fewer are fitted if there are fewer than d + 1 points for each; those that lose their
         points are dropped.
     rng : numpy Generator
         Chooses the starting points.
     signs : (d,) float64, optional
-        Signs of the channels under the reflection that components may undergo.
+        Signs of the channels under reflection; by default there is none.
     symmetric : bool
-        Whether every component is reflected with probability 1/2, which makes the law symmetric;
-        else the probabilities are fitted.
-    iterations : int
-        EM iterations on the whole sample after the stepwise ones, which settle the weights.
-
-    Returns
-    -------
-    Mixture
+        Whether all components are reflected with probability 1/2; else probabilities are fitted.
     """
     signs = np.ones(z.shape[1]) if signs is None else np.asarray(signs, dtype=np.float64)
     free = not symmetric and bool((signs < 0.0).any())
     # with more points than this on average, one component at least is always alive
     most = max((len(z) - 1) // (z.shape[1] + 1), 1)
     mixture = _start(z, min(components, most), signs, rng)
-    features = _monomials(z).astype(np.float32)
-    mixture = _stepwise(mixture, features, _PASSES, free)
-    for _ in range(iterations):
-        mixture, _ = _iterate(mixture, features, free)
-    return mixture
-
-
-def sample_mixture(mixture: Mixture, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw from a mixture; for tests of a fit, not for tables."""
-    component = rng.choice(len(mixture.weight), size=count, p=mixture.weight)
-    factor = np.linalg.cholesky(mixture.covariance)
-    z = mixture.mean[component]
-    z = z + np.einsum("nij,nj->ni", factor[component], rng.standard_normal(z.shape))
-    flip = rng.random((count, 1)) < mixture.reflection[component][:, None]
-    return np.where(flip, z * mixture.signs, z)
+    features = monomials(z).astype(np.float32)
+    mixture = _stepwise(mixture, features, free)
+    # one iteration on the whole sample settles the weights
+    return iterate(mixture, features, free)[0]

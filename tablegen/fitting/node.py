@@ -1,7 +1,7 @@
 """One node of a table: simulate the condition, fit the law, pack the arrays.
 
 A node is a pure function of the configuration and its condition, so nodes can be fitted in any
-order, by any number of workers, with the same bytes on processors of one kind.
+order by any number of workers. Last digits depend on the kind of processor.
 """
 
 from dataclasses import replace
@@ -15,18 +15,22 @@ from threadpoolctl import threadpool_limits
 from sampler.formats.channels import MIRRORED, channels_for
 from tablegen.accuracy.scene_variables import simulated_channels
 from tablegen.config.config import Config
-from tablegen.fitting.alias import alias_table
-from tablegen.fitting.classes import CLASSES, allocate_components, class_of
+from tablegen.fitting.components import CLASSES, alias_table, allocate_components, class_of
 from tablegen.fitting.fixed_point import from_steps, to_steps
-from tablegen.fitting.marginals import quantile_knots, variate_knots
+from tablegen.fitting.marginals import (
+    mixture_probabilities,
+    normal_scores,
+    quantile_knots,
+    variate_knots,
+)
 from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution
-from tablegen.fitting.scores import mixture_probabilities, normal_scores
+from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import simulate
 from tablegen.tasks.runner import Stopwatch, stable_number
 
-#: Means and factors are rounded to multiples of so many steps of the file, 1/128: a quarter of the
-#: bytes less, and no metric of the shipped table moves by more than noise.
+#: Means and factors are rounded to 1/128, this number of steps of the file. That saves a quarter
+#: of the bytes, and no metric of the shipped table moves by more than noise.
 _COARSE = 32
 
 #: Points of the sample used for each mixture component: more improve no fit.
@@ -49,17 +53,26 @@ class FittedChannels(NamedTuple):
     """Channels to fit, their signs under reflection, and whether that symmetry is exact."""
 
     names: tuple[str, ...]
-    signs: NDArray[np.float64]
+    signs: FloatArray
     symmetric: bool
 
     @property
-    def mirror(self) -> NDArray[np.float64]:
+    def mirror(self) -> FloatArray:
         """Signs of the channels under an exact symmetry; all ones if there is none."""
         return self.signs if self.symmetric else np.ones_like(self.signs)
 
 
+class _Packed(NamedTuple):
+    """Components of one class as stored: weights (K,), then the arrays of `NodeArrays`."""
+
+    weight: FloatArray
+    reflection: NDArray[np.int16]
+    mean: NDArray[np.int16]
+    cholesky: NDArray[np.int16]
+
+
 def fitted_channels(config: Config) -> FittedChannels:
-    """Channels that the variables of a configuration need."""
+    """List the channels that the variables of a configuration need."""
     names = channels_for(config.domain.columns)
     signs = np.array([-1.0 if name in MIRRORED else 1.0 for name in names])
     return FittedChannels(names, signs, config.table.mirror and bool((signs < 0.0).any()))
@@ -73,22 +86,17 @@ def _factor_steps(factor: NDArray[np.floating[Any]]) -> NDArray[np.int16]:
     return steps
 
 
-def _pack_mixture(
-    mixture: Mixture, components: int
-) -> tuple[NDArray[np.float64], NDArray[np.int16], NDArray[np.int16], NDArray[np.int16]]:
-    """Weights, reflections, means and packed Cholesky factors, padded with weights of zero."""
+def _packed(mixture: Mixture, components: int) -> _Packed:
+    """Mixture as stored, with components of weight zero in the spare places."""
     count, dimension = mixture.mean.shape
+    spare = components - count
+    unit = np.repeat(np.eye(dimension)[None], spare, axis=0)
+    factor = np.concatenate([np.linalg.cholesky(mixture.covariance), unit])
     rows, columns = np.tril_indices(dimension)
-    weight, reflection = np.zeros(components), np.zeros(components)
-    mean = np.zeros((components, dimension))
-    factor = np.repeat(np.eye(dimension)[None], components, axis=0)
-    weight[:count], reflection[:count] = mixture.weight, mixture.reflection
-    mean[:count] = mixture.mean
-    factor[:count] = np.linalg.cholesky(mixture.covariance)
-    return (
-        weight,
-        to_steps(reflection),
-        to_steps(mean, _COARSE),
+    return _Packed(
+        np.pad(mixture.weight, (0, spare)),
+        np.pad(to_steps(mixture.reflection), (0, spare)),
+        np.pad(to_steps(mixture.mean, _COARSE), ((0, spare), (0, 0))),
         _factor_steps(factor)[:, rows, columns],
     )
 
@@ -105,7 +113,7 @@ def _as_stored(mixture: Mixture) -> Mixture:
 
 
 def node_stream(alpha_deg: float, speed: float) -> int:
-    """Stream of the random numbers of the node at a condition, below 2**31."""
+    """Compute the random number stream of the node at a condition, below 2**31."""
     return stable_number(f"node {alpha_deg!r} {speed!r}", 31)
 
 
@@ -116,21 +124,9 @@ def fit_node(
     size: Resolution | None = None,
     watch: Stopwatch | None = None,
 ) -> NodeArrays:
-    """Simulate and fit one node.
+    """Simulate and fit the node at an impact angle [degrees] and a speed [m/s].
 
-    Parameters
-    ----------
-    config : Config
-    alpha_deg, speed : float
-        Impact angle [degrees] and speed [m/s] of the node.
-    size : Resolution, optional
-        By default what the configuration names or its accuracy needs.
-    watch : Stopwatch, optional
-        Counts the time of simulation and fit.
-
-    Returns
-    -------
-    NodeArrays
+    The size is by default that of `resolution`. The watch counts the time of simulation and fit.
     """
     seed, stream = config.table.seed, node_stream(alpha_deg, speed)
     size, watch = size or resolution(config), watch or Stopwatch()
@@ -140,7 +136,7 @@ def fit_node(
     watch.stage("simulation")
     rng, fitted = np.random.Generator(np.random.Philox(key=[seed, stream])), fitted_channels(config)
     channels = simulated_channels(simulation, fitted.names, rng)
-    # one BLAS thread: the nodes are the parallel work, and sums keep their order
+    # one BLAS thread: nodes are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
         node = _fit_classes(channels, class_of(simulation.collisions), size, fitted, rng)
     watch.stage("fit")
@@ -148,7 +144,7 @@ def fit_node(
 
 
 def _fit_classes(
-    channels: NDArray[np.float64],
+    channels: FloatArray,
     kind: NDArray[np.int64],
     size: Resolution,
     fitted: FittedChannels,
@@ -158,7 +154,7 @@ def _fit_classes(
     knots = variate_knots(size.knots)
     count = [int(np.sum(kind == k)) for k in range(len(CLASSES))]
     shares = allocate_components(size.components, count)
-    packed, quantiles = [], []
+    parts, quantiles = [], []
     for k, share in enumerate(shares):
         if share == 0:
             # never drawn at this node, but averaged with neighbours that have such rebounds
@@ -168,20 +164,18 @@ def _fit_classes(
         part = channels[kind == k]
         points = normal_scores(part, fitted.mirror)[: _POINTS_PER_COMPONENT * share]
         mixture = fit_mixture(points, share, rng, fitted.signs, fitted.symmetric)
-        weight, *numbers = _pack_mixture(mixture, share)
-        packed.append((weight * count[k], *numbers))
+        packed = _packed(mixture, share)
+        parts.append(packed._replace(weight=packed.weight * count[k]))
         probabilities = mixture_probabilities(_as_stored(mixture), knots)
         quantiles.append(quantile_knots(part, probabilities, fitted.mirror))
-    weight, reflection, mean, factor = (
-        np.concatenate(parts) for parts in zip(*packed, strict=True)
-    )
-    probability, alias = alias_table(weight)
+    whole = _Packed(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    probability, alias = alias_table(whole.weight)
     return NodeArrays(
         quantiles=np.stack(quantiles).astype(np.float32),
         first_of_class=np.cumsum([0, *shares[:-1]]).astype(np.uint16),
         alias_probability=probability,
         alias_index=alias,
-        reflection=reflection,
-        mean=mean,
-        cholesky=factor,
+        reflection=whole.reflection,
+        mean=whole.mean,
+        cholesky=whole.cholesky,
     )

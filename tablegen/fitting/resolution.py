@@ -1,33 +1,27 @@
-"""How finely one node is resolved: simulated particles, quantile knots, mixture components."""
+"""How finely a table is resolved: the sizes of its nodes and of its spin law."""
 
 from typing import NamedTuple
 
+from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import Config
 
 #: Sizes of a mixture that the generator chooses from, about a factor of 1.4 apart.
 LADDER = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536)
 
-#: An empirical distribution function of n points is off by 1.4 / sqrt(n) in the worst of six
-#: channels, typically: a fifth of the allowed distance at this many over its square.
+#: The empirical distribution functions of n points are typically off by 1.4 / sqrt(n) in the worst
+#: of six channels: a fifth of the allowed distance at n = _SAMPLES / distance^2.
 _SAMPLES = 40.0
 _LEAST_SAMPLES = 150_000
 
-#: Allowed Kolmogorov-Smirnov distances from which on this many knots are enough.
+#: Least allowed Kolmogorov-Smirnov distance for which a number of knots is enough.
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
+
+#: Conditions with spin that are drawn for each rebound that a leaf is fitted to.
+_CONDITIONS = 0.2
 
 
 class Resolution(NamedTuple):
-    """Sizes of one node.
-
-    Attributes
-    ----------
-    samples : int
-        Simulated particles.
-    knots : int
-        Of each quantile function.
-    components : int
-        Of the mixture, all classes together.
-    """
+    """Sizes of one node: particles, knots of a quantile function, components of all classes."""
 
     samples: int
     knots: int
@@ -35,22 +29,55 @@ class Resolution(NamedTuple):
 
 
 def resolution(config: Config, components: int | None = None) -> Resolution:
-    """Resolution that a configuration names, or that its accuracy needs.
+    """Find the resolution that a configuration names, or that its accuracy needs.
 
-    Parameters
-    ----------
-    config : Config
-    components : int, optional
-        Components where the configuration names none; a measurement must choose them, by default
-        they are the first of `LADDER`.
-
-    Returns
-    -------
-    Resolution
+    ``components``, by default the first of `LADDER`, are for a configuration that names none.
     """
     table, ks = config.table, config.accuracy.ks
     return Resolution(
         samples=table.samples_per_node or max(int(_SAMPLES / ks**2), _LEAST_SAMPLES),
         knots=table.quantile_knots or next(knots for least, knots in _KNOTS if ks >= least),
         components=table.components or components or LADDER[0],
+    )
+
+
+class SpinSizes(NamedTuple):
+    """Sizes of a spin law."""
+
+    leaves: int  # of a shape, for conditions with spin
+    still_leaves: int  # of a shape, for conditions without
+    groups: int  # of a leaf; a file has room for 8
+    experts: int  # of a group; a file has room for 16
+    rebounds: int  # for the fit of a leaf, and as many again for its quantiles
+    knots: int  # of each quantile function
+
+    @property
+    def conditions(self) -> int:
+        """Number of conditions with spin that are drawn for a shape."""
+        return max(int(_CONDITIONS * self.rebounds * self.leaves), 1000)
+
+    def of_shape(self, shape_code: int) -> "SpinSizes":
+        """Sizes of one shape; spheres need few leaves, because their rebounds are not random."""
+        if shape_code != SHAPE_CODES["sphere"]:
+            return self
+        return self._replace(leaves=max(self.leaves // 4, 1), still_leaves=1)
+
+
+#: Sizes by preset of the accuracy.
+SPIN_SIZES = {
+    "compact": SpinSizes(16, 4, 8, 8, 120_000, 65),
+    "standard": SpinSizes(38, 6, 8, 16, 240_000, 97),
+    "fine": SpinSizes(96, 12, 8, 16, 480_000, 129),
+}
+
+
+def spin_sizes(config: Config) -> SpinSizes:
+    """Find the sizes that a configuration names, or those of its preset of accuracy."""
+    table, preset = config.table, SPIN_SIZES[config.accuracy.preset]
+    return preset._replace(
+        leaves=table.spin_leaves or preset.leaves,
+        still_leaves=min(preset.still_leaves, table.spin_leaves or preset.still_leaves),
+        groups=table.spin_groups or preset.groups,
+        experts=table.spin_experts or preset.experts,
+        rebounds=table.spin_rebounds or preset.rebounds,
     )

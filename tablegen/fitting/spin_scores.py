@@ -1,24 +1,21 @@
-"""Scores that a leaf draws, by the very steps of a draw from a table."""
+"""Scores drawn from the experts of a leaf, by the kernels of a draw from a table."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
 from sampler.formats.bounds import GROUP_SIZE, LANES, N_FEATURES, N_OUTCOMES, SCORE_MAX
 from sampler.formats.image import expert_records, normal_table
-from tablegen.fitting.expert_kernels import (
-    choose_group,
-    choose_of_group,
-    fill_scores,
-    normal_of_word,
-)
+
+from sampler.compilation.jit import kernel
+from sampler.drawing.normal import normal_of_word
+from sampler.drawing.spin_steps import choose_group, choose_of_group, fill_scores
 from tablegen.model.float_array import FloatArray
 from tablegen.model.jit import kernel
 
 
 class StoredExperts(NamedTuple):
-    """Experts of a leaf as the file has them, all int16, in 8 groups of 16.
+    """Experts of a leaf as stored in a file: int16, 8 groups of 16 experts.
 
     ``group_gate`` (23, 8), ``gate`` (8, 23, 16), ``mean`` (128, 23, 6), ``factor`` (128, 21).
     """
@@ -56,19 +53,7 @@ def _draw(
 def bounded_scores(
     stored: StoredExperts, features: FloatArray, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Draw scores zeta of a leaf.
-
-    Parameters
-    ----------
-    stored : StoredExperts
-    features : (n, 23) float64
-        Of conditions and ratios.
-    rng : numpy Generator
-
-    Returns
-    -------
-    (n, 6) float32, from -6 to 6
-    """
+    """Draw scores zeta (n, 6), from -6 to 6, of a leaf at features (n, 23)."""
     words = rng.integers(0, 2**32, (len(features), 2 + N_OUTCOMES), dtype=np.uint32)
     scores = np.empty((len(features), N_OUTCOMES), dtype=np.float32)
     records: Any = expert_records(stored.mean[None], stored.factor[None])

@@ -4,26 +4,26 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
 from sampler.formats.bounds import N_CONDITIONS, NO_SPIN
+
 from tablegen.model.float_array import FloatArray
 
 #: Number of the axis |sigma|^2 in a tree.
 _SPIN_AXIS = N_CONDITIONS
 
-#: Width that counts as one on each axis: about that of the domain, two fifths of it for the speed,
-#: of which a law depends on less.
+#: Unit of width on each axis: about the width of the domain, but two fifths of it for the speed,
+#: on which a law depends less.
 _WIDTHS = np.array([1.16, 1.9, 2.44, 2.44, 2.44])
 
-#: How far beyond a cut conditions still serve the fit of a leaf, over the width of what was cut.
+#: Distance beyond a cut, over the width of the cut leaf, up to which conditions are fitted too.
 _MARGIN = 0.08
 
 
 class Tree(NamedTuple):
-    """Nodes of a tree; a child below zero is a leaf, -1 minus its number.
+    """Nodes of a tree; a negative child c is leaf number -1 - c.
 
-    ``axis`` (n,) int8, ``cut`` (n,) float64, ``child`` (n, 2) int32: a condition with a value of
-    at least the cut goes on at the second child.
+    ``axis`` (n,) int8, ``cut`` (n,) float64, ``child`` (n, 2) int32: conditions with a value of at
+    least the cut go to the second child. A tree of a single leaf has no node.
     """
 
     axis: NDArray[np.int8]
@@ -32,7 +32,7 @@ class Tree(NamedTuple):
 
 
 class Leaf(NamedTuple):
-    """Conditions in a leaf and a little beyond it, by number, and which of them are in it."""
+    """Row numbers of the conditions in a leaf and a little beyond it, and which are in it."""
 
     rows: NDArray[np.int64]
     inside: NDArray[np.bool_]
@@ -44,52 +44,40 @@ class _Cut(NamedTuple):
     margin: float
 
 
-def grow(q: FloatArray, leaves: int) -> tuple[Tree, list[Leaf]]:
-    """Cut the leaf with the most conditions until there are enough.
+def grow(q: FloatArray, wanted: int) -> tuple[Tree, list[Leaf]]:
+    """Cut the leaf with the most conditions until there are as many leaves as wanted.
 
-    Parameters
-    ----------
-    q : (n, 5) float64
-        Coordinates of conditions, folded.
-    leaves : int
-        Fewer are made where conditions cannot be told apart.
-
-    Returns
-    -------
-    tuple (Tree, list of Leaf)
-        A tree of a single leaf has no node.
+    Conditions are folded coordinates (n, 5). There are fewer leaves if conditions are equal.
     """
-    everything = Leaf(np.arange(len(q)), np.ones(len(q), dtype=bool))
-    found: list[Leaf | None] = [everything]
-    nodes: list[tuple[_Cut, list[int]]] = []
-    #: Of each leaf the node that it hangs on and the side, and whether it can be cut.
-    places: list[tuple[int, int]] = [(-1, 0)]
+    leaves = [Leaf(np.arange(len(q)), np.ones(len(q), dtype=bool))]
     sizes = [len(q)]
-    while len(found) < leaves and max(sizes) > 1:
+    places = [(-1, 0)]  # parent of each leaf, and whether it is its first or second child
+    cuts: list[_Cut] = []
+    children: list[list[int]] = []
+    while len(leaves) < wanted and max(sizes) > 1:
         number = int(np.argmax(sizes))
-        leaf = found[number]
-        assert leaf is not None
+        leaf = leaves[number]
         cut = _widest(q[leaf.rows[leaf.inside]])
         if cut is None:
             sizes[number] = 0
             continue
-        first, second = _halves(q, leaf, cut)
-        node, side = places[number]
-        nodes.append((cut, [-1 - number, -1 - len(found)]))
-        if node >= 0:
-            nodes[node][1][side] = len(nodes) - 1
-        places[number] = (len(nodes) - 1, 0)
-        places.append((len(nodes) - 1, 1))
-        found[number] = first
-        found.append(second)
-        sizes[number] = int(first.inside.sum())
+        parent, side = places[number]
+        if parent >= 0:
+            children[parent][side] = len(cuts)
+        places[number] = (len(cuts), 0)
+        places.append((len(cuts), 1))
+        cuts.append(cut)
+        children.append([-1 - number, -1 - len(leaves)])
+        leaves[number], second = _halves(q, leaf, cut)
+        leaves.append(second)
+        sizes[number] = int(leaves[number].inside.sum())
         sizes.append(int(second.inside.sum()))
     tree = Tree(
-        np.array([cut.axis for cut, _ in nodes], dtype=np.int8),
-        np.array([cut.value for cut, _ in nodes], dtype=np.float64),
-        np.array([child for _, child in nodes], dtype=np.int32).reshape(-1, 2),
+        np.array([cut.axis for cut in cuts], dtype=np.int8),
+        np.array([cut.value for cut in cuts], dtype=np.float64),
+        np.array(children, dtype=np.int32).reshape(-1, 2),
     )
-    return tree, [leaf for leaf in found if leaf is not None]
+    return tree, leaves
 
 
 def _widest(q: FloatArray) -> _Cut | None:
@@ -114,15 +102,9 @@ def _halves(q: FloatArray, leaf: Leaf, cut: _Cut) -> tuple[Leaf, Leaf]:
 
 
 def joined(still: Tree, still_leaves: int, spinning: Tree) -> Tree:
-    """Tree that asks first whether there is a spin; leaves with one come after those without.
+    """Join two trees by a root that asks whether a condition has spin.
 
-    Parameters
-    ----------
-    still : Tree
-        Of conditions without spin.
-    still_leaves : int
-        How many leaves it has.
-    spinning : Tree
+    The leaves of the conditions without spin come first, and there are ``still_leaves`` of them.
     """
     first = 1 + len(still.axis)
     below = np.where(still.child >= 0, still.child + 1, still.child)
@@ -139,7 +121,7 @@ def joined(still: Tree, still_leaves: int, spinning: Tree) -> Tree:
 
 
 def find_leaves(tree: Tree, q: FloatArray) -> NDArray[np.int64]:
-    """Find the number of the leaf of each of some folded conditions (n, 5), (n,)."""
+    """Find the leaf numbers, (n,), of folded conditions (n, 5)."""
     values = np.column_stack([q, np.sum(q[:, 2:] ** 2, axis=1)])
     at = np.zeros(len(q), dtype=np.int64)
     while (going := np.flatnonzero(at >= 0)).size:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from sampler.arguments import as_integer
 from threadpoolctl import threadpool_limits
 
 from sampler.arguments import as_integer

@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from sampler.arguments import MAX_ROUGHNESS
 
 from sampler.errors import InputError
 from tablegen.config.config import Config

@@ -5,12 +5,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import Rows, as_integer, place
+from sampler.library import processors
+from sampler.messages import row_message
+
 from sampler.compilation.side_by_side import side_by_side
 
 from sampler.arguments import Rows, as_integer, place
 from sampler.errors import InputError
-from sampler.library import processors
-from sampler.messages import row_message
 from tablegen.config.population import PopulationArguments
 from tablegen.model.impacts import OUT_OF_BOUNDS, TURNS_TOO_OFTEN
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN

@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import Rows
+
 from sampler.compilation.side_by_side import go_on
 
 from sampler.arguments import Rows
 from sampler.errors import CASCADE_NOT_ENDED, OK
+from tablegen.model.facets import facet_normals, mark_leaving, seed_of_bounce
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impact_condition import CONDITION_SIZE
 from tablegen.model.impacts import lab_conditions, states_to_lab

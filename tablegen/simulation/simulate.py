@@ -10,11 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import as_integer
+from sampler.library import processors
+
 from sampler.compilation.side_by_side import side_by_side
 
 from sampler.arguments import as_integer
 from sampler.errors import InputError
-from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population

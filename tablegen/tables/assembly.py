@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.formats.layout import DATASETS
 
 import sampler
 from sampler.formats.hdf5 import TableContents
-from sampler.formats.layout import DATASETS
 from tablegen.accuracy.comparison import Measured
 from tablegen.config.config import Config
-from tablegen.fitting.marginals import variate_knots
+from tablegen.fitting.marginals import rounded_quantiles, variate_knots
 from tablegen.fitting.node import NodeArrays, fitted_channels
-from tablegen.fitting.quantile_rounding import rounded_quantiles
 from tablegen.tables.axes import Axes
 
 

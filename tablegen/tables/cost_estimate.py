@@ -14,8 +14,7 @@ from tablegen.accuracy.joint_law import SAMPLES as CHAIN_IMPACTS
 from tablegen.accuracy.measure import sample_size
 from tablegen.accuracy.spin_conditions import spin_conditions_beside
 from tablegen.config.config import Config
-from tablegen.fitting.leaf_sizes import spin_sizes
-from tablegen.fitting.resolution import LADDER, resolution
+from tablegen.fitting.resolution import LADDER, resolution, spin_sizes
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.axes import first_grid
 from tablegen.tables.intervals import Grid

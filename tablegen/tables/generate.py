@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sampler.arguments import as_integer
+
 from sampler.files import check_output
 from sampler.formats.hdf5 import write_table
 from sampler.table import Table

@@ -13,15 +13,16 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import told_apart
+from sampler.formats.bounds import Axis
+from sampler.formats.image import table_arrays
+from sampler.formats.layout import ACCURACY, GROUP
 
 from sampler.arguments import told_apart
 from sampler.errors import InputError
 from sampler.files import check_output, find_table
-from sampler.formats.bounds import Axis
 from sampler.formats.channels import channels_for, has_works
 from sampler.formats.hdf5 import TableContents, write_table
-from sampler.formats.image import table_arrays
-from sampler.formats.layout import ACCURACY, GROUP
 from sampler.table import load
 from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import METRICS

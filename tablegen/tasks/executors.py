@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
+from sampler.library import processors
+
 from sampler.compilation.side_by_side import ThreadPool
 
 from sampler.errors import InputError

@@ -1,31 +1,23 @@
-"""Draws a second on a GPU, beside kernels that gather as many bytes from as many places.
+"""Draws a second on a GPU, beside kernels that read as many bytes from as many places.
 
     python tests/benchmarks/bench_device.py
     python tests/benchmarks/bench_device.py --table corundum-steel --count 10000000 --dtype float32
 
-Needs CuPy and a GPU, and ends with one line where they are missing. All draws are at random angles
-and speeds, at random spins too where the table has a spin law; rebounds are of the same impacts.
-The arrays live on the device. A gather reads what a draw reads of the table, in runs of as many
-bytes at random places of the same arrays, and writes what a draw writes: what the memory system
-allows. Times are of whole calls, which end when the device has; all take turns in every round, and
-a share is the median of those of a round. The tests run all this on the host; it was never run on a
-GPU.
+Needs CuPy and a GPU. Draws and rebounds are at random angles and speeds, and at random spins too if
+the table has a spin law; all arrays live on the device. A gather kernel shows the limit of the
+memory system: it reads the same number of bytes as a draw, in runs at random places of the same
+table, and writes the same number. Times are of whole calls, which end when the device has; a share
+is the median of the ratios of a round. It was never run on a GPU.
 """
 
 import argparse
-import statistics
 import sys
 import time
 from collections.abc import Callable
 from typing import Any
 
-import checkout  # noqa: F401  (before the imports that it makes possible)
+from harness import in_turns, median_ratio  # isort: skip
 import numpy as np
-
-import sampler
-from sampler.device.program import REALS, cupy_with_gpu
-from sampler.errors import InputError
-from sampler.formats.binary_layout import HEADER_DTYPE
 from sampler.formats.bounds import (
     EXPERT_STRIDE,
     GROUP_SIZE,
@@ -35,6 +27,11 @@ from sampler.formats.bounds import (
     N_OUTCOMES,
 )
 from sampler.formats.image import binary_table
+
+import sampler
+from sampler.device.program import REALS, cupy_with_gpu
+from sampler.errors import InputError
+from sampler.formats.binary_layout import HEADER_DTYPE
 
 PIECE = 16  # bytes of one read
 
@@ -83,8 +80,8 @@ def runs_of_a_spin_draw() -> list[int]:
     return [*numbers, pieces_of(2 * N_OUTCOMES, 4), *[1] * N_OUTCOMES]
 
 
-def calls(table: sampler.Table, cupy: Any, count: int, dtype: str) -> dict[str, tuple[Call, str]]:
-    """What is timed, and with which gather it is compared ("" for a gather itself)."""
+def calls(table: sampler.Table, cupy: Any, count: int, dtype: str) -> dict[str, dict[str, Call]]:
+    """Gathers, draws and rebounds, without spin and with it."""
     device, rng = table.to_device(dtype), np.random.default_rng(1)
     alpha1 = rng.uniform(*table.alpha_range, count)
     speed = rng.uniform(*table.speed_range, count)
@@ -94,24 +91,20 @@ def calls(table: sampler.Table, cupy: Any, count: int, dtype: str) -> dict[str, 
     up, at_rest = cupy.asarray(np.array([0.0, 1.0, 0.0], dtype)), cupy.asarray(np.zeros(3, dtype))
     keys = {"seed": 7, "index": cupy.asarray(np.arange(count, dtype=np.uint64))}
     keys["hit"] = cupy.asarray(np.zeros(count, np.uint32))
-    image = binary_table(table.contents, table.arrays)
+    image, columns = binary_table(table.contents, table.arrays), len(table.columns)
     end = int(np.frombuffer(image, HEADER_DTYPE, 1)["at_shape_codes"][0]) or len(image)
-    of_draws = gather(cupy, image[:end], runs_of_a_draw(table), len(table.columns), count, dtype)
-    found: dict[str, tuple[Call, str]] = {
-        "gather, as a draw": (of_draws, ""),
-        "draw": (lambda: device.sample(alpha, v, **keys), "gather, as a draw"),
-        "rebound": (lambda: device.rebound(moving, up, 1e-5, **keys), "gather, as a draw"),
+    found = {
+        "without spin": {
+            "gather": gather(cupy, image[:end], runs_of_a_draw(table), columns, count, dtype),
+            "draw": lambda: device.sample(alpha, v, **keys),
+            "rebound": lambda: device.rebound(moving, up, 1e-5, **keys),
+        }
     }
     if table.has_spin:
-        name, columns = "gather, as a draw with spin", len(table.columns)
-        of_spins = gather(cupy, image[end:], runs_of_a_spin_draw(), columns, count, dtype)
-        found |= {
-            name: (of_spins, ""),
-            "draw with spin": (lambda: device.sample(alpha, v, spin=spin, **keys), name),
-            "rebound with spin": (
-                lambda: device.rebound(moving, up, 1e-5, omega=at_rest, **keys),
-                name,
-            ),
+        found["with spin"] = {
+            "gather": gather(cupy, image[end:], runs_of_a_spin_draw(), columns, count, dtype),
+            "draw": lambda: device.sample(alpha, v, spin=spin, **keys),
+            "rebound": lambda: device.rebound(moving, up, 1e-5, omega=at_rest, **keys),
         }
     return found
 
@@ -135,51 +128,24 @@ def gather(cupy: Any, memory: bytes, runs: list[int], numbers: int, count: int, 
     return call
 
 
-def measure(timed: dict[str, tuple[Call, str]], count: int, rounds: int) -> list[dict[str, Any]]:
-    """Rows a second of each call, and the share of what its gather reaches; None for a gather."""
-    rates: dict[str, list[float]] = {name: [] for name in timed}
-    for call, _ in timed.values():
-        call()
-    for turn in range(rounds):
-        names = list(timed)
-        for name in names[turn % len(names) :] + names[: turn % len(names)]:
-            start = time.perf_counter()
-            timed[name][0]()
-            rates[name].append(count / (time.perf_counter() - start))
-    return [
-        {
-            "name": name,
-            "most": max(rates[name]),
-            "median": statistics.median(rates[name]),
-            "share": statistics.median(
-                rate / most for rate, most in zip(rates[name], rates[base], strict=True)
-            )
-            if base
-            else None,
-        }
-        for name, (_, base) in timed.items()
-    ]
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--table", default="corundum-steel")
     parser.add_argument("--count", type=int, default=10**7)
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--dtype", choices=[*REALS], default="float64")
-    arguments = parser.parse_args()
+    options = parser.parse_args()
     try:
-        cupy, table = cupy_with_gpu(), sampler.load(arguments.table)
+        cupy, table = cupy_with_gpu(), sampler.load(options.table)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
-    found = measure(
-        calls(table, cupy, arguments.count, arguments.dtype), arguments.count, arguments.rounds
-    )
-    print(f"{arguments.dtype}, rows a second {'most':>14} {'median':>10} {'/ gather':>9}")
-    for row in found:
-        share = "" if row["share"] is None else f"{row['share']:9.2f}"
-        print(f"{row['name']:32} {row['most']:10.3g} {row['median']:10.3g} {share:>9}")
+    print(f"{options.dtype}, rows a second {'most':>14} {'of gather':>9}")
+    for kind, timed in calls(table, cupy, options.count, options.dtype).items():
+        measured = in_turns(timed, options.rounds, time.perf_counter)
+        for name, times in measured.items():
+            share = median_ratio(measured["gather"], times)
+            print(f"{name + ' ' + kind:32} {options.count / min(times):10.3g} {share:9.2f}")
     return 0
 
 

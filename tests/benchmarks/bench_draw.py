@@ -3,38 +3,31 @@
     python tests/benchmarks/bench_draw.py
     python tests/benchmarks/bench_draw.py --table corundum-steel --rounds 31 --json draw.json
 
-Every one draws the same number of states of six components at random angles and speeds, on one
+Every row draws the same number of states of six components at random angles and speeds, on one
 thread. The bootstrap is ``rows[rng.integers(0, 10**6, n)]`` of an array of 10**6 rows in single
-precision; draws of Python are written in double precision, and once more in single precision, as
-those rows are. Rows with spin are draws from the spin law, at spins of all directions; a table
-without one gets a random one of 132 leaves. The floor is what no table of this size can go below:
-the random words of a draw and one read of 16 bytes at a random place. Times are processor time; all
-take turns in every round, and a ratio is the median of the ratios to the bootstrap of the same
-round. Without gcc the rows of C are left out.
+precision; Python draws into double precision, and into single precision. Rows with spin are draws
+from the spin law, at spins of all directions; a table without one gets a random one of 132 leaves.
+The floor, which no table of this size can go below, is the random words of a draw and one read of
+16 bytes at a random place. Times are processor time; a ratio is the median of the ratios to the
+bootstrap of the same round. Without gcc the rows of C are left out.
 """
 
 import argparse
 import ctypes
 import json
 import statistics
-import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 
-import checkout  # noqa: F401  (before the imports that it makes possible)
+from harness import HERE, in_turns, median_ratio  # isort: skip
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "embedding"))
 import toolchain
+from sampler.formats.image import write_binary_table
 from spin_tables import with_spin_law
 
 import sampler
-from sampler.formats.image import write_binary_table
 
-HERE = Path(__file__).resolve().parent
 ROWS = 10**6
 BOOTSTRAP = "numpy bootstrap of rows"
 NATIVE = ("-O3", "-march=native")
@@ -44,14 +37,12 @@ Draw = Callable[[], object]
 
 
 class Conditions:
-    """Random conditions within a table, and where states go."""
+    """Random conditions within a table, and arrays for the states."""
 
-    def __init__(self, table: sampler.Table, n: int, seed: int = 1) -> None:
-        rng = np.random.default_rng(seed)
-        self.alpha1, self.speed = (
-            rng.uniform(*table.alpha_range, n),
-            rng.uniform(*table.speed_range, n),
-        )
+    def __init__(self, table: sampler.Table, n: int) -> None:
+        rng = np.random.default_rng(1)
+        self.alpha1 = rng.uniform(*table.alpha_range, n)
+        self.speed = rng.uniform(*table.speed_range, n)
         self.index = rng.integers(0, 2**64, n, dtype=np.uint64)
         self.hit = np.zeros(n, np.uint32)
         self.spin = rng.standard_normal((n, 3))
@@ -59,36 +50,26 @@ class Conditions:
         self.singles = np.empty((n, len(table.columns)), np.float32)
 
 
-def python_draws(table: sampler.Table, conditions: Conditions) -> dict[str, Draw]:
-    """The bootstrap, and the batch of this package."""
+def python_draws(table: sampler.Table, c: Conditions) -> dict[str, Draw]:
+    """Draws of the bootstrap and of this package."""
     rng = np.random.default_rng(2)
     rows = rng.standard_normal((ROWS, 6)).astype(np.float32)
-    c = conditions
+    keys = {"seed": 7, "index": c.index, "hit": c.hit, "threads": 1}
+
+    def sample(out, **spin):
+        return lambda: table.sample(c.alpha1, c.speed, **keys, out=out, **spin)
+
     return {
         BOOTSTRAP: lambda: rows[rng.integers(0, ROWS, c.index.size)],
-        "Python, Table.sample": lambda: table.sample(
-            c.alpha1, c.speed, seed=7, index=c.index, hit=c.hit, threads=1, out=c.states
-        ),
-        "Python, Table.sample, float32": lambda: table.sample(
-            c.alpha1, c.speed, seed=7, index=c.index, hit=c.hit, threads=1, out=c.singles
-        ),
-        "Python, Table.sample, spin": lambda: table.sample(
-            c.alpha1,
-            c.speed,
-            spin=c.spin,
-            seed=7,
-            index=c.index,
-            hit=c.hit,
-            threads=1,
-            out=c.states,
-        ),
+        "Python, Table.sample": sample(c.states),
+        "Python, Table.sample, float32": sample(c.singles),
+        "Python, Table.sample, spin": sample(c.states, spin=c.spin),
     }
 
 
-def c_draws(image: Path, conditions: Conditions, folder: Path) -> dict[str, Draw]:
-    """Batch, single calls and floor in C, compiled with and without the instructions of here."""
+def c_draws(image: Path, c: Conditions, folder: Path) -> dict[str, Draw]:
+    """Draws in C, in batches and one by one, and the floor."""
     found: dict[str, Draw] = {}
-    c = conditions
     n = c.index.size
     for flags in (("-O2",), NATIVE):
         source = folder / f"loops{len(flags)}.c"
@@ -110,65 +91,33 @@ def c_draws(image: Path, conditions: Conditions, folder: Path) -> dict[str, Draw
     return found
 
 
-def measure(draws: dict[str, Draw], n: int, rounds: int) -> dict[str, list[float]]:
-    """Nanoseconds per draw in each round; the order rotates from round to round."""
-    names = list(draws)
-    seconds: dict[str, list[float]] = {name: [] for name in names}
-    for draw in draws.values():
-        draw()
-    for turn in range(rounds):
-        for k in range(len(names)):
-            name = names[(turn + k) % len(names)]
-            start = time.process_time()
-            draws[name]()
-            seconds[name].append(1e9 * (time.process_time() - start) / n)
-    return seconds
-
-
-def summarised(measured: dict[str, list[float]]) -> list[dict[str, object]]:
-    """Least and median time of each, and median ratio to the bootstrap."""
-    base = measured[BOOTSTRAP]
-    return [
-        {
-            "name": name,
-            "least_ns": min(times),
-            "median_ns": statistics.median(times),
-            "ratio": statistics.median(t / b for t, b in zip(times, base, strict=True)),
-        }
-        for name, times in measured.items()
-    ]
-
-
-def with_any_spin_law(table: sampler.Table) -> sampler.Table:
-    """The table, with a random spin law if it has none: its numbers do not change the times."""
-    if table.contents.has_spin:
-        return table
-    return sampler.Table(with_spin_law(table.contents, codes=(0, 1, 2, 3), depth=5))
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--table", default="corundum-steel")
     parser.add_argument("--count", type=int, default=ROWS)
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--json", type=Path)
-    arguments = parser.parse_args()
-    table = with_any_spin_law(sampler.load(arguments.table))
-    conditions = Conditions(table, arguments.count)
+    options = parser.parse_args()
+    table = sampler.load(options.table)
+    if not table.contents.has_spin:
+        table = sampler.Table(with_spin_law(table.contents, codes=(0, 1, 2, 3), depth=5))
+    conditions = Conditions(table, options.count)
     draws = python_draws(table, conditions)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         if toolchain.find("gcc"):
             write_binary_table(folder / "t.rbt", table.contents)
             draws |= c_draws(folder / "t.rbt", conditions, folder)
-        found = summarised(measure(draws, arguments.count, arguments.rounds))
+        measured = in_turns(draws, options.rounds)
     print(f"{'ns per draw':32} {'least':>8} {'median':>8} {'/ bootstrap':>12}")
-    for row in found:
-        print(
-            f"{row['name']:32} {row['least_ns']:8.1f} {row['median_ns']:8.1f} {row['ratio']:12.2f}"
-        )
-    if arguments.json:
-        arguments.json.write_text(json.dumps({"table": arguments.table, "draws": found}, indent=1))
+    rows, scale = [], 1e9 / options.count
+    for name, times in measured.items():
+        least, median = scale * min(times), scale * statistics.median(times)
+        ratio = median_ratio(times, measured[BOOTSTRAP])
+        print(f"{name:32} {least:8.1f} {median:8.1f} {ratio:12.2f}")
+        rows.append({"name": name, "least_ns": least, "median_ns": median, "ratio": ratio})
+    if options.json:
+        options.json.write_text(json.dumps({"table": options.table, "draws": rows}, indent=1))
 
 
 if __name__ == "__main__":

@@ -1,22 +1,19 @@
-"""Nanoseconds per draw against the size of a table, and draws of several threads.
+"""Nanoseconds per draw against the size of a table, and draws of two threads.
 
     python tests/benchmarks/bench_scaling.py
-    python tests/benchmarks/bench_scaling.py --plot scaling.png --json scaling.json
 
 A table of one fitted node, repeated over a grid, is varied in its nodes, its mixture components and
-its knots, one at a time. A draw takes the same random words, steps and reads whatever these are;
-what grows is the time that memory takes to answer. Beside draws at random conditions stand draws at
-one condition, which stay in the processor's cache. Times are the least of several rounds in which
-all tables take turns. Two threads are timed on the shipped table, by the clock on the wall.
+its knots, one at a time. A draw from any of them takes the same number of random words, steps and
+reads; only the time in which memory answers grows. Besides draws at random conditions, draws at one
+condition are timed, which stay in the processor's cache. Times are the least of several rounds. Two
+threads are timed on the shipped table, in wall-clock time.
 """
 
 import argparse
-import json
 import time
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from typing import NamedTuple
 
-import checkout  # noqa: F401  (before the imports that it makes possible)
+from harness import in_turns  # isort: skip
 import numpy as np
 
 import sampler
@@ -31,37 +28,22 @@ from tablegen.tables.intervals import Grid
 SAMPLES = 50_000
 CONDITION = (40.0, 150.0)
 
-#: Angles and speeds, components and knots of the table from which one is varied at a time.
-BASE = ((24, 6), 384, 129)
+#: Angles and speeds, components, and knots.
 GRIDS = ((2, 2), (6, 3), (12, 4), (24, 6), (48, 12), (96, 24))
 COMPONENTS = (32, 96, 192, 384, 768, 1536)
 KNOTS = (17, 33, 65, 129, 257, 513)
 
 
-@dataclass(frozen=True)
-class Size:
-    """A table to be timed: what is varied, and all of its sizes."""
+class Size(NamedTuple):
+    """Size of a table; one of the fields differs from its default."""
 
-    varied: str
-    grid: tuple[int, int]
-    components: int
-    knots: int
+    grid: tuple[int, int] = (24, 6)
+    components: int = 384
+    knots: int = 129
 
-    @property
-    def value(self) -> int:
-        """The number that is varied."""
+    def __str__(self) -> str:
         nodes = self.grid[0] * self.grid[1]
-        return {"nodes": nodes, "components": self.components, "knots": self.knots}[self.varied]
-
-
-def sizes() -> list[Size]:
-    """All tables to be timed."""
-    grid, components, knots = BASE
-    return [
-        *(Size("nodes", other, components, knots) for other in GRIDS),
-        *(Size("components", grid, other, knots) for other in COMPONENTS),
-        *(Size("knots", grid, components, other) for other in KNOTS),
-    ]
+        return f"{nodes:5d} nodes {self.components:5d} components {self.knots:4d} knots"
 
 
 def make_table(size: Size) -> Table:
@@ -76,103 +58,38 @@ def make_table(size: Size) -> Table:
     return Table(assemble(config, make_axes(config, grid), [node] * (angles * speeds)))
 
 
-class Draws:
-    """Draws from one table, at random conditions and at one."""
-
-    def __init__(self, table: Table, count: int) -> None:
-        rng = np.random.default_rng(1)
-        self.table, self.index = table, np.arange(count, dtype=np.uint64)
-        self.states = np.empty((count, len(table.columns)))
-        self.spread = (
-            rng.uniform(*table.alpha_range, count),
-            rng.uniform(*table.speed_range, count),
-        )
-        self.still = (np.full(count, np.radians(CONDITION[0])), np.full(count, CONDITION[1]))
-
-    def nanoseconds(self, conditions: tuple[np.ndarray, np.ndarray]) -> float:
-        """Processor time of one draw on one thread."""
-        start = time.process_time()
-        self.table.sample(*conditions, seed=1, index=self.index, threads=1, out=self.states)
-        return 1e9 * (time.process_time() - start) / len(self.index)
-
-
-def measure(chosen: list[Size], count: int, rounds: int) -> list[dict[str, object]]:
-    """Least time of a draw from each table, at random conditions and at one."""
-    draws = [Draws(make_table(size), count) for size in chosen]
-    best = np.full((len(chosen), 2), np.inf)
-    for _ in range(rounds):
-        for k, one in enumerate(draws):
-            best[k] = np.minimum(best[k], [one.nanoseconds(one.spread), one.nanoseconds(one.still)])
-    return [
-        {
-            **asdict(size),
-            "value": size.value,
-            "megabytes": one.table.nbytes / 1e6,
-            "random_ns": times[0],
-            "one_condition_ns": times[1],
-        }
-        for size, one, times in zip(chosen, draws, best.tolist(), strict=True)
-    ]
-
-
-def thread_ratio(count: int, rounds: int, threads: int = 2) -> float:
-    """How many times as many draws a second several threads make as one: the best round."""
-    draws = Draws(sampler.load("corundum-steel"), count)
-
-    def seconds(number: int) -> float:
-        start = time.perf_counter()
-        draws.table.sample(
-            *draws.spread, seed=1, index=draws.index, threads=number, out=draws.states
-        )
-        return time.perf_counter() - start
-
-    seconds(threads)
-    times = np.array([[seconds(1), seconds(threads)] for _ in range(rounds)])
-    return float(times[:, 0].min() / times[:, 1].min())
-
-
-def plot(rows: list[dict[str, object]], file: Path) -> None:
-    """Plot time against each number."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10, 3.2), layout="constrained")
-    panels = figure.subplots(1, 3, sharey=True)
-    for panel, varied in zip(panels, ("nodes", "components", "knots"), strict=True):
-        part = [row for row in rows if row["varied"] == varied]
-        for key, label, marker in (
-            ("random_ns", "random conditions", "o-"),
-            ("one_condition_ns", "one condition", "s--"),
-        ):
-            panel.plot(
-                [row["value"] for row in part], [row[key] for row in part], marker, label=label
-            )
-        panel.set(xscale="log", xlabel=varied, ylim=(0.0, None))
-    panels[0].set_ylabel("ns a draw")
-    panels[0].legend()
-    figure.savefig(file, dpi=110)
+def draws(table, count, threads=1, one_condition=False):
+    """Draw from a table at random conditions, or at one."""
+    rng = np.random.default_rng(1)
+    alpha1, speed = rng.uniform(*table.alpha_range, count), rng.uniform(*table.speed_range, count)
+    if one_condition:
+        alpha1[:], speed[:] = np.radians(CONDITION[0]), CONDITION[1]
+    index, states = np.arange(count, dtype=np.uint64), np.empty((count, len(table.columns)))
+    return lambda: table.sample(alpha1, speed, seed=1, index=index, threads=threads, out=states)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=300_000)
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--plot", type=Path, metavar="F.png")
-    parser.add_argument("--json", type=Path, metavar="F.json")
-    arguments = parser.parse_args()
-    rows = measure(sizes(), arguments.count, arguments.rounds)
-    print(f"{'varied':12} {'number':>7} {'MB':>7} {'random ns':>10} {'one condition ns':>17}")
-    for row in rows:
-        print(
-            f"{row['varied']:12} {row['value']:7d} {row['megabytes']:7.2f} "
-            f"{row['random_ns']:10.1f} {row['one_condition_ns']:17.1f}"
-        )
-    ratio = thread_ratio(10 * arguments.count, arguments.rounds)
+    options = parser.parse_args()
+    sizes = [Size(grid=grid) for grid in GRIDS]
+    sizes += [Size(components=components) for components in COMPONENTS]
+    sizes += [Size(knots=knots) for knots in KNOTS]
+    tables = {str(size): make_table(size) for size in sizes}
+    count = options.count
+    spread = in_turns({name: draws(t, count) for name, t in tables.items()}, options.rounds)
+    still = {name: draws(t, count, one_condition=True) for name, t in tables.items()}
+    still = in_turns(still, options.rounds)
+    print(f"{'':42} {'MB':>7} {'random ns':>10} {'one condition ns':>17}")
+    for name, table in tables.items():
+        times = [1e9 * min(own[name]) / count for own in (spread, still)]
+        print(f"{name:42} {table.nbytes / 1e6:7.2f} {times[0]:10.1f} {times[1]:17.1f}")
+    shipped = sampler.load("corundum-steel")
+    threads = {str(number): draws(shipped, 10 * count, number) for number in (1, 2)}
+    times = in_turns(threads, options.rounds, time.perf_counter)
+    ratio = min(times["1"]) / min(times["2"])
     print(f"two threads over one: {ratio:.2f} times as many draws a second")
-    if arguments.plot:
-        plot(rows, arguments.plot)
-    if arguments.json:
-        text = json.dumps({"sizes": rows, "two_threads": ratio}, indent=1)
-        arguments.json.write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

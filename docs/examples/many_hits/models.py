@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.arguments import Rebound
 
 from sampler.arguments import Rebound
 from sampler.errors import OutsideTableWarning

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sampler.options import MISSED
 from spin_tables import spin_datasets
 from tiny_tables import GENERATE, MEASURED, ROUGH
 

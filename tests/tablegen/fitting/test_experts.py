@@ -1,4 +1,4 @@
-"""Mixtures of experts: kernels against plain formulae, a law that is recovered, and odd samples."""
+"""Mixtures of experts: kernels against plain formulae, a law that is recovered, hard samples."""
 
 import numpy as np
 import pytest
@@ -6,12 +6,11 @@ import pytest
 from tablegen.fitting.coordinates import features
 from tablegen.fitting.expectation import (
     add_densities,
-    add_products,
     find_curvatures,
     find_shares,
     softmax,
 )
-from tablegen.fitting.experts import Experts, _expectation, fit_experts
+from tablegen.fitting.experts import Experts, expectation, fit_experts
 
 RNG = np.random.default_rng(6)
 
@@ -21,15 +20,12 @@ def softmax_of(logits):
     return weights / weights.sum(axis=-1, keepdims=True)
 
 
-def test_softmax():
+def test_shares_and_derivatives_of_the_likelihood():
+    n, groups, each, d = 30, 3, 4, 6
     logits = RNG.normal(0.0, 3.0, (40, 16)).astype(np.float32)
     wanted = softmax_of(logits)
     softmax(logits)
     np.testing.assert_allclose(logits, wanted, rtol=1e-5, atol=1e-7)
-
-
-def test_shares_and_derivatives_of_the_likelihood():
-    n, groups, each, d = 30, 3, 4, 6
     white = RNG.normal(size=(n, d, groups * each)).astype(np.float32)
     constant = RNG.normal(size=groups * each).astype(np.float32)
     top, sub = RNG.normal(size=(n, groups)), RNG.normal(size=(n, groups, each))
@@ -51,11 +47,10 @@ def test_shares_and_derivatives_of_the_likelihood():
     np.testing.assert_allclose(share.reshape(shares.shape), shares, atol=1e-5)
     step = 1e-5
     for g in range(groups):
-        moved = top.copy()
+        moved, inner = top.copy(), sub.copy()
         moved[:, g] += step
         slope = (likelihood(moved, sub)[0] - wanted) / step
         np.testing.assert_allclose(by_group[:, g], slope, atol=1e-3)
-        inner = sub.copy()
         inner[:, g, 1] += step
         slope = (likelihood(top, inner)[0] - wanted) / step
         np.testing.assert_allclose(by_expert[:, g * each + 1], slope, atol=1e-3)
@@ -65,48 +60,32 @@ def test_shares_and_derivatives_of_the_likelihood():
     np.testing.assert_allclose(by_expert, whole.reshape(n, -1), atol=1e-5)
 
 
-def test_products():
-    weight = RNG.uniform(0.0, 1.0, (50, 3)).astype(np.float32)
-    vectors = RNG.normal(size=(50, 4)).astype(np.float32)
-    found = np.zeros((3, 10))
-    add_products(weight, vectors, 0.2, found)
-    kept = np.where(weight >= 0.2, weight, 0.0)
-    whole = np.einsum("nk,ni,nj->kij", kept, vectors, vectors)
-    i, j = np.triu_indices(4)
-    np.testing.assert_allclose(found, whole[:, i, j], rtol=1e-4, atol=1e-5)
-
-
-def known_law(n):
-    """Two experts, chosen by the sign of the second input, with opposite slopes."""
-    t = RNG.normal(size=(n, 7))
-    t[:, 2:] *= 0.3
-    second = RNG.random(n) < 1.0 / (1.0 + np.exp(-6.0 * t[:, 1]))
-    mean = np.where(second, 1.0 + t[:, 0], -1.0 - 0.5 * t[:, 0])[:, None] * np.ones(6)
-    return t, mean + 0.3 * RNG.normal(size=(n, 6)), second
-
-
 def test_a_known_law_is_recovered():
-    t, scores, second = known_law(6000)
-    fitted, likelihood = fit_experts(features(t), t, scores, 1, 2, np.random.default_rng(1))
+    """Two experts with opposite slopes, chosen by the sign of the second input."""
+    t = RNG.normal(size=(6000, 7))
+    t[:, 2:] *= 0.3
     chosen = 1.0 / (1.0 + np.exp(-6.0 * t[:, 1]))
+    second = RNG.random(len(t)) < chosen
+    mean = np.where(second, 1.0 + t[:, 0], -1.0 - 0.5 * t[:, 0])[:, None]
+    scores = mean + 0.3 * RNG.normal(size=(len(t), 6))
+    fitted, likelihood = fit_experts(features(t), t, scores, 1, 2, np.random.default_rng(1))
     right = np.where(second, chosen, 1.0 - chosen)
-    rest = scores - np.where(second, 1.0 + t[:, 0], -1.0 - 0.5 * t[:, 0])[:, None]
-    density = -0.5 * np.sum((rest / 0.3) ** 2, axis=1) - 6.0 * np.log(0.3 * np.sqrt(2.0 * np.pi))
-    # the two hardly overlap, so that this is the likelihood of the truth
+    density = -0.5 * np.sum(((scores - mean) / 0.3) ** 2, axis=1)
+    density -= 6.0 * np.log(0.3 * np.sqrt(2.0 * np.pi))
+    # the two hardly overlap, so this is the likelihood of the truth
     assert likelihood == pytest.approx(float(np.mean(density + np.log(right))), abs=0.05)
     deviations = np.sqrt(np.einsum("kij,kij->ki", fitted.factor, fitted.factor))
     np.testing.assert_allclose(deviations, 0.3, rtol=0.1)
-    # the wrong law is worse: the slopes exchanged
+    # with the slopes exchanged, the law is worse
     wrong = Experts(fitted.group_gate, fitted.gate, fitted.mean[::-1], fitted.factor)
     vectors = np.hstack([features(t), scores]).astype(np.float32)
-    assert _expectation(wrong, vectors, 23).likelihood / len(t) < likelihood - 1.0
+    assert expectation(wrong, vectors).likelihood / len(t) < likelihood - 1.0
 
 
 @pytest.mark.parametrize("n", [5, 60, 3000])
-def test_odd_samples_give_finite_numbers(n):
-    t = RNG.normal(size=(n, 7))
-    # one outcome is the same for all, one is a function of the condition, one is of the first
-    scores = RNG.normal(size=(n, 6))
+def test_hard_samples_give_finite_numbers(n):
+    """Outcomes that are constant, functions of the condition, and equal to another outcome."""
+    t, scores = RNG.normal(size=(n, 7)), RNG.normal(size=(n, 6))
     scores[:, 1], scores[:, 2], scores[:, 3] = 0.0, t[:, 0], scores[:, 0]
     fitted, likelihood = fit_experts(features(t), t, scores, 2, 8, np.random.default_rng(2))
     for part in (fitted.group_gate, fitted.gate, fitted.mean, fitted.factor, likelihood):

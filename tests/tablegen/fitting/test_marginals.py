@@ -1,85 +1,124 @@
-"""Quantile knots against laws whose quantile functions are known."""
+"""Marginals: normal scores, distribution functions of mixtures, quantile knots, their rounding."""
 
 import numpy as np
-import pytest
 from scipy.special import ndtr, ndtri
+from scipy.stats import norm, rankdata
 
-from tablegen.fitting.marginals import VARIATE_MAX, quantile_knots, variate_knots
+from tablegen.fitting.marginals import (
+    STEPS,
+    VARIATE_MAX,
+    mixture_probabilities,
+    normal_scores,
+    quantile_knots,
+    rounded_quantiles,
+    variate_knots,
+)
+from tablegen.fitting.mixture import Mixture
 
-N = 200_001
-#: Levels of the order statistics of N numbers.
-LEVELS = (np.arange(N) + 0.5) / N
-#: A perfectly regular standard normal sample: no statistics enter.
+#: Probabilities of the order statistics of 200,001 numbers, and a sample without chance.
+LEVELS = (np.arange(200_001) + 0.5) / 200_001
 NORMAL = ndtri(LEVELS)
 KNOTS = variate_knots(65)
-PROBABILITY = ndtr(KNOTS)
+
+#: One channel that is skewed and has two peaks, and one that reflection reverses.
+TWO_PEAKS = Mixture(
+    np.array([0.3, 0.7]),
+    np.array([[-1.2, 0.9], [0.8, 0.2]]),
+    np.array([np.diag([0.16, 0.25]), np.diag([0.81, 1.21])]),
+    np.array([0.5, 0.25]),
+    np.array([1.0, -1.0]),
+)
 
 
 def knots_of(channels, mirror):
     """Quantiles of each channel at the knots of a standard normal law."""
-    probabilities = np.broadcast_to(PROBABILITY, (channels.shape[1], len(KNOTS)))
+    probabilities = np.broadcast_to(ndtr(KNOTS), (channels.shape[1], len(KNOTS)))
     return quantile_knots(channels, probabilities, mirror)
 
 
-#: Knots that lie within the sample.
-INNER = np.abs(KNOTS) < NORMAL[-1]
+class TestScores:
+    def test_are_those_of_the_ranks(self):
+        channels = np.random.default_rng(1).gamma(2.0, size=(1001, 2))
+        channels[7] = channels[5]  # a tie, broken by position
+        order = channels.copy()
+        order[7] += 1e-12
+        expected = ndtri((rankdata(order, axis=0) - 0.5) / 1001)
+        found = normal_scores(channels, np.ones(2))
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-13)
+
+    def test_of_a_mirrored_channel_are_those_of_the_doubled_sample(self):
+        column = np.random.default_rng(2).normal(0.4, 1.0, size=(800, 1))
+        found = normal_scores(column, -np.ones(1))
+        doubled = normal_scores(np.concatenate([column, -column]), np.ones(1))
+        np.testing.assert_allclose(found, doubled[:800], rtol=0.0, atol=1e-12)
+        # those of the sample alone, which is not symmetric, are different
+        assert np.abs(found - normal_scores(column, np.ones(1))).max() > 0.3
 
 
-@pytest.mark.parametrize("count", [17, 65, 257, 1025])
-def test_knots_are_equally_spaced_and_exactly_symmetric(count):
-    knots = variate_knots(count)
-    assert knots.shape == (count,)
-    assert (knots[0], knots[count // 2], knots[-1]) == (-VARIATE_MAX, 0.0, VARIATE_MAX)
-    np.testing.assert_array_equal(knots, -knots[::-1])
-    np.testing.assert_allclose(np.diff(knots), 2.0 * VARIATE_MAX / (count - 1), rtol=1e-12)
+class TestProbabilities:
+    VARIATES = np.linspace(-5.5, 5.5, 129)
+
+    def test_are_the_sum_over_components_and_their_reflections(self):
+        found = mixture_probabilities(TWO_PEAKS, self.VARIATES)
+        first = 0.3 * norm.cdf(self.VARIATES, -1.2, 0.4) + 0.7 * norm.cdf(self.VARIATES, 0.8, 0.9)
+        np.testing.assert_allclose(found[0], first, rtol=1e-12, atol=1e-15)
+        low, high = norm.cdf(self.VARIATES, 0.9, 0.5), norm.cdf(self.VARIATES, -0.9, 0.5)
+        second = 0.3 * (0.5 * low + 0.5 * high)
+        low, high = norm.cdf(self.VARIATES, 0.2, 1.1), norm.cdf(self.VARIATES, -0.2, 1.1)
+        second += 0.7 * (0.75 * low + 0.25 * high)
+        np.testing.assert_allclose(found[1], second, rtol=1e-12, atol=1e-15)
+        assert (np.diff(found, axis=1) >= 0.0).all()
 
 
-def test_normal_law_is_a_straight_line():
-    channels = np.column_stack([NORMAL, 0.3 + 0.02 * NORMAL, -5.0 + 3.0 * NORMAL])
-    quantiles = knots_of(channels, np.ones(3))
-    assert quantiles.shape == (3, 65)
-    # Between order statistics the sample's quantile function is a chord of the true one; its
-    # error grows towards the ends to about the last gap.
-    central = np.abs(KNOTS) < 3.0
-    np.testing.assert_allclose(quantiles[0][central], KNOTS[central], rtol=0.0, atol=1e-5)
-    np.testing.assert_allclose(quantiles[0][INNER], KNOTS[INNER], rtol=0.0, atol=0.02)
-    np.testing.assert_allclose(quantiles[1], 0.3 + 0.02 * quantiles[0], rtol=1e-9)
-    np.testing.assert_allclose(quantiles[2], -5.0 + 3.0 * quantiles[0], rtol=1e-9)
+class TestQuantiles:
+    def test_knots_are_equally_spaced_and_exactly_symmetric(self):
+        assert (KNOTS[0], KNOTS[32], KNOTS[-1]) == (-VARIATE_MAX, 0.0, VARIATE_MAX)
+        np.testing.assert_array_equal(KNOTS, -KNOTS[::-1])
+        np.testing.assert_allclose(np.diff(KNOTS), VARIATE_MAX / 32, rtol=1e-12)
+
+    def test_of_known_laws(self):
+        channels = np.column_stack([NORMAL, -5.0 + 3.0 * NORMAL, LEVELS])
+        normal, wide, uniform = knots_of(channels, np.ones(3))
+        # between order statistics, the quantile function of the sample is a chord of the true one
+        inner = np.abs(KNOTS) < 3.0
+        np.testing.assert_allclose(normal[inner], KNOTS[inner], rtol=0.0, atol=1e-5)
+        np.testing.assert_allclose(wide, -5.0 + 3.0 * normal, rtol=1e-9)
+        expected = np.clip(ndtr(KNOTS), LEVELS[0], LEVELS[-1])
+        np.testing.assert_allclose(uniform, expected, rtol=0.0, atol=1e-12)
+
+    def test_do_not_decrease_and_end_at_the_extremes_of_the_sample(self):
+        rng = np.random.default_rng(2)
+        tied = rng.integers(0, 4, size=3000) / 7.0
+        channels = np.column_stack([rng.standard_cauchy(3000), tied, tied, np.full(3000, 0.25)])
+        quantiles = knots_of(channels, np.array([1.0, 1.0, -1.0, 1.0]))
+        assert (np.diff(quantiles.astype(np.float32), axis=1) >= 0.0).all()
+        small = channels[:500, :1]
+        assert knots_of(small, np.ones(1))[0, [0, -1]].tolist() == [small.min(), small.max()]
+
+    def test_of_mirrored_channels_are_those_of_the_doubled_sample(self):
+        skewed = np.random.default_rng(3).gamma(2.0, size=(4000, 1)) - 1.0
+        mirrored = knots_of(skewed, np.array([-1.0]))
+        np.testing.assert_array_equal(mirrored, -mirrored[:, ::-1])
+        doubled = knots_of(np.concatenate([skewed, -skewed]), np.ones(1))
+        np.testing.assert_allclose(mirrored, doubled, rtol=0.0, atol=1e-12)
+        assert np.abs(knots_of(skewed, np.ones(1)) - mirrored).max() > 0.5
 
 
-def test_uniform_law():
-    quantiles = knots_of(LEVELS[:, None], np.ones(1))[0]
-    # Linear interpolation between the order statistics is exact; outside them they end.
-    expected = np.clip(ndtr(KNOTS), LEVELS[0], LEVELS[-1])
-    np.testing.assert_allclose(quantiles, expected, rtol=0.0, atol=1e-12)
+class TestRounding:
+    KNOTS = variate_knots(129)
+    #: A wide law, a narrow one far from zero, one next to zero and one with an atom.
+    BEFORE = np.array(
+        [KNOTS, 0.9 + 1e-3 * KNOTS, np.exp(2.0 * KNOTS - 9.0), np.maximum(KNOTS, 0.25)]
+    ).astype(np.float32)
 
-
-def test_ends_are_the_extremes_of_a_small_sample():
-    sample = np.random.default_rng(1).exponential(size=(500, 1))
-    quantiles = knots_of(sample, np.ones(1))[0]
-    assert (quantiles[0], quantiles[-1]) == (sample.min(), sample.max())
-
-
-def test_rows_do_not_decrease():
-    rng = np.random.default_rng(2)
-    tied = rng.integers(0, 4, size=3000) / 7.0
-    channels = np.column_stack([rng.standard_cauchy(3000), tied, tied, np.full(3000, 0.25)])
-    quantiles = knots_of(channels, np.array([1.0, 1.0, -1.0, 1.0]))
-    assert (np.diff(quantiles, axis=1) >= 0.0).all()
-    assert (np.diff(quantiles.astype(np.float32), axis=1) >= 0.0).all()
-    np.testing.assert_array_equal(quantiles[3], 0.25)
-
-
-def test_mirrored_channels_are_exactly_odd_and_see_the_size_only():
-    skewed = np.random.default_rng(3).gamma(2.0, size=(4000, 1)) - 1.0
-    mirrored = knots_of(skewed, np.array([-1.0]))
-    np.testing.assert_array_equal(mirrored, -mirrored[:, ::-1])
-    flips = np.random.default_rng(4).choice([-1.0, 1.0], size=skewed.shape)
-    again = knots_of(flips * skewed, np.array([-1.0]))
-    np.testing.assert_allclose(again, mirrored, rtol=0.0, atol=1e-12)
-    # It is the law of the sample together with its reflection ...
-    doubled = knots_of(np.concatenate([skewed, -skewed]), np.ones(1))
-    np.testing.assert_allclose(mirrored, doubled, rtol=0.0, atol=1e-12)
-    # ... and not that of the sample, which is skewed.
-    plain = knots_of(skewed, np.ones(1))
-    assert np.abs(plain - mirrored).max() > 0.5
+    def test_changes_probabilities_little_and_keeps_order_ends_atoms_and_symmetry(self):
+        after = rounded_quantiles(self.BEFORE)
+        for old, new in zip(self.BEFORE.astype(float), after.astype(float), strict=True):
+            rising = np.append(np.diff(old) > 0.0, True)
+            probabilities = norm.cdf(self.KNOTS)[rising]
+            moved = np.interp(new[rising], old[rising], probabilities) - probabilities
+            assert np.abs(moved).max() < 0.027 / (2 * STEPS)
+        np.testing.assert_array_equal(np.diff(after) > 0.0, np.diff(self.BEFORE) > 0.0)
+        np.testing.assert_array_equal(after[:, [0, -1]], self.BEFORE[:, [0, -1]])
+        assert (after[3, self.KNOTS <= 0.25] == 0.25).all()
+        np.testing.assert_array_equal(after[0], -after[0, ::-1])

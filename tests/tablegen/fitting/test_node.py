@@ -1,27 +1,37 @@
-"""One node: its arrays, and draws from it against direct simulation of the very same condition."""
+"""One node: its arrays, and draws from it against direct simulation of the same condition."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from corrupt_tables import independent_channels, independent_columns
 
-from sampler.formats.channels import STATE, VARIABLES, WORKS
+from sampler.formats.channels import MIRRORED, STATE, VARIABLES, WORKS
 from sampler.table import Table
 from tablegen.accuracy.metrics import classifier_auc, correlation_error, ks_distances
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import load_config
-from tablegen.fitting.node import fit_node, fitted_channels
-from tablegen.simulation.simulate import make_condition, simulate_condition
+from tablegen.fitting.node import fit_node, node_stream
+from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes
 
 ALPHA_DEG, SPEED = 35.0, 150.0
 N, N_NODE = 20_000, 12_000
 SMALL = {"samples_per_node": 1000, "components": 4, "quantile_knots": 33, "mirror": True}
+USUAL = {"samples_per_node": N_NODE, "components": 32, "quantile_knots": 129}
+
+#: N draws from the law of N_NODE states are compared with N fresh states. The difference of two
+#: empirical distribution functions is a Brownian bridge of variance 1/N + 1/N + 1/N_NODE: six
+#: components exceed x with probability 12 exp(-2 x^2 / variance) = 1e-6, and 0.004 are for the
+#: interpolation between knots. The bounds of the correlation and the AUC leave six standard errors.
+KS_BOUND = np.sqrt(np.log(12.0 / 1e-6) * (2.0 / N + 1.0 / N_NODE) / 2.0) + 0.004
+CORRELATION_BOUND, AUC_BOUND = 0.12, 0.63
 
 
-def node_config(**table):
+def node_config(columns=STATE, **table):
     """The shipped pair at one condition."""
-    domain = {"alpha_deg": [ALPHA_DEG, ALPHA_DEG], "speed": [SPEED, SPEED]}
+    domain = {"alpha_deg": [ALPHA_DEG] * 2, "speed": [SPEED] * 2, "components": list(columns)}
     return load_config("corundum-steel").with_changes({"domain": domain, "table": table})
 
 
@@ -29,192 +39,110 @@ def one_node_table(config):
     return Table(assemble(config, make_axes(config), [fit_node(config, ALPHA_DEG, SPEED)]))
 
 
-def simulated(config, count, stream):
-    condition = make_condition(np.radians(ALPHA_DEG), SPEED)
-    population = config.population
-    return simulate_condition(
-        config.pair, population, condition, count, seed=4, stream=stream, threads=1
-    )
+def draws(table, count=N):
+    return table.sample(np.radians(ALPHA_DEG), SPEED, seed=6, index=np.arange(count))
 
 
-@pytest.fixture(scope="module")
-def config():
-    return node_config(samples_per_node=N_NODE, components=32, quantile_knots=129, mirror=True)
+def simulated(config, count=N, alpha_deg=ALPHA_DEG, seed=4, stream=77):
+    keys = {"seed": seed, "stream": stream, "threads": 1}
+    return simulate(config, np.radians(alpha_deg), SPEED, count, **keys)
 
 
-@pytest.fixture(scope="module")
-def table(config):
-    return one_node_table(config)
+def test_mirror_makes_a_node_exactly_symmetric():
+    node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED)
+    np.testing.assert_array_equal(node.quantiles[:, 3:], -node.quantiles[:, 3:, ::-1])
+    np.testing.assert_array_equal(node.reflection, 2048)
+    plain = fit_node(node_config(**SMALL | {"mirror": False}), ALPHA_DEG, SPEED)
+    assert (plain.quantiles[:, 3:] != -plain.quantiles[:, 3:, ::-1]).any()
 
 
-@pytest.fixture(scope="module")
-def direct(config):
-    return simulated(config, N, 77).state
+def test_arrays_are_a_function_of_the_configuration_and_the_condition():
+    config = node_config(**SMALL)
+    first = fit_node(config, ALPHA_DEG, SPEED)
+    for a, b in zip(first, fit_node(config, ALPHA_DEG, SPEED), strict=True):
+        np.testing.assert_array_equal(a, b)
+    seed = fit_node(node_config(**SMALL, seed=2), ALPHA_DEG, SPEED)
+    angle, speed = fit_node(config, 36.0, SPEED), fit_node(config, ALPHA_DEG, 151.0)
+    assert all((first.mean != other.mean).any() for other in (seed, angle, speed))
 
 
-class TestArrays:
-    def test_shapes_and_types(self):
-        node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED)
-        found = {name: (array.shape, array.dtype.str) for name, array in node._asdict().items()}
-        assert found == {
-            "quantiles": ((2, 6, 33), "<f4"),
-            "first_of_class": ((2,), "<u2"),
-            "alias_probability": ((4,), "<u2"),
-            "alias_index": ((4,), "<u2"),
-            "reflection": ((4,), "<i2"),
-            "mean": ((4, 6), "<i2"),
-            "cholesky": ((4, 21), "<i2"),
-        }
-        assert all(np.isfinite(array).all() for array in node)
-
-    def test_are_a_function_of_the_configuration_and_the_condition(self):
-        config = node_config(**SMALL)
-        first = fit_node(config, ALPHA_DEG, SPEED)
-        for a, b in zip(first, fit_node(config, ALPHA_DEG, SPEED), strict=True):
-            np.testing.assert_array_equal(a, b)
-        others = {
-            "seed": fit_node(node_config(**SMALL, seed=2), ALPHA_DEG, SPEED),
-            "angle": fit_node(config, ALPHA_DEG + 1.0, SPEED),
-            "speed": fit_node(config, ALPHA_DEG, SPEED + 1.0),
-        }
-        for what, other in others.items():
-            assert not np.array_equal(first.quantiles, other.quantiles), what
-            assert not np.array_equal(first.mean, other.mean), what
-
-    def test_mirrored_channels_are_odd(self):
-        node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED)
-        rows = node.quantiles[:, 3:]
-        np.testing.assert_array_equal(rows, -rows[..., ::-1])
-        np.testing.assert_array_equal(node.reflection, 2048)
-        plain = fit_node(node_config(**SMALL | {"mirror": False}), ALPHA_DEG, SPEED)
-        rows = plain.quantiles[:, 3:]
-        assert (rows != -rows[..., ::-1]).any()
-        assert (plain.reflection != 2048).any()
-
-    def test_spare_components_are_never_drawn(self):
-        """A hundred particles cannot feed 64 components: the rest of the places stay empty."""
-        config = node_config(samples_per_node=100, components=64, quantile_knots=33)
-        node = fit_node(config, ALPHA_DEG, SPEED)
-        spare = (node.mean == 0).all(axis=1)
-        assert 50 <= spare.sum() < 64
-        assert (node.alias_probability[spare] == 0).all()
-        assert not spare[node.alias_index].any()
-        Table(assemble(config, make_axes(config), [node]))
-
-    def test_channels_of_a_scene(self):
-        found = fitted_channels(node_config(**SMALL))
-        np.testing.assert_array_equal(found.signs, [1, 1, 1, -1, -1, -1])
-        np.testing.assert_array_equal(found.mirror, found.signs)
-        np.testing.assert_array_equal(fitted_channels(node_config()).mirror, np.ones(6))
-        plane = fitted_channels(node_config(**SMALL).with_changes({"domain": {"dimension": 2}}))
-        assert plane.names == ("v", "u_hat", "omega_z")
-        assert not plane.symmetric
+def test_spare_components_are_never_drawn():
+    """A hundred particles are too few for 64 components: some places stay empty."""
+    config = node_config(samples_per_node=100, components=64, quantile_knots=33)
+    node = fit_node(config, ALPHA_DEG, SPEED)
+    spare = (node.mean == 0).all(axis=1)
+    assert 50 <= spare.sum() < 64
+    assert not node.alias_probability[spare].any()
+    assert not spare[node.alias_index].any()
 
 
-class TestSpheres:
-    def test_every_draw_is_the_one_rebound_that_there_is(self):
-        """A sphere has no randomness: the law is one point, and the fit must bear that."""
-        shapes = dict.fromkeys(("ellipsoid", "prism", "truncated-prism", "tetrahedron"), 0.0)
-        config = node_config(**SMALL).with_changes(
-            {"population": {"shapes": shapes | {"sphere": 1.0}}}
-        )
-        expected = simulated(config, 1, 0).state[0]
-        assert expected[1] > 0.1
-        states = one_node_table(config).sample(
-            np.radians(ALPHA_DEG), SPEED, seed=1, index=range(500)
-        )
-        # float32 in the table
-        np.testing.assert_allclose(states, np.tile(expected, (500, 1)), rtol=0.0, atol=1e-6)
+def test_spheres_have_one_rebound():
+    """The law is a single point, and the fit bears that."""
+    shapes = dict.fromkeys(("ellipsoid", "prism", "truncated-prism", "tetrahedron"), 0.0)
+    population = {"shapes": shapes | {"sphere": 1.0}}
+    config = node_config(**SMALL).with_changes({"population": population})
+    expected = simulated(config, 1).state[0]
+    assert expected[1] > 0.1
+    found = draws(one_node_table(config), 500)
+    np.testing.assert_allclose(found, np.tile(expected, (500, 1)), rtol=0.0, atol=1e-6)
 
 
-#: Scenes, and the columns that their tables have.
-SCENES = {
-    "plane": ({"dimension": 2}, ("u", "v", "omega_z")),
-    "two": ({"components": ["v", "u"]}, ("u", "v")),
-    "no spin": ({"components": ["u", "v", "w"]}, ("u", "v", "w")),
-    "spin only": ({"components": ["omega_x", "omega_z"]}, ("omega_x", "omega_z")),
-    "everything": ({"components": list(VARIABLES[:8])}, VARIABLES[:8]),
-    "works": ({"components": [*STATE, *WORKS]}, (*STATE, *WORKS)),
-}
+def test_draws_match_the_simulation():
+    config = node_config(**USUAL, mirror=True)
+    table, direct = one_node_table(config), simulated(config).state
+    drawn = draws(table)
+    assert ks_distances(drawn, direct).max() < KS_BOUND
+    assert correlation_error(drawn, direct) < CORRELATION_BOUND
+    assert classifier_auc(drawn, direct) < AUC_BOUND
+    # refused: columns without dependence, components without dependence, another condition
+    shuffled = independent_columns(drawn, seed=1)
+    assert correlation_error(shuffled, direct) > CORRELATION_BOUND
+    assert classifier_auc(shuffled, direct) > AUC_BOUND
+    independent = draws(Table(independent_channels(table.contents)))
+    assert correlation_error(independent, direct) > CORRELATION_BOUND
+    other = simulated(config, alpha_deg=ALPHA_DEG + 5.0).state
+    assert ks_distances(drawn, other).max() > KS_BOUND
 
 
-class TestScenes:
-    """Draws of the variables of a scene, against the simulation; the bound of `TestDraws`."""
-
-    @pytest.mark.parametrize("scene", SCENES)
-    def test_draws_match_the_simulation(self, scene):
-        domain, columns = SCENES[scene]
-        table = {"samples_per_node": N_NODE, "components": 32, "quantile_knots": 129}
-        config = node_config(**table).with_changes({"domain": domain})
-        made = one_node_table(config)
-        assert made.columns == columns
-        drawn = made.sample(np.radians(ALPHA_DEG), SPEED, seed=6, index=np.arange(N))
-        direct = simulated_variables(simulated(config, N, 77), columns)
-        assert ks_distances(drawn, direct).max() < TestDraws.KS_BOUND
-        assert correlation_error(drawn, direct) < TestDraws.CORRELATION_BOUND
-        # Refused: the same columns out of step with each other, and one of them moved.
-        if scene != "spin only":  # whose two components are uncorrelated
-            shuffled = independent_columns(drawn, seed=1)
-            assert correlation_error(shuffled, direct) > TestDraws.CORRELATION_BOUND
-        moved = drawn + 0.3 * drawn.std(axis=0) * (np.arange(len(columns)) == 0)
-        assert ks_distances(moved, direct).max() > TestDraws.KS_BOUND
-
-    def test_energies_and_collisions_are_possible_ones(self):
-        domain = {"components": list(VARIABLES[:8])}
-        config = node_config(**SMALL).with_changes({"domain": domain})
-        states = one_node_table(config).sample(np.radians(ALPHA_DEG), SPEED, seed=1, index=range(N))
-        energy, collisions = states[:, 6], states[:, 7]
-        assert (energy > 0.0).all()
-        assert (np.square(states[:, :3]).sum(axis=1) + energy < 1.0).all()
-        np.testing.assert_array_equal(collisions, np.round(collisions))
-        assert collisions.min() == 1.0
-        assert collisions.max() > 3.0
-
-    def test_works_are_what_the_energies_lack(self):
-        domain = {"components": ["u", "v", "w", "rotational_energy", *WORKS]}
-        config = node_config(**SMALL).with_changes({"domain": domain})
-        states = one_node_table(config).sample(np.radians(ALPHA_DEG), SPEED, seed=1, index=range(N))
-        kept = np.square(states[:, :3]).sum(axis=1) + states[:, 3]
-        np.testing.assert_allclose(kept + states[:, 4:].sum(axis=1), 1.0, rtol=0.0, atol=1e-14)
-        assert states[:, 4:].min() > 0.0
+@pytest.mark.parametrize("columns", [("u", "v"), VARIABLES[:8], (*STATE, *WORKS)], ids=len)
+def test_draws_of_a_scene_match_the_simulation(columns):
+    config = node_config(columns, **USUAL)
+    table = one_node_table(config)
+    assert table.columns == columns
+    drawn, direct = draws(table), simulated_variables(simulated(config), columns)
+    assert ks_distances(drawn, direct).max() < KS_BOUND
+    assert correlation_error(drawn, direct) < CORRELATION_BOUND
+    moved = drawn + 0.3 * drawn.std(axis=0) * (np.arange(len(columns)) == 0)
+    assert ks_distances(moved, direct).max() > KS_BOUND
+    if "collisions" in columns:
+        assert (np.square(drawn[:, :3]).sum(axis=1) + drawn[:, 6] < 1.0).all()
+        np.testing.assert_array_equal(drawn[:, 7], np.round(drawn[:, 7]))
+    if WORKS[0] in columns:
+        assert drawn[:, -len(WORKS) :].min() > 0.0
 
 
-class TestDraws:
-    """Draws from a node against the simulation that it stands for, with other random numbers.
+@pytest.mark.parametrize("mirror", [False, True])
+def test_draws_have_the_marginals_of_the_sample(mirror):
+    """The sample is known, so the noise is that of the draws.
 
-    The law of the node comes from N_NODE simulated states, and N draws are compared with N fresh
-    states. The gap between two empirical distribution functions is a Brownian bridge of variance
-    1/N + 1/N + 1/N_NODE: it exceeds x with probability 2 exp(-2 x^2 / variance). `KS_BOUND` is
-    where six components do so with probability 1e-6, and 0.004 for the interpolation between
-    knots. A correlation has a standard error of about 0.02, the AUC one of 0.004 and a
-    bias of 0.08 because the node holds 32 components: six standard errors are left to both.
+    They exceed the root with p = 1e-6 in five columns; 0.003 are for knots and 16-bit numbers.
     """
-
-    KS_BOUND = np.sqrt(np.log(12.0 / 1e-6) * (2.0 / N + 1.0 / N_NODE) / 2.0) + 0.004
-    CORRELATION_BOUND = 0.12
-    AUC_BOUND = 0.63
-
-    def draws(self, table):
-        return table.sample(np.radians(ALPHA_DEG), SPEED, seed=6, index=np.arange(N))
-
-    def test_match_the_simulation(self, table, direct):
-        drawn = self.draws(table)
-        assert ks_distances(drawn, direct).max() < self.KS_BOUND
-        assert correlation_error(drawn, direct) < self.CORRELATION_BOUND
-        assert classifier_auc(drawn, direct) < self.AUC_BOUND
-
-    def test_independent_columns_are_refused(self, table, direct):
-        shuffled = independent_columns(self.draws(table), seed=1)
-        assert ks_distances(shuffled, direct).max() < self.KS_BOUND
-        assert correlation_error(shuffled, direct) > self.CORRELATION_BOUND
-        assert classifier_auc(shuffled, direct) > self.AUC_BOUND
-
-    def test_node_without_dependence_is_refused(self, table, direct):
-        drawn = self.draws(Table(independent_channels(table.contents)))
-        assert correlation_error(drawn, direct) > self.CORRELATION_BOUND
-        assert classifier_auc(drawn, direct) > self.AUC_BOUND
-
-    def test_simulation_of_another_condition_is_refused(self, table, config):
-        condition = make_condition(np.radians(ALPHA_DEG + 5.0), SPEED)
-        other = simulate_condition(config.pair, config.population, condition, N, seed=4, threads=1)
-        assert ks_distances(self.draws(table), other.state).max() > self.KS_BOUND
+    columns, count = ("v", "omega_x", "omega_y", "omega_z", "collisions"), 400_000
+    bound = np.sqrt(np.log(10.0 / 1e-6) / (2.0 * count)) + 0.003
+    table = {"samples_per_node": 20_000, "components": 24, "quantile_knots": 129}
+    config = node_config(columns, **table, mirror=mirror)
+    stream = node_stream(ALPHA_DEG, SPEED)
+    node_sample = simulated(config, 20_000, seed=config.table.seed, stream=stream)
+    sample = simulated_variables(node_sample, columns)
+    if mirror:
+        reflected = sample * [-1.0 if name in MIRRORED else 1.0 for name in columns]
+        sample = np.concatenate([sample, reflected])
+    contents = one_node_table(config).contents
+    assert ks_distances(draws(Table(contents), count), sample).max() < bound
+    # refused: another mixture, and the mixture without its reflections
+    for name, change in (("mean", 400), ("reflection", -4096)):
+        path = f"dependence/{name}"
+        values = np.clip(contents[path].astype(int) + change, 0 if change < 0 else -32768, 32767)
+        changed = {**contents.datasets, path: values.astype(np.int16)}
+        wrong = Table(replace(contents, datasets=changed))
+        assert ks_distances(draws(wrong, count), sample).max() > bound

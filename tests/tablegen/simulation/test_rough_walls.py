@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sampler.arguments import MAX_ROUGHNESS, draw_tilt
 
 import sampler
 from sampler.errors import InputError

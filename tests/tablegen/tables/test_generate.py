@@ -15,8 +15,8 @@ from sampler.errors import InputError
 from sampler.formats.hdf5 import read_table
 from tablegen.accuracy.validate import validate
 from tablegen.config.config import parse_config
+from tablegen.fitting.marginals import rounded_quantiles
 from tablegen.fitting.node import fit_node
-from tablegen.fitting.quantile_rounding import rounded_quantiles
 from tablegen.tables.axes import first_grid
 from tablegen.tables.generate import generate
 from tablegen.tables.refine import fit_nodes

@@ -25,11 +25,11 @@ from tablegen.accuracy.measure import measure
 from tablegen.accuracy.node_screening import screen
 from tablegen.accuracy.validate import validate
 from tablegen.config.config import load_config
-from tablegen.fitting.classes import class_of
+from tablegen.fitting.components import class_of
+from tablegen.fitting.marginals import mixture_probabilities
 from tablegen.fitting.mixture import Mixture
 from tablegen.fitting.node import node_stream
 from tablegen.fitting.resolution import LADDER, resolution
-from tablegen.fitting.scores import mixture_probabilities
 from tablegen.simulation.simulate import make_condition, simulate_condition
 from tablegen.tables.axes import make_axes
 

@@ -1,42 +1,34 @@
-"""Whole spin laws, small: what the draw makes of them, and who makes them."""
+"""Whole spin laws, small: any population has one, it follows the direct model, and runs resume."""
 
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from mesh_fixtures import box
+from sampler.formats.layout import SPIN_DATASETS
 from tiny_tables import ROUGH
 
-from sampler.formats.layout import SPIN_DATASETS
-from sampler.formats.shape_codes import FIRST_MESH
 from tablegen.accuracy.metrics import ks_distances
-from tablegen.config.config import load_config
 from tablegen.config.mesh import MeshFile
-from tablegen.fitting.fit_tasks import speed_coordinate
 from tablegen.fitting.leaf import fit_leaf
-from tablegen.fitting.leaf_sizes import SPIN_SIZES, spin_sizes
-from tablegen.fitting.spin_law import spin_law
+from tablegen.fitting.spin_law import speed_coordinate, spin_law
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import occurring_impacts, simulated
 from tablegen.tables.generate import generate
-from tablegen.tables.prune import pruned
 from tablegen.tasks.runner import TaskRunner
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
 
 SMALL = {"spin_leaves": 1, "spin_groups": 2, "spin_experts": 2, "spin_rebounds": 1000}
-PRISMS = {
-    "shapes": {"ellipsoid": 0.0, "prism": 1.0, "truncated-prism": 0.0, "tetrahedron": 0.0},
-}
-SPINNING = ROUGH.with_changes({"spin": True, "population": PRISMS, "table": SMALL})
-
-
-def made(config, threads=1):
-    with ThreadPoolExecutor(threads) as pool:
-        return spin_law(config, TaskRunner(executor=pool))
+PRISMS = {"ellipsoid": 0.0, "prism": 1.0, "truncated-prism": 0.0, "tetrahedron": 0.0}
+SPINNING = ROUGH.with_changes({"spin": True, "population": {"shapes": PRISMS}, "table": SMALL})
 
 
 def test_does_not_depend_on_the_workers():
+    def made(config, threads=1):
+        with ThreadPoolExecutor(threads) as pool:
+            return spin_law(config, TaskRunner(executor=pool))
+
     config = SPINNING.with_changes({"table": {"spin_leaves": 2}})
     one, two = made(config), made(config, threads=3)
     assert one.keys() == {dataset.path for dataset in SPIN_DATASETS} == two.keys()
@@ -46,30 +38,28 @@ def test_does_not_depend_on_the_workers():
     assert (one["spin/mean"] != again["spin/mean"]).any()
 
 
-@pytest.mark.parametrize("kind", ["sphere", "mesh", "fixed", "one condition"])
-def test_any_population_and_domain_has_a_law(kind, tmp_path):
-    """Nothing random, ratios or conditions that do not vary: the reader takes the table."""
-    population = SPINNING.population
+def configuration(kind):
+    """Configuration in which nothing is random, or ratios or conditions do not vary."""
+    if kind == "mesh":
+        corners = tuple(map(tuple, box(0.8, 0.4).tolist()))
+        population = SPINNING.population.of_mesh(MeshFile("box", corners, 1.0))
+        fields = population.model_dump(mode="json", by_alias=True)
+        return SPINNING.with_changes({"population": fields})
     changes = {
-        "sphere": {"population": {"shapes": PRISMS["shapes"] | {"prism": 0.5, "sphere": 0.5}}},
+        "sphere": {"population": {"shapes": PRISMS | {"prism": 0.5, "sphere": 0.5}}},
         "fixed": {"population": {"aspect": {"distribution": "fixed", "values": [0.8, 0.7]}}},
         "one condition": {
             "domain": {"alpha_deg": [40.0, 40.0], "speed": [100.0, 100.0]},
             "table": {"alpha_nodes_deg": [40.0], "speed_nodes": [100.0], "spin_leaves": 2},
         },
-        "mesh": {},
-    }[kind]
-    config = SPINNING.with_changes(changes)
-    if kind == "mesh":
-        corners = tuple(map(tuple, box(0.8, 0.4).tolist()))
-        population = population.of_mesh(MeshFile("box", corners, 1.0))
-        config = config.with_changes(
-            {"population": population.model_dump(mode="json", by_alias=True)}
-        )
-        assert config.population.kernel_arguments().shape_codes.tolist() == [FIRST_MESH]
-    table = generate(config, tmp_path / "t.h5", conditions=0).table
-    rng = np.random.default_rng(7)
-    spin = rng.normal(0.0, 0.5, (500, 3))
+    }
+    return SPINNING.with_changes(changes[kind])
+
+
+@pytest.mark.parametrize("kind", ["sphere", "mesh", "fixed", "one condition"])
+def test_any_population_and_domain_has_a_law(kind, tmp_path):
+    table = generate(configuration(kind), tmp_path / "t.h5", conditions=0).table
+    spin = np.random.default_rng(7).normal(0.0, 0.5, (500, 3))
     states = table.sample(np.radians(40.0), 100.0, spin=spin, seed=1, index=np.arange(500))
     assert np.isfinite(states).all()
     assert (states[:, 1] > 0.0).all()
@@ -100,58 +90,30 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
     assert max(ks_distances(drawn(impacts.spin * [1.0, 1.0, -1.0]), direct)) > 2.0 * bound
 
 
-class InterruptedRunError(Exception):
-    """What stops a run in a test."""
-
-
-def test_an_interrupted_law_goes_on(tmp_path, monkeypatch):
+def test_an_interrupted_law_resumes(tmp_path, monkeypatch):
     whole, resumed = tmp_path / "whole.h5", tmp_path / "resumed.h5"
+    calls = []
+
+    def failing(*arguments):
+        calls.append(arguments)
+        if len(calls) == 2:
+            raise RuntimeError("interrupted")
+        return fit_leaf(*arguments)
+
     with ThreadPoolExecutor(1) as pool:
         generate(SPINNING, whole, conditions=0, executor=pool)
-        calls = []
-
-        def failing(*arguments):
-            calls.append(arguments)
-            if len(calls) == 2:
-                raise InterruptedRunError
-            return fit_leaf(*arguments)
-
-        monkeypatch.setattr("tablegen.fitting.fit_tasks.fit_leaf", failing)
-        with pytest.raises(InterruptedRunError):
+        monkeypatch.setattr("tablegen.fitting.spin_law.fit_leaf", failing)
+        with pytest.raises(RuntimeError, match="interrupted"):
             generate(SPINNING, resumed, conditions=0, executor=pool)
         assert not resumed.exists()
         generate(SPINNING, resumed, conditions=0, executor=pool, resume=True)
-    # a leaf with spin and one without, of which one was there
+    # the first of two leaves came from its checkpoint
     assert len(calls) == 3
     assert resumed.read_bytes() == whole.read_bytes()
 
 
-def test_pruned_tables_keep_the_law_or_leave_it_out(tmp_path):
-    contents = generate(SPINNING, tmp_path / "t.h5", conditions=0).table.contents
-    assert contents.has_spin
-    assert contents.valid_speed == (50.0, 300.0)
-    kept = pruned(contents, SPINNING)
-    np.testing.assert_array_equal(kept["spin/mean"], contents["spin/mean"])
-    assert "spin = true" in kept.config
-    without = pruned(contents, SPINNING.with_changes({"spin": False}))
-    assert not without.has_spin
-    assert "spin = false" in without.config
-    plane = pruned(contents, SPINNING.with_changes({"domain": {"dimension": 2}}))
-    assert not plane.has_spin
-
-
-def test_sizes_are_the_preset_s_or_those_named():
-    config = load_config("corundum-steel")
-    assert spin_sizes(config) == SPIN_SIZES["standard"]
-    assert spin_sizes(load_config("corundum-steel-compact")) == SPIN_SIZES["compact"]
-    named = spin_sizes(config.with_changes({"table": SMALL}))
-    assert named[:5] == (1, 1, 2, 2, 1000)
-
-
-def test_coordinate_of_the_speed_is_that_of_the_law_or_of_its_shape():
+def test_coordinate_of_the_speed_is_that_of_the_restitution_law_if_it_fits():
     assert speed_coordinate(SPINNING) == (0.1, 0.61)
-    steep = {"pair": {"restitution": {"coefficient": 1e9}}}
-    assert speed_coordinate(SPINNING.with_changes(steep)).exponent == 0.5
     constant = {"law": "constant", "value": 0.5, "source": "a test"}
     config = SPINNING.with_changes(
         {"pair": {"restitution": constant}, "domain": {"extrapolate": True}}
