@@ -12,48 +12,18 @@ simulation, ``compare`` puts simulated rebounds beside measured ones, which ``re
 reads; the first three are also commands of ``tablegen``.
 """
 
-from typing import TYPE_CHECKING
+from typing import Any
 
-from sampler.compilation.late import import_late
+import lazy_loader
 
 from tablegen.config.requirements import require_generator
 
-if TYPE_CHECKING:
-    from tablegen.accuracy.validate import Validation as Validation
-    from tablegen.accuracy.validate import validate as validate
-    from tablegen.config.config import Config as Config
-    from tablegen.config.config import load_config as load_config
-    from tablegen.config.config import parse_config as parse_config
-    from tablegen.measured.calibrate import calibrate as calibrate
-    from tablegen.measured.compare import MeasuredComparison as MeasuredComparison
-    from tablegen.measured.compare import compare as compare
-    from tablegen.measured.reader import read_measurements as read_measurements
-    from tablegen.measured.records import Measurements as Measurements
-    from tablegen.measured.result import Calibration as Calibration
-    from tablegen.model.one_rebound import draw as draw
-    from tablegen.model.one_rebound import grain as grain
-    from tablegen.model.one_rebound import rebound as rebound
-    from tablegen.simulation.direct import DirectModel as DirectModel
-    from tablegen.simulation.simulate import Simulation as Simulation
-    from tablegen.simulation.simulate import simulate as simulate
-    from tablegen.tables.generate import Generated as Generated
-    from tablegen.tables.generate import generate as generate
+# each name of __init__.pyi is imported when it is first used
+_import, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-# the same names as above, which are for type checkers
-import_late(
-    __name__,
-    {
-        "tablegen.measured.calibrate": ("calibrate",),
-        "tablegen.measured.result": ("Calibration",),
-        "tablegen.config.config": ("Config", "load_config", "parse_config"),
-        "tablegen.simulation.direct": ("DirectModel",),
-        "tablegen.tables.generate": ("Generated", "generate"),
-        "tablegen.measured.reader": ("read_measurements",),
-        "tablegen.measured.records": ("Measurements",),
-        "tablegen.model.one_rebound": ("draw", "grain", "rebound"),
-        "tablegen.simulation.simulate": ("Simulation", "simulate"),
-        "tablegen.measured.compare": ("MeasuredComparison", "compare"),
-        "tablegen.accuracy.validate": ("Validation", "validate"),
-    },
-    ready=require_generator,
-)
+
+def __getattr__(name: str) -> Any:
+    """Import a public name; raises `ImportError` with one line where the generator is missing."""
+    if name in __all__:
+        require_generator()
+    return _import(name)

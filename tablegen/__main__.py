@@ -1,13 +1,14 @@
 """The program ``tablegen``, and ``python -m tablegen``."""
 
+import sys
 from typing import NoReturn
-
-from sampler.commands.process import run_process
 
 
 def run() -> NoReturn:
-    """Run the program."""
-    run_process("tablegen")
+    """Run the program and end the process with its exit status."""
+    from tablegen.commands.main import main
+
+    sys.exit(main())
 
 
 if __name__ == "__main__":

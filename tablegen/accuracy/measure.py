@@ -8,7 +8,7 @@ import numpy as np
 from sampler.library import processors
 from threadpoolctl import threadpool_limits
 
-from sampler.compilation.side_by_side import side_by_side
+from tablegen.tasks.side_by_side import side_by_side
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison, Spin, compare, sharpened
 from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.compilation.side_by_side import side_by_side
+from tablegen.tasks.side_by_side import side_by_side
 
 from sampler.formats.channels import STATE
 from tablegen.config.pairs import MaterialPair

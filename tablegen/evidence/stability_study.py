@@ -10,7 +10,7 @@ import numpy as np
 from sampler.library import processors
 
 import sampler
-from sampler.compilation.side_by_side import side_by_side
+from tablegen.tasks.side_by_side import side_by_side
 from sampler.errors import InputError
 from sampler.library import processors
 from tablegen.config.config import Config

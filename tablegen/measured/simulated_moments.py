@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sampler.arguments import MAX_ROUGHNESS, as_reals
 
-from sampler.compilation.side_by_side import side_by_side
+from tablegen.tasks.side_by_side import side_by_side
 from sampler.errors import InputError
 from tablegen.config.config import ModelSettings
 from tablegen.config.pairs import MaterialPair

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.compilation.side_by_side import go_on
+from tablegen.tasks.side_by_side import go_on
 
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population

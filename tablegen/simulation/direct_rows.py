@@ -9,7 +9,7 @@ from sampler.arguments import Rows, as_integer, place
 from sampler.library import processors
 from sampler.messages import row_message
 
-from sampler.compilation.side_by_side import side_by_side
+from tablegen.tasks.side_by_side import side_by_side
 
 from sampler.arguments import Rows, as_integer, place
 from sampler.errors import InputError

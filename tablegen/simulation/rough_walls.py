@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sampler.arguments import Rows
 
-from sampler.compilation.side_by_side import go_on
+from tablegen.tasks.side_by_side import go_on
 
 from sampler.arguments import Rows
 from sampler.errors import CASCADE_NOT_ENDED, OK

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sampler.arguments import as_integer
 from sampler.library import processors
 
-from sampler.compilation.side_by_side import side_by_side
+from tablegen.tasks.side_by_side import side_by_side
 
 from sampler.arguments import as_integer
 from sampler.errors import InputError

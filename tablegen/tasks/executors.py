@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 from sampler.library import processors
 
-from sampler.compilation.side_by_side import ThreadPool
+from tablegen.tasks.side_by_side import ThreadPool
 
 from sampler.errors import InputError
 from sampler.library import processors
