@@ -12,9 +12,12 @@ import math
 
 import numpy as np
 
-from sampler.compilation.jit import inline_kernel, kernel, no_refcount_inline_kernel
-from sampler.drawing.intrinsics import single_bits, single_of_bits
-from sampler.formats.image import PIECES
+from tablegen.model.jit import inline_kernel, kernel
+
+_M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+_W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
+_LOW, _HALF = np.uint64(0xFFFFFFFF), np.uint64(32)
+_ROUNDS = 10
 
 #: Distance of a probability from 1/2 up to which `central_ratio` gives its quantile.
 MIDDLE = 0.425
@@ -136,40 +139,3 @@ def normal_quantile(p):
 def normal_cdf(x):
     """Evaluate the standard normal distribution function."""
     return 0.5 * math.erfc(-x * 0.7071067811865476)
-
-
-@no_refcount_inline_kernel
-def piece_of_word(word):
-    """Row of the cubic of a random word, place in its piece, and sign.
-
-    The octave is the exponent of a floating-point number, which unlike a count of leading zeros
-    can be had for many words at a time. The number is rounded to 24 bits, which moves its quantile
-    by less than 1e-7.
-    """
-    upper = np.int32(word >> _SIGN_SHIFT)
-    mask = np.uint32(-upper)
-    half = np.float32(np.int32((word ^ mask) & _DISTANCE)) + _HALF
-    bits = single_bits(half)
-    row = np.int32(bits >> _PIECE_SHIFT) - _FIRST_PIECE
-    t = single_of_bits(np.uint32(((bits << _PIECE_BITS) & _MANTISSA) | _ONE_BITS)) - _ONE
-    return row, t, _ONE - _TWO * np.float32(upper)
-
-
-@no_refcount_inline_kernel
-def normal_of_word(table, word):
-    """Give the standard normal number of a random word, the quantile of (word + 1/2) 2**-32.
-
-    Parameters
-    ----------
-    table : float32 array, shape (257, 4)
-        From `sampler.formats.image.normal_table`.
-    word : uint32
-
-    Returns
-    -------
-    float32
-        Odd in the word: w and 2**32 - 1 - w give opposite numbers.
-    """
-    row, t, sign = piece_of_word(word)
-    k = np.uint64(row)
-    return sign * (table[k, 0] + t * (table[k, 1] + t * (table[k, 2] + t * table[k, 3])))
