@@ -15,8 +15,8 @@ from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import AccuracyTargets, Config
 from tablegen.model.float_array import FloatArray
+from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
-from tablegen.tasks.progress import bar
 
 #: Least number of states a side in a comparison, and this over the square of the declared
 #: Kolmogorov-Smirnov distance where that is more: noise is then a third of what is declared.

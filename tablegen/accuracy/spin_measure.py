@@ -19,7 +19,7 @@ from tablegen.accuracy.spin_conditions import SpinCondition
 from tablegen.config.config import Config
 from tablegen.config.metric_table import JOINT, METRICS
 from tablegen.config.spin_targets import SpinTargets
-from tablegen.tasks.progress import bar
+from tablegen.progress import bar
 
 #: Numbers of spinning conditions begin here, and the seed of each differs by its number: those of
 #: other conditions and of nodes are elsewhere.

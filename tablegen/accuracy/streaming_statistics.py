@@ -18,9 +18,9 @@ from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impact_condition import Condition
+from tablegen.progress import bar
 from tablegen.simulation.batches import ParticleRun, batches
 from tablegen.simulation.simulate import Simulation, check_run
-from tablegen.tasks.progress import bar
 
 Counts = NDArray[np.int64]
 

@@ -11,7 +11,7 @@ from sampler.files.atomic import write_bytes, write_text
 from sampler.files.json_text import json_text
 from tablegen.commands import bounded, measured_options
 from tablegen.commands.config_argument import CONFIG
-from tablegen.commands.resuming import resumable
+from tablegen.commands.generate import resumable
 from tablegen.config.defaults import CALIBRATE_COUNT
 
 #: Options that take all words that follow and look like values of theirs.

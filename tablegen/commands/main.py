@@ -26,7 +26,6 @@ from tablegen.commands.simulate import simulate
 from tablegen.commands.stability import stability
 from tablegen.commands.validate import validate
 from tablegen.config.requirements import require_generator
-from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
 
 
 @click.group(
@@ -74,4 +73,4 @@ def _start(words: list[str], call: Call) -> int:
         require_generator()
     except ImportError as error:
         raise InputError(str(error)) from error
-    return on_first_rank(call) if asks_for_ranks(words) else call(None)
+    return call(None)

@@ -17,9 +17,9 @@ from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.config.pairs import MaterialPair
 from tablegen.evidence.cases import Case
 from tablegen.evidence.outcome import Outcome, outcome_of
+from tablegen.progress import bar
 from tablegen.simulation.batches import NotFiniteError
 from tablegen.simulation.simulate import Simulation, make_condition, simulate_condition
-from tablegen.tasks.progress import bar
 
 #: Shorter calls [s] are timed twice, and the shorter time counts: other load would show in them.
 _LONG = 0.01

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sampler.formats.spin_bounds import SPEED_COORDINATE
+from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, stable_number
 from tablegen.config.config import Config
 from tablegen.config.restitution import ExponentialRestitution
 from tablegen.fitting.coordinates import SpeedCoordinate, coordinates, folded
@@ -25,7 +26,6 @@ from tablegen.fitting.leaf_sizes import SpinSizes
 from tablegen.fitting.tree import Leaf, Tree, grow, joined
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
-from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, stable_number
 
 #: Speed coordinate where the law of restitution has none of this form: a fifth of the largest V_e
 #: is half way.

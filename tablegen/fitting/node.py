@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 from sampler.formats.channels import MIRRORED, channels_for
 from sampler.formats.fixed_point import from_steps, to_steps
 from tablegen.accuracy.scene_variables import simulated_channels
+from tablegen.checkpoints import Stopwatch, stable_number
 from tablegen.config.config import Config
 from tablegen.fitting.alias import alias_table
 from tablegen.fitting.classes import CLASSES, allocate_components, class_of
@@ -23,7 +24,6 @@ from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution
 from tablegen.fitting.scores import mixture_probabilities, normal_scores
 from tablegen.simulation.simulate import simulate
-from tablegen.tasks.runner import Stopwatch, stable_number
 
 #: Means and factors are rounded to multiples of so many steps of the file, 1/128: a quarter of the
 #: bytes less, and no metric of the shipped table moves by more than noise.

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tablegen.accuracy.spin_measure import spin_accuracy_datasets
+from tablegen.checkpoints import Task, TaskRunner
 from tablegen.config.config import Config
 from tablegen.fitting.fit_tasks import (
     ShapeConditions,
@@ -17,7 +18,6 @@ from tablegen.fitting.law_conditions import Range, ratio_range
 from tablegen.fitting.leaf import LeafArrays
 from tablegen.fitting.leaf_sizes import spin_sizes
 from tablegen.fitting.tree import Tree
-from tablegen.tasks.runner import Task, TaskRunner
 
 
 def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:

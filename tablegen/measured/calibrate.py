@@ -14,6 +14,7 @@ from sampler.errors import InputError
 from sampler.files.atomic import check_output, write_text
 from sampler.files.locate import find_measurements
 from sampler.inputs.rows import as_integer
+from tablegen.checkpoints import CheckpointStore, software
 from tablegen.config.config import Config, parse_config
 from tablegen.config.defaults import CALIBRATE_COUNT
 from tablegen.measured.ends import (
@@ -42,10 +43,8 @@ from tablegen.measured.targets import make_targets
 from tablegen.measured.trial_pairs import TrialPairs
 from tablegen.measured.uncertainty import correlations
 from tablegen.model.float_array import FloatArray
+from tablegen.progress import bar
 from tablegen.simulation.simulate import check_run
-from tablegen.tasks.checkpoint import CheckpointStore
-from tablegen.tasks.progress import bar
-from tablegen.tasks.software import software
 
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200

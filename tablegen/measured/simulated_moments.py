@@ -26,10 +26,10 @@ from tablegen.measured.strata import (
 )
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import as_number, told
+from tablegen.progress import bar
 from tablegen.simulation.batches import batches
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import check_impact_angle, check_run
-from tablegen.tasks.progress import bar
 
 #: Most particles of a shape at a condition, and most conditions: the keys have room for them.
 _MOST_PARTICLES = 2**32 - 1

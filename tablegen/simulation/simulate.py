@@ -22,8 +22,8 @@ from tablegen.model import model_bounds as bounds
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.correctly_rounded import cosine_and_sine
 from tablegen.model.impact_condition import Condition, impact_condition
+from tablegen.progress import bar
 from tablegen.simulation.batches import ParticleRun, batches
-from tablegen.tasks.progress import bar
 
 #: Default resolution of sustained contact and truncation of the flight series; see
 #: tests/benchmarks/bench_error.py for what they cost and what they leave.

@@ -16,17 +16,15 @@ from tablegen.accuracy.conditions import pick_conditions
 from tablegen.accuracy.measure import measure
 from tablegen.accuracy.spin_conditions import pick_spin_conditions, spin_conditions_beside
 from tablegen.accuracy.spin_measure import SpinAccuracy, measure_spin, spin_accuracy_datasets
+from tablegen.checkpoints import CheckpointStore, TaskRunner, software
 from tablegen.config.config import Config
 from tablegen.config.defaults import GENERATE_CONDITIONS
 from tablegen.fitting.spin_law import spin_law
 from tablegen.tables.assembly import accuracy_datasets, assemble, with_rounded_quantiles
 from tablegen.tables.axes import make_axes
-from tablegen.tables.refine import refine_grid
+from tablegen.tables.cost import Cost, estimate
+from tablegen.tables.refine import NodeCache, refine_grid
 from tablegen.tables.rehearsal import rehearse
-from tablegen.tasks.checkpoint import CheckpointStore
-from tablegen.tasks.processor_kind import processor_kind
-from tablegen.tasks.runner import TaskRunner
-from tablegen.tasks.software import software
 
 #: Seed of the measurement: not one that a user's validation has by default.
 _MEASURE_SEED = 0xACC0
@@ -64,7 +62,7 @@ def generate(
     conditions: int = GENERATE_CONDITIONS,
     samples: int | None = None,
     progress: bool = False,
-    before: Callable[[], None] = lambda: None,
+    on_cost: Callable[[Cost], None] | None = None,
 ) -> Generated:
     """Generate a table and write it.
 
@@ -92,8 +90,8 @@ def generate(
         States a side there at first; by default as many as the declared accuracy needs.
     progress : bool
         Show progress bars on standard error.
-    before : callable
-        Called after all checks, before any work is done.
+    on_cost : callable, optional
+        Is called with the estimated cost, when one node has been fitted.
 
     Returns
     -------
@@ -114,9 +112,11 @@ def generate(
     with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
         runner = TaskRunner(store, executor, progress)
         if not store.resumed:
-            rehearse(config, store.rehearsal)
-        before()
-        refined = refine_grid(config, runner)
+            rehearse(config)
+        cache = NodeCache(config, runner)
+        if on_cost is not None:
+            on_cost(estimate(cache, conditions))
+        refined = refine_grid(cache)
         law = spin_law(config, runner) if config.spin else None
         axes = make_axes(config, refined.placement.grid)
         contents = with_rounded_quantiles(assemble(config, axes, refined.nodes, law))
@@ -132,11 +132,7 @@ def generate(
             spinning = pick_spin_conditions(config, few, _MEASURE_SEED)
             spin = measure_spin(table, config, spinning, **how)
             measured |= spin_accuracy_datasets(spin)
-        contents = replace(
-            contents,
-            datasets={**contents.datasets, **measured},
-            processors=tuple(sorted(runner.processors | {processor_kind()})),
-        )
+        contents = replace(contents, datasets={**contents.datasets, **measured})
         write_table(path, contents)
         store.remove()
     seconds = {**runner.seconds, "measurement": time.perf_counter() - begin}

@@ -7,6 +7,7 @@ from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
 from tablegen.accuracy.metrics import DISTANCES
 from tablegen.accuracy.scene_variables import simulated_variables
+from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, stable_number
 from tablegen.config.config import AccuracyTargets, Config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays
@@ -15,7 +16,6 @@ from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes
 from tablegen.tables.intervals import Grid, Place
-from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, stable_number
 
 #: Directions of the sliced Wasserstein distance: fewer than in a report, for the time.
 _DIRECTIONS = 8

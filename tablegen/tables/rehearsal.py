@@ -6,6 +6,7 @@ particles. It goes the whole way: simulation, fit, assembly, file and reader.
 
 from itertools import product
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -29,14 +30,12 @@ _PARTICLES, _COMPONENTS = 400, 2
 _SAME = 1e-5
 
 
-def rehearse(config: Config, path: Path) -> None:
+def rehearse(config: Config) -> None:
     """Refuse a configuration whose finished table would be refused.
 
     Parameters
     ----------
     config : Config
-    path : Path
-        Where the rough table is written, read and removed.
 
     Raises
     ------
@@ -54,11 +53,10 @@ def rehearse(config: Config, path: Path) -> None:
     rough = [_rough_node(config, alpha_deg, speed, size) for alpha_deg, speed in conditions]
     count = len(grid.alpha_deg) * len(grid.speed)
     contents = assemble(config, axes, [rough[k % len(rough)] for k in range(count)])
-    try:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "rehearsal.h5"
         write_table(path, contents)
         load(path)
-    finally:
-        path.unlink(missing_ok=True)
 
 
 def _check_variables_vary(config: Config, alpha_deg: float, speed: float) -> None:

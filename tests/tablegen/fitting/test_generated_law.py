@@ -10,6 +10,7 @@ from tiny_tables import ROUGH
 from sampler.formats.shape_codes import FIRST_MESH
 from sampler.formats.spin_layout import SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
+from tablegen.checkpoints import TaskRunner
 from tablegen.config.config import load_config
 from tablegen.config.mesh import MeshFile
 from tablegen.fitting.fit_tasks import speed_coordinate
@@ -20,7 +21,6 @@ from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import occurring_impacts, simulated
 from tablegen.tables.generate import generate
 from tablegen.tables.prune import pruned
-from tablegen.tasks.runner import TaskRunner
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
 

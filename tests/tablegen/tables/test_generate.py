@@ -14,13 +14,13 @@ import sampler
 from sampler.errors import InputError
 from sampler.formats.hdf5 import read_table
 from tablegen.accuracy.validate import validate
+from tablegen.checkpoints import TaskRunner
 from tablegen.config.config import parse_config
 from tablegen.fitting.node import fit_node
 from tablegen.fitting.quantile_rounding import rounded_quantiles
 from tablegen.tables.axes import first_grid
 from tablegen.tables.generate import generate
 from tablegen.tables.refine import fit_nodes
-from tablegen.tasks.runner import TaskRunner
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
 

@@ -7,6 +7,7 @@ import pytest
 from tiny_tables import ROUGH, TINY
 
 from tablegen.accuracy.metrics import DISTANCES
+from tablegen.checkpoints import SECONDS
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import fit_node
@@ -16,7 +17,6 @@ from tablegen.tables.interpolation_error import (
     share_of_allowed,
 )
 from tablegen.tables.intervals import Place
-from tablegen.tasks.runner import SECONDS
 
 MODULE = sys.modules[interpolation_errors.__module__]
 HERE = Place((35.0,), (150.0,))

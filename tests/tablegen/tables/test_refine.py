@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from tiny_tables import REFINE, ROUGH
 
+from tablegen.checkpoints import CheckpointStore, TaskRunner
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.tables.interpolation_error import interpolation_errors
 from tablegen.tables.intervals import Grid
 from tablegen.tables.refine import refine_grid
-from tablegen.tasks.checkpoint import CheckpointStore
-from tablegen.tasks.runner import TaskRunner
 
 MODULE = sys.modules[interpolation_errors.__module__]
 ACCURACY = {"ks": 0.3, "sliced_wasserstein": 1.0, "correlation_error": 1.0, "auc": 0.9}
