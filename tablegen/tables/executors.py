@@ -88,8 +88,8 @@ def _dask(workers: int, scheduler: str | None) -> Iterator[Executor]:
 def _mpi() -> Iterator[Executor | None]:
     """Open an executor on the first rank of an MPI job; the other ranks work until it closes."""
     try:
-        from mpi4py.MPI import COMM_WORLD
         from mpi4py.futures import MPICommExecutor
+        from mpi4py.MPI import COMM_WORLD
     except (ImportError, RuntimeError) as error:  # RuntimeError: mpi4py finds no MPI library
         raise InputError(
             "--executor: got mpi, which is not installed, allowed after: "

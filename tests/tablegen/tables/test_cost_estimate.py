@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 from command_line import config_file
+from tablegen.tables.cost_estimate import cost_text, estimate, rebound_seconds
 from tiny_tables import GENERATE, ROUGH
 
 from tablegen.config.config import load_config
 from tablegen.config.defaults import GENERATE_CONDITIONS as CONDITIONS
 from tablegen.tables import cost_estimate as module
-from tablegen.tables.cost_estimate import cost_text, estimate, rebound_seconds
 
 EXPERIMENTS = Path(module.__file__).parents[1] / "fitting" / "EXPERIMENTS.md"
 
