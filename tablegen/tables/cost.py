@@ -90,9 +90,8 @@ def estimate(cache: NodeCache, conditions: int = 0) -> Cost:
     leaves, rebounds = _spin_law(config)
     besides += _LEAF_REBOUND * rebounds * node / size.samples
     trials = (0, 0) if all(named) else (_trials(*first), _trials(*first) + _trials(*most))
-    low, high = (
-        math.prod(n) * node + m * trial for n, m in zip((first, most), trials, strict=True)
-    )
+    low = math.prod(first) * node + trials[0] * trial + besides
+    high = math.prod(most) * node + trials[1] * trial + besides
     states = _STATE * max(size.samples, sample_size(config.accuracy))
     leaf_states = _LEAF_STATE * spin_sizes(config).rebounds * config.spin
     return Cost(first, most, leaves, (low, high), _PROCESS, max(states, leaf_states))

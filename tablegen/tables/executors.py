@@ -1,5 +1,6 @@
 """Executors of `concurrent.futures` by name: threads, a Dask cluster, the ranks of an MPI job."""
 
+import logging
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -69,7 +70,8 @@ def _dask(workers: int, scheduler: str | None) -> Iterator[Executor]:
             "--executor: got dask, which is not installed, "
             "allowed after: pip install 'rebound-tables[dask]'"
         ) from error
-    local: Any = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": None}
+    local: Any = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": ":0"}
+    local["silence_logs"] = logging.CRITICAL
     try:
         client = Client(scheduler, timeout=_TIMEOUT) if scheduler else Client(**local)
     except (OSError, ValueError) as error:
