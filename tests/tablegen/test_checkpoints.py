@@ -162,9 +162,9 @@ class TestRun:
                 go_on.wait(60.0)
             return square(number)
 
+        tasks = {f"{n}": Task(waiting, (n,)) for n in range(5)}
         with ThreadPoolExecutor(1) as pool:
             with pytest.raises(InputError):
-                tasks = {f"{n}": Task(waiting, (n,)) for n in range(5)}
                 TaskRunner(store, pool).run("squares", tasks)
             go_on.set()
         assert begun in ([0], [0, 1])

@@ -6,7 +6,6 @@ import pytest
 from command_line import config_file
 from tiny_tables import GENERATE, ROUGH
 
-from tablegen.config.config import load_config
 from tablegen.tables.cost import cost_text, estimate, time_text
 
 NODE, TRIAL = 3.0, 1.0
@@ -34,28 +33,12 @@ def test_named_nodes_are_counted():
 
 def test_open_grid_is_counted_as_it_is_and_halved_once():
     cost = estimate(Cache(ROUGH.with_changes({"table": {"speed_nodes": None}})))
+    assert "nodes at first, up to about 2 x " in cost_text(cost, 2)
     speeds = cost.first[1]
     assert cost.most == (2, 2 * speeds - 1)
     trials = speeds + 2 * (speeds - 1) + (speeds - 1)
     assert cost.seconds[0] == 2 * speeds * NODE + trials * TRIAL
     assert cost.seconds[1] > cost.seconds[0] + 2 * (speeds - 1) * NODE
-
-
-def test_spin_law_and_choice_of_the_mixture_cost_time():
-    config = load_config("corundum-steel")
-    without = estimate(Cache(config.with_changes({"spin": False})))
-    assert (without.leaves, estimate(Cache(config)).leaves > 0) == (0, True)
-    assert estimate(Cache(config)).seconds[0] > without.seconds[0]
-
-
-@pytest.mark.parametrize(
-    ("workers", "parts"),
-    [(1, (" of one processor; ",)), (2, (" on 2; up to ",)), (None, (" GB of memory a process",))],
-)
-def test_is_one_line(workers, parts):
-    line = cost_text(estimate(Cache(load_config("corundum-steel"))), workers)
-    assert all(part in line for part in ("16 x 5 nodes at first, up to about 31 x 9 ", *parts))
-    assert "\n" not in line
 
 
 @pytest.mark.parametrize(

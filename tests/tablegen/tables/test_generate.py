@@ -21,17 +21,6 @@ pytestmark = pytest.mark.usefixtures("quick_measurement")
 
 
 class TestFile:
-    def test_attributes(self, tiny):
-        with h5py.File(tiny.path) as file:
-            attributes = dict(file.attrs)
-        assert attributes["format"] == "rebound-table"
-        assert attributes["pair"] == "corundum-steel"
-        assert attributes["config"] == TINY.text
-        assert attributes["seed"] == TINY.table.seed
-        assert attributes["software_version"] == sampler.__version__
-        assert attributes["components"] == "u v w omega_x omega_y omega_z"
-        assert attributes["content_sha256"] == read_table(tiny.path).content_sha256
-
     def test_configuration_makes_the_same_table_again(self, tiny, tmp_path):
         path = tmp_path / "again.h5"
         generate(parse_config(sampler.load(tiny.path).config, "t"), path, conditions=2)
@@ -58,13 +47,6 @@ class TestFile:
             for name in ("reflection", "mean", "cholesky", "alias_index", "first_of_class"):
                 stored = contents[f"dependence/{name}"][i, j]
                 np.testing.assert_array_equal(stored, getattr(node, name))
-
-    def test_written_table_is_the_returned_one(self, tiny):
-        written, returned = sampler.load(tiny.path), tiny.generated.table
-        keys = {"seed": 3, "index": range(100)}
-        np.testing.assert_array_equal(
-            written.sample(0.7, 120.0, **keys), returned.sample(0.7, 120.0, **keys)
-        )
 
 
 class TestAccuracy:

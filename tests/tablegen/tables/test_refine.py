@@ -60,10 +60,6 @@ class TestResolution:
         assert coarse.samples < fine.samples
         assert fine.samples == pytest.approx(40.0 / 0.005**2, rel=1e-12)
 
-    def test_named_sizes_are_taken(self):
-        assert resolution(open_config(components=7)) == (2000, 33, 7)
-        assert resolution(open_config(), 48) == (2000, 33, 48)
-
 
 @pytest.mark.usefixtures("errors")
 class TestLaw:
