@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from tablegen.accuracy.measure import sample_size
 from tablegen.accuracy.spin_conditions import spin_conditions_beside
 from tablegen.config.config import Config
 from tablegen.fitting.leaf_sizes import spin_sizes
@@ -26,11 +25,6 @@ _MEASURED = 2.0
 #: Time of a rebound in the fit of a spin law over that in the fit of a node.
 _LEAF_REBOUND = 3.0
 
-#: Memory [bytes] of the process, of a particle of a node, of a rebound of a leaf.
-_PROCESS, _STATE, _LEAF_STATE = 650e6, 500.0, 1500.0
-
-_Counts = tuple[int, int]
-
 
 class Cost(NamedTuple):
     """Cost of a table.
@@ -38,26 +32,21 @@ class Cost(NamedTuple):
     Attributes
     ----------
     first, most : tuple of int
-        Angles and speeds of the first grid, and of that with every interval halved once, where
-        the configuration does not name the nodes.
+        Angles and speeds of the first grid, and of the grid with every interval halved once.
     leaves : int
         Leaves of the spin law.
     seconds : tuple of float
         Time of one processor for either grid.
-    memory, worker_memory : float
-        Bytes of the process, and of each task that it runs at the same time.
     """
 
-    first: _Counts
-    most: _Counts
+    first: tuple[int, int]
+    most: tuple[int, int]
     leaves: int
     seconds: tuple[float, float]
-    memory: float
-    worker_memory: float
 
 
 def estimate(cache: NodeCache, conditions: int = 0) -> Cost:
-    """Fit one node, compare it with direct simulation, and extrapolate the time that this took.
+    """Fit one node, compare it with direct simulation, and extrapolate the time of both.
 
     Parameters
     ----------
@@ -84,17 +73,16 @@ def estimate(cache: NodeCache, conditions: int = 0) -> Cost:
         lambda: cache.errors(size, [place], lambda p, found: error_of(found, config.accuracy, p))
     )
     spinning = spin_conditions_beside(conditions) if config.spin else 0
+    leaves, rebounds = _spin_law(config)
     besides = _MEASURED * (conditions + spinning) * trial
+    besides += _LEAF_REBOUND * rebounds * node / size.samples
     if config.table.components is None:
         besides += _PROBES * (node + trial)
-    leaves, rebounds = _spin_law(config)
-    besides += _LEAF_REBOUND * rebounds * node / size.samples
-    trials = (0, 0) if all(named) else (_trials(*first), _trials(*first) + _trials(*most))
-    low = math.prod(first) * node + trials[0] * trial + besides
-    high = math.prod(most) * node + trials[1] * trial + besides
-    states = _STATE * max(size.samples, sample_size(config.accuracy))
-    leaf_states = _LEAF_STATE * spin_sizes(config).rebounds * config.spin
-    return Cost(first, most, leaves, (low, high), _PROCESS, max(states, leaf_states))
+    few = 0 if all(named) else _trials(*first)
+    many = 0 if all(named) else few + _trials(*most)
+    low = math.prod(first) * node + few * trial + besides
+    high = math.prod(most) * node + many * trial + besides
+    return Cost(first, (most[0], most[1]), leaves, (low, high))
 
 
 def _trials(alphas: int, speeds: int) -> int:
@@ -121,22 +109,14 @@ def time_text(low: float, high: float) -> str:
 
 
 def cost_text(cost: Cost, workers: int | None) -> str:
-    """Describe a cost in one line.
-
-    Parameters
-    ----------
-    cost : Cost
-    workers : int or None
-        Number of tasks that run at the same time; None if it is not known.
-    """
-    nodes = f"{cost.first[0]} x {cost.first[1]} nodes"
+    """Describe a cost in one line, for a number of workers if it is known."""
+    text = f"{cost.first[0]} x {cost.first[1]} nodes"
     if cost.most != cost.first:
-        nodes += f" at first, up to about {cost.most[0]} x {cost.most[1]} where the error needs it"
+        text += f" at first, up to about {cost.most[0]} x {cost.most[1]} where the error needs it"
     if cost.leaves:
-        nodes += f", a spin law of {cost.leaves} leaves"
-    spent = f"about {time_text(*cost.seconds)} of one processor"
+        text += f", a spin law of {cost.leaves} leaves"
+    low, high = cost.seconds
+    text += f"; about {time_text(low, high)} of one processor"
     if workers is not None and workers > 1:
-        low, high = cost.seconds
-        spent += f", {time_text(low / workers, high / workers)} on {workers}"
-    memory = f"up to {(cost.memory + (workers or 1) * cost.worker_memory) / 1e9:.1f} GB of memory"
-    return "; ".join([nodes, spent, memory if workers else f"{memory} a process"])
+        text += f", {time_text(low / workers, high / workers)} on {workers}"
+    return text

@@ -26,7 +26,7 @@ from tablegen.tables.cost import Cost, estimate
 from tablegen.tables.refine import NodeCache, refine_grid
 from tablegen.tables.rehearsal import rehearse
 
-#: Seed of the measurement: not one that a user's validation has by default.
+#: Seed of the measurement, other than the default seed of a validation.
 _MEASURE_SEED = 0xACC0
 
 
@@ -39,11 +39,10 @@ class Generated:
     table : Table
     comparisons : list of Comparison
         At conditions between nodes that played no part in placing them.
-    spin : SpinAccuracy or None
-        The same of the spin law, if the table has one.
     seconds : dict
-        Spent on simulation, fit and check of nodes by all workers together, and on the
-        measurement of the whole table.
+        Worker seconds by stage.
+    spin : SpinAccuracy or None
+        Accuracy of the spin law, if there is one.
     """
 
     table: Table
@@ -66,10 +65,9 @@ def generate(
 ) -> Generated:
     """Generate a table and write it.
 
-    Checkpoints of nodes and trials stay in ``OUTPUT.parts`` until the table is complete, so that an
-    interrupted run can be resumed. The bytes of the table depend on the configuration, the versions
-    of the software and the kind of processor. The kinds that took part are written into it; if
-    there are several, another run may differ from it in last digits.
+    Checkpoints stay in ``OUTPUT.parts`` until the table is complete, so that an interrupted run can
+    be resumed. The bytes of the table depend on the configuration and the software alone, but for
+    last digits, which may differ between kinds of processor.
 
     Parameters
     ----------
@@ -79,15 +77,13 @@ def generate(
     resume : bool
         Use the checkpoints of an interrupted run, if there are any.
     discard : bool
-        Remove the checkpoints of an interrupted run, if there are any. With neither, they are
-        refused.
+        Remove them. With neither, they are refused.
     executor : concurrent.futures.Executor, optional
-        Runs the tasks; by default one thread a processor.
+        Runs the tasks; by default one thread per processor.
     conditions : int
-        Number of conditions between the nodes at which the accuracy is measured and stored. A spin
-        law is measured at three times as many, at most 24.
+        Number of conditions between the nodes at which the accuracy is measured and stored.
     samples : int, optional
-        States a side there at first; by default as many as the declared accuracy needs.
+        States a side there; by default as many as the declared accuracy needs.
     progress : bool
         Show progress bars on standard error.
     on_cost : callable, optional
@@ -100,9 +96,8 @@ def generate(
     Raises
     ------
     InputError
-        If the output cannot be written, another run is making it, or there are checkpoints that
-        nothing was said of, or that are those of another configuration; or if the finished table
-        would be refused, which `tablegen.tables.rehearsal` finds out before any work.
+        If the output cannot be written, its checkpoints cannot be used, or a reader would refuse
+        the table (`tablegen.tables.rehearsal`).
     """
     as_integer("conditions", conditions, 0, 2**63 - 1, "0 or more")
     if samples is not None:

@@ -23,7 +23,7 @@ from tablegen.tables.interpolation_error import (
 )
 from tablegen.tables.intervals import Grid, Place, Placement, refine
 
-#: Share of the allowed AUC (over 0.5) that the mixture may use up; the rest is for interpolation.
+#: Share of the allowed AUC (above 0.5) for the mixture; the rest is for interpolation.
 _CAPACITY = 0.66
 
 #: The error of a mixture of K components falls as K to minus this power, measured.
