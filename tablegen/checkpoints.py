@@ -46,20 +46,15 @@ _LIBRARIES = ("llvmlite", "numba", "numpy", "scikit-learn", "scipy")
 
 @cache
 def software() -> str:
-    """Describe the software that results depend on, in one line.
-
-    It names the sources of both packages by their SHA-256 digest, the numerical libraries and the
-    C library by their versions.
-    """
+    """Describe the software that results depend on, in one line: sources and versions."""
     digest = hashlib.sha256()
     for package in (Path(sampler.__file__).parent, Path(__file__).parent):
         for path in sorted(package.rglob("*.py")):
             digest.update(f"{path.relative_to(package.parent)}\0".encode())
             digest.update(path.read_bytes())
     versions = [f"{name} {metadata.version(name)}" for name in _LIBRARIES]
-    machine = f"{' '.join(platform.libc_ver())}, {platform.machine()}"
     sources = f"rebound-tables {sampler.__version__} (sources {digest.hexdigest()[:12]})"
-    return ", ".join([sources, *versions, machine])
+    return ", ".join([sources, *versions, *platform.libc_ver(), platform.machine()])
 
 
 def parts_path(output: Path) -> Path:
@@ -77,16 +72,8 @@ class CheckpointStore:
         File that the run will write.
     fingerprint : str
         Everything that decides the results: configuration, seed, software.
-    resume : bool
-        Use the checkpoints of an interrupted run, if there are any.
-    discard : bool
-        Remove the checkpoints of an interrupted run, if there are any.
-
-    Raises
-    ------
-    InputError
-        If there are checkpoints and neither `resume` nor `discard` is given; if those to resume
-        from have another fingerprint; or if the folder holds other files or cannot be made.
+    resume, discard : bool
+        Use, or remove, the checkpoints of an interrupted run. With neither, they are refused.
 
     Attributes
     ----------
@@ -115,7 +102,8 @@ class CheckpointStore:
             if self.resumed:
                 self._check_can_resume(found, resume)
                 return
-            self._remove_pieces()
+            for path in self._pieces():
+                path.unlink()
             stamp.write_text(self._stamp)
         except OSError as error:
             raise InputError(f"output: cannot make {self.folder}: {error.strerror}") from error
@@ -141,10 +129,6 @@ class CheckpointStore:
     def _pieces(self) -> list[Path]:
         return list(self.folder.glob("piece-*.npz"))
 
-    def _remove_pieces(self) -> None:
-        for path in self._pieces():
-            path.unlink(missing_ok=True)
-
     def path(self, key: str) -> Path:
         """File of a checkpoint."""
         return self.folder / f"piece-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
@@ -166,7 +150,8 @@ class CheckpointStore:
     def remove(self) -> None:
         """Remove all checkpoints and their folder."""
         with suppress(OSError):  # other files of the user may stay in it
-            self._remove_pieces()
+            for path in self._pieces():
+                path.unlink()
             (self.folder / _STAMP).unlink(missing_ok=True)
             self.folder.rmdir()
 
@@ -226,7 +211,7 @@ class TaskRunner:
         tasks: Mapping[str, Task],
         on_result: Callable[[str, Arrays], None] = lambda key, arrays: None,
     ) -> dict[str, Arrays]:
-        """Run all tasks that have no checkpoint.
+        """Run all tasks that have no checkpoint; returns all results, in the order of the tasks.
 
         Parameters
         ----------
@@ -236,10 +221,6 @@ class TaskRunner:
             A key identifies the task among all tasks of the same configuration.
         on_result : callable, optional
             Is called with key and result of each task when it is done.
-
-        Returns
-        -------
-        dict from key to Arrays, in the order of the tasks
         """
         done: dict[str, Arrays] = {}
         for key in tasks:

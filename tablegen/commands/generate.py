@@ -91,7 +91,7 @@ def generate(
 ) -> int:
     """Generate a table from a material pair or scene (a name, or the path of a .toml file).
 
-    Unless it is --quiet, it estimates the cost first: nodes, minutes and memory. Small tables take
+    Unless it is --quiet, it estimates the cost first: nodes and minutes. Small tables take
     seconds, the shipped pair to the standard accuracy 10 to 30 minutes on two processors. The bars
     show the remaining time of a stage.
 

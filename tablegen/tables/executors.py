@@ -4,7 +4,7 @@ import logging
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor, ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, cast
 
 from sampler.compilation.processors import processors
 from sampler.errors import InputError
@@ -33,12 +33,6 @@ def open_executor(
     ------
     Executor or None
         None on all ranks of an MPI job but the first, when the first has finished.
-
-    Raises
-    ------
-    InputError
-        If the arguments contradict each other, a package is missing, or the scheduler or the
-        workers are lost.
     """
     if scheduler is not None and engine != DASK:
         raise InputError(f"--scheduler: got {scheduler} with {engine}, allowed: with dask only")
@@ -100,4 +94,4 @@ def _mpi() -> Iterator[Executor | None]:
     if COMM_WORLD.Get_size() < 2:
         raise InputError("--executor: got mpi on one rank, allowed: under mpiexec -n 2 or more")
     with MPICommExecutor(COMM_WORLD, root=0) as ranks:
-        yield ranks
+        yield cast("Executor | None", ranks)
