@@ -59,7 +59,7 @@ def software() -> str:
 
 def parts_path(output: Path) -> Path:
     """Folder of the checkpoints of an output, beside the file that it leads to."""
-    target = Path(os.path.realpath(output))
+    target = Path(os.path.realpath(output)) if output.is_symlink() else output
     return target.with_name(f"{target.name}.parts")
 
 
@@ -113,9 +113,11 @@ class CheckpointStore:
         same = found == self._stamp
         if not (same and resume):
             other = "" if same else ", made from another configuration or version"
+            pieces = len(self._pieces())
+            count = f"{pieces} piece{'s' * (pieces > 1)}"
             way = "--resume, which uses them" if same else "another output"
             raise InputError(
-                f"output: got {self.folder} with pieces of an unfinished run{other}, "
+                f"output: got {self.folder} with {count} of an unfinished run{other}, "
                 f"allowed: {way}, or --discard, which removes them"
             )
 
