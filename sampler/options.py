@@ -92,24 +92,24 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
         return BAD_INPUT
     except (click.Abort, KeyboardInterrupt) as error:
         said = ": ".join(["interrupted", *map(str, error.args)])
-        return _ended(program, INTERRUPTED, said)
+        return ended(program, INTERRUPTED, said)
     except click.ClickException as error:
-        return _ended(program, BAD_INPUT, f"error: {error.format_message()}")
+        return ended(program, BAD_INPUT, f"error: {error.format_message()}")
     except InputError as error:
-        return _ended(program, BAD_INPUT, f"error: {error}")
+        return ended(program, BAD_INPUT, f"error: {error}")
     except MemoryError:
         told = "error: not enough memory, allowed: a smaller count, or fewer samples"
-        return _ended(program, BAD_INPUT, told)
+        return ended(program, BAD_INPUT, told)
     except OSError as error:  # of the system: a full disk, a file that went away
-        return _ended(program, FAILED, f"error: {error}")
+        return ended(program, FAILED, f"error: {error}")
     except Exception as error:
         traceback.print_exception(error)
         told = f"error: a defect of the program, please report it; {type(error).__name__}: {error}"
-        return _ended(program, FAILED, told)
+        return ended(program, FAILED, told)
 
 
-def _ended(program: Program, status: int, line: str) -> int:
-    """Write the line on how a program ended; return its status."""
+def ended(program: Program, status: int, line: str) -> int:
+    """Write the line on how a program ended and return its status."""
     click.echo(f"{program.name}: {_one_line(line)}", err=True)
     return status
 

@@ -147,10 +147,9 @@ def problem_of(states: Values, columns: tuple[str, ...]) -> str:
 
 def judge(path: Path) -> tuple[str, str]:
     """Kind and detail of what becomes of an altered table: loaded, drawn from, exported."""
-    from sampler.formats.image import binary_table
-
     import sampler
     from sampler.errors import TableError
+    from sampler.formats.image import binary_table
 
     try:
         table = sampler.load(path)

@@ -8,8 +8,8 @@ import shlex
 from pathlib import Path
 
 import click
-from sampler.cli import cli as sampler
 
+from sampler.cli import cli as sampler
 from tablegen.commands.main import cli as tablegen
 
 PROGRAMS = {"tablegen": tablegen, "sampler": sampler}

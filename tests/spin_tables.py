@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from sampler.formats.bounds import (
     GROUP_SIZE,
     N_EXPERTS,
@@ -12,8 +13,6 @@ from sampler.formats.bounds import (
     N_INPUTS,
     N_OUTCOMES,
 )
-from sampler.formats.hdf5 import TableContents
-
 from sampler.formats.hdf5 import TableContents
 
 #: What a table has whose spin law was not compared with anything.

@@ -9,8 +9,9 @@ from pathlib import Path
 import click
 import pytest
 from command_lines import PROGRAMS
-from sampler.options import Command, FileType, OutputFile
 from special_files import KINDS, make_special
+
+from sampler.options import Command, FileType, OutputFile
 
 VECTORS = Path(__file__).resolve().parent / "vectors"
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.arguments import told_apart
 from scipy.stats import qmc
 
 from sampler.arguments import told_apart

@@ -5,18 +5,18 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
-from sampler.library import processors
 from threadpoolctl import threadpool_limits
 
-from tablegen.tasks.side_by_side import side_by_side
+from sampler.library import processors
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison, Spin, compare, sharpened
 from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import AccuracyTargets, Config
 from tablegen.model.float_array import FloatArray
+from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
-from tablegen.tasks.progress import bar
+from tablegen.tasks.side_by_side import side_by_side
 
 #: Least number of states a side in a comparison, and this over the square of the declared
 #: Kolmogorov-Smirnov distance where that is more: noise is then a third of what is declared.

@@ -21,7 +21,7 @@ from tablegen.accuracy.measure import ComparedCondition, in_threads
 from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
 from tablegen.config.config import AccuracyTargets, Config
 from tablegen.config.metric_table import METRICS
-from tablegen.tasks.progress import bar
+from tablegen.progress import bar
 
 #: States a side at each node.
 SAMPLES = 20_000

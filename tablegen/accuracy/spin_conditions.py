@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from sampler.arguments import told_apart
 from scipy.stats import qmc
 
 from sampler.arguments import told_apart

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.layout import ACCURACY
 from threadpoolctl import threadpool_limits
 
 from sampler.formats.channels import STATE
+from sampler.formats.layout import ACCURACY
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import Verdict, judge
@@ -19,7 +19,7 @@ from tablegen.accuracy.spin_conditions import SpinCondition
 from tablegen.config.config import Config
 from tablegen.config.metric_table import JOINT, METRICS
 from tablegen.config.spin_targets import SpinTargets
-from tablegen.tasks.progress import bar
+from tablegen.progress import bar
 
 #: Numbers of spinning conditions begin here, and the seed of each differs by its number: those of
 #: other conditions and of nodes are elsewhere.

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tablegen.tasks.side_by_side import side_by_side
 
 from sampler.formats.channels import STATE
 from tablegen.config.pairs import MaterialPair
@@ -18,9 +17,10 @@ from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impact_condition import Condition
 from tablegen.model.jit import kernel
+from tablegen.progress import bar
 from tablegen.simulation.batches import ParticleRun, batches
 from tablegen.simulation.simulate import Simulation, check_run
-from tablegen.tasks.progress import bar
+from tablegen.tasks.side_by_side import side_by_side
 
 Counts = NDArray[np.int64]
 

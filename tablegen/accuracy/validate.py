@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sampler.arguments import as_integer, told_apart
-
 import sampler
 from sampler.arguments import as_integer, told_apart
 from sampler.errors import InputError

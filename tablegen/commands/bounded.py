@@ -1,7 +1,6 @@
 """Types of flags that have bounds of the direct model."""
 
 from sampler.options import Number
-
 from tablegen.model import model_bounds as bounds
 
 

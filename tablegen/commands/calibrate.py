@@ -4,10 +4,10 @@ import re
 from pathlib import Path
 
 import click
-from sampler.options import DONE
 
 from sampler import options
 from sampler.files import json_text, write_bytes, write_text
+from sampler.options import DONE
 from tablegen.commands import bounded, measured_options
 from tablegen.commands.config_argument import CONFIG
 from tablegen.commands.resuming import resumable

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import click
-from sampler.options import DONE, note
 
 from sampler import options
 from sampler.files import write_bytes, write_text
+from sampler.options import DONE, note
 from tablegen.commands import measured_options
 from tablegen.commands.config_argument import CONFIG
 from tablegen.config.defaults import COMPARE_COUNT, MIXTURE

@@ -1,11 +1,26 @@
-"""``tablegen demo``: the main job in one go."""
+"""``tablegen demo``: generate a small table, draw from it, validate it."""
 
+import math
+import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from sampler.options import DONE, MISSED
 
 from sampler import options
+from sampler.errors import InputError
+from sampler.options import DONE, MISSED
+
+if TYPE_CHECKING:
+    from tablegen.config.config import Config
+    from tablegen.model.float_array import FloatArray
+
+#: Condition of the example draw, between the nodes of the demo scene.
+_ALPHA_DEG, _SPEED = 35.0, 130.0
+
+#: Conditions of the validation, and those measured while generating.
+_CONDITIONS, _MEASURED = 6, 2
 
 
 @click.command(
@@ -28,6 +43,94 @@ def demo(output: Path, progress: bool) -> int:
     Next to the table goes a picture of the joint density of u and v, from direct simulation and
     from the table, if matplotlib is installed.
     """
-    from tablegen.commands.demo_run import run_demo
+    from sampler.files import check_output
+    from tablegen.accuracy.accuracy_text import accuracy_text, details_text
+    from tablegen.accuracy.validate import validate
+    from tablegen.accuracy.verdict import verdict_words
+    from tablegen.config.config import load_config
+    from tablegen.tables.generate import generate
 
-    return MISSED if run_demo(output, click.echo, progress).missed else DONE
+    check_output(_picture_path(output))
+    config = load_config("demo")
+    begin = time.perf_counter()
+    alpha, speed = config.domain.alpha_deg, config.domain.speed
+    click.echo(
+        f"1. Generating {output}: {config.pair.particle} on {config.pair.wall}, "
+        f"{alpha[0]:g} to {alpha[1]:g} degrees, {speed[0]:g} to {speed[1]:g} m/s"
+    )
+    generate(config, output, conditions=_MEASURED, progress=progress)
+    click.echo(f"   {output.stat().st_size / 1e3:.0f} kB in {time.perf_counter() - begin:.0f} s")
+    click.echo(_picture_text(*_draw_both(config, output), output))
+    click.echo("3. Validating against fresh direct simulation, at all nodes and between them")
+    result = validate(output, conditions=_CONDITIONS, seed=1, progress=progress)
+    click.echo(accuracy_text(result.measured, result.declared))
+    click.echo(details_text(max(result.comparisons, key=lambda c: c.estimates["auc"].value)))
+    for line in (*result.missed, *result.undecided):
+        click.echo(line)
+    click.echo(verdict_words(result.missed, result.undecided, "declared accuracy"))
+    click.echo(f"The table is in {output}; the demo took {time.perf_counter() - begin:.0f} s.")
+    return MISSED if result.missed else DONE
+
+
+def _draw_both(config: "Config", output: Path) -> tuple["FloatArray", "FloatArray"]:
+    """Simulate and draw at one condition, and print the times of both."""
+    import numpy as np
+
+    import sampler
+    from tablegen.simulation.simulate import simulate
+
+    table, alpha1 = sampler.load(output), math.radians(_ALPHA_DEG)
+    count, simulated = 1_000_000, 100_000
+    state, index = np.empty((count, len(table.columns))), np.arange(count)
+
+    def draw() -> object:
+        return table.sample(alpha1, _SPEED, seed=1, index=index, threads=1, out=state)
+
+    rebounds = simulate(config, alpha1, _SPEED, simulated, seed=1)
+    drawn = _seconds(draw) / count
+    direct = _seconds(lambda: simulate(config, alpha1, _SPEED, 20_000, seed=1, threads=1)) / 20_000
+    energy = (state[:, :3] ** 2).sum(axis=1)
+    click.echo(
+        f"2. Drawing {count:,} rebounds at {_ALPHA_DEG:g} degrees and {_SPEED:g} m/s\n"
+        f"   mean u {state[:, 0].mean():.4f}, v {state[:, 1].mean():.4f}, "
+        f"omega_z {state[:, 5].mean():.4f}; translational energy {energy.mean():.4f}\n"
+        f"   one thread: {drawn * 1e9:.0f} ns a draw, "
+        f"{direct * 1e9:.0f} ns a simulated rebound: {direct / drawn:.0f} times faster"
+    )
+    return rebounds.state, state[:simulated]
+
+
+def _seconds(work: Callable[[], object]) -> float:
+    """Least processor time of a piece of work in a few runs, of which the first compiles."""
+    spent = []
+    for _ in range(4):
+        start = time.process_time()
+        work()
+        spent.append(time.process_time() - start)
+    return min(spent)
+
+
+def _picture_path(table: Path) -> Path:
+    path = table.with_suffix(".png")
+    return table.with_name(f"{table.name}.png") if path == table else path
+
+
+def _picture_text(direct: "FloatArray", drawn: "FloatArray", table: Path) -> str:
+    """Draw the joint density from both sources; returns a line about the picture."""
+    from sampler.files import write_bytes
+    from tablegen.evidence.joint_density import Source, joint_picture
+    from tablegen.tasks.style import require_matplotlib
+
+    try:
+        require_matplotlib("picture")
+    except InputError as error:
+        return f"   no {error}"
+    path = _picture_path(table)
+    picture = joint_picture(
+        [Source("direct simulation", direct), Source("table", drawn)],
+        path.name,
+        f"Rebound velocities at {_ALPHA_DEG:g}° and {_SPEED:g} m/s",
+        "Joint density of the velocities along and normal to the wall: two panels that look alike.",
+    )
+    write_bytes(path, picture.data)
+    return f"   {path}: joint density of u and v, direct simulation beside the table"

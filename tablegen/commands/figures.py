@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from sampler.options import DONE
 
 from sampler import options
 from sampler.errors import InputError
 from sampler.files import check_output, find_table, write_bytes
+from sampler.options import DONE
 from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
 if TYPE_CHECKING:

@@ -1,23 +1,35 @@
 """``tablegen generate``: a table from a configuration."""
 
-from concurrent.futures import Executor
-from functools import partial
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from sampler.options import note
 
 from sampler import options
+from sampler.options import DONE, note
 from tablegen.commands.config_argument import CONFIG
-from tablegen.commands.resuming import resumable
 from tablegen.commands.validate import print_verdict
 from tablegen.config.defaults import GENERATE_CONDITIONS
-from tablegen.tasks.executors import ENGINES, MPI, THREADS
 
 if TYPE_CHECKING:
     from tablegen.config.config import Config
     from tablegen.tables.generate import Generated
+
+
+@contextmanager
+def resumable(output: Path) -> Iterator[None]:
+    """Name ``--resume`` when Ctrl-C interrupts the block and there are checkpoints."""
+    from tablegen.checkpoints import parts_path
+
+    try:
+        yield
+    except KeyboardInterrupt:
+        kept = parts_path(output)
+        if not kept.exists():
+            raise
+        raise click.Abort(f"the same command with --resume continues from {kept}") from None
 
 
 @click.command(
@@ -49,10 +61,10 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--executor",
-    type=click.Choice(ENGINES),
-    default=THREADS,
+    type=click.Choice(["threads", "dask", "mpi"]),
+    default="threads",
     show_default=True,
-    help="Who does the pieces. dask: a cluster. mpi: all ranks of mpiexec but the first.",
+    help="Workers: threads, a Dask cluster, or all ranks of mpiexec but the first.",
 )
 @click.option(
     "--scheduler",
@@ -62,12 +74,10 @@ if TYPE_CHECKING:
 @click.option(
     "--workers",
     type=options.THREADS,
-    help="Threads, or processes of Dask on this machine; by default one a processor.",
+    help="Threads, or processes of Dask on this machine; by default one per processor.",
 )
 @options.progress
-@click.pass_obj
 def generate(
-    ranks: Executor | None,
     config: str,
     output: Path,
     resume: bool,
@@ -81,37 +91,33 @@ def generate(
 ) -> int:
     """Generate a table from a material pair or scene (a name, or the path of a .toml file).
 
-    Unless it is --quiet, it says beforehand what the table will cost: nodes, minutes and memory.
-    Small tables take seconds, the shipped pair to the standard accuracy 10 to 30 minutes on two
-    processors. The bars show the time that is left of a stage.
+    Unless it is --quiet, it estimates the cost first: nodes and minutes. Small tables take
+    seconds, the shipped pair to the standard accuracy 10 to 30 minutes on two processors. The bars
+    show the remaining time of a stage.
 
     Nodes are placed where the error between them, measured against direct simulation, is too
     large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts
-    until the table is complete, and belong to one run at a time. If an interrupted run left some,
-    say what becomes of them: --resume or --discard. The table has the same bytes whoever does the
-    pieces, on processors of one kind; made on several kinds it says so. The measured accuracy is
-    stored in it; exit status 1 says that it misses the declared one.
+    until the table is complete; after an interrupted run, choose --resume or --discard. The table
+    has the same bytes whatever the executor. The measured accuracy is stored in it; exit status 1
+    says that it misses the declared one.
     """
     from sampler.library import processors
-
     from tablegen.config.config import load_config
-    from tablegen.tables.cost_estimate import cost_text, estimate, rebound_seconds
+    from tablegen.tables import executors
+    from tablegen.tables.cost import Cost, cost_text
     from tablegen.tables.generate import generate as generate_table
-    from tablegen.tasks.executors import open_executor
 
-    settings = load_config(config)
+    # the number of workers elsewhere is not known here
+    here = workers or processors() if executor != executors.MPI and scheduler is None else None
 
-    # how many work elsewhere is not known here
-    here = workers or processors() if executor != MPI and scheduler is None else None
+    def say_cost(cost: Cost) -> None:
+        note("tablegen", cost_text(cost, here))
 
-    def note_cost() -> None:
-        if progress:
-            cost = estimate(settings, rebound_seconds(settings), conditions)
-            note("tablegen", cost_text(cost, here))
-
-    say = partial(note, "tablegen")
-    opened = open_executor(executor, workers=workers, scheduler=scheduler, ranks=ranks, say=say)
+    opened = executors.open_executor(executor, workers=workers, scheduler=scheduler)
     with resumable(output), opened as pool:
+        if pool is None:  # another rank than the first, whose work is done
+            return DONE
+        settings = load_config(config)
         made = generate_table(
             settings,
             output,
@@ -121,22 +127,19 @@ def generate(
             conditions=conditions,
             samples=samples,
             progress=progress,
-            before=note_cost,
+            on_cost=say_cost if progress else None,
         )
     return _summarise(made, settings, output)
 
 
 def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
-    """Print what a new table is and how accurate; returns the exit status."""
+    """Describe a new table and its accuracy; returns the exit status."""
     from tablegen.accuracy.accuracy_text import accuracy_text, time_text
     from tablegen.accuracy.decision import judge
     from tablegen.accuracy.spin_text import spin_report
-    from tablegen.commands.inspect import identity_text, several_processors
+    from tablegen.commands.inspect import identity_text
 
-    contents = made.table.contents
-    if len(contents.processors) > 1:
-        note("tablegen", several_processors(contents))
-    click.echo(identity_text(contents))
+    click.echo(identity_text(made.table.contents))
     click.echo(accuracy_text(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
     together = len(made.comparisons) + (made.spin.count if made.spin else 0)

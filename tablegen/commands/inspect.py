@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
-from sampler.options import DONE
 
 from sampler import options
 from sampler.errors import InputError
 from sampler.files import json_text
+from sampler.options import DONE
 from tablegen.config.metric_table import (
     METRICS,
     declared_accuracy,

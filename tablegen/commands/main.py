@@ -1,18 +1,15 @@
 """Command line of the generator.
 
-Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted, 143
-terminated. Bad input gives one line on standard error and leaves no output.
+Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted. Bad input gives one line on standard error and leaves no output.
 """
 
 from collections.abc import Sequence
 
 import click
-from sampler.cli import export, list_names
-from sampler.options import SETTINGS, Call, Program, examples, run_program
 
 import sampler
-from sampler.errors import InputError
-from sampler.options import SETTINGS, Call, Program, examples, run_program
+from sampler.cli import export, list_names
+from sampler.options import BAD_INPUT, SETTINGS, Program, ended, examples, run_program
 from tablegen.commands.calibrate import calibrate
 from tablegen.commands.compare import compare
 from tablegen.commands.demo import demo
@@ -25,7 +22,6 @@ from tablegen.commands.simulate import simulate
 from tablegen.commands.stability import stability
 from tablegen.commands.validate import validate
 from tablegen.config.requirements import require_generator
-from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
 
 
 @click.group(
@@ -42,11 +38,7 @@ from tablegen.tasks.mpi_ranks import asks_for_ranks, on_first_rank
 def cli() -> None:
     """Simulate the rebound of non-spherical particles and make tables to draw it from.
 
-    An output is a file: a regular one is replaced and keeps its mode, a link is followed; devices
-    and pipes, what is read, and other outputs are refused.
-
-    Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted, 143
-    terminated.
+    Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted.
     """
 
 
@@ -64,13 +56,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv : sequence of str, optional
         Arguments; those of the process if left out.
     """
-    return run_program(cli, argv, _start)
-
-
-def _start(words: list[str], call: Call) -> int:
-    """Run the program where it is complete, under MPI with an executor on the other ranks."""
     try:
         require_generator()
     except ImportError as error:
-        raise InputError(str(error)) from error
-    return on_first_rank(call) if asks_for_ranks(words) else call(None)
+        return ended(cli, BAD_INPUT, f"error: {error}")
+    return run_program(cli, argv)

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import click
-from sampler.options import Named
 
 from sampler import options
+from sampler.options import Named
 from tablegen.commands import bounded
 
 #: Name or path of a file of measurements.

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from sampler.options import DONE, note
 
 from sampler import options
 from sampler.errors import InputError
@@ -16,20 +15,15 @@ if TYPE_CHECKING:
     from tablegen.config.config import Config
 
 
-class Variables(click.ParamType):
-    """Names of variables of a state, with commas between them."""
-
-    name = "components"
-
-    def convert(
-        self, value: str, param: click.Parameter | None, ctx: click.Context | None
-    ) -> list[str]:
-        """Parse and check the list."""
-        names = [name.strip() for name in value.split(",")]
-        if len(set(names)) < len(names) or not set(names) <= set(VARIABLES):
-            allowed = f"some of {','.join(VARIABLES)}, each once"
-            self.fail(f"got {value!r}, allowed: {allowed}", param, ctx)
-        return names
+def _names(ctx: click.Context, param: click.Parameter, value: str | None) -> list[str] | None:
+    """Parse names of variables with commas between them."""
+    if value is None:
+        return None
+    names = [name.strip() for name in value.split(",")]
+    if len(set(names)) < len(names) or not set(names) <= set(VARIABLES):
+        allowed = f"some of {','.join(VARIABLES)}, each once"
+        raise click.BadParameter(f"got {value!r}, allowed: {allowed}", ctx, param)
+    return names
 
 
 @click.command(
@@ -43,15 +37,20 @@ class Variables(click.ParamType):
     ),
 )
 @options.table
-@click.option("--scene", type=CONFIG, metavar="SCENE.toml", help="What to keep: a name, or a path.")
+@click.option(
+    "--scene",
+    type=CONFIG,
+    metavar="SCENE.toml",
+    help="Conditions and variables to keep: a name, or a path.",
+)
 @click.option(
     "--dimension",
     type=click.Choice(["2", "3"]),
-    help="2: keep u, v and omega_z, which are all of a plane flow. 3: all six.",
+    help="2: keep u, v and omega_z, for a plane flow. 3: keep all six.",
 )
 @click.option(
     "--components",
-    type=Variables(),
+    callback=_names,
     metavar="NAME,NAME,...",
     help=f"Keep these of {', '.join(VARIABLES)}.",
 )
@@ -65,9 +64,9 @@ def prune(
 ) -> int:
     """Cut a table to the variables, angles and speeds that are needed.
 
-    What stays gives the same draws as the full table for the same keys. A scene says what to keep
-    of any pair's table: its variables, angles and speeds count, and not the pair that it names.
-    Laws, particles and numerical parameters that it states itself must be those of the table.
+    The new table gives the same draws as the full one for the same keys. A scene names the
+    variables, angles and speeds to keep, for a table of any pair. Laws, particles and numerical
+    parameters that it states itself must be those of the table.
     """
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
@@ -101,10 +100,7 @@ def _wanted(
         pair = config.pair_name
         config, named = scene_over(config, scene)
         if named is not None and Path(named).stem != pair:
-            note(
-                "tablegen",
-                f"{scene} is a scene of {named}; what it keeps is kept of the table of {pair}",
-            )
+            note("tablegen", f"{scene} is a scene of {named}; the table is of {pair}")
     domain: dict[str, object] = {}
     if dimension is not None:
         domain["dimension"] = int(dimension)

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import click
-from sampler.options import DONE
 
 from sampler import options
 from sampler.files import json_text, write_text
+from sampler.options import DONE
 
 
 @click.command(

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from sampler.options import DONE, note
 
 from sampler import options
 from sampler.errors import InputError

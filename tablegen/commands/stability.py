@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import click
-from sampler.options import DONE, MISSED
 
 from sampler import options
 from sampler.files import write_text
+from sampler.options import DONE, MISSED
 from tablegen.commands import bounded
 from tablegen.commands.config_argument import CONFIG
 from tablegen.config.defaults import STABILITY_COUNT

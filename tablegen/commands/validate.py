@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from sampler.options import DONE, MISSED
 
 from sampler import options
 from sampler.errors import InputError
 from sampler.files import json_text, write_text
+from sampler.options import DONE, MISSED
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.commands import bounded
 from tablegen.config.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS

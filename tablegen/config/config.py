@@ -20,10 +20,10 @@ from pydantic import (
     create_model,
     model_validator,
 )
-from sampler.formats.bounds import GROUP_SIZE, N_GROUPS, is_line
 
 from sampler.errors import InputError
 from sampler.files import find_config
+from sampler.formats.bounds import GROUP_SIZE, N_GROUPS, is_line
 from sampler.formats.channels import STATE, VARIABLES
 from tablegen.config.config_files import names_a_file, pair_file, read_text
 from tablegen.config.field_types import (

@@ -9,7 +9,6 @@ from itertools import pairwise
 from typing import Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
-from sampler.formats.bounds import is_line, is_text
 
 from sampler.formats.bounds import is_line, is_text
 from sampler.formats.channels import MOST_NAMES, VARIABLES, channels_for

@@ -3,9 +3,8 @@
 import tomllib
 from collections.abc import Iterator
 
-from sampler.formats.bounds import is_line, is_text
-
 from sampler.errors import InputError
+from sampler.formats.bounds import is_line, is_text
 from tablegen.config.scenes import Tree
 
 #: Deepest nesting of tables and lists; the coordinates of a mesh are the deepest of a

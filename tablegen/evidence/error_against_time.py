@@ -30,7 +30,7 @@ from tablegen.evidence.table_sizes import (
     whole_table,
 )
 from tablegen.evidence.tolerances import RESOLUTIONS, TOLERANCES, Setting, curve
-from tablegen.tasks.progress import bar
+from tablegen.progress import bar
 
 #: Ways in which spinning particles rebound, at most.
 _WAYS = 3

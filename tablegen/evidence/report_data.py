@@ -15,7 +15,7 @@ from tablegen.evidence.histograms import View, make_views
 from tablegen.evidence.stability_results import brief_study, read_study
 from tablegen.evidence.stability_study import Study
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.progress import bar
+from tablegen.progress import bar
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from sampler.library import processors
 
 import sampler
-from tablegen.tasks.side_by_side import side_by_side
 from sampler.errors import InputError
 from sampler.library import processors
 from tablegen.config.config import Config
@@ -18,9 +16,10 @@ from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.config.pairs import MaterialPair
 from tablegen.evidence.cases import Case
 from tablegen.evidence.outcome import Outcome, outcome_of
+from tablegen.progress import bar
 from tablegen.simulation.batches import NotFiniteError
 from tablegen.simulation.simulate import Simulation, make_condition, simulate_condition
-from tablegen.tasks.progress import bar
+from tablegen.tasks.side_by_side import side_by_side
 
 #: Shorter calls [s] are timed twice, and the shorter time counts: other load would show in them.
 _LONG = 0.01

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.bounds import N_CONDITIONS
 
+from sampler.formats.bounds import N_CONDITIONS
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.impact_chains import energy_factor
 

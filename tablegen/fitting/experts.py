@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.bounds import N_OUTCOMES
 
+from sampler.formats.bounds import N_OUTCOMES
 from tablegen.fitting.expectation import (
     Single,
     add_densities,

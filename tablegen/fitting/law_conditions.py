@@ -13,7 +13,6 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.bounds import INERTIA, N_CONDITIONS
 from scipy.special import ndtri
 
 from sampler.formats.bounds import INERTIA, N_CONDITIONS

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
 from sampler.formats.bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
@@ -17,7 +18,6 @@ from sampler.formats.bounds import (
     N_OUTCOMES,
     SCORE_MAX,
 )
-
 from tablegen.fitting.coordinates import (
     SpeedCoordinate,
     coordinates,

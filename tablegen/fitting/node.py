@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.channels import MIRRORED, channels_for
 from tablegen.accuracy.scene_variables import simulated_channels
+from tablegen.checkpoints import Stopwatch, stable_number
 from tablegen.config.config import Config
 from tablegen.fitting.components import CLASSES, alias_table, allocate_components, class_of
 from tablegen.fitting.fixed_point import from_steps, to_steps
@@ -27,7 +28,6 @@ from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import simulate
-from tablegen.tasks.runner import Stopwatch, stable_number
 
 #: Means and factors are rounded to 1/128, this number of steps of the file. That saves a quarter
 #: of the bytes, and no metric of the shipped table moves by more than noise.

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.bounds import SPEED_COORDINATE
 from threadpoolctl import threadpool_limits
 
+from sampler.formats.bounds import SPEED_COORDINATE
 from tablegen.accuracy.spin_measure import spin_accuracy_datasets
+from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
 from tablegen.config.restitution import ExponentialRestitution
 from tablegen.fitting.coordinates import SpeedCoordinate, coordinates, folded
@@ -28,7 +29,6 @@ from tablegen.fitting.resolution import SpinSizes, spin_sizes
 from tablegen.fitting.tree import Tree, grow, joined
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
-from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
 
 #: Speed coordinate where the law of restitution has none of this form: its exponent, and the part
 #: of the largest V_e at which it is 1/2.

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.bounds import N_CONDITIONS, NO_SPIN
 
+from sampler.formats.bounds import N_CONDITIONS, NO_SPIN
 from tablegen.model.float_array import FloatArray
 
 #: Number of the axis |sigma|^2 in a tree.

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sampler.arguments import as_integer
 from threadpoolctl import threadpool_limits
 
 from sampler.arguments import as_integer
 from sampler.errors import InputError
 from sampler.files import check_output, find_measurements, write_text
+from tablegen.checkpoints import CheckpointStore, software
 from tablegen.config.config import Config, parse_config
 from tablegen.config.defaults import CALIBRATE_COUNT
 from tablegen.measured.ends import (
@@ -42,10 +42,8 @@ from tablegen.measured.targets import make_targets
 from tablegen.measured.trial_pairs import TrialPairs
 from tablegen.measured.uncertainty import correlations
 from tablegen.model.float_array import FloatArray
+from tablegen.progress import bar
 from tablegen.simulation.simulate import check_run
-from tablegen.tasks.checkpoint import CheckpointStore
-from tablegen.tasks.progress import bar
-from tablegen.tasks.software import software
 
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200

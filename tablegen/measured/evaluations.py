@@ -12,11 +12,11 @@ from dataclasses import fields
 
 import numpy as np
 
+from tablegen.checkpoints import CheckpointStore
 from tablegen.measured.simulated_moments import SimulatedRows
 from tablegen.measured.strata import CentralMoments, SimulatedMoments, Strata
 from tablegen.measured.trial_pairs import TrialPairs
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.checkpoint import CheckpointStore
 
 #: What turns simulated moments into some of their numbers, (m,), and chance errors, (m,).
 Pick = Callable[[SimulatedMoments], tuple[FloatArray, FloatArray]]

@@ -10,8 +10,8 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from sampler.arguments import MAX_ROUGHNESS
 
+from sampler.arguments import MAX_ROUGHNESS
 from sampler.errors import InputError
 from tablegen.config.config import Config
 from tablegen.config.messages import shown

@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from sampler.formats.bounds import is_line
 
 from sampler.errors import InputError
 from sampler.files import commented_fields, find_measurements, read_file
+from sampler.formats.bounds import is_line
 from tablegen.config.messages import shown
 from tablegen.measured.columns import COLUMNS, DEMANDED, NUMBERS, TEXTS, allowed
 from tablegen.measured.records import QUANTITIES, SPREAD, Measurements, Moments

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sampler.arguments import MAX_ROUGHNESS, as_reals
 
-from tablegen.tasks.side_by_side import side_by_side
+from sampler.arguments import MAX_ROUGHNESS, as_reals
 from sampler.errors import InputError
 from tablegen.config.config import ModelSettings
 from tablegen.config.pairs import MaterialPair
@@ -26,10 +25,11 @@ from tablegen.measured.strata import (
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import as_number, told
 from tablegen.model.roughness import MAX_ROUGHNESS
+from tablegen.progress import bar
 from tablegen.simulation.batches import batches
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import check_impact_angle, check_run
-from tablegen.tasks.progress import bar
+from tablegen.tasks.side_by_side import side_by_side
 
 #: Most particles of a shape at a condition, and most conditions: the keys have room for them.
 _MOST_PARTICLES = 2**32 - 1

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tablegen.tasks.side_by_side import go_on
 
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
@@ -18,6 +17,7 @@ from tablegen.model.impact_condition import Condition, one_row
 from tablegen.model.particle_run import simulate_audited, simulate_batch
 from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM
+from tablegen.tasks.side_by_side import go_on
 
 if TYPE_CHECKING:
     from tablegen.simulation.simulate import Simulation

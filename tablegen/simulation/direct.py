@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sampler.arguments import MAX_ROUGHNESS, Keys, Rebound, Rows, as_reals_up_to, broadcast, place
 
+from sampler.arguments import MAX_ROUGHNESS, Keys, Rebound, Rows, as_reals_up_to, broadcast, place
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
 from tablegen.config.config import Config, ModelSettings

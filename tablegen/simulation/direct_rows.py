@@ -5,19 +5,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.arguments import Rows, as_integer, place
-from sampler.library import processors
-from sampler.messages import row_message
-
-from tablegen.tasks.side_by_side import side_by_side
 
 from sampler.arguments import Rows, as_integer, place
 from sampler.errors import InputError
+from sampler.library import processors
+from sampler.messages import row_message
 from tablegen.config.population import PopulationArguments
 from tablegen.model.impacts import OUT_OF_BOUNDS, TURNS_TOO_OFTEN
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.random_particles import OWN_GRAIN, ParticleKeys, draw_grains
 from tablegen.simulation.batches import BATCH, batches, unfinished
+from tablegen.tasks.side_by_side import side_by_side
 
 #: Hits of a call whose particles have grains of their own.
 OWN = np.full(1, OWN_GRAIN)

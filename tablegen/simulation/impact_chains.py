@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.bounds import INERTIA
 
+from sampler.formats.bounds import INERTIA
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel

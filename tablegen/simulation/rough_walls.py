@@ -9,9 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.arguments import Rows
-
-from tablegen.tasks.side_by_side import go_on
 
 from sampler.arguments import Rows
 from sampler.errors import CASCADE_NOT_ENDED, OK
@@ -23,6 +20,7 @@ from tablegen.model.one_rebound import DirectArrays
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys
 from tablegen.model.roughness import MAX_BOUNCES, facet_normals, mark_leaving, seed_of_bounce
+from tablegen.tasks.side_by_side import go_on
 
 _NO_GRAIN_KEYS = np.empty(0, dtype=np.uint32)
 

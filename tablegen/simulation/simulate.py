@@ -10,13 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.arguments import as_integer
-from sampler.library import processors
-
-from tablegen.tasks.side_by_side import side_by_side
 
 from sampler.arguments import as_integer
 from sampler.errors import InputError
+from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
@@ -24,8 +21,9 @@ from tablegen.model import model_bounds as bounds
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.correctly_rounded import cosine_and_sine
 from tablegen.model.impact_condition import Condition, impact_condition
+from tablegen.progress import bar
 from tablegen.simulation.batches import ParticleRun, batches
-from tablegen.tasks.progress import bar
+from tablegen.tasks.side_by_side import side_by_side
 
 #: Default resolution of sustained contact and truncation of the flight series; see
 #: tests/benchmarks/bench_error.py for what they cost and what they leave.

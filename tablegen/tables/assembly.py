@@ -1,4 +1,4 @@
-"""Nodes put together to the contents of a table file."""
+"""Contents of a table file, from its nodes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.layout import DATASETS
 
 import sampler
 from sampler.formats.hdf5 import TableContents
+from sampler.formats.layout import DATASETS
 from tablegen.accuracy.comparison import Measured
 from tablegen.config.config import Config
 from tablegen.fitting.marginals import rounded_quantiles, variate_knots
@@ -18,7 +18,7 @@ from tablegen.tables.axes import Axes
 
 
 def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
-    """Node arrays with the two node dimensions in front."""
+    """Stack node arrays, with the two node dimensions in front."""
     grid = (len(axes.alpha_deg), len(axes.speed))
 
     def stacked(name: str) -> NDArray[Any]:
@@ -32,10 +32,7 @@ def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
 
 
 def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, NDArray[np.float64]]:
-    """Datasets of the accuracy group, for states of some number of columns.
-
-    They are those of the file format; of a metric that it does not know nothing is stored.
-    """
+    """Make the datasets of the accuracy group, for states of some number of columns."""
     rows = [{"alpha_deg": m.alpha_deg, "speed": m.speed, **m.distances()} for m in measured]
     found = {}
     for dataset in DATASETS:
@@ -47,7 +44,7 @@ def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, N
 
 
 def with_rounded_quantiles(contents: TableContents) -> TableContents:
-    """Return contents whose quantiles have only the digits that count."""
+    """Round the quantiles to the digits that count."""
     rounded = {
         path: rounded_quantiles(contents[path])
         for path in contents.datasets
@@ -62,7 +59,7 @@ def assemble(
     nodes: list[NodeArrays],
     spin_law: Mapping[str, NDArray[Any]] | None = None,
 ) -> TableContents:
-    """Contents of a table whose accuracy has not been measured yet.
+    """Make the contents of a table, without a measured accuracy.
 
     Parameters
     ----------

@@ -1,10 +1,9 @@
-"""Where the nodes of a table are, and the look-up that finds the cell of a condition.
+"""Nodes of a table, and the look-up that finds the cell of a condition.
 
 A quantile at a condition is interpolated linearly in the *fractional node index*. That index is
-tabulated at equal steps of the angle and of the speed, so the draw finds it without a search and
-without knowing which abscissa made it: the square root of the angle (measured: EXPERIMENTS.md),
-and for the speed the restitution law at normal impact, exp(-coefficient V^exponent), through
-which alone the speed acts.
+tabulated at equal steps of the angle and of the speed, so the draw finds it without a search. It is
+linear in an abscissa: the square root of the angle (measured: EXPERIMENTS.md), and for the speed
+the restitution law at normal impact, exp(-coefficient V^exponent).
 """
 
 from collections.abc import Callable
@@ -20,25 +19,21 @@ from tablegen.tables.intervals import Grid, Middle, Place
 #: Monotone function of an angle or speed in which interpolation is linear.
 Abscissa = Callable[[FloatArray], FloatArray]
 
-#: Entries that a look-up may have; it gets the fewest that find its nodes.
+#: Allowed numbers of entries of a look-up; the smallest that finds all nodes is taken.
 LOOKUP_SIZES = tuple(2**k + 1 for k in range(11, 18))
 
-#: How far a look-up may be off at a node, where it has a kink between two entries: half of what a
-#: table file may be.
+#: Largest error of a look-up at a node: half of the error that the file format allows.
 _MOST_OFF = 0.01
 
-#: Least distance of two nodes over that of the ends: 32 steps of the largest look-up, in which it
-#: finds nodes of any abscissa.
+#: Smallest distance of two nodes over that of the ends: 32 steps of the largest look-up.
 _LEAST_DISTANCE = 32.0 / (LOOKUP_SIZES[-1] - 1)
 
-#: Intervals of the first grid, before any error is measured: equal steps, at most this wide in the
-#: square root of the angle in degrees, and for the restitution abscissa so many that it changes by
-#: a factor of exp(_SPEED_STEP) at most on average.
+#: Largest steps of the first grid: in the square root of the angle in degrees, and in the logarithm
+#: of the restitution abscissa.
 _ANGLE_STEP = 0.6
 _SPEED_STEP = 0.75
 
-#: Intervals narrower than this share of an axis, in its abscissa, are not halved: what is off there
-#: has another cause than the nodes.
+#: Narrowest interval that is halved, as a share of the axis in its abscissa.
 _FINEST = 1.0 / 256.0
 
 
@@ -57,7 +52,7 @@ class Axes:
 
 
 def _equal_steps(axis: Abscissa, first: float, last: float, most: float) -> FloatArray:
-    """Nodes at equal steps of an abscissa, up to ``most`` wide."""
+    """Place nodes at equal steps of an abscissa, at most ``most`` wide."""
     if last == first:
         return np.array([first])
     ends = axis(np.array([first, last]))
@@ -69,21 +64,21 @@ def _equal_steps(axis: Abscissa, first: float, last: float, most: float) -> Floa
 
 
 def _inverse(axis: Abscissa, first: float, last: float, values: FloatArray) -> FloatArray:
-    """Points between two ends at which a monotone abscissa has given values."""
+    """Find the points between two ends at which a monotone abscissa has given values."""
     points = np.linspace(first, last, 20_001)
     along = axis(points)
-    # np.interp wants a growing abscissa
+    # np.interp needs an increasing abscissa
     sign = 1.0 if along[-1] > along[0] else -1.0
     return np.interp(sign * values, sign * along, points)
 
 
 def _rounded(value: float, step: float) -> float:
-    """Give a number of few digits within a thousandth of a step."""
+    """Round to few digits, within a thousandth of a step."""
     return round(value, 3 - int(np.floor(np.log10(step))))
 
 
 def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
-    """Abscissa of the speed, if it can tell the ends apart."""
+    """Abscissa of the speed; refuses a domain whose ends it cannot distinguish."""
     ends = config.speed_coordinate(np.array([first, last]))
     if not (np.all(ends > 0.0) and (first == last or ends[0] != ends[1])):
         raise InputError(
@@ -94,7 +89,7 @@ def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
 
 
 def first_grid(config: Config) -> Grid:
-    """Nodes that a configuration names, or a coarse grid to begin with."""
+    """Nodes that a configuration names, or else a coarse grid."""
     domain, table = config.domain, config.table
     alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
     if alpha.size == 0:
@@ -108,13 +103,9 @@ def first_grid(config: Config) -> Grid:
 
 
 def middles(config: Config) -> tuple[Middle, Middle]:
-    """How intervals of angle and of speed are halved: in the middle of the axis' abscissa.
+    """Functions that halve intervals of angle and of speed in the middle of their abscissa.
 
-    Returns
-    -------
-    tuple of two callables
-        They give None on an axis whose nodes the configuration names, and in intervals that are
-        fine enough already.
+    They return None on an axis whose nodes the configuration names, and for narrow intervals.
     """
     domain, table = config.domain, config.table
     return (
@@ -138,16 +129,7 @@ def _middle(axis: Abscissa, ends: tuple[float, float], fixed: bool) -> Middle:
 
 
 def _lookup(field: str, nodes: FloatArray, axis: Abscissa) -> FloatArray:
-    """Fractional node index at equal steps between two ends, piecewise linear in an abscissa.
-
-    Parameters
-    ----------
-    field : str
-        Of the nodes, to open an error message.
-    nodes : (n,) float64
-    axis : callable
-        Grows.
-    """
+    """Tabulate the fractional node index at equal steps, piecewise linear in an abscissa."""
     numbers = np.arange(len(nodes), dtype=np.float64)
     if len(nodes) == 1:
         return np.zeros(LOOKUP_SIZES[0])
@@ -170,7 +152,7 @@ def _lookup(field: str, nodes: FloatArray, axis: Abscissa) -> FloatArray:
 
 
 def middle_of(config: Config, place: Place) -> tuple[float, float]:
-    """Condition in the middle of the nodes of a place, in the abscissas of the axes."""
+    """Condition in the middle of a place, in the abscissas of the axes."""
     alpha, speed = place
     return (
         alpha[0] if len(alpha) == 1 else _halfway(np.sqrt, *alpha),
@@ -184,19 +166,7 @@ def _halfway(axis: Abscissa, low: float, high: float) -> float:
 
 
 def make_axes(config: Config, grid: Grid | None = None) -> Axes:
-    """Axes of a grid of nodes.
-
-    Parameters
-    ----------
-    config : Config
-    grid : Grid, optional
-        By default the one of `first_grid`.
-
-    Raises
-    ------
-    InputError
-        If no look-up can tell the nodes of an axis apart.
-    """
+    """Make the axes of a grid, by default that of `first_grid`; refuses nodes too close."""
     alpha, speed = (np.array(nodes) for nodes in grid or first_grid(config))
     return Axes(
         alpha_deg=alpha,

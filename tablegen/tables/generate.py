@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from sampler.arguments import as_integer
-
 from sampler.files import check_output
 from sampler.formats.hdf5 import write_table
 from sampler.table import Table
@@ -17,19 +16,17 @@ from tablegen.accuracy.conditions import pick_conditions
 from tablegen.accuracy.measure import measure
 from tablegen.accuracy.spin_conditions import pick_spin_conditions, spin_conditions_beside
 from tablegen.accuracy.spin_measure import SpinAccuracy, measure_spin, spin_accuracy_datasets
+from tablegen.checkpoints import CheckpointStore, TaskRunner, software
 from tablegen.config.config import Config
 from tablegen.config.defaults import GENERATE_CONDITIONS
 from tablegen.fitting.spin_law import spin_law
 from tablegen.tables.assembly import accuracy_datasets, assemble, with_rounded_quantiles
 from tablegen.tables.axes import make_axes
-from tablegen.tables.refine import refine_grid
+from tablegen.tables.cost import Cost, estimate
+from tablegen.tables.refine import NodeCache, refine_grid
 from tablegen.tables.rehearsal import rehearse
-from tablegen.tasks.checkpoint import CheckpointStore
-from tablegen.tasks.processor_kind import processor_kind
-from tablegen.tasks.runner import TaskRunner
-from tablegen.tasks.software import software
 
-#: Seed of the measurement: not one that a user's validation has by default.
+#: Seed of the measurement, other than the default seed of a validation.
 _MEASURE_SEED = 0xACC0
 
 
@@ -42,11 +39,10 @@ class Generated:
     table : Table
     comparisons : list of Comparison
         At conditions between nodes that played no part in placing them.
-    spin : SpinAccuracy or None
-        The same of the spin law, if the table has one.
     seconds : dict
-        Spent on simulation, fit and check of nodes by all workers together, and on the
-        measurement of the whole table.
+        Worker seconds by stage.
+    spin : SpinAccuracy or None
+        Accuracy of the spin law, if there is one.
     """
 
     table: Table
@@ -65,14 +61,13 @@ def generate(
     conditions: int = GENERATE_CONDITIONS,
     samples: int | None = None,
     progress: bool = False,
-    before: Callable[[], None] = lambda: None,
+    on_cost: Callable[[Cost], None] | None = None,
 ) -> Generated:
     """Generate a table and write it.
 
-    Checkpoints of nodes and trials stay in ``OUTPUT.parts`` until the table is complete, so that an
-    interrupted run can be resumed. The bytes of the table depend on the configuration, the versions
-    of the software and the kind of processor. The kinds that took part are written into it; if
-    there are several, another run may differ from it in last digits.
+    Checkpoints stay in ``OUTPUT.parts`` until the table is complete, so that an interrupted run can
+    be resumed. The bytes of the table depend on the configuration and the software alone, but for
+    last digits, which may differ between kinds of processor.
 
     Parameters
     ----------
@@ -82,19 +77,17 @@ def generate(
     resume : bool
         Use the checkpoints of an interrupted run, if there are any.
     discard : bool
-        Remove the checkpoints of an interrupted run, if there are any. With neither, they are
-        refused.
+        Remove them. With neither, they are refused.
     executor : concurrent.futures.Executor, optional
-        Runs the tasks; by default one thread a processor.
+        Runs the tasks; by default one thread per processor.
     conditions : int
-        Number of conditions between the nodes at which the accuracy is measured and stored. A spin
-        law is measured at three times as many, at most 24.
+        Number of conditions between the nodes at which the accuracy is measured and stored.
     samples : int, optional
-        States a side there at first; by default as many as the declared accuracy needs.
+        States a side there; by default as many as the declared accuracy needs.
     progress : bool
         Show progress bars on standard error.
-    before : callable
-        Called after all checks, before any work is done.
+    on_cost : callable, optional
+        Is called with the estimated cost, when one node has been fitted.
 
     Returns
     -------
@@ -103,9 +96,8 @@ def generate(
     Raises
     ------
     InputError
-        If the output cannot be written, another run is making it, or there are checkpoints that
-        nothing was said of, or that are those of another configuration; or if the finished table
-        would be refused, which `tablegen.tables.rehearsal` finds out before any work.
+        If the output cannot be written, its checkpoints cannot be used, or a reader would refuse
+        the table (`tablegen.tables.rehearsal`).
     """
     as_integer("conditions", conditions, 0, 2**63 - 1, "0 or more")
     if samples is not None:
@@ -115,9 +107,11 @@ def generate(
     with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
         runner = TaskRunner(store, executor, progress)
         if not store.resumed:
-            rehearse(config, store.rehearsal)
-        before()
-        refined = refine_grid(config, runner)
+            rehearse(config)
+        cache = NodeCache(config, runner)
+        if on_cost is not None:
+            on_cost(estimate(cache, conditions))
+        refined = refine_grid(cache)
         law = spin_law(config, runner) if config.spin else None
         axes = make_axes(config, refined.placement.grid)
         contents = with_rounded_quantiles(assemble(config, axes, refined.nodes, law))
@@ -133,11 +127,7 @@ def generate(
             spinning = pick_spin_conditions(config, few, _MEASURE_SEED)
             spin = measure_spin(table, config, spinning, **how)
             measured |= spin_accuracy_datasets(spin)
-        contents = replace(
-            contents,
-            datasets={**contents.datasets, **measured},
-            processors=tuple(sorted(runner.processors | {processor_kind()})),
-        )
+        contents = replace(contents, datasets={**contents.datasets, **measured})
         write_table(path, contents)
         store.remove()
     seconds = {**runner.seconds, "measurement": time.perf_counter() - begin}

@@ -7,6 +7,7 @@ from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
 from tablegen.accuracy.metrics import DISTANCES
 from tablegen.accuracy.scene_variables import simulated_variables
+from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, stable_number
 from tablegen.config.config import AccuracyTargets, Config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays
@@ -15,20 +16,18 @@ from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes
 from tablegen.tables.intervals import Grid, Place
-from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, stable_number
 
 #: Directions of the sliced Wasserstein distance: fewer than in a report, for the time.
 _DIRECTIONS = 8
 
-#: A classifier, and whatever else is dear, is left out where a cheap metric already is so many
-#: times what is allowed.
+#: Expensive metrics are skipped where a cheap one is this many times the allowed value.
 _SKIP_ABOVE = 2.0
 
 
 def error_of(found: Arrays, targets: AccuracyTargets, place: Place) -> float:
-    """Largest of the metrics at a place, each in units of what is allowed.
+    """Largest metric at a place, in units of its allowed value.
 
-    On edges those count that are `on_edges`, in the centres of cells all.
+    In the centres of cells all metrics count, on edges only those with `on_edges`.
     """
     cell = len(place.alpha_deg) == len(place.speed) == 2
     return max(
@@ -39,30 +38,29 @@ def error_of(found: Arrays, targets: AccuracyTargets, place: Place) -> float:
 
 
 def share_of_allowed(name: str, found: Arrays, targets: AccuracyTargets) -> float:
-    """How far a metric is above that of equal laws, in units of what is allowed."""
+    """Excess of a metric over that of equal laws, in units of the allowed excess."""
     return METRICS[name].share(float(np.max(found[name])), getattr(targets, name))
 
 
 def interpolation_errors(
     config: Config, place: Place, condition: tuple[float, float], nodes: list[NodeArrays]
 ) -> Arrays:
-    """Compare draws between some nodes with direct simulation.
+    """Compare draws between the nodes of a place with direct simulation.
 
     Parameters
     ----------
     config : Config
     place : Place
-        Where the nodes are.
     condition : tuple (alpha_deg, speed)
-        Among the nodes.
+        Between the nodes.
     nodes : list of NodeArrays
-        Row by row, as `assemble` takes them.
+        Row by row, as for `assemble`.
 
     Returns
     -------
     Arrays
-        Each of `METRICS`, and the seconds that it took. The dear ones are those of equal laws,
-        without a measurement, where a cheap one is far off anyhow or anything is allowed.
+        Values of `METRICS`, and `SECONDS`. An expensive metric has the value of equal laws where a
+        cheap one is far off, or where any value is allowed.
     """
     watch, (alpha_deg, speed) = Stopwatch(), condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
@@ -72,7 +70,7 @@ def interpolation_errors(
     )
     direct = simulated_variables(simulation, config.domain.columns)
     watch.stage("simulation")
-    # a report counts its conditions from 0 there
+    # reports number their hits from 0
     hit = 2**32 - 1
     table = Table(assemble(config, make_axes(config, Grid(*place)), nodes))
     drawn = table.sample(
@@ -87,7 +85,7 @@ def interpolation_errors(
 def _distances(
     drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets, place: Place
 ) -> Arrays:
-    """Measure the metrics that decide, cheap ones first."""
+    """Measure the cheap metrics, then the expensive ones if they can decide."""
 
     def distance(name: str, most: int | None) -> FloatArray:
         return np.asarray(DISTANCES[name](drawn[:most], direct[:most], _DIRECTIONS, 0))
@@ -98,7 +96,7 @@ def _distances(
     }
     if error_of(found, targets, place) < _SKIP_ABOVE:
         for name, metric in METRICS.items():
-            # no sample is told from another by more than the largest value there can be
+            # the largest possible value allows any difference
             if metric.trial_states and getattr(targets, name) < metric.most:
                 found[name] = distance(name, metric.trial_states)
     return found

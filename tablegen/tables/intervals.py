@@ -1,22 +1,21 @@
-"""Where the nodes go: intervals are halved until the measured error between nodes is small enough.
+"""Placement of nodes: intervals are halved until the error between nodes is small enough.
 
 The grid is a product of angles and speeds. The error in the middle of an *edge* between two
-neighbouring nodes tells what interpolation along that axis costs, and so which axis to refine; when
-all edges are good, the centres of the cells are measured as well.
+neighbouring nodes shows which axis to refine. When all edges are good, the centres of the cells are
+measured as well.
 """
 
 from collections.abc import Callable, Iterable, Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
-#: An error counts in units of what is allowed. Edges must stay below the first limit, which leaves
-#: room for the other axis, and centres below the second. Noise counts as error in both.
+#: Limits of errors on edges and in centres, in units of the allowed error. Edges leave room for the
+#: other axis. Noise counts as error.
 EDGE_LIMIT = 0.85
 CENTRE_LIMIT = 1.0
 
-#: Ends the refinement whatever is measured: the error may come from something else than the nodes.
+#: Rounds after which the refinement ends: the error may have another cause than the nodes.
 MOST_ROUNDS = 16
-
 
 #: Two neighbouring nodes of an axis, or the one node of a place on an edge.
 Interval = tuple[float, ...]
@@ -51,7 +50,7 @@ class Grid(NamedTuple):
 #: Middle of an interval on an axis, or None if the interval must not be halved.
 Middle = Callable[[float, float], float | None]
 
-#: Errors of places, in units of what is allowed. It gets the grid that the places belong to.
+#: Errors of the places of a grid, in units of the allowed error.
 Measure = Callable[[Grid, list[Place]], Mapping[Place, float]]
 
 
@@ -69,11 +68,10 @@ def refine(grid: Grid, measure: Measure, middle_alpha: Middle, middle_speed: Mid
     Parameters
     ----------
     grid : Grid
-        To begin with.
+        First grid.
     measure : callable
-        Errors of places; asked again for places that it has measured before.
+        Is called again for places that it has measured before.
     middle_alpha, middle_speed : callable
-        Middle of an interval, or None where an axis is fixed or fine enough.
     """
     for _ in range(MOST_ROUNDS):
         errors = dict(measure(grid, grid.alpha_edges() + grid.speed_edges()))

@@ -1,10 +1,8 @@
-"""Cut a table to what a scene needs; what stays gives the same draws as before.
+"""Cut a table to the variables and conditions of a scene, with the same draws as before.
 
-Quantile functions go with the variables that a scene leaves out. A row of the mixture's factors
-stays if a later one belongs to a channel that is needed: every channel keeps its random word. Nodes
-around a condition of the scene stay, and the look-up of the axes is unchanged, so that a condition
-finds the same cell with the same weights. A spin law stays whole or goes: it has no nodes, and its
-conditions are those of all later impacts.
+Every channel keeps its random word, so rows of the mixture's factors stay if a later channel is
+needed. The look-up of the axes is unchanged, so a condition finds the same cell with the same
+weights. A spin law stays whole or goes.
 """
 
 import math
@@ -13,42 +11,24 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.arguments import told_apart
-from sampler.formats.bounds import Axis
-from sampler.formats.image import table_arrays
-from sampler.formats.layout import ACCURACY, GROUP
+from sampler.drawing.steps import locate
 
-from sampler.arguments import told_apart
 from sampler.errors import InputError
 from sampler.files import check_output, find_table
+from sampler.formats.bounds import Axis
 from sampler.formats.channels import channels_for, has_works
 from sampler.formats.hdf5 import TableContents, write_table
+from sampler.formats.image import table_arrays
+from sampler.formats.layout import ACCURACY, GROUP
 from sampler.table import load
 from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import METRICS
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
-    """Contents of the table cut to a scene.
+    """Cut the contents of a table to the domain of a scene, without the measured accuracy.
 
-    Parameters
-    ----------
-    contents : TableContents
-        Of a table that covers the scene.
-    scene : Config
-        Its domain says which variables, angles and speeds stay.
-    origin : str
-        Where the scene comes from, to open an error message.
-
-    Returns
-    -------
-    TableContents
-        Without measured accuracy, which was that of the whole state.
-
-    Raises
-    ------
-    InputError
-        If the scene needs what the table does not have.
+    Raises `InputError`, which begins with `origin`, if the table does not cover the scene.
     """
     own = stored_config(contents.config, "config of the table")
     _check_scene(contents, own, scene, origin)
@@ -89,24 +69,23 @@ def prune(
     Parameters
     ----------
     name_or_path : str or Path
-        Name of a table that comes with the package, or path of a .h5 file.
+        Name of a shipped table, or path of a .h5 file.
     scene : Config
-        Complete; `tablegen.config.config.scene_over` makes one of any scene and the table's
-        own.
+        Complete, as from `tablegen.config.config.scene_over`.
     output : str or Path
-        The .h5 file to write, another than the table.
+        Another .h5 file.
     origin : str
-        Where the scene comes from, to open an error message.
+        Source of the scene, for error messages.
 
     Returns
     -------
     TableContents
-        What was written.
+        Contents of the new file.
 
     Raises
     ------
     InputError
-        As for `pruned`; also if a file cannot be read or written.
+        If the table does not cover the scene, or a file cannot be read or written.
     """
     path = check_output(output, [find_table(name_or_path)])
     contents = pruned(load(name_or_path).contents, scene, origin)
@@ -119,9 +98,8 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
     if scene.pair_name != contents.pair:
         raise InputError(f"{origin}: pair: got '{scene.pair_name}', allowed: '{contents.pair}'")
     for part in ("pair", "population", "model"):
-        if getattr(scene, part).model_dump(exclude={"name"}) != getattr(own, part).model_dump(
-            exclude={"name"}
-        ):
+        wanted, given = (getattr(c, part).model_dump(exclude={"name"}) for c in (scene, own))
+        if wanted != given:
             raise InputError(f"{origin}: {part}: differs from the table's, allowed: the same")
     for name in scene.domain.columns:
         if name not in contents.variables:
@@ -141,33 +119,22 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
         low, high = getattr(scene.domain, field)
         first, last = contents[nodes][0], contents[nodes][-1]
         if not first <= low <= high <= last:
-            got = ", ".join(told_apart(end, first, last, digits=6) for end in (low, high))
             raise InputError(
-                f"{origin}: domain.{field}: got [{got}], "
+                f"{origin}: domain.{field}: got [{low:.9g}, {high:.9g}], "
                 f"allowed: inside [{first:g}, {last:g}], which the table covers"
             )
     for metric in METRICS:
         wanted, declared = getattr(scene.accuracy, metric), getattr(own.accuracy, metric)
         if wanted < declared:
             raise InputError(
-                f"{origin}: accuracy.{metric}: got {told_apart(wanted, declared, digits=6)}, "
+                f"{origin}: accuracy.{metric}: got {wanted:.9g}, "
                 f"allowed: {declared:g} or more, which the table declares"
             )
 
 
 def _cut(axis: Axis, low: float, high: float) -> slice:
-    """Nodes of the cells in which all values from low to high lie."""
-    return slice(_lower_node(low, axis), min(_lower_node(high, axis) + 2, axis.nodes))
-
-
-def _lower_node(value: float, axis: Axis) -> int:
-    """Node below a value: the same arithmetic, and so the same cell, as in a draw."""
-    table = axis.coordinate
-    position = (min(max(value, axis.first), axis.last) - axis.origin) * axis.scale
-    position = min(max(position, 0.0), table.size - 1.0)
-    k = min(int(position), table.size - 2)
-    x = table[k] + (position - k) * (table[k + 1] - table[k])
-    return max(min(int(x) - axis.offset, axis.nodes - 2), 0)
+    """Nodes of the cells that cover the values from low to high."""
+    return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
 
 
 def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.float64]]) -> str:

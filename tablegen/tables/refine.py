@@ -1,8 +1,8 @@
-"""From a configuration to a grid of fitted nodes that has the accuracy it asks for.
+"""Fit a grid of nodes that has the accuracy that a configuration asks for.
 
-First the size of the mixture is chosen at a few conditions, by fits that are compared at the very
-condition: there is no interpolation in them. Then nodes are placed by
-`tablegen.tables.intervals`, from the interpolation errors between neighbouring nodes.
+First the size of the mixture is chosen, by fits that are compared with direct simulation at their
+own condition, without interpolation. Then `tablegen.tables.intervals` places the nodes, from the
+interpolation errors between neighbouring nodes.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner
 from tablegen.config.config import Config
 from tablegen.fitting.node import NodeArrays, fit_node
 from tablegen.fitting.resolution import LADDER, Resolution, resolution
@@ -21,9 +22,8 @@ from tablegen.tables.interpolation_error import (
     share_of_allowed,
 )
 from tablegen.tables.intervals import Grid, Place, Placement, refine
-from tablegen.tasks.runner import SECONDS, Arrays, Stopwatch, Task, TaskRunner
 
-#: Share of the allowed AUC (over 0.5) that the mixture may use up; the rest is for interpolation.
+#: Share of the allowed AUC (above 0.5) for the mixture; the rest is for interpolation.
 _CAPACITY = 0.66
 
 #: The error of a mixture of K components falls as K to minus this power, measured.
@@ -43,7 +43,7 @@ class RefinedGrid(NamedTuple):
 
 
 def _node_task(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
-    """Arrays of a node with the seconds it took."""
+    """Fit a node; returns its arrays and the seconds of each stage."""
     watch = Stopwatch()
     arrays = fit_node(config, alpha_deg, speed, size, watch)
     return {**arrays._asdict(), SECONDS: watch.seconds}
@@ -55,7 +55,7 @@ def node_key(alpha_deg: float, speed: float, size: Resolution) -> str:
 
 
 class NodeCache:
-    """Nodes and interpolation errors of one configuration; none is computed twice."""
+    """Nodes and interpolation errors of one configuration; each is computed once."""
 
     def __init__(self, config: Config, runner: TaskRunner) -> None:
         self.config, self.runner = config, runner
@@ -63,7 +63,7 @@ class NodeCache:
         self._errors: dict[tuple[Resolution, Place], Arrays] = {}
 
     def fit(self, size: Resolution, conditions: Iterable[tuple[float, float]]) -> list[NodeArrays]:
-        """Nodes at conditions (alpha_deg, speed), in their order."""
+        """Fit the nodes at conditions (alpha_deg, speed); returns them in this order."""
         wanted = list(conditions)
         missing = [c for c in dict.fromkeys(wanted) if (size, *c) not in self._nodes]
         tasks = {
@@ -78,7 +78,7 @@ class NodeCache:
     def errors(
         self, size: Resolution, places: Iterable[Place], error: Callable[[Place, Arrays], float]
     ) -> dict[Place, float]:
-        """Errors of places, from the metrics against direct simulation in their middles."""
+        """Measure the errors in the middles of places, in units of the allowed error."""
         wanted = list(places)
         missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._errors]
         self.fit(size, (c for place in missing for c in product(*place)))
@@ -110,16 +110,21 @@ def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays
     return NodeCache(config, runner).fit(resolution(config), product(*grid))
 
 
-def refine_grid(config: Config, runner: TaskRunner) -> RefinedGrid:
+def refine_grid(cache: NodeCache) -> RefinedGrid:
     """Choose the sizes, place the nodes and fit them.
+
+    Parameters
+    ----------
+    cache : NodeCache
+        Of the configuration; nodes that it has are not fitted again.
 
     Returns
     -------
     RefinedGrid
-        What the configuration names is taken as it is; if it names both lists of nodes, no
-        interpolation error is measured.
+        Nodes and sizes that the configuration names are taken as they are; if it names both lists
+        of nodes, no interpolation error is measured.
     """
-    cache = NodeCache(config, runner)
+    config = cache.config
     size, grid = resolution(config), first_grid(config)
     fixed = config.table.alpha_nodes_deg is not None and config.table.speed_nodes is not None
     if config.table.components is None:
@@ -136,7 +141,7 @@ def refine_grid(config: Config, runner: TaskRunner) -> RefinedGrid:
 
 
 def _choose_components(cache: NodeCache) -> Resolution:
-    """Smallest mixture of the ladder that leaves room for interpolation at every probe."""
+    """Find the smallest mixture that leaves room for interpolation at every probe."""
     config = cache.config
     low, high = np.sqrt(config.domain.alpha_deg)
     angles = dict.fromkeys(round(float((low + x * (high - low)) ** 2), 6) for x in _PROBES)

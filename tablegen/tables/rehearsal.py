@@ -1,11 +1,11 @@
-"""A table made roughly, so that what would refuse the finished one does so before any work.
+"""A rough table, made and read first: it is refused for the same reasons as the finished one.
 
-It has the sizes of the finished table and rough nodes, fitted at the ends of the domain to a few
-particles. It goes the whole way: simulation, fit, assembly, file and reader.
+It has the sizes of the finished table, and nodes that are fitted to few particles.
 """
 
 from itertools import product
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -24,26 +24,15 @@ from tablegen.tables.axes import first_grid, make_axes
 #: Particles and mixture components of a rough node.
 _PARTICLES, _COMPONENTS = 400, 2
 
-#: Spread up to which a variable counts as the same for all particles. Tables hold it in single
-#: precision and 16-bit steps, whose rounding every metric but one sees as another law.
+#: Largest spread of a variable that counts as constant. Metrics would see its rounding in the file
+#: as another law.
 _SAME = 1e-5
 
 
-def rehearse(config: Config, path: Path) -> None:
-    """Refuse a configuration whose finished table would be refused.
+def rehearse(config: Config) -> None:
+    """Refuse a configuration whose table would be refused.
 
-    Parameters
-    ----------
-    config : Config
-    path : Path
-        Where the rough table is written, read and removed.
-
-    Raises
-    ------
-    InputError
-        If a variable is the same for all particles, nodes are too close, the table is larger than
-        the format allows, or anything else in it is not as a reader wants it; or if the file cannot
-        be written.
+    Reasons are a constant variable, nodes that are too close, and any limit of the file format.
     """
     grid, size = first_grid(config), resolution(config)
     axes = make_axes(config, grid)
@@ -54,18 +43,17 @@ def rehearse(config: Config, path: Path) -> None:
     rough = [_rough_node(config, alpha_deg, speed, size) for alpha_deg, speed in conditions]
     count = len(grid.alpha_deg) * len(grid.speed)
     contents = assemble(config, axes, [rough[k % len(rough)] for k in range(count)])
-    try:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "rehearsal.h5"
         write_table(path, contents)
         load(path)
-    finally:
-        path.unlink(missing_ok=True)
 
 
 def _check_variables_vary(config: Config, alpha_deg: float, speed: float) -> None:
     simulation = simulate(
         config, np.radians(alpha_deg), speed, _PARTICLES, seed=config.table.seed, threads=1
     )
-    # whole numbers come out of a table as they are
+    # a table stores whole numbers exactly
     names = [name for name in config.domain.columns if name != "collisions"]
     values: FloatArray = simulated_variables(simulation, names) if names else np.empty((1, 0))
     same = [n for n, spread in zip(names, np.ptp(values, axis=0), strict=True) if spread <= _SAME]
@@ -78,7 +66,7 @@ def _check_variables_vary(config: Config, alpha_deg: float, speed: float) -> Non
 
 
 def _rough_node(config: Config, alpha_deg: float, speed: float, size: Resolution) -> NodeArrays:
-    """Node of the shapes that the finished ones have; mixture components are repeated."""
+    """Node with arrays of the final shapes; mixture components are repeated."""
     few = Resolution(_PARTICLES, size.knots, min(_COMPONENTS, size.components))
     node = fit_node(config, alpha_deg, speed, few)
     repeated = {

@@ -1,4 +1,4 @@
-"""A measured accuracy written into the table that was measured."""
+"""A measured accuracy stored in the table that was measured."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,18 +12,13 @@ from tablegen.tables.assembly import accuracy_datasets
 
 
 def check_store(table: str | Path, chosen: bool) -> None:
-    """Refuse, before anything is measured, what could not be stored.
+    """Refuse, before the measurement, an accuracy that could not be stored.
 
     Parameters
     ----------
     table : str or Path
     chosen : bool
-        Whether the user chose the conditions: those that are stored are spread evenly.
-
-    Raises
-    ------
-    InputError
-        If conditions were chosen, or the table is not named by its path or may not be written.
+        Whether the user chose the conditions; stored conditions are spread evenly.
     """
     if chosen:
         raise InputError("--store: got it with --alpha and --speed, allowed: without them")
@@ -33,15 +28,7 @@ def check_store(table: str | Path, chosen: bool) -> None:
 
 
 def store_accuracy(path: str | Path, validation: Validation) -> str:
-    """Replace the accuracy stored in a table file; everything else stays.
-
-    Parameters
-    ----------
-    path : str or Path
-        The .h5 file that was validated.
-    validation : Validation
-        Its comparisons between nodes are stored, and those of the spin law if it was looked at:
-        distances with the noise of the samples.
+    """Replace the accuracy in a table file by that of a validation.
 
     Returns
     -------
@@ -51,7 +38,7 @@ def store_accuracy(path: str | Path, validation: Validation) -> str:
     Raises
     ------
     InputError
-        If the file is another than when it was measured, or cannot be written.
+        If the file changed since it was measured, or cannot be written.
     """
     contents = read_table(path)
     if contents.content_sha256 != validation.content_sha256:

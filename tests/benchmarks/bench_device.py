@@ -18,6 +18,11 @@ from typing import Any
 
 from harness import in_turns, median_ratio  # isort: skip
 import numpy as np
+
+import sampler
+from sampler.device.program import REALS, cupy_with_gpu
+from sampler.errors import InputError
+from sampler.formats.binary_layout import HEADER_DTYPE
 from sampler.formats.bounds import (
     EXPERT_STRIDE,
     GROUP_SIZE,
@@ -27,11 +32,6 @@ from sampler.formats.bounds import (
     N_OUTCOMES,
 )
 from sampler.formats.image import binary_table
-
-import sampler
-from sampler.device.program import REALS, cupy_with_gpu
-from sampler.errors import InputError
-from sampler.formats.binary_layout import HEADER_DTYPE
 
 PIECE = 16  # bytes of one read
 

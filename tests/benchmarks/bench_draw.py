@@ -23,10 +23,10 @@ from pathlib import Path
 from harness import HERE, in_turns, median_ratio  # isort: skip
 import numpy as np
 import toolchain
-from sampler.formats.image import write_binary_table
 from spin_tables import with_spin_law
 
 import sampler
+from sampler.formats.image import write_binary_table
 
 ROWS = 10**6
 BOOTSTRAP = "numpy bootstrap of rows"

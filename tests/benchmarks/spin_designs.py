@@ -12,7 +12,6 @@ import sys
 
 import harness  # noqa: F401  (makes the imports from a checkout possible)
 import numpy as np
-from sampler.formats.bounds import SCORE_MAX
 
 from sampler.formats.bounds import SCORE_MAX
 from sampler.formats.shape_codes import SHAPE_CODES

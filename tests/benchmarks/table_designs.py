@@ -21,6 +21,7 @@ from scipy.special import ndtr
 from sampler.formats.channels import to_channels
 from sampler.table import Table
 from tablegen.accuracy.metrics import DISTANCES
+from tablegen.checkpoints import Stopwatch
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.components import class_of
@@ -31,7 +32,6 @@ from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes
 from tablegen.tables.intervals import Grid
-from tablegen.tasks.runner import Stopwatch
 
 CONFIG = load_config("corundum-steel")
 COUNT = 400_000

@@ -13,6 +13,7 @@ import box_run
 import numpy as np
 import pytest
 import saturne_run
+
 from sampler.formats.image import write_binary_table
 
 STEP = 2e-4

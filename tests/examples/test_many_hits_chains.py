@@ -9,10 +9,10 @@ from many_hits.chain_report import chain_numbers
 from many_hits.chains import OPPOSITE, SAME, Chain, follow_chain
 from many_hits.chance import LEVEL, Estimate, ks, ks_by_chance, mean_of, ratio_of
 from many_hits.models import HALF_SIZE, MODELS, Hits, make_walls
-from sampler.arguments import Rebound
 from spin_tables import with_spin_law
 
 import sampler
+from sampler.arguments import Rebound
 from sampler.table import Table
 from tablegen import DirectModel, load_config
 

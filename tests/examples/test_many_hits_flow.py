@@ -9,6 +9,7 @@ from many_hits.flow import BACK, RECORD, SPLIT, THROUGH, Particles, Run, follow_
 from many_hits.flow_report import cells, density, flow_numbers, flow_text
 from many_hits.models import HALF_SIZE
 from many_hits.motion import Gas
+
 from sampler.arguments import Rebound
 
 SPEED = 150.0

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 import shots
 from conftest import script
-from sampler.formats.image import write_binary_table
 
 import sampler
+from sampler.formats.image import write_binary_table
 from tablegen import load_config
 from tablegen.tables.prune import pruned
 

@@ -10,10 +10,10 @@ import foam_run
 import numpy as np
 import pytest
 import shots
-from sampler.formats.image import write_binary_table
 from spin_tables import with_spin_law
 
 import sampler
+from sampler.formats.image import write_binary_table
 
 CLOUD = "constant/kinematicCloudProperties"
 #: A run in which parcels meet up to nine walls.

@@ -33,7 +33,7 @@ def tiny(tmp_path_factory):
 @pytest.fixture
 def terminal(monkeypatch):
     """Progress is shown as on a terminal."""
-    monkeypatch.setattr("tablegen.tasks.progress.draws_over", lambda file: True)
+    monkeypatch.setattr("tablegen.progress.draws_over", lambda file: True)
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ Each keeps the file format, the node grid and everything else that is not named.
 from dataclasses import replace
 
 import numpy as np
-from tablegen.fitting.fixed_point import MIXTURE_SCALE
 
 from sampler.formats.hdf5 import TableContents
 from tablegen.config.config import parse_config

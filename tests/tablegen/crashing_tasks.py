@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tablegen.tasks.runner import SECONDS
+from tablegen.checkpoints import SECONDS
 
 
 def die_once(number, marker):

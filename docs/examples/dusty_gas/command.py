@@ -8,7 +8,6 @@ from pathlib import Path
 
 from arguments import make_folder, number, output_file
 from reports import write_report
-from sampler.library import processors
 
 import sampler
 from dusty_gas.case import Case
@@ -19,6 +18,7 @@ from dusty_gas.run import BATCHES, Run, follow_all
 from dusty_gas.walls import MODELS, make_wall, tabulated
 from sampler.errors import InputError
 from sampler.files import atomic_output
+from sampler.library import processors
 from tablegen.config.config import load_config
 
 DONE, DIFFERS, BAD_INPUT = 0, 1, 2

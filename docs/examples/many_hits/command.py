@@ -9,7 +9,6 @@ from typing import Any
 
 from arguments import make_folder, number, output_file
 from reports import write_picture, write_report
-from sampler.library import processors
 
 import sampler
 from many_hits.cases import FLOWS, GROUPS, follow_flow

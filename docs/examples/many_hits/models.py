@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.arguments import Rebound
 
 from sampler.arguments import Rebound
 from sampler.errors import OutsideTableWarning

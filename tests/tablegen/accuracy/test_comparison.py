@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 import pytest
-from sampler.formats.layout import DATASETS
 from scipy.stats import wasserstein_distance
 
 from sampler.errors import InputError
+from sampler.formats.layout import DATASETS
 from tablegen.accuracy.comparison import compare
 from tablegen.accuracy.descriptive import (
     modes,

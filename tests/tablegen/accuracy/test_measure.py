@@ -9,6 +9,7 @@ from tiny_tables import ROUGH, TINY
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare
 from tablegen.accuracy.measure import FIRST_STREAM, ComparedCondition, measure, sample_size
+from tablegen.checkpoints import TaskRunner
 from tablegen.config.metric_table import METRICS, PRESETS
 from tablegen.fitting import node
 from tablegen.fitting.node import node_stream
@@ -16,7 +17,6 @@ from tablegen.simulation.simulate import make_condition, simulate, simulate_cond
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import first_grid, make_axes
 from tablegen.tables.refine import fit_nodes
-from tablegen.tasks.runner import TaskRunner
 
 MEASURE = sys.modules[measure.__module__]
 SIMULATE = sys.modules[simulate.__module__]

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from sampler.options import MISSED
 from spin_tables import spin_datasets
 from tiny_tables import GENERATE, MEASURED, ROUGH
 

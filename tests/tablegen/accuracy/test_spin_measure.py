@@ -4,9 +4,9 @@ import sys
 
 import numpy as np
 import pytest
-from sampler.formats.layout import ACCURACY, SPIN_DATASETS
 from spin_laws import WRONG, DirectTable
 
+from sampler.formats.layout import ACCURACY, SPIN_DATASETS
 from tablegen.accuracy.joint_law import compare_chains, drawn_from
 from tablegen.accuracy.measure import FIRST_STREAM, ComparedCondition
 from tablegen.accuracy.spin_conditions import pick_spin_conditions

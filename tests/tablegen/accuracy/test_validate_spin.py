@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from page_reader import read_page
-from sampler.options import DONE, MISSED
 from spin_laws import WRONG, DirectTable
 from spin_tables import with_spin_law
 from tiny_tables import TINY

@@ -14,14 +14,13 @@ import pytest
 from command_line import (
     BAD_INPUT,
     DONE,
-    INTERRUPTED,
     MISSED,
     SIMULATE,
     config_file,
     flags,
 )
 from corrupt_tables import declaring, independent_channels, lopsided
-from tiny_tables import GENERATE, REFINE, TINY
+from tiny_tables import TINY
 
 import sampler
 from sampler.formats.hdf5 import write_table
@@ -30,12 +29,6 @@ from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
-
-
-def test_no_command_shows_the_overview_and_is_bad_input(run):
-    ended = run()
-    assert ended.status == BAD_INPUT
-    assert "Commands:" in ended.out + ended.err
 
 
 def test_version(run):
@@ -102,23 +95,11 @@ class TestSimulate:
             np.testing.assert_array_equal(result.aspect, 1.0)
             np.testing.assert_array_equal(result.collisions, 1)
 
-    def test_aspect(self, simulated):
-        result = simulated(shape="prism", aspect=(0.8, 0.5), count=20)
-        np.testing.assert_array_equal(result.aspect, [[0.8, 0.5]] * 20)
-
     def test_speed_outside_the_law_is_simulated_with_a_note(self, simulated):
         assert simulated(speed=300).err == ""
         note = simulated(speed=301).err
         assert note.count("\n") == 1
         assert "50 to 300 m/s; 301 m/s extrapolates it" in note
-
-    def test_file_has_the_name_that_was_given(self, run, tmp_path):
-        output = tmp_path / "rebounds.data"
-        output.write_text("an older file")
-        words = flags(SIMULATE, {"--output": output})
-        assert run("simulate", *words, "--quiet").status == DONE
-        assert [path.name for path in tmp_path.iterdir()] == ["rebounds.data"]
-        assert np.load(output)["state"].shape == (300, 6)
 
     def test_pair_may_be_a_file(self, simulated, tmp_path):
         path = config_file(tmp_path, population={"shapes": {"prism": 0.0}})
@@ -146,38 +127,6 @@ class TestGenerate:
         assert "missed: auc: 0." in ended.out
         assert "where 0.5 is allowed" in ended.out
         assert sampler.load(output).accuracy["auc"].max() > 0.5
-
-    def test_interrupted_run_can_be_resumed(self, run, tmp_path, monkeypatch):
-        output, config = tmp_path / "t.h5", config_file(tmp_path)
-        words = ("generate", config, "--output", output, "--conditions", 1, "--quiet")
-        assert run(*words).status == DONE
-        whole = output.read_bytes()
-        output.unlink()
-
-        def interrupted(*_, **__):
-            raise KeyboardInterrupt
-
-        with monkeypatch.context() as patch:
-            patch.setattr(GENERATE, "measure", interrupted)
-            ended = run(*words)
-            assert ended.status == INTERRUPTED
-            assert ended.err.startswith("tablegen: interrupted: the same command with --resume ")
-            assert ended.err.endswith(f" {output}.parts\n")
-        assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5.parts"]
-        monkeypatch.setattr(REFINE, "fit_node", None)  # all four are there already
-        assert run(*words, "--resume").status == DONE
-        assert output.read_bytes() == whole
-        assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5"]
-
-    def test_speed_outside_the_law_may_be_asked_for(self, run, tmp_path):
-        changes = {
-            "domain": {"speed": [40.0, 310.0], "extrapolate": True},
-            "table": {"speed_nodes": [40.0, 310.0]},
-        }
-        path = config_file(tmp_path, **changes)
-        words = ("generate", path, "--output", tmp_path / "t.h5", "--conditions", 1, "--quiet")
-        assert run(*words).status == DONE
-        assert sampler.load(tmp_path / "t.h5").speed_range == (40.0, 310.0)
 
 
 class TestValidate:
@@ -253,27 +202,6 @@ class TestValidate:
         table = sampler.load(path)
         assert f"accuracy stored, content SHA-256 {table.contents.content_sha256}" in ended.out
         assert table.accuracy["auc"].shape == (1,)
-
-    def test_details_of_every_condition(self, run, tiny):
-        words = ("validate", tiny.path, "--conditions", 3, "--samples", 1000, "--quiet")
-        assert run(*words).out.count("most probable") == 1
-        assert run(*words, "--details").out.count("most probable") == 3
-
-
-class TestDemo:
-    @pytest.mark.parametrize(("holds", "status"), [(True, DONE), (False, MISSED)])
-    def test_status_is_the_verdict(self, run, tmp_path, monkeypatch, holds, status):
-        calls = []
-
-        def fake(output, say, progress):
-            calls.append((output, progress))
-            say("what it does")
-            return SimpleNamespace(missed=[] if holds else ["ks"])
-
-        monkeypatch.setattr("tablegen.commands.demo_run.run_demo", fake)
-        ended = run("demo", "--output", tmp_path / "d.h5", "--quiet")
-        assert (ended.status, ended.out) == (status, "what it does\n")
-        assert calls == [(tmp_path / "d.h5", False)]
 
 
 class TestProcess:

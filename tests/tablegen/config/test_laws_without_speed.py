@@ -7,6 +7,7 @@ from tiny_tables import ROUGH
 
 import sampler
 from sampler.formats.hdf5 import write_table
+from tablegen.checkpoints import TaskRunner
 from tablegen.commands.inspect import identity, identity_text
 from tablegen.config.config import load_config
 from tablegen.simulation.simulate import simulate
@@ -14,7 +15,6 @@ from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import first_grid, make_axes
 from tablegen.tables.prune import pruned
 from tablegen.tables.refine import fit_nodes
-from tablegen.tasks.runner import TaskRunner
 
 POLYNOMIAL = RESTITUTION["polynomial"] | SOURCE
 

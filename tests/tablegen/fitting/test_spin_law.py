@@ -5,17 +5,17 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from mesh_fixtures import box
-from sampler.formats.layout import SPIN_DATASETS
 from tiny_tables import ROUGH
 
+from sampler.formats.layout import SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
+from tablegen.checkpoints import TaskRunner
 from tablegen.config.mesh import MeshFile
 from tablegen.fitting.leaf import fit_leaf
 from tablegen.fitting.spin_law import speed_coordinate, spin_law
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import occurring_impacts, simulated
 from tablegen.tables.generate import generate
-from tablegen.tasks.runner import TaskRunner
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
 

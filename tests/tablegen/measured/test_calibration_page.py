@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from command_lines import calls
 from documents import ROOT, blocks
-from sampler.cli import main as sampler
 from small_pairs import small_pair
 from tiny_tables import ROUGH
 
+from sampler.cli import main as sampler
 from tablegen.commands.main import main as tablegen
 from tablegen.measured.reader import parse_measurements
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from sampler.arguments import MAX_ROUGHNESS, draw_tilt
 
 import sampler
+from sampler.arguments import MAX_ROUGHNESS, draw_tilt
 from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.model.roughness import MAX_ROUGHNESS, draw_tilt, seed_of_bounce

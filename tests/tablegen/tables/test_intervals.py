@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tablegen.tables.intervals import CENTRE_LIMIT, EDGE_LIMIT, Grid, Place, refine
+from tablegen.tables.intervals import CENTRE_LIMIT, EDGE_LIMIT, Grid, refine
 
 START = Grid((0.0, 4.0, 8.0), (0.0, 8.0))
 
@@ -40,14 +40,6 @@ def quadratic(along_alpha, along_speed):
         return curvature * width(place.alpha_deg) ** 2 + along_speed * width(place.speed) ** 2
 
     return law
-
-
-def test_good_grid_is_left_alone():
-    measure = recording(lambda place: 0.1)
-    found = refine(START, measure, middle, middle)
-    assert found == (START, 0.1, True)
-    # every edge and every cell was looked at
-    assert len(set(measure.asked)) == 2 * 2 + 3 * 1 + 2
 
 
 def test_only_the_axis_that_errs_is_refined():
@@ -109,20 +101,3 @@ def test_axis_of_one_node(grid):
     assert found.grid.alpha_deg == (3.0,)
     assert len(found.grid.speed) == (1 if len(grid.speed) == 1 else 5)
     assert found.reached
-
-
-def test_order_of_the_errors_does_not_matter():
-    law = quadratic(lambda a: 0.02 + 0.01 * a, 0.004)
-
-    def backwards(grid, places):
-        return {place: law(place) for place in reversed(places)}
-
-    assert refine(START, backwards, middle, middle) == refine(START, recording(law), middle, middle)
-
-
-def test_places_of_a_grid():
-    grid = Grid((1.0, 2.0, 4.0), (10.0, 30.0))
-    assert grid.alpha_edges()[0] == Place((1.0, 2.0), (10.0,))
-    assert len(grid.alpha_edges()) == 4
-    assert grid.speed_edges()[-1] == Place((4.0,), (10.0, 30.0))
-    assert grid.cells() == [Place((1.0, 2.0), (10.0, 30.0)), Place((2.0, 4.0), (10.0, 30.0))]

@@ -1,24 +1,24 @@
-"""Progress of long work: a bar on a terminal, now and then a line elsewhere."""
+"""Progress bars on a terminal, and lines now and then in a log."""
 
 import sys
 from typing import Any, TextIO
 
 from tqdm import tqdm
 
-#: Seconds between two lines where there is no terminal, and before the first one.
+#: Seconds between two lines of a log, and before the first one.
 INTERVAL = 30.0
 
 _LINE = "{desc}: {n_fmt} of {total_fmt} {unit}s, {elapsed} so far, {remaining} left{postfix}"
 
 
 class _Lines:
-    """File that turns what a bar redraws into lines, for a log."""
+    """File that writes every redrawn bar as a line of its own."""
 
     def __init__(self, file: TextIO) -> None:
         self._file = file
 
     def write(self, text: str) -> None:
-        """Write the text of a redrawn bar as one line, and nothing where it is cleared."""
+        """Write a redrawn bar; a cleared one is left out."""
         if line := text.strip("\r\n ").removeprefix(": "):
             self._file.write(f"tablegen: {line}\n")
 
@@ -33,22 +33,17 @@ def draws_over(file: TextIO) -> bool:
 
 
 def bar(shown: bool, unit: str = "step", **settings: Any) -> tqdm:
-    """Make a progress bar.
+    """Make a progress bar, to be used in a ``with`` block.
 
     Parameters
     ----------
     shown : bool
-        Whether to show it, on standard error; where that is no terminal, as a line every
-        `INTERVAL` seconds, so that short work prints nothing.
+        Whether to show it on standard error. Without a terminal it is a line every `INTERVAL`
+        seconds.
     unit : str
-        The unit of the count, in the singular.
+        Unit of the count, in the singular.
     **settings
         Of `tqdm.tqdm`: ``total``, ``desc``, ``initial``, ``postfix``, ``unit_scale``.
-
-    Returns
-    -------
-    tqdm
-        To be used in a ``with`` block; ``update(n)`` counts.
     """
     if not shown or draws_over(sys.stderr):
         return tqdm(unit=unit, disable=not shown, **settings)

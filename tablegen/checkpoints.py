@@ -1,0 +1,288 @@
+"""Tasks of a long run, with checkpoints from which an interrupted run continues.
+
+The result of a task is a function of its arguments and the software alone, so a table does not
+depend on the executor, the order of the tasks or interruptions. Finished results are kept as
+``.npz`` files in the folder ``OUTPUT.parts`` until the output is complete. A stamp in the folder
+identifies the configuration, the seed and the software that they belong to.
+"""
+
+import hashlib
+import io
+import os
+import platform
+import time
+import zipfile
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from contextlib import closing, suppress
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+import sampler
+from sampler.errors import InputError
+from sampler.files import write_bytes
+from sampler.library import processors
+from tablegen.progress import bar
+
+Arrays = dict[str, NDArray[Any]]
+
+#: Stages of a task, in the order of the array `SECONDS` of its result.
+STAGES = ("simulation", "fit", "check")
+
+#: Name of the array with the seconds of each stage in the result of a task.
+SECONDS = "seconds"
+
+_STAMP = "stamp.sha256"
+
+#: Packages that take part in the arithmetic.
+_LIBRARIES = ("llvmlite", "numba", "numpy", "scikit-learn", "scipy")
+
+
+@cache
+def software() -> str:
+    """Describe the software that results depend on, in one line: sources and versions."""
+    digest = hashlib.sha256()
+    for package in (Path(sampler.__file__).parent, Path(__file__).parent):
+        for path in sorted(package.rglob("*.py")):
+            digest.update(f"{path.relative_to(package.parent)}\0".encode())
+            digest.update(path.read_bytes())
+    versions = [f"{name} {metadata.version(name)}" for name in _LIBRARIES]
+    sources = f"rebound-tables {sampler.__version__} (sources {digest.hexdigest()[:12]})"
+    return ", ".join([sources, *versions, *platform.libc_ver(), platform.machine()])
+
+
+def parts_path(output: Path) -> Path:
+    """Folder of the checkpoints of an output, beside the file that it leads to."""
+    target = Path(os.path.realpath(output)) if output.is_symlink() else output
+    return target.with_name(f"{target.name}.parts")
+
+
+class CheckpointStore:
+    """Checkpoints of a run; a context manager that removes an empty folder at its end.
+
+    Parameters
+    ----------
+    output : Path
+        File that the run will write.
+    fingerprint : str
+        Everything that decides the results: configuration, seed, software.
+    resume, discard : bool
+        Use, or remove, the checkpoints of an interrupted run. With neither, they are refused.
+
+    Attributes
+    ----------
+    folder : Path
+    resumed : bool
+        Whether there are checkpoints already.
+    """
+
+    def __init__(
+        self, output: Path, fingerprint: str, *, resume: bool = False, discard: bool = False
+    ) -> None:
+        if resume and discard:
+            raise InputError("--discard: got it with --resume, allowed: one of the two")
+        self.folder = parts_path(output)
+        self._stamp = hashlib.sha256(fingerprint.encode()).hexdigest()
+        stamp = self.folder / _STAMP
+        try:
+            self.folder.mkdir(exist_ok=True)
+            found = stamp.read_text() if stamp.is_file() else ""
+            if not found and any(self.folder.iterdir()):
+                raise InputError(
+                    f"output: got {self.folder}, which is not of an unfinished run, "
+                    "allowed: a file without such a folder"
+                )
+            self.resumed = not discard and bool(self._pieces())
+            if self.resumed:
+                self._check_can_resume(found, resume)
+                return
+            for path in self._pieces():
+                path.unlink()
+            stamp.write_text(self._stamp)
+        except OSError as error:
+            raise InputError(f"output: cannot make {self.folder}: {error.strerror}") from error
+
+    def _check_can_resume(self, found: str, resume: bool) -> None:
+        """Refuse checkpoints of another run, or about which the user said nothing."""
+        same = found == self._stamp
+        if not (same and resume):
+            other = "" if same else ", made from another configuration or version"
+            pieces = len(self._pieces())
+            count = f"{pieces} piece{'s' * (pieces > 1)}"
+            way = "--resume, which uses them" if same else "another output"
+            raise InputError(
+                f"output: got {self.folder} with {count} of an unfinished run{other}, "
+                f"allowed: {way}, or --discard, which removes them"
+            )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if not self._pieces():
+            self.remove()
+
+    def _pieces(self) -> list[Path]:
+        return list(self.folder.glob("piece-*.npz"))
+
+    def path(self, key: str) -> Path:
+        """File of a checkpoint."""
+        return self.folder / f"piece-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
+
+    def load(self, key: str) -> Arrays | None:
+        """Read the arrays of a checkpoint; None if it is missing or damaged."""
+        try:
+            with np.load(self.path(key), allow_pickle=False) as file:
+                return {name: file[name] for name in file.files}
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+            return None
+
+    def save(self, key: str, arrays: Mapping[str, Any]) -> None:
+        """Write a checkpoint; raises `InputError` if that fails."""
+        buffer = io.BytesIO()
+        np.savez(buffer, **arrays)
+        write_bytes(self.path(key), buffer.getvalue())
+
+    def remove(self) -> None:
+        """Remove all checkpoints and their folder."""
+        with suppress(OSError):  # other files of the user may stay in it
+            for path in self._pieces():
+                path.unlink()
+            (self.folder / _STAMP).unlink(missing_ok=True)
+            self.folder.rmdir()
+
+
+class Task(NamedTuple):
+    """A part of a run: ``function(*arguments)`` returns named arrays, `SECONDS` among them."""
+
+    function: Callable[..., Arrays]
+    arguments: tuple[Any, ...]
+
+
+def stable_number(key: str, bits: int) -> int:
+    """Hash a text to an integer from 0 to 2**bits - 1, the same on every machine."""
+    return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") >> (64 - bits)
+
+
+def run_task(task: Task, wanted_software: str) -> Arrays:
+    """Run a task on a worker; refuse a worker with other software."""
+    if (ours := software()) != wanted_software:
+        raise InputError(f"workers: got one with {ours}, allowed: {wanted_software}")
+    return task.function(*task.arguments)
+
+
+class TaskRunner:
+    """Runs tasks, and collects their results and times.
+
+    Parameters
+    ----------
+    store : CheckpointStore, optional
+        Where results are kept and found.
+    executor : concurrent.futures.Executor, optional
+        By default one thread per processor.
+    progress : bool
+        Show progress bars on standard error.
+
+    Attributes
+    ----------
+    seconds : dict
+        Worker seconds of all tasks so far, by stage.
+    note : str
+        Text after the progress bar.
+    """
+
+    def __init__(
+        self,
+        store: CheckpointStore | None = None,
+        executor: Executor | None = None,
+        progress: bool = False,
+    ) -> None:
+        self._store, self._executor, self._progress = store, executor, progress
+        self.seconds = dict.fromkeys(STAGES, 0.0)
+        self.note = ""
+
+    def run(
+        self,
+        title: str,
+        tasks: Mapping[str, Task],
+        on_result: Callable[[str, Arrays], None] = lambda key, arrays: None,
+    ) -> dict[str, Arrays]:
+        """Run all tasks that have no checkpoint; returns all results, in the order of the tasks.
+
+        Parameters
+        ----------
+        title : str
+            Title of the progress bar.
+        tasks : mapping from key to Task
+            A key identifies the task among all tasks of the same configuration.
+        on_result : callable, optional
+            Is called with key and result of each task when it is done.
+        """
+        done: dict[str, Arrays] = {}
+        for key in tasks:
+            if self._store and (found := self._store.load(key)) is not None:
+                done[key] = found
+                on_result(key, found)
+        missing = {key: task for key, task in tasks.items() if key not in done}
+        counted = bar(
+            self._progress and bool(missing),
+            unit="piece",
+            total=len(tasks),
+            initial=len(done),
+            desc=title,
+            postfix=self.note,
+        )
+        with counted, closing(self._finished(missing)) as finished:
+            for key, arrays in finished:
+                if self._store:
+                    self._store.save(key, arrays)
+                done[key] = arrays
+                on_result(key, arrays)
+                counted.set_postfix_str(self.note, refresh=False)
+                counted.update()
+        for arrays in done.values():
+            for stage, spent in zip(STAGES, arrays[SECONDS], strict=True):
+                self.seconds[stage] += float(spent)
+        return {key: done[key] for key in tasks}
+
+    def _finished(self, tasks: Mapping[str, Task]) -> Generator[tuple[str, Arrays], None, None]:
+        """Run tasks, and yield keys and results as they come in."""
+        if not tasks:
+            return
+        executor = self._executor or ThreadPoolExecutor(processors())
+        # BLAS is limited once for all tasks: the limit is one number for the whole process
+        with threadpool_limits(limits=1, user_api="blas"):
+            waiting = {executor.submit(run_task, t, software()): key for key, t in tasks.items()}
+            try:
+                for future in as_completed(waiting):
+                    yield waiting.pop(future), future.result()
+            finally:
+                for future in waiting:
+                    future.cancel()
+                if executor is not self._executor:
+                    executor.shutdown(wait=False)
+
+
+class Stopwatch:
+    """Seconds that a task takes, by stage."""
+
+    def __init__(self) -> None:
+        self._seconds = dict.fromkeys(STAGES, 0.0)
+        self._last = time.perf_counter()
+
+    def stage(self, name: str) -> None:
+        """Add the time since the last call to a stage."""
+        now = time.perf_counter()
+        self._seconds[name] += now - self._last
+        self._last = now
+
+    @property
+    def seconds(self) -> NDArray[np.float64]:
+        """Seconds of every stage, in the order of `STAGES`."""
+        return np.array([self._seconds[name] for name in STAGES])

@@ -1,0 +1,97 @@
+"""Executors of `concurrent.futures` by name: threads, a Dask cluster, the ranks of an MPI job."""
+
+import logging
+from collections.abc import Iterator
+from concurrent.futures import CancelledError, Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any, cast
+
+from sampler.errors import InputError
+from sampler.library import processors
+
+THREADS, DASK, MPI = ENGINES = ("threads", "dask", "mpi")
+
+#: Seconds after which a Dask scheduler counts as out of reach.
+_TIMEOUT = 8
+
+
+@contextmanager
+def open_executor(
+    engine: str = THREADS, *, workers: int | None = None, scheduler: str | None = None
+) -> Iterator[Executor | None]:
+    """Open an executor, and close it at the end of the block.
+
+    Parameters
+    ----------
+    engine : {"threads", "dask", "mpi"}
+    workers : int, optional
+        Threads, or processes of a Dask cluster on this machine; by default one per processor.
+    scheduler : str, optional
+        Address of a running Dask scheduler.
+
+    Yields
+    ------
+    Executor or None
+        None on all ranks of an MPI job but the first, when the first has finished.
+    """
+    if scheduler is not None and engine != DASK:
+        raise InputError(f"--scheduler: got {scheduler} with {engine}, allowed: with dask only")
+    if workers is not None and (engine == MPI or scheduler is not None):
+        raise InputError(f"--workers: got {workers}, allowed: without mpi and without --scheduler")
+    if engine == THREADS:
+        pool = ThreadPoolExecutor(workers or processors())
+        try:
+            yield pool
+        finally:  # does not wait for tasks that an error or Ctrl-C leaves behind
+            pool.shutdown(wait=False, cancel_futures=True)
+    elif engine == DASK:
+        with _dask(workers or processors(), scheduler) as executor:
+            yield executor
+    elif engine == MPI:
+        with _mpi() as ranks:
+            yield ranks
+    else:
+        raise InputError(f"--executor: got {engine}, allowed: {', '.join(ENGINES)}")
+
+
+@contextmanager
+def _dask(workers: int, scheduler: str | None) -> Iterator[Executor]:
+    """Open an executor on a running Dask cluster, or on processes of this machine."""
+    try:
+        from distributed import Client, KilledWorker
+    except ImportError as error:
+        raise InputError(
+            "--executor: got dask, which is not installed, "
+            "allowed after: pip install 'rebound-tables[dask]'"
+        ) from error
+    local: Any = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": ":0"}
+    local["silence_logs"] = logging.CRITICAL
+    try:
+        client = Client(scheduler, timeout=_TIMEOUT) if scheduler else Client(**local)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"--scheduler: got {scheduler}, where none answered within {_TIMEOUT} s, "
+            "allowed: the address of a running Dask scheduler"
+        ) from error
+    with client:
+        try:
+            yield client.get_executor()
+        except (KilledWorker, CancelledError) as error:
+            raise InputError(f"--executor: the Dask workers were lost: {error}") from error
+
+
+@contextmanager
+def _mpi() -> Iterator[Executor | None]:
+    """Open an executor on the first rank of an MPI job; the other ranks work until it closes."""
+    try:
+        from mpi4py.futures import MPICommExecutor
+        from mpi4py.MPI import COMM_WORLD
+    except (ImportError, RuntimeError) as error:  # RuntimeError: mpi4py finds no MPI library
+        raise InputError(
+            "--executor: got mpi, which is not installed, allowed after: "
+            "pip install 'rebound-tables[mpi]', with Open MPI or MPICH from the system"
+        ) from error
+    if COMM_WORLD.Get_size() < 2:
+        raise InputError("--executor: got mpi on one rank, allowed: under mpiexec -n 2 or more")
+    with MPICommExecutor(COMM_WORLD, root=0) as ranks:
+        yield cast("Executor | None", ranks)

@@ -1,0 +1,255 @@
+"""Tasks and their checkpoints: kept, found again, refused, and the same results in any order."""
+
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from threadpoolctl import ThreadpoolController, threadpool_limits
+
+from sampler.errors import InputError
+from tablegen import progress
+from tablegen.checkpoints import (
+    SECONDS,
+    STAGES,
+    CheckpointStore,
+    Stopwatch,
+    Task,
+    TaskRunner,
+    stable_number,
+)
+
+KEY = "node 1.0 2.0"
+ARRAYS = {
+    "quantiles": np.linspace(0.0, 1.0, 12, dtype=np.float32).reshape(3, 4),
+    "alias_index": np.array([2, 0, 65535], dtype=np.uint16),
+}
+
+
+@pytest.fixture
+def output(tmp_path):
+    return tmp_path / "t.h5"
+
+
+@pytest.fixture
+def store(output):
+    with CheckpointStore(output, "fingerprint") as store:
+        yield store
+
+
+@pytest.fixture
+def left(output):
+    """Folder with one checkpoint of an interrupted run."""
+    with CheckpointStore(output, "fingerprint") as store:
+        store.save(KEY, ARRAYS)
+    return store.folder
+
+
+class TestStore:
+    def test_returns_the_saved_arrays(self, store):
+        store.save(KEY, ARRAYS)
+        found = store.load(KEY)
+        assert found.keys() == ARRAYS.keys()
+        for name, values in ARRAYS.items():
+            np.testing.assert_array_equal(found[name], values)
+            assert found[name].dtype == values.dtype
+        assert store.load("another key") is None
+
+    def test_lies_next_to_the_output_until_it_is_removed(self, store, output):
+        store.save(KEY, ARRAYS)
+        assert store.folder == output.with_name("t.h5.parts")
+        store.remove()
+        assert list(output.parent.iterdir()) == []
+
+    def test_leaves_nothing_without_checkpoints(self, output):
+        with CheckpointStore(output, "fingerprint", resume=True) as store:
+            assert not store.resumed
+        assert list(output.parent.iterdir()) == []
+
+    @pytest.mark.parametrize("damage", [lambda data: data[:-40], lambda data: b"", lambda _: b"no"])
+    def test_damaged_checkpoint_counts_as_missing(self, store, damage):
+        store.save(KEY, ARRAYS)
+        store.path(KEY).write_bytes(damage(store.path(KEY).read_bytes()))
+        assert store.load(KEY) is None
+
+    def test_files_of_the_user_are_refused_and_stay(self, output):
+        notes = output.with_name("t.h5.parts") / "my-notes.txt"
+        notes.parent.mkdir()
+        notes.write_text("precious")
+        with pytest.raises(InputError, match="which is not of an unfinished run"):
+            CheckpointStore(output, "fingerprint", discard=True)
+        assert notes.read_text() == "precious"
+
+    def test_folder_that_cannot_be_made_is_one_line(self, output):
+        output.with_name("t.h5.parts").write_text("a file of the user's")
+        with pytest.raises(InputError, match=r"^output: cannot make [^\n]*$"):
+            CheckpointStore(output, "fingerprint")
+
+
+class TestEarlierCheckpoints:
+    def test_are_used_to_resume(self, left, output):
+        with CheckpointStore(output, "fingerprint", resume=True) as store:
+            assert store.resumed
+            assert store.load(KEY) is not None
+        assert left.is_dir()
+
+    def test_are_removed_if_asked(self, left, output):
+        with CheckpointStore(output, "another", discard=True) as store:
+            assert store.load(KEY) is None
+            store.save(KEY, ARRAYS)
+        with CheckpointStore(output, "another", resume=True) as store:
+            assert store.resumed
+
+    @pytest.mark.parametrize(
+        ("fingerprint", "flags", "allowed"),
+        [
+            ("fingerprint", {}, "--resume, which uses them"),
+            ("another", {}, "another output"),
+            ("another", {"resume": True}, "another output"),
+        ],
+    )
+    def test_are_refused_otherwise_and_stay(self, left, output, fingerprint, flags, allowed):
+        with pytest.raises(InputError, match=f"allowed: {allowed}, or --discard"):
+            CheckpointStore(output, fingerprint, **flags)
+        with CheckpointStore(output, "fingerprint", resume=True) as store:
+            assert store.load(KEY) is not None
+
+
+def square(number):
+    return {"square": np.array(number**2), SECONDS: np.array([1.0, 2.0, 4.0])}
+
+
+def squares(*numbers):
+    return {f"square {n}": Task(square, (n,)) for n in numbers}
+
+
+def failing(number):
+    raise ZeroDivisionError(number)
+
+
+class TestRun:
+    def test_results_come_in_the_order_of_the_tasks(self):
+        def slow(number):
+            time.sleep(0.02 * (3 - number))
+            return square(number)
+
+        tasks = {f"{n}": Task(slow, (n,)) for n in range(3)}
+        with ThreadPoolExecutor(3) as pool:
+            found = TaskRunner(executor=pool).run("squares", tasks)
+        assert [int(arrays["square"]) for arrays in found.values()] == [0, 1, 4]
+        assert TaskRunner().run("nothing", {}) == {}
+
+    def test_a_failure_keeps_the_finished_results(self, store):
+        tasks = squares(2, 3) | {"bad": Task(failing, (0,))}
+        with ThreadPoolExecutor(1) as pool, pytest.raises(ZeroDivisionError):
+            TaskRunner(store, pool).run("squares", tasks)
+        runner = TaskRunner(store)
+        found = runner.run("squares", {k: Task(failing, (0,)) for k in squares(2, 3)})
+        assert [int(arrays["square"]) for arrays in found.values()] == [4, 9]
+        assert runner.seconds == {"simulation": 2.0, "fit": 4.0, "check": 8.0}
+
+    def test_an_error_cancels_the_tasks_that_have_not_begun(self, store, monkeypatch):
+        def full(key, arrays):
+            raise InputError("output: cannot write")
+
+        monkeypatch.setattr(store, "save", full)
+        begun, go_on = [], threading.Event()
+
+        def waiting(number):
+            begun.append(number)
+            if len(begun) > 1:
+                go_on.wait(60.0)
+            return square(number)
+
+        tasks = {f"{n}": Task(waiting, (n,)) for n in range(5)}
+        with ThreadPoolExecutor(1) as pool:
+            with pytest.raises(InputError):
+                TaskRunner(store, pool).run("squares", tasks)
+            go_on.set()
+        assert begun in ([0], [0, 1])
+
+    def test_results_are_reported_and_change_the_note(self, terminal, store, capsys):
+        runner = TaskRunner(store, progress=True)
+        seen = []
+
+        def on_result(key, arrays):
+            seen.append(key)
+            runner.note = f"largest {arrays['square']}"
+
+        runner.run("squares", squares(2), on_result)
+        runner.run("squares", squares(2, 3), on_result)
+        assert seen == ["square 2", "square 2", "square 3"]
+        shown = capsys.readouterr().err
+        assert "2/2" in shown
+        assert "largest 9" in shown
+
+    def test_worker_with_other_software_is_refused(self, monkeypatch):
+        said = iter(["rebound-tables 0.1", "rebound-tables 0.2"])
+        monkeypatch.setattr("tablegen.checkpoints.software", lambda: next(said))
+        with pytest.raises(InputError, match=r"got one with rebound-tables 0.2, allowed: .*0\.1"):
+            TaskRunner().run("squares", squares(2))
+
+
+def test_linear_algebra_keeps_to_one_thread_while_tasks_overlap():
+    """The first task to end must not give the other its threads back, which may change sums."""
+    blas = ThreadpoolController().select(user_api="blas")
+    one_in, two_in, one_out = (threading.Event() for _ in range(3))
+    seen = []
+
+    def first():
+        with threadpool_limits(limits=1, user_api="blas"):
+            one_in.set()
+            assert two_in.wait(60.0)
+        one_out.set()
+        return square(1)
+
+    def second():
+        assert one_in.wait(60.0)
+        with threadpool_limits(limits=1, user_api="blas"):
+            two_in.set()
+            assert one_out.wait(60.0)
+            seen.extend(library["num_threads"] for library in blas.info())
+        return square(2)
+
+    with ThreadPoolExecutor(2) as pool:
+        TaskRunner(executor=pool).run("squares", {"1": Task(first, ()), "2": Task(second, ())})
+    assert set(seen) == {1}
+
+
+def test_stopwatch_gives_each_stage_its_time():
+    watch = Stopwatch()
+    time.sleep(0.02)
+    watch.stage("fit")
+    seconds = dict(zip(STAGES, watch.seconds, strict=True))
+    assert seconds["simulation"] == seconds["check"] == 0.0
+    assert seconds["fit"] >= 0.02
+
+
+def test_stable_numbers_are_the_first_bits_of_the_digest():
+    # printf 'node 1.0 2.0' | sha256sum
+    assert f"{stable_number('node 1.0 2.0', 48):012x}" == "861291e38d17"
+    assert max(stable_number(f"{k}", 31) for k in range(200)) < 2**31
+
+
+class TestProgress:
+    def work(self, shown=True):
+        with progress.bar(shown, "piece", total=3, desc="fitting") as bar:
+            for _ in range(3):
+                bar.update()
+
+    def test_a_log_gets_lines_of_long_work_only(self, capsys, monkeypatch):
+        self.work()
+        assert capsys.readouterr().err == ""
+        monkeypatch.setattr(progress, "INTERVAL", 0.0)
+        self.work()
+        said = capsys.readouterr().err
+        assert all(line.startswith("tablegen: fitting: ") for line in said.splitlines())
+        assert "1 of 3 pieces" in said
+        assert "\r" not in said
+
+    def test_a_terminal_gets_a_bar(self, terminal, capsys):
+        self.work()
+        assert "100%" in capsys.readouterr().err
+        self.work(shown=False)
+        assert capsys.readouterr().err == ""
