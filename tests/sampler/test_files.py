@@ -1,0 +1,91 @@
+"""Files by name, and outputs that are written whole or not at all."""
+
+import json
+
+import numpy as np
+import pytest
+
+from sampler.errors import InputError
+from sampler.files import (
+    atomic_output,
+    commented_fields,
+    find_file,
+    find_table,
+    json_text,
+    read_file,
+    write_arrays,
+    write_text,
+)
+
+
+def test_a_name_comes_before_a_file_of_the_working_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "corundum-steel").write_text("")
+    (tmp_path / "other").write_text("")
+    assert find_table("corundum-steel").suffix == ".h5"
+    assert find_table("./corundum-steel").resolve() == tmp_path / "corundum-steel"
+    assert find_table("other").name == "other"
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("quartz", "table: got 'quartz', allowed: a name (corundum-steel"),
+        ("none.h5", "table: got none.h5, allowed: a file that exists"),
+        (".", "table: got ., a folder or device, allowed: a regular file"),
+    ],
+)
+def test_missing_files_are_refused_in_one_line(given, said):
+    with pytest.raises(InputError) as refused:
+        find_file("table", given, ".h5")
+    assert str(refused.value).startswith(said)
+    with pytest.raises(InputError, match="mesh: got none, allowed: a file that exists"):
+        read_file("mesh", "none")
+
+
+def fill_the_disk(path):
+    with atomic_output(path) as temporary:
+        temporary.write_text("half")
+        raise OSError(28, "No space left on device")
+
+
+def test_a_failed_write_leaves_the_older_file_and_nothing_else(tmp_path):
+    path = tmp_path / "a.txt"
+    write_text(path, "older")
+    path.chmod(0o640)
+    with pytest.raises(InputError, match=r"cannot write .*a\.txt: No space"):
+        fill_the_disk(path)
+    assert path.read_text() == "older"
+    write_text(path, "newer")
+    assert (path.read_text(), path.stat().st_mode & 0o777) == ("newer", 0o640)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_a_link_stays_and_its_file_is_replaced(tmp_path):
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    write_text(tmp_path / "link", "text")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "file").read_text() == "text"
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [("none/a", "a file in a folder that exists"), (".", "a folder, allowed: a file name")],
+)
+def test_outputs_that_cannot_be_are_refused_before_any_work(path, said):
+    with pytest.raises(InputError, match=said):
+        write_text(path, "text")
+
+
+def test_numbers_that_are_none_are_not_written(tmp_path):
+    with pytest.raises(ValueError, match="state: holds a number that is not finite"):
+        write_arrays(tmp_path / "a.npz", state=np.array([1.0, np.nan]))
+    with pytest.raises(ValueError, match="JSON"):
+        json_text({"x": np.inf})
+    assert json.loads(json_text({"x": [1, 2.5]})) == {"x": [1, 2.5]}
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_fields_at_the_top_of_a_file():
+    text = "# title: A, B\n#\n# title: again\n# wall:  steel \nangle,e_n\n# later: x\n"
+    assert commented_fields(text) == {"title": "A, B", "wall": "steel"}
