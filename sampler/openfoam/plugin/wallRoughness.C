@@ -40,24 +40,7 @@ Foam::wallRoughness::wallRoughness(const dictionary& coeffs)
     if (!coeffs.found("roughness")) return;
 
     const dictionary& dict = coeffs.subDict("roughness");
-    const bool given = dict.found("tilt_deg");
-    const wordList keys(dict.toc());
-
-    forAll(keys, i)
-    {
-        const word& key = keys[i];
-        const bool known =
-            given ? key == "tilt_deg" : (key == "Ra" || key == "Rq" || key == "RSm");
-
-        if (!known)
-        {
-            FatalIOErrorInFunction(dict)
-                << "roughness." << key << ": got one" << (given ? " beside tilt_deg" : "")
-                << ", allowed: tilt_deg alone, or Ra, Rq and RSm" << exit(FatalIOError);
-        }
-    }
-
-    if (!given)
+    if (!dict.found("tilt_deg"))
     {
         Ra_ = lengthOf(dict, "Ra", false);
         Rq_ = lengthOf(dict, "Rq", false);
