@@ -11,7 +11,7 @@ material, and all such laws start from these numbers.
 import argparse
 import math
 import warnings
-from typing import NamedTuple
+from collections import namedtuple
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -25,7 +25,7 @@ GAS_DENSITY, VISCOSITY, PARTICLE_DENSITY = 1.16, 1.85e-5, 3950.0  # air and coru
 INNER, OUTER, BEFORE, BEHIND = 0.1, 0.2, 0.1, 0.2  # radii of the walls, straight parts, m
 MIDDLE = 0.5 * (INNER + OUTER)
 TURN = 0.5 * math.pi * MIDDLE  # length of the bend along its middle line
-GROUPS = 20  # of particles
+GROUPS, SPEED = 20, 150.0  # of particles; of the gas, m/s
 STEP = 0.02  # time step, widths of the duct over the speed of the gas
 SLIDES = 1e-3  # speed into the wall, over that of the gas, below which a particle slides
 QUANTITIES = (
@@ -36,6 +36,9 @@ QUANTITIES = (
     "normal impact energy, per metre",
     "energy of all but first impacts, per metre",
 )
+
+#: Impacts on one wall, arrays (n,): group of the particle, its hits before, m, m/s, radians.
+Impacts = namedtuple("Impacts", "group hit place speed angle")
 
 
 def across(x):
@@ -49,13 +52,18 @@ def along(x):
     return np.minimum(x[0], 0.0) + turned - np.minimum(x[1], 0.0)
 
 
-def acceleration(gas, x, v):
-    """Acceleration of particles by drag, (3, n); gas: speed (m/s) and particle diameter (m)."""
-    speed, diameter = gas
+def gas_velocity(speed, x):
+    """Velocity of the gas at places (2, n)."""
     foot, r = np.maximum(x, 0.0), across(x)
     vortex = (OUTER - INNER) / math.log(OUTER / INNER) / r
     size = speed * np.where((x > 0.0).all(axis=0), vortex, 1.0) / r
-    slip = np.stack((size * foot[1], -size * foot[0], np.zeros_like(r))) - v
+    return np.stack((size * foot[1], -size * foot[0], np.zeros_like(r)))
+
+
+def acceleration(gas, x, v):
+    """Acceleration of particles by drag, (3, n); gas: speed (m/s) and particle diameter (m)."""
+    speed, diameter = gas
+    slip = gas_velocity(speed, x) - v
     reynolds = GAS_DENSITY * diameter / VISCOSITY * np.linalg.norm(slip, axis=0)
     response = PARTICLE_DENSITY * diameter**2 / (18.0 * VISCOSITY)
     return slip * (1.0 + 0.15 * reynolds**0.687) / response
@@ -83,16 +91,6 @@ def hit_times(gas, x, v, h):
     return low
 
 
-class Impacts(NamedTuple):
-    """Impacts on one wall, arrays (n,): group of the particle, hits before, m, m/s, radians."""
-
-    group: np.ndarray
-    hit: np.ndarray
-    place: np.ndarray
-    speed: np.ndarray
-    angle: np.ndarray
-
-
 def follow(rebound, gas, count, seed):
     """Follow particles with one of `many_hits.make_models`; return `Impacts` on the outer wall."""
     h = STEP * (OUTER - INNER) / gas[0]
@@ -108,10 +106,9 @@ def follow(rebound, gas, count, seed):
             flown[behind] = hit_times(gas, x[:, behind], v[:, behind], h)
             end[:, behind], end_v[:, behind] = step(gas, x[:, behind], v[:, behind], flown[behind])
             omega *= np.exp(-decay * flown)
-            foot, r = np.maximum(end[:, behind], 0.0), across(end[:, behind])
+            r, normal = across(end[:, behind]), np.zeros((3, len(behind)))
             outer = r > MIDDLE
-            normal = np.zeros((3, len(behind)))
-            normal[:2] = np.where(outer, -1.0, 1.0) * foot / r
+            normal[:2] = np.where(outer, -1.0, 1.0) * np.maximum(end[:, behind], 0.0) / r
             speed = np.linalg.norm(end_v[:, behind], axis=0)
             into = -(end_v[:, behind] * normal).sum(axis=0)
             # a particle that hardly moves into the wall slides: it loses that velocity
@@ -161,8 +158,14 @@ def draw_wall(figure, walls, edges):
         axes.axvspan(0.0, TURN, color="#eeeeee", linewidth=0)
         for model, (values, errors) in walls.items():
             look = dict(zip(("color", "marker", "linestyle"), LOOKS[model], strict=True))
-            middles = 0.5 * (edges[1:] + edges[:-1])
-            axes.errorbar(middles, values[k], errors[k], label=model, markersize=3, **look)
+            axes.errorbar(
+                0.5 * (edges[1:] + edges[:-1]),
+                values[k],
+                errors[k],
+                label=model,
+                markersize=3,
+                **look,
+            )
         axes.set_title(title, loc="left")
         axes.set(ylim=(0.0, None), xlim=edges[[0, -1]], xlabel="place along the duct [m]")
     handles, labels = panels[0, 0].get_legend_handles_labels()
@@ -181,7 +184,6 @@ def main(arguments=None):
     """Run the bend with each model, and print and draw what hits its outer wall."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
-    parser.add_argument("--speed", type=float, default=150.0, metavar="M_S", help="of the gas")
     parser.add_argument("--diameter", type=float, default=30e-6, metavar="M", help="of particles")
     parser.add_argument("--count", type=int, default=10_000, help="particles of each model")
     parser.add_argument("--figure", metavar="F.png")
@@ -192,9 +194,9 @@ def main(arguments=None):
     edges = TURN / 12 * np.arange(23)  # 12 cells in the bend, 10 behind it
     whole, cells = {}, {}
     for number, (name, rebound) in enumerate(models.items()):
-        impacts = follow(rebound, (args.speed, args.diameter), args.count, seed=1000 + number)
-        whole[name] = by_place(impacts, args.count, edges[[0, -1]], args.speed)
-        cells[name] = by_place(impacts, args.count, edges, args.speed)
+        impacts = follow(rebound, (SPEED, args.diameter), args.count, seed=1000 + number)
+        given = impacts, args.count
+        whole[name], cells[name] = (by_place(*given, e, SPEED) for e in (edges[[0, -1]], edges))
     print_wall(whole)
     if args.figure:
         figure = plt.figure(figsize=(13.0, 7.0), layout="constrained")

@@ -24,11 +24,10 @@ import tablegen
 
 GAS_DENSITY, VISCOSITY, PARTICLE_DENSITY, BODY_RADIUS, SPEED = 1.16, 1.85e-5, 3950.0, 0.1, 200.0
 STEP, LONGEST = 0.04, 100.0  # time step, and time after which a particle is given up
-BAND, START = 2.0, -4.0  # half-width or radius of the band of particles, and where they start
+BAND = 2.0  # half-width or radius of the band of particles
 LEFT, PITCH, COLUMNS, ROWS = -2.5, 0.025, 160, 80  # cells of the density: x, distance from the axis
 BATCHES, SEED = 64, 1  # parts of a run, whose scatter shows the effect of chance
 AT_REST = (0.0, 0.0, 0.0)
-
 #: 2 (cylinder) or 3 (sphere), 1 / Stokes number, Reynolds number of a particle that slips at U.
 Gas = namedtuple("Gas", "dimension response reynolds")
 
@@ -68,9 +67,8 @@ def hit_time(gas, p, h):
     """Time at which a particle that is inside the body after a time h meets its surface."""
     low, high = 0.0, h
     while high - low > 1e-14:
-        middle = 0.5 * (low + high)
-        outside = radius(gas, step(gas, p, middle)) > 1.0
-        low, high = (middle, high) if outside else (low, middle)
+        t = 0.5 * (low + high)
+        low, high = (t, high) if radius(gas, step(gas, p, t)) > 1.0 else (low, t)
     return low
 
 
@@ -85,46 +83,36 @@ def simulated(arrays, v, normal, half_size, omega, keys, work, out):
 @numba.njit
 def drawn(arrays, v, normal, half_size, omega, keys, work, out):
     """Rebound drawn from the table: all that a flow code needs; return the status."""
-    impact = (v, normal, half_size, AT_REST)
-    return sampler.rebound(arrays, *impact, SEED, *keys, out, omega)
-
-
-@numba.njit
-def follow(wall, arrays, gas, half_size, index, p, work, field):
-    """Follow a particle until it has left; return its hits, or -1 if it lingers or fails."""
-    out, hits, decay = np.zeros(6), 0, 10.0 / 3.0 * gas.response
-    for _ in range(int(LONGEST / STEP)):
-        left, end = STEP, step(gas, p, STEP)
-        while radius(gas, end) < 1.0:
-            flown = hit_time(gas, p, left)
-            p, left = step(gas, p, flown), left - flown
-            out[3:] *= math.exp(-decay * flown)
-            normal = (p[0], p[1], (gas.dimension - 2) * p[2])
-            velocity = (SPEED * p[3], SPEED * p[4], SPEED * p[5])
-            omega, keys = (out[3], out[4], out[5]), (index, hits)
-            if wall(arrays, velocity, normal, half_size, omega, keys, work, out) < 0:
-                return -1
-            hits += 1
-            p = (p[0], p[1], p[2], out[0] / SPEED, out[1] / SPEED, out[2] / SPEED)
-            end = step(gas, p, left)
-        p = end
-        out[3:] *= math.exp(-decay * left)
-        distance = math.hypot(p[1], (gas.dimension - 2) * p[2])
-        column, row = math.floor((p[0] - LEFT) / PITCH), math.floor(distance / PITCH)
-        if hits > 0 and 0 <= column < COLUMNS and row < ROWS:
-            field[int(row), int(column)] += 1
-        if p[0] < -5.0 or p[0] > 2.0 or distance > 4.0:
-            return hits
-    return -1
+    return sampler.rebound(arrays, v, normal, half_size, AT_REST, SEED, *keys, out, omega)
 
 
 @numba.njit(nogil=True)
-def follow_batch(wall, arrays, gas, half_size, first, starts, work, field):
-    """Follow particles first, first + 1, ...; add to the field, return the hits of each."""
-    hits = np.empty(len(starts), np.int64)
+def follow(wall, arrays, gas, half_size, first, starts, work, field):
+    """Follow particles first, first + 1, ...; return the number of hits of each, -1 on failure."""
+    hits, decay = np.zeros(len(starts), np.int64), 10.0 / 3.0 * gas.response
     for k in range(len(starts)):
-        p = (starts[k, 0], starts[k, 1], starts[k, 2], 1.0, 0.0, 0.0)
-        hits[k] = follow(wall, arrays, gas, half_size, first + k, p, work, field)
+        p, out = (starts[k, 0], starts[k, 1], starts[k, 2], 1.0, 0.0, 0.0), np.zeros(6)
+        for _ in range(int(LONGEST / STEP)):
+            left, end = STEP, step(gas, p, STEP)
+            while hits[k] >= 0 and radius(gas, end) < 1.0:
+                flown = hit_time(gas, p, left)
+                p, left = step(gas, p, flown), left - flown
+                out[3:] *= math.exp(-decay * flown)
+                normal = (p[0], p[1], (gas.dimension - 2) * p[2])
+                velocity = (SPEED * p[3], SPEED * p[4], SPEED * p[5])
+                omega, keys = (out[3], out[4], out[5]), (first + k, hits[k])
+                status = wall(arrays, velocity, normal, half_size, omega, keys, work, out)
+                hits[k] = hits[k] + 1 if status >= 0 else -1
+                p = (p[0], p[1], p[2], out[0] / SPEED, out[1] / SPEED, out[2] / SPEED)
+                end = step(gas, p, left)
+            p = end
+            out[3:] *= math.exp(-decay * left)
+            distance = math.hypot(p[1], (gas.dimension - 2) * p[2])
+            column, row = math.floor((p[0] - LEFT) / PITCH), math.floor(distance / PITCH)
+            if hits[k] > 0 and 0 <= column < COLUMNS and row < ROWS:
+                field[int(row), int(column)] += 1
+            if hits[k] < 0 or p[0] < -5.0 or p[0] > 2.0 or distance > 4.0:
+                break
     return hits
 
 
@@ -137,13 +125,12 @@ def run(body, wall, arrays, work_size, stokes, count):
     y, z = 2.0 * a - 1.0, 0.0 * b
     if body == "sphere":
         y, z = np.sqrt(a) * np.array([np.cos(2.0 * np.pi * b), np.sin(2.0 * np.pi * b)])
-    starts = np.column_stack((START - STEP * phase, BAND * y, BAND * z))
+    starts = np.column_stack((-4.0 - STEP * phase, BAND * y, BAND * z))
     fields, size = np.zeros((BATCHES, ROWS, COLUMNS), np.int64), count // BATCHES
 
     def work(k):
         rows, space = starts[k * size : (k + 1) * size], np.empty(work_size)
-        args = (wall, arrays, gas, 0.5 * diameter, k * size, rows, space, fields[k])
-        return follow_batch(*args)
+        return follow(wall, arrays, gas, 0.5 * diameter, k * size, rows, space, fields[k])
 
     with ThreadPoolExecutor(numba.config.NUMBA_NUM_THREADS) as pool:
         hits = list(tqdm(pool.map(work, range(BATCHES)), total=BATCHES, desc=body, leave=False))
@@ -161,13 +148,13 @@ def density(body, counts, particles):
 
 
 def difference(one, other):
-    """Mean difference of densities (BATCHES, ...), and with random signs of batches: by chance."""
+    """Mean difference of densities (BATCHES, ...), and by chance: with random signs of batches."""
     shape = (BATCHES, ROWS // 10, 10, COLUMNS // 10, 10)
     one, other = (np.nansum(field.reshape(shape), axis=(2, 4)) for field in (one, other))
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (100, BATCHES))
-    chance = np.abs(np.einsum("sb,bij->sij", signs, one - other)).sum(axis=(1, 2)).mean()
-    found, total = np.abs((one - other).sum(axis=0)).sum(), 0.5 * (one + other).sum()
-    return found / total, chance / total
+    chance = np.abs(np.tensordot(signs, one - other, 1)).sum(axis=(1, 2)).mean()
+    total = 0.5 * (one + other).sum()
+    return np.abs((one - other).sum(axis=0)).sum() / total, chance / total
 
 
 def draw(fields, path):
@@ -178,8 +165,8 @@ def draw(fields, path):
     for axes, ((body, model), field) in zip(panels.ravel(), fields.items(), strict=True):
         image = axes.imshow(np.clip(field, 0.05, 10.0), extent=extent, **look)
         axes.add_patch(plt.Circle((0.0, 0.0), 1.0, facecolor="white", edgecolor="black"))
-        axes.set_title(f"{body}: {model}", fontsize=10)
-        axes.set(xlim=extent[:2], ylim=extent[2:], xlabel="x / R", ylabel="distance / R")
+        axes.set(title=f"{body}: {model}", xlabel="x / R", ylabel="distance / R")
+        axes.set(xlim=extent[:2], ylim=extent[2:])
     figure.colorbar(image, ax=panels, extend="both", label="density of bounced / stream")
     figure.savefig(path, dpi=110)
 
@@ -196,11 +183,9 @@ def main(arguments=None):
     config = tablegen.parse_config(table.config, args.table)
     spheres = tablegen.DirectModel(config, config.population.restricted_to("sphere"))
     direct = tablegen.DirectModel(config)
-    models = {
-        "direct simulation": (simulated, direct.arrays, direct.work_size),
-        "table": (drawn, table.arrays, 1),
-        "spheres": (simulated, spheres.arrays, spheres.work_size),
-    }
+    models = {"direct simulation": (simulated, direct.arrays, direct.work_size)}
+    models["table"] = (drawn, table.arrays, 1)
+    models["spheres"] = (simulated, spheres.arrays, spheres.work_size)
     count, fields = -(-args.count // BATCHES) * BATCHES, {}
     for body, name in [(body, name) for body in ("cylinder", "sphere") for name in models]:
         counts, hits = run(body, *models[name], args.stokes, count)

@@ -3,9 +3,9 @@
     sampler/openfoam/bend.sh FOLDER
     python docs/examples/openfoam_bend.py FOLDER --figure docs/openfoam_bend.png
 
-The first runs `sampler/openfoam/cases/bend` with OpenFOAM's own wall model for spheres, and with the
-table without and with the spin of each parcel; the second reads the impacts that OpenFOAM wrote to
-FOLDER/bend. `bend.py` is the same bend in Python, plane, in a gas that is known by formula.
+The first runs `sampler/openfoam/cases/bend` with OpenFOAM's own wall model for spheres, and with
+the table without and with the spin of each parcel; the second reads the impacts that OpenFOAM wrote
+to FOLDER/bend. `bend.py` is the same bend in Python, plane, in a gas that is known by formula.
 """
 
 import argparse
@@ -13,12 +13,12 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from bend import GROUPS, INNER, OUTER, TURN, Impacts, by_place, draw_wall, print_wall
+from bend import GROUPS, INNER, OUTER, SPEED, TURN, Impacts, by_place, draw_wall, print_wall
 from matplotlib.colors import LogNorm
 
 MODELS, WALLS = ("spheres", "table without spin", "table"), ("outer", "inner", "sides")
 CENTRE = 0.2  # the bend turns about (0, CENTRE), from x to y, m
-SPEED, FACES = 150.0, 20  # at the inlet, m/s; faces of the mesh along the bend
+FACES = 20  # of the mesh along the bend
 BEGIN, END = 0.008, 0.014  # times of counted impacts, when the duct is full, s
 PARCELS = round(3e6 * (END - BEGIN))  # injected meanwhile
 
