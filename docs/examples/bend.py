@@ -2,10 +2,9 @@
 
     python docs/examples/bend.py --figure docs/bend_impacts.png
 
-A plane duct of 0.1 m turns by 90 degrees. Its gas is uniform in the straight parts and a free
-vortex in the bend. Drag is that of Schiller and Naumann; spins decay as in Stokes flow. Standard
-errors come from groups of particles. No law of erosion is applied: its exponents belong to a
-material, and all such laws start from these numbers.
+A plane duct of 0.1 m turns by 90 degrees; its gas is a free vortex in the bend. Drag is that of
+Schiller and Naumann; spins decay as in Stokes flow. No law of erosion is applied: its exponents
+belong to a material, and all such laws start from these numbers.
 """
 
 import argparse
@@ -153,21 +152,13 @@ def by_place(impacts, particles, edges, speed):
 
 def draw_wall(figure, walls, edges):
     """Draw values and standard errors along a wall by model; grey is the bend."""
-    panels = figure.subplots(2, 3)
+    panels, middles = figure.subplots(2, 3), 0.5 * (edges[1:] + edges[:-1])
     for k, (axes, title) in enumerate(zip(panels.ravel(), QUANTITIES, strict=True)):
         axes.axvspan(0.0, TURN, color="#eeeeee", linewidth=0)
         for model, (values, errors) in walls.items():
             look = dict(zip(("color", "marker", "linestyle"), LOOKS[model], strict=True))
-            axes.errorbar(
-                0.5 * (edges[1:] + edges[:-1]),
-                values[k],
-                errors[k],
-                label=model,
-                markersize=3,
-                **look,
-            )
-        axes.set_title(title, loc="left")
-        axes.set(ylim=(0.0, None), xlim=edges[[0, -1]], xlabel="place along the duct [m]")
+            axes.errorbar(middles, values[k], errors[k], label=model, markersize=3, **look)
+        axes.set(ylim=(0.0, None), xlim=edges[[0, -1]], title=title, xlabel="along the duct [m]")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
 

@@ -2,10 +2,9 @@
 
     python docs/examples/dusty_gas.py --figure docs/dusty_gas.png
 
-Compiled code follows particles with drag one by one. Compared is the density of those that have
-bounced: spheres, direct simulation of every rebound, and draws from the table; all keep their spin.
-The gas is a potential flow along x; drag is that of Schiller and Naumann, and spins decay as in
-Stokes flow. Lengths are in body radii R, velocities in stream speeds U, times in R/U.
+Compares the density of particles that have bounced: spheres, direct simulation of every rebound,
+and draws from the table; all keep their spin. The gas is a potential flow along x. Lengths are in
+body radii R, velocities in stream speeds U, times in R/U.
 """
 
 import argparse
@@ -153,8 +152,8 @@ def difference(one, other):
     one, other = (np.nansum(field.reshape(shape), axis=(2, 4)) for field in (one, other))
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (100, BATCHES))
     chance = np.abs(np.tensordot(signs, one - other, 1)).sum(axis=(1, 2)).mean()
-    total = 0.5 * (one + other).sum()
-    return np.abs((one - other).sum(axis=0)).sum() / total, chance / total
+    found, total = np.abs((one - other).sum(axis=0)).sum(), 0.5 * (one + other).sum()
+    return found / total, chance / total
 
 
 def draw(fields, path):
@@ -165,8 +164,7 @@ def draw(fields, path):
     for axes, ((body, model), field) in zip(panels.ravel(), fields.items(), strict=True):
         image = axes.imshow(np.clip(field, 0.05, 10.0), extent=extent, **look)
         axes.add_patch(plt.Circle((0.0, 0.0), 1.0, facecolor="white", edgecolor="black"))
-        axes.set(title=f"{body}: {model}", xlabel="x / R", ylabel="distance / R")
-        axes.set(xlim=extent[:2], ylim=extent[2:])
+        axes.set(title=f"{body}: {model}", xlabel="x / R", xlim=extent[:2], ylim=extent[2:])
     figure.colorbar(image, ax=panels, extend="both", label="density of bounced / stream")
     figure.savefig(path, dpi=110)
 
