@@ -9,4 +9,5 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/folder.sh"
 
 "$HERE/bend.sh" "$FOLDER"
-"${PYTHON:-python3}" "$HERE/../../tests/openfoam/wall.py" "$FOLDER"
+PYTHONPATH="$HERE/../../tests${PYTHONPATH:+:$PYTHONPATH}" \
+    "${PYTHON:-python3}" "$HERE/../../tests/openfoam/wall.py" "$FOLDER"
