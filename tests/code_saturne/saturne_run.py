@@ -101,12 +101,12 @@ def settings(**changed):
     return "\n".join([*kept, *(f"{name} {value}" for name, value in changed.items()), ""])
 
 
-def run(work, folder, steps, *, step, particles, processors=1, restart=None, symmetry=0, text=None):  # fmt: skip
+def run(work, folder, steps, *, step, particles, processors=1, restart=None, symmetry=0, text=None):
     """Run the box in a new folder, and return that folder.
 
-    `steps` counts those before a restart too, `step` is their length [s], `particles` are injected
-    at the beginning; `restart` is the folder of a run that goes on, `symmetry` 1 for symmetry planes
-    at both ends in x, 2 at all four sides; `text` that of the settings.
+    `steps` counts those before a restart too, `step` is their length [s]; `particles` are injected
+    at the beginning; `restart` is the folder of a run that goes on; `symmetry` is 1 for symmetry
+    planes at both ends in x, 2 at all four sides; `text` is that of the settings.
     """
     built, folder = build(work), Path(folder)
     folder.mkdir(parents=True)
