@@ -76,29 +76,20 @@ def _further(hits):
     return box_run.Hits(*(column[hits.hit > 0] for column in hits))
 
 
-def _distances(sample, reference):
-    return {
-        "hits": len(sample),
-        "ks": ks_distances(sample, reference).tolist(),
-        "correlation_error": correlation_error(sample, reference),
-    }
+def _row(name, sample, reference):
+    """Name, number of hits, largest KS distance and error of a correlation."""
+    ks = float(max(ks_distances(sample, reference)))
+    return name, len(sample), ks, correlation_error(sample, reference)
 
 
 def compare(hits, reference):
-    """Distances of first hits from the states of each condition, a dictionary a row."""
+    """Distances of first hits from the states of each condition."""
     states = box_run.states(hits)
-    rows = []
-    for k, (alpha, speed) in enumerate(box_run.CONDITIONS):
-        name = f"{np.degrees(alpha):.0f} deg, {speed} m/s"
-        sample = states[box_run.of_condition(hits, k)]
-        rows.append({"condition": name, **_distances(sample, reference[k])})
-    return rows
-
-
-def compare_further(hits, further):
-    """Distances of all further hits from those of a flight in Python."""
-    states = box_run.states(_further(hits))
-    return {"condition": "further hits", **_distances(states, box_run.states(further))}
+    return [
+        _row(f"{np.degrees(alpha):.0f} deg, {speed} m/s", states[which], reference[k])
+        for k, (alpha, speed) in enumerate(box_run.CONDITIONS)
+        for which in [box_run.of_condition(hits, k)]
+    ]
 
 
 def difference_from_python(table, hits, spin=True):
@@ -111,7 +102,7 @@ def difference_from_python(table, hits, spin=True):
 
 def passes(rows):
     """Whether every row is within what is allowed."""
-    return all(max(row["ks"]) <= KS and row["correlation_error"] <= CORRELATION for row in rows)
+    return all(ks <= KS and correlation <= CORRELATION for _, _, ks, correlation in rows)
 
 
 def _runs(work, count):
@@ -130,16 +121,6 @@ def _runs(work, count):
     yield "spin no", plain, box_run.read_hits(plain)
 
 
-def _print_table(name, rows, difference):
-    print(f"{name}:\n  condition           hits      KS  error of a correlation")
-    for row in rows:
-        print(
-            f"  {row['condition']:16}  {row['hits']:6d}  {max(row['ks']):.4f}  "
-            f"{row['correlation_error']:.4f}"
-        )
-    print(f"  largest difference from Python's draws: {difference:.1e} m/s")
-
-
 def main(work, count=COUNT):
     """Make the runs and compare them."""
     table = sampler.load("corundum-steel")
@@ -151,10 +132,13 @@ def main(work, count=COUNT):
         else:
             started = box_run.read_particles(folder, "start")
             further = further_hits(table, started, STEP * STEPS)
-            rows = [*compare(hits, drawn), compare_further(hits, further)]
-            difference = difference_from_python(table, hits)
+            rows, difference = compare(hits, drawn), difference_from_python(table, hits)
+            states = box_run.states(_further(hits)), box_run.states(further)
+            rows.append(_row("further hits", *states))
         good = good and passes(rows) and difference < DIFFERENCE
-        _print_table(name, rows, difference)
+        print(f"{name}: largest difference from Python's draws {difference:.1e} m/s")
+        for row in rows:
+            print("  {:16}  {:6d} hits  KS {:.4f}  error of a correlation {:.4f}".format(*row))
     return 0 if good else 1
 
 
