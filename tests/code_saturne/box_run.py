@@ -1,6 +1,6 @@
-"""What happened in the box: records that cs_user_box.c leaves, and the same in Python."""
+"""Particles and hits in the box: records of cs_user_box.c, and the same flights in Python."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import saturne_run
@@ -17,18 +17,8 @@ HALF_SIZE = 25e-6
 DECAY = 60.0 * 1.83337e-5 / (3950.0 * 50e-6**2)
 
 
-@dataclass(frozen=True)
-class Particles:
-    """Particles at one time, in the order of their identities.
-
-    Attributes
-    ----------
-    index : uint64 array, shape (n,)
-        Identities: time step of injection, and number among those of that step.
-    hits : int array, shape (n,)
-    omega, position, velocity : arrays, shape (n, 3)
-        rad/s, m, m/s.
-    """
+class Particles(NamedTuple):
+    """Particles at one time, in the order of their identities; (n,) or (n, 3), SI."""
 
     index: np.ndarray
     hits: np.ndarray
@@ -37,17 +27,8 @@ class Particles:
     velocity: np.ndarray
 
 
-@dataclass(frozen=True)
-class Hits:
-    """Hits of a run, in the order of identities and hits.
-
-    Attributes
-    ----------
-    index, hit : integer arrays, shape (n,)
-        Identity, and how many walls came before.
-    velocity, omega, new_velocity, new_omega, normal : arrays, shape (n, 3)
-        Before and after, m/s and rad/s; into the gas.
-    """
+class Hits(NamedTuple):
+    """Hits of a run in the order of identities and hits; (n,) or (n, 3), SI."""
 
     index: np.ndarray
     hit: np.ndarray

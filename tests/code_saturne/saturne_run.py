@@ -17,11 +17,11 @@ CELLS = (8, 4, 8)
 
 
 class SaturneError(RuntimeError):
-    """A program of code_saturne that failed; the message is what it left in its error files."""
+    """A program of code_saturne that failed; the message is the text of its error files."""
 
 
 def _environment():
-    """What code_saturne needs to run: a user's name, and one thread a process."""
+    """Variables that code_saturne needs: a user's name, and one thread a process."""
     return {
         **os.environ,
         "USER": os.environ.get("USER", "nobody"),
@@ -35,7 +35,7 @@ def _environment():
 
 
 def call(folder, *command):
-    """Run a program in a folder; what it printed is kept as NAME.log there."""
+    """Run a program in a folder; its output is kept as NAME.log there."""
     words = [str(word) for word in command]
     done = subprocess.run(
         words,
@@ -78,18 +78,11 @@ def write_mesh(path):
     path.write_text("\n".join(text), encoding="ascii")
 
 
-def _is_current(solver, sources):
-    return solver.exists() and all(
-        path.stat().st_mtime < solver.stat().st_mtime for path in sources
-    )
-
-
 def build(work):
     """Make WORK/box: the solver with our user sources and those of the box, and the mesh."""
     folder = Path(work) / "box"
     sources = [*SOURCES.glob("src/rebound_*.[ch]"), *BOX.glob("*"), HEADER]
-    if not _is_current(folder / "cs_solver", sources):
-        shutil.rmtree(folder, ignore_errors=True)
+    if not (folder / "cs_solver").exists():
         (folder / "SRC").mkdir(parents=True)
         for path in sources:
             shutil.copy(path, folder / "SRC")
@@ -108,36 +101,19 @@ def settings(**changed):
     return "\n".join([*kept, *(f"{name} {value}" for name, value in changed.items()), ""])
 
 
-def run(work, folder, steps, *, step, particles, processors=1, restart=None, order=1, symmetry=0,
-        text=None):  # fmt: skip
+def run(work, folder, steps, *, step, particles, processors=1, restart=None, symmetry=0, text=None):
     """Run the box in a new folder, and return that folder.
 
-    Parameters
-    ----------
-    work, folder : Path
-        Folder of `build`; new folder of this run.
-    steps : int
-        Time steps in all, those before a restart too.
-    step : float
-        Their length [s].
-    particles : int
-        How many are injected at the beginning.
-    processors : {1, 2}
-    restart : Path, optional
-        Folder of a run that goes on.
-    order : {1, 2}
-        Of the time scheme of particles.
-    symmetry : {0, 1, 2}
-        Symmetry planes in place of walls: none, both ends in x, all four sides.
-    text : str, optional
-        Text of rebound_wall.cfg.
+    `steps` counts those before a restart too, `step` is their length [s]; `particles` are injected
+    at the beginning; `restart` is the folder of a run that goes on; `symmetry` is 1 for symmetry
+    planes at both ends in x, 2 at all four sides; `text` is that of the settings.
     """
     built, folder = build(work), Path(folder)
     folder.mkdir(parents=True)
     shutil.copy(built / "mesh_input", folder)
     (folder / TABLE).symlink_to(Path(work) / TABLE)
     (folder / "rebound_wall.cfg").write_text(text or settings(), encoding="utf-8")
-    numbers = (steps, step, particles, int(restart is not None), order, symmetry)
+    numbers = (steps, step, particles, int(restart is not None), symmetry)
     (folder / "box.txt").write_text(" ".join(map(str, numbers)), encoding="ascii")
     if restart is not None:
         (folder / "restart").symlink_to(Path(restart) / "checkpoint")

@@ -15,11 +15,10 @@ import os
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
 PLUGIN = Path(__file__).resolve().parents[2] / "sampler" / "openfoam" / "plugin"
-#: What wmake's rules ask of its environment.
+#: Environment of wmake's rules.
 SETTINGS = {
     "WM_ARCH": "linux64",
     "WM_ARCH_OPTION": "64",
@@ -43,27 +42,8 @@ class NotCheckedError(Exception):
     """A release that cannot be checked; the message says why."""
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """What came out for one release.
-
-    Attributes
-    ----------
-    release, source : str
-        Its name, and commit and date of the headers.
-    result : {"compiled", "does not compile", "not checked"}
-    reason : str
-        Empty if it compiled.
-    """
-
-    release: str
-    source: str
-    result: str
-    reason: str = ""
-
-
 def _output(*command, **given):
-    """What a program prints, or `NotCheckedError` with its last line."""
+    """Output of a program, or `NotCheckedError` with its last line."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, **given)
     except FileNotFoundError:
@@ -125,12 +105,6 @@ def compiler(tree, headers):
     return [*flags, *(f"-I{path}/lnInclude" for path in common), f"-I{PLUGIN}"]
 
 
-def units():
-    """Translation units of the plugin."""
-    words = (PLUGIN / "Make" / "files").read_text().split()
-    return [PLUGIN / word for word in words if word.endswith(".C")]
-
-
 def first_error(command, unit):
     """First error of a translation unit, None if it compiles."""
     done = subprocess.run(
@@ -143,19 +117,7 @@ def first_error(command, unit):
 
 
 def check(source, folder):
-    """Compile the plugin against one release.
-
-    Parameters
-    ----------
-    source : str
-        Tree, or REPOSITORY@REVISION.
-    folder : Path
-        New and empty.
-
-    Returns
-    -------
-    Verdict
-    """
+    """Compile against one release, with an empty folder; return its name, headers and result."""
     place, _, revision = source.partition("@")
     name, described, tree = source, "", Path(place).resolve()
     try:
@@ -163,35 +125,31 @@ def check(source, folder):
             raise NotCheckedError("no such folder")
         if revision:
             unpack(place, revision, folder)
-            described = _output(
-                "git", "-C", place, "log", "-1", "--format=%h, %cs", "--abbrev=10", revision
-            )
-            tree = folder
+            log = ("log", "-1", "--format=%h, %cs", "--abbrev=10", revision)
+            described, tree = _output("git", "-C", place, *log), folder
         name = release_name(tree, revision.removeprefix("version-") or "of unknown version")
         headers = folder / "headers"
         link_headers(tree, headers)
         command = compiler(tree, headers)
-        _output(command[0], "--version")
     except NotCheckedError as error:
-        return Verdict(name, described, "not checked", str(error))
-    for unit in units():
-        error = first_error(command, unit)
+        return name, described, f"not checked: {error}"
+    for unit in (PLUGIN / "Make" / "files").read_text().split():
+        error = first_error(command, PLUGIN / unit) if unit.endswith(".C") else None
         if error is not None:
-            return Verdict(name, described, "does not compile", f"{unit.name}: {error}")
-    return Verdict(name, described, "compiled")
+            return name, described, f"does not compile: {unit}: {error}"
+    return name, described, "compiled"
 
 
 def main(sources):
     """Check releases and print a table."""
-    verdicts = []
+    failed = 0
     print("| release | headers | result |\n|---|---|---|")
     for source in sources:
         with tempfile.TemporaryDirectory() as folder:
-            verdict = check(source, Path(folder))
-        reason = f": {verdict.reason}" if verdict.reason else ""
-        print(f"| {verdict.release} | {verdict.source} | {verdict.result}{reason} |", flush=True)
-        verdicts.append(verdict)
-    return 1 if any(verdict.result == "does not compile" for verdict in verdicts) else 0
+            row = check(source, Path(folder))
+        print(f"| {' | '.join(row)} |", flush=True)
+        failed += row[2].startswith("does not compile")
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":

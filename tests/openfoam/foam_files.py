@@ -18,7 +18,7 @@ _HEADER = """FoamFile
 """
 _SCALARS = ("tTurb", "age", "dTarget")
 _VECTORS = ("UTurb", "f", "angularMomentum", "torque")
-#: What a colliding parcel remembers of its contacts: lists, empty ones here.
+#: Contacts of a colliding parcel: empty lists here.
 _RECORDS = {
     "collisionRecordsPairAccessed": "labelFieldField",
     "collisionRecordsPairOrigProcOfOther": "labelFieldField",
@@ -52,16 +52,7 @@ def _write_field(path, values):
 
 
 def write_cloud(case, position, velocity, diameter, density):
-    """Write a cloud at time 0: parcels that have not met a wall, origId 0 to n - 1 of origProc 0.
-
-    Parameters
-    ----------
-    case : Path
-    position, velocity : arrays, shape (n, 3)
-        m, m/s.
-    diameter, density : float
-        m, kg/m3.
-    """
+    """Write a cloud at time 0 (SI): parcels that have met no wall, origId 0 to n - 1."""
     cloud = Path(case) / "0" / "lagrangian" / CLOUD
     cloud.mkdir(parents=True, exist_ok=True)
     n = len(position)
@@ -102,20 +93,7 @@ def _read_field(path):
 
 
 def read_cloud(case, time, names):
-    """Read fields of a cloud, of one processor or of all, in the order of origId.
-
-    Parameters
-    ----------
-    case : Path
-    time : str
-        Name of the time folder.
-    names : sequence of str
-
-    Returns
-    -------
-    dict of str to array, shape (n,) or (n, 3)
-        Also "origId" and "origProcId".
-    """
+    """Read fields of a cloud of all processors at a time, in the order of origId, by name."""
     parts = sorted(Path(case).glob("processor*")) or [Path(case)]
     clouds = [part / time / "lagrangian" / CLOUD for part in parts]
     clouds = [cloud for cloud in clouds if (cloud / "origId").exists()]
@@ -125,15 +103,3 @@ def read_cloud(case, time, names):
     }
     order = np.lexsort((fields["origId"], fields["origProcId"]))
     return {name: values[order] for name, values in fields.items()}
-
-
-def read_positions(case, time):
-    """Positions [m] of the parcels, shape (n, 3), of a case that writes them, not in parallel."""
-    text = (Path(case) / time / "lagrangian" / CLOUD / "positions").read_text(encoding="ascii")
-    rows = [line for line in text.splitlines() if line.startswith("(") and len(line) > 1]
-    return np.array([line.replace("(", "").replace(")", "").split()[:3] for line in rows], float)
-
-
-def read_velocities(case, time):
-    """Velocities [m/s] in the order of `read_positions`, shape (n, 3)."""
-    return _read_field(Path(case) / time / "lagrangian" / CLOUD / "U")

@@ -10,7 +10,7 @@ TABLE = "corundum-steel.rbt"
 
 
 class FoamError(RuntimeError):
-    """A program of OpenFOAM that failed; the message is the end of what it said."""
+    """A program of OpenFOAM that failed; the message is the end of its output."""
 
 
 def copy_case(name, folder, work):
@@ -43,20 +43,8 @@ def _environment(work):
     return dict(item.split("=", 1) for item in out.split("\0") if "=" in item)
 
 
-def run(work, case, *command, processors=1, may_fail=False):
-    """Run a program in a case, and return what it printed, also kept as log.PROGRAM there.
-
-    Parameters
-    ----------
-    work : Path
-        Working folder of install.sh.
-    case : Path
-    *command : str
-    processors : int
-        More than one: with mpirun and -parallel.
-    may_fail : bool
-        Return what a failing program printed too.
-    """
+def run(work, case, *command, processors=1):
+    """Run a program in a case, in parallel with mpirun; return its output, kept as log.PROGRAM."""
     log = Path(case) / f"log.{command[0]}"
     if processors > 1:
         command = ("mpirun", "-np", str(processors), *command, "-parallel")
@@ -71,6 +59,6 @@ def run(work, case, *command, processors=1, may_fail=False):
         stderr=subprocess.STDOUT,
     )
     log.write_text(done.stdout, encoding="utf-8")
-    if done.returncode != 0 and not may_fail:
+    if done.returncode != 0:
         raise FoamError(f"{' '.join(command)} in {case}:\n{done.stdout[-3000:]}")
     return done.stdout

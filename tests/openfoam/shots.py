@@ -1,10 +1,11 @@
-"""The wall case: parcels shot at the floor and at the moving lid of a box, and what comes back."""
+"""The wall case: parcels shot at floor and moving lid of a box, in OpenFOAM and in Python."""
 
 from dataclasses import dataclass
 
 import foam_files
 import foam_run
 import numpy as np
+from free_flight import fly
 
 #: Impact angles [rad] and speeds [m/s] relative to the wall.
 CONDITIONS = tuple(
@@ -22,6 +23,8 @@ WALL_VELOCITY = np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 10.0]])
 NORMAL = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
 HEIGHT = np.array([0.0, 0.4])
 END_TIME = 1e-3
+#: Corners of the box [m].
+LOWER, UPPER = np.array([-0.4, 0.0, -0.4]), np.array([0.4, 0.4, 0.4])
 #: Velocity [m/s] of the whole box in "colliding-moving", as in its dynamicMeshDict.
 BOX_VELOCITY = np.array([0.0, 20.0, 0.0])
 SOLVERS = {
@@ -33,15 +36,7 @@ SOLVERS = {
 
 @dataclass(frozen=True)
 class Shots:
-    """Parcels before their impact.
-
-    Attributes
-    ----------
-    condition, wall : int arrays, shape (n,)
-        Index into `CONDITIONS`; 0 floor, 1 lid.
-    position, velocity : arrays, shape (n, 3)
-        m and m/s, at time 0, lab frame.
-    """
+    """Parcels before their impact: index into `CONDITIONS`, wall (0 floor, 1 lid), m and m/s."""
 
     condition: np.ndarray
     wall: np.ndarray
@@ -58,16 +53,9 @@ class Shots:
 
 
 def make_shots(count, plane=False, seed=1):
-    """Parcels that meet a wall once, between 0.2 and 0.8 of `END_TIME`.
+    """Make `count` parcels of each condition at each wall, which meet it once within `END_TIME`.
 
-    Parameters
-    ----------
-    count : int
-        Parcels of each condition at each wall.
-    plane : bool
-        Move in the x-y plane only, at its z = 0.
-    seed : int
-        Of places, times and directions along the wall.
+    In a plane case they move in the plane z = 0.
     """
     rng = np.random.default_rng(seed)
     condition = np.repeat(np.arange(len(CONDITIONS)), 2 * count)
@@ -90,26 +78,10 @@ def make_shots(count, plane=False, seed=1):
 
 
 def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), end="0.001"):
-    """Run the wall case and return the parcels' fields at its end.
+    """Run the wall case; return the parcels' fields at its end, and the solver's log.
 
-    Parameters
-    ----------
-    work, folder : Path
-        Working folder of install.sh; new folder of the case.
-    shots : Shots
-    cloud : {"kinematic", "colliding", "colliding-moving"}
-    processors : {1, 2}
-    edits : sequence of (file, old text, new text)
-        Changes to the case.
-    end : str
-        End time [s], as OpenFOAM names its folder.
-
-    Returns
-    -------
-    fields : dict of arrays
-        U, dTarget (number of hits), omega (angular velocity, rad/s); as `read_cloud`.
-    log : str
-        What the solver printed.
+    `edits`: changes to the case, (file, old text, new text). Fields: U (m/s), dTarget (number of
+    hits) and omega (rad/s), as of `read_cloud`.
     """
     case = foam_run.copy_case("wall", folder, work)
     for change in edits:
@@ -118,7 +90,7 @@ def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), en
     foam_files.write_cloud(case, shots.position, shots.velocity, DIAMETER, DENSITY)
     if processors > 1:
         foam_run.run(work, case, "decomposePar")
-        # what it makes are coordinates, and it links the note that says positions
+        # decomposePar writes coordinates, but links the entry that says positions
         foam_run.edit(case, foam_files.GEOMETRY, "positions", "coordinates")
     log = foam_run.run(work, case, SOLVERS[cloud], processors=processors)
     return read_fields(case, end, cloud), log
@@ -134,17 +106,12 @@ def read_fields(case, time, cloud="colliding"):
 
 def rebound(table, velocity, normal, omega, with_spin=True, **keys):
     """`Table.rebound` of grains of these parcels, by the law that the plugin takes by default."""
-    before = {"omega": omega} if with_spin and has_spin_law(table) else {}
+    before = {"omega": omega} if with_spin and table.has_spin else {}
     return table.rebound(velocity, normal, 0.5 * DIAMETER, seed=SEED, **before, **keys)
 
 
-def has_spin_law(table):
-    """Whether a table has a law of particles that arrive with a spin."""
-    return table.contents.has_spin
-
-
 def first_rebound(table, shots, with_spin=True):
-    """What Python draws for the first wall of each parcel: velocities and angular velocities."""
+    """Draw in Python for the first wall of each parcel: velocities and angular velocities."""
     return rebound(
         table,
         shots.velocity,
@@ -172,3 +139,15 @@ def states(shots, fields):
     if fields["omega"].any():
         parts.append(fields["omega"] * (0.5 * DIAMETER) / speed)
     return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])
+
+
+def replay(table, started, end, decay=0.0, symmetry_axes=(), roughness=None):
+    """Follow parcels through the box in Python; arguments and result as of `free_flight.fly`."""
+
+    def at_wall(rows, normal, velocity, omega, hits):
+        lid = (normal[:, 1] < 0.0).astype(int)
+        keys = {"index": rows, "hit": hits, "wall_velocity": WALL_VELOCITY[lid]}
+        return rebound(table, velocity, normal, omega, roughness=roughness, **keys)
+
+    start, box = (started.position, started.velocity), (LOWER, UPPER)
+    return fly(start, end, box, at_wall, decay, symmetry_axes)

@@ -1,13 +1,13 @@
-"""Shoot parcels at a wall in OpenFOAM, and compare what comes back with direct simulation.
+"""Shoot parcels at a wall in OpenFOAM, and compare their rebounds with direct simulation.
 
-    python tests/openfoam/wall.py FOLDER [COUNT]
+    PYTHONPATH=tests python tests/openfoam/wall.py FOLDER [COUNT]
 
 FOLDER is where install.sh and build.sh of sampler/openfoam worked, with corundum-steel.rbt; COUNT
 the number of parcels of each condition at each of two walls. Prints a table, leaves wall.json in
 FOLDER, and ends with 1 if a distance is larger than is allowed.
 
-All impacts are first ones, the law of which `spin no` takes; what `spin yes` draws is compared with
-what Python draws for the same keys.
+All impacts are first ones, whose law `spin no` takes; draws of both `spin no` and `spin yes` are
+compared with those of Python for the same keys.
 """
 
 import itertools
@@ -20,7 +20,6 @@ import numpy as np
 import shots
 
 import sampler
-from sampler.files import atomic_output
 from tablegen import load_config, simulate
 from tablegen.accuracy.metrics import correlation_error, ks_distances
 
@@ -98,8 +97,7 @@ def main(work, count=COUNT):
         _print_table(rows)
         for kept, difference in differences.items():
             print(f"  {kept}: largest difference from Python's draws {difference:.1e} m/s")
-    with atomic_output(work / "wall.json") as temporary:
-        Path(temporary).write_text(json.dumps(results, indent=1), encoding="utf-8")
+    (work / "wall.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
     return 0 if all(map(_holds, results.values())) else 1
 
 

@@ -9,6 +9,8 @@
 
 #include "rebound_wall.h"
 
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+
 void cs_user_lagr_model(void)
 {
     rebound_wall_model();
@@ -17,7 +19,6 @@ void cs_user_lagr_model(void)
 /* Zones have the types that the graphical interface gave them. */
 void cs_user_lagr_boundary_conditions(const int bc_type[])
 {
-    CS_UNUSED(bc_type);
     rebound_wall_zones();
 }
 
@@ -25,19 +26,12 @@ void cs_user_lagr_in(cs_lagr_particle_set_t *particles, const cs_lagr_injection_
                      const cs_lnum_t particle_range[2], const cs_lnum_t particle_face_id[],
                      const cs_real_t visc_length[])
 {
-    CS_UNUSED(zis);
-    CS_UNUSED(particle_face_id);
-    CS_UNUSED(visc_length);
     rebound_wall_new(particles, particle_range);
 }
 
 void cs_user_lagr_sde(const cs_real_t dt[], cs_real_t taup[], cs_real_3_t tlag[],
                       cs_real_t tempct[])
 {
-    CS_UNUSED(dt);
-    CS_UNUSED(taup);
-    CS_UNUSED(tlag);
-    CS_UNUSED(tempct);
     rebound_wall_flight();
 }
 
@@ -53,6 +47,5 @@ void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnu
 
 void cs_user_lagr_extra_operations(const cs_real_t dt[])
 {
-    CS_UNUSED(dt);
     rebound_wall_log();
 }

@@ -1,4 +1,4 @@
-/* rebound_particles.c - what particles keep for wall rebounds: identity, hits, spin.
+/* rebound_particles.c - user attributes of particles: identity, hits, spin.
 
    Part of rebound-tables; MIT licence. */
 
@@ -19,7 +19,7 @@
 
 #include "rebound_wall.h"
 
-/* How many particles processes of a lower rank have, for n here; *total: how many all have. */
+/* Number of particles of processes of a lower rank, for n here; *total: of all processes. */
 static cs_gnum_t count_before(cs_lnum_t n, cs_gnum_t *total)
 {
     cs_gnum_t before = 0, mine = (cs_gnum_t)n;
@@ -73,15 +73,12 @@ static void resume_attribute(cs_restart_t *file, int location, int k, cs_real_t 
              cs_lagr_attribute_name[CS_LAGR_USER], k);
     if (cs_restart_read_section(file, section, location, 1, CS_TYPE_cs_real_t, values) !=
         CS_RESTART_SUCCESS)
-        bft_error(__FILE__, __LINE__, 0,
-                  "restart: got particles without the user attribute %d, allowed: particles of a "
-                  "run with rebounds from a table, and with as many user attributes before ours",
-                  k);
+        bft_error(__FILE__, __LINE__, 0, "restart: got particles without the user attribute %d, "
+                  "allowed: a run with our sources and as many user attributes before ours", k);
 }
 
-/* code_saturne 6.0 writes user attributes to a restart file as it should, one by one, but where it
-   reads them each one overwrites all: so they are read again. Particles are in the order in which
-   it read them, as long as none has moved or come. */
+/* code_saturne 6.0 writes user attributes one by one, but as it reads them each one overwrites all:
+   so they are read again, before any particle has moved or come. */
 void rebound_particles_resume(int first_attribute)
 {
     cs_lagr_particle_set_t *particles = cs_glob_lagr_particle_set;

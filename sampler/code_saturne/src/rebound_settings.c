@@ -1,11 +1,11 @@
-/* rebound_settings.c - the settings of wall rebounds, from a text file to a table that is open.
+/* rebound_settings.c - read the settings of wall rebounds and open the table.
 
-   Lines are `name value`; `#` begins a comment. What is wrong ends the run with one line
+   Lines are `name value`; `#` begins a comment. A mistake ends the run with one line
    "rebound_wall.cfg: NAME: got X, allowed: Y". Part of rebound-tables; MIT licence. */
 
 #include <errno.h>
 #include <float.h>
-#include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,16 +29,6 @@ static void refuse(const char *name, const char *got, const char *allowed)
               got, allowed);
 }
 
-static double read_number(const char *name, const char *text, double least, double most,
-                          const char *allowed)
-{
-    char *end = NULL;
-    const double value = strtod(text, &end);
-    if (*end != '\0' || end == text || !(value >= least && value <= most))
-        refuse(name, text, allowed);
-    return value;
-}
-
 static uint64_t read_seed(const char *text)
 {
     char *end = NULL;
@@ -49,36 +39,44 @@ static uint64_t read_seed(const char *text)
     return (uint64_t)value;
 }
 
-/* 0 or 1: which of two words stands there. */
-static int read_choice(const char *name, const char *text, const char *zero, const char *one)
+/* Return 0 or 1 for the first or the second of two words. */
+static int read_choice(const char *name, const char *text, const char *zero, const char *one,
+                       const char *allowed)
 {
-    char allowed[64];
-    if (strcmp(text, zero) != 0 && strcmp(text, one) != 0) {
-        snprintf(allowed, sizeof allowed, "%s, %s", zero, one);
+    if (strcmp(text, zero) != 0 && strcmp(text, one) != 0)
         refuse(name, text, allowed);
-    }
     return strcmp(text, one) == 0;
 }
 
-/* A setting that is a number; 0 if there is none of that name. */
-static int take_number(rebound_settings_t *settings, const char *name, const char *value)
+/* Settings that are numbers. */
+static const struct {
+    const char *name;
+    size_t offset;
+    double least, most;
+    const char *allowed;
+} numbers[] = {
+    {"half_size", offsetof(rebound_settings_t, half_size), 1e-12, DBL_MAX, "a positive number"},
+    {"gas_torque", offsetof(rebound_settings_t, gas_torque), 0, DBL_MAX, "0 or a positive number"},
+    {"tilt_deg", offsetof(rebound_settings_t, tilt_deg), 0, 28.6, "0 to 28.6 deg"},
+    {"Ra", offsetof(rebound_settings_t, ra), 0, DBL_MAX, "0 or a positive length in m"},
+    {"Rq", offsetof(rebound_settings_t, rq), 0, DBL_MAX, "0 or a positive length in m"},
+    {"RSm", offsetof(rebound_settings_t, rsm), 1e-30, DBL_MAX, "a positive length in m"},
+};
+
+/* Read a setting that is a number; 0 if none has that name. */
+static int take_number(rebound_settings_t *settings, const char *name, const char *text)
 {
-    if (strcmp(name, "half_size") == 0)
-        settings->half_size = read_number(name, value, 1e-12, DBL_MAX, "a positive number");
-    else if (strcmp(name, "gas_torque") == 0)
-        settings->gas_torque = read_number(name, value, 0.0, DBL_MAX, "0 or a positive number");
-    else if (strcmp(name, "tilt_deg") == 0)
-        settings->roughness = fmin(
-            read_number(name, value, 0.0, 0.5 / DEGREE, "0 to 28.6 deg") * DEGREE, 0.5);
-    else if (strcmp(name, "Ra") == 0)
-        settings->ra = read_number(name, value, 0.0, DBL_MAX, "0 or a positive length in m");
-    else if (strcmp(name, "Rq") == 0)
-        settings->rq = read_number(name, value, 0.0, DBL_MAX, "0 or a positive length in m");
-    else if (strcmp(name, "RSm") == 0)
-        settings->rsm = read_number(name, value, 1e-30, DBL_MAX, "a positive length in m");
-    else
-        return 0;
-    return 1;
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+        char *end = NULL;
+        const double value = strtod(text, &end);
+        if (strcmp(name, numbers[i].name) != 0)
+            continue;
+        if (*end != '\0' || end == text || !(value >= numbers[i].least && value <= numbers[i].most))
+            refuse(name, text, numbers[i].allowed);
+        *(double *)((char *)settings + numbers[i].offset) = value;
+        return 1;
+    }
+    return 0;
 }
 
 static void take(rebound_settings_t *settings, int *has_seed, const char *name, const char *value)
@@ -89,9 +87,9 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
         settings->seed = read_seed(value);
         *has_seed = 1;
     } else if (strcmp(name, "spin") == 0) {
-        settings->spin = read_choice(name, value, "no", "yes");
+        settings->spin = read_choice(name, value, "no", "yes", "no, yes");
     } else if (strcmp(name, "out_of_range") == 0) {
-        settings->refuse_outside = read_choice(name, value, "clamp", "error");
+        settings->refuse_outside = read_choice(name, value, "clamp", "error", "clamp, error");
     } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
                "table, seed, spin, out_of_range, half_size, gas_torque, tilt_deg, Ra, Rq, RSm");
@@ -104,8 +102,7 @@ static void read_file(rebound_settings_t *settings)
     int has_seed = 0;
     FILE *file = fopen(REBOUND_SETTINGS_FILE, "r");
     if (file == NULL)
-        bft_error(__FILE__, __LINE__, 0, "%s: got no such file, allowed: one in DATA",
-                  REBOUND_SETTINGS_FILE);
+        bft_error(__FILE__, __LINE__, 0, REBOUND_SETTINGS_FILE ": got none, allowed: one in DATA");
     while (fgets(line, sizeof line, file) != NULL) {
         line[strcspn(line, "#\n")] = '\0';
         const int words = sscanf(line, "%63s %255s %1s", name, value, more);
@@ -151,22 +148,20 @@ double rebound_settings_roughness(const rebound_settings_t *settings, double dia
 {
     double tilt;
     if (settings->rsm <= 0.0)
-        return settings->roughness;
+        return settings->tilt_deg * DEGREE;
     if (rbt_wall_tilt(settings->ra, settings->rq, settings->rsm, diameter, &tilt) < RBT_OK)
         refuse("RSm", "a profile whose facets are too steep", "Ra and Rq up to 0.27 RSm");
     return tilt;
 }
 
-/* A profile is whole, and right for particles of every size. */
+/* Refuse a profile that is not whole, or beside a tilt. */
 static void check_profile(const rebound_settings_t *settings)
 {
     const int profile = settings->ra > 0.0 || settings->rq > 0.0 || settings->rsm > 0.0;
-    if (profile && settings->roughness > 0.0)
+    if (profile && settings->tilt_deg > 0.0)
         refuse("tilt_deg", "a positive number beside a profile", "one of both");
     if (profile && settings->rsm <= 0.0)
         refuse("RSm", "none", "a positive length in m, with Ra and Rq");
-    rebound_settings_roughness(settings, 1e-12 * settings->rsm);
-    rebound_settings_roughness(settings, 1e12 * settings->rsm);
 }
 
 struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
@@ -178,9 +173,8 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
     check_profile(settings);
     const int code = rbt_open(settings->table, &table);
     if (code < RBT_OK)
-        bft_error(__FILE__, __LINE__, 0,
-                  "%s: table: got %s, allowed: a file that `sampler export` wrote (%s)",
-                  REBOUND_SETTINGS_FILE, settings->table, rbt_strerror(code));
+        bft_error(__FILE__, __LINE__, 0, "%s: table: got %s, allowed: a file that `sampler export` "
+                  "wrote (%s)", REBOUND_SETTINGS_FILE, settings->table, rbt_strerror(code));
     check_table(settings, table);
     return table;
 }

@@ -1,4 +1,4 @@
-/* rebound_wall.c - what happens at a wall, and to spins between walls.
+/* rebound_wall.c - rebounds at walls, and spins between them.
 
    Part of rebound-tables; MIT licence. */
 
@@ -21,8 +21,7 @@
 
 #include "rebound_wall.h"
 
-/* How far the tracker's start is moved from the wall to the centre of the cell, of that distance;
-   as for the rebounds of code_saturne itself. */
+/* Shift of the tracker's start from the wall towards the cell's centre, as in code_saturne. */
 #define START_SHIFT 1e-2
 
 static rebound_settings_t settings;
@@ -40,14 +39,12 @@ static void check_models(void)
 {
     const cs_lagr_model_t *model = cs_glob_lagr_model;
     if (model->agglomeration || model->fragmentation || model->precipitation)
-        bft_error(__FILE__, __LINE__, 0,
-                  "%s: table: got agglomeration, fragmentation or precipitation of particles, "
-                  "allowed: none of them (they make particles without identity)",
+        bft_error(__FILE__, __LINE__, 0, "%s: table: got agglomeration, fragmentation or "
+                  "precipitation, allowed: none of them (they make particles without identity)",
                   REBOUND_SETTINGS_FILE);
     if (cs_glob_lagr_time_scheme->t_order != 1)
-        bft_error(__FILE__, __LINE__, 0,
-                  "%s: table: got t_order %d, allowed: 1 (at order 2 code_saturne 6.0 goes back to "
-                  "the velocity before the rebound)",
+        bft_error(__FILE__, __LINE__, 0, "%s: table: got t_order %d, allowed: 1 (at order 2 "
+                  "code_saturne 6.0 goes back to the velocity before the rebound)",
                   REBOUND_SETTINGS_FILE, cs_glob_lagr_time_scheme->t_order);
 }
 
@@ -61,10 +58,6 @@ void rebound_wall_model(void)
 
 int rebound_wall_attribute(void)
 {
-    if (first_attribute < 0)
-        bft_error(__FILE__, __LINE__, 0,
-                  "rebound_wall: got no call of rebound_wall_model, allowed: one in "
-                  "cs_user_lagr_model");
     return first_attribute;
 }
 
@@ -75,9 +68,8 @@ static void check_periodicity(void)
     const int n = periodicity == NULL ? 0 : fvm_periodicity_get_n_transforms(periodicity);
     for (int i = 0; i < n && settings.spin; i++)
         if (fvm_periodicity_get_type(periodicity, i) >= FVM_PERIODICITY_ROTATION)
-            bft_error(__FILE__, __LINE__, 0,
-                      "%s: spin: got yes, allowed: no, with a periodicity of rotation",
-                      REBOUND_SETTINGS_FILE);
+            bft_error(__FILE__, __LINE__, 0, "%s: spin: got yes, allowed: no, with a periodicity "
+                      "of rotation", REBOUND_SETTINGS_FILE);
 }
 
 void rebound_wall_zones(void)
@@ -110,8 +102,7 @@ static double *kept_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id)
            rebound_wall_attribute();
 }
 
-/* Let the gas act on the spin for a time [s], which may be negative. Backwards it goes no further
-   than numbers reach: a time step that long has left no spin. */
+/* Let the gas act on the spin for a time [s], which may be negative; bounded against overflow. */
 static void fly(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double time, double omega[3])
 {
     const double rate = rebound_particles_decay(particles, p_id, settings.gas_torque);
@@ -128,9 +119,8 @@ void rebound_wall_flight(void)
         fly(particles, p, cs_glob_lagr_time_step->dtp, kept_of(particles, p) + REBOUND_OMEGA);
 }
 
-/* The tracker follows a particle from a start to CS_LAGR_COORDS. The start stands first in a
-   particle's data, in a structure that is private to code_saturne; that it does is checked at each
-   hit. */
+/* Start of the path to CS_LAGR_COORDS that the tracker follows: first in a particle's data, in a
+   private structure of code_saturne, which is checked at each hit. */
 static cs_real_t *start_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
                            const cs_real_t end[3], const cs_real_t hit[3], double t)
 {
@@ -138,9 +128,8 @@ static cs_real_t *start_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     for (int k = 0; k < 3; k++) {
         const double size = fabs(start[k]) + fabs(end[k]);
         if (!(fabs(start[k] + t * (end[k] - start[k]) - hit[k]) <= 1e-9 * size))
-            bft_error(__FILE__, __LINE__, 0,
-                      "rebound_wall: got particle data in another order, allowed: that of "
-                      "code_saturne 6.0");
+            bft_error(__FILE__, __LINE__, 0, "rebound_wall: got particle data in another order, "
+                      "allowed: that of code_saturne 6.0");
     }
     return start;
 }
@@ -173,9 +162,8 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     const double roughness = rebound_settings_roughness(&settings, diameter);
     const double speed = cs_math_3_norm(velocity);
     if (!(kept[REBOUND_STEP] >= 1.0))
-        bft_error(__FILE__, __LINE__, 0,
-                  "rebound_wall: got a particle without identity, allowed: a call of "
-                  "rebound_wall_new in cs_user_lagr_in");
+        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
+                  "allowed: a call of rebound_wall_new in cs_user_lagr_in");
     memcpy(before, kept + REBOUND_OMEGA, sizeof before);
     fly(particles, p_id, -rest, before); /* the whole time step is behind it, but for the rest */
     const int code = rbt_rough_rebound(table, velocity, normal, settings.half_size * diameter, NULL,
@@ -197,16 +185,14 @@ static void refuse(const cs_real_t velocity[3], int code)
     double alpha[2], speed[2];
     rbt_alpha_range(table, alpha);
     rbt_speed_range(table, speed);
-    bft_error(__FILE__, __LINE__, 0,
-              "%s: out_of_range: got an impact at (%g, %g, %g) m/s, allowed: %g to %g deg, %g to "
-              "%g m/s (%s)",
-              REBOUND_SETTINGS_FILE, velocity[0], velocity[1], velocity[2],
-              alpha[0] * 180.0 / cs_math_pi, alpha[1] * 180.0 / cs_math_pi, speed[0], speed[1],
-              rbt_strerror(code));
+    bft_error(__FILE__, __LINE__, 0, "%s: out_of_range: got an impact at (%g, %g, %g) m/s, "
+              "allowed: %g to %g deg, %g to %g m/s (%s)", REBOUND_SETTINGS_FILE, velocity[0],
+              velocity[1], velocity[2], alpha[0] * 180.0 / cs_math_pi,
+              alpha[1] * 180.0 / cs_math_pi, speed[0], speed[1], rbt_strerror(code));
 }
 
-/* New velocity, and new place `path` from the wall, which is given as it would have gone on behind
-   it. What leaves the wall already, or rests, is mirrored; that is no hit. */
+/* Set the new velocity, and turn the rest of the path, given as it would go on behind the wall.
+   The path of a particle that leaves already, or rests, is mirrored; that is no hit. */
 static void rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                     cs_real_t velocity[3], double path[3])
 {
@@ -250,10 +236,8 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     double normal[3], path[3];
 
     if (b_zone_id < 0 || b_zone_id >= n_zones || is_symmetry[b_zone_id] < 0)
-        bft_error(__FILE__, __LINE__, 0,
-                  "rebound_wall: got zone %d of type CS_LAGR_BC_USER, allowed: CS_LAGR_REBOUND or "
-                  "CS_LAGR_SYM before rebound_wall_zones",
-                  b_zone_id);
+        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got zone %d of type CS_LAGR_BC_USER, "
+                  "allowed: CS_LAGR_REBOUND or CS_LAGR_SYM before rebound_wall_zones", b_zone_id);
     normal_into_gas(face_id, face_norm, normal);
     for (int k = 0; k < 3; k++)
         path[k] = end[k] - c_intersect[k];

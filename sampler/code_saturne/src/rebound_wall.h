@@ -1,10 +1,7 @@
 /* rebound_wall.h - wall rebounds of non-spherical particles in code_saturne 6.0, from a table.
 
-   A user source: copy it, the .c files beside it and rebound_sampler.h to the SRC folder of a case,
-   and rebound_wall.cfg, the settings, to its DATA folder. See README.md.
-
-   cs_user_lagr_rebound.c hands over to the functions below. A case that has one of these user
-   functions already calls ours there instead.
+   How to use it: README.md. cs_user_lagr_rebound.c hands over to the functions below; a case that
+   has one of these user functions already calls ours there instead.
 
    Part of rebound-tables; MIT licence. */
 
@@ -17,8 +14,8 @@
 #include "cs_lagr_particle.h"
 #include "cs_lagr_tracking.h"
 
-/* What a particle keeps, as user attributes (doubles) from rebound_wall_attribute() on. Its
-   identity is (time step of its injection, number among those of that step). */
+/* User attributes (doubles) of a particle, from rebound_wall_attribute() on. Its identity is the
+   time step of its injection, and its number among all particles of that step. */
 enum {
     REBOUND_STEP,
     REBOUND_NUMBER,
@@ -28,7 +25,7 @@ enum {
 };
 
 /* In cs_user_lagr_model, after it has set n_user_variables for itself: read the settings, open the
-   table, and make place for what a particle keeps. */
+   table, and add our user attributes. */
 void rebound_wall_model(void);
 
 /* First of our user attributes. */
@@ -36,13 +33,13 @@ int rebound_wall_attribute(void);
 
 /* In cs_user_lagr_boundary_conditions, after zones have their types: zones of type CS_LAGR_REBOUND
    get rebounds from the table, zones of type CS_LAGR_SYM mirror the spin too. After a restart it
-   reads what particles keep. */
+   reads the user attributes. */
 void rebound_wall_zones(void);
 
 /* In cs_user_lagr_in: new particles get an identity, no hits and no spin. */
 void rebound_wall_new(cs_lagr_particle_set_t *particles, const cs_lnum_t particle_range[2]);
 
-/* In cs_user_lagr_sde: what the gas does to spins in a time step. */
+/* In cs_user_lagr_sde: let the gas slow spins down for a time step. */
 void rebound_wall_flight(void);
 
 /* In cs_lagr_user_boundary_interaction, with its arguments. */
@@ -58,7 +55,7 @@ void rebound_wall_log(void);
 
 struct rbt_table;
 
-/* What rebound_wall.cfg says. */
+/* Values of rebound_wall.cfg. */
 typedef struct {
     char table[256];      /* file of `sampler export`; relative to the folder of the run */
     uint64_t seed;        /* of the random numbers */
@@ -66,7 +63,7 @@ typedef struct {
     int refuse_outside;   /* whether an impact outside the table ends the run */
     double half_size;     /* largest half-size of a grain over the particle's diameter */
     double gas_torque;    /* of the gas on a spinning grain, over that on a sphere */
-    double roughness;     /* standard deviation of the tilt of facets, rad; 0: smooth walls */
+    double tilt_deg;      /* standard deviation of the tilt of facets; 0: smooth walls */
     double ra, rq, rsm;   /* or the profile of the wall, m; rsm 0: none */
 } rebound_settings_t;
 
@@ -82,7 +79,7 @@ double rebound_settings_roughness(const rebound_settings_t *settings, double dia
 double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
                                double gas_torque);
 
-/* Read what particles keep from the files of a restart. */
+/* Read our user attributes from the files of a restart. */
 void rebound_particles_resume(int first_attribute);
 
 #endif

@@ -1,28 +1,15 @@
 #include "TabulatedRebound.H"
 #include "meshTools.H"
 
-namespace Foam
-{
-namespace tabulatedRebound
-{
-
-// Components of a state, as rebound_sampler.h counts them
-enum component { u, v, w, omegaX, omegaY, omegaZ };
-
-} // End namespace tabulatedRebound
-} // End namespace Foam
-
 
 // * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * * //
 
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkComponents()
 {
-    namespace tr = tabulatedRebound;
-
     const bool plane = this->mesh().nGeometricD() < 3;
 
-    if (!table_->gives(tr::u) || !table_->gives(tr::v) || !(plane || table_->gives(tr::w)))
+    if (!table_->gives("u") || !table_->gives("v") || !(plane || table_->gives("w")))
     {
         FatalIOErrorInFunction(this->coefficients())
             << "tableFile: got a table without all velocity components, allowed: one with u, v"
@@ -30,8 +17,8 @@ void Foam::TabulatedRebound<CloudType>::checkComponents()
     }
 
     givesSpin_ =
-        table_->gives(tr::omegaZ)
-     && (plane || (table_->gives(tr::omegaX) && table_->gives(tr::omegaY)));
+        table_->gives("omega_z")
+     && (plane || (table_->gives("omega_x") && table_->gives("omega_y")));
 }
 
 
@@ -136,27 +123,6 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
 
 
 template<class CloudType>
-void Foam::TabulatedRebound<CloudType>::reportWalls() const
-{
-    DynamicList<word> others;
-
-    for (const polyPatch& pp : this->meshPatches())
-    {
-        if (isA<wallPolyPatch>(pp) && !rebound::matches(patches_, pp.name()))
-        {
-            others.append(pp.name());
-        }
-    }
-
-    if (others.size())
-    {
-        Info<< "    tabulatedRebound: leaves walls " << others
-            << " to another model" << endl;
-    }
-}
-
-
-template<class CloudType>
 uint32_t Foam::TabulatedRebound<CloudType>::countHit(parcelType& p)
 {
     const uint32_t hit = uint32_t(p.dTarget() + 0.5);
@@ -185,13 +151,10 @@ template<class CloudType>
 typename Foam::TabulatedRebound<CloudType>::Counts
 Foam::TabulatedRebound<CloudType>::totals() const
 {
-    scalarField before
+    const scalarField before
     (
         this->template getModelProperty<scalarField>("counts", scalarField(4, Zero))
     );
-
-    // Releases up to 0.1 wrote three
-    before.setSize(4, Zero);
 
     return
     {
@@ -305,24 +268,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     if (keepsSpin_) checkSpin();
 
     followSpin();
-    reportWalls();
 }
-
-
-template<class CloudType>
-Foam::TabulatedRebound<CloudType>::TabulatedRebound(const TabulatedRebound<CloudType>& model)
-:
-    rebound::wallModel<CloudType>(model),
-    table_(model.table_),
-    seed_(model.seed_),
-    patches_(model.patches_),
-    refuseOutside_(model.refuseOutside_),
-    halfSizeRule_(model.halfSizeRule_),
-    roughness_(model.roughness_),
-    givesSpin_(model.givesSpin_),
-    keepsSpin_(model.keepsSpin_),
-    counts_(model.counts_)
-{}
 
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //

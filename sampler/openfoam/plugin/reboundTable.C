@@ -33,14 +33,16 @@ Foam::reboundTable::~reboundTable()
 }
 
 
-bool Foam::reboundTable::gives(const int k) const
+bool Foam::reboundTable::gives(const word& component) const
 {
+    static const wordList names({"u", "v", "w", "omega_x", "omega_y", "omega_z"});
+
     int columns[RBT_VALUES];
     const int n = rbt_components(table_, columns);
 
     for (int i = 0; i < n; ++i)
     {
-        if (columns[i] == k) return true;
+        if (columns[i] < names.size() && names[columns[i]] == component) return true;
     }
 
     return false;

@@ -5,30 +5,6 @@
 #include "error.H"
 #include "mathematicalConstants.H"
 
-namespace
-{
-
-using namespace Foam;
-
-//- Number of an entry, from 0 to a largest one, or above 0
-scalar lengthOf(const dictionary& dict, const word& key, const bool positive)
-{
-    const scalar value = rebound::required<scalar>(dict, key);
-
-    // Nor NaN
-    if (!(value >= 0 && value < GREAT) || (positive && value == 0))
-    {
-        FatalIOErrorInFunction(dict)
-            << "roughness." << key << ": got " << value << ", allowed: "
-            << (positive ? "a positive length in m" : "0 or a positive length in m")
-            << exit(FatalIOError);
-    }
-
-    return value;
-}
-
-} // End namespace
-
 
 Foam::wallRoughness::wallRoughness(const dictionary& coeffs)
 :
@@ -40,28 +16,12 @@ Foam::wallRoughness::wallRoughness(const dictionary& coeffs)
     if (!coeffs.found("roughness")) return;
 
     const dictionary& dict = coeffs.subDict("roughness");
-    const bool given = dict.found("tilt_deg");
-    const wordList keys(dict.toc());
 
-    forAll(keys, i)
+    if (!dict.found("tilt_deg"))
     {
-        const word& key = keys[i];
-        const bool known =
-            given ? key == "tilt_deg" : (key == "Ra" || key == "Rq" || key == "RSm");
-
-        if (!known)
-        {
-            FatalIOErrorInFunction(dict)
-                << "roughness." << key << ": got one" << (given ? " beside tilt_deg" : "")
-                << ", allowed: tilt_deg alone, or Ra, Rq and RSm" << exit(FatalIOError);
-        }
-    }
-
-    if (!given)
-    {
-        Ra_ = lengthOf(dict, "Ra", false);
-        Rq_ = lengthOf(dict, "Rq", false);
-        RSm_ = lengthOf(dict, "RSm", true);
+        Ra_ = rebound::required<scalar>(dict, "Ra");
+        Rq_ = rebound::required<scalar>(dict, "Rq");
+        RSm_ = rebound::required<scalar>(dict, "RSm");
         tilt_ = -1;
         return;
     }
@@ -90,8 +50,8 @@ Foam::scalar Foam::wallRoughness::tilt(const scalar d) const
     {
         FatalErrorInFunction
             << "roughness: got Ra " << Ra_ << ", Rq " << Rq_ << ", RSm " << RSm_
-            << " m and a parcel of diameter " << d << " m, allowed: a tilt up to "
-            << RBT_MOST_ROUGHNESS << " rad" << exit(FatalError);
+            << " m and a parcel of diameter " << d << " m, allowed: lengths from 0, RSm above 0, and"
+            << " a tilt up to " << RBT_MOST_ROUGHNESS << " rad" << exit(FatalError);
     }
 
     return tilt;

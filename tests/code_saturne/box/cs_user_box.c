@@ -1,8 +1,8 @@
 /* cs_user_box.c - user functions of the box: gas at rest, particles that fly freely from wall to
-   wall, and files of what happened to them, which box_run.py reads.
+   wall, and files of records, which box_run.py reads.
 
    box.txt: time steps in all, length of one [s], particles to inject, 1 to go on from a restart,
-   order of the time scheme, 1 for symmetry planes at both ends in x, 2 at all four sides. */
+   1 for symmetry planes at both ends in x, 2 at all four sides. */
 
 #include <math.h>
 #include <stdio.h>
@@ -26,21 +26,23 @@
 
 #include "rebound_wall.h"
 
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+
 #define CONDITIONS 6
 
 /* Impact angles [deg] and speeds [m/s] of the first hit: CONDITIONS of box_run.py. */
 static const double conditions[CONDITIONS][2] = {{5, 280},  {15, 75},  {30, 150},
                                                  {45, 250}, {60, 100}, {90, 200}};
 
-static int steps, particles_in, restart, order, symmetry;
+static int steps, particles_in, restart, symmetry;
 static double step_length;
 
 static void read_box(void)
 {
     FILE *file = fopen("box.txt", "r");
-    if (file == NULL || fscanf(file, "%d %lf %d %d %d %d", &steps, &step_length, &particles_in,
-                               &restart, &order, &symmetry) != 6)
-        bft_error(__FILE__, __LINE__, 0, "box.txt: got no six numbers");
+    if (file == NULL || fscanf(file, "%d %lf %d %d %d", &steps, &step_length, &particles_in,
+                               &restart, &symmetry) != 5)
+        bft_error(__FILE__, __LINE__, 0, "box.txt: got no five numbers");
     fclose(file);
 }
 
@@ -94,7 +96,6 @@ void cs_user_model(void)
 void cs_user_parameters(cs_domain_t *domain)
 {
     cs_time_step_t *time = cs_get_glob_time_step();
-    CS_UNUSED(domain);
     time->nt_max = steps;
     time->dt_ref = step_length;
 }
@@ -104,7 +105,7 @@ void cs_user_lagr_model(void)
     cs_glob_lagr_time_scheme->iilagr = CS_LAGR_ONEWAY_COUPLING;
     cs_glob_lagr_time_scheme->isuila = restart;
     cs_glob_lagr_stat_options->isuist = restart;
-    cs_glob_lagr_time_scheme->t_order = order;
+    cs_glob_lagr_time_scheme->t_order = 1;
     cs_glob_lagr_time_scheme->idistu = 0;
     cs_glob_lagr_boundary_interactions->has_part_impact_nbr = 1;
     rebound_wall_model();
@@ -113,7 +114,6 @@ void cs_user_lagr_model(void)
 void cs_user_lagr_boundary_conditions(const int bc_type[])
 {
     cs_lagr_zone_data_t *zones = cs_lagr_get_boundary_conditions();
-    CS_UNUSED(bc_type);
     for (int zone = 0; zone < zones->n_zones; zone++)
         zones->zone_type[zone] = zone == 0 ? CS_LAGR_REBOUND : CS_LAGR_SYM;
     rebound_wall_zones();
@@ -138,9 +138,6 @@ void cs_user_lagr_in(cs_lagr_particle_set_t *particles, const cs_lagr_injection_
                      const cs_lnum_t particle_range[2], const cs_lnum_t particle_face_id[],
                      const cs_real_t visc_length[])
 {
-    CS_UNUSED(zis);
-    CS_UNUSED(particle_face_id);
-    CS_UNUSED(visc_length);
     rebound_wall_new(particles, particle_range);
     for (cs_lnum_t p = particle_range[0]; p < particle_range[1]; p++) {
         const int number = (int)kept_of(particles, p)[REBOUND_NUMBER];
@@ -160,22 +157,12 @@ void cs_user_lagr_in(cs_lagr_particle_set_t *particles, const cs_lagr_injection_
 void cs_user_lagr_rt(cs_lnum_t id_p, cs_real_t re_p, cs_real_t uvwr, cs_real_t rho_f,
                      cs_real_t rho_p, cs_real_t nu_f, cs_real_t taup[], const cs_real_t dt[])
 {
-    CS_UNUSED(re_p);
-    CS_UNUSED(uvwr);
-    CS_UNUSED(rho_f);
-    CS_UNUSED(rho_p);
-    CS_UNUSED(nu_f);
-    CS_UNUSED(dt);
     taup[id_p] = 1e5;
 }
 
 void cs_user_lagr_sde(const cs_real_t dt[], cs_real_t taup[], cs_real_3_t tlag[],
                       cs_real_t tempct[])
 {
-    CS_UNUSED(dt);
-    CS_UNUSED(taup);
-    CS_UNUSED(tlag);
-    CS_UNUSED(tempct);
     rebound_wall_flight();
 }
 
@@ -208,7 +195,6 @@ void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnu
 void cs_user_lagr_extra_operations(const cs_real_t dt[])
 {
     cs_lagr_particle_set_t *particles = cs_glob_lagr_particle_set;
-    CS_UNUSED(dt);
     rebound_wall_log();
     if (cs_glob_time_step->nt_cur == cs_glob_time_step->nt_max)
         for (cs_lnum_t p = 0; p < particles->n_particles; p++)

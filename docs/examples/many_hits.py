@@ -1,0 +1,184 @@
+"""Chains of wall hits without gas, with four models of the wall.
+
+    python docs/examples/many_hits.py --figure docs/many_hits.png
+
+Direct simulation, whose particles keep spin and grain, is the reference. The table is drawn from
+with the spin before each hit and without it; spheres rebound regularly. Particles meet the same
+wall again at the angle at which they left it, as on the outside of a bend, or fly straight between
+two opposite walls. Printed after each hit: mean speed, translational energy over that of direct
+simulation, and Kolmogorov-Smirnov distances to direct simulation, with the effect of chance.
+"""
+
+import argparse
+import math
+import sys
+import warnings
+
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy.stats import ks_2samp, kstwobign
+from tqdm import tqdm
+
+import sampler
+import tablegen
+
+#: Name of each model: colour, marker and line of its curve.
+LOOKS = {
+    "direct simulation": ("#000000", "o", "-"),
+    "table": ("#e08a00", "s", "--"),
+    "table without spin": ("#0072b2", "^", "--"),
+    "spheres": ("#777777", "x", "-."),
+}
+#: Observed after each hit; spins times a/V, of the speed V after the hit.
+QUANTITIES = ("speed", "angle", "spin", "spin z")
+#: Largest half-size, m. It cancels: spins are compared times a/V.
+HALF_SIZE = 2e-5
+
+
+def make_models(table, config):
+    """Return by name the four functions (velocity, normal, omega, **keys) -> Rebound."""
+    grains = tablegen.DirectModel(config)
+    spheres = tablegen.DirectModel(config, config.population.restricted_to("sphere"))
+
+    def model(source, spin):
+        def rebound(velocity, normal, omega, **keys):
+            before = {"omega": omega} if spin else {}
+            return source.rebound(velocity, normal, HALF_SIZE, **before, **keys)
+
+        return rebound
+
+    made = (model(grains, True), model(table, True), model(table, False), model(spheres, True))
+    models = dict(zip(LOOKS, made, strict=True))
+    if not table.has_spin:
+        del models["table"]
+    return models
+
+
+def follow(rebound, walls, alpha_deg, speed, count, hits, seed):
+    """Follow particles through a chain of hits.
+
+    Parameters
+    ----------
+    rebound : callable
+        One of `make_models`.
+    walls : {"one wall", "opposite walls"}
+    alpha_deg, speed : float
+        Angle (degrees) and speed (m/s) of the first impact, which is without spin.
+    count, hits, seed : int
+
+    Returns
+    -------
+    float64 array, shape (hits, 4, count)
+        `QUANTITIES` after each hit: m/s, degrees, V/a, V/a.
+    """
+    alpha = math.radians(alpha_deg)
+    velocity = np.tile(speed * np.array([math.cos(alpha), -math.sin(alpha), 0.0]), (count, 1))
+    omega, normal = np.zeros((count, 3)), np.array([0.0, 1.0, 0.0])
+    found = np.empty((hits, len(QUANTITIES), count))
+    for hit in range(hits):
+        keys = {"seed": seed, "index": np.arange(count), "hit": hit}
+        velocity, omega = rebound(velocity, normal, omega, **keys)
+        speeds = np.linalg.norm(velocity, axis=1)
+        angle = np.degrees(np.arcsin(np.minimum(velocity @ normal / speeds, 1.0)))
+        spin = HALF_SIZE / speeds[:, None] * omega
+        found[hit] = speeds, angle, np.linalg.norm(spin, axis=1), spin[:, 2]
+        if walls == "one wall":
+            velocity = velocity * [1.0, -1.0, 1.0]
+        else:
+            normal = -normal
+    return found
+
+
+def compare(found, direct):
+    """Compare one hit of a model with direct simulation, both (4, count).
+
+    Returns
+    -------
+    tuple
+        Ratio of the mean energies, its standard error, and the KS distances of `QUANTITIES`.
+    """
+    energies = found[0] ** 2, direct[0] ** 2
+    ratio = energies[0].mean() / energies[1].mean()
+    spread = [x.std(ddof=1) / (x.mean() * math.sqrt(len(x))) for x in energies]
+    ks = [ks_2samp(*pair, method="asymp").statistic for pair in zip(found, direct, strict=True)]
+    return ratio, ratio * math.hypot(*spread), ks
+
+
+def print_chain(name, found):
+    """Print the rows of one chain as a Markdown table."""
+    direct = found["direct simulation"]
+    print(f"\n## {name}\n\n| hit | model | mean speed [m/s] | energy / direct |", end="")
+    print("".join(f" KS {quantity} |" for quantity in QUANTITIES) + "\n" + "|---" * 8 + "|")
+    for hit in range(len(direct)):
+        for model, of_model in found.items():
+            ratio, error, ks = compare(of_model[hit], direct[hit])
+            row = f"| {hit + 1} | {model} | {of_model[hit, 0].mean():.2f} | "
+            row += f"{ratio:.3f} ± {error:.3f} | " if model != "direct simulation" else "1 | "
+            print(row + " | ".join(f"{distance:.4f}" for distance in ks) + " |")
+
+
+def draw(chains, speed, path):
+    """Draw the mean speed after each hit; the band holds 80 % of direct simulation."""
+    size = (3.4 * len(chains) + 0.4, 3.6)
+    figure, panels = plt.subplots(
+        1, len(chains), figsize=size, sharey=True, squeeze=False, layout="constrained"
+    )
+    for axes, (name, (means, band)) in zip(panels[0], chains.items(), strict=True):
+        hits = np.arange(len(band[0]) + 1)
+        axes.fill_between(hits[1:], *band, color="#dddddd", linewidth=0)
+        for model, of_model in means.items():
+            colour, marker, line = LOOKS[model]
+            axes.plot(hits, [speed, *of_model], line, color=colour, marker=marker, label=model)
+        axes.set(yscale="log", xlabel="after hit", xticks=hits)
+        axes.set_title(name, loc="left")
+        axes.yaxis.set_major_formatter("{x:g}")
+    panels[0, 0].set_ylabel("mean speed [m/s]")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    figure.savefig(path, dpi=110)
+
+
+def main(arguments=None):
+    """Run the chains; return the exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
+    parser.add_argument("--alpha", nargs="+", type=float, default=[15.0, 45.0], metavar="DEG")
+    parser.add_argument("--speed", type=float, default=250.0, metavar="M_S", help="at first")
+    parser.add_argument("--hits", type=int, default=6)
+    parser.add_argument("--count", type=int, default=400_000, help="particles of each model")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--figure", metavar="F.png")
+    args = parser.parse_args(arguments)
+    warnings.simplefilter("ignore", sampler.OutsideTableWarning)  # counted and printed below
+    table = sampler.load(args.table)
+    models = make_models(table, tablegen.parse_config(table.config, args.table))
+    scale = math.sqrt(2.0 / args.count)
+    print(
+        f"{args.count:,} particles a model; two samples of one law have a KS of "
+        f"{scale * kstwobign.mean():.4f} on average, and one in a thousand above "
+        f"{scale * kstwobign.isf(1e-3):.4f}."
+    )
+    cases = [(walls, alpha) for walls in ("one wall", "opposite walls") for alpha in args.alpha]
+    chains, runs = {}, tqdm(total=len(cases) * len(models), unit="chain")
+    for walls, alpha in cases:
+        found = {}
+        for model, rebound in models.items():
+            # a seed for each run: independent samples, so that distances contain chance
+            seed = args.seed * 1000 + runs.n
+            found[model] = follow(rebound, walls, alpha, args.speed, args.count, args.hits, seed)
+            runs.update()
+        name = f"{walls}, {alpha:g}°, {args.speed:g} m/s"
+        print_chain(name, found)
+        means = {model: of_model[:, 0].mean(axis=1) for model, of_model in found.items()}
+        chains[name] = means, np.quantile(found["direct simulation"][:, 0], [0.1, 0.9], axis=1)
+    runs.close()
+    print(f"\nRebounds outside the table, which took its nearest condition: {table.clamped:,}.")
+    if args.figure:
+        draw(chains, args.speed, args.figure)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

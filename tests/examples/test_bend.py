@@ -1,0 +1,139 @@
+"""The bend: its gas, hits of straight paths, sums along a wall, and OpenFOAM's records."""
+
+import bend
+import numpy as np
+import openfoam_bend
+import pytest
+
+from sampler import Rebound
+
+#: Speed of the gas (m/s) and diameter (m) of particles so heavy that they fly straight on.
+HEAVY = (150.0, 0.1)
+
+
+def mirror(velocity, normal, omega, **keys):
+    """Perfect rebound without spin."""
+    into = (velocity * normal).sum(axis=1)[:, None]
+    return Rebound(velocity - 2.0 * into * normal, np.zeros_like(omega))
+
+
+def test_gas_has_the_same_rate_everywhere_and_drag_is_that_of_schiller_and_naumann():
+    r = bend.INNER + 0.1 * (np.arange(1000) + 0.5) / 1000
+    for turn, shift in ((0.0, (-0.05, 0.0)), (0.7, (0.0, 0.0)), (np.pi / 2, (0.0, -0.1))):
+        direction = np.array([[np.sin(turn)], [np.cos(turn)]])
+        velocity = bend.gas_velocity(1.0, r * direction + np.array(shift)[:, None])
+        np.testing.assert_allclose((velocity[:2] * direction).sum(axis=0), 0.0, atol=1e-12)
+        forward = velocity[0] * direction[1] - velocity[1] * direction[0]
+        assert forward.mean() == pytest.approx(1.0, rel=1e-4)
+    slip = np.array([100.0, 0.0, -3.0])
+    found = bend.acceleration((120.0, 30e-6), np.array([[-0.05], [0.15]]), [[20.0], [0.0], [3.0]])
+    reynolds = 1.16 * 30e-6 * np.linalg.norm(slip) / 1.85e-5
+    expected = slip * (1.0 + 0.15 * reynolds**0.687) * 18.0 * 1.85e-5 / (3950.0 * 30e-6**2)
+    np.testing.assert_allclose(found[:, 0], expected)
+
+
+def test_straight_paths_meet_the_outer_wall_at_their_angle_and_keep_it():
+    """A line along x at height y meets the wall at the angle whose cosine is y / OUTER."""
+    impacts = bend.follow(mirror, HEAVY, 400, seed=1)
+    turn = impacts.place / bend.MIDDLE
+    first = impacts.hit == 0
+    assert first.sum() == 400
+    np.testing.assert_allclose(impacts.angle[first], turn[first], atol=0.004)
+    np.testing.assert_allclose(impacts.speed, 150.0, rtol=1e-3)
+    # in a whispering gallery the angle stays, and the next hit is two angles further
+    second = (impacts.hit == 1) & (turn < 0.5 * np.pi)
+    np.testing.assert_allclose(impacts.angle[second], turn[second] / 3.0, atol=0.006)
+    assert second.sum() > 50
+
+
+def test_spin_decays_between_hits():
+    seen = []
+
+    def spin(velocity, normal, omega, hit, **keys):
+        seen.append((hit, omega[:, 2]))
+        return Rebound(mirror(velocity, normal, omega).velocity, np.full_like(omega, 1e6))
+
+    bend.follow(spin, (150.0, 20e-6), 20, seed=1)
+    later = np.concatenate([omega[hit > 0] for hit, omega in seen])
+    response = 3950.0 * 20e-6**2 / (18.0 * 1.85e-5)
+    time = -0.3 * response * np.log(later / 1e6)
+    assert ((time > 1e-6) & (time < 0.01)).all()
+    assert np.median(time) == pytest.approx(0.15 / 120.0, rel=0.8)
+
+
+def random_impacts(rng, particles):
+    """Impacts at 30 degrees of particles that hit 1.5 times; the speed grows along the wall."""
+    hits = rng.poisson(1.5, particles)
+    index = np.repeat(np.arange(particles), hits)
+    number = np.arange(len(index)) - np.repeat(np.cumsum(hits) - hits, hits)
+    place, angle = rng.random(len(index)), np.full(len(index), np.radians(30.0))
+    group = index * bend.GROUPS // particles
+    return bend.Impacts(group, number, place, 100.0 + 50.0 * place, angle)
+
+
+def test_sums_and_means_of_cells():
+    impacts, edges = random_impacts(np.random.default_rng(1), 2000), np.linspace(0.0, 1.0, 9)
+    cells, _ = bend.by_place(impacts, 2000, edges, 100.0)
+    whole, _ = bend.by_place(impacts, 2000, edges[[0, -1]], 100.0)
+    for k in (0, 3, 4, 5):
+        assert cells[k].mean() == pytest.approx(whole[k, 0])
+    energy = (impacts.speed**2).sum() / 100.0**2 / 2000
+    later = (impacts.speed**2)[impacts.hit > 0].sum() / 100.0**2 / 2000
+    expected = [len(impacts.hit) / 2000, impacts.speed.mean(), 30.0, energy, energy / 4.0, later]
+    np.testing.assert_allclose(whole[:, 0], expected)
+    empty, errors = bend.by_place(impacts, 2000, np.array([0.0, 1.0, 2.0]), 100.0)
+    assert empty[0, 1] == 0.0
+    assert np.isnan(empty[1, 1])
+    assert errors[0, 1] == 0.0
+
+
+def test_standard_errors_are_the_scatter_of_runs():
+    rng = np.random.default_rng(2)
+    edges = np.linspace(0.0, 1.0, 5)
+    values, errors = np.array(
+        [bend.by_place(random_impacts(rng, 400), 400, edges, 100.0) for _ in range(200)]
+    ).transpose(1, 0, 2, 3)
+    for k in (0, 1, 3, 5):
+        assert errors[:, k].mean() == pytest.approx(values[:, k].std(axis=0).mean(), rel=0.1)
+
+
+def test_command_prints_and_draws(tmp_path, capsys):
+    figure = tmp_path / "bend.png"
+    bend.main(["--count", "60", "--diameter", "60e-6", "--figure", str(figure)])
+    assert "| impacts a particle | " in capsys.readouterr().out
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def write_impacts(case, rows):
+    """Write impacts as OpenFOAM's patchPostProcessing does."""
+    for (time, wall), impacts in rows.items():
+        folder = case / "postProcessing/lagrangian/kinematicCloud/impacts" / time
+        folder.mkdir(parents=True, exist_ok=True)
+        text = "# Time currentProc (Px Py Pz) origId (Ux Uy Uz)\n"
+        for when, place, parcel, velocity in impacts:
+            triples = [" ".join(map(str, triple)) for triple in (place, velocity)]
+            text += f"{when} 0 ({triples[0]}) {parcel} ({triples[1]})\n"
+        (folder / f"{wall}.post").write_text(text, encoding="ascii")
+
+
+def test_openfoam_impacts_are_read_in_the_order_of_time(tmp_path):
+    outer, centre, turn = openfoam_bend.OUTER, openfoam_bend.CENTRE, openfoam_bend.TURN
+    rows = {
+        ("0.001", "outer"): [
+            # 42 degrees into the bend, on the face around 42.75 degrees
+            (0.009, (outer * 0.66913, centre - outer * 0.74314, 0.02), 7, (100.0, 0.0, 0.0)),
+            (0.009, (-0.1, 0.0, 0.02), 7, (100.0, 50.0, 0.0)),  # leaves the wall already
+        ],
+        ("0.002", "outer"): [(0.013, (0.2, 0.3, 0.02), 7, (30.0, 40.0, 0.0))],
+        ("0.002", "inner"): [(0.010, (-0.1, 0.1, 0.05), 8, (0.0, 10.0, 0.0))],
+        ("0.002", "sides"): [(0.011, (-0.1, 0.05, 0.1), 8, (0.0, 30.0, 40.0))],
+    }
+    write_impacts(tmp_path, rows)
+    impacts, _, _, wall = openfoam_bend.read_impacts(tmp_path)
+    assert [openfoam_bend.WALLS[k] for k in wall] == ["outer", "inner", "sides", "outer"]
+    np.testing.assert_array_equal(impacts.group, [7, 8, 8, 7])
+    np.testing.assert_array_equal(impacts.hit, [0, 0, 1, 1])
+    np.testing.assert_allclose(impacts.speed, [100.0, 10.0, 50.0, 50.0])
+    angles = [42.75, 90.0, np.degrees(np.arcsin(0.8)), np.degrees(np.arcsin(0.6))]
+    np.testing.assert_allclose(np.degrees(impacts.angle), angles)
+    np.testing.assert_allclose(impacts.place, [42 / 90 * turn, -0.1, -0.1, turn + 0.1], 1e-4)
