@@ -89,8 +89,8 @@ extern "C" {
 #endif
 
 /* Version of this library; codes that functions return, on which rbt_strerror says more; most
-   variables that a state can have. From sampler/formats/binary_layout.py, by
-   `python -m sampler.formats.generated_code`, as all parts between such marks. */
+   variables that a state can have. Written by
+   `python -m sampler.formats.generated_code`, as are all parts between such marks. */
 /* begin constants */
 #define RBT_VERSION_MAJOR 0
 #define RBT_VERSION_MINOR 1
@@ -156,10 +156,10 @@ typedef struct rbt_table rbt_table;
    here can prevent or notice: one that is overwritten in place gives wrong draws, and one that is
    cut short ends the program (SIGBUS). `sampler export` puts a new file in its place, which is safe,
    as mv is; cp and rsync --inplace write into the old one. Where that may happen, compile with
-   RBT_NO_MMAP: then the file is read into memory, and its checksum is that of what is drawn from.
+   RBT_NO_MMAP: then the file is read into memory, and draws are from the bytes with that checksum.
 
    On success *table belongs to the caller, who ends it with rbt_close. On an error *table is NULL.
-   What is no regular file is refused at once. */
+   A folder, pipe or device is refused at once. */
 RBT_API RBT_MUST_USE int rbt_open(const char *path, rbt_table **table);
 
 /* The same for the bytes of such a file in memory, at an address that is a multiple of 64. The bytes
@@ -239,7 +239,7 @@ RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, doubl
 
 #ifndef RBT_DEVICE_ONLY
 
-/* What a batch reports. Rows count from 0; `row` and `clamped_row` are the number of rows if there
+/* Report of a batch. Rows count from 0; `row` and `clamped_row` are the number of rows if there
    is none. Counts are of the rows before the error if there is one. */
 typedef struct rbt_report {
     size_t row;          /* first row with an error */
@@ -314,8 +314,8 @@ RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double di
 
    roughness: standard deviation of the tilt of facets, rad, from 0, a smooth wall, to 0.5. The
    particle meets a facet whose normal is tilted at random in the plane of incidence, as it sees
-   them: by their projected area, none in the shadow of others. What a facet sends back into the wall
-   meets further ones within the same hit, with the spin that the one before has left if omega is
+   them: by their projected area, none in the shadow of others. A particle that a facet sends back into the
+   wall meets further facets within the same hit, with the spin that the one before has left if omega is
    given. normal is that of the mean wall; all others as rbt_rebound.
 
    Codes as rbt_rebound; RBT_CLAMPED if any facet was met outside the table. Also
@@ -339,7 +339,7 @@ RBT_API RBT_DEVICE int rbt_rebound_grain(const rbt_table *table, const double ve
 
 #ifndef RBT_DEVICE_ONLY
 
-/* What a batch of rebounds is given: arrays of n numbers, of 3 n where they are vectors. Begin with
+/* Impacts of a batch of rebounds: arrays of n numbers, of 3 n where they are vectors. Begin with
    all fields 0, as `= {0}` does: later versions may have further ones, for which that means
    "none". */
 typedef struct rbt_impacts {
@@ -371,14 +371,17 @@ RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impact
 
 #endif
 
-/* An axis of the table: see sampler/formats/table_arrays.py. */
+/* An axis of the node grid, rad or m/s. A value from low to high is inside: the ends with the rounding
+   of a unit conversion. coordinate[grid] is the fractional number of the node at equal steps from
+   origin on, scale of them per rad or m/s; offset is the number of the first of the nodes. */
 typedef struct rbt_axis {
     double first, last, low, high, origin, scale;
     int32_t offset, nodes, grid;
     const double *coordinate;
 } rbt_axis;
 
-/* A spin law: see sampler/formats/spin_arrays.py. */
+/* The spin law, of S shapes, N tree nodes and L leaves; F features, G groups of E experts, 6 outcomes.
+   The arrays and their units are those of tables/FORMAT.md. */
 typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots; /* 0 shapes: no law */
     int32_t fresh_grains; /* whether a particle has another grain at each hit */
@@ -484,8 +487,8 @@ extern "C" {
 #define RBTI_ALIGNED
 #endif
 
-/* Versions of a function for processors with wide vectors, of which the loader takes the one for the
-   processor at hand: batches take half the time, whatever flags the program is compiled with. */
+/* Versions of a function for processors with wide vectors; the loader takes the one for the processor
+   at hand: batches take half the time, whatever flags the program is compiled with. */
 #if !defined(RBT_NO_CLONES) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&  \
     !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #if defined(__clang__) && __clang_major__ >= 18
@@ -506,7 +509,7 @@ extern "C" {
 #define RBTI_PREFETCH(place) ((void)(place))
 #endif
 
-/* -- numbers of the law: sampler/drawing/kernel.py, sampler/formats/channels.py ----------------- */
+/* -- numbers of the law ------------------------------------------------------------------------ */
 
 #define RBTI_HALF_PI 1.5707963267948966
 #define RBTI_TWO_PI 6.283185307179586
@@ -516,7 +519,7 @@ extern "C" {
 #define RBTI_LEAST_HALF_SIZE 1e-30 /* m, and m/s: beyond them squares and quotients overflow */
 #define RBTI_LEAST_SPEED 1e-150
 
-/* numbers of the spin law: sampler/formats/spin_bounds.py, sampler/drawing/grain.py */
+/* numbers of the spin law, from sampler/formats/bounds.py */
 /* begin spin */
 #define RBTI_CONDITIONS 5
 #define RBTI_INPUTS 7
@@ -544,12 +547,34 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
 }
 
-/* -- a draw, step by step: sampler/drawing/steps.py, sampler/drawing/block.py -------------------
+/* -- the first-impact draw -----------------------------------------------------------------------
+
+   The law of particles that arrive without spin. A table has I x J nodes of impact angle and speed, and
+   a cell between each four of them. A node has a mixture of K components in N channels, and each
+   component belongs to one of Q classes of rebounds; M of the channels have quantile functions.
+
+     alias[I J K]            alias method: share of the column / 65536, other component
+     first_of_class[I J Q]   first component of each class
+     components[I J K]       records of `stride` numbers / 4096: probability of reflection, N means,
+                             N (N + 1) / 2 factors, columns packed
+     spans[cells Q M]        least quantile, size of a step
+     quantiles[cells Q M]    n_knots x 4 steps: the values at the four nodes lie side by side
+
+   The steps are those of tables/FORMAT.md, "A draw":
+
+     words  rbti_fill_words        Philox4x32-10 of (seed, index, hit)
+     1      rbti_locate            cell of the condition, weights of its nodes
+     2      rbti_choose_node       one of the four nodes, by word 1
+     3      rbti_choose_component  one of its components, by word 0, and the class of it
+     4      rbti_fill_normals      words to normals n
+            rbti_mix               variates mean + L n, reflected or not, to places among knots
+     5      rbti_fill_channel      quantiles at these places, averaged over the nodes
+            rbti_to_states         channels to variables of the state
 
    Each step is written once, for m draws side by side; the compiler knows m, which is 1 for a
    single draw and RBTI_BLOCK for a batch. A step is a loop over arrays of fixed length without
-   branches, which compilers turn into vector instructions; what it reads at scattered places in
-   memory was prefetched by the step before, so that the draws of a block wait for memory together.
+   branches, which compilers turn into vector instructions. Memory that it reads at scattered places
+   was prefetched by the step before, so that the draws of a block wait for memory together.
    Number k of draw r of an array stands at k m + r. */
 
 #if defined(RBTI_GPU)
@@ -590,8 +615,7 @@ RBTI_INLINE RBT_DEVICE double rbti_uniform(uint32_t word)
     return ((double)word + 0.5) * (1.0 / 4294967296.0);
 }
 
-/* Four random words of each draw, Philox4x32-10: sampler/drawing/philox.py. A block that is not
-   full repeats its last draw. */
+/* Four random words of each draw, Philox4x32-10. A block that is not full repeats its last draw. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_words(size_t m, uint32_t block, uint64_t seed,
                                             const uint64_t *index, const uint32_t *hit,
                                             size_t count, uint32_t *words)
@@ -724,8 +748,8 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_component(size_t m, const rbt_table *tab
     }
 }
 
-/* Normal numbers from words by a table of cubics: sampler/drawing/normal.py. The octave is counted
-   by the exponent of a floating-point number, which unlike a count of leading zeros can be
+/* Normal numbers from words by a table of cubics. The octave of the distance from the nearer end of the
+   words is found by the exponent of a floating-point number, which unlike a count of leading zeros can be
    vectorised. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_normals(size_t m, const float *table, const uint32_t *words,
                                               float *normals)
@@ -896,7 +920,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, in
 #endif
 }
 
-/* Channels to variables of the state (sampler/formats/channels.py): the first six, or all ten, of
+/* Channels to variables of the state, as tables/FORMAT.md gives them: the first six, or all ten, of
    `count` draws. */
 RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
                                            const rbti_draws *d, double *states)
@@ -977,8 +1001,8 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_block(size_t m, const rbt_table *table, ui
 
 #endif
 
-/* One draw from a table with any number of channels. A place of its own, with its memory: what the
-   compiler knows the number of channels of needs none on a device. */
+/* One draw from a table with any number of channels. It stands apart because it needs memory on a
+   device; where the compiler knows the number of channels, registers are enough. */
 RBTI_APART RBT_DEVICE void rbti_draw_any(const rbt_table *table, double alpha1, double speed,
                                          uint64_t seed, uint64_t index, uint32_t hit,
                                          int variables, double *state)
@@ -1011,12 +1035,33 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
     return status;
 }
 
-/* -- a draw from the spin law: sampler/drawing/spin_steps.py, sampler/drawing/spin_draw.py --------
+/* -- the spin draw --------------------------------------------------------------------------------
 
-   Steps of m draws side by side, as above. What of a leaf or an expert is multiplied by the features
-   of a draw lies side by side in the table, and is taken draw by draw. */
+   The law of particles that arrive spinning, given their spin and their grain: shape, b/a and c/b. Each
+   of S shapes has a tree of conditions; a leaf has 8 groups of 16 experts and the quantile functions of
+   six outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e.
 
-/* Rows of the inputs of a draw: the conditions, what a tree compares beside them, and the ratios. */
+     inputs[L]        middles, then factors, of the 7 inputs
+     group_gates[L]   23 x 8 coefficients / 512, by feature; gates[L 8]: 23 x 16 of the experts
+     experts[L 128]   records of 160 numbers: 23 x 6 coefficients of the means / 2048, by feature;
+                      21 factors / 4096, columns packed
+     spans[L 6]       least outcome, size of a step; quantiles[L 6]: n_knots steps
+
+   The steps are those of tables/FORMAT.md, "The spin law":
+
+     words  rbti_fill_words, rbti_fill_grains  random words; the grain, from words of its own
+     1      rbti_fill_inputs     effective speed V_e = V (1 + 2/3 s^2)^(1/2), mirror image, conditions
+     2      rbti_find_leaves     leaf of the shape's tree
+     3      rbti_fill_features   1, inputs less the leaf's middle, products of two conditions
+     4      rbti_choose_expert   a group, then an expert of it, with weights exp(gates . features)
+     5      rbti_fill_scores     mean and factor of the expert: scores of six normals
+     6      rbti_find_knots, rbti_fill_outcomes  bounded scores to outcomes by the leaf's quantiles
+     7      rbti_to_spin_states  outcomes to the state; |v| < V_e whatever the outcomes are
+
+   Steps 3 to 6 are in single precision. Coefficients of a leaf or an expert that are multiplied by the
+   features of a draw lie side by side in the table, and are taken draw by draw. */
+
+/* Rows of the inputs of a draw: the conditions, the squared spin, which trees compare too, the ratios. */
 #define RBTI_SQUARE RBTI_CONDITIONS
 #define RBTI_RATIO (RBTI_CONDITIONS + 1)
 #define RBTI_LINE 32 /* 16-bit numbers of a cache line */
@@ -1202,8 +1247,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, 
     }
 }
 
-/* No weight counts below 2^-126. Where a number was clamped, what follows stands in a loop of its own:
-   compilers make two ways of a number that may be a constant. */
+/* No weight counts below 2^-126. A clamped number is used in a loop of its own: compilers branch on a
+   number that may be a constant. */
 RBTI_INLINE RBT_DEVICE float rbti_least_power(float y)
 {
     return y > -126.0f ? y : -126.0f;
@@ -1908,7 +1953,11 @@ RBT_API int rbt_sample_batch(const rbt_table *table, size_t n, const rbt_conditi
 
 #endif
 
-/* -- between the lab frame and the frame of the impact: sampler/drawing/frames.py --------------- */
+/* -- rebounds: the lab frame and the frame of the impact ------------------------------------------
+
+   The frame of the impact has y along the wall normal into the gas, x along the tangential part of the
+   velocity relative to the wall, and z = x cross y. At normal impact, where there is no tangential
+   part, the direction of x is drawn from word 8. */
 
 RBTI_INLINE RBT_DEVICE double rbti_dot(const double a[3], const double b[3])
 {
@@ -1980,7 +2029,7 @@ RBTI_INLINE RBT_DEVICE void rbti_turned(const double state[3], const double e_x[
     rbti_combine(scale, plane, scale * state[2], e_z, out);
 }
 
-/* What of an impact the rebound needs after the draw. */
+/* An impact: condition, frame and wall. */
 typedef struct rbti_impact {
     double relative[3], wall[3], e_x[3], e_y[3], e_z[3], alpha1, speed, half_size;
 } rbti_impact;
@@ -2105,7 +2154,15 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
                         hit, new_velocity, new_omega);
 }
 
-/* -- rough walls: sampler/drawing/roughness.py, which says where the law is from ------------------ */
+/* -- rough walls ----------------------------------------------------------------------------------
+
+   A particle that arrives at an angle alpha meets facets whose tilt g is normal with a standard
+   deviation, the roughness, and which it sees by their projected area: their density is
+   ~ exp(-g^2 / (2 roughness^2)) sin(alpha + g), 0 < alpha + g < pi, |g| < pi/2 (Sommerfeld & Huber,
+   Int. J. Multiphase Flow 25 (1999) 1457-1489). The tangent of the sine bounds the density by
+   phi(z) (c + z), z = g / roughness, c = tan(alpha) / roughness; a tilt is proposed from the bound and
+   accepted with the ratio. Trials take blocks 3, 4, ... of random words. Bounce k of the same hit has
+   the seed XOR k 0x9E3779B97F4A7C15. */
 
 #define RBTI_TILT_BLOCK 3u     /* of the random words of the first trial of a tilt */
 #define RBTI_MAX_TRIALS 64u
@@ -2246,7 +2303,7 @@ RBTI_APART RBT_DEVICE int rbti_bounces(const rbt_table *table, rbti_cascade *c, 
     return RBT_ERR_CASCADE_NOT_ENDED;
 }
 
-/* What a cascade that has ended leaves, in the lab frame. */
+/* Velocity and angular velocity after a cascade, in the lab frame. */
 RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], double omega[3])
 {
     for (int k = 0; k < 3; k++) {
@@ -2255,7 +2312,7 @@ RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], 
     }
 }
 
-/* Whether a wall has facets; what is no number is refused later. */
+/* Whether a wall has facets; NaN is refused later. */
 RBTI_INLINE RBT_DEVICE int rbti_is_rough(double roughness)
 {
     return !rbti_finite(roughness) || roughness != 0.0;
@@ -2378,7 +2435,7 @@ static int rbti_row_status(const rbt_table *table, const rbti_rows *rows, int sp
     return rbti_status(table, rows->alpha1[r], rows->speed[r]);
 }
 
-/* What row r of a block leaves as row k, after further bounces where it needs them. */
+/* Write row r of a block as row k, after further bounces where it needs them. */
 static int rbti_leave_row(const rbt_table *table, const rbt_impacts *impacts, size_t k,
                           uint64_t seed, size_t r, rbti_rows *rows, double *velocity,
                           double *omega)
@@ -2556,7 +2613,7 @@ static void rbti_sha256(const uint8_t *first, size_t n_first, const uint8_t *res
 
 #endif
 
-/* -- reading a binary table: sampler/formats/binary_layout.py ----------------------------------- */
+/* -- reading a binary table, whose layout is in tables/FORMAT.md ---------------------------------- */
 
 /* The header of the file. */
 /* begin header */
@@ -2976,7 +3033,7 @@ static int rbti_check_quantiles(const rbt_table *table, size_t functions)
     return RBT_OK;
 }
 
-/* Shapes and laws of the ratios; what is wrong with the latter beyond this, a draw puts right. */
+/* Shapes and laws of the ratios; a draw keeps ratios within their ends whatever the laws are. */
 static int rbti_check_grains(const rbt_spin_law *law)
 {
     double share = 0.0;
