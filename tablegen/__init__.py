@@ -15,7 +15,7 @@ reads; the first three are also commands of ``tablegen``.
 from typing import TYPE_CHECKING
 
 from sampler.compilation.late import import_late
-from tablegen.config.requirements import require_generator
+from tablegen.config import require_generator
 
 if TYPE_CHECKING:
     from tablegen.accuracy.validate import Validation as Validation

@@ -10,7 +10,7 @@ from sampler.commands.program import DONE
 from sampler.files.atomic import write_bytes, write_text
 from sampler.files.json_text import json_text
 from tablegen.commands import bounded, measured_options
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 from tablegen.commands.resuming import resumable
 from tablegen.config.defaults import CALIBRATE_COUNT
 

@@ -9,7 +9,7 @@ import click
 
 from sampler.commands import options
 from sampler.commands.program import note
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 from tablegen.commands.resuming import resumable
 from tablegen.commands.validate import print_verdict
 from tablegen.config.defaults import GENERATE_CONDITIONS

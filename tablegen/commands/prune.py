@@ -9,7 +9,7 @@ from sampler.commands import options
 from sampler.commands.program import DONE, note
 from sampler.errors import InputError
 from sampler.formats.channels import VARIABLES
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 
 if TYPE_CHECKING:
     from tablegen.config.config import Config

@@ -8,7 +8,7 @@ from sampler.commands import options
 from sampler.commands.program import DONE, MISSED
 from sampler.files.atomic import write_text
 from tablegen.commands import bounded
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.model.shape_codes import SHAPE_NAMES
 

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.spin_bounds import SPEED_COORDINATE
 from tablegen.config.config import Config
-from tablegen.config.restitution import ExponentialRestitution
+from tablegen.config.pairs import ExponentialRestitution
 from tablegen.fitting.coordinates import SpeedCoordinate, coordinates, folded
 from tablegen.fitting.law_conditions import (
     Range,

@@ -21,8 +21,7 @@ from sampler.files.locate import data_directory, find_measurements
 from sampler.formats.channels import STATE
 from tablegen.commands.main import main
 from tablegen.config.config import load_config, parse_config
-from tablegen.config.resistance import ResistanceLaw
-from tablegen.config.restitution import RestitutionLaw
+from tablegen.config.pairs import ResistanceLaw, RestitutionLaw
 from tablegen.measured.compare import compare
 from tablegen.model.contact_laws import restitution
 from tablegen.tables.axes import make_axes

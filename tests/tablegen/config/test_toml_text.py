@@ -5,7 +5,7 @@ from pydantic import ValidationError
 
 from sampler.errors import InputError
 from tablegen.config.config import load_config, parse_config
-from tablegen.config.toml_text import MOST_LEVELS, parse_toml
+from tablegen.config.scenes import MOST_LEVELS, parse_toml
 
 DEEP = 5000
 PAIR = load_config("corundum-steel").text
