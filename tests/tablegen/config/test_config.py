@@ -7,7 +7,6 @@ import tomllib
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
 import pytest
 import tomli_w
 from pydantic import ValidationError
@@ -17,13 +16,7 @@ from sampler.errors import InputError
 from sampler.files.locate import data_directory
 from sampler.formats.channels import STATE, VARIABLES, WORKS
 from sampler.formats.hdf5 import read_table, write_table
-from tablegen.config.config import (
-    AccuracyTargets,
-    Config,
-    load_config,
-    parse_config,
-    stored_config,
-)
+from tablegen.config.config import AccuracyTargets, load_config, parse_config, stored_config
 from tablegen.config.metric_table import PRESETS
 from tablegen.config.population import FixedAspect, TruncatedNormalAspect
 from tablegen.config.scenes import merged
@@ -84,11 +77,6 @@ def test_shipped_text_stands_alone(name):
     assert again == config
     assert again.text == config.text
     assert isinstance(tomllib.loads(config.text)["pair"], dict)
-
-
-def test_text_of_a_configuration_without_a_file():
-    config = Config.from_tree(tomllib.loads(changed({"table": {"speed_nodes": [5, 300]}})))
-    assert parse_config(config.text, "stored") == config
 
 
 class TestScene:
@@ -169,12 +157,6 @@ class TestDomain:
         config = parse_config(f"{SCENE}[domain]\n{domain}\n", "scene.toml")
         assert config.domain.columns == columns
         assert parse_config(config.text, "stored") == config
-
-    def test_single_condition(self):
-        domain = {"alpha_deg": [45.0, 45.0], "speed": [100.0, 100.0]}
-        table = {"alpha_nodes_deg": [45.0], "speed_nodes": [100.0]}
-        config = parse_config(changed({"domain": domain, "table": table}), "my.toml")
-        assert config.table.alpha_nodes_deg == (45.0,)
 
     @pytest.mark.parametrize("speed", [[10.0, 300.0], [50.0, 301.0], [1.0, 2.0]])
     def test_extrapolation_must_be_asked_for(self, speed):
@@ -280,10 +262,3 @@ def test_page_of_laws_has_the_bounds_of_the_code():
     assert rows["`tolerance`"] == bounds.TOLERANCE.words
     low, high = bounds.MESH_SIZE.low, bounds.MESH_SIZE.high
     assert rows["mesh"] == f"coordinates up to {high:g}, extent of at least {low:g}"
-
-
-def test_speed_coordinate():
-    config = load_config("corundum-steel")
-    speed = np.array([50.0, 200.0, 300.0])
-    expected = [math.exp(-0.1 * v**0.61) for v in speed]
-    np.testing.assert_allclose(config.speed_coordinate(speed), expected, rtol=1e-15)

@@ -54,7 +54,6 @@ accuracy.preset = "perfect" => accuracy.preset: got 'perfect', ... 'standard'
 RESTITUTIONS = """
 constant: law = "elastic" => law: got 'elastic', ... 'polynomial', 'constant', 'power', 'tabulated'
 constant: valeu = 0.5 => valeu: unknown field, ... law, value, valid_speed, source
-constant: source = " " => source: got ' ', ... not blank
 polynomial: coefficients = [1.0, 0.1, -0.5] => coefficients: got [1, 0.1, -0.5], ... -0.07662 at 90
 polynomial: coefficients = [0.9, 0.4, -0.2] => coefficients: got [0.9, 0.4, -0.2], ... 1.1 at 57.3
 power: exponent = -0.25 => exponent: got -0.25, ... 0

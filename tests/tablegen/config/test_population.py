@@ -127,7 +127,7 @@ class TestMeshes:
     def test_ratios_are_not_theirs(self):
         meshes = population_of(grain(50))
         assert meshes.with_aspect(0.5, 0.5).meshes == meshes.meshes
-        with pytest.raises(InputError, match="a weight above 0 for at least one of .* or a mesh"):
+        with pytest.raises(InputError, match="a weight above 0"):
             population_of(grain(50), weights=[0.0])
         with pytest.raises(InputError, match="points that span a volume"):
             population_of(box(0.5, 0.0))
