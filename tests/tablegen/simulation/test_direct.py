@@ -99,13 +99,9 @@ class TestKeys:
     def test_generators_and_shapes(self):
         one = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
         same = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
-        assert one.shape == (2, 3, 6)
         np.testing.assert_array_equal(one, same)
-        assert MODEL.sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[1, 2]).shape == (
-            4,
-            2,
-            6,
-        )
+        many = MODEL.sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[1, 2])
+        assert (one.shape, many.shape) == ((2, 3, 6), (4, 2, 6))
         assert MODEL.sample([], 100.0, seed=1, index=3).shape == (0, 6)
 
 
@@ -128,12 +124,6 @@ class TestGrain:
         np.testing.assert_array_equal(
             MODEL.grains(2**64 - 3, index), table.grains(2**64 - 3, index)
         )
-
-    def test_one_grain_for_all(self):
-        keys = {"seed": 5, "index": np.arange(50), "hit": 1}
-        cubes = DirectModel(CONFIG, CONFIG.population.restricted_to("prism").with_aspect(1.0, 1.0))
-        given = MODEL.sample(**IMPACT, grain=(SHAPE_CODES["prism"], 1.0, 1.0), **keys)
-        np.testing.assert_array_equal(given, cubes.sample(**IMPACT, **keys))
 
 
 class TestLabFrame:
@@ -212,20 +202,6 @@ class TestExtremes:
         # and they are the rebounds of the model, which follows eight at a time
         found = CROWDED.sample(alpha, speed, spin=spin, seed=3, index=range(1500))
         np.testing.assert_array_equal(found, state)
-
-    def test_states_are_finite_and_leave_the_wall(self):
-        alpha, speed, spin = mixed_impacts(400)
-        alpha[:100] = np.geomspace(np.radians(1e-6), 1e-3, 100)
-        spin[:100] = 0.0
-        alpha[100:110], spin[100:110] = 1e-3, [30.0, -40.0, 50.0]
-        speed[110:200] = np.geomspace(1e-6, 1.0, 90)
-        spin[110:200] *= 100.0
-        states = CROWDED.sample(alpha, speed, spin=spin, seed=1, index=range(400))
-        assert np.isfinite(states).all()
-        assert (states[:, 1] > 0.0).all()
-        # no moment of inertia is above 2/3 m a^2
-        fastest = 1.0 + 2.0 / 3.0 * (spin**2).sum(axis=1)
-        assert ((states[:, :3] ** 2).sum(axis=1) <= fastest).all()
 
 
 WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5]}
