@@ -233,26 +233,10 @@ def load_config(name_or_path: str | Path) -> Config:
 
 
 def parse_config(text: str, origin: str, directory: Path | None = None) -> Config:
-    """Read a configuration from TOML text.
+    """Read a configuration from the TOML text of a pair file or a scene, as `load_config`.
 
-    Parameters
-    ----------
-    text : str
-        A pair file's or a scene's text.
-    origin : str
-        Source of the text, with which every error message begins.
-    directory : Path, optional
-        Folder to which the references to a pair file and to mesh files are relative; the working
-        folder if None.
-
-    Returns
-    -------
-    Config
-
-    Raises
-    ------
-    InputError
-        As for `load_config`.
+    Every error message begins with `origin`. References to a pair file and to mesh files are
+    relative to `directory`, by default the working folder.
     """
     directory = directory or Path()
     tree = parse_toml(text, origin)

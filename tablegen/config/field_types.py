@@ -69,39 +69,27 @@ def _short_line(value: str) -> str:
 
 #: Text that is not blank, of any number of lines.
 Text = Annotated[str, AfterValidator(_not_blank)]
-
 #: Text on one line, not blank.
 Line = Annotated[Text, AfterValidator(_short_line)]
-
 #: Name that can serve as a file name.
 Name = Annotated[str, AfterValidator(_plain_name)]
-
 #: Number above zero.
 Positive = Annotated[float, Field(gt=0.0)]
-
 #: Ratio of two half-sizes of a particle, the smaller over the larger.
 AspectRatio = Annotated[float, Field(**ASPECT.field)]
-
 #: Values b/a and c/b.
 AspectPair = tuple[AspectRatio, AspectRatio]
-
 #: Range of an aspect ratio.
 AspectRange = Annotated[AspectPair, AfterValidator(_rising)]
-
 #: Impact angle from the wall, degrees.
 Angle = Annotated[float, Field(**ALPHA_DEG.field)]
-
 #: Range of the impact angle; equal ends stand for one angle.
 AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(_rising)]
-
 #: Impact speed, m/s.
 Speed = Annotated[float, Field(**SPEED.field)]
-
 #: Range of speeds; equal ends stand for one speed.
 SpeedRange = Annotated[tuple[Speed, Speed], AfterValidator(_rising)]
-
 #: List of increasing numbers, at least one.
 Increasing = Annotated[tuple[Item, ...], Field(min_length=1), AfterValidator(_strictly_increasing)]
-
 #: Variables of the state that a scene asks for.
 ComponentNames = Annotated[tuple[str, ...], Field(min_length=1), AfterValidator(_usable_components)]

@@ -121,9 +121,8 @@ def mesh_particle(vertices: ArrayLike) -> MeshParticle:
     try:
         points = points[true_vertices(points)]
     except FlatError as error:
-        raise InputError(
-            "vertices: got points that lie in a plane, allowed: points that span a volume"
-        ) from error
+        allowed = "points that span a volume"
+        raise InputError(f"vertices: got points that lie in a plane, allowed: {allowed}") from error
     # at the origin and of unit size, so that no digits are lost
     return _in_principal_axes((points - points.mean(axis=0)) / np.ptp(points, axis=0).max())
 

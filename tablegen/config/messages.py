@@ -8,9 +8,6 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 
 from sampler.errors import shortened
 
-#: Largest number of mistakes that are named.
-_MOST = 6
-
 #: Text that pydantic writes around the allowed values.
 _AROUND = re.compile(r"^(Input|Tuple) should (be|have) |^Value error, | after validation.*")
 
@@ -39,10 +36,7 @@ def complaint(error: ValidationError, record: type[BaseModel]) -> str:
     """
     problems = error.errors(include_url=False)
     problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
-    lines = list(dict(_described(problem, record) for problem in problems).values())
-    if len(lines) > _MOST:
-        lines[_MOST:] = [f"and {len(lines) - _MOST} more"]
-    return "; ".join(lines)
+    return "; ".join(dict(_described(problem, record) for problem in problems).values())
 
 
 def shown(value: object) -> str:
@@ -59,7 +53,7 @@ def shown(value: object) -> str:
 
 
 def _described(problem: ErrorDetails, record: type[BaseModel]) -> tuple[str, str]:
-    """Return the path of a field and the line about it."""
+    """Return the path of a field, and the text about it."""
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
     allowed = _AROUND.sub("", problem["msg"])
     path, around, inside = _place(problem["loc"], record)

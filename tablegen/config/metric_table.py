@@ -130,23 +130,18 @@ SPIN_PRESETS: dict[str, dict[str, float]] = {
 }
 
 
-#: Preset beyond which a declared accuracy says little.
-_LOOSEST = "compact"
-
-
 def looser_than_compact(declared: Mapping[str, float]) -> list[str]:
-    """Metrics for which an accuracy allows more than the preset "compact"."""
-    return [name for name in METRICS if declared[name] > PRESETS[_LOOSEST][name]]
+    """Find the metrics for which an accuracy allows more than the preset "compact"."""
+    return [name for name in METRICS if declared[name] > PRESETS["compact"][name]]
 
 
 def little_declared(declared: Mapping[str, float]) -> str:
     """Say for which metrics an accuracy allows more than the preset "compact"; "" if for none."""
     names = looser_than_compact(declared)
     allowed = ", ".join(f"{name} {declared[name]:g}" for name in names)
-    usual = ", ".join(f"{PRESETS[_LOOSEST][name]:g}" for name in names)
-    if not names:
-        return ""
-    return f"the table declares little: {allowed}, where the preset {_LOOSEST} has {usual}"
+    usual = ", ".join(f"{PRESETS['compact'][name]:g}" for name in names)
+    text = f"the table declares little: {allowed}, where the preset compact has {usual}"
+    return text if names else ""
 
 
 def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
@@ -164,12 +159,8 @@ def worst_spin_stored(datasets: Mapping[str, Any]) -> dict[str, float] | None:
 
     `datasets` are those of a table file by their paths.
     """
-    worst = {}
-    for name in SPIN_PRESETS[_LOOSEST]:
-        values = datasets.get(f"spin_accuracy/{name}")
-        if values is not None and values.size:
-            worst[name] = float(values.max())
-    return worst or None
+    found = {name: datasets.get(f"spin_accuracy/{name}") for name in SPIN_PRESETS["compact"]}
+    return {k: float(v.max()) for k, v in found.items() if v is not None and v.size} or None
 
 
 def spin_errors_text(values: Mapping[str, float]) -> str:

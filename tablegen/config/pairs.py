@@ -5,7 +5,6 @@ tables/LAWS.md shows how a file states it. At the contact point V_c is the veloc
 normal component, and beta = asin(|v_c| / |V_c|) the impact angle from the wall.
 """
 
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -90,11 +89,6 @@ class ExponentialRestitution(_Restitution):
         # a_nc at normal impact, which falls from 1 at rest towards 0
         return np.exp(-self.coefficient * speed**self.exponent)
 
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        numbers = {"coefficient": self.coefficient, "exponent": self.exponent}
-        return {"restitution_law": kernels.EXPONENTIAL, **numbers}
-
 
 class PolynomialRestitution(_Restitution):
     """Restitution as a polynomial in the impact angle at the contact, in radians.
@@ -126,10 +120,6 @@ class PolynomialRestitution(_Restitution):
             )
         return coefficients
 
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        return {"restitution_law": kernels.POLYNOMIAL, "numbers": np.array(self.coefficients)}
-
 
 class ConstantRestitution(_Restitution):
     """The same restitution at every contact: a_nc = value."""
@@ -138,10 +128,6 @@ class ConstantRestitution(_Restitution):
     value: Restitution
     valid_speed: SpeedRange | None = None
     source: Text
-
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        return {"restitution_law": kernels.CONSTANT, "coefficient": self.value}
 
 
 class PowerRestitution(_Restitution):
@@ -169,12 +155,6 @@ class PowerRestitution(_Restitution):
     def _abscissa(self, speed: FloatArray) -> FloatArray:
         # proportional to a_nc at normal impact where that is below 1
         return (speed / self.reference_speed) ** -self.exponent
-
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        coefficient = self.coefficient * self.reference_speed**self.exponent
-        numbers = {"coefficient": coefficient, "exponent": self.exponent}
-        return {"restitution_law": kernels.POWER, **numbers}
 
 
 class TabulatedRestitution(_Restitution):
@@ -210,13 +190,6 @@ class TabulatedRestitution(_Restitution):
         # default nodes lie a factor of at most 1.43 apart
         return 1.0 / speed if self.depends_on_speed else super()._abscissa(speed)
 
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        table = kernels.pack_table(
-            np.radians(self.angle_deg), np.array(self.speed), np.array(self.value)
-        )
-        return {"restitution_law": kernels.TABULATED, "numbers": table}
-
 
 RestitutionLaw = (
     ExponentialRestitution
@@ -244,11 +217,6 @@ class OrientationResistance(Record):
     factor: Resistance = 1.0
     source: Text
 
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        numbers = {"strength": self.strength, "factor": self.factor}
-        return {"resistance_law": kernels.ORIENTATION, **numbers}
-
 
 class ConstantResistance(Record):
     """The same sliding resistance at every contact: C_f = value; 0 lets contacts slide freely."""
@@ -256,10 +224,6 @@ class ConstantResistance(Record):
     law: Literal["constant"]
     value: Resistance
     source: Text
-
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        return {"resistance_law": kernels.CONSTANT_RESISTANCE, "factor": self.value}
 
 
 class CoulombResistance(Record):
@@ -283,10 +247,6 @@ class CoulombResistance(Record):
             raise refusal("dynamic", self.dynamic, f"0 to static, {self.static:g}")
         return self
 
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        return {"resistance_law": kernels.COULOMB, "strength": self.static, "factor": self.dynamic}
-
 
 class TabulatedResistance(Record):
     """Sliding resistance from a table over the impact angle at the contact.
@@ -307,14 +267,40 @@ class TabulatedResistance(Record):
             raise refusal("value", self.value, allowed)
         return self
 
-    def kernel_entries(self) -> Mapping[str, Any]:
-        """Return the entries of `LawArguments` that the law sets."""
-        values = np.array(self.value)[:, None]
-        table = kernels.pack_table(np.radians(self.angle_deg), np.ones(1), values)
-        return {"resistance_law": kernels.TABULATED_RESISTANCE, "resistances": table}
-
 
 ResistanceLaw = OrientationResistance | ConstantResistance | TabulatedResistance | CoulombResistance
+
+
+def kernel_entries(law: RestitutionLaw | ResistanceLaw) -> dict[str, Any]:
+    """Return the entries of `LawArguments` that a law sets."""
+    match law:
+        case ExponentialRestitution():
+            entries = {"coefficient": law.coefficient, "exponent": law.exponent}
+            return {"restitution_law": kernels.EXPONENTIAL, **entries}
+        case PolynomialRestitution():
+            return {"restitution_law": kernels.POLYNOMIAL, "numbers": np.array(law.coefficients)}
+        case ConstantRestitution():
+            return {"restitution_law": kernels.CONSTANT, "coefficient": law.value}
+        case PowerRestitution():
+            coefficient = law.coefficient * law.reference_speed**law.exponent
+            entries = {"coefficient": coefficient, "exponent": law.exponent}
+            return {"restitution_law": kernels.POWER, **entries}
+        case TabulatedRestitution():
+            axes = np.radians(law.angle_deg), np.array(law.speed)
+            numbers = kernels.pack_table(*axes, np.array(law.value))
+            return {"restitution_law": kernels.TABULATED, "numbers": numbers}
+        case OrientationResistance():
+            entries = {"strength": law.strength, "factor": law.factor}
+            return {"resistance_law": kernels.ORIENTATION, **entries}
+        case ConstantResistance():
+            return {"resistance_law": kernels.CONSTANT_RESISTANCE, "factor": law.value}
+        case CoulombResistance():
+            entries = {"strength": law.static, "factor": law.dynamic}
+            return {"resistance_law": kernels.COULOMB, **entries}
+        case TabulatedResistance():
+            axes = np.radians(law.angle_deg), np.ones(1)
+            numbers = kernels.pack_table(*axes, np.array(law.value)[:, None])
+            return {"resistance_law": kernels.TABULATED_RESISTANCE, "resistances": numbers}
 
 
 class MaterialPair(Record):
@@ -343,5 +329,5 @@ class MaterialPair(Record):
         """Return the contact laws as plain numbers, for kernels."""
         unused = dict.fromkeys(("coefficient", "exponent", "strength", "factor"), 0.0)
         entries: dict[str, Any] = {**unused, "numbers": np.zeros(0), "resistances": np.zeros(0)}
-        entries |= {**self.restitution.kernel_entries(), **self.resistance.kernel_entries()}
+        entries |= kernel_entries(self.restitution) | kernel_entries(self.resistance)
         return kernels.LawArguments(**entries)

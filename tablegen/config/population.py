@@ -54,10 +54,9 @@ class TruncatedNormalAspect(Record):
     standard_deviation: Annotated[float, Field(ge=1e-6, le=100.0)]
     range: AspectRange
 
-    def _ends(self) -> tuple[float, float]:
+    def _ends(self) -> NDArray[np.float64]:
         """Return the standard normal probabilities of the two ends of the range."""
-        low, high = ndtr((np.array(self.range) - self.mean) / self.standard_deviation)
-        return float(low), float(high)
+        return ndtr((np.array(self.range) - self.mean) / self.standard_deviation)
 
     @model_validator(mode="after")
     def _range_holds_probability(self) -> Self:
@@ -198,12 +197,12 @@ class Population(Record):
         else:
             names = ", ".join((*SHAPE_NAMES, MIXTURE))
             raise InputError(f"shape: got {shown(shape)}, allowed: {names}")
-        return Population(
-            truncation=self.truncation,
-            shapes=ShapeWeights.model_validate(weights),
-            aspect=_ROUND if shape == "sphere" else self.aspect,
-            meshes=self.meshes if shape == MIXTURE else (),
-        )
+        changes = {
+            "shapes": ShapeWeights.model_validate(weights),
+            "aspect": _ROUND if shape == "sphere" else self.aspect,
+            "meshes": self.meshes if shape == MIXTURE else (),
+        }
+        return self.model_copy(update=changes)
 
     def strata(self) -> tuple[Stratum, ...]:
         """Split the population into its shapes and meshes of positive weight, in their order."""
@@ -219,12 +218,8 @@ class Population(Record):
 
     def of_mesh(self, mesh: MeshFile) -> "Population":
         """Give every particle the form of one mesh, from `tablegen.config.mesh.read_mesh`."""
-        return Population(
-            truncation=self.truncation,
-            shapes=ShapeWeights(),
-            aspect=self.aspect,
-            meshes=(MeshShape(file=mesh.name, vertices=mesh.vertices),),
-        )
+        meshes = (MeshShape(file=mesh.name, vertices=mesh.vertices),)
+        return self.model_copy(update={"shapes": ShapeWeights(), "meshes": meshes})
 
     def with_aspect(self, ba: float, cb: float) -> "Population":
         """Fix the aspect ratios b/a and c/b of all particles but the meshes.
@@ -239,9 +234,7 @@ class Population(Record):
         spheres = set(self.shapes.positive()) == {"sphere"} and not self._weighty_meshes()
         if spheres and aspect.values != (1.0, 1.0):
             raise InputError(f"aspect: got {shown((ba, cb))}, allowed for spheres: [1, 1]")
-        return Population(
-            truncation=self.truncation, shapes=self.shapes, aspect=aspect, meshes=self.meshes
-        )
+        return self.model_copy(update={"aspect": aspect})
 
     def kernel_arguments(self) -> PopulationArguments:
         """Return the population as arrays and numbers, for kernels.
@@ -250,13 +243,14 @@ class Population(Record):
         """
         if self.lacks_aspect:
             shapes = ", ".join(name for name in self.shapes.positive() if name != "sphere")
-            raise InputError(
-                f"aspect: missing for {shapes}, allowed: [population.aspect], or fixed ratios"
-            )
+            allowed = "[population.aspect], or fixed ratios"
+            raise InputError(f"aspect: missing for {shapes}, allowed: {allowed}")
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
-        codes = [SHAPE_CODES[name] for name in weights]
-        codes += [FIRST_MESH + k for k in range(len(meshes))]
+        codes = [
+            *map(SHAPE_CODES.__getitem__, weights),
+            *range(FIRST_MESH, FIRST_MESH + len(meshes)),
+        ]
         return PopulationArguments(
             shape_codes=np.array(codes, dtype=np.int64),
             cumulative_weights=shares / shares[-1],

@@ -32,15 +32,6 @@ def merged(base: Tree, changes: Tree) -> Tree:
     - A changed range of the domain drops the nodes that were chosen for the old range.
     - A ``dimension`` drops the components that were listed for another.
     - Components or a dimension drop the spin law, which costs the same for fewer components.
-
-    Parameters
-    ----------
-    base, changes : dict
-        Trees of TOML tables.
-
-    Returns
-    -------
-    dict
     """
     domain = changes.get("domain")
     if isinstance(domain, dict):
@@ -55,10 +46,8 @@ def merged(base: Tree, changes: Tree) -> Tree:
 
 def _without(tree: Tree, section: str, fields: set[str]) -> Tree:
     """Leave some fields of a section out."""
-    table = tree.get(section)
-    if not isinstance(table, dict):
-        return tree
-    return {**tree, section: {k: value for k, value in table.items() if k not in fields}}
+    kept = {k: value for k, value in tree.get(section, {}).items() if k not in fields}
+    return {**tree, section: kept} if section in tree else tree
 
 
 def _overlaid(base: Tree, changes: Tree) -> Tree:
@@ -74,5 +63,4 @@ def _overlaid(base: Tree, changes: Tree) -> Tree:
 
 
 def _same_kind(old: Tree, new: Tree) -> bool:
-    """Whether two tables can be merged."""
     return all(new.get(field, old.get(field)) == old.get(field) for field in _KIND_FIELDS)

@@ -37,38 +37,20 @@ class FlatError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Mass:
-    """Integrals over a solid of unit density.
-
-    Attributes
-    ----------
-    volume : float
-    centre : (3,) float64
-        Centre of mass.
-    second : (3, 3) float64
-        <x x^T>, about the centre of mass and per unit volume.
-    """
+    """Integrals over a solid of unit density."""
 
     volume: float
+    #: Centre of mass (3,).
     centre: FloatArray
+    #: <x x^T> (3, 3), about the centre of mass and per unit volume.
     second: FloatArray
 
 
 def true_vertices(points: FloatArray) -> NDArray[np.intp]:
-    """Find the points that are corners of the convex hull of all, without those in its faces.
+    """Find the points (n, 3) that are corners of the convex hull of all: increasing indices.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-
-    Returns
-    -------
-    (m,) int
-        Increasing. One of several points closer than `SHORTEST` stays.
-
-    Raises
-    ------
-    FlatError
-        If the points lie in a plane, or closer to one than `THINNEST`.
+    Points on its edges and in its faces are not corners, and of points closer than `SHORTEST` one
+    stays. Raises `FlatError` if the points lie closer to a plane than `THINNEST`.
     """
     size = np.ptp(points, axis=0).max() if len(points) else 0.0
     if not size > 0.0:

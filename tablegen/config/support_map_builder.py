@@ -35,19 +35,10 @@ _AT_A_TIME = 4_000_000
 
 
 def cell_frames(resolution: int) -> tuple[FloatArray, FloatArray]:
-    """Compute the centres and radii of the cells of a cube map.
+    """Compute centres and radii of the cells of a cube map with `resolution` cells along a side.
 
-    Parameters
-    ----------
-    resolution : int
-        Cells along a side, positive.
-
-    Returns
-    -------
-    centres : (6 resolution^2, 3) float64
-        Unit vectors, in the order of `direction_cell`.
-    radii : (6 resolution^2,) float64
-        Angle [rad] from the centre to the farthest corner.
+    Centres are unit vectors (6 resolution^2, 3) in the order of `direction_cell`; radii are the
+    angles [rad] from a centre to its farthest corner.
     """
     edges = np.linspace(-1.0, 1.0, resolution + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
@@ -61,21 +52,10 @@ def cell_frames(resolution: int) -> tuple[FloatArray, FloatArray]:
 
 
 def make_map(hull: ConvexHull, slack: float = SLACK, resolution: int | None = None) -> SupportMap:
-    """Make the look-up of a convex polyhedron.
+    """Make the look-up of a convex polyhedron, of which all ``hull.points`` are vertices.
 
-    Parameters
-    ----------
-    hull : ConvexHull
-        Its ``points`` are all vertices. The origin may lie anywhere.
-    slack : float
-        Angle [rad] that a direction may turn away from its cell.
-    resolution : int, optional
-        Cells along a side. By default there are about one and a half cells a vertex: smaller than
-        normal cones, and still smaller cells would hardly shorten the lists.
-
-    Returns
-    -------
-    SupportMap
+    A direction may turn away from its cell by `slack` [rad]. By default the resolution gives about
+    one and a half cells a vertex: still smaller cells would hardly shorten the lists.
     """
     points = np.ascontiguousarray(hull.points)
     if resolution is None:

@@ -1,7 +1,6 @@
 """The accuracy that a table declares, with and without spin before the impact."""
 
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, create_model, model_validator
 
@@ -42,8 +41,7 @@ class AccuracyTargets(_Accuracy):
         return declared_accuracy(given) if isinstance(given, dict) else given
 
 
-@dataclass(frozen=True)
-class JointTargets:
+class JointTargets(NamedTuple):
     """Largest distances of the law of condition and outcome over the impacts of chains."""
 
     ks: float

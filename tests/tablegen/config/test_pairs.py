@@ -20,7 +20,7 @@ from sampler.files.locate import data_directory
 from sampler.formats.hdf5 import write_table
 from tablegen.commands.inspect import identity, identity_text
 from tablegen.config.config import load_config, parse_config
-from tablegen.config.pairs import ResistanceLaw, RestitutionLaw
+from tablegen.config.pairs import ResistanceLaw, RestitutionLaw, kernel_entries
 from tablegen.measured.compare import compare
 from tablegen.model.contact_laws import restitution
 from tablegen.simulation.simulate import simulate
@@ -87,7 +87,7 @@ def test_every_law_has_a_kernel_a_sample_and_a_row_on_the_page(kind, records, sa
         TypeAdapter(records).validate_json(json.dumps(law | SOURCE)) for law in samples.values()
     ]
     assert {type(law) for law in laws} == set(get_args(records))
-    codes = [law.kernel_entries()[f"{kind}_law"] for law in laws]
+    codes = [kernel_entries(law)[f"{kind}_law"] for law in laws]
     assert sorted(codes) == list(range(len(codes)))
     page = (data_directory() / "LAWS.md").read_text(encoding="utf-8")
     section = page.partition(f"## `[pair.{kind}]`")[2].partition("\n## ")[0]
