@@ -127,11 +127,6 @@ class TestScene:
     def test_unusable_scenes(self, text, line):
         assert refused(text).startswith(line)
 
-    def test_broken_pair_file_is_the_one_named(self, tmp_path):
-        (tmp_path / "base.toml").write_text(changed({"domain": {"alpha_deg": [0.0, 90.0]}}))
-        with pytest.raises(InputError, match=r"^base\.toml: domain\.alpha_deg\[0\]: got 0,"):
-            parse_config('name = "s"\npair = "base.toml"\n', "s.toml", tmp_path)
-
 
 def test_with_changes_keeps_text_and_fields_together_and_checks():
     config = load_config("demo").with_changes({"table": {"seed": 2**64 - 1}})
@@ -158,7 +153,7 @@ class TestDomain:
         assert config.domain.columns == columns
         assert parse_config(config.text, "stored") == config
 
-    @pytest.mark.parametrize("speed", [[10.0, 300.0], [50.0, 301.0], [1.0, 2.0]])
+    @pytest.mark.parametrize("speed", [[10.0, 300.0], [50.0, 301.0]])
     def test_extrapolation_must_be_asked_for(self, speed):
         line = refused(changed({"domain": {"speed": speed, "extrapolate": False}}))
         assert line == (
@@ -239,12 +234,6 @@ class TestPresets:
             for metric, allowed in PRESETS[fine].items():
                 assert allowed < PRESETS[coarse][metric], metric
         assert AccuracyTargets.model_validate({}).preset == "standard"
-
-    def test_another_preset_replaces_all_numbers_of_the_old_one(self):
-        changed = load_config("corundum-steel").with_changes({"accuracy": {"preset": "fine"}})
-        assert changed.accuracy == AccuracyTargets.model_validate({"preset": "fine"})
-        same = changed.with_changes({"accuracy": {"preset": "fine", "ks": 0.2}})
-        assert (same.accuracy.ks, same.accuracy.auc) == (0.2, PRESETS["fine"]["auc"])
 
 
 def test_page_of_laws_has_the_bounds_of_the_code():

@@ -15,14 +15,11 @@ domain.alpha_deg = [1e-7, 90.0] => domain.alpha_deg[0]: got 1e-07, ... equal to 
 domain.alpha_deg = [60.0, 20.0] => domain.alpha_deg: got [60, 20], ... low <= high
 domain.alpha_deg = [20, 40, 60] => domain.alpha_deg: got [20, 40, 60], ... 2
 domain.speed = [nan, 300] => domain.speed[0]: got nan, ... a finite number
-domain.speed = [50.0, 2e5] => domain.speed[1]: got 200000, ... 100000
 domain.speed = ["50", 300] => domain.speed[0]: got '50', ... number
-domain.extrapolate = 1 => domain.extrapolate: got 1, ... boolean
 domain.sped = [50.0, 300.0] => domain.sped: unknown field, ... alpha_deg, speed, extrapolate
 domain.dimension = 1 => domain.dimension: got 1, ... 2 or 3
 domain.components = [] => domain.components: got [], ... 1
 domain.components = ["u", "q"] => domain.components: got ['u', 'q'], ... each once, of u, v, w
-domain.components = ["u", "u"] => domain.components: got ['u', 'u'], ... up to 8 names, each once
 domain.components = ["omega_x", "omega_y", "omega_z", "collisions", "work_shear"] => \
 domain.components: got ['omega_x', ... with work_normal or work_shear no collisions
 domain = {dimension = 2, components = ["u", "w"]} => domain.components: got ['u', 'w'], ... out w in
@@ -104,12 +101,6 @@ def test_field_of_a_law_its_value_and_bound_are_named(kind, samples, toml, begin
     name, _, change = toml.partition(": ")
     law = SOURCE | samples[name] | tomllib.loads(change)
     check(refused({"pair": {kind: law}}), f"pair.{kind}.{beginning}", bound)
-
-
-def test_long_values_are_cut():
-    law = SOURCE | {"law": "polynomial", "coefficients": [0.1] * 17}
-    line = refused({"pair": {"restitution": law}})
-    check(line, "pair.restitution.coefficients: got [0.1, 0.1, 0.1, ", "16")
 
 
 def test_rules_about_several_fields():
