@@ -31,12 +31,7 @@ if TYPE_CHECKING:
         "    --count 100000000 --seed 1 --statistics grains.json",
     ),
 )
-@click.option(
-    "--pair",
-    required=True,
-    type=CONFIG,
-    help="Material pair: a name, or the path of a .toml file.",
-)
+@click.option("--pair", required=True, type=CONFIG, help="Name or .toml file of a pair.")
 @click.option(
     "--shape",
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),
@@ -60,9 +55,7 @@ if TYPE_CHECKING:
     metavar="F.json",
     help="Write statistics; without --output, memory does not grow with the count.",
 )
-@click.option(
-    "--aspect", type=bounded.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b, 0.001 to 1."
-)
+@click.option("--aspect", type=bounded.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
 @click.option(
     "--spin",
     type=bounded.SPIN,
@@ -125,7 +118,7 @@ def _chosen_particles(
     particle: Path | None,
     aspect: tuple[float, float] | None,
 ) -> "Population":
-    """Select the shape, or make the mesh, that the flags of `simulate` ask for."""
+    """Select the shape, or make the mesh, that the flags ask for."""
     from tablegen.config.mesh import read_mesh
 
     if particle is None and shape is not None:

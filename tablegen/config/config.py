@@ -1,8 +1,7 @@
 """Configurations of tables, read from TOML and checked.
 
-A *pair file* says everything: the material pair, the population, the domain, and how a table is
-made. A *scene* names a pair file in a top-level ``pair = "..."`` and changes some fields. Both
-become a `Config`, whose `text` stands on its own and is stored in a table.
+A *pair file* has the material pair, the population, the domain, and how a table is made. A *scene*
+names a pair file in a top-level ``pair = "..."`` and changes some fields.
 """
 
 import tomllib
@@ -196,10 +195,6 @@ class Config(Record):
             Nested as in the file, for example ``{"table": {"seed": 2}}``. The paths of mesh
             files are relative to the working folder.
 
-        Returns
-        -------
-        Config
-
         Raises
         ------
         InputError
@@ -266,15 +261,9 @@ def stored_config(text: str, origin: str) -> Config:
 
 
 def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | None]:
-    """Lay a scene over the configuration of a table; errors are those of `load_config`.
+    """Lay a scene over the configuration of a table; return the pair that it names, if any, too.
 
-    The scene need not name a pair. The laws of a pair file count as changes.
-
-    Returns
-    -------
-    config : Config
-    pair : str or None
-        The pair that the scene names, if any.
+    The laws of a pair file count as changes. Errors are those of `load_config`.
     """
     path = find_config(name_or_path)
     tree = _with_meshes(parse_toml(_read_text(path), path.name), path.name, path.parent)

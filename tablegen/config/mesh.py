@@ -66,7 +66,7 @@ class MeshParticle:
 
 @dataclass(frozen=True)
 class MeshFile:
-    """Content of a mesh file."""
+    """Name and content of a mesh file."""
 
     name: str
     #: Corners of the convex hull, in units and axes of the file.

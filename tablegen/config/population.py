@@ -110,7 +110,7 @@ def _solid(vertices: Vertices) -> Vertices:
 
 
 class MeshShape(Record):
-    """A convex particle given by its vertices; `tablegen.config.config` reads them from a file."""
+    """A convex particle given by its vertices."""
 
     #: Name of the file the vertices come from, for the record only.
     file: Line | None = None

@@ -112,9 +112,9 @@ def _cube_directions(s: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def _cone_sides(hull: ConvexHull) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
-    """Return the sides of the normal cones, arcs between the normals of neighbouring faces.
+    """Return the sides of the normal cones: unit normals at both ends of an arc between faces.
 
-    Each has two unit normals as ends and two owners: the vertices whose cones meet in the arc.
+    The two owners of each are the vertices whose cones meet in the arc.
     """
     normals = hull.equations[:, :3]
     start, end, owners = [], [], []

@@ -84,10 +84,7 @@ def unfinished(particle: str) -> RuntimeError:
 
 
 class NotFiniteError(RuntimeError):
-    """A particle with a state or energy that is not finite, which is a defect of the model.
-
-    `simulation` has all particles, where they were kept, and else is None.
-    """
+    """A particle with a state or energy that is not finite; `simulation` has all, if kept."""
 
     def __init__(
         self, particle: int, seed: int, stream: int, simulation: "Simulation | None" = None
@@ -126,11 +123,10 @@ class ParticleRun:
         kind: FloatArray,
         energy: FloatArray,
     ) -> FloatArray:
-        """Simulate particles from index `first` on, as many as the arrays have rows.
+        """Simulate particles from index `first` on into arrays with a row for each.
 
-        The arrays are the outputs of `tablegen.model.particle_run.simulate_batch`. Returns the
-        largest violation of each law if the run is audited; raises RuntimeError if a particle has
-        too many collisions.
+        Returns the largest violation of each law if the run is audited. Raises RuntimeError if a
+        particle has too many collisions.
         """
         keys = keys_of_run(*self._keys, first, len(state))
         arguments = (*self._shared, keys, state, collisions, kind, energy)
@@ -144,10 +140,7 @@ class ParticleRun:
     def check_finite(
         self, first: int, *arrays: FloatArray, simulation: "Simulation | None" = None
     ) -> None:
-        """Raise `NotFiniteError`, which keeps `simulation`, for a row that is not finite.
-
-        Row 0 of the arrays, states and energies, is the particle with index `first`.
-        """
+        """Raise `NotFiniteError` for a row, counted from particle `first`, that is not finite."""
         bad = first_not_finite(*arrays)
         if bad >= 0:
             raise NotFiniteError(first + bad, *self._keys, simulation)

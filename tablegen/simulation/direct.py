@@ -37,8 +37,7 @@ _IMPACT = ("velocity", "normal", "half_size", "wall_velocity")
 class DirectModel:
     """Rebounds by direct simulation, with the methods of `sampler.Table` that draw them.
 
-    A program that takes its rebounds from a table can take them from here, and anyone can check a
-    table in their own flow. A grain is a shape and its ratios b/a and c/b.
+    A grain is a shape and its ratios b/a and c/b.
 
     Parameters
     ----------
@@ -279,7 +278,7 @@ class DirectModel:
 
 
 def _check_roughness(rows: Rows) -> None:
-    """Raise InputError for the first roughness out of range."""
+    """Refuse the first roughness out of range."""
     roughness = rows.values["roughness"]
     refused = ~((roughness >= 0.0) & (roughness <= MAX_ROUGHNESS))
     if refused.any():

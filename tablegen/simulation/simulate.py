@@ -51,7 +51,7 @@ class Simulation:
 
 
 def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
-    """Return the impact angle [rad] if it is within its bounds, else raise InputError."""
+    """Return an impact angle [rad] within its bounds; raise InputError for others."""
     low, high = bounds.ALPHA_DEG.low, bounds.ALPHA_DEG.high
     degrees = math.degrees(bounds.as_number(alpha1))
     if low * (1.0 - _ROUNDING) <= degrees <= high * (1.0 + _ROUNDING):
