@@ -66,12 +66,6 @@ class TestOccurring:
         shares = np.bincount(found.hit)[1:] / len(found.index)
         assert np.abs(shares - 0.2).max() < 0.05
 
-    def test_leave_a_narrow_table_at_both_ends(self):
-        config = CONFIG.with_changes({"domain": {"alpha_deg": [20.0, 45.0]}})
-        found = occurring_impacts(config, DirectModel(config), 1, INDEX)
-        alpha_deg = np.degrees(found.alpha1)
-        assert 20.0 <= alpha_deg.min() < 25.0 < 40.0 < alpha_deg.max() <= 45.0
-
     def test_depend_on_the_seed_alone(self):
         one, two = (occurring_impacts(CONFIG, MODEL, 1, INDEX, threads=t) for t in (1, 2))
         np.testing.assert_array_equal(one.spin, two.spin)

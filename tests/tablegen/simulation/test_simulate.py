@@ -193,15 +193,6 @@ def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
         run(20)
 
 
-def test_progress_bar_counts_rebounds_on_standard_error(terminal, capsys):
-    run(100, progress=True)
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert "100/100" in captured.err
-    run(100)
-    assert capsys.readouterr().err == ""
-
-
 def test_simulate_takes_all_of_a_configuration():
     """`tablegen.simulate` uses its laws, particles and numerics."""
     numerics = {"contact_resolution": 0.05, "tolerance": 1e-5}
