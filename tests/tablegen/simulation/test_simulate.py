@@ -86,12 +86,13 @@ def test_fields_have_the_documented_form():
     np.testing.assert_allclose(made.energy.sum(1) + made.work.sum(1), 1.0, rtol=0.0, atol=1e-11)
 
 
+@pytest.fixture(scope="module")
+def made():
+    return run(100_000)
+
+
 class TestPopulation:
     MIXED = ("ellipsoid", "prism", "truncated-prism", "tetrahedron")
-
-    @pytest.fixture(scope="class")
-    def made(self):
-        return run(100_000)
 
     def least_share_p_value(self, shapes):
         """Smallest two-sided binomial p-value of equal shares, times the number of shapes."""
