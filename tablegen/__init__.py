@@ -16,7 +16,7 @@ from typing import Any
 
 import lazy_loader
 
-from tablegen.config.requirements import require_generator
+from tablegen.config import require_generator
 
 # each name of __init__.pyi is imported when it is first used
 _import, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,7 +8,7 @@ from sampler.errors import InputError
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.messages import complaint
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
-from tablegen.config.spin_targets import SpinTargets
+from tablegen.config.targets import SpinTargets
 
 _ALLOWED = (
     f"{', '.join(PRESETS)}, or limits such as ks=0.01,auc=0.56 (of {', '.join(METRICS)}), or both"

@@ -18,7 +18,7 @@ from tablegen.accuracy.measure import ComparedCondition, compared_side_by_side
 from tablegen.accuracy.spin_conditions import SpinCondition
 from tablegen.config.config import Config
 from tablegen.config.metric_table import JOINT, METRICS
-from tablegen.config.spin_targets import SpinTargets
+from tablegen.config.targets import SpinTargets
 from tablegen.progress import bar
 
 #: Numbers of spinning conditions begin here, and the seed of each differs by its number: those of

@@ -6,7 +6,7 @@ from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.spin_measure import SpinAccuracy
 from tablegen.accuracy.spin_validation import SpinValidation
 from tablegen.config.metric_table import JOINT_METRICS, METRICS, spin_errors_text
-from tablegen.config.spin_targets import JointTargets, SpinTargets
+from tablegen.config.targets import JointTargets, SpinTargets
 from tablegen.tasks.text_table import table_lines
 
 #: Heads of the columns of `joint_rows`.

@@ -8,7 +8,7 @@ from tablegen.accuracy.decision import decide, limits
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.accuracy.spin_measure import SpinAccuracy
 from tablegen.config.metric_table import JOINT, METRICS
-from tablegen.config.spin_targets import SpinTargets
+from tablegen.config.targets import SpinTargets
 
 
 def judged_record(

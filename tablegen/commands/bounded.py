@@ -1,11 +1,13 @@
-"""Types of flags that have bounds of the direct model."""
+"""Types of command-line values: configurations, and numbers within bounds of the direct model."""
 
-from sampler.options import Number
+from sampler.options import Named, Number
 from tablegen.model import model_bounds as bounds
+
+#: Name of a material pair or a scene, or the path of its file.
+CONFIG = Named(".toml")
 
 
 def _within(allowed: bounds.Bounds) -> Number:
-    """Make the type of a number within bounds."""
     return Number(allowed.words, allowed.low, allowed.high)
 
 

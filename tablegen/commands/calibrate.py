@@ -9,7 +9,7 @@ from sampler import options
 from sampler.files import json_text, write_bytes, write_text
 from sampler.options import DONE
 from tablegen.commands import bounded, measured_options
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 from tablegen.commands.resuming import resumable
 from tablegen.config.defaults import CALIBRATE_COUNT
 

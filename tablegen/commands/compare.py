@@ -8,7 +8,7 @@ from sampler import options
 from sampler.files import write_bytes, write_text
 from sampler.options import DONE, note
 from tablegen.commands import measured_options
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 

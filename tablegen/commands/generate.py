@@ -9,7 +9,7 @@ import click
 
 from sampler import options
 from sampler.options import DONE, note
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 from tablegen.commands.validate import print_verdict
 from tablegen.config.defaults import GENERATE_CONDITIONS
 

@@ -183,7 +183,7 @@ def _note_lines(
 
 def _declared(config: str) -> dict[str, float] | None:
     """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
-    from tablegen.config.toml_text import parse_toml
+    from tablegen.config.scenes import parse_toml
 
     try:
         found = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))

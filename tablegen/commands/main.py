@@ -21,7 +21,7 @@ from tablegen.commands.report import report
 from tablegen.commands.simulate import simulate
 from tablegen.commands.stability import stability
 from tablegen.commands.validate import validate
-from tablegen.config.requirements import require_generator
+from tablegen.config import require_generator
 
 
 @click.group(

@@ -12,7 +12,7 @@ from sampler.files import find_file, json_text, write_arrays, write_text
 from sampler.formats.channels import STATE
 from sampler.options import DONE, note
 from tablegen.commands import bounded
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 from tablegen.config.defaults import MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 
@@ -25,20 +25,11 @@ if TYPE_CHECKING:
     epilog=options.examples(
         "tablegen simulate --pair corundum-steel --shape mixture --alpha 45 --speed 200 \\",
         "    --count 100000 --seed 1 --output rebounds.npz",
-        "tablegen simulate --pair corundum-steel --shape prism --aspect 0.8 0.5 --alpha 90 \\",
-        "    --speed 100 --count 100000 --seed 1 --output prisms.npz",
         "tablegen simulate --pair corundum-steel --particle grain.stl --alpha 45 --speed 200 \\",
-        "    --count 100000 --seed 1 --output grains.npz",
-        "tablegen simulate --pair corundum-steel --shape mixture --alpha 90 --speed 200 \\",
-        "    --count 100000000 --seed 1 --statistics normal.json",
+        "    --count 100000000 --seed 1 --statistics grains.json",
     ),
 )
-@click.option(
-    "--pair",
-    required=True,
-    type=CONFIG,
-    help="Material pair: a name, or the path of a .toml file.",
-)
+@click.option("--pair", required=True, type=CONFIG, help="Name or .toml file of a pair.")
 @click.option(
     "--shape",
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),
@@ -62,9 +53,7 @@ if TYPE_CHECKING:
     metavar="F.json",
     help="Write statistics; without --output, memory does not grow with the count.",
 )
-@click.option(
-    "--aspect", type=bounded.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b, 0.001 to 1."
-)
+@click.option("--aspect", type=bounded.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
 @click.option(
     "--spin",
     type=bounded.SPIN,
@@ -102,9 +91,8 @@ def simulate(
         raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
     config = load_config(find_file("--pair", pair, ".toml"))
     population = _chosen_particles(config.population, shape, particle, aspect)
-    condition = make_condition(
-        math.radians(alpha), speed, spin, config.model.contact_resolution, config.model.tolerance
-    )
+    numerics = config.model.contact_resolution, config.model.tolerance
+    condition = make_condition(math.radians(alpha), speed, spin, *numerics)
     if warning := config.pair.extrapolation(speed):
         note("tablegen", warning)
     task = config.pair, population, condition, count
@@ -114,8 +102,7 @@ def simulate(
         result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
         statistics = statistics_of(result)
         fields = ("state", "collisions", "shape", "aspect", "energy", "work")
-        arrays = {name: getattr(result, name) for name in fields}
-        write_arrays(output, **arrays, columns=STATE)
+        write_arrays(output, **{name: getattr(result, name) for name in fields}, columns=STATE)
     if statistics_file is not None:
         about: dict[str, object] = {"pair": config.pair_name, "shape": shape, "aspect": aspect}
         about |= {"alpha_deg": alpha, "speed": speed, "spin": spin, "seed": seed}
@@ -129,26 +116,19 @@ def _chosen_particles(
     particle: Path | None,
     aspect: tuple[float, float] | None,
 ) -> "Population":
-    """Part of a population, or the particle of a mesh, that the flags of `simulate` ask for."""
+    """Select the shape, or make the mesh, that the flags ask for."""
     from tablegen.config.mesh import read_mesh
 
-    if (shape is None) == (particle is None):
-        given = "missing" if shape is None else "got both"
-        raise InputError(f"'--shape' or '--particle': {given}, allowed: one of them")
-    if shape is not None:
+    if particle is None and shape is not None:
         population = population.restricted_to(shape)
         return population if aspect is None else population.with_aspect(*aspect)
-    assert particle is not None
+    if particle is None or shape is not None:
+        given = "missing" if shape is None else "got both"
+        raise InputError(f"'--shape' or '--particle': {given}, allowed: one of them")
     if aspect is not None:
-        raise InputError(
-            f"aspect: got [{aspect[0]:g}, {aspect[1]:g}] with --particle, "
-            "allowed with --shape only: a mesh has its own"
-        )
+        raise InputError(f"aspect: got {list(aspect)} with --particle, allowed with --shape only")
     mesh = read_mesh(particle)
     if not mesh.is_convex:
-        note(
-            "tablegen",
-            f"{mesh.name} is not convex; its convex hull, which has "
-            f"{1.0 / mesh.solidity:.4g} times its volume, takes its place",
-        )
+        ratio = f"{1.0 / mesh.solidity:.4g} times its volume"
+        note("tablegen", f"{mesh.name} is not convex; its convex hull, of {ratio}, is simulated")
     return population.of_mesh(mesh)

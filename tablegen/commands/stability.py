@@ -8,7 +8,7 @@ from sampler import options
 from sampler.files import write_text
 from sampler.options import DONE, MISSED
 from tablegen.commands import bounded
-from tablegen.commands.config_argument import CONFIG
+from tablegen.commands.bounded import CONFIG
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.model.shape_codes import SHAPE_NAMES
 

@@ -1,31 +1,22 @@
-"""Configurations: what a table is made of, read from TOML and checked.
+"""Configurations of tables, read from TOML and checked.
 
-A *pair file* says everything: the material pair, the population, the domain, and how a table is
-made. A *scene* names a pair file in a top-level ``pair = "..."`` and changes what differs. Both
-become a `Config`, whose `text` stands on its own and is what a table stores.
+A *pair file* has the material pair, the population, the domain, and how a table is made. A *scene*
+names a pair file in a top-level ``pair = "..."`` and changes some fields.
 """
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 import tomli_w
 from numpy.typing import ArrayLike, NDArray
-from pydantic import (
-    AfterValidator,
-    Field,
-    PrivateAttr,
-    ValidationError,
-    create_model,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from sampler.errors import InputError
-from sampler.files import find_config
-from sampler.formats.bounds import GROUP_SIZE, N_GROUPS, is_line
+from sampler.files import find_config, find_file
+from sampler.formats.bounds import GROUP_SIZE, N_GROUPS
 from sampler.formats.channels import STATE, VARIABLES
-from tablegen.config.config_files import names_a_file, pair_file, read_text
 from tablegen.config.field_types import (
     AngleRange,
     ComponentNames,
@@ -36,23 +27,21 @@ from tablegen.config.field_types import (
 )
 from tablegen.config.mesh import read_mesh
 from tablegen.config.messages import MISSING, complaint, refusal, shown
-from tablegen.config.metric_table import METRICS, PRESETS, declared_accuracy
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
-from tablegen.config.scenes import Tree, merged
-from tablegen.config.spin_targets import SpinTargets
-from tablegen.config.toml_text import check_tree, parse_toml
+from tablegen.config.scenes import Tree, merged, parse_toml
+from tablegen.config.targets import AccuracyTargets, SpinTargets
 from tablegen.model.model_bounds import CONTACT_RESOLUTION, TOLERANCE
 
 
 def _odd(value: int | None) -> int | None:
-    """Refuse an even number of knots: the median would fall between two."""
+    # with an even number of knots the median would fall between two
     if value is not None and value % 2 == 0:
         raise ValueError("an odd number")
     return value
 
 
-#: Components of a plane flow, and those that it has no use for.
+#: Components of a plane flow, and those that it does not use.
 PLANE = ("u", "v", "omega_z")
 _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 
@@ -64,9 +53,9 @@ class Domain(Record):
     speed: SpeedRange
     #: Allow speeds outside the range in which the restitution law was measured.
     extrapolate: bool = False
-    #: 2: a plane flow, which has no use for w, omega_x and omega_y.
+    #: 2 is a plane flow, without w, omega_x and omega_y.
     dimension: Literal[2, 3] = 3
-    #: What a draw gives; by default u, v, w, omega_x, omega_y, omega_z, or those of a plane flow.
+    #: Components of a draw; by default u, v, w, omega_x, omega_y, omega_z, or `PLANE`.
     components: ComponentNames | None = None
 
     @model_validator(mode="after")
@@ -95,7 +84,7 @@ class ModelSettings(Record):
 
 
 class TableSettings(Record):
-    """How a table is made; the generator chooses what is not given, to reach the accuracy."""
+    """How a table is made; the generator chooses the fields that are not given."""
 
     seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = 1
     samples_per_node: Annotated[int | None, Field(ge=100, le=10**9)] = None
@@ -106,33 +95,12 @@ class TableSettings(Record):
     quantile_knots: Annotated[int | None, Field(ge=17, le=65535), AfterValidator(_odd)] = None
     #: Make the law exactly symmetric about the impact plane.
     mirror: bool = False
-    #: Of the spin law: leaves of the tree of a shape, groups of experts in a leaf, experts in a
-    #: group, and simulated rebounds of a leaf.
+    #: Spin law: leaves of the tree of a shape, groups of experts in a leaf, experts in a group,
+    #: and simulated rebounds of a leaf.
     spin_leaves: Annotated[int | None, Field(ge=1, le=1024)] = None
     spin_groups: Annotated[int | None, Field(ge=1, le=N_GROUPS)] = None
     spin_experts: Annotated[int | None, Field(ge=1, le=GROUP_SIZE)] = None
     spin_rebounds: Annotated[int | None, Field(ge=1000, le=10**8)] = None
-
-
-#: The preset, and a field for each metric.
-_ACCURACY_FIELDS: dict[str, Any] = {
-    "preset": (Literal[tuple(PRESETS)], "standard"),
-    **{name: (Annotated[float, Field(**m.allowed)], ...) for name, m in METRICS.items()},
-}
-_AccuracyFields: Any = create_model("_AccuracyFields", __base__=Record, **_ACCURACY_FIELDS)
-
-
-class AccuracyTargets(_AccuracyFields):
-    """Largest distances from direct simulation that a table declares, by metric.
-
-    Those that are not given are the preset's.
-    """
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_preset(cls, given: object) -> object:
-        # an unknown name is refused with the field, not here
-        return declared_accuracy(given) if isinstance(given, dict) else given
 
 
 class Config(Record):
@@ -147,12 +115,12 @@ class Config(Record):
     model: ModelSettings = ModelSettings()
     table: TableSettings = TableSettings()
     accuracy: AccuracyTargets = AccuracyTargets.model_validate({})
-    #: Of the spin law; the preset of the accuracy if not given.
+    #: Accuracy of the spin law; by default that of the preset of `accuracy`.
     spin_accuracy: SpinTargets | None = None
     _text: str = PrivateAttr()
 
     def model_post_init(self, _: object) -> None:
-        """Write out every field, defaults included; a file's own text takes its place."""
+        """Write out every field, defaults included; a file's own text replaces this one."""
         tree = self.model_dump(mode="json", by_alias=True, exclude_none=True)
         self._text = tomli_w.dumps(tree)
 
@@ -171,10 +139,9 @@ class Config(Record):
         if valid is None:
             allowed = "true, because the restitution law states no validity range (valid_speed)"
             raise refusal("domain.extrapolate", False, allowed)
-        low, high = valid
-        if not low <= first <= last <= high:
+        if first < valid[0] or last > valid[1]:
             allowed = (
-                f"inside the restitution law's validity range [{low:g}, {high:g}] m/s, "
+                f"inside the restitution law's validity range [{valid[0]:g}, {valid[1]:g}] m/s, "
                 "or set domain.extrapolate = true"
             )
             raise refusal("domain.speed", self.domain.speed, allowed)
@@ -195,10 +162,7 @@ class Config(Record):
             ("speed_nodes", self.table.speed_nodes, "speed", self.domain.speed),
         ):
             if nodes is not None and (nodes[0], nodes[-1]) != ends:
-                low, high = ends
-                allowed = (
-                    f"the ends of domain.{source}, [{low:g}, {high:g}], as first and last node"
-                )
+                allowed = f"first and last node at the ends of domain.{source}, {shown(ends)}"
                 raise refusal(f"table.{field}", nodes, allowed)
         return self
 
@@ -219,7 +183,7 @@ class Config(Record):
         return self.spin_accuracy or SpinTargets.model_validate(preset)
 
     def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
-        """Abscissa for interpolation in speed; see `RestitutionLaw.coordinate`."""
+        """Compute the abscissa for interpolation in speed, that of the law of restitution."""
         return self.pair.restitution.coordinate(speed)
 
     def with_changes(self, changes: Tree) -> "Config":
@@ -231,19 +195,14 @@ class Config(Record):
             Nested as in the file, for example ``{"table": {"seed": 2}}``. The paths of mesh
             files are relative to the working folder.
 
-        Returns
-        -------
-        Config
-
         Raises
         ------
         InputError
             If the result is not a valid configuration.
         """
         origin = f"{self.name}, changed"
-        check_tree(changes, origin)
-        changes, _ = _with_meshes_read(changes, origin, Path())
-        return _checked(merged(tomllib.loads(self.text), changes), origin, None)
+        changes = _with_meshes(changes, origin, Path())
+        return _checked(merged(tomllib.loads(self.text), changes), origin)
 
 
 def load_config(name_or_path: str | Path) -> Config:
@@ -264,62 +223,35 @@ def load_config(name_or_path: str | Path) -> Config:
         If there is no such file or name, or the file cannot be used: one line with the file, the
         field, what was given and what is allowed.
     """
-    return _load(find_config(name_or_path))
+    path = find_config(name_or_path)
+    return parse_config(_read_text(path), path.name, path.parent)
 
 
 def parse_config(text: str, origin: str, directory: Path | None = None) -> Config:
-    """Read a configuration from TOML text.
+    """Read a configuration from the TOML text of a pair file or a scene, as `load_config`.
 
-    Parameters
-    ----------
-    text : str
-        A pair file's or a scene's text.
-    origin : str
-        Where the text comes from, to open every error message.
-    directory : Path, optional
-        Folder to which the references to a pair file and to mesh files are relative; the working
-        folder if None.
-
-    Returns
-    -------
-    Config
-
-    Raises
-    ------
-    InputError
-        As for `load_config`.
+    Every error message begins with `origin`. References to a pair file and to mesh files are
+    relative to `directory`, by default the working folder.
     """
-    data, read = _with_meshes_read(parse_toml(text, origin), origin, directory or Path())
+    directory = directory or Path()
+    tree = parse_toml(text, origin)
+    data = _with_meshes(tree, origin, directory)
     if not isinstance(data.get("pair"), str):
-        return _checked(data, origin, None if read else text)
-    base = _base(data.pop("pair"), origin, directory or Path())
+        return _checked(data, origin, text if data == tree else None)
+    reference = data.pop("pair")
+    base = _pair_of_scene(reference, origin, directory)
     base_tree = tomllib.loads(base.text)
     # A nameless scene that took over the pair's name would pass for the pair.
     del base_tree["name"]
-    tree = merged(base_tree, data)
-    tree["pair"].setdefault("name", base.name)
-    return _checked(tree, origin, None)
+    whole = merged(base_tree, data)
+    whole["pair"].setdefault("name", base.name)
+    return _checked(whole, origin)
 
 
 def stored_config(text: str, origin: str) -> Config:
-    """Read the configuration that a table holds, which needs no file but itself.
+    """Read the ``config`` of a table as `parse_config`, without opening another file.
 
-    Parameters
-    ----------
-    text : str
-        ``config`` of a table.
-    origin : str
-        Where the text comes from, to open every error message.
-
-    Returns
-    -------
-    Config
-
-    Raises
-    ------
-    InputError
-        As for `parse_config`; also if it names another file, for the pair or for a mesh. No file
-        is opened.
+    A text that names one, for the pair or for a mesh, is refused.
     """
     tree = parse_toml(text, origin)
     if isinstance(tree.get("pair"), str):
@@ -329,79 +261,64 @@ def stored_config(text: str, origin: str) -> Config:
 
 
 def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | None]:
-    """Lay a scene over another configuration than that of the pair it names.
+    """Lay a scene over the configuration of a table; return the pair that it names, if any, too.
 
-    Parameters
-    ----------
-    config : Config
-        For example that of a table.
-    name_or_path : str or Path
-        A scene, which need not name a pair; or a pair file, whose laws then count as changes.
-
-    Returns
-    -------
-    config : Config
-    pair : str or None
-        The pair that the scene names, if any.
-
-    Raises
-    ------
-    InputError
-        As for `load_config`.
+    The laws of a pair file count as changes. Errors are those of `load_config`.
     """
     path = find_config(name_or_path)
-    tree, _ = _with_meshes_read(parse_toml(read_text(path), path.name), path.name, path.parent)
+    tree = _with_meshes(parse_toml(_read_text(path), path.name), path.name, path.parent)
     named = tree.pop("pair") if isinstance(tree.get("pair"), str) else None
     tree.pop("name", None)
-    return _checked(merged(tomllib.loads(config.text), tree), path.name, None), named
+    return _checked(merged(tomllib.loads(config.text), tree), path.name), named
 
 
-def _base(reference: str, origin: str, directory: Path) -> Config:
-    """Read the pair file that a scene refers to."""
-    if not is_line(reference):
-        raise InputError(f"{origin}: pair: got {shown(reference)}, allowed: a name or a path")
-    path = pair_file(reference, origin, directory)
-    if isinstance(parse_toml(read_text(path), path.name).get("pair"), str):
+def _read_text(path: Path) -> str:
+    """Read a file, without the byte-order mark that some editors write."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        position = f"byte {error.object[error.start]:#04x} at position {error.start}"
+        raise InputError(f"{path.name}: got {position}, allowed: UTF-8 text") from error
+
+
+def _pair_of_scene(reference: str, origin: str, directory: Path) -> Config:
+    """Read the pair file that a scene refers to, by name or by a path relative to its folder."""
+    is_path = reference.endswith(".toml") or len(Path(reference).parts) > 1
+    try:
+        path = find_file("pair", directory / reference if is_path else reference, ".toml")
+    except InputError as error:
+        raise InputError(f"{origin}: {error}") from error
+    text = _read_text(path)
+    if isinstance(parse_toml(text, path.name).get("pair"), str):
         raise InputError(
             f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"
         )
-    return _load(path)
+    return parse_config(text, path.name, path.parent)
 
 
-def _with_meshes_read(tree: Tree, origin: str, directory: Path) -> tuple[Tree, bool]:
-    """Tree in which every mesh file has its vertices beside it, and whether that changed it."""
+def _with_meshes(tree: Tree, origin: str, directory: Path) -> Tree:
+    """Add the vertices of every mesh file that a tree names."""
     population = tree.get("population")
     meshes = population.get("meshes") if isinstance(population, dict) else None
     if not isinstance(population, dict) or not isinstance(meshes, list | tuple):
-        return tree, False
-    whole = [
-        _with_vertices(mesh, f"{origin}: population.meshes[{i}].file", directory)
-        for i, mesh in enumerate(meshes)
-    ]
-    changed = {**tree, "population": {**population, "meshes": whole}}
-    return changed, changed != tree
+        return dict(tree)
+    whole = []
+    for i, mesh in enumerate(meshes):
+        if isinstance(mesh, dict) and "vertices" not in mesh and isinstance(mesh.get("file"), str):
+            try:
+                read = read_mesh(directory / mesh["file"])
+            except InputError as error:
+                reason = str(error).removeprefix("particle: ")
+                raise InputError(f"{origin}: population.meshes[{i}].file: {reason}") from error
+            vertices = [list(row) for row in read.vertices]
+            whole.append({**mesh, "file": read.name, "vertices": vertices})
+        else:
+            whole.append(mesh)
+    return {**tree, "population": {**population, "meshes": whole}}
 
 
-def _with_vertices(mesh: object, place: str, directory: Path) -> object:
-    """Entry of a mesh with the vertices of its file, unless it has vertices already."""
-    if not names_a_file(mesh):
-        return mesh
-    if not is_line(mesh["file"]):
-        raise InputError(f"{place}: got {shown(mesh['file'])}, allowed: the path of a mesh file")
-    try:
-        read = read_mesh(directory / mesh["file"])
-    except InputError as error:
-        raise InputError(f"{place}: {str(error).removeprefix('particle: ')}") from error
-    return {**mesh, "file": read.name, "vertices": [list(row) for row in read.vertices]}
-
-
-def _load(path: Path) -> Config:
-    """Read a configuration file."""
-    return parse_config(read_text(path), path.name, path.parent)
-
-
-def _checked(tree: Tree, origin: str, text: str | None) -> Config:
-    """Validate a tree, and keep the text it was read from if that says everything."""
+def _checked(tree: Tree, origin: str, text: str | None = None) -> Config:
+    """Validate a tree; `text`, if it says everything, becomes the configuration's text."""
     try:
         config = Config.from_tree(tree)
     except ValidationError as error:

@@ -1,20 +1,17 @@
-"""Choices and defaults that the command line shares with the library.
+"""Choices and defaults shared by the command line and the library; importing this loads nothing."""
 
-They lie here, where nothing is imported, so that a help page need not load what does the work.
-"""
-
-#: Name of the non-spherical shapes together, with the weights of the population.
+#: Name of the non-spherical shapes and the meshes together, with the weights of the population.
 MIXTURE = "mixture"
 
-#: Conditions at which a new table is measured, and those of a validation.
+#: Number of conditions at which a new table is measured, and a table validated.
 GENERATE_CONDITIONS = 8
 VALIDATE_CONDITIONS = 8
 
-#: The same of a spin law.
+#: The same for a spin law.
 GENERATE_SPIN_CONDITIONS = 24
 VALIDATE_SPIN_CONDITIONS = 24
 
-#: Particles of a case of the stability study.
+#: Particles of one case of the stability study.
 STABILITY_COUNT = 16
 
 #: Particles of each shape at each angle of the paper's figures.
@@ -23,5 +20,5 @@ FIGURES_COUNT, FIGURES_QUICK_COUNT = 200_000, 20_000
 #: Particles of each shape at each measured condition of a calibration.
 CALIBRATE_COUNT = 4000
 
-#: Particles of each shape at each condition, in a comparison with measurements.
+#: Particles of each shape at each condition of a comparison with measurements.
 COMPARE_COUNT = 20_000

@@ -1,10 +1,8 @@
 """The metrics of accuracy: the one list that is declared, measured, judged, stored and shown.
 
-Everything iterates over `METRICS`. How two samples give a metric stands in
-`tablegen.accuracy.metrics` (`DISTANCES`), how noise is told apart from it in
-`tablegen.accuracy.noise_corrected` (`ESTIMATES`). A metric whose name is a dataset of the group
-``accuracy`` in `sampler.formats.layout` is stored in tables as well. Nothing is imported
-here, so that a help page need not load what does the work.
+`tablegen.accuracy.metrics` computes them from two samples, and `tablegen.accuracy.noise_corrected`
+corrects them for noise. Tables store those that are a dataset of the group ``accuracy`` in
+`sampler.formats.layout`. Importing this module loads nothing heavy.
 """
 
 from collections.abc import Mapping
@@ -16,18 +14,18 @@ from typing import Any
 class Metric:
     """A distance between two samples of states."""
 
-    #: In full, in a sentence, and at the head of a column.
+    #: Full name, name in a sentence, and head of a column.
     label: str
     short: str
     head: str
-    #: By preset. Largest distance that a table declares.
+    #: Largest distance that a table declares, by preset.
     presets: Mapping[str, float]
-    #: By preset. Largest distance that the spin law declares at any condition, and over the impacts
-    #: of chains; empty where that is not measured.
+    #: The same for the spin law, at any condition and over the impacts of chains; empty where that
+    #: is not measured.
     spin_presets: Mapping[str, float]
     joint_presets: Mapping[str, float]
-    #: Bounds of what may be declared, as pydantic names them: ``ge``, ``le``. What is asked for
-    #: sets how many states are simulated, so that it may not be as small as one likes.
+    #: Bounds of a declared distance, as pydantic names them: ``ge``, ``le``. The smaller it is, the
+    #: more states must be simulated.
     allowed: Mapping[str, Any]
     #: Distance of equal laws.
     least: float = 0.0
@@ -35,14 +33,14 @@ class Metric:
     digits: int = 4
     #: Least distance above that of equal laws that can be told from noise.
     floor: float = 0.0
-    #: A number for each variable of a state, of which the largest counts, or one for the joint law.
+    #: Whether there is a number for each variable, of which the largest counts, or one in all.
     per_variable: bool = False
-    #: Found by a classifier: it needs many states, and equal laws give its least value exactly.
+    #: Whether a classifier finds it, which needs many states.
     learned: bool = False
-    #: States a side, at most, from which the refinement of the grid takes it. None: all; such a
-    #: metric is cheap, and is taken first.
+    #: Largest number of states a side in the refinement of the grid. None: all; such a metric is
+    #: cheap and is taken first.
     trial_states: int | None = None
-    #: Whether it counts on the edges of the grid, or in the centres of cells only.
+    #: Whether it counts on the edges of the grid too, or in the centres of cells only.
     on_edges: bool = True
 
     @property
@@ -80,8 +78,8 @@ METRICS: dict[str, Metric] = {
         joint_presets={},
         allowed={"ge": 1e-4, "le": 1e9},
         trial_states=400_000,
-        # near grazing its noise is two thirds of what the standard preset allows, which would
-        # halve intervals that are good enough
+        # near grazing its noise is two thirds of the standard limit, which would halve intervals
+        # that are good enough
         on_edges=False,
     ),
     "correlation_error": Metric(
@@ -105,7 +103,7 @@ METRICS: dict[str, Metric] = {
         digits=3,
         floor=0.002,
         learned=True,
-        # a classifier learns more from more, so AUC are compared at this number of states
+        # a classifier learns more from more states, so AUC are compared at this number
         trial_states=100_000,
     ),
 }
@@ -116,7 +114,7 @@ PRESETS: dict[str, dict[str, float]] = {
     for preset in ("compact", "standard", "fine")
 }
 
-#: What the names of the limits over the impacts of chains begin with.
+#: Prefix of the limits over the impacts of chains.
 JOINT = "joint_"
 
 #: Metrics that are taken over the impacts of chains.
@@ -132,32 +130,24 @@ SPIN_PRESETS: dict[str, dict[str, float]] = {
 }
 
 
-#: Preset beyond which a declared accuracy says little.
-_LOOSEST = "compact"
-
-
 def looser_than_compact(declared: Mapping[str, float]) -> list[str]:
-    """Metrics for which an accuracy allows more than the preset "compact"."""
-    return [name for name in METRICS if declared[name] > PRESETS[_LOOSEST][name]]
+    """Find the metrics for which an accuracy allows more than the preset "compact"."""
+    return [name for name in METRICS if declared[name] > PRESETS["compact"][name]]
 
 
 def little_declared(declared: Mapping[str, float]) -> str:
-    """Say for which metrics an accuracy allows more than the preset "compact", if for any."""
+    """Say for which metrics an accuracy allows more than the preset "compact"; "" if for none."""
     names = looser_than_compact(declared)
     allowed = ", ".join(f"{name} {declared[name]:g}" for name in names)
-    usual = ", ".join(f"{PRESETS[_LOOSEST][name]:g}" for name in names)
-    if not names:
-        return ""
-    return f"the table declares little: {allowed}, where the preset {_LOOSEST} has {usual}"
+    usual = ", ".join(f"{PRESETS['compact'][name]:g}" for name in names)
+    text = f"the table declares little: {allowed}, where the preset compact has {usual}"
+    return text if names else ""
 
 
 def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
-    """Largest distance of each metric in what a table stores; None if nothing was measured.
+    """Return the largest stored distance of each metric, of a `sampler.Table.accuracy`.
 
-    Parameters
-    ----------
-    accuracy : mapping of str to array
-        As `sampler.Table.accuracy`.
+    None if nothing was measured.
     """
     if accuracy["alpha_deg"].size == 0:
         return None
@@ -165,23 +155,16 @@ def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
 
 
 def worst_spin_stored(datasets: Mapping[str, Any]) -> dict[str, float] | None:
-    """Largest distance of each limit of a spin law that a table stores; None if nothing.
+    """Return the largest stored distance of each limit of a spin law; None if there is none.
 
-    Parameters
-    ----------
-    datasets : mapping of str to array
-        Of a table file, by their paths; those of the group ``spin_accuracy`` count.
+    `datasets` are those of a table file by their paths.
     """
-    worst = {}
-    for name in SPIN_PRESETS[_LOOSEST]:
-        values = datasets.get(f"spin_accuracy/{name}")
-        if values is not None and values.size:
-            worst[name] = float(values.max())
-    return worst or None
+    found = {name: datasets.get(f"spin_accuracy/{name}") for name in SPIN_PRESETS["compact"]}
+    return {k: float(v.max()) for k, v in found.items() if v is not None and v.size} or None
 
 
 def spin_errors_text(values: Mapping[str, float]) -> str:
-    """Distances of a spin law by the name of their limit, on one line."""
+    """Write distances of a spin law, by the name of their limit, on one line."""
     parts = []
     for name, value in values.items():
         metric = METRICS[name.removeprefix(JOINT)]
@@ -191,22 +174,16 @@ def spin_errors_text(values: Mapping[str, float]) -> str:
 
 
 def errors_text(values: Mapping[str, float]) -> str:
-    """Distances by metric on one line."""
+    """Write distances by metric on one line."""
     return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())
 
 
-def declared_accuracy(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Largest distances that ``[accuracy]`` of a configuration declares, by number or preset.
+def declared_accuracy(
+    given: Mapping[str, Any], presets: Mapping[str, Mapping[str, float]] = PRESETS
+) -> dict[str, Any]:
+    """Fill in the distances that ``[accuracy]`` of a configuration leaves to its preset, unchecked.
 
-    Parameters
-    ----------
-    given : mapping
-        The section as it stands in the file.
-
-    Returns
-    -------
-    dict
-        Its fields, and a number for each of `METRICS`; unchecked.
+    For ``[spin_accuracy]``, `presets` are `SPIN_PRESETS`.
     """
-    preset = PRESETS.get(str(given.get("preset", "standard")), PRESETS["standard"])
+    preset = presets.get(str(given.get("preset", "standard")), presets["standard"])
     return {**preset, **given}

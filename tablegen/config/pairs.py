@@ -1,19 +1,306 @@
-"""Material pairs: what happens at one contact of a given particle material with a given wall.
+"""Material pairs: the laws of restitution and of resistance to sliding at one contact.
 
-A pair file names one law of restitution (`tablegen.config.restitution`) and one of resistance
-(`tablegen.config.resistance`), each with its coefficients and its source; tables/LAWS.md shows
-how.
+`tablegen.model.contact_laws` and `tablegen.model.coulomb` have the kernel of each law;
+tables/LAWS.md shows how a file states it. At the contact point V_c is the velocity (m/s), v_c its
+normal component, and beta = asin(|v_c| / |V_c|) the impact angle from the wall.
 """
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from numpy.typing import ArrayLike
+from pydantic import Field, field_validator, model_validator
 
-from tablegen.config.field_types import Line, Name, Record
-from tablegen.config.resistance import ResistanceLaw
-from tablegen.config.restitution import RestitutionLaw
-from tablegen.model.contact_laws import LawArguments
+from tablegen.config.field_types import Increasing, Line, Name, Positive, Record, SpeedRange, Text
+from tablegen.config.messages import refusal
+from tablegen.model import contact_laws as kernels
+from tablegen.model.float_array import FloatArray
+
+#: How far rounding may carry a restitution coefficient out of [0, 1].
+_ROUNDING = 1e-12
+
+#: Exponent of the abscissa of laws that ignore the speed: so small that two nodes span any range.
+_FAINT = 0.01
+
+#: Restitution coefficient.
+Restitution = Annotated[float, Field(ge=0.0, le=1.0)]
+
+#: Coefficient of resistance to sliding, or of friction.
+Resistance = Annotated[float, Field(ge=0.0, le=100.0)]
+
+ContactAngle = Annotated[float, Field(ge=0.0, le=90.0)]
+
+
+class _Restitution(Record):
+    """Base of the laws of a_nc, the ratio of the normal contact velocities after and before.
+
+    Whatever the contact speed and the angle, 0 <= a_nc <= 1; a law that can leave this range is
+    refused when it is read.
+    """
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a_nc, and with it the rebound statistics, depend on the contact speed."""
+        return False
+
+    def coordinate(self, speed: ArrayLike) -> FloatArray:
+        """Compute the abscissa for interpolation in impact speed.
+
+        Rebound statistics are nearly linear in it. Default nodes are equally spaced in its
+        logarithm.
+
+        Parameters
+        ----------
+        speed : array_like of float
+            Impact speed, m/s, positive.
+
+        Returns
+        -------
+        float64 array
+            Shape of `speed`; positive, dimensionless, strictly falling with the speed.
+        """
+        return self._abscissa(np.asarray(speed, dtype=np.float64))
+
+    def _abscissa(self, speed: FloatArray) -> FloatArray:
+        # Any abscissa serves a law without speed; with this one nodes at the ends are enough.
+        return speed**-_FAINT
+
+
+class ExponentialRestitution(_Restitution):
+    """Restitution that falls with the contact speed towards normal impact.
+
+        a_nc = 1 - [1 - exp(-coefficient |V_c|^exponent)] |v_c| / |V_c|.
+
+    Source: form and corundum-on-steel coefficients as in Panfilov and Tsirkunov (2022), eq. 6.
+    """
+
+    law: Literal["exponential"]
+    coefficient: Positive
+    exponent: Annotated[float, Field(gt=0.0, le=10.0)]
+    valid_speed: SpeedRange | None = None
+    source: Text
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a_nc depends on the contact speed: yes."""
+        return True
+
+    def _abscissa(self, speed: FloatArray) -> FloatArray:
+        # a_nc at normal impact, which falls from 1 at rest towards 0
+        return np.exp(-self.coefficient * speed**self.exponent)
+
+
+class PolynomialRestitution(_Restitution):
+    """Restitution as a polynomial in the impact angle at the contact, in radians.
+
+    a_nc = c_0 + c_1 beta + c_2 beta^2 + ...
+    """
+
+    law: Literal["polynomial"]
+    #: c_0, c_1, ...: lowest power first.
+    coefficients: Annotated[tuple[float, ...], Field(min_length=1, max_length=16)]
+    valid_speed: SpeedRange | None = None
+    source: Text
+
+    @field_validator("coefficients")
+    @classmethod
+    def _physical(cls, coefficients: tuple[float, ...]) -> tuple[float, ...]:
+        polynomial = np.polynomial.Polynomial(coefficients)
+        # Extremes lie at the ends or where the slope is zero; the grid stands in for turning
+        # points that a root finder loses to a vanishing leading coefficient.
+        turns = polynomial.trim().deriv().roots().real
+        grid = np.linspace(0.0, np.pi / 2, 2001)
+        angles = np.append(grid, turns[(turns > 0.0) & (turns < np.pi / 2)])
+        values = polynomial(angles)
+        worst = int(np.argmax(np.abs(values - 0.5)))
+        if not abs(values[worst] - 0.5) <= 0.5 + _ROUNDING:
+            raise ValueError(
+                "a polynomial within 0 to 1 from 0 to 90 degrees; this one is "
+                f"{values[worst]:.4g} at {np.degrees(angles[worst]):.3g} degrees"
+            )
+        return coefficients
+
+
+class ConstantRestitution(_Restitution):
+    """The same restitution at every contact: a_nc = value."""
+
+    law: Literal["constant"]
+    value: Restitution
+    valid_speed: SpeedRange | None = None
+    source: Text
+
+
+class PowerRestitution(_Restitution):
+    """Restitution that falls with a power of the normal contact speed.
+
+        a_nc = min(1, coefficient (|v_c| / reference_speed)^(-exponent)).
+
+    The limit belongs to the law: the power alone grows without bound towards rest. Form: e.g.
+    K. L. Johnson, Contact Mechanics (1985), sec. 11.5, fully plastic impact, exponent 1/4.
+    """
+
+    law: Literal["power"]
+    #: Restitution at the reference speed, where it is below 1.
+    coefficient: Annotated[float, Field(gt=0.0, le=1e6)]
+    reference_speed: Annotated[float, Field(gt=0.0, le=1e5)]
+    exponent: Annotated[float, Field(gt=0.0, le=2.0)]
+    valid_speed: SpeedRange | None = None
+    source: Text
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a_nc depends on the contact speed: yes."""
+        return True
+
+    def _abscissa(self, speed: FloatArray) -> FloatArray:
+        # proportional to a_nc at normal impact where that is below 1
+        return (speed / self.reference_speed) ** -self.exponent
+
+
+class TabulatedRestitution(_Restitution):
+    """Restitution from a table over the angle and the speed of the contact.
+
+    Bilinear in beta and |V_c|, and constant beyond the ends of the table. An axis of one node
+    stands for no dependence on it.
+    """
+
+    law: Literal["tabulated"]
+    angle_deg: Increasing[ContactAngle]
+    #: Contact speeds, m/s.
+    speed: Increasing[Positive]
+    #: One row for each angle, with one number for each speed.
+    value: tuple[tuple[Restitution, ...], ...]
+    valid_speed: SpeedRange | None = None
+    source: Text
+
+    @model_validator(mode="after")
+    def _table_fits(self) -> Self:
+        rows, columns = len(self.angle_deg), len(self.speed)
+        if len(self.value) != rows or any(len(row) != columns for row in self.value):
+            allowed = f"{rows} rows (angle_deg) of {columns} numbers (speed)"
+            raise refusal("value", self.value, allowed)
+        return self
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a_nc depends on the contact speed: where a row has two values."""
+        return any(len(set(row)) > 1 for row in self.value)
+
+    def _abscissa(self, speed: FloatArray) -> FloatArray:
+        # default nodes lie a factor of at most 1.43 apart
+        return 1.0 / speed if self.depends_on_speed else super()._abscissa(speed)
+
+
+RestitutionLaw = (
+    ExponentialRestitution
+    | PolynomialRestitution
+    | ConstantRestitution
+    | PowerRestitution
+    | TabulatedRestitution
+)
+
+
+class OrientationResistance(Record):
+    """Sliding resistance at the contact, from the particle's orientation.
+
+    With r_c the contact point from the centre of mass and V_p the velocity of that centre before
+    the collision,
+
+        C_f = factor exp(strength r_c . V_p / (|r_c| |V_p|)).
+
+    Source: Panfilov and Tsirkunov (2022), eq. 7, where strength and factor are 1. Below zero the
+    resistance is least where the contact lies ahead of the motion, as at steep impact.
+    """
+
+    law: Literal["exponential-orientation"]
+    strength: Annotated[float, Field(ge=-10.0, le=10.0)]
+    factor: Resistance = 1.0
+    source: Text
+
+
+class ConstantResistance(Record):
+    """The same sliding resistance at every contact: C_f = value; 0 lets contacts slide freely."""
+
+    law: Literal["constant"]
+    value: Resistance
+    source: Text
+
+
+class CoulombResistance(Record):
+    """Coulomb friction with stick and slip, at every instant of a collision.
+
+    A contact that slides along e has dS_t = -dynamic e dS_n. One that has come to rest sticks if
+    |dS_t| <= static dS_n can hold it, and else slides anew. The restitution a_nc is then Stronge's
+    energetic one: its square is the part of the work of compression that is given back.
+
+    Source: Stronge, Proc. R. Soc. Lond. A 431 (1990) 169-181.
+    """
+
+    law: Literal["coulomb"]
+    static: Resistance
+    dynamic: Resistance
+    source: Text
+
+    @model_validator(mode="after")
+    def _static_holds(self) -> Self:
+        if self.dynamic > self.static:
+            raise refusal("dynamic", self.dynamic, f"0 to static, {self.static:g}")
+        return self
+
+
+class TabulatedResistance(Record):
+    """Sliding resistance from a table over the impact angle at the contact.
+
+    C_f is linear in beta between the angles of the table, and constant beyond its ends.
+    """
+
+    law: Literal["tabulated"]
+    angle_deg: Increasing[ContactAngle]
+    #: One number for each angle.
+    value: tuple[Resistance, ...]
+    source: Text
+
+    @model_validator(mode="after")
+    def _table_fits(self) -> Self:
+        if len(self.value) != len(self.angle_deg):
+            allowed = f"{len(self.angle_deg)} numbers, one for each of angle_deg"
+            raise refusal("value", self.value, allowed)
+        return self
+
+
+ResistanceLaw = OrientationResistance | ConstantResistance | TabulatedResistance | CoulombResistance
+
+
+def kernel_entries(law: RestitutionLaw | ResistanceLaw) -> dict[str, Any]:
+    """Return the entries of `LawArguments` that a law sets."""
+    match law:
+        case ExponentialRestitution():
+            entries = {"coefficient": law.coefficient, "exponent": law.exponent}
+            return {"restitution_law": kernels.EXPONENTIAL, **entries}
+        case PolynomialRestitution():
+            return {"restitution_law": kernels.POLYNOMIAL, "numbers": np.array(law.coefficients)}
+        case ConstantRestitution():
+            return {"restitution_law": kernels.CONSTANT, "coefficient": law.value}
+        case PowerRestitution():
+            coefficient = law.coefficient * law.reference_speed**law.exponent
+            entries = {"coefficient": coefficient, "exponent": law.exponent}
+            return {"restitution_law": kernels.POWER, **entries}
+        case TabulatedRestitution():
+            axes = np.radians(law.angle_deg), np.array(law.speed)
+            numbers = kernels.pack_table(*axes, np.array(law.value))
+            return {"restitution_law": kernels.TABULATED, "numbers": numbers}
+        case OrientationResistance():
+            entries = {"strength": law.strength, "factor": law.factor}
+            return {"resistance_law": kernels.ORIENTATION, **entries}
+        case ConstantResistance():
+            return {"resistance_law": kernels.CONSTANT_RESISTANCE, "factor": law.value}
+        case CoulombResistance():
+            entries = {"strength": law.static, "factor": law.dynamic}
+            return {"resistance_law": kernels.COULOMB, **entries}
+        case TabulatedResistance():
+            axes = np.radians(law.angle_deg), np.ones(1)
+            numbers = kernels.pack_table(*axes, np.array(law.value)[:, None])
+            return {"resistance_law": kernels.TABULATED_RESISTANCE, "resistances": numbers}
 
 
 class MaterialPair(Record):
@@ -27,18 +314,7 @@ class MaterialPair(Record):
     resistance: Annotated[ResistanceLaw, Field(discriminator="law")]
 
     def extrapolation(self, speed: float) -> str | None:
-        """Say why an impact speed lies outside what the law of restitution was measured for.
-
-        Parameters
-        ----------
-        speed : float
-            Impact speed [m/s].
-
-        Returns
-        -------
-        str or None
-            None if the law's validity range holds it.
-        """
+        """Say why an impact speed [m/s] extrapolates the law of restitution, or return None."""
         valid = self.restitution.valid_speed
         if valid is None:
             return "the restitution law states no range of speeds in which it was measured"
@@ -49,16 +325,9 @@ class MaterialPair(Record):
             f"{speed:g} m/s extrapolates it"
         )
 
-    def kernel_arguments(self) -> LawArguments:
-        """Contact laws as plain numbers, for kernels.
-
-        Returns
-        -------
-        LawArguments
-        """
-        entries: dict[str, Any] = dict.fromkeys(
-            ("coefficient", "exponent", "strength", "factor"), 0.0
-        )
-        entries |= {"numbers": np.zeros(0), "resistances": np.zeros(0)}
-        entries |= {**self.restitution.kernel_entries(), **self.resistance.kernel_entries()}
-        return LawArguments(**entries)
+    def kernel_arguments(self) -> kernels.LawArguments:
+        """Return the contact laws as plain numbers, for kernels."""
+        unused = dict.fromkeys(("coefficient", "exponent", "strength", "factor"), 0.0)
+        entries: dict[str, Any] = {**unused, "numbers": np.zeros(0), "resistances": np.zeros(0)}
+        entries |= kernel_entries(self.restitution) | kernel_entries(self.resistance)
+        return kernels.LawArguments(**entries)

@@ -20,27 +20,26 @@ from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.model.shapes import FIRST_MESH, MeshArguments
 from tablegen.model.support_map import longest_list
 
-#: Least probability that the range of a truncated normal law must hold. Below it the law would
-#: be all tail, and the normal quantile would lose the digits that tell its ends apart.
+#: Least probability that the range of a truncated normal law must hold. Below it the normal
+#: quantile loses the digits that tell the ends of the range apart.
 _LEAST_MASS = 1e-6
 
 Weight = Annotated[float, Field(ge=0.0, le=1e6)]
 
 
 class PopulationArguments(NamedTuple):
-    """A population as arrays and numbers, for kernels."""
+    """A population as arrays and numbers, for kernels; n shapes and meshes."""
 
-    #: int64, (n,): entries of `SHAPE_CODES` with positive weight, increasing; mesh k has the
-    #: code `FIRST_MESH` + k.
+    #: (n,): codes of the shapes with positive weight, increasing; mesh k has `FIRST_MESH` + k.
     shape_codes: NDArray[np.int64]
-    #: float64, (n,): running sum of their shares; the last is exactly 1.
+    #: (n,): running sum of their shares; the last is exactly 1.
     cumulative_weights: NDArray[np.float64]
     #: Fraction of each half-edge at which a truncated prism's corners are cut.
     truncation: float
-    #: float64, (2, 4): rows b/a and c/b; columns mean, standard deviation, and the standard
-    #: normal probabilities p_low, p_high of the range's ends. With u uniform on (0, 1), a ratio is
-    #: mean + sd * normal_quantile(p_low + u * (p_high - p_low)). A fixed ratio has sd = 0. A
-    #: sphere ignores the ratios, and so does a mesh.
+    #: (2, 4): rows b/a and c/b; columns mean, standard deviation, and the standard normal
+    #: probabilities p_low, p_high of the range's ends. With u uniform on (0, 1), a ratio is
+    #: mean + sd * normal_quantile(p_low + u * (p_high - p_low)). A fixed ratio has sd = 0. Spheres
+    #: and meshes ignore the ratios.
     aspect: NDArray[np.float64]
     #: The meshes with positive weight.
     meshes: MeshArguments
@@ -55,10 +54,9 @@ class TruncatedNormalAspect(Record):
     standard_deviation: Annotated[float, Field(ge=1e-6, le=100.0)]
     range: AspectRange
 
-    def _ends(self) -> tuple[float, float]:
-        """Give the standard normal probabilities of the two ends of the range."""
-        low, high = ndtr((np.array(self.range) - self.mean) / self.standard_deviation)
-        return float(low), float(high)
+    def _ends(self) -> NDArray[np.float64]:
+        """Return the standard normal probabilities of the two ends of the range."""
+        return ndtr((np.array(self.range) - self.mean) / self.standard_deviation)
 
     @model_validator(mode="after")
     def _range_holds_probability(self) -> Self:
@@ -69,7 +67,7 @@ class TruncatedNormalAspect(Record):
         return self
 
     def kernel_rows(self) -> NDArray[np.float64]:
-        """Rows for `PopulationArguments.aspect`: float64, shape (2, 4)."""
+        """Return the rows of `PopulationArguments.aspect`."""
         row = (self.mean, self.standard_deviation, *self._ends())
         return np.array([row, row], dtype=np.float64)
 
@@ -81,9 +79,12 @@ class FixedAspect(Record):
     values: AspectPair
 
     def kernel_rows(self) -> NDArray[np.float64]:
-        """Rows for `PopulationArguments.aspect`: float64, shape (2, 4)."""
+        """Return the rows of `PopulationArguments.aspect`."""
         return np.array([(value, 0.0, 0.0, 1.0) for value in self.values], dtype=np.float64)
 
+
+#: The ratios of spheres.
+_ROUND = FixedAspect(distribution="fixed", values=(1.0, 1.0))
 
 _WEIGHTS: dict[str, Any] = {
     name.replace("-", "_"): (Weight, Field(default=0.0, alias=name)) for name in SHAPE_NAMES
@@ -101,7 +102,6 @@ class ShapeWeights(_Weights):
 
 
 def _solid(vertices: Vertices) -> Vertices:
-    """Refuse points that make no particle."""
     try:
         cached_particle(vertices)
     except InputError as error:
@@ -110,21 +110,21 @@ def _solid(vertices: Vertices) -> Vertices:
 
 
 class MeshShape(Record):
-    """A convex particle given by its vertices, which `tablegen.config.config` reads."""
+    """A convex particle given by its vertices."""
 
-    #: Where the vertices come from, for the record only.
+    #: Name of the file the vertices come from, for the record only.
     file: Line | None = None
     #: Points whose convex hull is the particle, in any units and axes.
     vertices: Annotated[Vertices, AfterValidator(_solid)]
     weight: Weight = 1.0
 
     def particle(self) -> MeshParticle:
-        """Give the particle with its moments and its look-up; made once for equal vertices."""
+        """Return the particle with its moments and its look-up; made once for equal vertices."""
         return cached_particle(self.vertices)
 
 
 def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
-    """Meshes one after another, for kernels."""
+    """Concatenate meshes for kernels."""
     maps = [particle.support_map for particle in particles]
     lengths = [(len(found.starts), len(found.points)) for found in maps]
     firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
@@ -146,7 +146,7 @@ def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
 class Stratum(NamedTuple):
     """Part of a population that has one form."""
 
-    #: Code of the shape; of mesh number k FIRST_MESH + k.
+    #: Code of the shape; FIRST_MESH + k for mesh number k.
     code: int
     #: Weight over the sum of all weights.
     share: float
@@ -154,13 +154,13 @@ class Stratum(NamedTuple):
 
 
 class Population(Record):
-    """Shapes with weights, aspect ratios, how far prisms are truncated, and meshes."""
+    """Shapes and meshes with weights, aspect ratios, and the truncation of prisms."""
 
-    #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner. By
-    #: default as of a regular truncated cube.
+    #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner. The
+    #: default makes a regular truncated cube.
     truncation: Annotated[float, Field(gt=0.0, lt=1.0)] = 2.0 - math.sqrt(2.0)
     shapes: ShapeWeights = ShapeWeights()
-    #: Of all shapes but spheres; meshes have their own.
+    #: Ratios of all shapes but spheres; meshes have their own.
     aspect: Annotated[
         TruncatedNormalAspect | FixedAspect | None, Field(discriminator="distribution")
     ] = None
@@ -183,23 +183,10 @@ class Population(Record):
         return tuple(mesh for mesh in self.meshes if mesh.weight > 0.0)
 
     def restricted_to(self, shape: str) -> "Population":
-        """Part of the population that has one shape, or all non-spherical ones.
+        """Select one of `SHAPE_NAMES`, whether or not the population holds it, or the mixture.
 
-        Parameters
-        ----------
-        shape : str
-            One of `SHAPE_NAMES`, whether or not the population holds it, or "mixture": the
-            non-spherical shapes and the meshes with the weights that they have.
-
-        Returns
-        -------
-        Population
-            A population of spheres has the fixed ratios 1 and 1.
-
-        Raises
-        ------
-        InputError
-            If the shape is unknown, or "mixture" is asked of a population of spheres only.
+        The mixture has all non-spherical shapes and meshes with their weights. Raises `InputError`
+        if the shape is unknown, or for the mixture of a population of spheres.
         """
         if shape == MIXTURE:
             weights = {name: w for name, w in self.shapes.positive().items() if name != "sphere"}
@@ -210,67 +197,34 @@ class Population(Record):
         else:
             names = ", ".join((*SHAPE_NAMES, MIXTURE))
             raise InputError(f"shape: got {shown(shape)}, allowed: {names}")
-        aspect = self.aspect
-        if shape == "sphere":
-            aspect = FixedAspect(distribution="fixed", values=(1.0, 1.0))
-        return Population(
-            truncation=self.truncation,
-            shapes=ShapeWeights.model_validate(weights),
-            aspect=aspect,
-            meshes=self.meshes if shape == MIXTURE else (),
-        )
+        changes = {
+            "shapes": ShapeWeights.model_validate(weights),
+            "aspect": _ROUND if shape == "sphere" else self.aspect,
+            "meshes": self.meshes if shape == MIXTURE else (),
+        }
+        return self.model_copy(update=changes)
 
     def strata(self) -> tuple[Stratum, ...]:
-        """Split the population into the shapes and meshes of which it has some, in their order."""
+        """Split the population into its shapes and meshes of positive weight, in their order."""
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         total = sum(weights.values()) + sum(mesh.weight for mesh in meshes)
-        shapes = [
+        found = [
             Stratum(SHAPE_CODES[name], weight / total, self.restricted_to(name))
             for name, weight in weights.items()
         ]
-        return (
-            *shapes,
-            *(
-                Stratum(FIRST_MESH + k, mesh.weight / total, Population(meshes=(mesh,)))
-                for k, mesh in enumerate(meshes)
-            ),
-        )
+        for k, mesh in enumerate(meshes):
+            found.append(Stratum(FIRST_MESH + k, mesh.weight / total, Population(meshes=(mesh,))))
+        return tuple(found)
 
     def of_mesh(self, mesh: MeshFile) -> "Population":
-        """Give every particle the form of one mesh.
-
-        Parameters
-        ----------
-        mesh : MeshFile
-            From `tablegen.config.mesh.read_mesh`.
-
-        Returns
-        -------
-        Population
-        """
-        return Population(
-            truncation=self.truncation,
-            shapes=ShapeWeights(),
-            aspect=self.aspect,
-            meshes=(MeshShape(file=mesh.name, vertices=mesh.vertices),),
-        )
+        """Give every particle the form of one mesh, from `tablegen.config.mesh.read_mesh`."""
+        meshes = (MeshShape(file=mesh.name, vertices=mesh.vertices),)
+        return self.model_copy(update={"shapes": ShapeWeights(), "meshes": meshes})
 
     def with_aspect(self, ba: float, cb: float) -> "Population":
-        """Give every particle but the meshes the same aspect ratios.
+        """Fix the aspect ratios b/a and c/b of all particles but the meshes.
 
-        Parameters
-        ----------
-        ba, cb : float
-            Ratios b/a and c/b of the half-sizes a >= b >= c, 0.001 to 1.
-
-        Returns
-        -------
-        Population
-
-        Raises
-        ------
-        InputError
-            If a ratio is out of range, or other than 1 for a population of spheres.
+        Raises `InputError` for a ratio out of range, or other than 1 for a population of spheres.
         """
         try:
             aspect = FixedAspect(distribution="fixed", values=(ba, cb))
@@ -280,36 +234,27 @@ class Population(Record):
         spheres = set(self.shapes.positive()) == {"sphere"} and not self._weighty_meshes()
         if spheres and aspect.values != (1.0, 1.0):
             raise InputError(f"aspect: got {shown((ba, cb))}, allowed for spheres: [1, 1]")
-        return Population(
-            truncation=self.truncation, shapes=self.shapes, aspect=aspect, meshes=self.meshes
-        )
+        return self.model_copy(update={"aspect": aspect})
 
     def kernel_arguments(self) -> PopulationArguments:
-        """Write the population as arrays and numbers, for kernels.
+        """Return the population as arrays and numbers, for kernels.
 
-        Returns
-        -------
-        PopulationArguments
-
-        Raises
-        ------
-        InputError
-            If a shape needs aspect ratios, and the population has no law of them.
+        Raises `InputError` if a shape needs aspect ratios and the population has no law of them.
         """
         if self.lacks_aspect:
             shapes = ", ".join(name for name in self.shapes.positive() if name != "sphere")
-            raise InputError(
-                f"aspect: missing for {shapes}, allowed: [population.aspect], or fixed ratios"
-            )
-        aspect = self.aspect or FixedAspect(distribution="fixed", values=(1.0, 1.0))
+            allowed = "[population.aspect], or fixed ratios"
+            raise InputError(f"aspect: missing for {shapes}, allowed: {allowed}")
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
-        codes = [SHAPE_CODES[name] for name in weights]
-        codes += [FIRST_MESH + k for k in range(len(meshes))]
+        codes = [
+            *map(SHAPE_CODES.__getitem__, weights),
+            *range(FIRST_MESH, FIRST_MESH + len(meshes)),
+        ]
         return PopulationArguments(
             shape_codes=np.array(codes, dtype=np.int64),
             cumulative_weights=shares / shares[-1],
             truncation=self.truncation,
-            aspect=aspect.kernel_rows(),
+            aspect=(self.aspect or _ROUND).kernel_rows(),
             meshes=_mesh_arguments([mesh.particle() for mesh in meshes]),
         )

@@ -1,6 +1,9 @@
-"""Laying a scene's changes over a pair file's content."""
+"""Trees of TOML tables: read from text, and a scene's changes laid over a pair's."""
 
+import tomllib
 from typing import Any
+
+from sampler.errors import InputError
 
 #: Content of a TOML table.
 Tree = dict[str, Any]
@@ -8,69 +11,56 @@ Tree = dict[str, Any]
 #: Fields that say which kind of thing a TOML table describes.
 _KIND_FIELDS = ("law", "distribution", "preset")
 
-#: Nodes of a table axis, and the range that they were chosen for.
+#: Nodes of a table's axis, by the range for which they were chosen.
 _NODES_OF_RANGE = {"alpha_deg": "alpha_nodes_deg", "speed": "speed_nodes"}
 
 
+def parse_toml(text: str, origin: str) -> Tree:
+    """Parse a TOML text; raises `InputError`, which begins with `origin`, for any other text."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{origin}: not valid TOML: {error}") from error
+
+
 def merged(base: Tree, changes: Tree) -> Tree:
-    """Content of a pair file with a scene's changes laid over it; neither is modified.
+    """Lay a scene's changes over the content of a pair file; neither is modified.
 
-    Tables are merged field by field, everything else is replaced, with four exceptions. A table
-    that changes its kind (another ``law``, ``distribution`` or ``preset``) replaces the old one
-    whole, because the old one's numbers mean nothing to it. A changed range of the domain does not
-    inherit the nodes that were chosen for the old range. A ``dimension`` does not inherit the
-    components that were listed for another. And whoever names components or a dimension does not
-    inherit the spin law, which costs as much for fewer components.
+    Tables are merged field by field, everything else is replaced, with four exceptions:
 
-    Parameters
-    ----------
-    base, changes : dict
-        Trees of TOML tables.
-
-    Returns
-    -------
-    dict
+    - A table of another ``law``, ``distribution`` or ``preset`` replaces the old one whole.
+    - A changed range of the domain drops the nodes that were chosen for the old range.
+    - A ``dimension`` drops the components that were listed for another.
+    - Components or a dimension drop the spin law, which costs the same for fewer components.
     """
-    kept = _without_stale_components(_without_stale_nodes(base, changes), changes)
-    return _overlaid(_without_spin_law(kept, changes), changes)
+    domain = changes.get("domain")
+    if isinstance(domain, dict):
+        stale = {_NODES_OF_RANGE[field] for field in domain if field in _NODES_OF_RANGE}
+        base = _without(base, "table", stale)
+        if "dimension" in domain:
+            base = _without(base, "domain", {"components"})
+        if {"components", "dimension"} & domain.keys():
+            base = {key: value for key, value in base.items() if key != "spin"}
+    return _overlaid(base, changes)
+
+
+def _without(tree: Tree, section: str, fields: set[str]) -> Tree:
+    """Leave some fields of a section out."""
+    kept = {k: value for k, value in tree.get(section, {}).items() if k not in fields}
+    return {**tree, section: kept} if section in tree else tree
 
 
 def _overlaid(base: Tree, changes: Tree) -> Tree:
-    """Recursive part of `merged`."""
+    """Merge two tables and the tables in them."""
     result = dict(base)
     for key, value in changes.items():
         old = base.get(key)
-        same_kind = isinstance(old, dict) and isinstance(value, dict) and _same_kind(old, value)
-        result[key] = _overlaid(old, value) if same_kind and isinstance(old, dict) else value
+        if isinstance(old, dict) and isinstance(value, dict) and _same_kind(old, value):
+            result[key] = _overlaid(old, value)
+        else:
+            result[key] = value
     return result
 
 
 def _same_kind(old: Tree, new: Tree) -> bool:
-    """Whether two tables can be merged."""
-    return all(field not in new or new[field] == old.get(field) for field in _KIND_FIELDS)
-
-
-def _without_stale_nodes(base: Tree, changes: Tree) -> Tree:
-    """Leave out the nodes of ranges that the changes replace."""
-    domain, table = changes.get("domain"), base.get("table")
-    if not isinstance(domain, dict) or not isinstance(table, dict):
-        return base
-    stale = {_NODES_OF_RANGE[field] for field in domain if field in _NODES_OF_RANGE}
-    kept = {field: value for field, value in table.items() if field not in stale}
-    return {**base, "table": kept}
-
-
-def _without_stale_components(base: Tree, changes: Tree) -> Tree:
-    """Leave out the components of a domain whose dimension the changes name."""
-    new, old = changes.get("domain"), base.get("domain")
-    if not isinstance(new, dict) or not isinstance(old, dict) or "dimension" not in new:
-        return base
-    return {**base, "domain": {k: value for k, value in old.items() if k != "components"}}
-
-
-def _without_spin_law(base: Tree, changes: Tree) -> Tree:
-    """Leave out the spin law of changes that name components."""
-    domain = changes.get("domain")
-    if not isinstance(domain, dict) or not {"components", "dimension"} & domain.keys():
-        return base
-    return {key: value for key, value in base.items() if key != "spin"}
+    return all(new.get(field, old.get(field)) == old.get(field) for field in _KIND_FIELDS)

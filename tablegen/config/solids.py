@@ -1,9 +1,8 @@
 """Convex solids of uniform density: true vertices, volume, centre of mass, principal axes.
 
-A solid is the convex hull of points. It is cut into tetrahedra with one corner at an inner point
-and the triangles of the hull as opposite faces; their integrals are polynomials of the corners
-(B. Mirtich, "Fast and accurate computation of polyhedral mass properties", J. Graphics Tools 1
-(1996), treats the general case).
+A solid is the convex hull of points, cut into tetrahedra with one corner at an inner point and the
+triangles of the hull as opposite faces. See B. Mirtich, "Fast and accurate computation of
+polyhedral mass properties", J. Graphics Tools 1 (1996).
 """
 
 from dataclasses import dataclass
@@ -21,12 +20,11 @@ THINNEST = 1e-6
 #: (`tablegen.model.contact`), so that vertices that touch together always share a face.
 SHORTEST = 1e-6
 
-#: Least narrow width of a normal cone [rad] that makes a vertex: less is a point on an edge or
-#: in a face that rounding lifted off it.
+#: Least narrow width of a vertex's normal cone [rad]. Less is a point on an edge or in a face that
+#: rounding lifted off it.
 _BLUNTEST = 1e-6
 
-#: Principal moments of <x x^T>, over its trace, that are equal but for rounding (files often
-#: hold single precision).
+#: Difference of equal moments of <x x^T>, over its trace: files often hold single precision.
 EQUAL = 1e-6
 
 #: Directions whose widths are computed at a time (bounds the memory).
@@ -39,39 +37,20 @@ class FlatError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Mass:
-    """Integrals over a solid of unit density.
-
-    Attributes
-    ----------
-    volume : float
-    centre : (3,) float64
-        Centre of mass.
-    second : (3, 3) float64
-        <x x^T>, about the centre of mass and per unit volume.
-    """
+    """Integrals over a solid of unit density."""
 
     volume: float
+    #: Centre of mass (3,).
     centre: FloatArray
+    #: <x x^T> (3, 3), about the centre of mass and per unit volume.
     second: FloatArray
 
 
 def true_vertices(points: FloatArray) -> NDArray[np.intp]:
-    """Which points are corners of the convex hull of all of them.
+    """Find the points (n, 3) that are corners of the convex hull of all: increasing indices.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-
-    Returns
-    -------
-    (m,) int
-        Increasing. Of points closer than `SHORTEST` one is left, and points on edges and in faces
-        are left out.
-
-    Raises
-    ------
-    FlatError
-        If the points lie in a plane, or closer to one than `THINNEST`.
+    Points on its edges and in its faces are not corners, and of points closer than `SHORTEST` one
+    stays. Raises `FlatError` if the points lie closer to a plane than `THINNEST`.
     """
     size = np.ptp(points, axis=0).max() if len(points) else 0.0
     if not size > 0.0:
@@ -93,18 +72,10 @@ def true_vertices(points: FloatArray) -> NDArray[np.intp]:
 
 
 def mass_of(hull: ConvexHull) -> Mass:
-    """Volume, centre of mass and second moments of a convex solid.
+    """Compute volume, centre of mass and second moments of a convex solid.
 
     With s the sum of the corners T (rows) of a tetrahedron whose fourth corner is the origin, its
     means are <x> = s / 4 and <x x^T> = (T^T T + s s^T) / 20.
-
-    Parameters
-    ----------
-    hull : ConvexHull
-
-    Returns
-    -------
-    Mass
     """
     inside = hull.points[hull.vertices].mean(axis=0)
     corners = (hull.points - inside)[hull.simplices]
@@ -119,21 +90,11 @@ def mass_of(hull: ConvexHull) -> Mass:
 
 
 def principal_axes(hull: ConvexHull, mass: Mass) -> FloatArray:
-    """Principal axes, the one with the smallest moment of inertia first; right-handed.
+    """Find the principal axes: (3, 3), unit vectors in rows, least moment first, right-handed.
 
-    Where moments are equal, as for a cube, any direction would do. There the narrowest of the
-    directions to the solid's vertices, edge centres and face normals is an axis, and the wider of
-    the axes goes first: the axes of a box or of a tetrahedron in a box are then those of the box.
-
-    Parameters
-    ----------
-    hull : ConvexHull
-    mass : Mass
-
-    Returns
-    -------
-    (3, 3) float64
-        Unit vectors in rows.
+    Where moments are equal, as for a cube, the narrowest of the directions to the solid's vertices,
+    edge centres and face normals is an axis, and the wider of the axes goes first. So the axes of a
+    box, and of a tetrahedron in it, are those of the box.
     """
     moments, vectors = np.linalg.eigh(mass.second)
     moments, basis = moments[::-1], vectors.T[::-1].copy()
@@ -149,16 +110,16 @@ def principal_axes(hull: ConvexHull, mass: Mass) -> FloatArray:
 
 
 def _thickness(points: FloatArray) -> float:
-    """Extent of the points along the direction in which they spread least."""
+    """Compute the extent of the points along the direction in which they spread least."""
     centred = points - points.mean(axis=0)
     thinnest = np.linalg.svd(centred, full_matrices=False)[2][2]
     return float(np.ptp(centred @ thinnest))
 
 
 def _cone_width(hull: ConvexHull) -> FloatArray:
-    """Narrow width [rad] of the normal cone of each vertex, up to a factor of order one.
+    """Estimate the narrow width [rad] of the normal cone of each vertex.
 
-    It is the least singular value of the matrix of the normals around the vertex; zero for a
+    It is the least singular value of the matrix of the normals around the vertex, and zero for a
     point in the middle of a face or an edge.
     """
     normals = hull.equations[:, :3]
@@ -171,28 +132,22 @@ def _cone_width(hull: ConvexHull) -> FloatArray:
 
 
 def _features(hull: ConvexHull, points: FloatArray) -> FloatArray:
-    """Directions from the centre to vertices and edge centres, and face normals: (k, 3)."""
+    """Return directions from the centre to vertices and edge centres, and face normals: (k, 3)."""
     edges = np.concatenate([np.delete(hull.simplices, k, axis=1) for k in range(3)])
     edges = np.unique(np.sort(edges, axis=1), axis=0)
     return np.concatenate([hull.equations[:, :3], points[edges].mean(axis=1), points])
 
 
 def _narrowest_axes(basis: FloatArray, points: FloatArray, features: FloatArray) -> FloatArray:
-    """Perpendicular axes in the space of a basis, each the narrowest left: (g, 3) float64.
+    """Choose perpendicular axes (g, 3) in the space of a basis (g, 3), each the narrowest left.
 
-    Parameters
-    ----------
-    basis : (g, 3) float64
-        Orthonormal rows.
-    points : (n, 3) float64
-    features : (k, 3) float64
-        Directions to choose from.
+    `features` (k, 3) are the directions to choose from.
     """
     axes: list[FloatArray] = []
     while len(basis) > 1:
         inside = features @ basis.T
         length = np.linalg.norm(inside, axis=1)
-        # what is nearly perpendicular to the space has no direction in it but for rounding
+        # a feature nearly perpendicular to the space has a direction in it by rounding only
         keep = length > 0.01 * np.linalg.norm(features, axis=1)
         choice = inside[keep] / length[keep, np.newaxis]
         widths = [

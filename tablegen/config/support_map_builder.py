@@ -1,11 +1,10 @@
-"""Making the look-up from directions to supporting vertices; `tablegen.model.support_map` reads it.
+"""Make the look-up from directions to supporting vertices that `tablegen.model.support_map` reads.
 
-The directions in which a vertex supports a convex body form its normal cone, on the unit sphere a
-convex polygon whose corners are the normals of the faces around the vertex and whose sides are
-the arcs between the normals of faces that share an edge. A direction within an angle R of a cell's
-centre has a given supporting vertex only if that vertex supports the body at the centre, or a side
-of its polygon passes within R of the centre. Both are tested here as they stand, so the lists are
-complete by construction.
+The directions in which a vertex supports a convex body form its normal cone. On the unit sphere it
+is a convex polygon: its corners are the normals of the faces around the vertex, its sides the arcs
+between normals of faces that share an edge. Within an angle R of a cell's centre a vertex supports
+the body only if it does so at the centre, or a side of its polygon passes within R of the centre.
+Both are tested here, so the lists are complete by construction.
 """
 
 import math
@@ -17,8 +16,8 @@ from scipy.spatial import ConvexHull, cKDTree
 from tablegen.model.float_array import FloatArray
 from tablegen.model.support_map import SupportMap
 
-#: Angle [rad] by which a direction may turn before its list is taken anew. Measured on grains of
-#: 100 to 4,000 vertices: less shortens the steps of the contact search, more lengthens the lists.
+#: Angle [rad] by which a direction may turn before its list is renewed. Measured on grains of 100
+#: to 4,000 vertices: less shortens the steps of the contact search, more lengthens the lists.
 SLACK = 0.15
 
 #: Angle [rad] added to every list for rounding, in the face normals and in the kernels' wall
@@ -35,29 +34,11 @@ _SHORT = 0.1
 _AT_A_TIME = 4_000_000
 
 
-def map_resolution(vertices: int) -> int:
-    """Cells along a side of the cube map for a body of so many vertices.
-
-    About one and a half cells a vertex: then cells are smaller than normal cones, and smaller
-    ones would hardly shorten the lists. The slack makes very small cells pointless.
-    """
-    return int(np.clip(round(math.sqrt(0.25 * vertices)), _LEAST, _MOST))
-
-
 def cell_frames(resolution: int) -> tuple[FloatArray, FloatArray]:
-    """Centres and radii of the cells of a cube map.
+    """Compute centres and radii of the cells of a cube map with `resolution` cells along a side.
 
-    Parameters
-    ----------
-    resolution : int
-        Cells along a side, positive.
-
-    Returns
-    -------
-    centres : (6 resolution^2, 3) float64
-        Unit vectors, in the order of `direction_cell`.
-    radii : (6 resolution^2,) float64
-        Angle [rad] from the centre to the farthest corner.
+    Centres are unit vectors (6 resolution^2, 3) in the order of `direction_cell`; radii are the
+    angles [rad] from a centre to its farthest corner.
     """
     edges = np.linspace(-1.0, 1.0, resolution + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
@@ -71,23 +52,14 @@ def cell_frames(resolution: int) -> tuple[FloatArray, FloatArray]:
 
 
 def make_map(hull: ConvexHull, slack: float = SLACK, resolution: int | None = None) -> SupportMap:
-    """Make the look-up of a convex polyhedron.
+    """Make the look-up of a convex polyhedron, of which all ``hull.points`` are vertices.
 
-    Parameters
-    ----------
-    hull : ConvexHull
-        Its ``points`` are all vertices; any place of the origin will do.
-    slack : float
-        Angle [rad] that a direction may turn away from its cell.
-    resolution : int, optional
-        Cells along a side; by default that of `map_resolution`.
-
-    Returns
-    -------
-    SupportMap
+    A direction may turn away from its cell by `slack` [rad]. By default the resolution gives about
+    one and a half cells a vertex: still smaller cells would hardly shorten the lists.
     """
     points = np.ascontiguousarray(hull.points)
-    resolution = resolution or map_resolution(len(points))
+    if resolution is None:
+        resolution = int(np.clip(round(math.sqrt(0.25 * len(points))), _LEAST, _MOST))
     centres, radii = cell_frames(resolution)
     start, end, owners = _cone_sides(hull)
     cells, sides = _near_pairs(centres, radii + slack + ROUNDING, start, end)
@@ -99,7 +71,7 @@ def make_map(hull: ConvexHull, slack: float = SLACK, resolution: int | None = No
 
 
 def _supporting(points: FloatArray, directions: FloatArray) -> NDArray[np.intp]:
-    """Index of the point that lies farthest along each direction."""
+    """Find the point that lies farthest along each direction."""
     size = max(1, _AT_A_TIME // len(points))
     parts = range(0, len(directions), size)
     return np.concatenate([np.argmax(directions[i : i + size] @ points.T, axis=1) for i in parts])
@@ -108,7 +80,7 @@ def _supporting(points: FloatArray, directions: FloatArray) -> NDArray[np.intp]:
 def _near_pairs(
     centres: FloatArray, reach: FloatArray, start: FloatArray, end: FloatArray
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs (cell, arc) of all arcs that pass within ``reach`` [rad] of a cell's centre."""
+    """Find the pairs (cell, arc) of arcs that pass within ``reach`` [rad] of a cell's centre."""
     half = 0.5 * _angle(start, end)
     short, long = np.flatnonzero(half <= _SHORT), np.flatnonzero(half > _SHORT)
     cells = np.repeat(np.arange(len(centres)), len(long))
@@ -125,7 +97,7 @@ def _near_pairs(
 
 
 def _cube_directions(s: FloatArray, t: FloatArray) -> FloatArray:
-    """Give unit vectors through the points (s, t) of all six sides, in the order of the cells."""
+    """Return unit vectors through the points (s, t) of all six sides, in the order of the cells."""
     s_grid, t_grid = (grid.ravel() for grid in np.meshgrid(s, t, indexing="ij"))
     sides = []
     for axis in range(3):
@@ -140,14 +112,9 @@ def _cube_directions(s: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def _cone_sides(hull: ConvexHull) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
-    """Sides of the normal cones: arcs between the normals of neighbouring faces.
+    """Return the sides of the normal cones: unit normals at both ends of an arc between faces.
 
-    Returns
-    -------
-    start, end : (m, 3) float64
-        Unit normals at the ends of an arc.
-    owners : (m, 2) int
-        The two vertices whose cones meet in the arc: the ends of the edge that the faces share.
+    The two owners of each are the vertices whose cones meet in the arc.
     """
     normals = hull.equations[:, :3]
     start, end, owners = [], [], []
@@ -161,10 +128,10 @@ def _cone_sides(hull: ConvexHull) -> tuple[FloatArray, FloatArray, NDArray[np.in
 
 
 def _distance_to_arcs(centres: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Angle [rad] from each of n centres to the arc of a great circle in the same row: (n,).
+    """Compute the angle [rad] from each of n centres to the arc in the same row: (n,).
 
-    The nearest point of an arc is its great circle's if the centre lies between the two planes
-    through the ends that are perpendicular to the circle, and otherwise one of the ends.
+    The nearest point of an arc is that of its great circle if the centre lies between the planes
+    through the ends and perpendicular to the circle, and otherwise one of the ends.
     """
     pole = np.cross(start, end)
     length = np.linalg.norm(pole, axis=1)
@@ -178,6 +145,6 @@ def _distance_to_arcs(centres: FloatArray, start: FloatArray, end: FloatArray) -
 
 
 def _angle(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Angle [rad] between rows of unit vectors."""
+    """Compute the angle [rad] between rows of unit vectors."""
     half = 0.5 * np.linalg.norm(first - second, axis=1)
     return 2.0 * np.arcsin(np.clip(half, 0.0, 1.0))

@@ -19,7 +19,7 @@ from sampler.table import Table
 from tablegen.accuracy.joint_law import Draw, compare_chains, drawn_from, share_inside
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.config.config import Config
-from tablegen.config.spin_targets import JointTargets
+from tablegen.config.targets import JointTargets
 from tablegen.evidence import one_by_one
 from tablegen.evidence.budget import Budget
 from tablegen.simulation.direct import DirectModel

@@ -15,7 +15,7 @@ from sampler.formats.bounds import SPEED_COORDINATE
 from tablegen.accuracy.spin_measure import spin_accuracy_datasets
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
-from tablegen.config.restitution import ExponentialRestitution
+from tablegen.config.pairs import ExponentialRestitution
 from tablegen.fitting.coordinates import SpeedCoordinate, coordinates, folded
 from tablegen.fitting.law_conditions import (
     Range,

@@ -1,11 +1,13 @@
-"""Particles of a run, simulated in calls of kernels that are short whatever the condition.
+"""Particles of a run, simulated on threads in short calls of kernels.
 
 A particle is keyed by (seed, stream, index), so no result depends on how a run is split.
 """
 
 import time
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,33 +15,68 @@ from numpy.typing import NDArray
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.float_array import FloatArray
 from tablegen.model.impact_condition import Condition, one_row
 from tablegen.model.particle_run import simulate_audited, simulate_batch
 from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM
-from tablegen.tasks.side_by_side import go_on
 
 if TYPE_CHECKING:
     from tablegen.simulation.simulate import Simulation
 
-#: Particles that a thread takes at once: few enough to balance threads. Statistics are merged by
-#: batches, so their last bits depend on it.
+#: Largest number of particles in a call of a kernel. Statistics are merged by batches of this size,
+#: so their last bits depend on it.
 BATCH = 5_000
 
-#: Seconds that a call of a kernel shall take at most, because nothing ends it, and particles of the
-#: first call, which shows how long they take: at grazing angles thousands of times longer.
+#: Longest call of a kernel, seconds, and particles of the first calls, which show how long one
+#: takes: at grazing angles thousands of times longer than at others.
 _CALL_SECONDS = 0.1
 _FIRST_CALL = 50
 
+_Result = TypeVar("_Result")
+
 
 def batches(count: int) -> Iterator[slice]:
-    """Particles of each batch of a run."""
+    """Split a run into batches of `BATCH` particles."""
     for start in range(0, count, BATCH):
         yield slice(start, min(start + BATCH, count))
 
 
+def in_slices(
+    work: Callable[[slice], _Result], count: int, threads: int
+) -> Iterator[tuple[slice, _Result]]:
+    """Work on slices of particles in threads; yield the slices and their results in order.
+
+    A slice takes about a tenth of a second whatever the condition. After Ctrl-C or an error the
+    slices that wait are dropped, and those that run are waited for.
+    """
+    size = _FIRST_CALL
+
+    def timed(part: slice) -> tuple[slice, _Result]:
+        nonlocal size
+        begin = time.perf_counter()
+        result = work(part)
+        per_second = (part.stop - part.start) / max(time.perf_counter() - begin, 1e-9)
+        size = int(min(max(_CALL_SECONDS * per_second, 1.0), BATCH))
+        return part, result
+
+    start = 0
+    under_way: deque[Future[tuple[slice, _Result]]] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            while start < count or under_way:
+                while start < count and len(under_way) < 2 * threads:
+                    part = slice(start, min(start + size, count))
+                    under_way.append(pool.submit(timed, part))
+                    start = part.stop
+                yield under_way.popleft().result()
+        finally:
+            for future in under_way:
+                future.cancel()
+
+
 def unfinished(particle: str) -> RuntimeError:
-    """Error for a particle, in words, that has too many collisions."""
+    """Make the error for a particle, in words, that has too many collisions."""
     return RuntimeError(
         f"{particle} is still in contact after {COLLISION_ALARM:,} collisions; "
         "a larger contact_resolution ends its chain"
@@ -47,13 +84,7 @@ def unfinished(particle: str) -> RuntimeError:
 
 
 class NotFiniteError(RuntimeError):
-    """A particle with a state or energy that is not finite, which is a defect of the model.
-
-    Attributes
-    ----------
-    simulation : Simulation or None
-        All particles, where they were kept.
-    """
+    """A particle with a state or energy that is not finite; `simulation` has all, if kept."""
 
     def __init__(
         self, particle: int, seed: int, stream: int, simulation: "Simulation | None" = None
@@ -62,20 +93,14 @@ class NotFiniteError(RuntimeError):
         self.simulation = simulation
 
 
-def first_not_finite(*arrays: NDArray[np.float64]) -> int:
-    """First row, in any of some arrays (n, k), with a number that is not finite; -1 if none."""
+def first_not_finite(*arrays: FloatArray) -> int:
+    """Find the first row, in any of several arrays (n, k), with NaN or infinity; -1 if none."""
     bad = [np.flatnonzero(~np.isfinite(array).all(axis=1)) for array in arrays]
     return min((int(rows[0]) for rows in bad if rows.size), default=-1)
 
 
 class ParticleRun:
-    """Particles at one condition, simulated in calls of kernels between which a run can end.
-
-    Parameters
-    ----------
-    pair, population, condition, seed, stream, audited
-        As for `tablegen.simulation.simulate.simulate_condition`.
-    """
+    """Particles at one condition; arguments as for `tablegen.simulation.simulate_condition`."""
 
     def __init__(
         self,
@@ -89,66 +114,33 @@ class ParticleRun:
         self._shared = pair.kernel_arguments(), population.kernel_arguments(), one_row(condition)
         self._keys = seed, stream
         self._audited = audited
-        #: Particles of the next call. Threads write it as they see fit: no result depends on it.
-        self._size = _FIRST_CALL
 
-    def simulate(self, first: int, *arrays: NDArray[Any]) -> NDArray[np.float64]:
-        """Simulate particles from the first on, as many as the arrays have rows.
+    def simulate(
+        self,
+        first: int,
+        state: FloatArray,
+        collisions: NDArray[np.int64],
+        kind: FloatArray,
+        energy: FloatArray,
+    ) -> FloatArray:
+        """Simulate particles from index `first` on into arrays with a row for each.
 
-        Parameters
-        ----------
-        first : int
-            Index of the particle of row 0.
-        *arrays
-            State, collisions, kind and energy, as for `tablegen.model.particle_run.simulate_batch`.
-
-        Returns
-        -------
-        (AUDIT_SIZE,) float64, or empty
-            Largest violation of each law, if the run is audited.
-
-        Raises
-        ------
-        RuntimeError
-            If a particle has too many collisions.
+        Returns the largest violation of each law if the run is audited. Raises RuntimeError if a
+        particle has too many collisions.
         """
+        keys = keys_of_run(*self._keys, first, len(state))
+        arguments = (*self._shared, keys, state, collisions, kind, energy)
         audit = np.zeros(AUDIT_SIZE if self._audited else 0)
-        start, count = 0, len(arrays[0])
-        while start < count:
-            go_on()
-            size = min(self._size, count - start)
-            rows = [array[start : start + size] for array in arrays]
-            begin = time.perf_counter()
-            self._call(first + start, rows, audit)
-            per_second = size / max(time.perf_counter() - begin, 1e-9)
-            self._size = int(min(max(_CALL_SECONDS * per_second, 1.0), BATCH))
-            start += size
+        stuck = simulate_audited(*arguments, audit) if self._audited else simulate_batch(*arguments)
+        if stuck >= 0:
+            seed, stream = self._keys
+            raise unfinished(f"particle {first + stuck} of seed {seed}, stream {stream}")
         return audit
 
     def check_finite(
-        self, first: int, *arrays: NDArray[np.float64], simulation: "Simulation | None" = None
+        self, first: int, *arrays: FloatArray, simulation: "Simulation | None" = None
     ) -> None:
-        """Raise `NotFiniteError` for the first particle with a number that is not finite.
-
-        Parameters
-        ----------
-        first : int
-            Index of the particle of row 0.
-        *arrays
-            States and energies.
-        simulation : Simulation, optional
-            What to keep of the run.
-        """
+        """Raise `NotFiniteError` for a row, counted from particle `first`, that is not finite."""
         bad = first_not_finite(*arrays)
         if bad >= 0:
             raise NotFiniteError(first + bad, *self._keys, simulation)
-
-    def _call(self, first: int, rows: list[NDArray[Any]], audit: NDArray[np.float64]) -> None:
-        seed, stream = self._keys
-        keys = keys_of_run(seed, stream, first, len(rows[0]))
-        arguments = [*self._shared, keys, *rows]
-        if self._audited:
-            arguments.append(audit)
-        stuck = (simulate_audited if self._audited else simulate_batch)(*arguments)
-        if stuck >= 0:
-            raise unfinished(f"particle {first + stuck} of seed {seed}, stream {stream}")

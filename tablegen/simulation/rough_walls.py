@@ -1,14 +1,14 @@
-"""Direct rebounds from rough walls: from one facet after another, until a particle leaves.
+"""Direct rebounds from rough walls: from facet to facet until a particle leaves.
 
-Facets are those that `tablegen.model.roughness` draws with the same keys. A bounce has the spin
-that the one before has left, and all bounces of a hit have one grain.
+The facets are those that `sampler.drawing.roughness` draws with the same keys. A bounce begins with
+the spin after the one before, and all bounces of a hit have one grain.
 """
 
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sampler.drawing.roughness import MAX_BOUNCES
 
 from sampler.arguments import Rows
 from sampler.errors import CASCADE_NOT_ENDED, OK
@@ -19,74 +19,54 @@ from tablegen.model.impacts import lab_conditions, states_to_lab
 from tablegen.model.one_rebound import DirectArrays
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys
-from tablegen.model.roughness import MAX_BOUNCES, facet_normals, mark_leaving, seed_of_bounce
-from tablegen.tasks.side_by_side import go_on
 
 _NO_GRAIN_KEYS = np.empty(0, dtype=np.uint32)
 
 
-@dataclass(frozen=True)
-class RoughImpacts:
-    """Impacts of m particles on rough walls; every array has a row for each."""
+class RoughImpacts(NamedTuple):
+    """Impacts of m particles on rough walls, a row each."""
 
     #: Velocity relative to the wall before the next bounce [m/s], and angular velocity [rad/s].
     moving: FloatArray
     omega: FloatArray
-    #: Of the mean wall.
+    #: Normal of the mean wall.
     normal: FloatArray
     half_size: FloatArray
     wall_velocity: FloatArray
     #: Standard deviation of the tilt of facets [rad].
     roughness: FloatArray
-    seed: np.uint64
-    index: NDArray[np.uint64]
+    index: NDArray[np.uint64]  # type: ignore[assignment]  # hides tuple.index
     hit: NDArray[np.uint32]
     grains: FloatArray
 
     @classmethod
     def of_rows(cls, rows: Rows, part: slice, grains: FloatArray) -> "RoughImpacts":
-        """Take some rows of a call; `grains` has theirs."""
-        count = part.stop - part.start
+        """Take some rows of a call, with their grains."""
 
         def taken(array: NDArray[Any]) -> NDArray[Any]:
             if len(array) > 1:
                 return array[part].copy()
-            return np.repeat(array, count, axis=0)
+            return np.repeat(array, part.stop - part.start, axis=0)
 
         values: dict[str, Any] = {name: taken(array) for name, array in rows.values.items()}
-        seed, index, hit = rows.keys
         moving = values.pop("velocity") - values["wall_velocity"]
-        values |= {"seed": seed, "index": taken(index), "hit": taken(hit)}
-        return cls(moving=moving, grains=grains, **values)
-
-    def of(self, which: NDArray[np.int64]) -> "RoughImpacts":
-        """Take those of some particles."""
-        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "seed"}
-        return replace(self, **{name: array[which] for name, array in arrays.items()})
+        _, index, hit = rows.keys
+        return cls(moving=moving, index=taken(index), hit=taken(hit), grains=grains, **values)
 
 
 def rough_rebounds(
-    arrays: DirectArrays, impacts: RoughImpacts, states: FloatArray
+    arrays: DirectArrays, seed: np.uint64, impacts: RoughImpacts, states: FloatArray
 ) -> tuple[int, int]:
-    """Rebound particles from rough walls.
+    """Rebound particles from rough walls; every impact on the mean wall must be possible.
 
-    Parameters
-    ----------
-    arrays : DirectArrays
-    impacts : RoughImpacts
-        Each a possible impact on its mean wall.
-    states : (m, 6) float64
-        Output: velocity [m/s] and angular velocity [rad/s], lab frame.
-
-    Returns
-    -------
-    tuple of two int
-        First row that failed, or -1, and its code: 0 if it never left a facet.
+    Writes velocities [m/s] and angular velocities [rad/s] in the lab frame to `states` (m, 6).
+    Returns the first row that failed, or -1, and its code: 0 if it never left a facet.
     """
     rows = np.arange(len(states))
     for bounce in range(MAX_BOUNCES):
-        go_on()
-        row, code = _bounce(arrays, impacts, bounce, out := np.empty((len(rows), 6)))
+        # compiled code takes an int of Python for a signed number
+        key = np.uint64(seed_of_bounce(seed, bounce))
+        row, code = _bounce(arrays, key, impacts, out := np.empty((len(rows), 6)))
         if row >= 0:
             return int(rows[row]), code
         states[rows] = out
@@ -97,17 +77,17 @@ def rough_rebounds(
         if len(stays) == 0:
             return -1, OK
         rows = rows[stays]
-        impacts = replace(impacts, moving=out[:, :3], omega=out[:, 3:]).of(stays)
+        moved = impacts._replace(moving=out[:, :3], omega=out[:, 3:])
+        impacts = RoughImpacts._make(array[stays] for array in moved)
     return int(rows[0]), CASCADE_NOT_ENDED
 
 
 def _bounce(
-    arrays: DirectArrays, impacts: RoughImpacts, bounce: int, out: FloatArray
+    arrays: DirectArrays, seed: np.uint64, impacts: RoughImpacts, out: FloatArray
 ) -> tuple[int, int]:
-    """One bounce of each particle, from the facet that it meets; first row that failed, code."""
+    """Rebound each particle once, from its facet; return the first row that failed and its code."""
     count, still = len(out), np.zeros((1, 3))
-    # compiled code would take a number of Python for a signed one
-    keys = np.uint64(seed_of_bounce(impacts.seed, bounce)), impacts.index, impacts.hit
+    keys = seed, impacts.index, impacts.hit
     facets = np.empty((count, 3))
     row, code = facet_normals(impacts.moving, impacts.normal, impacts.roughness, keys, facets)
     if row >= 0:

@@ -6,7 +6,7 @@ from sampler.errors import InputError
 from tablegen.accuracy.requested import asked_accuracy, asked_spin_accuracy
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS, looser_than_compact
-from tablegen.config.spin_targets import SpinTargets
+from tablegen.config.targets import SpinTargets
 
 DECLARED = AccuracyTargets(ks=0.3, sliced_wasserstein=0.2, correlation_error=0.5, auc=0.7)
 

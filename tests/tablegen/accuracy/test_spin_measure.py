@@ -18,7 +18,7 @@ from tablegen.accuracy.spin_measure import (
 )
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS, SPIN_PRESETS, worst_spin_stored
-from tablegen.config.spin_targets import JointTargets, SpinTargets
+from tablegen.config.targets import JointTargets, SpinTargets
 from tablegen.simulation.simulate import simulate
 
 MEASURE = sys.modules[ComparedCondition.__module__]

@@ -17,6 +17,7 @@ from mesh_fixtures import (
     rebounds,
     tetrahedron,
 )
+from sampler.compilation.jit import kernel
 from scipy.spatial.transform import Rotation
 
 from tablegen.config.mesh import mesh_particle
@@ -30,7 +31,6 @@ from tablegen.model.audit import (
     PENETRATION,
     TANGENTIAL,
 )
-from tablegen.model.jit import kernel
 from tablegen.model.rebound import LEFT, MOTION_SIZE, approach, rebound, wall_spin, workspace
 from tablegen.simulation.simulate import make_condition
 
@@ -63,8 +63,8 @@ def rebound_of(body, rotation, alpha_deg):
     return np.array([*motion[9:12], *wall_spin(motion)]), collisions
 
 
-def disagreements(first, second, alpha_deg, count=300):
-    """Largest difference of the states of equal particles; one more where collisions differ.
+def agree(first, second, alpha_deg, count=300):
+    """Whether rebounds agree one by one; rounding may show in few, the longest, chains.
 
     Both are given as (body, axes): the orientation is that of the common axes in which each
     body's own ones are given by rows.
@@ -74,23 +74,16 @@ def disagreements(first, second, alpha_deg, count=300):
         one, n_one = rebound_of(first[0], rotation @ first[1].T, alpha_deg)
         two, n_two = rebound_of(second[0], rotation @ second[1].T, alpha_deg)
         differences.append(np.abs(one - two).max() + (n_one != n_two))
-    return np.array(differences)
+    return np.quantile(differences, 0.9) < 1e-8 and np.mean(np.array(differences) > 1e-6) < 0.02
 
 
-def agree(first, second, alpha_deg):
-    """Whether rebounds agree one by one; rounding may show in few, the longest, chains."""
-    differences = disagreements(first, second, alpha_deg)
-    return np.quantile(differences, 0.9) < 1e-8 and np.mean(differences > 1e-6) < 0.02
-
-
-@pytest.mark.parametrize("alpha_deg", [20.0, 90.0])
 @pytest.mark.parametrize("shape", KNOWN)
-def test_known_shapes(shape, alpha_deg):
+def test_known_shapes(shape):
     known = known_body(shape, 0.8, 0.64)
     mesh = body_of(posed(KNOWN[shape](0.8, 0.64), seed=5, scale=1e-4))
     turn = Rotation.random(rng=np.random.default_rng(5)).as_matrix()
     # the known shape's axes, in those of the file, are the columns of the turn
-    assert agree(mesh, (known, turn.T), alpha_deg)
+    assert agree(mesh, (known, turn.T), 20.0)
 
 
 def test_the_mirrored_tetrahedron_is_told_apart():
@@ -100,52 +93,30 @@ def test_the_mirrored_tetrahedron_is_told_apart():
     assert not agree(body_of(mirrored), (known, np.eye(3)), 45.0)
 
 
-def test_pose_and_units_do_not_matter():
-    points = grain(100)
-    body, axes = body_of(posed(points, seed=5, scale=3e-5, shift=(1e-3, 0.0, 0.0)))
-    turn = Rotation.random(rng=np.random.default_rng(5)).as_matrix()
-    assert agree(body_of(points), (body, axes @ turn), 45.0)
-    assert not agree(body_of(points), (body, axes), 45.0)
-
-
-def test_fine_meshes_approach_the_ellipsoid():
+def test_a_fine_mesh_approaches_the_ellipsoid():
     # paired particles: number i has the same orientation in both populations
     smooth = POPULATION.restricted_to("ellipsoid").with_aspect(0.8, 0.75)
-    expected = rebounds(smooth, 4000, seed=72)
-    apart, error = [], 0.0
-    for level in (2, 3, 4):
-        made = rebounds(population_of(icosphere(level, (1.0, 0.8, 0.6))), 4000, seed=72)
-        apart.append(np.median(np.abs(made.state - expected.state)))
-        error = np.abs(made.state.mean(axis=0) - expected.state.mean(axis=0))
-    # edges are half as long at every level, and the contact point is as far off
-    assert apart[0] > 1.5 * apart[1] > 2.25 * apart[2]
-    assert apart[2] < 0.03
-    # five standard errors of independent samples: a false alarm in 10^6 even without pairing
-    allowed = 5.0 * expected.state.std(axis=0) * math.sqrt(2.0 / 4000.0)
-    assert np.all(error < allowed)
-    assert abs(made.collisions.mean() - expected.collisions.mean()) < 0.1
-    # and a mesh that is another ellipsoid is told apart by the same measures
-    other = rebounds(population_of(icosphere(4, (1.0, 0.6, 0.4))), 4000, seed=72)
-    assert np.median(np.abs(other.state - expected.state)) > 2.0 * apart[2]
-    assert np.any(np.abs(other.state.mean(0) - expected.state.mean(0)) > allowed)
+    expected = rebounds(smooth, 2000, seed=72).state
+    for sizes, is_same in (((1.0, 0.8, 0.6), True), ((1.0, 0.6, 0.4), False)):
+        made = rebounds(population_of(icosphere(4, sizes)), 2000, seed=72).state
+        assert (np.median(np.abs(made - expected)) < 0.03) == is_same
+        # five standard errors of independent samples: a false alarm in 10^6 even without pairing
+        allowed = 5.0 * expected.std(axis=0) * math.sqrt(2.0 / 2000.0)
+        assert np.all(np.abs(made.mean(axis=0) - expected.mean(axis=0)) < allowed) == is_same
 
 
 @pytest.mark.parametrize(
     ("points", "alpha_deg", "spin"),
     [
         (grain(1000), 0.01, (0, 0, 0)),
-        (grain(1000), 20, (0, 0, 0)),
-        (grain(1000), 90, (0, 0, 0)),
         (grain(1000), 30, (1, -2, 3)),
         (cylinder(60, 0.02), 60, (0, 0, 0)),
-        (grain(300, 4, (1.0, 0.03, 0.02)), 60, (0, 0, 0)),
-        (icosphere(3), 60, (0, 0, 0)),
-        (grain(4, 6), 60, (0, 0, 0)),
+        (grain(300, 4, (1.0, 0.03, 0.02)), 90, (0, 0, 0)),
     ],
-    ids=["grazing", "20", "90", "spinning", "disc", "needle", "sphere", "tetrahedron"],
+    ids=["grazing", "spinning", "disc", "needle"],
 )
 def test_every_collision_and_flight_keeps_its_laws(points, alpha_deg, spin):
-    made = rebounds(population_of(points), 3000, alpha_deg, spin=spin, seed=73, audited=True)
+    made = rebounds(population_of(points), 2000, alpha_deg, spin=spin, seed=73, audited=True)
     assert np.all(made.audit <= ALLOWED), made.audit
     assert np.isfinite(made.state).all()
     assert np.all(made.state[:, 1] > 0.0)

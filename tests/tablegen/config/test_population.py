@@ -1,9 +1,10 @@
-"""Populations: shapes, weights and aspect ratios as kernels get them."""
+"""Populations: shapes, meshes, weights and aspect ratios as kernels get them."""
 
 import math
 
 import numpy as np
 import pytest
+from mesh_fixtures import box, grain, population_of, rebounds
 from scipy.special import ndtri
 from scipy.stats import truncnorm
 
@@ -17,37 +18,25 @@ from tablegen.model.shapes import FIRST_MESH
 POPULATION = load_config("corundum-steel").population
 
 
+def with_shapes(**weights):
+    config = load_config("corundum-steel").with_changes({"population": {"shapes": weights}})
+    return config.population
+
+
 def test_codes_are_those_of_the_output_files():
-    assert SHAPE_CODES == {
-        "ellipsoid": 0,
-        "prism": 1,
-        "truncated-prism": 2,
-        "tetrahedron": 3,
-        "sphere": 4,
-        "mesh": 5,
-    }
+    names = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", "sphere", "mesh")
+    assert {name: k for k, name in enumerate(names)} == SHAPE_CODES
     weights = ShapeWeights.model_fields.items()
     assert [field.alias or name for name, field in weights] == list(SHAPE_NAMES)
-
-
-def test_kernels_know_every_shape():
     for name in SHAPE_NAMES:
         assert getattr(shapes, name.upper().replace("-", "_")) == SHAPE_CODES[name]
-    assert max(SHAPE_CODES.values()) + 1 == FIRST_MESH
 
 
-def test_kernel_arguments():
-    arguments = POPULATION.kernel_arguments()
-    assert arguments.shape_codes.dtype == np.int64
+def test_shares_add_up_to_exactly_one():
+    population = with_shapes(ellipsoid=0.1, prism=0.2, **{"truncated-prism": 0.3}, tetrahedron=0.7)
+    arguments = population.kernel_arguments()
     assert arguments.shape_codes.tolist() == [0, 1, 2, 3]
-    assert arguments.cumulative_weights.tolist() == [0.25, 0.5, 0.75, 1.0]
-    assert arguments.aspect.shape == (2, 4)
-
-
-def test_last_cumulative_weight_is_exactly_one():
-    shapes = {"ellipsoid": 0.1, "prism": 0.2, "truncated-prism": 0.3, "tetrahedron": 0.7}
-    config = load_config("corundum-steel").with_changes({"population": {"shapes": shapes}})
-    weights = config.population.kernel_arguments().cumulative_weights
+    weights = arguments.cumulative_weights
     assert weights[-1] == 1.0
     np.testing.assert_allclose(np.diff(weights, prepend=0.0), [1 / 13, 2 / 13, 3 / 13, 7 / 13])
 
@@ -63,50 +52,79 @@ def test_truncated_normal_law():
     assert ratios.max() <= 1.0
 
 
-def test_fixed_aspect_comes_out_exactly():
-    rows = POPULATION.with_aspect(0.9, 0.65).kernel_arguments().aspect
-    for u in (2.0**-33, 0.5, 1.0 - 2.0**-33):
-        ratios = rows[:, 0] + rows[:, 1] * ndtri(rows[:, 2] + u * (rows[:, 3] - rows[:, 2]))
-        assert ratios.tolist() == [0.9, 0.65]
+class TestParts:
+    @pytest.mark.parametrize("shape", SHAPE_NAMES)
+    def test_single_shape(self, shape):
+        arguments = POPULATION.restricted_to(shape).kernel_arguments()
+        assert arguments.shape_codes.tolist() == [SHAPE_CODES[shape]]
+        assert arguments.cumulative_weights.tolist() == [1.0]
+        assert arguments.truncation == POPULATION.truncation
+
+    def test_mixture_keeps_weights_and_meshes_and_drops_spheres(self):
+        mixture = with_shapes(ellipsoid=3.0, prism=0.0, sphere=5.0).restricted_to("mixture")
+        arguments = mixture.kernel_arguments()
+        assert arguments.shape_codes.tolist() == [0, 2, 3]
+        assert arguments.cumulative_weights.tolist() == [0.6, 0.8, 1.0]
+        population = population_of(grain(50), shapes={"prism": 1.0, "sphere": 1.0})
+        codes = population.restricted_to("mixture").kernel_arguments().shape_codes
+        assert codes.tolist() == [1, FIRST_MESH]
+        assert population.restricted_to("prism").meshes == ()
+
+    def test_spheres(self):
+        spheres = POPULATION.restricted_to("sphere")
+        assert spheres.aspect == FixedAspect(distribution="fixed", values=(1.0, 1.0))
+        assert spheres.with_aspect(1.0, 1.0) == spheres
+        with pytest.raises(InputError, match=r"^aspect: got \[0.5, 1\], allowed for spheres: \[1,"):
+            spheres.with_aspect(0.5, 1.0)
+        with pytest.raises(InputError, match=r"^shape: got 'mixture', allowed: sphere"):
+            spheres.restricted_to("mixture")
+
+    def test_unknown_shapes_and_bad_ratios(self):
+        with pytest.raises(InputError, match=r"^shape: got 'mesh', allowed: ellipsoid, .*mixtu"):
+            POPULATION.restricted_to("mesh")
+        for ratios in ((0.0, 0.5), (0.5, 1.01), (0.5, math.nan)):
+            with pytest.raises(InputError, match=r"^aspect: got \[.*\], allowed: two ratios b/a"):
+                POPULATION.with_aspect(*ratios)
+
+    def test_strata_have_one_form_each_and_its_share(self):
+        shapes = {"tetrahedron": 3.0, "sphere": 1.0, "prism": 0.0}
+        population = population_of(grain(50), box(0.5, 0.25), weights=[0.0, 4.0], shapes=shapes)
+        strata = population.strata()
+        assert [(s.code, s.share) for s in strata] == [(3, 0.375), (4, 0.125), (FIRST_MESH, 0.5)]
+        # the code is that of the whole population; of its own the only mesh is the first
+        assert population.kernel_arguments().shape_codes.tolist() == [s.code for s in strata]
+        for stratum in strata:
+            assert len(stratum.population.kernel_arguments().shape_codes) == 1
+        assert strata[1].population == population.restricted_to("sphere")
 
 
-@pytest.mark.parametrize("shape", SHAPE_NAMES)
-def test_single_shape(shape):
-    arguments = POPULATION.restricted_to(shape).kernel_arguments()
-    assert arguments.shape_codes.tolist() == [SHAPE_CODES[shape]]
-    assert arguments.cumulative_weights.tolist() == [1.0]
-    assert arguments.truncation == POPULATION.truncation
+class TestMeshes:
+    def test_shares_codes_and_sizes(self):
+        solids = grain(50), box(0.5, 0.25)
+        population = population_of(*solids, weights=[2.0, 1.0], shapes={"prism": 1.0})
+        arguments = population.kernel_arguments()
+        codes = [SHAPE_CODES["prism"], FIRST_MESH, FIRST_MESH + 1]
+        assert arguments.shape_codes.tolist() == codes
+        assert arguments.cumulative_weights.tolist() == [0.25, 0.75, 1.0]
+        made = rebounds(population, 20_000, seed=75)
+        assert set(made.shape) == {SHAPE_CODES["prism"], SHAPE_CODES["mesh"]}
+        boxes = np.isclose(made.aspect, 0.5, rtol=1e-12).all(axis=1)
+        # 20,000 particles: five standard deviations of a share are 0.017 (false alarm 6e-7)
+        assert np.mean(made.shape == SHAPE_CODES["mesh"]) == pytest.approx(0.75, abs=0.017)
+        assert np.mean(boxes) == pytest.approx(0.25, abs=0.017)
 
+    def test_meshes_do_not_disturb_each_other(self):
+        together = rebounds(population_of(grain(50), box(0.5, 0.25)), 2000, seed=76)
+        for points in (grain(50), box(0.5, 0.25)):
+            alone = rebounds(population_of(points), 2000, seed=76)
+            same = (together.aspect == alone.aspect[0]).all(axis=1)
+            assert 900 < same.sum() < 1100
+            np.testing.assert_array_equal(together.state[same], alone.state[same])
 
-def test_mixture_keeps_weights_and_drops_spheres():
-    shapes = {"ellipsoid": 3.0, "prism": 0.0, "sphere": 5.0}
-    config = load_config("corundum-steel").with_changes({"population": {"shapes": shapes}})
-    arguments = config.population.restricted_to("mixture").kernel_arguments()
-    assert arguments.shape_codes.tolist() == [0, 2, 3]
-    assert arguments.cumulative_weights.tolist() == [0.6, 0.8, 1.0]
-
-
-def test_mixture_of_spheres_only():
-    spheres = POPULATION.restricted_to("sphere")
-    assert spheres.aspect == FixedAspect(distribution="fixed", values=(1.0, 1.0))
-    with pytest.raises(InputError, match=r"^shape: got 'mixture', allowed: sphere"):
-        spheres.restricted_to("mixture")
-
-
-@pytest.mark.parametrize("shape", ["cube", "mesh", "", "Prism"])
-def test_unknown_shape(shape):
-    with pytest.raises(InputError, match=f"^shape: got '{shape}', allowed: ellipsoid, .*mixtu"):
-        POPULATION.restricted_to(shape)
-
-
-@pytest.mark.parametrize("ratios", [(0.0, 0.5), (0.5, 1.01), (-0.5, 0.5), (0.5, math.nan)])
-def test_bad_ratios(ratios):
-    with pytest.raises(InputError, match=r"^aspect: got \[.*\], allowed: two ratios b/a and c"):
-        POPULATION.with_aspect(*ratios)
-
-
-def test_a_sphere_has_no_other_ratios():
-    spheres = POPULATION.restricted_to("sphere")
-    assert spheres.with_aspect(1.0, 1.0) == spheres
-    with pytest.raises(InputError, match=r"^aspect: got \[0.5, 1\], allowed for spheres: \[1,"):
-        spheres.with_aspect(0.5, 1.0)
+    def test_ratios_are_not_theirs(self):
+        meshes = population_of(grain(50))
+        assert meshes.with_aspect(0.5, 0.5).meshes == meshes.meshes
+        with pytest.raises(InputError, match="a weight above 0"):
+            population_of(grain(50), weights=[0.0])
+        with pytest.raises(InputError, match="points that span a volume"):
+            population_of(box(0.5, 0.0))

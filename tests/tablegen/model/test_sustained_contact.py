@@ -16,8 +16,7 @@ from motion_fixtures import PAIR, body_of, run_rebound
 from planar_reference import impact, mobility, rotation_of_section, section_of
 from scipy.integrate import solve_ivp
 
-from tablegen.config.resistance import ConstantResistance
-from tablegen.config.restitution import ConstantRestitution
+from tablegen.config.pairs import ConstantResistance, ConstantRestitution
 from tablegen.simulation.simulate import make_condition
 
 #: Half-sizes b and c of ellipsoids, and the principal axis along z.

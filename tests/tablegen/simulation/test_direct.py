@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from crowds import CROWD
 from scipy.spatial.transform import Rotation
-from scipy.stats import ks_2samp
 
+import sampler
 import tablegen
 from sampler.errors import InputError
 from tablegen.config.config import load_config
@@ -68,19 +68,6 @@ class TestAgainstSimulate:
         found = CROWDED.sample(0.5, 170.0, spin=SPIN, grain=grains, **keys)
         np.testing.assert_array_equal(found, made.state[known])
 
-    def test_law_of_mixed_calls_is_that_of_each_condition(self):
-        """Two conditions in turn, other random numbers; false-alarm rate 1e-4 for all twelve."""
-        conditions = [(0.3, 80.0, SPIN), (1.2, 200.0, (0.0, 0.5, 1.0))]
-        alpha, speed, spin = (np.array(3000 * list(x)) for x in zip(*conditions, strict=True))
-        found = MODEL.sample(alpha, speed, spin=spin, seed=3, index=range(6000), hit=1)
-        forgetful = MODEL.sample(alpha, speed, seed=3, index=range(6000), hit=1)
-        for k, (alpha1, speed1, spin1) in enumerate(conditions):
-            expected = tablegen.simulate(CONFIG, alpha1, speed1, 6000, seed=9, spin=spin1).state
-            right = ks_2samp(found[k::2], expected, axis=0).pvalue
-            wrong = ks_2samp(forgetful[k::2], expected, axis=0).pvalue
-            assert right.min() > 1e-4 / 12.0
-            assert wrong.min() < 1e-12
-
 
 class TestKeys:
     """Equal keys and conditions give equal states."""
@@ -112,13 +99,9 @@ class TestKeys:
     def test_generators_and_shapes(self):
         one = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
         same = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
-        assert one.shape == (2, 3, 6)
         np.testing.assert_array_equal(one, same)
-        assert MODEL.sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[1, 2]).shape == (
-            4,
-            2,
-            6,
-        )
+        many = MODEL.sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[1, 2])
+        assert (one.shape, many.shape) == ((2, 3, 6), (4, 2, 6))
         assert MODEL.sample([], 100.0, seed=1, index=3).shape == (0, 6)
 
 
@@ -136,11 +119,11 @@ class TestGrain:
             fresh = CROWDED.sample(**IMPACT, grain="fresh", **keys)
             assert (own == fresh).all() == (hit == 0)
 
-    def test_one_grain_for_all(self):
-        keys = {"seed": 5, "index": np.arange(50), "hit": 1}
-        cubes = DirectModel(CONFIG, CONFIG.population.restricted_to("prism").with_aspect(1.0, 1.0))
-        given = MODEL.sample(**IMPACT, grain=(SHAPE_CODES["prism"], 1.0, 1.0), **keys)
-        np.testing.assert_array_equal(given, cubes.sample(**IMPACT, **keys))
+    def test_is_that_of_the_table(self):
+        table, index = sampler.load("corundum-steel"), np.arange(2000)
+        np.testing.assert_array_equal(
+            MODEL.grains(2**64 - 3, index), table.grains(2**64 - 3, index)
+        )
 
 
 class TestLabFrame:
@@ -188,12 +171,6 @@ class TestLabFrame:
         forgotten = MODEL.rebound(velocity, normal, a, grain=sphere, **KEYS)
         assert np.abs(0.4 * a**2 * (forgotten.omega - omega) - torque).max() > 1e-4
 
-    def test_azimuth_at_normal_impact_is_uniform(self):
-        """False-alarm rate 1e-6."""
-        v, _ = MODEL.rebound([0.0, -9.0, 0.0], [0.0, 1.0, 0.0], 1e-5, seed=1, index=range(4000))
-        angle = np.arctan2(v[:, 2], v[:, 0])
-        assert 4000 * np.abs(np.exp(1j * angle).mean()) ** 2 < np.log(1e6)
-
 
 class TestExtremes:
     """Grazing impacts, fast spins and slow particles."""
@@ -220,20 +197,6 @@ class TestExtremes:
         found = CROWDED.sample(alpha, speed, spin=spin, seed=3, index=range(1500))
         np.testing.assert_array_equal(found, state)
 
-    def test_states_are_finite_and_leave_the_wall(self):
-        alpha, speed, spin = mixed_impacts(400)
-        alpha[:100] = np.geomspace(np.radians(1e-6), 1e-3, 100)
-        spin[:100] = 0.0
-        alpha[100:110], spin[100:110] = 1e-3, [30.0, -40.0, 50.0]
-        speed[110:200] = np.geomspace(1e-6, 1.0, 90)
-        spin[110:200] *= 100.0
-        states = CROWDED.sample(alpha, speed, spin=spin, seed=1, index=range(400))
-        assert np.isfinite(states).all()
-        assert (states[:, 1] > 0.0).all()
-        # no moment of inertia is above 2/3 m a^2
-        fastest = 1.0 + 2.0 / 3.0 * (spin**2).sum(axis=1)
-        assert ((states[:, :3] ** 2).sum(axis=1) <= fastest).all()
-
 
 WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5]}
 LAB = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5} | {
@@ -244,40 +207,28 @@ CODES = "allowed: the code of a shape, and b/a and c/b, both 0.001 to 1, of a sp
 
 REFUSED = [
     (WALL, {"alpha1": [0.5, 1.6]}, "alpha1: got 1.6 at index 1, allowed: above 0, at most pi/2"),
-    (WALL, {"alpha1": [0.5, 0.0]}, "alpha1: got 0 at index 1, allowed: above 0"),
     (WALL, {"alpha1": np.nan}, "alpha1: got nan at index 0, allowed: finite numbers"),
     (WALL, {"speed": [1.0, 0.0]}, "speed: got 0 at index 1, allowed: above 0 m/s"),
     (WALL, {"spin": [1.0, 2.0]}, "spin: got shape (2,), allowed: (3,) or (..., 3)"),
-    (WALL, {"spin": [0.0, np.inf, 0.0]}, "spin: got 0, inf, 0 at index 0, allowed: finite"),
     (
         WALL | {"alpha1": 1e-3},
         {"spin": [[0.0, 0.0, 1.0], [0.0, 0.0, 501.0]]},
         "spin: got 0, 0, 501 at index 1, allowed: at most 1e+06 rad, 2 |spin| / sin(alpha1), bef",
     ),
-    (WALL, {"spin": "x"}, "spin: got "),
-    (WALL, {"alpha1": 1e-9}, "alpha1: got alpha1 1e-09; speed "),
-    (WALL | {"alpha1": 0.5}, {"speed": 1e6}, "alpha1: got alpha1 0.5; speed 1000000; spin 0, 0, 0"),
     (
-        WALL | {"alpha1": 0.5, "speed": 9.0},
+        WALL | {"speed": 9.0},
         {"spin": [1001.0, 0.0, 0.0]},
         "alpha1: got alpha1 0.5; speed 9; spin 1001, 0, 0 at index 0, allowed: an impact at 1e-06 "
         "to 90 degrees and 1e-06 to 100000 m/s, with a spin of -1000 to 1000 V/a",
     ),
     (WALL, {"grain": "old"}, "grain: got 'old', allowed: 'own', 'fresh', or numbers of shape"),
-    (WALL, {"grain": [0.0, 1.0]}, "grain: got shape (2,), allowed: (3,) or (..., 3)"),
     *(
         (WALL, {"grain": [[0.0, 1.0, 1.0], grain]}, f"grain: got {shown} at index 1, {CODES}")
         for grain, shown in [
             ((0.0, 1.1, 1.0), "0, 1.1, 1"),
-            ((0.0, 1.0, 0.0), "0, 1, 0"),
-            ((0.0, 1.0, 1e-5), "0, 1, 1e-05"),
             ((4.0, 1.0, 0.9), "4, 1, 0.9"),
-            ((5.0, 1.0, 1.0), "5, 1, 1"),
             ((FIRST_MESH, 1.0, 1.0), f"{FIRST_MESH}, 1, 1"),
-            ((0.5, 1.0, 1.0), "0.5, 1, 1"),
-            ((-1.0, 1.0, 1.0), "-1, 1, 1"),
             ((np.nan, 1.0, 1.0), "nan, 1, 1"),
-            ((1.0, np.nan, 1.0), "1, nan, 1"),
         ]
     ),
     (WALL, {"seed": -1}, "seed: got -1, allowed: an integer from 0 to 2**64 - 1"),
@@ -288,11 +239,8 @@ REFUSED = [
         {"velocity": [[1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]},
         "velocity: got 1, 1, 0 at index 1, allowed: towards the wall",
     ),
-    (LAB, {"velocity": [0.0, 0.0, 0.0]}, "velocity: got 0, 0, 0 at index 0, allowed: 1e-150 m/s"),
-    (LAB, {"velocity": [1e200, -1e200, 0.0]}, "velocity: got 1e+200, -1e+200, 0 at index 0, "),
     (LAB, {"normal": [0.0, 0.0, 0.0]}, "normal: got 0, 0, 0 at index 0, allowed: any length"),
     (LAB, {"half_size": [1e-5, 0.0]}, "half_size: got 0 at index 1, allowed: 1e-30 m"),
-    (LAB, {"omega": [[0.0, 0.0, np.nan]]}, "omega: got 0, 0, nan at index 0, allowed: finite"),
     (LAB, {"omega": [0.0, 1e12, 0.0]}, "omega: got 0, 1e+12, 0 at index 0, allowed: at most 1e+06"),
 ]
 

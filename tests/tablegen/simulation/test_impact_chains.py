@@ -53,13 +53,6 @@ class TestNextImpact:
         along = np.abs(second.velocity @ normal)
         assert np.isclose(after[close, 1] * there.speed[close], along[close], rtol=1e-5).all()
 
-    def test_at_right_angles_has_some_direction(self):
-        start = first_impacts(CONFIG, 3, INDEX[:1])
-        state = np.array([[0.0, 0.5, 0.0, 0.1, 0.2, 0.3]])
-        there = next_impacts(start, state, np.array([True]))
-        assert there.alpha1 == np.pi / 2
-        np.testing.assert_allclose(there.spin, [[0.2, -0.4, -0.6]])
-
 
 class TestOccurring:
     def test_are_within_the_table_and_of_all_hits(self):
@@ -73,21 +66,11 @@ class TestOccurring:
         shares = np.bincount(found.hit)[1:] / len(found.index)
         assert np.abs(shares - 0.2).max() < 0.05
 
-    def test_leave_a_narrow_table_at_both_ends(self):
-        config = CONFIG.with_changes({"domain": {"alpha_deg": [20.0, 45.0]}})
-        found = occurring_impacts(config, DirectModel(config), 1, INDEX)
-        alpha_deg = np.degrees(found.alpha1)
-        assert 20.0 <= alpha_deg.min() < 25.0 < 40.0 < alpha_deg.max() <= 45.0
-
-    def test_further_particles_do_not_change_the_first(self):
-        few, many = (occurring_impacts(CONFIG, MODEL, 1, INDEX[:n]) for n in (100, 300))
-        first = many.index < 100
-        np.testing.assert_array_equal(few.spin, many.spin[first])
-        np.testing.assert_array_equal(few.alpha1, many.alpha1[first])
-
     def test_depend_on_the_seed_alone(self):
         one, two = (occurring_impacts(CONFIG, MODEL, 1, INDEX, threads=t) for t in (1, 2))
         np.testing.assert_array_equal(one.spin, two.spin)
+        few = occurring_impacts(CONFIG, MODEL, 1, INDEX[:100])
+        np.testing.assert_array_equal(few.spin, one.spin[one.index < 100])
         other = occurring_impacts(CONFIG, MODEL, 2, INDEX, threads=1)
         assert not np.isin(other.speed, one.speed).any()
 
