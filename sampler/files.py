@@ -1,4 +1,4 @@
-"""Files: those that come with the package by name, input files, and outputs written whole or not."""
+"""Files that come with the package, by name; input files; outputs written whole or not at all."""
 
 import json
 import os
@@ -57,7 +57,7 @@ def find_file(what: str, name_or_path: str | os.PathLike[str], suffix: str) -> P
     """Find the file of a name or of a path.
 
     A bare word is a name first and a path only if no such name exists, so that the meaning of a
-    name does not depend on the working folder. Anything with a folder or the suffix in it is a path.
+    name does not depend on the working folder. A word with a folder or the suffix is a path.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def json_text(data: Mapping[str, object] | Sequence[object], indent: int | None 
 
 
 def commented_fields(text: str) -> dict[str, str]:
-    """Read the lines ``# key: value`` at the top of a data file; the first value of a key counts."""
+    """Read the lines ``# key: value`` at the top of a data file; of a key the first."""
     fields: dict[str, str] = {}
     for line in text.split("\n"):
         stripped = line.strip()

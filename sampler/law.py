@@ -83,7 +83,7 @@ class LawAtConditions:
         -------
         float64 array, shape of all broadcast
             The value that the variable stays below with probability p. The probability of the
-            returned value has a standard error of sqrt(p (1 - p) / 2**18), at most 0.001; see `mean`.
+            returned value has a standard error of sqrt(p (1 - p) / 2**18), at most 0.001.
         """
         if variable not in self.columns:
             refuse("variable", repr(variable), f"one of {', '.join(self.columns)}")

@@ -1,6 +1,6 @@
 """Messages on a row that a batch refused or moved to the edge of the table.
 
-A batch reports a row and a code. The argument to blame is found here, from the arguments of the row.
+A batch reports a row and a code. The argument to blame is found from the arguments of the row.
 """
 
 import math

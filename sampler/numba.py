@@ -393,7 +393,7 @@ def grain(handle: int, seed: int, index: int, hit: int) -> Vector:
     Returns
     -------
     tuple of three float
-        Shape code of `sampler.formats.shape_codes`, b/a and c/b. Zeros for a table without spin law.
+        Shape code of `sampler.formats.shape_codes`, b/a and c/b; zeros without a spin law.
     """
     status, found = _grain(handle, seed, index, hit, np.zeros(0))
     return found if status >= 0 else (0.0, 0.0, 0.0)

@@ -13,8 +13,8 @@ from click.shell_completion import CompletionItem
 from sampler.errors import InputError, refuse
 from sampler.files import available, check_output
 
-#: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C. Python's
-#: own 1, of an uncaught exception, would look like a missed accuracy.
+#: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C. The 1
+#: of Python itself, for an uncaught exception, would look like a missed accuracy.
 DONE, MISSED, BAD_INPUT, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
 #: Longest line on standard error: a given value may be a file.

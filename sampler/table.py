@@ -108,7 +108,7 @@ class Table(LawAtConditions, Counting):
     Attributes
     ----------
     handle : int
-        Address of the opened table, for `sampler.draw` and `sampler.rebound` in compiled code. Valid
+        Address of the opened table, for `sampler.draw` and `sampler.rebound` in compiled code; valid
         as long as the table lives.
     columns : tuple of str
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z, or those of

@@ -149,7 +149,6 @@ def judge(path: Path) -> tuple[str, str]:
     """Kind and detail of what becomes of an altered table: loaded, drawn from, exported."""
     import sampler
     from sampler.errors import TableError
-    from sampler.formats.image import binary_table
 
     try:
         table = sampler.load(path)

@@ -196,7 +196,7 @@ def test_an_upgrade_in_place_computes_anew(built, tmp_path):
     """pip leaves what was compiled: a correction in one file must reach kernels of the others."""
     used = environment(tmp_path, built.wheel)
     score = (
-        "import sampler; from sampler.drawing.roughness import proposed_score;"
+        "import sampler; from tablegen.model.roughness import proposed_score;"
         "print(sampler.__version__, proposed_score(1.0, 0.1, 0.5, 0.5))"
     )
 

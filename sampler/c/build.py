@@ -2,10 +2,10 @@
 
     python sampler/c/build.py
 
-The compiler is that of the variable CC, else gcc, clang or cc, else the one of the ``ziglang`` wheel;
-flags of the variable CFLAGS come last. No Python headers are needed. The hot loops are compiled for
-several levels of x86-64 where the compiler can do that, and the loader takes the one for the
-processor; bits do not depend on it.
+The compiler is that of the variable CC, else gcc, clang or cc, else the one of the ``ziglang``
+wheel; flags of the variable CFLAGS come last. No Python headers are needed. The hot loops are
+compiled for several levels of x86-64 where the compiler can do that, and the loader takes the one
+for the processor; bits do not depend on it.
 """
 
 import os

@@ -1,9 +1,9 @@
 """The layout of a binary table (.rbt): the one description that writer, reader and pages follow.
 
-A binary table is what a draw reads, so that a program in C maps the file and draws. It begins with a header of fixed size, `HEADER`; the arrays
-of `ARRAYS` follow, each at an offset of its own that is a multiple of `ALIGNMENT`. All numbers are
-little-endian. What the C header and the Fortran module need of this, and of the codes that they
-return, `sampler.formats.generated_code` writes into them.
+A binary table is what a draw reads, so that a program in C maps the file and draws. It begins with
+a header of fixed size, `HEADER`; the arrays of `ARRAYS` follow, each at an offset that is a multiple
+of `ALIGNMENT`. All numbers are little-endian. `sampler.formats.generated_code` writes the parts of
+the C header and of the Fortran module that follow from it.
 """
 
 from dataclasses import dataclass
@@ -11,18 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from sampler.formats.bounds import (
-    ALPHA_DEG,
     EXPERT_STRIDE,
     GROUP_SIZE,
-    MOST_NUMBER,
     N_EXPERTS,
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
     PAIR_BYTES,
-    SPEED,
-    VARIATE_MAX,
 )
 from sampler.formats.channels import MOST_NAMES
 

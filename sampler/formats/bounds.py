@@ -76,8 +76,8 @@ def is_text(text: str) -> bool:
     return _CONTROL.search(text) is None
 
 
-#: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed. Not the limits
-#: of the numbers, which compilers may take for granted.
+#: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed. They are not
+#: the limits of the numbers, which compilers may take for granted.
 ANY_SPEED = (1e-300, 1e300)
 
 #: Relative rounding of a unit conversion: a smaller excess is no excess.
@@ -92,7 +92,7 @@ MIXTURE_SCALE = 4096
 
 
 def record_stride(channels: int) -> int:
-    """Compute the numbers of a component's record: a power of two, so none straddles a cache line."""
+    """Count the numbers of a component's record: a power of two, within a cache line."""
     needed = 1 + channels + channels * (channels + 1) // 2
     return 1 << (needed - 1).bit_length()
 

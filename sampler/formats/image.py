@@ -1,4 +1,4 @@
-"""The binary image of a table, the one layout of a table in memory, and the .rbt file that holds it.
+"""The binary image of a table: its one layout in memory, and the bytes of a .rbt file.
 
 `sampler.formats.binary_layout` describes the image; ``rbt_open_memory`` and ``rbt_open`` of the C
 header read it. Equal tables give equal bytes.
@@ -56,8 +56,8 @@ _CHECKSUM_AT = field_offset("sha256")
 _CHECKSUM = slice(_CHECKSUM_AT, _CHECKSUM_AT + 32)
 
 
-#: Coefficients of the cubics, computed once by tests/sampler/make_normal_cubics.py: computed anew, a
-#: few would differ in the last bit between processors, and with them every state.
+#: Coefficients of the cubics, computed once by tests/sampler/make_normal_cubics.py: computed anew,
+#: a few would differ in the last bit between processors, and with them every state.
 _CUBICS = Path(__file__).with_name("normal_cubics.npy")
 
 
@@ -238,7 +238,7 @@ def _by_column(rows: int) -> NDArray[np.int64]:
 
 
 def _corners(n_alpha: int, n_speed: int) -> NDArray[np.int64]:
-    """Number the four nodes of each cell: (cells, 4)."""
+    """Find the four nodes of each cell: (cells, 4)."""
     numbers = np.arange(n_alpha * n_speed).reshape(n_alpha, n_speed)
     pairs = [numbers[np.ix_(i, j)] for i in _ends(n_alpha) for j in _ends(n_speed)]
     return np.stack(pairs, axis=-1).reshape(-1, 4)

@@ -54,7 +54,7 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
 
 
 def _check_entries(lengths: Mapping[str, int]) -> None:
-    """Refuse tables whose arrays in memory have entries that a draw, in 32 bits, cannot count to."""
+    """Refuse tables whose arrays have more entries than a draw can count in 32 bits."""
     n_alpha, n_speed = lengths["n_alpha"], lengths["n_speed"]
     cells = max(n_alpha - 1, 1) * max(n_speed - 1, 1)
     marginals = lengths["n_classes"] * lengths["n_marginals"]

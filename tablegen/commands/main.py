@@ -1,6 +1,7 @@
 """Command line of the generator.
 
-Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted. Bad input gives one line on standard error and leaves no output.
+Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted. Bad input
+gives one line on standard error and leaves no output.
 """
 
 from collections.abc import Sequence

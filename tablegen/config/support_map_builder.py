@@ -1,4 +1,4 @@
-"""Make the look-up from directions to supporting vertices that `tablegen.model.support_map` reads.
+"""Make the look-up from directions to supporting vertices that `tablegen.model.shapes` reads.
 
 The directions in which a vertex supports a convex body form its normal cone. On the unit sphere it
 is a convex polygon: its corners are the normals of the faces around the vertex, its sides the arcs
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
 from tablegen.model.float_array import FloatArray
-from tablegen.model.support_map import SupportMap
+from tablegen.model.shapes import SupportMap
 
 #: Angle [rad] by which a direction may turn before its list is renewed. Measured on grains of 100
 #: to 4,000 vertices: less shortens the steps of the contact search, more lengthens the lists.

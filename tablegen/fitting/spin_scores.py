@@ -4,12 +4,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.compilation.jit import kernel
-from sampler.drawing.normal import normal_of_word
-from sampler.drawing.spin_steps import choose_group, choose_of_group, fill_scores
 
 from sampler.formats.bounds import GROUP_SIZE, LANES, N_FEATURES, N_OUTCOMES, SCORE_MAX
 from sampler.formats.image import expert_records, normal_table
+from tablegen.fitting.expert_kernels import (
+    choose_group,
+    choose_of_group,
+    fill_scores,
+    normal_of_word,
+)
 from tablegen.model.float_array import FloatArray
 from tablegen.model.jit import kernel
 

@@ -27,7 +27,6 @@ from tablegen.measured.search_coordinates import (
 )
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import ASPECT
-from tablegen.model.roughness import MAX_ROUGHNESS
 
 #: Name of the roughness of the wall, which is no field of a pair file: flow codes are told it.
 WALL_TILT = "wall_tilt_deg"

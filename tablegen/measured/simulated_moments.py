@@ -24,7 +24,6 @@ from tablegen.measured.strata import (
 )
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import as_number, told
-from tablegen.model.roughness import MAX_ROUGHNESS
 from tablegen.progress import bar
 from tablegen.simulation.batches import batches
 from tablegen.simulation.direct import DirectModel

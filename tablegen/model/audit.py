@@ -1,65 +1,81 @@
 """Checks of every collision and flight against the laws they must obey.
 
-The audit recomputes each law from the motion before and after, in its defining form, and keeps
-the largest violation met. It shares no intermediate result with the solver that it checks, only
-the contact laws, which are checked on their own.
+The audit recomputes each law from the motion before and after, in its defining form, and keeps the
+largest violation. It shares no intermediate result with the solver that it checks, only the contact
+laws, which are checked on their own. A collision under Coulomb friction is followed by small steps
+along its defining equations: `tablegen.model.coulomb` uses series in another variable.
 """
 
 import math
 
 from tablegen.model.contact_laws import COULOMB, resistance, restitution
-from tablegen.model.coulomb_audit import contact_mobility, followed, static_hold
-from tablegen.model.jit import kernel
+from tablegen.model.frames import combine, cross, dot
+from tablegen.model.jit import inline_kernel, kernel
 
 #: Entries of an audit array.
 ENERGY, ANGULAR, NORMAL, TANGENTIAL, PENETRATION, FLIGHT_ENERGY, FLIGHT_MOMENTUM = range(7)
 AUDIT_SIZE = 7
 
+#: Step over the least impulse that could turn or stop the slide.
+_STEP = 0.02
+
+#: Slide over the contact speed that counts as rest.
+_REST = 1e-11
+
+#: Number of secant steps to the end of compression.
+_SECANTS = 8
+
+
+@inline_kernel
+def _row(motion, first):
+    """Three entries of a motion."""
+    return motion[first], motion[first + 1], motion[first + 2]
+
+
+@inline_kernel
+def _norm(a):
+    return math.sqrt(dot(a, a))
+
 
 @kernel
-def wall_vector(motion, a1, a2, a3):
-    """Components along the wall axes of a vector given in body axes."""
-    n1, n2, n3 = motion[3], motion[4], motion[5]
-    x1, x2, x3 = motion[6], motion[7], motion[8]
-    return (
-        a1 * x1 + a2 * x2 + a3 * x3,
-        a1 * n1 + a2 * n2 + a3 * n3,
-        a1 * (x2 * n3 - x3 * n2) + a2 * (x3 * n1 - x1 * n3) + a3 * (x1 * n2 - x2 * n1),
-    )
+def wall_vector(motion, a):
+    """Components along the wall axes x, y, z of a vector given in body axes."""
+    n, x = _row(motion, 3), _row(motion, 6)
+    return dot(a, x), dot(a, n), dot(a, cross(x, n))
 
 
 @kernel
 def contact_velocity(motion, point):
     """Velocity of the material point ``point`` in wall axes, equation (2)."""
-    w1, w2, w3 = motion[0], motion[1], motion[2]
-    r1, r2, r3 = point
-    x, y, z = wall_vector(motion, w2 * r3 - w3 * r2, w3 * r1 - w1 * r3, w1 * r2 - w2 * r1)
-    return motion[9] + x, motion[10] + y, motion[11] + z
+    turning = wall_vector(motion, cross(_row(motion, 0), _row(point, 0)))
+    return combine(1.0, _row(motion, 9), 1.0, turning)
+
+
+@inline_kernel
+def _momentum(moments, w):
+    """Angular momentum in body axes, for an angular velocity."""
+    return moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
 
 
 @kernel
 def total_energy(moments, motion):
     """Kinetic energy per unit mass."""
-    rotation = 0.0
-    for i in range(3):
-        rotation += moments[i] * motion[i] ** 2
-    return 0.5 * (rotation + motion[9] ** 2 + motion[10] ** 2 + motion[11] ** 2)
+    w, v = _row(motion, 0), _row(motion, 9)
+    return 0.5 * (dot(w, _momentum(moments, w)) + dot(v, v))
+
+
+@inline_kernel
+def _impulse(before, after):
+    return combine(1.0, _row(after, 9), -1.0, _row(before, 9))
 
 
 @kernel
 def _audit_torque(moments, point, before, after, audit):
     """Check J dW = r x S."""
-    s_x, s_y, s_z = after[9] - before[9], after[10] - before[10], after[11] - before[11]
-    rx, ry, rz = wall_vector(before, point[0], point[1], point[2])
-    lx, ly, lz = wall_vector(
-        before,
-        moments[0] * (after[0] - before[0]),
-        moments[1] * (after[1] - before[1]),
-        moments[2] * (after[2] - before[2]),
-    )
-    torque = abs(ry * s_z - rz * s_y - lx) + abs(rz * s_x - rx * s_z - ly)
-    torque += abs(rx * s_y - ry * s_x - lz)
-    audit[ANGULAR] = max(audit[ANGULAR], torque)
+    turned = combine(1.0, _row(after, 0), -1.0, _row(before, 0))
+    torque = cross(wall_vector(before, _row(point, 0)), _impulse(before, after))
+    miss = combine(1.0, torque, -1.0, wall_vector(before, _momentum(moments, turned)))
+    audit[ANGULAR] = max(audit[ANGULAR], abs(miss[0]) + abs(miss[1]) + abs(miss[2]))
 
 
 @kernel
@@ -69,7 +85,7 @@ def _audit_resistance(law, speed, resolution, point, before, after, audit):
     Below the resolution the contact may leave with the resolution or, where that would add
     energy, with its own speed.
     """
-    s_x, s_y, s_z = after[9] - before[9], after[10] - before[10], after[11] - before[11]
+    s_x, s_y, s_z = _impulse(before, after)
     u0, v0, w0 = contact_velocity(before, point)
     u1, v1, w1 = contact_velocity(after, point)
     size = math.sqrt(u0 * u0 + v0 * v0 + w0 * w0)
@@ -79,26 +95,121 @@ def _audit_resistance(law, speed, resolution, point, before, after, audit):
         miss = min(abs(v1 - resolution), abs(v1 + max(1.0, a_nc) * v0))
     audit[NORMAL] = max(audit[NORMAL], miss)
 
-    rx, ry, rz = wall_vector(before, point[0], point[1], point[2])
-    centre = math.sqrt(before[9] ** 2 + before[10] ** 2 + before[11] ** 2)
-    r_dot_v = rx * before[9] + ry * before[10] + rz * before[11]
-    r_length = math.sqrt(rx * rx + ry * ry + rz * rz)
-    factor = resistance(law, r_dot_v, r_length, centre, -v0 / size) * s_y / size
+    r, centre = wall_vector(before, _row(point, 0)), _row(before, 9)
+    c_f = resistance(law, dot(r, centre), _norm(r), _norm(centre), -v0 / size)
+    factor = c_f * s_y / size
     slip = abs(s_x + factor * 0.5 * (u0 + u1)) + abs(s_z + factor * 0.5 * (w0 + w1))
     audit[TANGENTIAL] = max(audit[TANGENTIAL], slip)
+
+
+@kernel
+def contact_mobility(moments, point, motion):
+    """Entries A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p at a contact point."""
+    r, n, x = _row(point, 0), _row(motion, 3), _row(motion, 6)
+    a, b, c = cross(r, x), cross(r, n), cross(r, cross(x, n))
+    inverse = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
+    ai, bi, ci = _momentum(inverse, a), _momentum(inverse, b), _momentum(inverse, c)
+    diagonal = 1.0 + dot(a, ai), 1.0 + dot(b, bi), 1.0 + dot(c, ci)
+    return diagonal[0], dot(a, bi), dot(a, ci), diagonal[1], dot(b, ci), diagonal[2]
+
+
+@inline_kernel
+def _holding(mobility):
+    """Tangential impulse over the normal one that holds a contact at rest, less its sign."""
+    xx, xy, xz, _, yz, zz = mobility
+    det = xx * zz - xz * xz
+    return (zz * xy - xz * yz) / det, (xx * yz - xz * xy) / det
+
+
+@kernel
+def static_hold(mobility):
+    """Size of the tangential impulse over the normal one that holds a contact: |A_tt^-1 A_tn|."""
+    x, z = _holding(mobility)
+    return math.hypot(x, z)
+
+
+@kernel
+def _rates(friction, mobility, state, holds):
+    """Rates in s of the contact velocity (u, v, w) and of the normal work."""
+    xx, xy, xz, yy, yz, zz = mobility
+    u, v, w, _ = state
+    if holds:
+        f_x, f_z = _holding(mobility)
+        return 0.0, yy - xy * f_x - yz * f_z, 0.0, v
+    slide = math.sqrt(u * u + w * w)
+    f_x, f_z = friction * u / slide, friction * w / slide
+    return xy - xx * f_x - xz * f_z, yy - xy * f_x - yz * f_z, yz - xz * f_x - zz * f_z, v
+
+
+@kernel
+def _moved(a, h, b):
+    """Return a + h b, for states of four numbers."""
+    return a[0] + h * b[0], a[1] + h * b[1], a[2] + h * b[2], a[3] + h * b[3]
+
+
+@kernel
+def _stepped(friction, mobility, state, holds, h):
+    """State after one step of the classical Runge-Kutta method."""
+    a = _rates(friction, mobility, state, holds)
+    b = _rates(friction, mobility, _moved(state, 0.5 * h, a), holds)
+    c = _rates(friction, mobility, _moved(state, 0.5 * h, b), holds)
+    d = _rates(friction, mobility, _moved(state, h, c), holds)
+    total = _moved(_moved(a, 2.0, b), 1.0, _moved(d, 2.0, c))
+    return _moved(state, h / 6.0, total)
+
+
+@kernel
+def _least_work(friction, mobility, state, holds, after, h):
+    """Work where the normal velocity passes through zero on a step from below to above."""
+    t = h
+    for _ in range(_SECANTS):
+        t *= state[1] / (state[1] - after[1])
+        after = _stepped(friction, mobility, state, holds, t)
+    return after[3]
+
+
+@kernel
+def followed(static, dynamic, mobility, velocity, impulse):
+    """Contact velocity (u, v, w), work and least work at a normal impulse, by small steps.
+
+    ``static`` and ``dynamic`` are the coefficients of friction; ``velocity`` is that before the
+    collision.
+    """
+    xx, xy, _, _, yz, zz = mobility
+    size = _norm(velocity)
+    rate = math.hypot(xy, yz) + dynamic * (xx + zz)
+    state = velocity[0], velocity[1], velocity[2], 0.0
+    least, left = 0.0, impulse
+    holds = slips = False
+    while left > 0.0:
+        slide = math.hypot(state[0], state[2])
+        if slide <= _REST * size and not slips:
+            holds = static_hold(mobility) <= static
+            slips = not holds
+            # a slip grows from a push along the pull of the wall, and soon forgets it
+            push = _REST * size / math.hypot(xy, yz) if slips else 0.0
+            state = push * xy, state[1], push * yz, state[3]
+            slide = _REST * size
+        h = left if holds else min(left, _STEP * slide / rate)
+        after = _stepped(dynamic, mobility, state, holds, h)
+        if state[1] < 0.0 < after[1]:
+            least = min(least, _least_work(dynamic, mobility, state, holds, after, h))
+        state, left = after, left - h
+        least = min(least, state[3])
+    return state[0], state[1], state[2], state[3], least
 
 
 @kernel
 def _audit_coulomb(law, speed, resolution, moments, point, before, after, audit):
     """Check Coulomb's law along the collision, its cone, and the energetic restitution.
 
-    The work of the normal impulse must be the part that the restitution leaves of that of
-    compression, or more, up to none: where the contact leaves with the resolution, or elastically.
+    The work of the normal impulse must be the part of the work of compression that the restitution
+    leaves, or more, up to none: where the contact leaves with the resolution, or elastically.
     """
-    s_x, s_y, s_z = after[9] - before[9], after[10] - before[10], after[11] - before[11]
+    s_x, s_y, s_z = _impulse(before, after)
     velocity = contact_velocity(before, point)
     u1, v1, w1 = contact_velocity(after, point)
-    size = math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2)
+    size = _norm(velocity)
     a_nc = restitution(law, speed * size, -velocity[1] / size)
     mobility = contact_mobility(moments, point, before)
     u, v, w, work, least = followed(law.strength, law.factor, mobility, velocity, s_y)
@@ -108,23 +219,16 @@ def _audit_coulomb(law, speed, resolution, moments, point, before, after, audit)
     audit[NORMAL] = max(audit[NORMAL], abs(miss), abs(v - v1))
     hold = static_hold(mobility)
     cone = max(law.factor, hold if hold <= law.strength else 0.0) * s_y
-    audit[TANGENTIAL] = max(
-        audit[TANGENTIAL], abs(u - u1), abs(w - w1), math.hypot(s_x, s_z) - cone
-    )
+    outside = math.hypot(s_x, s_z) - cone
+    audit[TANGENTIAL] = max(audit[TANGENTIAL], abs(u - u1), abs(w - w1), outside)
 
 
 @kernel
 def audit_collision(law, speed, resolution, moments, point, before, after, audit):
     """Check one collision: energy, J dW = r x S, and the contact laws.
 
-    Parameters
-    ----------
-    law : LawArguments
-    speed, resolution : float
-    moments : tuple of three floats
-    point : (3,) float64
-    before, after : (13,) float64
-    audit : (AUDIT_SIZE,) float64
+    ``point`` (3,) is the contact, ``before`` and ``after`` (13,) the motion; the largest
+    violations are kept in ``audit`` (AUDIT_SIZE,).
     """
     gain = total_energy(moments, after) - total_energy(moments, before)
     audit[ENERGY] = max(audit[ENERGY], gain)
@@ -143,10 +247,9 @@ def audit_flight(moments, before, after, audit):
     energy = total_energy(moments, before)
     drift = abs(total_energy(moments, after) - energy) / energy
     audit[FLIGHT_ENERGY] = max(audit[FLIGHT_ENERGY], drift)
-    j1, j2, j3 = moments
-    x0, y0, z0 = wall_vector(before, j1 * before[0], j2 * before[1], j3 * before[2])
-    x1, y1, z1 = wall_vector(after, j1 * after[0], j2 * after[1], j3 * after[2])
-    size = math.sqrt(x0 * x0 + y0 * y0 + z0 * z0)
+    first = wall_vector(before, _momentum(moments, _row(before, 0)))
+    last = wall_vector(after, _momentum(moments, _row(after, 0)))
+    size = _norm(first)
     if size > 0.0:
-        drift = math.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2 + (z1 - z0) ** 2) / size
+        drift = _norm(combine(1.0, last, -1.0, first)) / size
         audit[FLIGHT_MOMENTUM] = max(audit[FLIGHT_MOMENTUM], drift)

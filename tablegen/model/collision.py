@@ -5,8 +5,8 @@ tangential contact equations (5) are linear; putting their solution into the nor
 leaves a cubic in s with one positive root. Nothing is iterated to a fixed point.
 
 Vectors with index 0, 1, 2 are components along the wall axes x (tangential, impact plane),
-y (wall normal), z. The mass is one, so an impulse is a velocity change. Every kernel takes the
-numbers of one particle or of lanes (see `tablegen.model.simd`).
+y (wall normal), z. The mobility has the six numbers A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of
+dV_c = A dV_p. The mass is one, so an impulse is a velocity change.
 """
 
 import math
@@ -23,23 +23,9 @@ CONVERGED = 1e-10
 def tangential_impulse(s, k, mobility, u_t, w_t):
     """Tangential impulse that goes with a normal impulse s.
 
-    Solves (I + k s A_tt / 2) S_t = -k s (u_t + s A_tn / 2): the tangential equations (5) with
-    the change of the contact velocity, A_tt S_t + A_tn s, put in from (3) and (4).
-
-    Parameters
-    ----------
-    s : float
-        Normal impulse.
-    k : float
-        C_f / |V_c|.
-    mobility : tuple of six floats
-        A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
-    u_t, w_t : float
-        Tangential contact velocity before the collision.
-
-    Returns
-    -------
-    tuple of two floats
+    Solves (I + k s A_tt / 2) S_t = -k s (u_t + s A_tn / 2): the tangential equations (5) with the
+    change of the contact velocity, A_tt S_t + A_tn s, put in from (3) and (4). ``k`` is
+    C_f / |V_c|, (u_t, w_t) the tangential contact velocity before the collision.
     """
     axx, axy, axz, _, ayz, azz = mobility
     half = 0.5 * k * s
@@ -76,10 +62,10 @@ def impulse_cubic(k, jump, mobility, u_t, w_t):
 
 @kernel
 def positive_root(c0, c1, c2, c3, start):
-    """Positive root of c0 + c1 s + c2 s^2 + c3 s^3 with c0 < 0 and c3 >= 0.
+    """Positive root of c0 + c1 s + c2 s^2 + c3 s^3 with c0 < 0 and c3 >= 0, from a guess > 0.
 
     Newton's method kept inside a bracket; a step that leaves it is replaced by bisection, so
-    the search ends for any coefficients. ``start`` > 0 is a first guess.
+    the search ends for any coefficients.
     """
     low = 0.0
     high = start
@@ -112,16 +98,8 @@ def positive_root(c0, c1, c2, c3, start):
 def impulse(k, jump, mobility, u_t, w_t):
     """Impulse (Su, Sv, Sw) that changes the normal contact velocity by ``jump`` > 0.
 
-    Parameters
-    ----------
-    k : float
-        C_f / |V_c|; zero for a contact that slides freely.
-    jump : float
-        v_c+ - v_c-, positive.
-    mobility : tuple of six floats
-        A_xx, A_xy, A_xz, A_yy, A_yz, A_zz.
-    u_t, w_t : float
-        Tangential contact velocity before the collision.
+    ``k`` is C_f / |V_c|, zero for a contact that slides freely, (u_t, w_t) the tangential contact
+    velocity before the collision.
     """
     c0, c1, c2, c3 = impulse_cubic(k, jump, mobility, u_t, w_t)
     s = positive_root(c0, c1, c2, c3, jump / mobility[3])
@@ -130,12 +108,13 @@ def impulse(k, jump, mobility, u_t, w_t):
 
 
 @inline_kernel
-def energy_gain(k, s_x, s_y, s_z, jump, approach):
+def energy_gain(k, s, jump, approach):
     """Energy gained in a collision: S . (V_c + dV_c / 2), per unit mass.
 
     The tangential part is -|S_t|^2 / (k s), never positive, and absent where nothing resists
     sliding (k = 0); the normal part is s (v_c+ - |v_c-|) / 2 with v_c+ = jump - approach.
     """
+    s_x, s_y, s_z = s
     slides = k > 0.0
     lost = (s_x * s_x + s_z * s_z) / select(slides, k * s_y, 1.0)
     return 0.5 * s_y * (jump - 2.0 * approach) - select(slides, lost, 0.0)
@@ -158,24 +137,10 @@ def mean_velocity(velocity, mobility, impulse):
 def energies_taken(velocity, mobility, impulse, normal):
     """Energies that the normal and the tangential impulse of a collision take, per unit mass.
 
-    Their sum is what the kinetic energy loses, -S . (V_c + dV_c / 2). By the contact laws neither
-    gives any. A bounce that was lifted to the resolution may: what the normal impulse then gives
-    is no law of a wall, and is taken off the tangential part.
-
-    Parameters
-    ----------
-    velocity : tuple of three floats
-        Contact velocity before the collision, wall axes.
-    mobility : tuple of six floats
-        A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
-    impulse : tuple of three floats
-    normal : float
-        What the normal impulse takes along the collision, minus the integral of v_c dS_n.
-
-    Returns
-    -------
-    tuple of two floats
-        Neither below zero, but the second by rounding.
+    Their sum is the loss of kinetic energy, -S . (V_c + dV_c / 2). By the contact laws neither is
+    negative. A bounce that was lifted to the resolution may gain energy from the normal impulse;
+    that is no law of a wall, and is taken off the tangential part. ``normal`` is minus the integral
+    of v_c dS_n along the collision.
     """
     u, v, w = mean_velocity(velocity, mobility, impulse)
     lost = -(impulse[0] * u + impulse[1] * v + impulse[2] * w)

@@ -11,9 +11,6 @@ A point at p from the centre has the height y + p . n, and n'' = n x W' + W (n .
 
 little for a point low under the centre, which turns upwards. In a time s, p . n grows by at most
 |p| |W| s.
-
-Every kernel takes the numbers and arrays of one particle or of lanes (see
-`tablegen.model.simd`); a lane that has found its contact waits for the others.
 """
 
 import math
@@ -25,10 +22,12 @@ from tablegen.model.simd import (
     any_lane,
     fma,
     load,
+    load_three,
     logical_not,
     maximum,
     minimum,
     select,
+    select_three,
     sqrt,
     store,
 )
@@ -47,17 +46,12 @@ TINY = 1e-300
 @no_refcount_inline_kernel
 def _normal_and_rate(series, t):
     """Wall normal in body axes and its rate at time t, from the series."""
-    n1 = load(series, (NORMAL, ORDER))
-    n2 = load(series, (NORMAL + 1, ORDER))
-    n3 = load(series, (NORMAL + 2, ORDER))
+    n1, n2, n3 = load_three(series, NORMAL, ORDER)
     d1 = d2 = d3 = 0.0
     for k in range(ORDER - 1, -1, -1):
-        d1 = fma(d1, t, n1)
-        d2 = fma(d2, t, n2)
-        d3 = fma(d3, t, n3)
-        n1 = fma(n1, t, load(series, (NORMAL, k)))
-        n2 = fma(n2, t, load(series, (NORMAL + 1, k)))
-        n3 = fma(n3, t, load(series, (NORMAL + 2, k)))
+        d1, d2, d3 = fma(d1, t, n1), fma(d2, t, n2), fma(d3, t, n3)
+        a1, a2, a3 = load_three(series, NORMAL, k)
+        n1, n2, n3 = fma(n1, t, a1), fma(n2, t, a2), fma(n3, t, a3)
     return (n1, n2, n3), (d1, d2, d3)
 
 
@@ -65,8 +59,7 @@ def _normal_and_rate(series, t):
 def safe_time(gap, rate, acceleration, limit):
     """Time, at most ``limit``, before which gap + rate t - acceleration t^2 / 2 stays positive.
 
-    The parabola is concave, so being positive at both ends of [0, limit] settles the matter
-    without a root.
+    The parabola is concave: if it is positive at both ends of [0, limit], no root is needed.
     """
     clear = gap + limit * (rate - 0.5 * acceleration * limit) > 0.0
     length = sqrt(rate * rate + 2.0 * acceleration * gap)
@@ -86,24 +79,14 @@ def _height_and_rate(points, i, n, d, height, v):
 
 @inline_kernel
 def _fall_bound(bounding_radius, bounds, height, limit):
-    """Bound on the downward acceleration of a vertex over ``limit``: constant, share of its height.
+    """Bound on the downward acceleration of a vertex over a time ``limit``.
 
-    Parameters
-    ----------
-    bounding_radius : float
-    bounds : tuple of two floats
-        Bounds on |W| and |W'|.
-    height, limit : float
-        Height of the centre; time for which the bound is to hold.
-
-    Returns
-    -------
-    tuple of two floats
-        A vertex at height h over the wall falls with at most the first plus h times the second.
+    ``bounds`` are those on |W| and |W'|, ``height`` that of the centre. A vertex at height h over
+    the wall falls with at most the first number returned plus h times the second.
     """
     turn, change = bounds
     half = 0.5 * turn * turn
-    # p . n = h - height, and the mean of what it may grow by counts a third
+    # p . n = h - height, and its growth counts a third on average
     constant = bounding_radius * (half + half * turn * limit * (1.0 / 3.0) + change)
     return constant - half * height + TINY, half
 
@@ -113,23 +96,8 @@ def _safe_step(body, n, d, height, v, bounds, limit):
     """Whether a vertex touches and approaches; the time before which none reaches the wall.
 
     A touching vertex that does not approach counts as one at the contact height: it sinks by no
-    more than that.
-
-    Parameters
-    ----------
-    body : Body
-    n, d : tuple of three floats
-        Wall normal in body axes and its rate.
-    height, v : float
-        Height of the centre and its rate.
-    bounds : tuple of two floats
-        Bounds on |W| and |W'|.
-    limit : float
-        Longest time of interest.
-
-    Returns
-    -------
-    tuple (bool, float)
+    more than that. ``n`` and ``d`` are the wall normal in body axes and its rate, ``height`` and
+    ``v`` those of the centre, ``limit`` is the longest time of interest.
     """
     count = most_candidates(body.counts)
     constant, share = _fall_bound(body.bounding_radius, bounds, height, limit)
@@ -162,22 +130,10 @@ def _safe_step(body, n, d, height, v, bounds, limit):
 
 @no_refcount_kernel
 def search_polyhedron(body, series, y, v, bounds, span):
-    """First contact of a polyhedron within ``span``.
+    """Time of the first contact of a polyhedron within ``span``, or -1.
 
-    Parameters
-    ----------
-    body : Body
-    series : (9, ORDER + 1) float64
-    y, v : float
-        Height and normal velocity of the centre now.
-    bounds : tuple of two floats
-        Bounds on |W| and |W'| (see rotation.rate_bounds).
-    span : float
-
-    Returns
-    -------
-    float
-        Time of the contact, or -1 if there is none within the span.
+    ``y`` and ``v`` are the height and normal velocity of the centre now, ``bounds`` those on |W|
+    and |W'| (see rotation.rate_bounds).
     """
     # the candidates for a direction are complete until it has turned by the slack of their map
     map_lifetime = body.support_map.slack / (bounds[0] + TINY)
@@ -202,13 +158,12 @@ def search_polyhedron(body, series, y, v, bounds, span):
 
 @no_refcount_kernel
 def search_ellipsoid(body, series, y, v, bounds, span):
-    """First contact of an ellipsoid within ``span``.
+    """Time of the first contact of an ellipsoid within ``span``, or -1.
 
     Works with F = y^2 - |D n|^2, D = diag(1, b, c), which has the sign of the gap y - h and,
     unlike it, second derivatives that stay bounded for flat and sharp bodies: with
     E = diag(0, 1 - b^2, 1 - c^2), |D n|^2 is 1 - n . E n, and its second derivative at most
     2 (1 - c^2) (|n'|^2 + |n''|).
-    Parameters and result as in :func:`search_polyhedron`.
     """
     b2, c2 = body.b * body.b, body.c * body.c
     turn, change = bounds
@@ -235,7 +190,7 @@ def search_ellipsoid(body, series, y, v, bounds, span):
 
 @no_refcount_inline_kernel
 def search(body, series, y, v, bounds, span):
-    """First contact of any body within ``span``; -1 if there is none."""
+    """Time of the first contact of any body within ``span``, or -1."""
     if body.candidates.shape[0] == 0:
         return search_ellipsoid(body, series, y, v, bounds, span)
     return search_polyhedron(body, series, y, v, bounds, span)
@@ -272,16 +227,6 @@ def contact_point(body, motion, y, v, point):
 
     Where several vertices touch and approach together, the contact is the centre of their edge
     or face (paper, Sec. 1); a vertex that touches but is already rising has no part in it.
-
-    Parameters
-    ----------
-    body : Body
-    motion : (>= 9,) float64
-        Angular velocity, wall normal and wall x axis in body axes.
-    y, v : float
-        Height and normal velocity of the centre.
-    point : (3,) float64
-        Output.
     """
     n = n1, n2, n3 = load(motion, 3), load(motion, 4), load(motion, 5)
     if body.candidates.shape[0] == 0:
@@ -298,11 +243,7 @@ def contact_point(body, motion, y, v, point):
     if any_lane(none_approaching):
         # rounding may leave none that approaches, where the last of them is just turning
         all_sum, all_count = _centre_of_ties(body, n, d, v, lowest, math.inf)
-        total = (
-            select(none_approaching, all_sum[0], total[0]),
-            select(none_approaching, all_sum[1], total[1]),
-            select(none_approaching, all_sum[2], total[2]),
-        )
+        total = select_three(none_approaching, all_sum, total)
         ties = select(none_approaching, all_count, ties)
     for i in range(3):
         store(point, i, total[i] / ties)

@@ -25,9 +25,9 @@ ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
 
 
 class LawArguments(NamedTuple):
-    """Contact laws of a pair as kernels take them; a law reads the entries that it has a use for.
+    """Contact laws of a pair as kernels take them, made by `MaterialPair.kernel_arguments`.
 
-    Build one with `MaterialPair.kernel_arguments`.
+    A law reads only the entries that it uses.
     """
 
     #: Restitution: coefficient of the exponential or the power law, or the constant itself.
@@ -77,14 +77,8 @@ def pack_table(
 def exponential_restitution(coefficient, exponent, contact_speed, cosine):
     """Restitution coefficient a_nc of the normal contact velocity, equation (6).
 
-    Parameters
-    ----------
-    coefficient, exponent : float
-        Constants of the law; 0.1 and 0.61 for corundum on steel, speeds in m/s.
-    contact_speed : float
-        Speed |V_c| of the contact point [m/s].
-    cosine : float
-        |v_c| / |V_c|.
+    ``contact_speed`` is |V_c| [m/s], ``cosine`` |v_c| / |V_c|; corundum on steel has the constants
+    0.1 and 0.61.
     """
     return 1.0 + (exponential(-coefficient * power(contact_speed, exponent)) - 1.0) * cosine
 
@@ -98,15 +92,7 @@ def impact_angle(cosine):
 
 @no_refcount_inline_kernel
 def polynomial_restitution(coefficients, angle):
-    """Restitution coefficient c_0 + c_1 beta + c_2 beta^2 + ...
-
-    Parameters
-    ----------
-    coefficients : (n,) float64
-        Lowest power first.
-    angle : float
-        Impact angle beta at the contact, from the wall [rad].
-    """
+    """Restitution coefficient c_0 + c_1 beta + c_2 beta^2 + ... of the angle beta [rad]."""
     value = 0.0
     for i in range(coefficients.size - 1, -1, -1):
         value = value * angle + coefficients[i]
@@ -115,15 +101,10 @@ def polynomial_restitution(coefficients, angle):
 
 @inline_kernel
 def power_restitution(coefficient, exponent, normal_speed):
-    """Restitution coefficient min(1, coefficient |v_c|^(-exponent)).
+    """Restitution coefficient min(1, coefficient |v_c|^(-exponent)), speed in m/s.
 
-    Parameters
-    ----------
-    coefficient, exponent : float
-        Both positive; speeds in m/s.
-    normal_speed : float
-        Normal contact speed |v_c| [m/s]; a power law of it grows without bound towards rest,
-        where an elastic contact is the most there can be.
+    The power law grows without bound towards rest, where an elastic contact is the most there can
+    be.
     """
     # in this form no speed divides by zero or overflows
     loss = normal_speed**exponent
@@ -155,14 +136,8 @@ def table_cell(numbers, first, count, x):
 def tabulated_coefficient(numbers, angle, contact_speed):
     """Coefficient of restitution or of resistance from a table: bilinear, constant beyond the ends.
 
-    Parameters
-    ----------
-    numbers : (2 + n + m + n m,) float64
-        From `pack_table`.
-    angle : float
-        Impact angle beta at the contact, from the wall [rad].
-    contact_speed : float
-        Speed |V_c| of the contact point [m/s].
+    ``numbers`` come from `pack_table`, ``angle`` [rad] is that at the contact, from the wall,
+    ``contact_speed`` |V_c| [m/s].
     """
     angles, speeds = int(numbers[0]), int(numbers[1])
     i, p = table_cell(numbers, 2, angles, angle)
@@ -178,9 +153,9 @@ def tabulated_coefficient(numbers, angle, contact_speed):
 
 @no_refcount_kernel
 def other_restitution(law, contact_speed, cosine):
-    """Restitution coefficient by a law that is not the exponential one; see `restitution`.
+    """Restitution coefficient by a law that is not the exponential one.
 
-    Not inlined, so that the common law's path stays short.
+    Not inlined, so that the path of the most common law stays short.
     """
     if law.restitution_law == POLYNOMIAL:
         return polynomial_restitution(law.numbers, impact_angle(cosine))
@@ -205,13 +180,8 @@ def _each_other_restitution(law, contact_speed, cosine):
 def restitution(law, contact_speed, cosine):
     """Restitution coefficient a_nc of the normal contact velocity, by the law of the pair.
 
-    Parameters
-    ----------
-    law : LawArguments
-    contact_speed : float
-        Speed |V_c| of the contact point [m/s].
-    cosine : float
-        |v_c| / |V_c|, the sine of the impact angle at the contact.
+    ``contact_speed`` is |V_c| [m/s], ``cosine`` |v_c| / |V_c|, the sine of the impact angle at the
+    contact.
     """
     if law.restitution_law == EXPONENTIAL:
         return exponential_restitution(law.coefficient, law.exponent, contact_speed, cosine)
@@ -222,14 +192,8 @@ def restitution(law, contact_speed, cosine):
 def orientation_resistance(strength, r_dot_v, r_length, speed):
     """Coefficient C_f of resistance to sliding, equation (7); a resting centre gives one.
 
-    Parameters
-    ----------
-    strength : float
-        1 in equation (7).
-    r_dot_v : float
-        r_c . V_p, contact point from the centre and velocity of the centre.
-    r_length, speed : float
-        |r_c| and |V_p|.
+    ``strength`` is 1 in equation (7); ``r_dot_v`` is r_c . V_p, of the contact point from the
+    centre and the velocity of the centre, ``r_length`` and ``speed`` are |r_c| and |V_p|.
     """
     moves = speed > 0.0
     cosine = select(moves, r_dot_v / (r_length * select(moves, speed, 1.0)), 0.0)
@@ -250,15 +214,8 @@ def _each_tabulated_resistance(law, cosine):
 def resistance(law, r_dot_v, r_length, speed, cosine):
     """Coefficient C_f of resistance to sliding, by the law of the pair.
 
-    Coulomb's law has none: `tablegen.model.coulomb` follows each collision by it.
-
-    Parameters
-    ----------
-    law : LawArguments
-    r_dot_v, r_length, speed : float
-        As in `orientation_resistance`.
-    cosine : float
-        As in `restitution`.
+    Arguments as in `orientation_resistance`, and ``cosine`` as in `restitution`. Coulomb's law has
+    none: `tablegen.model.coulomb` follows each collision by it.
     """
     if law.resistance_law == ORIENTATION:
         return law.factor * orientation_resistance(law.strength, r_dot_v, r_length, speed)

@@ -4,7 +4,7 @@ With the contact velocity V_c = V_c- + A S, the mobility A and the normal impuls
 variable, the tangential impulse obeys Coulomb's law at every instant of the collision:
 
 - a contact that slides along e has dS_t/ds = -mu_d e;
-- where sliding has come to rest, the contact sticks if the impulse that this takes lies within the
+- where sliding has come to rest, the contact sticks if the impulse that holds it lies within the
   static cone, |A_tt^-1 A_tn| <= mu_s: dS_t/ds = -A_tt^-1 A_tn, which does not change any more;
 - else it slides anew, along the one direction e in which sliding from rest keeps its direction:
   A_tn - mu_d A_tt e = f e with f > 0.
@@ -14,7 +14,7 @@ so two solutions never part in the metric of A_tt^-1: the path is unique, rest i
 only if |b| <= mu_d (or sliding goes straight against b), and errors made on the way do not grow.
 
 The normal impulse does the work w(s), the integral of v_c. The collision ends with Stronge's
-energetic restitution: the part e^2 of the work of compression has been given back,
+energetic restitution: the part e^2 of the work of compression is recovered,
 
     w = (1 - e^2) min w.
 
@@ -24,18 +24,17 @@ grows, whatever the body. In central contacts e is the ratio of normal velocitie
 Sources: Routh, Dynamics of a System of Rigid Bodies (1860), Part I, ch. 5; Keller, J. Appl. Mech.
 53 (1986) 1; Stronge, Proc. R. Soc. Lond. A 431 (1990) 169; Batlle, J. Appl. Mech. 63 (1996) 804.
 
-The mass is one. Every kernel takes the numbers of one particle or of lanes (see
-`tablegen.model.simd`).
+The mass is one.
 """
 
 from typing import NamedTuple
 
-from tablegen.model.coulomb_rates import PATH_TOLERANCE, straight_piece
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.simd import any_lane, logical_not, maximum, minimum, select, sqrt
-from tablegen.model.sliding_series import (
+from tablegen.model.sliding import (
     IMPULSE,
     NORMAL_VELOCITY,
+    PATH_TOLERANCE,
     SLIDE_X,
     SLIDE_Z,
     WORK,
@@ -44,6 +43,7 @@ from tablegen.model.sliding_series import (
     put_line,
     sliding_span,
     slope,
+    straight_piece,
 )
 
 #: Relative Newton step after which a root is exact to rounding: the error of a step is the square
@@ -65,10 +65,10 @@ class Ending(NamedTuple):
 
 
 class Path(NamedTuple):
-    """What has happened since a collision began.
+    """State of a collision since it began.
 
     Changes of the tangential contact velocity, normal impulse, present normal contact velocity,
-    work of the normal impulse and the least that it has been, whether the contact is compressed.
+    work of the normal impulse and its minimum so far, whether the contact is compressed.
     """
 
     x: float
@@ -89,12 +89,7 @@ def _begin(v, size):
 
 @no_refcount_inline_kernel
 def _piece(friction, mobility, velocity, size, series):
-    """Write the next piece of a path.
-
-    Returns
-    -------
-    tuple (length, whether it leads to rest, growth of the normal impulse in its variable)
-    """
+    """Write the next piece; its length, whether it leads to rest, growth of s in its variable."""
     line, turns = straight_piece(friction, mobility, velocity, size)
     length, growth = line.length, 1.0 + 0.0 * size
     if any_lane(turns):
@@ -114,16 +109,8 @@ def _piece(friction, mobility, velocity, size, series):
 def _turning_point(series, v, first, turns, length, where):
     """Where the normal velocity of a piece has its extreme, or falls to zero; by bisection.
 
-    Parameters
-    ----------
-    series : (9, ORDER + 1) float64
-    v, first : float
-        Normal velocity at the start, and its slope there.
-    turns : bool
-        Lanes whose velocity has an extreme; the others' falls to zero.
-    length : float
-    where : bool
-        Lanes to search in; the others keep their length.
+    ``v`` and ``first`` are the normal velocity at the start and its slope there; in the lanes
+    ``turns`` the velocity has an extreme. Lanes outside of ``where`` keep their length.
     """
     low, high = 0.0 * length, length
     for _ in range(HALVINGS):
@@ -138,12 +125,9 @@ def _turning_point(series, v, first, turns, length, where):
 def _monotone(series, v, growth, length, going):
     """Shorten a piece so that its normal velocity only rises, or only falls and not below zero.
 
-    Then a look at its end tells whether compression or the collision ends on it. It falls where a
-    contact jams: friction drives it into the wall.
-
-    Returns
-    -------
-    tuple (length, whether it falls, whether it falls to zero)
+    Then its value at the end tells whether compression or the collision ends on the piece. It falls
+    where a contact jams: friction drives it into the wall. Returns the length, whether the velocity
+    falls, and whether it falls to zero.
     """
     first = slope(series, NORMAL_VELOCITY, 0.0 * length)
     last = slope(series, NORMAL_VELOCITY, length)
@@ -186,18 +170,8 @@ def _straight_guess(ending, path, rate):
 def _crossing(series, ending, path, falls, guess, length, where):
     """Where the progress on a piece passes through zero: Newton's method kept in a bracket.
 
-    Parameters
-    ----------
-    series : (9, ORDER + 1) float64
-    ending : Ending
-    path : Path
-        At the start of the piece.
-    falls : bool
-        Whether the normal velocity falls on the piece.
-    guess, length : float
-        First guess, and the end of the piece, where the progress is not below zero.
-    where : bool
-        Lanes to search in; the others' results have no meaning.
+    ``path`` is at the start of the piece, ``guess`` the first guess; at ``length``, the end of the
+    piece, the progress is not below zero. Lanes outside of ``where`` get no meaningful result.
     """
     low, high = 0.0 * length, length
     t = select((guess > 0.0) & (guess < length), guess, length)
@@ -248,13 +222,7 @@ def _at_rest(path, velocity, where):
 
 @no_refcount_kernel
 def _step(contact, ending, path, series, going):
-    """Follow one piece of a path: up to an event, or to the end of the piece.
-
-    Returns
-    -------
-    tuple (Path, bool)
-        The path, and whether the collision has ended.
-    """
+    """Follow one piece of a path, up to an event or to its end; tell whether the collision ends."""
     friction, mobility, velocity, size = contact
     u, w = velocity[0] + path.x, velocity[2] + path.z
     least = PATH_TOLERANCE * size
@@ -289,20 +257,9 @@ def coulomb_impulse(friction, ending, mobility, velocity, series, where):
     """Impulse (Su, Sv, Sw) of a collision under Coulomb friction, and the energy that Sv takes.
 
     That energy is followed along the collision: the contact velocity is no linear function of the
-    impulse where the direction of sliding turns or the contact sticks.
-
-    Parameters
-    ----------
-    friction : Friction
-    ending : Ending
-    mobility : tuple of six floats
-        A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
-    velocity : tuple of three floats
-        Contact velocity before the collision, wall axes.
-    series : (9, ORDER + 1) float64
-        Work space.
-    where : bool
-        Lanes that collide; the others get impulses without meaning.
+    impulse where the direction of sliding turns or the contact sticks. ``velocity`` is that of the
+    contact before the collision in wall axes, ``series`` (9, ORDER + 1) work space; lanes outside
+    of ``where`` get meaningless impulses.
     """
     u, v, w = velocity
     size = sqrt(u * u + v * v + w * w)

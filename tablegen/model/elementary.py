@@ -1,13 +1,71 @@
-"""Exponential, logarithm, power, sine and cosine, for floats and lanes alike.
+"""Elementary functions with the same bits on every machine, for floats and lanes alike.
 
-The library functions of C come one number at a time and differ between machines in the last bit;
-these are polynomials, with the same bits everywhere. Errors are a few units in the last place,
-far below those of the model.
+The functions of the C library take one number at a time and differ between machines in the last
+bit. `exponential`, `logarithm`, `power` and `sine_and_cosine` are polynomials with errors of a few
+units in the last place. `cosine_and_sine`, for impact angles, is rounded correctly: it is summed in
+pairs of floats, a value and its rounding error, to 2^-100 of the value.
 """
 
-from tablegen.model.float_bits import power_of_two, split_exponent
-from tablegen.model.jit import inline_kernel, kernel
-from tablegen.model.simd import fma, maximum, select
+from fractions import Fraction
+from math import factorial
+
+from llvmlite import ir
+from numba import types
+
+from tablegen.model.jit import inline_kernel, kernel, operation
+from tablegen.model.simd import WIDTH, elementwise, fma, maximum, number_type, select
+
+#: Integers with the bits of lanes.
+_WORDS = ir.VectorType(ir.IntType(64), WIDTH)
+
+#: Bits of the float 2^52.
+_TWO_52 = 0x4330_0000_0000_0000
+
+
+def _word_type(number):
+    """Integers of the size and number of the given floats."""
+    return _WORDS if isinstance(number.type, ir.VectorType) else ir.IntType(64)
+
+
+def _constant(kind, value):
+    """Constant of a type, in every lane."""
+    return kind([value] * WIDTH) if isinstance(kind, ir.VectorType) else kind(value)
+
+
+@operation
+def split_exponent(typingctx, x):
+    """Return m in [1/2, 1) and e, both numbers, with x = m 2^e, for x positive and normal."""
+    kind = number_type(x)
+
+    def generate(context, builder, sig, args):
+        number = context.cast(builder, args[0], x, kind)
+        word = _word_type(number)
+        bits = builder.bitcast(number, word)
+        # the exponent's bits under the implicit one of 2^52 are a float without conversion
+        exponent = builder.or_(builder.lshr(bits, _constant(word, 52)), _constant(word, _TWO_52))
+        exponent = builder.bitcast(exponent, number.type)
+        exponent = builder.fsub(exponent, _constant(number.type, 2.0**52 + 1022.0))
+        fraction = builder.and_(bits, _constant(word, (1 << 52) - 1))
+        fraction = builder.or_(fraction, _constant(word, 1022 << 52))
+        return context.make_tuple(
+            builder, sig.return_type, (builder.bitcast(fraction, number.type), exponent)
+        )
+
+    return types.UniTuple(kind, 2)(x), generate
+
+
+@operation
+def power_of_two(typingctx, k):
+    """2^k for an integer k from -1022 to 1023."""
+
+    def emit(builder, number):
+        word = _word_type(number)
+        shifted = builder.fadd(number, _constant(number.type, 2.0**52 + 1023.0))
+        bits = builder.shl(builder.bitcast(shifted, word), _constant(word, 52))
+        return builder.bitcast(bits, number.type)
+
+    return elementwise(emit, k)
+
 
 _LOG2_E = 1.4426950408889634
 #: log 2 in two parts: the first has 32 bits, so its product with an exponent is exact.
@@ -18,6 +76,24 @@ _ROUNDER = 6755399441055744.0
 #: Logarithm of the least normal number; below it, numbers lose their digits.
 _LEAST_LOGARITHM = -708.0
 _ROOT_HALF = 0.7071067811865476
+
+
+#: Coefficients of Taylor's series, the highest order first: of e^r after r, |r| <= log(2) / 2, of
+#: 2 artanh(f) over 2 f after 1, |f| <= 0.172, of the sine over t after 1 and of the cosine after
+#: 1 - t^2 / 2, |t| <= pi / 4. The first terms left out are below 1e-16.
+_EXPONENTIAL = tuple(1 / factorial(k) for k in range(13, 1, -1))
+_LOGARITHM = tuple(1 / k for k in range(23, 1, -2))
+_SINE_TURNS = tuple((-1) ** (k // 2) / factorial(k) for k in range(15, 1, -2))
+_COSINE_TURNS = tuple((-1) ** (k // 2) / factorial(k) for k in range(16, 2, -2))
+
+
+@inline_kernel
+def _horner(coefficients, x):
+    """Polynomial in x, the coefficient of its highest power first."""
+    value = fma(x, coefficients[0], coefficients[1])
+    for k in range(2, len(coefficients)):
+        value = fma(value, x, coefficients[k])
+    return value
 
 
 @inline_kernel
@@ -32,18 +108,7 @@ def exponential(x):
     x = maximum(x, _LEAST_LOGARITHM)
     k = nearest_integer(x * _LOG2_E)
     r = fma(k, -_LOG_2_LOW, fma(k, -_LOG_2_HIGH, x))
-    # Taylor's series: |r| <= log(2) / 2, the first term left out is 4e-18
-    p = fma(r, 1.0 / 6227020800.0, 1.0 / 479001600.0)
-    p = fma(p, r, 1.0 / 39916800.0)
-    p = fma(p, r, 1.0 / 3628800.0)
-    p = fma(p, r, 1.0 / 362880.0)
-    p = fma(p, r, 1.0 / 40320.0)
-    p = fma(p, r, 1.0 / 5040.0)
-    p = fma(p, r, 1.0 / 720.0)
-    p = fma(p, r, 1.0 / 120.0)
-    p = fma(p, r, 1.0 / 24.0)
-    p = fma(p, r, 1.0 / 6.0)
-    p = fma(p, r, 0.5)
+    p = _horner(_EXPONENTIAL, r)
     p = fma(p * r, r, r)
     return (1.0 + p) * power_of_two(k)
 
@@ -58,16 +123,7 @@ def logarithm(x):
     # log m = 2 artanh f, |f| <= 0.172
     f = (m - 1.0) / (m + 1.0)
     s = f * f
-    p = fma(s, 1.0 / 23.0, 1.0 / 21.0)
-    p = fma(p, s, 1.0 / 19.0)
-    p = fma(p, s, 1.0 / 17.0)
-    p = fma(p, s, 1.0 / 15.0)
-    p = fma(p, s, 1.0 / 13.0)
-    p = fma(p, s, 1.0 / 11.0)
-    p = fma(p, s, 1.0 / 9.0)
-    p = fma(p, s, 1.0 / 7.0)
-    p = fma(p, s, 0.2)
-    p = fma(p, s, 1.0 / 3.0)
+    p = _horner(_LOGARITHM, s)
     tail = fma(f + f, p * s, e * _LOG_2_LOW)
     return fma(e, _LOG_2_HIGH, (f + f) + tail)
 
@@ -84,23 +140,83 @@ def sine_and_cosine(turns):
     quarter = nearest_integer(4.0 * turns)
     t = 6.283185307179586 * fma(quarter, -0.25, turns)
     s = t * t
-    # Taylor's series: |t| <= pi / 4, the first terms left out are 5e-17
-    p = fma(s, -1.0 / 1307674368000.0, 1.0 / 6227020800.0)
-    p = fma(p, s, -1.0 / 39916800.0)
-    p = fma(p, s, 1.0 / 362880.0)
-    p = fma(p, s, -1.0 / 5040.0)
-    p = fma(p, s, 1.0 / 120.0)
-    p = fma(p, s, -1.0 / 6.0)
-    sine = fma(p * s, t, t)
-    q = fma(s, 1.0 / 20922789888000.0, -1.0 / 87178291200.0)
-    q = fma(q, s, 1.0 / 479001600.0)
-    q = fma(q, s, -1.0 / 3628800.0)
-    q = fma(q, s, 1.0 / 40320.0)
-    q = fma(q, s, -1.0 / 720.0)
-    q = fma(q, s, 1.0 / 24.0)
-    cosine = fma(q * s, s, fma(s, -0.5, 1.0))
+    sine = fma(_horner(_SINE_TURNS, s) * s, t, t)
+    cosine = fma(_horner(_COSINE_TURNS, s) * s, s, fma(s, -0.5, 1.0))
     odd = (quarter == 1.0) | (quarter == 3.0)
     first, second = select(odd, cosine, sine), select(odd, sine, cosine)
     falls = (quarter == 2.0) | (quarter == 3.0)
     left = (quarter == 1.0) | (quarter == 2.0)
     return select(falls, -first, first), select(left, -second, second)
+
+
+#: Terms of the series in pairs of floats; of later ones floats hold enough digits.
+_PAIRS = 9
+
+#: Terms of the series: the first one left out is 1e-34 of the value at pi / 4.
+_TERMS = 15
+
+
+def _pair(value: Fraction) -> tuple[float, float]:
+    """Nearest float, and the nearest to the rest."""
+    high = float(value)
+    return high, float(value - Fraction(high))
+
+
+#: Coefficients of the cosine, and of the sine over its angle, in powers of the square of the angle.
+_COSINE = tuple(_pair(Fraction((-1) ** k, factorial(2 * k))) for k in range(_TERMS))
+_SINE = tuple(_pair(Fraction((-1) ** k, factorial(2 * k + 1))) for k in range(_TERMS))
+
+#: Half of pi as the sum of three floats.
+_HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
+
+
+@inline_kernel
+def _sum(a, b):
+    """Nearest float to the sum of two, and the rounding error."""
+    total = a + b
+    from_b = total - a
+    return total, (a - (total - from_b)) + (b - from_b)
+
+
+@inline_kernel
+def _product(a, b):
+    """Product of two pairs."""
+    high = a[0] * b[0]
+    low = fma(a[0], b[1], fma(a[1], b[0], fma(a[0], b[0], -high)))
+    total = high + low
+    return total, low - (total - high)
+
+
+@inline_kernel
+def _plus(a, b):
+    """Sum of two pairs, the second not larger than the first."""
+    high, low = _sum(a[0], b[0])
+    low += a[1] + b[1]
+    total = high + low
+    return total, low - (total - high)
+
+
+@inline_kernel
+def _polynomial(coefficients, square):
+    """Series in a pair, for a pair."""
+    tail = 0.0
+    for k in range(_TERMS - 1, _PAIRS - 1, -1):
+        tail = fma(tail, square[0], coefficients[k][0])
+    value = tail, 0.0
+    for k in range(_PAIRS - 1, -1, -1):
+        value = _plus(coefficients[k], _product(square, value))
+    return value
+
+
+@kernel
+def cosine_and_sine(angle):
+    """Cosine and sine of an angle from 0 to pi / 2 [rad], rounded correctly."""
+    steep = angle > 0.5 * _HALF_PI[0]
+    # the first difference is exact where the angle is steep
+    high, low = _sum(_HALF_PI[0] - angle, _HALF_PI[1])
+    high, low = _sum(high, low + _HALF_PI[2])
+    t = select(steep, high, angle), select(steep, low, 0.0)
+    square = _product(t, t)
+    cosine = _polynomial(_COSINE, square)[0]
+    sine = _product(t, _polynomial(_SINE, square))[0]
+    return select(steep, sine, cosine), select(steep, cosine, sine)

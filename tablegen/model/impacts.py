@@ -1,13 +1,22 @@
-"""Conditions of many impacts, in the frame of the wall or in the lab frame, checked row by row.
+"""Conditions of impacts: one as a record, many as rows of an array, checked row by row.
 
-Arguments are arrays with a row for each particle, or with one for all. A bad row is reported by its
-number and a code of `sampler.errors`, or `TURNS_TOO_OFTEN` or `OUT_OF_BOUNDS`.
+A row has eight numbers, the fields of `Condition` in their order, the spin as three; so the
+conditions of WIDTH particles are eight lanes (see `tablegen.model.simd`), and the kernels of a
+rebound take a record of floats or of lanes.
+
+Impacts are given in the frame of the wall or in the lab frame, by arrays with a row for each
+particle or one row for all. A bad row is reported by its number and a code of `sampler.errors`, or
+`TURNS_TOO_OFTEN` or `OUT_OF_BOUNDS`.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sampler.errors import NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
-from tablegen.model.correctly_rounded import cosine_and_sine
+from tablegen.model.elementary import cosine_and_sine
 from tablegen.model.frames import (
     combine,
     cross,
@@ -20,7 +29,6 @@ from tablegen.model.frames import (
     unit,
     vector,
 )
-from tablegen.model.impact_condition import angle_turned, impact_condition, put_condition
 from tablegen.model.jit import (
     inline_kernel,
     kernel,
@@ -29,6 +37,83 @@ from tablegen.model.jit import (
 )
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.simd import WIDTH, lane_array, load, store
+
+#: Numbers of a condition.
+CONDITION_SIZE = 8
+
+#: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
+GRAZING = 0.0087
+
+#: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
+MANY_TURNS = 10.0
+
+
+class Condition(NamedTuple):
+    """Impact condition and numerical parameters of a rebound.
+
+    ``cosine`` and ``sine`` of the impact angle, which are the velocity before the impact,
+    ``speed`` [m/s], ``spin``: angular velocity before the impact in wall axes times a / V,
+    ``resolution``: smallest rebound speed of a contact point over V, ``tolerance``: truncation of
+    the flight series.
+    """
+
+    cosine: float
+    sine: float
+    speed: float
+    spin: tuple[float, float, float]
+    resolution: float
+    tolerance: float
+
+
+@inline_kernel
+def angle_turned(sine, spin):
+    """Angle [rad] that a particle turns at most before its first contact."""
+    # from its greatest height to its least, turning all the way
+    return math.sqrt(spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]) * 2.0 / sine
+
+
+@inline_kernel
+def impact_condition(cosine, sine, speed, spin, numerics):
+    """Condition of an impact, with numerical parameters that shrink at grazing and with many turns.
+
+    ``numerics``: resolution of contacts and tolerance of flights, as the configuration has them.
+    """
+    resolution = numerics[0] * min(1.0, sine / GRAZING)
+    tolerance = numerics[1] / max(1.0, angle_turned(sine, spin) / MANY_TURNS)
+    return Condition(cosine, sine, speed, spin, resolution, tolerance)
+
+
+@inline_kernel
+def translates(condition):
+    """Whether particles arrive without spin."""
+    x, y, z = condition.spin
+    return (x == 0.0) & (y == 0.0) & (z == 0.0)
+
+
+@no_refcount_inline_kernel
+def condition_of(values):
+    """Condition from its eight numbers: of one particle, (8,), or of lanes, (8, WIDTH)."""
+    spin = load(values, 3), load(values, 4), load(values, 5)
+    cosine, sine, speed = load(values, 0), load(values, 1), load(values, 2)
+    return Condition(cosine, sine, speed, spin, load(values, 6), load(values, 7))
+
+
+@no_refcount_inline_kernel
+def put_condition(condition, values, row):
+    """Write a condition to a row of an array."""
+    values[row, 0], values[row, 1] = condition.cosine, condition.sine
+    values[row, 2] = condition.speed
+    for k in range(3):
+        values[row, 3 + k] = condition.spin[k]
+    values[row, 6], values[row, 7] = condition.resolution, condition.tolerance
+
+
+def one_row(condition: Condition) -> NDArray[np.float64]:
+    """Array (1, 8) of a condition that all particles have."""
+    values = np.empty((1, CONDITION_SIZE))
+    put_condition(condition, values, 0)
+    return values
+
 
 #: Status code: a particle turns by more than `MOST_TURNED` before its first contact.
 TURNS_TOO_OFTEN = -101
@@ -63,18 +148,8 @@ def _checked(speed, cosine, sine, spin, numerics):
 def wall_condition(alpha1, cosine_sine, speed, spin, numerics):
     """Status of an impact in the frame of the wall, and its condition.
 
-    Parameters
-    ----------
-    alpha1 : float
-        Impact angle [rad].
-    cosine_sine : tuple of two floats
-        Of the angle, if it is allowed.
-    speed : float
-        m/s.
-    spin : tuple of three floats
-        Angular velocity before the impact times a / V.
-    numerics : tuple of two floats
-        Resolution of contacts and tolerance of flights.
+    ``alpha1`` in rad, ``cosine_sine`` of this angle if it is allowed, ``speed`` in m/s, ``spin``
+    times a / V.
     """
     status = OK
     if not (math.isfinite(alpha1) and math.isfinite(speed) and is_finite(spin)):
@@ -90,7 +165,7 @@ def wall_condition(alpha1, cosine_sine, speed, spin, numerics):
 
 @inline_kernel
 def allowed_angle(alpha1):
-    """Give the angle if an impact may have it, else the nearest that it may have."""
+    """Return the nearest angle that an impact may have."""
     return min(max(alpha1, 0.0), 0.5 * math.pi)
 
 
@@ -98,17 +173,9 @@ def allowed_angle(alpha1):
 def lab_condition(impact, omega, keys, numerics):
     """Status of an impact in the lab frame, and its condition.
 
-    Parameters
-    ----------
-    impact : tuple
-        Velocity of the particle [m/s], normal into the gas, of any length but zero, half-size [m],
-        velocity of the wall [m/s]; vectors are tuples.
-    omega : tuple of three floats
-        Angular velocity before the impact [rad/s].
-    keys : tuple of three int
-        Seed, index and hit: they choose the wall axis x at normal impact.
-    numerics : tuple of two floats
-        As of `wall_condition`.
+    ``impact``: velocity of the particle [m/s], normal into the gas, of any length but zero,
+    half-size [m], velocity of the wall [m/s]; ``omega`` in rad/s. The keys choose the wall axis x
+    at normal impact.
     """
     velocity, normal, half_size, wall_velocity = impact
     status = impact_status(velocity, normal, half_size, wall_velocity)
@@ -127,32 +194,18 @@ def lab_condition(impact, omega, keys, numerics):
     along = combine(1.0, relative, approach, e_y)
     e_x = tangent(relative, e_y, keys)
     scale = half_size / speed
-    spin = (
-        scale * dot(omega, e_x),
-        scale * dot(omega, e_y),
-        scale * dot(omega, cross(e_x, e_y)),
-    )
+    e_z = cross(e_x, e_y)
+    spin = scale * dot(omega, e_x), scale * dot(omega, e_y), scale * dot(omega, e_z)
     sine = min(approach / speed, 1.0)
     return _checked(speed, math.sqrt(dot(along, along)) / speed, sine, spin, numerics)
 
 
 @kernel
 def wall_conditions(alpha1, speed, spin, numerics, values, start):
-    """Conditions of impacts in the frame of the wall.
+    """Conditions of impacts in the frame of the wall: first bad row, or -1, and its code.
 
-    Parameters
-    ----------
-    alpha1, speed : (n,) or (1,) float64
-    spin : (n, 3) or (1, 3) float64
-    numerics : tuple of two floats
-    values : (m, 8) float64
-        Output: those of the rows from ``start`` on.
-    start : int
-
-    Returns
-    -------
-    tuple of two int
-        First bad row, or -1; its code.
+    ``alpha1`` and ``speed`` are (n,) or (1,), ``spin`` (n, 3) or (1, 3); ``values`` (m, 8) gets
+    the conditions of the rows from ``start`` on.
     """
     lanes = lane_array(3)
     for first in range(0, values.shape[0], WIDTH):
@@ -176,27 +229,16 @@ def wall_conditions(alpha1, speed, spin, numerics, values, start):
 def _impact(impacts, row):
     """Velocity, normal, half-size and velocity of the wall in a row."""
     velocity, normal, half_size, wall_velocity = impacts
-    return (
-        vector(velocity, row),
-        vector(normal, row),
-        item(half_size, row),
-        vector(wall_velocity, row),
-    )
+    moving = vector(velocity, row), vector(normal, row), item(half_size, row)
+    return *moving, vector(wall_velocity, row)
 
 
 @no_refcount_kernel
 def lab_conditions(impacts, omega, keys, numerics, values, start):
-    """Conditions of impacts in the lab frame.
+    """Conditions of impacts in the lab frame; the results are those of `wall_conditions`.
 
-    Parameters
-    ----------
-    impacts : tuple of four float64 arrays
-        Velocity, normal, half-size and velocity of the wall, of n rows or one.
-    omega : (n, 3) or (1, 3) float64
-    keys : tuple
-        Seed; index and hit, of n rows or one.
-    numerics, values, start
-        As of `wall_conditions`, and so are the results.
+    ``impacts``: velocity, normal, half-size and velocity of the wall, of n rows or one, as is
+    ``omega``, (n, 3) or (1, 3); ``keys``: seed, and index and hit of n rows or one.
     """
     seed, index, hit = keys
     for k in range(values.shape[0]):

@@ -45,7 +45,7 @@ _INLINE: dict[str, Any] = {"forceinline": True, "no_cfunc_wrapper": True}
 #: return arrays: then the references of the caller suffice.
 _NO_REFCOUNT: dict[str, Any] = {"_nrt": False}
 
-#: Files and folders with all that can change what a kernel computes, besides its own file.
+#: Files and folders that can change the result of a kernel, besides its own file.
 _ROOT = Path(__file__).parents[2]
 _SOURCES = (
     "tablegen/model",
@@ -64,17 +64,30 @@ _COMPILING = (
 
 
 @cache
-def cache_folder() -> Path:
-    """Folder for the machine code of these sources and versions."""
-    named = config.CACHE_DIR  # type: ignore[attr-defined]
-    place = Path(named or AppDirs("rebound-tables", appauthor=False).user_cache_dir)
+def _file_digest(path: Path) -> bytes:
+    return hashlib.sha256(path.read_bytes()).digest()
+
+
+def _digest() -> str:
+    """Digest of the sources of kernels and of the versions of their compiler."""
     versions = [version(name) for name in ("numpy", "numba", "llvmlite")]
     digest = hashlib.sha256(repr((platform.python_version(), *versions)).encode())
     for source in (_ROOT / name for name in _SOURCES):
         for path in sorted(source.iterdir()) if source.is_dir() else [source]:
             if path.suffix in (".py", ".npy"):
-                digest.update(path.read_bytes())
-    return place / f"tablegen-{digest.hexdigest()[:16]}"
+                digest.update(_file_digest(path))
+    return digest.hexdigest()[:16]
+
+
+#: Taken once: sources may change while this process runs.
+_SOURCE_DIGEST = _digest()
+
+
+def cache_folder() -> Path:
+    """Folder for the machine code of these sources and versions."""
+    named = config.CACHE_DIR  # type: ignore[attr-defined]
+    place = Path(named or AppDirs("rebound-tables", appauthor=False).user_cache_dir)
+    return place / f"tablegen-{_SOURCE_DIGEST}"
 
 
 def _make_folder() -> None:
@@ -98,13 +111,15 @@ class _KernelCache(NullCache):
 
     def __init__(self, function: FunctionType) -> None:
         self._function = function
+        self._file = Path(function.__code__.co_filename)
+        self._source = _file_digest(self._file)
 
     def _path(self, signature: Any, codegen: Any) -> Path:
-        code = self._function.__code__
         cells = [cell.cell_contents for cell in self._function.__closure__ or ()]
-        name = re.sub(r"[^\w.]", "", f"{Path(code.co_filename).stem}.{self._function.__qualname__}")
-        digest = hashlib.sha256(Path(code.co_filename).read_bytes() + dumps(cells))
-        digest.update(repr((code.co_firstlineno, signature, codegen.magic_tuple())).encode())
+        name = re.sub(r"[^\w.]", "", f"{self._file.stem}.{self._function.__qualname__}")
+        line = self._function.__code__.co_firstlineno
+        digest = hashlib.sha256(self._source + dumps(cells))
+        digest.update(repr((line, signature, codegen.magic_tuple())).encode())
         return cache_folder() / f"{name}-{digest.hexdigest()[:16]}.kernel"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -134,7 +149,8 @@ class _KernelCache(NullCache):
 
 def _compiled(function: _Function, **options: Any) -> _Function:
     compiled = numba.njit(**_OPTIONS, **options)(function)
-    if compiled is not function:  # as it is with NUMBA_DISABLE_JIT
+    interpreted = compiled is function  # with NUMBA_DISABLE_JIT
+    if not interpreted and Path(function.__code__.co_filename).is_file():
         compiled._cache = _KernelCache(compiled.py_func)
     # To a type checker the function stays the same.
     return cast(_Function, compiled)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tablegen.model.contact import contact_point
-from tablegen.model.impact_condition import CONDITION_SIZE, condition_of, translates
+from tablegen.model.impacts import CONDITION_SIZE, condition_of, translates
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rebound import (
     COLLISION_ALARM,
@@ -19,7 +19,6 @@ from tablegen.model.rebound import (
     MOTION_SIZE,
     U,
     V,
-    W,
     approach,
     collide,
     fly,
@@ -41,11 +40,13 @@ from tablegen.model.simd import (
     extract,
     lane_array,
     load,
+    load_three,
     logical_not,
     mask_from_bits,
     minimum,
     select,
     store,
+    store_three,
 )
 
 #: Rows of the properties of the particles in the slots.
@@ -62,11 +63,10 @@ class LaneSlots(NamedTuple):
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
     ``properties`` (10, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
-    so far, energies that the normal and the tangential impulses took in them; ``condition``
-    (8, WIDTH) as in `tablegen.model.impact_condition`; ``candidates`` (m, 3, WIDTH) and ``counts``
-    (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact points; ``result`` (10, WIDTH): states and
-    energies of particles that have left; ``particle`` (WIDTH,): the index of the particle in each
-    slot.
+    so far, energies that the normal and the tangential impulses took; ``condition`` (8, WIDTH) as
+    in `tablegen.model.impacts`; ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`;
+    ``point`` (3, WIDTH): contact points; ``result`` (10, WIDTH): states and energies of particles
+    that have left; ``particle`` (WIDTH,): the index of the particle in each slot.
     """
 
     motion: np.ndarray
@@ -110,12 +110,10 @@ def _clear(conditions, slots):
             slots.properties[k, slot] = 1.0
         for k in range(CONDITION_SIZE):
             slots.condition[k, slot] = conditions[0, k]
-    for i in range(slots.candidates.shape[0]):
-        for k in range(3):
-            for slot in range(WIDTH):
-                slots.candidates[i, k, slot] = 0.0
-    for slot in range(WIDTH):
         slots.counts[slot] = 0
+        for i in range(slots.candidates.shape[0]):
+            for k in range(3):
+                slots.candidates[i, k, slot] = 0.0
 
 
 @no_refcount_kernel
@@ -157,9 +155,7 @@ def _load_shape(population, code, slots):
     count, bounding_radius = place_vertices(code, b, c, population.truncation, slots.candidates)
     for slot in range(WIDTH):
         slots.counts[slot] = count
-    moments = inertia(code, b, c, population.truncation)
-    for k in range(3):
-        store(t, MOMENTS + k, moments[k])
+    store_three(t, MOMENTS, inertia(code, b, c, population.truncation))
     store(t, RADIUS, bounding_radius)
 
 
@@ -167,10 +163,8 @@ def _load_shape(population, code, slots):
 def _body(slots, candidates, support_map):
     """Body of the particles in the slots."""
     t = slots.properties
-    moments = load(t, MOMENTS), load(t, MOMENTS + 1), load(t, MOMENTS + 2)
-    return Body(
-        moments, candidates, slots.counts, load(t, B), load(t, C), load(t, RADIUS), support_map
-    )
+    b, c, radius = load_three(t, B)
+    return Body(load_three(t, MOMENTS), candidates, slots.counts, b, c, radius, support_map)
 
 
 @no_refcount_kernel
@@ -204,13 +198,9 @@ def _retire(body, slots, finished, outcome):
     """Store states, energies and collisions of the particles that have left."""
     motion, result = slots.motion, slots.result
     state, collisions, energy = outcome
-    u, v, w = load(motion, U), load(motion, V), load(motion, W)
-    spin = wall_spin(motion)
-    store(result, 0, u)
-    store(result, 1, v)
-    store(result, 2, w)
-    for k in range(3):
-        store(result, 3 + k, spin[k])
+    u, v, w = load_three(motion, U)
+    store_three(result, 0, (u, v, w))
+    store_three(result, 3, wall_spin(motion))
     initial = load(slots.properties, INITIAL)
     store(result, ENERGIES, 0.5 * (u * u + v * v + w * w) / initial)
     store(result, ENERGIES + 1, rotational_energy(body.moments, motion) / initial)
@@ -237,31 +227,12 @@ def _first_of(where, particle):
 
 @no_refcount_kernel
 def follow(law, population, conditions, drawn, code, no_map, members, slots, outcome):
-    """Follow particles of one shape from before their first contact until they have left.
+    """Follow particles of one shape until they have left; return one that met the alarm, or -1.
 
-    Parameters
-    ----------
-    law : LawArguments
-    population : PopulationArguments
-    conditions : (n, 8) or (1, 8) float64
-        Of each particle, or of all.
-    drawn : tuple ((n, 6) float64, (n, 3) float64)
-        Wall axes n and x in body axes, and kind (shape code, b / a, c / b) of all particles.
-    code : int
-        Shape code; of mesh number k, FIRST_MESH + k.
-    no_map : SupportMap
-        That of a body that needs none.
-    members : (m,) int64
-        Which of the particles have the shape.
-    slots : LaneSlots
-    outcome : tuple ((n, 6) float64, (n,) int64, (n, 2) or (n, 4) float64)
-        State, collisions and energies, as for `tablegen.model.particle_run.simulate_batch`; the
-        rows of ``members`` are written.
-
-    Returns
-    -------
-    int
-        A particle that met the collision alarm, or -1.
+    ``drawn``: wall axes n and x in body axes (n, 6) and kind (n, 3) of all particles; ``code``:
+    shape code, FIRST_MESH + k of mesh k; ``no_map``: an empty one; ``members`` (m,): the rows of
+    the particles of this shape; ``outcome``: state, collisions and energies, as of
+    `tablegen.model.particle_run.simulate_batch`, in which the rows of ``members`` are written.
     """
     support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
     _clear(conditions, slots)

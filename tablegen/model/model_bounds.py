@@ -1,8 +1,8 @@
-"""What the direct model is asked for at most: the one table of bounds, which LAWS.md shows.
+"""Bounds of the arguments of the direct model: one table, which LAWS.md shows.
 
-Within them every rebound ends, with a finite state; LAWS.md says what the worst corners cost.
-Beyond them time grows without end, or rounding eats what is computed. They hold in files, flags and
-functions alike.
+Within them every rebound ends, with a finite state; LAWS.md has the cost of the worst corners.
+Beyond them time grows without end, or rounding errors do. They hold in files, flags and functions
+alike.
 """
 
 import math
@@ -53,7 +53,7 @@ class Bounds:
 
 
 def as_number(value: Any) -> float:
-    """Value as a floating-point number; NaN for what is none, or too large for one."""
+    """Value as a floating-point number; NaN if it is not a number, or too large."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return math.nan
     try:

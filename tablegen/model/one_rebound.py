@@ -12,7 +12,7 @@ from numba.core.errors import TypingError
 from numba.core.imputils import impl_ret_borrowed
 
 from sampler.errors import OK
-from tablegen.model.correctly_rounded import cosine_and_sine
+from tablegen.model.elementary import cosine_and_sine
 from tablegen.model.frames import to_lab
 from tablegen.model.impacts import allowed_angle, lab_condition, wall_condition
 from tablegen.model.jit import (
@@ -25,8 +25,7 @@ from tablegen.model.particle_run import follow_one
 from tablegen.model.random_particles import draw_grain, draw_orientation, grain_fits
 from tablegen.model.rebound import LEFT, MOTION_SIZE, U, V, W, wall_spin
 from tablegen.model.rotation import ORDER
-from tablegen.model.shapes import MAX_VERTICES
-from tablegen.model.support_map import SupportMap
+from tablegen.model.shapes import MAX_VERTICES, SupportMap
 
 #: Status code: shape code or ratios that are those of no grain.
 GRAIN_NOT_USABLE = -102

@@ -7,7 +7,7 @@ same bits. It is a kernel of its own because it takes as long to compile, and fe
 
 import numpy as np
 
-from tablegen.model.impact_condition import condition_of
+from tablegen.model.impacts import condition_of
 from tablegen.model.jit import kernel, no_refcount_kernel
 from tablegen.model.lockstep import follow, make_slots
 from tablegen.model.random_particles import draw_particles
@@ -23,13 +23,20 @@ from tablegen.model.rebound import (
     wall_spin,
     workspace,
 )
-from tablegen.model.shapes import FIRST_MESH, MAX_VERTICES, MESH, mesh_body, mesh_map, shaped_body
-from tablegen.model.support_map import empty_map
+from tablegen.model.shapes import (
+    FIRST_MESH,
+    MAX_VERTICES,
+    MESH,
+    empty_map,
+    mesh_body,
+    mesh_map,
+    shaped_body,
+)
 
 
 @kernel
 def _sorted_by_shape(kind, codes):
-    """Give the particles' indices, one shape code after another, and where each code starts."""
+    """Sort the particles by shape code; return their indices and where each code starts."""
     starts = np.zeros(codes + 1, dtype=np.int64)
     for i in range(kind.shape[0]):
         starts[int(kind[i, 0]) + 1] += 1
@@ -48,21 +55,11 @@ def _sorted_by_shape(kind, codes):
 def follow_one(law, population, condition, drawn, motion, storage, audit):
     """Rebound of one random particle with a given orientation.
 
-    Parameters
-    ----------
-    law, population, condition, audit
-        As for `simulate_batch`.
-    drawn : tuple (shape code, b / a, c / b)
-    motion : (13,) float64
-        In: the orientation. Out: the motion after the rebound.
-    storage : tuple
-        Arrays for vertices and their number, an empty map, and the work space of `rebound`.
-
-    Returns
-    -------
-    tuple (status, collisions, energies)
-        Translational and rotational energy after the rebound, and what the normal and the
-        tangential impulses took, over the kinetic energy before.
+    ``drawn``: shape code, b / a and c / b; ``motion`` (13,): the orientation, and on return the
+    motion after the rebound; ``storage``: arrays for vertices and their number, an empty map, and
+    the work space of `rebound`. Returns the status, the number of collisions and, over the kinetic
+    energy before, translational and rotational energy after the rebound and the energies that the
+    normal and the tangential impulses took.
     """
     shape, ba, cb = drawn
     candidates, counts, no_map, work = storage
@@ -88,7 +85,7 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
     law : LawArguments
     population : PopulationArguments
     conditions : (n, 8) or (1, 8) float64
-        Impact condition of each particle, or of all (`tablegen.model.impact_condition`).
+        Impact condition of each particle, or of all (`tablegen.model.impacts`).
     keys : ParticleKeys
     state : (n, 6) float64
         Output: velocities over V, angular velocities times a / V, wall axes.
@@ -127,10 +124,7 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
 def simulate_audited(law, population, conditions, keys, state, collisions, kind, energy, audit):
     """Simulate as `simulate_batch`, one particle at a time, every collision and flight checked.
 
-    Parameters
-    ----------
-    audit : (AUDIT_SIZE,) float64
-        Output: largest violation of each law.
+    ``audit`` (AUDIT_SIZE,) gets the largest violation of each law.
     """
     axes, motion = np.empty((state.shape[0], 6)), np.empty(MOTION_SIZE)
     draw_particles(population, keys, axes, kind)

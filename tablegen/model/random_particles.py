@@ -1,10 +1,9 @@
 """Random particles: shape, aspect ratios and orientation from counter-based random numbers.
 
 A particle is a pure function of (seed, index, hit): block 0 of its counter gives b/a, c/b and
-two orientation numbers, block 1 the third orientation number and the shape. Shape and ratios may
-be those of another hit, as of a particle that keeps them. `draw_grain` and `draw_orientation` draw
-one particle, `draw_particles` many, some at a time in lanes (see `tablegen.model.simd`), with the
-same bits.
+two orientation numbers, block 1 the third orientation number and the shape. Shape and ratios may be
+those of another hit: a particle that keeps its grain has those of hit 0. One particle and several
+in lanes have the same bits.
 """
 
 import math
@@ -50,7 +49,7 @@ _LEAST, _MOST = ASPECT.low, ASPECT.high
 
 @kernel
 def quantile(p):
-    """Evaluate the standard normal quantile of p in (0, 1), its tails lane by lane."""
+    """Return the standard normal quantile of p in (0, 1), its tails lane by lane."""
     q = p - 0.5
     value = q * central_ratio(0.180625 - q * q)
     outer = abs(q) > MIDDLE
@@ -82,27 +81,21 @@ def _pick_row(population, u):
 
 
 @no_refcount_inline_kernel
-def _grain_numbers(seed, index, hit):
-    """Uniform numbers of a grain: two aspect ratios, the shape."""
-    key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
-    w0, w1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(0))
-    _, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
-    return uniform(w0), uniform(w1), uniform(v1)
-
-
-@no_refcount_inline_kernel
-def _words(seed, index, hit, grain):
-    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape.
-
-    Those of the ratios and of the shape are of the hit ``grain``, the others of ``hit``.
-    """
+def _numbers(seed, index, hit):
+    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape."""
     key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
     w0, w1, w2, w3 = philox_block(key, index, np.uint32(hit), np.uint32(0))
     v0, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
-    first, second, which = uniform(w0), uniform(w1), uniform(v1)
+    return uniform(w0), uniform(w1), uniform(w2), uniform(w3), uniform(v0), uniform(v1)
+
+
+@no_refcount_inline_kernel
+def _mixed_numbers(seed, index, hit, grain):
+    """Numbers of a particle: of the hit ``grain`` for the grain, of ``hit`` for the orientation."""
+    first, second, u, v, w, which = _numbers(seed, index, hit)
     if grain != hit:
-        first, second, which = _grain_numbers(seed, index, grain)
-    return first, second, uniform(w2), uniform(w3), uniform(v0), which
+        first, second, _, _, _, which = _numbers(seed, index, grain)
+    return first, second, u, v, w, which
 
 
 @no_refcount_inline_kernel
@@ -119,31 +112,21 @@ def _own_sizes(population, shape, b_over_a, c_over_b):
 
 @no_refcount_kernel
 def draw_grain(population, seed, index, hit):
-    """Draw a grain.
+    """Draw a grain: shape code, b / a and c / b, as floats; as that of hit 0 a particle keeps it.
 
-    Parameters
-    ----------
-    population : PopulationArguments
-    seed, index, hit : int
-        A particle that keeps its grain has that of hit 0.
-
-    Returns
-    -------
-    tuple (shape code, b / a, c / b) of three floats
-        Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
+    Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
     """
-    first, second, which = _grain_numbers(seed, index, hit)
+    first, second, _, _, _, which = _numbers(seed, index, hit)
     shape = population.shape_codes[_pick_row(population, which)]
-    b_over_a = aspect_ratio(population.aspect, 0, first)
-    c_over_b = aspect_ratio(population.aspect, 1, second)
-    b_over_a, c_over_b = _own_sizes(population, shape, b_over_a, c_over_b)
+    ratios = aspect_ratio(population.aspect, 0, first), aspect_ratio(population.aspect, 1, second)
+    b_over_a, c_over_b = _own_sizes(population, shape, *ratios)
     return float(shape), b_over_a, c_over_b
 
 
 @no_refcount_kernel
 def draw_orientation(seed, index, hit, motion):
     """Draw the orientation of a particle at a hit into rows 3:9 of ``motion`` (13,)."""
-    u = _words(seed, index, hit, hit)
+    u = _numbers(seed, index, hit)
     set_orientation(u[2], u[3], u[4], motion)
 
 
@@ -160,9 +143,9 @@ def grain_fits(population, shape, b_over_a, c_over_b):
 class ParticleKeys(NamedTuple):
     """Keys of the random numbers of n particles; arrays have n elements, or one for all.
 
-    ``seed`` and ``particle`` (uint64) say which it is, ``hit`` (uint32) which of its rebounds: it
-    gives the orientation. ``grain`` (uint32) is the hit whose random numbers give the shape and
-    its ratios; it is empty where they are given and not drawn.
+    ``seed`` and ``particle`` (uint64) identify the particle, ``hit`` (uint32) its rebound, which
+    gives the orientation. ``grain`` (uint32) is the hit whose random numbers give the shape and its
+    ratios; it is empty where the grains are given.
     """
 
     seed: np.uint64
@@ -189,7 +172,7 @@ def draw_particles(population, keys, axes, kind):
     axes : (n, 6) float64
         Output: wall axes n and x in body axes.
     kind : (n, 3) float64
-        Output: shape code, b / a, c / b; left as it is where the grains are given.
+        Output: shape code, b / a, c / b; unchanged where the grains are given.
     """
     given = keys.grain.size == 0
     words, motion, ratio = lane_array(6), lane_array(9), lane_array(2)
@@ -200,7 +183,7 @@ def draw_particles(population, keys, axes, kind):
             k = start + min(i, count - 1)
             hit = item(keys.hit, k)
             grain = hit if given else item(keys.grain, k)
-            u = _words(keys.seed, item(keys.particle, k), hit, grain)
+            u = _mixed_numbers(keys.seed, item(keys.particle, k), hit, grain)
             for j in range(6):
                 words[j, i] = u[j]
         set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
@@ -219,10 +202,7 @@ def draw_particles(population, keys, axes, kind):
 
 @kernel
 def draw_grains(population, seed, index, hit, kind):
-    """Draw grains into ``kind`` (n, 3); ``index`` and ``hit`` are (n,) or (1,).
-
-    The grain that a particle keeps is that of hit `OWN_GRAIN`.
-    """
+    """Draw the grains of particles ``index`` at ``hit``, (n,) or (1,), into ``kind`` (n, 3)."""
     for k in range(kind.shape[0]):
         grain = draw_grain(population, seed, item(index, k), item(hit, k))
         kind[k, 0], kind[k, 1], kind[k, 2] = grain

@@ -27,8 +27,8 @@ from tablegen.model.collision import energies_taken, energy_gain, impulse, mean_
 from tablegen.model.contact import contact_point, search
 from tablegen.model.contact_laws import COULOMB, resistance, restitution
 from tablegen.model.coulomb import Ending, coulomb_impulse
-from tablegen.model.coulomb_rates import Friction
-from tablegen.model.impact_condition import translates
+from tablegen.model.frames import cross
+from tablegen.model.impacts import translates
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
 from tablegen.model.shapes import support_depth
@@ -36,13 +36,17 @@ from tablegen.model.simd import (
     any_lane,
     fma,
     load,
+    load_three,
     logical_not,
     maximum,
     minimum,
     select,
+    select_three,
     sqrt,
     store,
+    store_three,
 )
+from tablegen.model.sliding import Friction
 
 MOTION_SIZE = 13
 U, V, W, HEIGHT = 9, 10, 11, 12
@@ -62,24 +66,18 @@ COLLISION_ALARM = 100_000_000
 CLEARANCE = 0.006
 
 
-@inline_kernel
-def _cross(a1, a2, a3, b1, b2, b3):
-    return a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
-
-
 @no_refcount_inline_kernel
 def rotational_energy(moments, motion):
     """Rotational energy per unit mass, in units of V^2."""
-    w1, w2, w3 = load(motion, 0), load(motion, 1), load(motion, 2)
+    w1, w2, w3 = load_three(motion, 0)
     return 0.5 * (moments[0] * w1 * w1 + moments[1] * w2 * w2 + moments[2] * w3 * w3)
 
 
 @no_refcount_inline_kernel
 def _wall_axes(motion):
     """Wall axes x, y = n and z in body axes."""
-    x = load(motion, 6), load(motion, 7), load(motion, 8)
-    n = load(motion, 3), load(motion, 4), load(motion, 5)
-    return x, n, _cross(x[0], x[1], x[2], n[0], n[1], n[2])
+    x, n = load_three(motion, 6), load_three(motion, 3)
+    return x, n, cross(x, n)
 
 
 @inline_kernel
@@ -91,7 +89,7 @@ def _dot(a, b):
 def wall_spin(motion):
     """Angular velocity in wall axes."""
     x, n, z = _wall_axes(motion)
-    w = load(motion, 0), load(motion, 1), load(motion, 2)
+    w = load_three(motion, 0)
     return _dot(w, x), _dot(w, n), _dot(w, z)
 
 
@@ -99,54 +97,39 @@ def wall_spin(motion):
 def _mobility(a, b, c, inverse):
     """Entries A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
 
-    ``a``, ``b``, ``c`` are the torque arms r x e of the three wall axes in body axes, ``inverse``
-    the inverse moments of inertia.
+    ``a``, ``b``, ``c`` are the torque arms r x e of the three wall axes in body axes.
     """
     ai = a[0] * inverse[0], a[1] * inverse[1], a[2] * inverse[2]
     bi = b[0] * inverse[0], b[1] * inverse[1], b[2] * inverse[2]
     ci = c[0] * inverse[0], c[1] * inverse[1], c[2] * inverse[2]
-    return (
-        1.0 + _dot(a, ai),
-        _dot(a, bi),
-        _dot(a, ci),
-        1.0 + _dot(b, bi),
-        _dot(b, ci),
-        1.0 + _dot(c, ci),
-    )
+    a_xx, a_yy, a_zz = 1.0 + _dot(a, ai), 1.0 + _dot(b, bi), 1.0 + _dot(c, ci)
+    return a_xx, _dot(a, bi), _dot(a, ci), a_yy, _dot(b, ci), a_zz
 
 
 @no_refcount_inline_kernel
-def _bounded_impulse(k, bounce, resolution, mobility, u_c, v_c, w_c):
+def _bounded_impulse(k, bounce, resolution, mobility, velocity):
     """Impulse for a rebound velocity ``bounce`` of the contact, no smaller than the resolution.
 
-    And the energy that its normal part takes: the tangential impulse is a constant times the mean
-    tangential velocity and the normal one, so that both act at the mean velocities.
-
-    Lifting a nearly rolling contact to the resolution would add energy; there an elastic bounce
-    is the strongest one that cannot.
+    Returns also the energy that its normal part takes: the tangential impulse is a constant times
+    the mean tangential velocity and the normal one, so both act at the mean velocities. Lifting a
+    nearly rolling contact to the resolution would add energy; there an elastic bounce is the
+    strongest one that cannot.
     """
-    jump = maximum(bounce, resolution) - v_c
-    s_x, s_y, s_z = impulse(k, jump, mobility, u_c, w_c)
+    u, v, w = velocity
+    jump = maximum(bounce, resolution) - v
+    s = impulse(k, jump, mobility, u, w)
     lifted = bounce < resolution
     if any_lane(lifted):
-        gains = lifted & (energy_gain(k, s_x, s_y, s_z, jump, -v_c) > 0.0)
+        gains = lifted & (energy_gain(k, s, jump, -v) > 0.0)
         if any_lane(gains):
-            jump = maximum(bounce, -v_c) - v_c
-            e_x, e_y, e_z = impulse(k, jump, mobility, u_c, w_c)
-            s_x, s_y, s_z = (
-                select(gains, e_x, s_x),
-                select(gains, e_y, s_y),
-                select(gains, e_z, s_z),
-            )
-    s = s_x, s_y, s_z
-    return s, -s_y * mean_velocity((u_c, v_c, w_c), mobility, s)[1]
+            elastic = impulse(k, maximum(bounce, -v) - v, mobility, u, w)
+            s = select_three(gains, elastic, s)
+    return s, -s[1] * mean_velocity(velocity, mobility, s)[1]
 
 
 @no_refcount_kernel
 def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
-    """Impulse by Coulomb's law of friction, with the energetic restitution a_nc.
-
-    And the energy that its normal part takes.
+    """Impulse by Coulomb's law, with energetic restitution, and the energy its normal part takes.
 
     Contacts that approach more slowly than the resolution are those of a sustained contact. They
     follow the constant law with the dynamic coefficient, which is Coulomb's while they slide. An
@@ -160,8 +143,8 @@ def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
     soft = where & logical_not(hard)
     if any_lane(soft):
         k = law.factor / sqrt(u * u + v * v + w * w)
-        t, gone = _bounded_impulse(k, a_nc * -v, resolution, mobility, u, v, w)
-        s = select(soft, t[0], s[0]), select(soft, t[1], s[1]), select(soft, t[2], s[2])
+        t, gone = _bounded_impulse(k, a_nc * -v, resolution, mobility, velocity)
+        s = select_three(soft, t, s)
         taken = select(soft, gone, taken)
     return s, taken
 
@@ -174,39 +157,19 @@ def collide(law, speed, resolution, moments, point, motion, series, where=True):
     smaller: tiny bounces are nearly elastic and would go on for ever (sustained contact). Under
     Coulomb's law a_nc is the energetic restitution instead (`tablegen.model.coulomb`).
 
-    Parameters
-    ----------
-    law : LawArguments
-        Laws that stand for (6) and (7).
-    speed : float
-        Impact speed V [m/s].
-    resolution : float
-        Smallest rebound speed of the contact point over V.
-    moments : tuple of three floats
-        Principal moments of inertia per unit mass.
-    point : (3,) float64
-        Contact point from the centre, body axes.
-    motion : (13,) float64
-    series : (9, ORDER + 1) float64
-        Work space.
-    where : bool
-        Lanes that collide; the others stay.
-
-    Returns
-    -------
-    tuple of two floats
-        Energies per unit mass, in units of V^2, that the normal and the tangential impulse took.
+    ``speed`` is V [m/s], ``resolution`` the smallest rebound speed of the contact point over V,
+    ``moments`` are those of inertia, ``point`` (3,) is from the centre in body axes, ``series``
+    (9, ORDER + 1) work space. Returns the energies per unit mass, in units of V^2, that the normal
+    and the tangential impulse took.
     """
     x, n, z = _wall_axes(motion)
-    r = load(point, 0), load(point, 1), load(point, 2)
+    r = load_three(point, 0)
     # r x e for each wall axis e: the torque arm of an impulse along e
-    a = _cross(r[0], r[1], r[2], x[0], x[1], x[2])
-    b = _cross(r[0], r[1], r[2], n[0], n[1], n[2])
-    c = _cross(r[0], r[1], r[2], z[0], z[1], z[2])
+    a, b, c = cross(r, x), cross(r, n), cross(r, z)
     inverse = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
     mobility = _mobility(a, b, c, inverse)
-    w = load(motion, 0), load(motion, 1), load(motion, 2)
-    u, v, w_z = load(motion, U), load(motion, V), load(motion, W)
+    w = load_three(motion, 0)
+    u, v, w_z = load_three(motion, U)
     # contact velocity (2)
     u_c, v_c, w_c = u + _dot(w, a), v + _dot(w, b), w_z + _dot(w, c)
     # lanes that do not collide may recede, which has no solution to search for
@@ -220,10 +183,9 @@ def collide(law, speed, resolution, moments, point, motion, series, where=True):
     else:
         r_dot_v = u * _dot(r, x) + v * _dot(r, n) + w_z * _dot(r, z)
         c_f = resistance(law, r_dot_v, sqrt(_dot(r, r)), sqrt(u * u + v * v + w_z * w_z), cosine)
-        s, taken = _bounded_impulse(c_f / size_c, a_nc * -v_c, resolution, mobility, u_c, v_c, w_c)
-    store(motion, U, select(where, u + s[0], u))
-    store(motion, V, select(where, v + s[1], v))
-    store(motion, W, select(where, w_z + s[2], w_z))
+        s, taken = _bounded_impulse(c_f / size_c, a_nc * -v_c, resolution, mobility, velocity)
+    after = u + s[0], v + s[1], w_z + s[2]
+    store_three(motion, U, select_three(where, after, (u, v, w_z)))
     for i in range(3):
         turned = w[i] + inverse[i] * (a[i] * s[0] + b[i] * s[1] + c[i] * s[2])
         store(motion, i, select(where, turned, w[i]))
@@ -235,22 +197,9 @@ def collide(law, speed, resolution, moments, point, motion, series, where=True):
 def fly(body, tolerance, motion, series, where):
     """Move ``motion`` along one flight series: to the next contact, off the wall, or to its end.
 
-    Parameters
-    ----------
-    body : Body
-    tolerance : float
-        Truncation of the flight series.
-    motion : (13,) float64
-    series : (9, ORDER + 1) float64
-        Work space.
-    where : bool
-        Lanes that fly; the others stay.
-
-    Returns
-    -------
-    tuple of two bools
-        Whether the particle touches the wall; whether it has left, `CLEARANCE` above its bounding
-        radius.
+    ``tolerance`` is the truncation of the series, ``series`` (9, ORDER + 1) work space; lanes
+    outside of ``where`` stay. Returns whether the particle touches the wall, and whether it has
+    left, `CLEARANCE` above its bounding radius.
     """
     y, v = load(motion, HEIGHT), load(motion, V)
     # whether the flight ends is decided by this time and not by a height reached, which
@@ -274,22 +223,7 @@ def fly(body, tolerance, motion, series, where):
 
 @no_refcount_kernel
 def next_contact(body, tolerance, motion, series):
-    """Move ``motion`` to the next contact, or off the wall if there is none.
-
-    Parameters
-    ----------
-    body : Body
-    tolerance : float
-        Truncation of the flight series.
-    motion : (13,) float64
-    series : (9, ORDER + 1) float64
-        Work space.
-
-    Returns
-    -------
-    bool
-        Whether the particle touches the wall.
-    """
+    """Move ``motion`` to the next contact, or off the wall; tell whether the particle touches."""
     while True:
         touches, left = fly(body, tolerance, motion, series, True)
         if touches or left:
@@ -307,21 +241,10 @@ def _remember(motion, before):
 def rebound(law, condition, body, motion, work, audit):
     """Follow a particle from before its first contact until it has left the wall.
 
-    Parameters
-    ----------
-    law : LawArguments
-    condition : Condition
-        Speed [m/s], contact resolution and flight tolerance are read.
-    body : Body
-    motion : (13,) float64
-        In: before the rebound. Out: as the particle leaves, `CLEARANCE` above its bounding radius.
-    work : tuple of ((9, ORDER + 1) float64, (3,) float64, (13,) float64)
-    audit : (0,) or (AUDIT_SIZE,) float64
-        Largest violations met so far; an empty array switches the audit off.
-
-    Returns
-    -------
-    tuple (status, collisions, energies taken by the normal and the tangential impulses)
+    ``motion`` (13,) is that before the rebound, and on return as the particle leaves; ``work``
+    comes from `workspace`; ``audit`` (AUDIT_SIZE,) keeps the largest violations, and (0,) switches
+    the audit off. Returns the status, the number of collisions, and the energies that the normal
+    and the tangential impulses took.
     """
     series, point, before = work
     collisions = 0
@@ -348,16 +271,7 @@ def rebound(law, condition, body, motion, work, audit):
         collisions += 1
         if audit.size > 0:
             audit[PENETRATION] = max(audit[PENETRATION], -gap)
-            audit_collision(
-                law,
-                condition.speed,
-                condition.resolution,
-                body.moments,
-                point,
-                before,
-                motion,
-                audit,
-            )
+            audit_collision(law, *numbers, body.moments, point, before, motion, audit)
 
 
 @no_refcount_kernel
@@ -365,24 +279,15 @@ def approach(condition, body, motion, where=True):
     """Set velocity, spin and height of oriented particles before their rebound.
 
     Without spin a particle translates, so it starts at its contact; with spin it starts as high
-    as it can reach and falls, turning.
-
-    Parameters
-    ----------
-    condition : Condition
-    body : Body
-    motion : (13,) float64
-        Rows 3:9 hold the orientation; the others are written.
-    where : bool
-        Lanes to set up.
+    as it can reach and falls, turning. Rows 3:9 of ``motion`` (13,) hold the orientation; the
+    others are written, in the lanes ``where``.
     """
     x, n, z = _wall_axes(motion)
     s_x, s_y, s_z = condition.spin
     for i in range(3):
         store(motion, i, select(where, s_x * x[i] + s_y * n[i] + s_z * z[i], load(motion, i)))
-    store(motion, U, select(where, condition.cosine, load(motion, U)))
-    store(motion, V, select(where, -condition.sine, load(motion, V)))
-    store(motion, W, select(where, 0.0, load(motion, W)))
+    velocity = condition.cosine, -condition.sine, 0.0 * condition.sine
+    store_three(motion, U, select_three(where, velocity, load_three(motion, U)))
     height, still = body.bounding_radius, where & translates(condition)
     if any_lane(still):
         height = select(still, support_depth(body, n[0], n[1], n[2]), height)

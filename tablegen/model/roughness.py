@@ -14,11 +14,10 @@ A tilt is drawn exactly, by rejection. The tangent of the sine at alpha lies abo
     sin(alpha + gamma) <= sin(alpha) + gamma cos(alpha) = roughness cos(alpha) (c + z),
     z = gamma / roughness, c = tan(alpha) / roughness,
 
-and z with a density ~ phi(z) (c + z), z > -c, is accepted with the ratio of the two sides: more
-than 0.88 on average for all angles up to the largest roughness. This density is the sum of
-c phi(z), with weight c Phi(c), and of z phi(z), with weight phi(c), once the first has given part
-of its share at -z to z. A trial takes one block of random words: blocks 3, 4, ... of the keys
-(seed, index, hit). The C library draws the same facets from the same keys.
+and z with a density ~ phi(z) (c + z), z > -c, is accepted with the ratio of the two sides, more
+than 0.88 on average. This density is the sum of c phi(z), with weight c Phi(c), and of z phi(z),
+with weight phi(c), once the first has given part of its share at -z to z. A trial takes one of the
+blocks 3, 4, ... of random words. The C library draws the same facets from the same keys.
 """
 
 import math
@@ -57,14 +56,9 @@ def seed_of_bounce(seed, bounce):
 
 @kernel
 def proposed_score(c, u_part, u_size, u_side):
-    """Draw z with a density ~ phi(z) (c + z), z > -c, from three uniform numbers in (0, 1).
+    """Draw z with a density ~ phi(z) (c + z), z > -c, for c >= 0, from three uniform numbers.
 
-    Parameters
-    ----------
-    c : float
-        Not negative.
-    u_part, u_size, u_side : float
-        Choose the part of the density, the size of z, and its sign.
+    They choose the part of the density, the size of z, and its sign.
     """
     plain = c * normal_cdf(c)
     rayleigh = _ROOT_HALF_PI * math.exp(-0.5 * c * c)
@@ -79,21 +73,10 @@ def proposed_score(c, u_part, u_size, u_side):
 
 @kernel
 def draw_tilt(alpha1, roughness, keys):
-    """Draw the tilt of the facet that a particle meets; a pure function of its arguments.
+    """Draw the tilt of the facet that a particle meets: whether one was accepted, and the tilt.
 
-    Parameters
-    ----------
-    alpha1 : float
-        Angle between path and mean wall, rad, in [0, pi/2].
-    roughness : float
-        Standard deviation of the tilt of all facets, rad, positive.
-    keys : tuple of three int
-        Seed, index and hit.
-
-    Returns
-    -------
-    tuple (bool, float)
-        Whether a tilt was accepted; the tilt, rad.
+    ``alpha1``, in [0, pi/2], is the angle between path and mean wall, ``roughness``, positive, the
+    standard deviation of the tilt of all facets; angles in rad. The keys are seed, index and hit.
     """
     c = min(math.tan(alpha1) / roughness, _STEEP)
     for trial in range(_MAX_TRIALS):
@@ -109,25 +92,12 @@ def draw_tilt(alpha1, roughness, keys):
 
 @no_refcount_kernel
 def facet_normals(moving, normal, roughness, keys, facets):
-    """Draw the facets that particles meet.
+    """Draw the facets that particles meet; return the first row without one, or -1, and its code.
 
-    Parameters
-    ----------
-    moving : (n, 3) float64
-        Velocities relative to the mean wall, towards it or along it [m/s].
-    normal : (n, 3) float64
-        Of the mean wall, into the gas, of any length but zero.
-    roughness : (n,) float64
-        Standard deviation of the tilt of facets [rad]; 0: a smooth wall.
-    keys : tuple
-        Seed; index and hit, of n rows.
-    facets : (n, 3) float64
-        Output: unit normals.
-
-    Returns
-    -------
-    tuple of two int
-        First row without a facet, or -1; its code.
+    ``moving`` (n, 3): velocities relative to the mean wall, towards it or along it [m/s];
+    ``normal`` (n, 3): of the mean wall, into the gas, of any length but zero; ``roughness`` (n,)
+    in rad, 0 for a smooth wall; ``keys``: seed, and index and hit of n rows. Unit normals are
+    written to ``facets`` (n, 3).
     """
     seed, index, hit = keys
     for k in range(facets.shape[0]):

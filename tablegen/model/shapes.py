@@ -1,14 +1,21 @@
 """Particle shapes: vertices, moments of inertia, support.
 
-Half-sizes are a >= b >= c along the principal axes and a = 1 is the unit of length. A shape is
+Half-sizes are a >= b >= c along the principal axes, and a = 1 is the unit of length. A shape is
 either an ellipsoid (the sphere included) or a convex polyhedron given by its vertices. A mesh
-(`tablegen.config.mesh`) is a polyhedron too, with moments of its own and a support map, which
-spares most of its vertices.
+(`tablegen.config.mesh`) is a polyhedron too, with moments of its own and a support map: for each
+direction, the few vertices that can lie farthest along it.
+
+Directions are put into the cells of a cube map: a cube around the origin, each side divided into
+squares. A cell lists every vertex that supports the body in some direction up to ``slack`` away
+from the cell. So the list of a direction stays complete while the body turns by ``slack``, and a
+contact search over a grain of a thousand vertices looks at some ten of them. The lists are made by
+`tablegen.config.support_map_builder`.
 
 A body of lanes stands for several particles of one shape, whose numbers and vertices are lanes
 (see `tablegen.model.simd`).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +29,6 @@ from tablegen.model.jit import (
 from tablegen.model.shape_codes import FIRST_MESH as FIRST_MESH
 from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.simd import extract, fma, load, maximum, sqrt, store, store_lane, width
-from tablegen.model.support_map import NO_MAP, SupportMap, empty_map, support_range
 
 ELLIPSOID, PRISM = SHAPE_CODES["ellipsoid"], SHAPE_CODES["prism"]
 TRUNCATED_PRISM, TETRAHEDRON = SHAPE_CODES["truncated-prism"], SHAPE_CODES["tetrahedron"]
@@ -32,8 +38,76 @@ SPHERE, MESH = SHAPE_CODES["sphere"], SHAPE_CODES["mesh"]
 MAX_VERTICES = 24
 
 
+class SupportMap(NamedTuple):
+    """Vertices near the lowest point, by direction.
+
+    ``resolution`` is the number of cells along a side of the cube, 0 for a body that needs no
+    map; ``slack`` [rad] is how far a direction may turn from its cell; ``points[starts[i] :
+    starts[i + 1]]`` are the vertices of cell i: ``starts`` (6 resolution^2 + 1,) int64,
+    ``points`` (k, 3) float64.
+    """
+
+    resolution: int
+    slack: float
+    starts: np.ndarray
+    points: np.ndarray
+
+
+#: Map of a body that needs none. Its slack limits no step.
+NO_MAP = SupportMap(0, math.inf, np.zeros(1, dtype=np.int64), np.empty((0, 3)))
+
+
+@kernel
+def empty_map():
+    """Make a copy of `NO_MAP`, with arrays that a kernel may pass on."""
+    return SupportMap(0, np.inf, np.zeros(1, dtype=np.int64), np.empty((0, 3)))
+
+
+def longest_list(support_map: SupportMap) -> int:
+    """Count the vertices in the longest list of a map."""
+    return int(np.diff(support_map.starts).max())
+
+
+@no_refcount_inline_kernel
+def _square(along, resolution):
+    """Index of the interval of [-1, 1] that holds ``along``."""
+    return min(int((along + 1.0) * 0.5 * resolution), resolution - 1)
+
+
+@no_refcount_inline_kernel
+def direction_cell(resolution, d1, d2, d3):
+    """Cell of a direction (d1, d2, d3), finite and not zero, in a map of some resolution.
+
+    Cells are numbered by side (+x, -x, +y, -y, +z, -z), then along the next axis in cyclic order,
+    then along the one after it.
+    """
+    a1, a2, a3 = abs(d1), abs(d2), abs(d3)
+    if a1 >= a2 and a1 >= a3:
+        side, main, s, t = 0, d1, d2, d3
+    elif a2 >= a3:
+        side, main, s, t = 2, d2, d3, d1
+    else:
+        side, main, s, t = 4, d3, d1, d2
+    if main < 0.0:
+        side += 1
+    scale = 1.0 / abs(main)
+    row = _square(s * scale, resolution)
+    return (side * resolution + row) * resolution + _square(t * scale, resolution)
+
+
+@no_refcount_inline_kernel
+def support_range(support_map, d1, d2, d3):
+    """First and end row in ``support_map.points`` of the vertices to look at for a direction.
+
+    They hold the supporting vertex of every direction up to ``support_map.slack`` away. The
+    direction is in body axes: minus the wall normal for the lowest vertices.
+    """
+    cell = direction_cell(support_map.resolution, d1, d2, d3)
+    return support_map.starts[cell], support_map.starts[cell + 1]
+
+
 class Body(NamedTuple):
-    """What the mechanics knows of a particle.
+    """Mechanical properties of a particle.
 
     ``moments`` are the principal moments of inertia per unit mass (j1 <= j2 <= j3), ``b`` and
     ``c`` the half-sizes, ``bounding_radius`` the largest distance of the surface from the centre.
@@ -89,12 +163,7 @@ def has_vertices(shape):
 
 @kernel
 def inertia(shape, b, c, truncation):
-    """Principal moments of inertia per unit mass for half-sizes (1, b, c).
-
-    Returns
-    -------
-    tuple of three floats
-    """
+    """Principal moments of inertia per unit mass for half-sizes (1, b, c)."""
     if shape == PRISM:
         q = 1.0 / 3.0
     elif shape == TRUNCATED_PRISM:
@@ -113,24 +182,10 @@ def _put_vertex(vertices, i, x, y, z):
 
 @no_refcount_kernel
 def place_vertices(shape, b, c, truncation, vertices):
-    """Write the vertices of a shape; return their number and the bounding radius.
+    """Write the vertices of a shape other than a mesh; return their number and the bounding radius.
 
-    An ellipsoid or sphere has none.
-
-    Parameters
-    ----------
-    shape : int
-        Not a mesh.
-    b, c : float
-        Half-sizes.
-    truncation : float
-        Fraction of each half-edge at which a truncated prism is cut.
-    vertices : (>= 24, 3) float64
-        Output.
-
-    Returns
-    -------
-    tuple (int, float)
+    An ellipsoid or sphere has none. ``truncation`` is the fraction of each half-edge at which a
+    truncated prism is cut; ``vertices`` is (MAX_VERTICES, 3) or longer.
     """
     if not has_vertices(shape):
         return 0, 1.0 + 0.0 * b
@@ -158,52 +213,21 @@ def place_vertices(shape, b, c, truncation, vertices):
 
 @no_refcount_inline_kernel
 def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
-    """Body of a shape other than a mesh; as `make_body`, with an empty map to refer to.
+    """Body of a shape other than a mesh, with half-sizes (1, b, c).
 
-    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
+    Only for kernels that count no references: the caller keeps ``vertices`` (MAX_VERTICES, 3),
+    ``counts`` (1,) int64 and an empty map.
     """
     counts[0], bounding_radius = place_vertices(shape, b, c, truncation, vertices)
     moments = inertia(shape, b, c, truncation)
     return Body(moments, vertices[: counts[0]], counts, b, c, bounding_radius, no_map)
 
 
-@kernel
-def make_body(shape, b, c, truncation, vertices):
-    """Body of a shape, other than a mesh, with half-sizes (1, b, c).
-
-    Parameters
-    ----------
-    shape : int
-    b, c : float
-    truncation : float
-        Fraction of each half-edge at which a truncated prism is cut.
-    vertices : (MAX_VERTICES, 3) float64
-        Storage that the body refers to.
-
-    Returns
-    -------
-    Body
-    """
-    count, bounding_radius = place_vertices(shape, b, c, truncation, vertices)
-    moments = inertia(shape, b, c, truncation)
-    counts = np.full(1, count)
-    return Body(moments, vertices[:count], counts, b, c, bounding_radius, empty_map())
-
-
 @no_refcount_inline_kernel
 def mesh_map(meshes, i):
-    """Support map of the mesh number ``i`` of a population.
+    """Support map of mesh number ``i`` of a population (`MeshArguments`).
 
-    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
-
-    Parameters
-    ----------
-    meshes : MeshArguments
-    i : int
-
-    Returns
-    -------
-    SupportMap
+    Only for kernels that count no references: the caller keeps the arrays.
     """
     first, end = meshes.firsts[i], meshes.firsts[i + 1]
     return SupportMap(
@@ -216,22 +240,10 @@ def mesh_map(meshes, i):
 
 @no_refcount_inline_kernel
 def mesh_body(meshes, i, candidates, counts, support_map):
-    """Body of the mesh number ``i`` of a population, without candidate vertices yet.
+    """Body of mesh number ``i`` of a population, without candidate vertices yet.
 
-    It counts no references: for `no_refcount` kernels only, whose caller keeps the arrays.
-
-    Parameters
-    ----------
-    meshes : MeshArguments
-    i : int
-    candidates : (meshes.longest, 3) float64
-    counts : (1,) int64
-    support_map : SupportMap
-        From `mesh_map`.
-
-    Returns
-    -------
-    Body
+    Only for kernels that count no references: the caller keeps ``candidates`` (meshes.longest, 3),
+    ``counts`` (1,) int64 and ``support_map``, from `mesh_map`.
     """
     moments = (meshes.moments[i, 0], meshes.moments[i, 1], meshes.moments[i, 2])
     b, c, bounding_radius = meshes.sizes[i, 0], meshes.sizes[i, 1], meshes.sizes[i, 2]
@@ -254,16 +266,9 @@ def most_candidates(counts):
 def update_candidates(body, n1, n2, n3, where):
     """Write the vertices of a mesh that may be the lowest, and centres in the rows after them.
 
-    They stay complete while the wall normal turns by ``body.support_map.slack``. Candidates of
-    other shapes are all their vertices, always.
-
-    Parameters
-    ----------
-    body : Body
-    n1, n2, n3 : float
-        Wall normal in body axes.
-    where : bool
-        Lanes to update.
+    They stay complete while the wall normal (n1, n2, n3), in body axes, turns by
+    ``body.support_map.slack``. Candidates of other shapes are all their vertices, always. ``where``
+    are the lanes to update.
     """
     if body.support_map.resolution == 0:
         return
@@ -286,11 +291,7 @@ def update_candidates(body, n1, n2, n3, where):
 def support_depth(body, n1, n2, n3):
     """Support function h(-n): how far the particle reaches below its centre.
 
-    Parameters
-    ----------
-    body : Body
-    n1, n2, n3 : float
-        Wall normal in body axes.
+    The wall normal (n1, n2, n3) is in body axes.
     """
     if body.candidates.shape[0] == 0:
         m2, m3 = body.b * n2, body.c * n3

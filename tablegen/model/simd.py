@@ -5,11 +5,11 @@ compare as floats do, so the kernels of the model are written once: for plain fl
 one particle, for lanes WIDTH of them in lockstep. Where a float would branch, they use the
 functions below, which take floats and lanes alike.
 
-Every operation is the IEEE one, lane by lane, and a product and a sum are fused where `fma` says
-so and nowhere else. So a particle has the same bits alone, in any lane and on any processor. On
-processors of another kind last digits may differ for what is computed elsewhere: the arc sine of
-the polynomial and tabulated laws and the power of the power law (`tablegen.model.contact_laws`) are
-the C library's, and the principal axes of a mesh come from linear algebra.
+Every operation is the IEEE one, lane by lane, and a product and a sum are fused only by `fma`. So a
+particle has the same bits alone, in any lane and on any processor. Last digits may differ between
+processors only where numbers come from the C library, the arc sine of the polynomial and tabulated
+laws and the power of the power law (`tablegen.model.contact_laws`), or from linear algebra, the
+principal axes of a mesh.
 
 Arrays hold lanes in their last dimension, of length WIDTH: (13,) is the motion of one particle,
 (13, WIDTH) that of WIDTH. `load` and `store` read and write an entry of either.
@@ -359,3 +359,23 @@ def lane_array(rows):
     memory = np.empty(rows * WIDTH + line // 8)
     skip = (-memory.ctypes.data % line) // 8
     return memory[skip : skip + rows * WIDTH].reshape(rows, WIDTH)
+
+
+@inline_kernel
+def load_three(array, first, *rest):
+    """Three entries of an array, at (first, *rest), (first + 1, *rest) and (first + 2, *rest)."""
+    a, b = load(array, (first, *rest)), load(array, (first + 1, *rest))
+    return a, b, load(array, (first + 2, *rest))
+
+
+@inline_kernel
+def store_three(array, first, vector):
+    """Write three entries of an array, from ``first`` on."""
+    for i in range(3):
+        store(array, first + i, vector[i])
+
+
+@inline_kernel
+def select_three(where, a, b):
+    """Take the vector a where the mask holds, else b."""
+    return select(where, a[0], b[0]), select(where, a[1], b[1]), select(where, a[2], b[2])

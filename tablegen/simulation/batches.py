@@ -16,7 +16,7 @@ from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.float_array import FloatArray
-from tablegen.model.impact_condition import Condition, one_row
+from tablegen.model.impacts import Condition, one_row
 from tablegen.model.particle_run import simulate_audited, simulate_batch
 from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM

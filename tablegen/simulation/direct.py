@@ -2,12 +2,22 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.arguments import MAX_ROUGHNESS, Keys, Rebound, Rows, as_integer, broadcast, place
+from sampler.arguments import (
+    MAX_ROUGHNESS,
+    Call,
+    Grain,
+    Keys,
+    Rebound,
+    as_threads,
+    broadcast,
+    check_grain_word,
+    place,
+)
 from sampler.errors import ROUGHNESS_NOT_USABLE, InputError
 from sampler.formats.channels import STATE
 from sampler.library import processors
@@ -15,18 +25,14 @@ from tablegen.config.config import Config, ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
-from tablegen.model.impact_condition import CONDITION_SIZE
-from tablegen.model.impacts import lab_conditions, states_to_lab, wall_conditions
+from tablegen.model.impacts import CONDITION_SIZE, lab_conditions, states_to_lab, wall_conditions
 from tablegen.model.model_bounds import ASPECT
 from tablegen.model.one_rebound import DirectArrays, work_size
 from tablegen.model.particle_run import simulate_batch
-from tablegen.model.random_particles import draw_grains, first_misfit
+from tablegen.model.random_particles import first_misfit
 from tablegen.simulation.batches import first_not_finite, in_slices
 from tablegen.simulation.direct_rows import OWN, Failure, Particles, failure_of
 from tablegen.simulation.rough_walls import RoughImpacts, rough_rebounds
-
-#: A particle's own grain, a fresh one at every hit, or given grains.
-Grain = Literal["own", "fresh"] | ArrayLike
 
 #: Arguments that make an impact in the lab frame.
 _IMPACT = ("velocity", "normal", "half_size", "wall_velocity")
@@ -121,10 +127,10 @@ class DirectModel:
         """
         given = {"alpha1": alpha1, "speed": speed, "spin": np.zeros(3) if spin is None else spin}
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
-        values, numerics = particles.rows.values, self.arrays.numerics
-        fill = partial(wall_conditions, values["alpha1"], values["speed"], values["spin"], numerics)
+        alpha1, speed, spins = map(particles.array, ("alpha1", "speed", "spin"))
+        fill = partial(wall_conditions, alpha1, speed, spins, self.arrays.numerics)
         states = self._simulated(particles, threads, fill)
-        return states.reshape(*particles.rows.shape, 6)
+        return states.reshape(*particles.call.shape, 6)
 
     def rebound(
         self,
@@ -178,47 +184,45 @@ class DirectModel:
         if roughness is not None:
             given["roughness"] = roughness
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
-        rows = particles.rows
-        numbers = tuple(rows.values[name] for name in _IMPACT)
-        omega, numerics = rows.values["omega"], self.arrays.numerics
-        fill = partial(lab_conditions, numbers, omega, rows.keys, numerics)
-        finish = partial(states_to_lab, numbers, rows.keys)
+        numbers = tuple(particles.array(name) for name in _IMPACT)
+        keys_of_rows = particles.lab_keys
+        fill = partial(
+            lab_conditions, numbers, particles.array("omega"), keys_of_rows, self.arrays.numerics
+        )
+        finish = partial(states_to_lab, numbers, keys_of_rows)
         states = self._simulated(particles, threads, fill, finish)
         parts = (states[:, :3], states[:, 3:])
-        return Rebound(*(part.copy().reshape(*rows.shape, 3) for part in parts))
+        return Rebound(*(part.copy().reshape(*particles.call.shape, 3) for part in parts))
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
         """Return the grains that particles keep, (..., 3), as `sampler.Table.grains`.
 
         The shape code of mesh number k of the population is FIRST_MESH + k.
         """
-        rows = broadcast({}, Keys(seed, index))
-        key, particles, _ = rows.keys
-        grains = np.empty((rows.n, 3))
-        draw_grains(self.arrays.population, key, particles, OWN, grains)
-        return grains.reshape(*rows.shape, 3)
+        particles = Particles(broadcast({}, Keys(seed, index)), OWN, None)
+        grains = particles.grains(self.arrays, slice(0, particles.call.rows.n))
+        return grains.reshape(*particles.call.shape, 3)
 
     def _particles(self, given: dict[str, ArrayLike], grain: Grain, keys: Keys) -> Particles:
         """Broadcast the arguments, and say where the grains come from."""
-        if not isinstance(grain, str):
-            rows = broadcast(given | {"grain": grain}, keys)
-            return Particles(rows, OWN, self._checked_grains(rows))
-        if grain not in ("own", "fresh"):
-            allowed = "'own', 'fresh', or numbers of shape (..., 3)"
-            raise InputError(f"grain: got {grain!r}, allowed: {allowed}")
-        rows = broadcast(given, keys)
-        return Particles(rows, rows.keys[2] if grain == "fresh" else OWN, None)
+        check_grain_word(grain)
+        if isinstance(grain, str):
+            call = broadcast(given, keys)
+            made_at = call.rows.arrays["hit"] if grain == "fresh" else OWN
+            return Particles(call, made_at, None)
+        call = broadcast(given | {"grain": grain}, keys)
+        return Particles(call, OWN, self._checked_grains(call))
 
-    def _checked_grains(self, rows: Rows) -> FloatArray:
-        """Take the grains out of the rows; refuse the first that is not a grain."""
-        grains = rows.values.pop("grain")
+    def _checked_grains(self, call: Call) -> FloatArray:
+        """Return the given grains; refuse the first that is not a grain."""
+        grains = Particles(call, OWN, None).array("grain")
         row = first_misfit(self.arrays.population, grains)
         if row < 0:
             return grains
         got = ", ".join(f"{x:.9g}" for x in grains[row])
         meshes = self.arrays.population.meshes.resolutions.size
         raise InputError(
-            f"grain: got {got} at {place(row, rows.shape)}, allowed: the code of a shape"
+            f"grain: got {got} at {place(row, call.shape)}, allowed: the code of a shape"
             f"{' or mesh' if meshes else ''}, and b/a and c/b, both {ASPECT.words}, of a sphere 1"
         )
 
@@ -234,10 +238,10 @@ class DirectModel:
         `fill` writes conditions from a row on and returns the first bad row, or -1, and its code;
         `finish` turns states from a row on into another frame.
         """
-        rows = particles.rows
-        states = np.empty((rows.n, 6))
-        if rough := "roughness" in rows.values:
-            _check_roughness(rows)
+        call = particles.call
+        states = np.empty((call.rows.n, 6))
+        if rough := "roughness" in call.rows.arrays:
+            _check_roughness(call)
 
         def work(part: slice) -> Failure | None:
             conditions = np.empty((part.stop - part.start, CONDITION_SIZE))
@@ -245,8 +249,8 @@ class DirectModel:
             if row >= 0:
                 return Failure(row, code)
             if rough:
-                impacts = RoughImpacts.of_rows(rows, part, particles.grains(self.arrays, part))
-                row, code = rough_rebounds(self.arrays, rows.keys[0], impacts, states[part])
+                impacts = RoughImpacts.of_rows(particles, part, self.arrays)
+                row, code = rough_rebounds(self.arrays, particles.seed, impacts, states[part])
             else:
                 row, code = self._smooth(particles, part, conditions, states[part]), 0
             if row >= 0:
@@ -255,14 +259,12 @@ class DirectModel:
                 finish(states[part], part.start)
             return None
 
-        if threads is not None:
-            threads = as_integer("threads", threads, 1, 4096, "an integer from 1 to 4096")
-        for _, failure in in_slices(work, rows.n, threads or processors()):
+        for _, failure in in_slices(work, call.rows.n, as_threads(threads) or processors()):
             if failure is not None:
-                raise failure_of(rows, failure)
+                raise failure_of(call, failure)
         bad = first_not_finite(states)
         if bad >= 0:
-            raise RuntimeError(f"the particle at {place(bad, rows.shape)} is not finite")
+            raise RuntimeError(f"the particle at {place(bad, call.shape)} is not finite")
         return states
 
     def _smooth(
@@ -275,9 +277,9 @@ class DirectModel:
         return simulate_batch(law, population, conditions, particles.keys(part), states, *unused)
 
 
-def _check_roughness(rows: Rows) -> None:
+def _check_roughness(call: Call) -> None:
     """Refuse the first roughness out of range."""
-    roughness = rows.values["roughness"]
+    roughness = call.rows.arrays["roughness"]
     refused = ~((roughness >= 0.0) & (roughness <= MAX_ROUGHNESS))
     if refused.any():
-        raise failure_of(rows, Failure(int(refused.argmax()), ROUGHNESS_NOT_USABLE))
+        raise failure_of(call, Failure(int(refused.argmax()), ROUGHNESS_NOT_USABLE))

@@ -4,16 +4,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.drawing.grain import OWN_GRAIN
 
-from sampler.arguments import Rows, place
+from sampler.arguments import Call, place
 from sampler.errors import InputError
 from sampler.messages import row_message
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import OUT_OF_BOUNDS, TURNS_TOO_OFTEN
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.one_rebound import DirectArrays
-from tablegen.model.random_particles import ParticleKeys, draw_grains
+from tablegen.model.random_particles import OWN_GRAIN, ParticleKeys, draw_grains
 from tablegen.simulation.batches import unfinished
 
 #: Hit whose random numbers make the grains that particles keep.
@@ -28,17 +27,32 @@ class Failure(NamedTuple):
 
 
 class Particles(NamedTuple):
-    """Rows of a call, with the hits whose random numbers make the grains, or the given grains."""
+    """Arguments of a call, with the hits whose random numbers make the grains, or given grains."""
 
-    rows: Rows
+    call: Call
     made_at: NDArray[np.uint32]
     given: FloatArray | None
 
+    def array(self, name: str) -> NDArray[Any]:
+        """Give the rows of an argument, writable: kernels are compiled for no other arrays."""
+        array = self.call.rows.arrays[name]
+        return array if array.flags.writeable else array.copy()
+
+    @property
+    def seed(self) -> np.uint64:
+        """Seed of the call."""
+        return np.uint64(self.call.rows.seed)
+
+    @property
+    def lab_keys(self) -> tuple[np.uint64, NDArray[np.uint64], NDArray[np.uint32]]:
+        """Keys of all rows."""
+        return self.seed, self.array("index"), self.array("hit")
+
     def keys(self, part: slice) -> ParticleKeys:
         """Return the keys of some rows."""
-        seed, index, hit = self.rows.keys
         made_at = rows_of(self.made_at, part) if self.given is None else self.made_at[:0]
-        return ParticleKeys(seed, rows_of(index, part), rows_of(hit, part), made_at)
+        index, hit = rows_of(self.array("index"), part), rows_of(self.array("hit"), part)
+        return ParticleKeys(self.seed, index, hit, made_at)
 
     def kind(self, part: slice) -> FloatArray:
         """Return the given grains of some rows, or an array that a kernel fills with drawn ones."""
@@ -51,10 +65,8 @@ class Particles(NamedTuple):
         """Return the grains of some rows, given or drawn, (m, 3)."""
         kind = self.kind(part)
         if self.given is None:
-            seed, index, _ = self.rows.keys
-            draw_grains(
-                arrays.population, seed, rows_of(index, part), rows_of(self.made_at, part), kind
-            )
+            index, made_at = rows_of(self.array("index"), part), rows_of(self.made_at, part)
+            draw_grains(arrays.population, self.seed, index, made_at, kind)
         return kind
 
 
@@ -63,27 +75,28 @@ def rows_of(array: NDArray[Any], part: slice) -> NDArray[Any]:
     return array[part] if len(array) > 1 else array
 
 
-def failure_of(rows: Rows, failure: Failure) -> Exception:
+def failure_of(call: Call, failure: Failure) -> Exception:
     """Make the error for a row."""
     row, code = failure
-    at = place(row, rows.shape)
+    at = place(row, call.shape)
+    arrays = call.rows.arrays
     if code == 0:
         return unfinished(f"the particle at {at}")
     if code == OUT_OF_BOUNDS:
-        values = {name: np.atleast_1d(rows.at(name, row)) for name in rows.values}
-        names = [name for name in values if name not in ("normal", "half_size")]
-        got = "; ".join(f"{name} {_numbers(values[name])}" for name in names)
+        unnamed = ("normal", "half_size", "index", "hit", "grain")
+        names = [name for name in arrays if name not in unnamed]
+        got = "; ".join(f"{name} {_numbers(np.atleast_1d(call.at(name, row)))}" for name in names)
         return InputError(
             f"{names[0]}: got {got} at {at}, allowed: an impact at {ALPHA_DEG.words} and "
             f"{SPEED.words}, with a spin of {SPIN.words}"
         )
     if code == TURNS_TOO_OFTEN:
-        name = "omega" if "omega" in rows.values else "spin"
+        name = "omega" if "omega" in arrays else "spin"
         return InputError(
-            f"{name}: got {_numbers(rows.at(name, row))} at {at}, allowed: at most "
+            f"{name}: got {_numbers(call.at(name, row))} at {at}, allowed: at most "
             f"{MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), before the first contact"
         )
-    return InputError(row_message(rows, row, code))
+    return InputError(row_message(call, row, code))
 
 
 def _numbers(values: FloatArray) -> str:

@@ -1,6 +1,6 @@
 """Direct rebounds from rough walls: from facet to facet until a particle leaves.
 
-The facets are those that `sampler.drawing.roughness` draws with the same keys. A bounce begins with
+The facets are those that `tablegen.model.roughness` draws with the same keys. A bounce begins with
 the spin after the one before, and all bounces of a hit have one grain.
 """
 
@@ -8,17 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.drawing.roughness import MAX_BOUNCES
 
-from sampler.arguments import Rows
 from sampler.errors import CASCADE_NOT_ENDED, OK
-from tablegen.model.facets import facet_normals, mark_leaving, seed_of_bounce
 from tablegen.model.float_array import FloatArray
-from tablegen.model.impact_condition import CONDITION_SIZE
-from tablegen.model.impacts import lab_conditions, states_to_lab
+from tablegen.model.impacts import CONDITION_SIZE, lab_conditions, states_to_lab
 from tablegen.model.one_rebound import DirectArrays
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys
+from tablegen.model.roughness import MAX_BOUNCES, facet_normals, mark_leaving, seed_of_bounce
+from tablegen.simulation.direct_rows import Particles
 
 _NO_GRAIN_KEYS = np.empty(0, dtype=np.uint32)
 
@@ -40,18 +38,27 @@ class RoughImpacts(NamedTuple):
     grains: FloatArray
 
     @classmethod
-    def of_rows(cls, rows: Rows, part: slice, grains: FloatArray) -> "RoughImpacts":
+    def of_rows(cls, particles: Particles, part: slice, arrays: DirectArrays) -> "RoughImpacts":
         """Take some rows of a call, with their grains."""
 
-        def taken(array: NDArray[Any]) -> NDArray[Any]:
+        def taken(name: str) -> NDArray[Any]:
+            array = particles.array(name)
             if len(array) > 1:
                 return array[part].copy()
             return np.repeat(array, part.stop - part.start, axis=0)
 
-        values: dict[str, Any] = {name: taken(array) for name, array in rows.values.items()}
-        moving = values.pop("velocity") - values["wall_velocity"]
-        _, index, hit = rows.keys
-        return cls(moving=moving, index=taken(index), hit=taken(hit), grains=grains, **values)
+        wall = taken("wall_velocity")
+        return cls(
+            moving=taken("velocity") - wall,
+            omega=taken("omega"),
+            normal=taken("normal"),
+            half_size=taken("half_size"),
+            wall_velocity=wall,
+            roughness=taken("roughness"),
+            index=taken("index"),
+            hit=taken("hit"),
+            grains=particles.grains(arrays, part),
+        )
 
 
 def rough_rebounds(

@@ -15,8 +15,8 @@ from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model import model_bounds as bounds
 from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.correctly_rounded import cosine_and_sine
-from tablegen.model.impact_condition import Condition, impact_condition
+from tablegen.model.elementary import cosine_and_sine
+from tablegen.model.impacts import Condition, impact_condition
 from tablegen.progress import bar
 from tablegen.simulation.batches import ParticleRun, in_slices
 

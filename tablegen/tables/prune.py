@@ -11,14 +11,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.drawing.steps import locate
 
 from sampler.errors import InputError
-from sampler.files import check_output, find_table
-from sampler.formats.bounds import Axis
+from sampler.files import check_output
 from sampler.formats.channels import channels_for, has_works
 from sampler.formats.hdf5 import TableContents, write_table
-from sampler.formats.image import table_arrays
+from sampler.formats.image import header_of, table_image
 from sampler.formats.layout import ACCURACY, GROUP
 from sampler.table import load
 from tablegen.config.config import Config, stored_config
@@ -32,9 +30,8 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     """
     own = stored_config(contents.config, "config of the table")
     _check_scene(contents, own, scene, origin)
-    arrays = table_arrays(contents)
-    rows = _cut(arrays.alpha, *map(math.radians, scene.domain.alpha_deg))
-    columns = _cut(arrays.speed, *scene.domain.speed)
+    rows = _kept_nodes(contents, "alpha", *map(math.radians, scene.domain.alpha_deg))
+    columns = _kept_nodes(contents, "speed", *scene.domain.speed)
     variables = scene.domain.columns
     needed = channels_for(variables)
     last = max(contents.channels.index(name) for name in needed)
@@ -87,7 +84,7 @@ def prune(
     InputError
         If the table does not cover the scene, or a file cannot be read or written.
     """
-    path = check_output(output, [find_table(name_or_path)])
+    path = check_output(output)
     contents = pruned(load(name_or_path).contents, scene, origin)
     write_table(path, contents)
     return contents
@@ -132,9 +129,27 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
             )
 
 
-def _cut(axis: Axis, low: float, high: float) -> slice:
-    """Nodes of the cells that cover the values from low to high."""
-    return slice(locate(low, axis)[0], min(locate(high, axis)[0] + 2, axis.nodes))
+def _kept_nodes(contents: TableContents, axis: str, low: float, high: float) -> slice:
+    """Find the nodes of all cells that a range of an axis, in rad or m/s, meets."""
+    header = header_of(table_image(contents))
+    coordinate = contents[f"axes/{axis}_coordinate"]
+    first, last, origin, scale, offset, nodes = (
+        header[name]
+        for name in (
+            *(f"{axis}_first", f"{axis}_last", f"{axis}_origin", f"{axis}_scale"),
+            *(f"{axis}_offset", f"n_{axis}"),
+        )
+    )
+
+    def node_below(value: float) -> int:
+        """Find the node below a value by the arithmetic of a draw, and so the same cell."""
+        position = (min(max(value, first), last) - origin) * scale
+        position = min(max(position, 0.0), coordinate.size - 1.0)
+        k = min(int(position), coordinate.size - 2)
+        x = coordinate[k] + (position - k) * (coordinate[k + 1] - coordinate[k])
+        return max(min(int(x) - int(offset), int(nodes) - 2), 0)
+
+    return slice(node_below(low), min(node_below(high) + 2, int(nodes)))
 
 
 def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.float64]]) -> str:

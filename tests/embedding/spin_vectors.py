@@ -13,7 +13,6 @@ import itertools
 import math
 
 import numpy as np
-from sampler.drawing.grain import OWN_GRAIN
 from sampler.drawing.rough_batch import rough_rebound_batch
 from sampler.drawing.spin_draw import spin_draw_batch
 from sampler.drawing.spin_frames import spin_rebound_batch
@@ -21,6 +20,7 @@ from small_tables import plane
 from spin_tables import with_spin_law
 
 from sampler.formats.image import table_arrays, write_binary_table
+from tablegen.model.random_particles import OWN_GRAIN
 
 MOST = 2**64 - 1
 KEYS = ((0, 0, 0), (7, 123, 4), (MOST, MOST, 2**32 - 1), (1, 2**32, 1), (2**32, 5, 0))

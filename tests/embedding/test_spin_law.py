@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toolchain
-from sampler.drawing.grain import OWN_GRAIN, draw_grain
 from sampler.drawing.spin_draw import spin_draw_batch
 from sampler.formats.spin_buffer import law_in
 from small_tables import full, plane
 from spin_tables import with_spin_law
 
 from sampler.formats.image import table_arrays, write_binary_table
+from tablegen.model.random_particles import OWN_GRAIN, draw_grain
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 NO_GRAINS = np.zeros((0, 3))

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from sampler.drawing.frames import rebound
 from sampler.drawing.kernel import draw
-from sampler.drawing.roughness import rough_rebound
 from small_tables import SMALL_TABLES
 from spin_vectors import spin_lines
 
 from sampler.formats.channels import VARIABLES
 from sampler.formats.hdf5 import read_table
 from sampler.formats.image import binary_table, table_arrays
+from tablegen.model.roughness import rough_rebound
 
 pytestmark = pytest.mark.processor
 

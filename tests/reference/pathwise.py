@@ -16,10 +16,8 @@ LAW = Law(_RESTITUTION.coefficient, _RESTITUTION.exponent, _RESISTANCE.strength)
 def random_particles(population, count, seed):
     """Particles that `simulate` draws, as `reference_model.rebounds` takes them.
 
-    Returns
-    -------
-    tuple ((n,) int64, (n, 2) float64, (n, 3, 3) float64)
-        Shape codes, b / a and c / b, rotations from body to wall axes.
+    Returns shape codes (n,), ratios b / a and c / b (n, 2), rotations from body to wall axes
+    (n, 3, 3).
     """
     axes, kind = np.empty((count, 6)), np.empty((count, 3))
     draw_particles(population.kernel_arguments(), keys_of_run(seed, 0, 0, count), axes, kind)
@@ -31,18 +29,9 @@ def random_particles(population, count, seed):
 def follow(population, condition, count, seed, changes=None):
     """The same particles through both models; ``changes`` make the reference differ.
 
-    Parameters
-    ----------
-    population : Population
-    condition : tuple (alpha1 [degrees], speed [m/s], spin, contact resolution)
-    count, seed : int
-    changes : dict, optional
-        Fields of `Law` and `Setup`, and "truncation".
-
-    Returns
-    -------
-    tuple (Simulation, (n, 6) float64, (n,) int64)
-        The model's simulation; the reference's states and collisions.
+    ``condition``: alpha1 [degrees], speed [m/s], spin, contact resolution; ``changes``: fields of
+    `Law` and `Setup`, and "truncation". Returns the model's simulation, and the reference's states
+    (n, 6) and collisions (n,).
     """
     alpha_deg, speed, spin, resolution = condition
     fast_condition = make_condition(np.radians(alpha_deg), speed, spin, resolution)

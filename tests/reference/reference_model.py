@@ -21,9 +21,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from reference_vectors import Vector, along, cross, dot, norm, over, times
 
 from tablegen.model.jit import kernel
+
+Vector = tuple[float, float, float]
 
 #: Shape codes of the output files.
 SHAPES = {"ellipsoid": 0, "prism": 1, "truncated-prism": 2, "tetrahedron": 3, "sphere": 4}
@@ -72,7 +73,7 @@ class Particle(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """What rotation changes, in body axes: the angular velocity and the wall axes x, y, z."""
+    """Rotational state in body axes: the angular velocity and the wall axes x, y, z."""
 
     spin: Vector
     x: Vector
@@ -80,7 +81,43 @@ class Turn(NamedTuple):
     z: Vector
 
 
-# --- Frames ---
+# --- Vectors and frames ---
+
+
+@kernel
+def dot(a, b):
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def norm(a):
+    """Length."""
+    return math.sqrt(dot(a, a))
+
+
+@kernel
+def cross(a, b):
+    """Vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@kernel
+def along(a, t, b):
+    """a + t b."""
+    return (a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2])
+
+
+@kernel
+def times(a, b):
+    """Products of the components."""
+    return (a[0] * b[0], a[1] * b[1], a[2] * b[2])
+
+
+@kernel
+def over(a, b):
+    """Quotients of the components."""
+    return (a[0] / b[0], a[1] / b[1], a[2] / b[2])
 
 
 @kernel
@@ -303,11 +340,8 @@ def fly(particle, step, turn, height, v):
     """Fly to the next contact, or until the centre is clear of the wall: CLEARANCE above the reach.
 
     The last step is shortened so that it ends there: the centre flies straight, so the instant
-    is known, and with it the angular velocity that the state reports.
-
-    Returns
-    -------
-    tuple (touches, turn)
+    is known, and with it the angular velocity of the state. Returns whether the particle touches,
+    and ``turn``.
     """
     rate = norm(turn.spin)
     if rate == 0.0 and v < 0.0:
@@ -333,20 +367,9 @@ def fly(particle, step, turn, height, v):
 
 @kernel
 def rebound(law, setup, particle, rotation):
-    """State and number of collisions of one particle.
+    """State and number of collisions of one particle: (velocity, spin, collisions), wall axes.
 
-    Parameters
-    ----------
-    law : Law
-    setup : Setup
-    particle : Particle
-    rotation : (3, 3) float64
-        From body to wall axes, before the impact.
-
-    Returns
-    -------
-    tuple (velocity, spin, collisions)
-        The vectors in wall axes.
+    ``rotation`` (3, 3) takes body axes to wall axes, before the impact.
     """
     velocity = (math.cos(setup.alpha1), -math.sin(setup.alpha1), 0.0)
     x = (rotation[0, 0], rotation[0, 1], rotation[0, 2])
@@ -367,25 +390,11 @@ def rebound(law, setup, particle, rotation):
 
 @kernel
 def rebounds(law, setup, shapes, ratios, rotations, truncation):
-    """Rebound many particles.
+    """States (n, 6) and numbers of collisions (n,) of many particles.
 
-    Parameters
-    ----------
-    law : Law
-    setup : Setup
-    shapes : (n,) int64
-        Codes of `SHAPES`.
-    ratios : (n, 2) float64
-        b / a and c / b.
-    rotations : (n, 3, 3) float64
-        From body to wall axes.
-    truncation : float
-        Fraction of each half-edge at which a truncated prism is cut.
-
-    Returns
-    -------
-    tuple ((n, 6) float64, (n,) int64)
-        States and numbers of collisions.
+    ``shapes`` (n,) are codes of `SHAPES`, ``ratios`` (n, 2) b / a and c / b, ``rotations``
+    (n, 3, 3) from body to wall axes; ``truncation`` is the fraction of each half-edge at which a
+    truncated prism is cut.
     """
     states = np.empty((len(shapes), 6))
     collisions = np.empty(len(shapes), dtype=np.int64)

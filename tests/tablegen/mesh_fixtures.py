@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tablegen.config.config import load_config
 from tablegen.model.shape_codes import SHAPE_CODES
-from tablegen.model.shapes import MAX_VERTICES, make_body
+from tablegen.model.shapes import MAX_VERTICES, NO_MAP, shaped_body
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
@@ -34,7 +34,8 @@ KNOWN = {"prism": box, "tetrahedron": tetrahedron}
 
 def known_body(shape, b, c):
     """Body of a shape with half-sizes (1, b, c)."""
-    return make_body(SHAPE_CODES[shape], b, c, 0.5, np.empty((MAX_VERTICES, 3)))
+    storage = np.empty((MAX_VERTICES, 3)), np.zeros(1, dtype=np.int64), NO_MAP
+    return shaped_body(SHAPE_CODES[shape], b, c, 0.5, *storage)
 
 
 def two_cubes():

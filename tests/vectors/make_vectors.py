@@ -30,7 +30,6 @@ sys.path[:0] = map(str, (HERE.parents[1], TESTS, TESTS / "sampler", TESTS / "emb
 
 from sampler.drawing.frames import rebound  # noqa: E402
 from sampler.drawing.kernel import draw  # noqa: E402
-from sampler.drawing.roughness import rough_rebound  # noqa: E402
 from small_tables import SMALL_TABLES, plane  # noqa: E402  (folders of the tests)
 from spin_tables import with_spin_law  # noqa: E402
 from spin_vectors import spin_lines  # noqa: E402
@@ -39,6 +38,7 @@ from sampler.formats.channels import VARIABLES  # noqa: E402
 from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.formats.image import write_binary_table  # noqa: E402
 from sampler.table import Table  # noqa: E402
+from tablegen.model.roughness import rough_rebound  # noqa: E402
 
 MOST = 2**64 - 1
 NAN, INFINITE = math.nan, math.inf

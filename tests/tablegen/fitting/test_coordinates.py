@@ -13,7 +13,6 @@ from tablegen.fitting.coordinates import (
     outcomes,
     used_features,
 )
-from tablegen.model.jit import kernel
 from tablegen.simulation.impact_chains import energy_factor
 
 N = 500

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from mesh_fixtures import box
 
-from sampler.formats.bounds import SPEED
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.config.mesh import MeshFile

@@ -18,8 +18,7 @@ from tablegen.model.rebound import (
     workspace,
 )
 from tablegen.model.rotation import ORDER, evaluate, expand, series_span
-from tablegen.model.shapes import MAX_VERTICES, SHAPE_CODES, make_body
-from tablegen.model.support_map import NO_MAP
+from tablegen.model.shapes import MAX_VERTICES, NO_MAP, SHAPE_CODES, shaped_body
 
 # called from Python here
 rotational_energy = kernel(rotational_energy)
@@ -38,7 +37,8 @@ ACHIRAL = ("ellipsoid", "prism", "truncated-prism")
 
 def body_of(name, b=1.0, c=1.0, truncation=TRUNCATION):
     """Body of a named shape with half-sizes (1, b, c)."""
-    return make_body(SHAPES[name], b, c, truncation, np.empty((MAX_VERTICES, 3)))
+    storage = np.empty((MAX_VERTICES, 3)), np.zeros(1, dtype=np.int64), NO_MAP
+    return shaped_body(SHAPES[name], b, c, truncation, *storage)
 
 
 def with_vertices(body, vertices):

@@ -6,14 +6,10 @@ from free_rotation import FreeRotation
 from motion_fixtures import NON_SPHERICAL, body_of, motion_of, random_aspect, random_rotations
 from scipy.optimize import brentq
 
-from tablegen.model.contact import CONTACT_HEIGHT, TIE_HEIGHT, contact_point, safe_time
-from tablegen.model.jit import kernel
+from tablegen.model.contact import contact_point
 from tablegen.model.rebound import CLEARANCE, HEIGHT, V, next_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import lowest_depth
-
-# called from Python here
-safe_time = kernel(safe_time)
 
 #: Instants at which the dense search looks, a radian of turning.
 DENSITY = 200
@@ -94,7 +90,7 @@ def touches_like_dense_search(body, motion, duration):
         return False
     t = (motion[HEIGHT] - before[HEIGHT]) / before[V]
     assert expected is None or t <= expected + 1e-8
-    # what the kernel calls a contact is one, even where the dense search saw none
+    # the contact of the kernel is one, even where the dense search saw none
     assert abs(flight.gap([t])[0]) < 1e-9
     assert flight.gap([t - 1e-6])[0] > flight.gap([t])[0]
     if expected is None or t < expected - 1e-8:
@@ -132,58 +128,6 @@ def test_dense_search_sees_a_contact_that_was_jumped_over():
     assert (motion[HEIGHT] - 0.7) / 1e-3 == pytest.approx(first, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", [*NON_SPHERICAL, "sphere"])
-def test_without_spin_the_body_falls_onto_its_lowest_point(name):
-    rng = np.random.default_rng(31)
-    body = body_of(name) if name == "sphere" else body_of(name, 0.7, 0.4)
-    for rotation in random_rotations(rng, 50):
-        motion = motion_of(rotation, velocity=[1.0, -0.25, 0.0], height=5.0)
-        assert next_contact(body, 1e-10, motion, np.empty((9, ORDER + 1)))
-        assert motion[HEIGHT] == pytest.approx(lowest_depth(body, motion[3:6]), abs=2e-12)
-
-
-def test_a_rising_body_without_spin_leaves():
-    body = body_of("prism", 0.7, 0.4)
-    motion = motion_of(np.eye(3), velocity=[1.0, 0.25, 0.0], height=0.7)
-    assert not next_contact(body, 1e-10, motion, np.empty((9, ORDER + 1)))
-    assert motion[HEIGHT] == body.bounding_radius + CLEARANCE
-
-
-def random_parabolas(rng, count):
-    """Gap, rate, acceleration and limit over many orders of magnitude; the gap is often zero."""
-    gap = np.where(rng.random(count) < 0.2, 0.0, 10.0 ** rng.uniform(-14.0, 1.0, count))
-    rate = rng.normal(size=count) * 10.0 ** rng.uniform(-8.0, 1.0, count)
-    rate = np.where(gap == 0.0, np.abs(rate), rate)
-    acceleration = 10.0 ** rng.uniform(-6.0, 4.0, count)
-    limit = 10.0 ** rng.uniform(-6.0, 3.0, count)
-    return np.column_stack([gap, rate, acceleration, limit])
-
-
-def test_safe_time_is_the_longest_time_without_contact():
-    shares = np.linspace(0.0, 1.0, 200)[1:-1]
-    limited = 0
-    for gap, rate, acceleration, limit in random_parabolas(
-        np.random.default_rng(32), 5000
-    ).tolist():
-        t = safe_time(gap, rate, acceleration, limit)
-        assert 0.0 <= t <= limit
-        heights = gap + shares * t * (rate - 0.5 * acceleration * shares * t)
-        assert t == 0.0 or np.all(heights > 0.0)
-        if t < limit:
-            # on the parabola's root, to rounding of its terms
-            scale = gap + abs(rate) * t + 0.5 * acceleration * t * t
-            assert abs(gap + t * (rate - 0.5 * acceleration * t)) <= 1e-12 * scale
-        else:
-            limited += 1
-    assert 500 < limited < 4500
-
-
-def test_safe_time_of_a_resting_point():
-    assert safe_time(0.0, 0.0, 1.0, 3.0) == safe_time(0.0, 0.0, 1.0, 0.5) == 0.0
-    assert safe_time(0.5, 0.0, 1.0, 3.0) == pytest.approx(1.0, rel=1e-15)
-    assert safe_time(0.5, 0.0, 1.0, 0.3) == 0.3
-
-
 def lands(body, motion):
     """Contact point of a motion at the height of its first contact, and its gap."""
     point = np.empty(3)
@@ -215,25 +159,6 @@ def test_prism_lands_on_the_centre_of_its_face_or_edge_or_on_a_corner(normal):
     assert abs(gap) < 1e-15
 
 
-def test_tetrahedron_lands_on_the_centre_of_its_face():
-    body = body_of("tetrahedron", 0.8, 0.6)
-    face = body.candidates[:3]
-    normal = np.cross(face[1] - face[0], face[2] - face[0])
-    normal *= -np.sign(normal @ face[0])
-    point, _ = lands(body, motion_of(turned(*normal), velocity=[0.0, -1.0, 0.0]))
-    np.testing.assert_allclose(point, face.mean(axis=0), atol=1e-15)
-
-
-@pytest.mark.parametrize(("tilt_over_tie", "ties"), [(0.2, 2), (5.0, 1)])
-def test_vertices_share_a_contact_within_the_tie_height_only(tilt_over_tie, ties):
-    body = body_of("prism", 0.8, 0.6)
-    # edge along the first axis, tilted so that one end lies lower by a part of the tie height
-    normal = np.array([0.5 * tilt_over_tie * TIE_HEIGHT, 0.6, 0.8])
-    point, _ = lands(body, motion_of(turned(*normal), velocity=[0.0, -1.0, 0.0]))
-    expected = [0.0 if ties == 2 else -1.0, -0.8, -0.6]
-    np.testing.assert_allclose(point, expected, atol=1e-15)
-
-
 def test_a_falling_corner_is_preferred_to_a_rising_one():
     # flat on its third face and turning about the second body axis: one edge falls, one rises
     body = body_of("prism", 0.8, 0.6)
@@ -255,28 +180,3 @@ def test_contact_point_of_ellipsoids_is_the_tangent_point(b, c):
         outward = point / sizes**2
         np.testing.assert_allclose(outward / np.linalg.norm(outward), -rotation[1], atol=1e-13)
         assert abs(gap) <= 1e-15
-
-
-def test_contact_height_is_far_below_every_length_of_a_body():
-    # the thinnest body of the tests has c = 4e-4
-    assert CONTACT_HEIGHT < TIE_HEIGHT < 1e-5 * 4e-4
-
-
-def test_a_touching_vertex_that_only_just_turns_is_still_the_contact():
-    # The vertex that touches rises by rounding only, another far above it falls: the contact is
-    # where the wall is.
-    body = body_of("prism", 0.7, 0.5)
-    motion = motion_of(random_rotations(np.random.default_rng(35), 1)[0])
-    motion[0:3] = [0.0, 0.0, 2.0]
-    normal = motion[3:6]
-    lowest = int(np.argmin(body.candidates @ normal))
-    rates = body.candidates @ np.cross(normal, motion[0:3])
-    velocity = np.nextafter(-rates[lowest], np.inf)
-    while velocity + rates[lowest] <= 0.0:
-        velocity = np.nextafter(velocity, np.inf)
-    assert (velocity + rates < 0.0).any()
-    point = np.empty(3)
-    height = -float(body.candidates[lowest] @ normal)
-    gap = contact_point(body, motion, height, velocity, point)
-    np.testing.assert_array_equal(point, body.candidates[lowest])
-    assert abs(gap) < 1e-15

@@ -1,4 +1,4 @@
-"""Contact laws: each against its formula, and rebounds under each against what must hold."""
+"""Contact laws: each against its formula, and rebounds under each against invariants."""
 
 import itertools
 import math
@@ -13,13 +13,10 @@ from scipy.interpolate import RegularGridInterpolator
 from tablegen.config.pairs import MaterialPair
 from tablegen.model.audit import ANGULAR, ENERGY, NORMAL, TANGENTIAL
 from tablegen.model.contact_laws import (
-    CONSTANT,
-    CONSTANT_RESISTANCE,
     EXPONENTIAL,
     ORIENTATION,
     POLYNOMIAL,
     POWER,
-    TABULATED,
     TABULATED_RESISTANCE,
     LawArguments,
     exponential_restitution,
@@ -63,7 +60,7 @@ RESISTANCE = samples.RESISTANCE | {
 
 
 def entries(restitution_law=EXPONENTIAL, resistance_law=ORIENTATION, **given):
-    """Law arguments with what matters given and the rest far from any law."""
+    """Law arguments with some entries given and the others far from any law."""
     rest = {"coefficient": 77.0, "exponent": 77.0, "strength": 77.0, "factor": 77.0}
     rest |= {"numbers": np.full(3, 77.0), "resistances": np.full(3, 77.0)}
     return LawArguments(
@@ -104,15 +101,6 @@ class TestRestitution:
                 assert restitution(law, speed, cosine) == pytest.approx(expected, abs=1e-15)
             assert polynomial_restitution(law.numbers, angle) == restitution(law, 1.0, cosine)
 
-    def test_angle_of_a_ratio_that_rounding_left_above_one(self):
-        assert impact_angle(1.0 + 3e-16) == math.pi / 2
-        assert impact_angle(0.5) == pytest.approx(math.pi / 6, rel=1e-15)
-
-    def test_constant(self):
-        law = entries(CONSTANT, coefficient=0.37)
-        for speed, cosine in itertools.product(SPEEDS, COSINES):
-            assert restitution(law, speed, cosine) == 0.37
-
     def test_power(self):
         law = entries(POWER, coefficient=0.5 * 100.0**0.25, exponent=0.25)
         for speed, cosine in itertools.product(SPEEDS, COSINES):
@@ -120,13 +108,6 @@ class TestRestitution:
             # 0.5 (normal / 100)^-0.25 reaches one at 100 / 16
             expected = 0.5 * (normal / 100.0) ** -0.25 if normal > 6.25 else 1.0
             assert restitution(law, speed, cosine) == pytest.approx(expected, rel=1e-14)
-
-    def test_power_is_elastic_at_rest_and_continuous_where_it_becomes_so(self):
-        assert power_restitution(0.5, 0.25, 0.0) == 1.0
-        assert power_restitution(0.5, 2.0, 1e-200) == 1.0
-        assert power_restitution(4.0, 0.5, 16.0) == 1.0
-        assert power_restitution(4.0, 0.5, 16.0 * (1.0 + 1e-12)) == pytest.approx(1.0, abs=1e-12)
-        assert power_restitution(4.0, 0.5, 64.0) == 0.5
 
     def test_table_is_bilinear_between_its_nodes(self):
         numbers = pack_table(ANGLES, NODES, VALUES)
@@ -142,16 +123,6 @@ class TestRestitution:
         wrong = [tabulated_coefficient(confused, angle, speed) for angle, speed in points]
         assert np.abs(np.array(wrong) - truth(points)).max() > 0.1
 
-    def test_table_holds_its_values_at_the_nodes_and_beyond_the_ends(self):
-        numbers = pack_table(ANGLES, NODES, VALUES)
-        for i, j in itertools.product(range(3), range(4)):
-            found = tabulated_coefficient(numbers, ANGLES[i], NODES[j])
-            assert found == pytest.approx(VALUES[i, j], rel=1e-15)
-        assert tabulated_coefficient(numbers, 0.0, 0.0) == VALUES[0, 0]
-        assert tabulated_coefficient(numbers, math.pi / 2, 1e5) == VALUES[-1, -1]
-        along = tabulated_coefficient(numbers, ANGLES[1], 1e5)
-        assert along == pytest.approx(VALUES[1, -1], rel=1e-15)
-
     def test_axis_of_one_node_stands_for_no_dependence(self):
         by_angle = pack_table(ANGLES, NODES[:1], VALUES[:, :1])
         by_speed = pack_table(ANGLES[:1], NODES, VALUES[:1])
@@ -162,12 +133,6 @@ class TestRestitution:
             expected = np.interp(speed, NODES, VALUES[0])
             assert tabulated_coefficient(by_speed, 0.9, speed) == pytest.approx(expected)
             assert tabulated_coefficient(single, 0.9, speed) == VALUES[0, 0]
-
-    def test_tabulated_law_takes_angle_and_speed_of_the_contact(self):
-        law = entries(TABULATED, numbers=pack_table(ANGLES, NODES, VALUES))
-        expected = RegularGridInterpolator((ANGLES, NODES), VALUES)([[math.radians(40.0), 133.0]])
-        found = restitution(law, 133.0, math.sin(math.radians(40.0)))
-        assert found == pytest.approx(expected[0], rel=1e-14)
 
 
 class TestResistance:
@@ -183,22 +148,6 @@ class TestResistance:
             found = resistance(law, product, length, speed, 0.6)
             assert found == pytest.approx(expected, rel=1e-15)
         assert resistance(law, 0.0, 0.3, 0.0, 0.6) == factor
-
-    def test_strength_below_zero_resists_least_ahead_of_the_motion(self):
-        ahead, behind = (resistance(entries(strength=-2.0, factor=1.0), *c, 0.6) for c in self.ENDS)
-        assert ahead == pytest.approx(math.exp(-2.0), rel=1e-14)
-        assert behind == pytest.approx(math.exp(2.0), rel=1e-14)
-
-    def test_factor_one_changes_no_bit(self):
-        law = entries(strength=1.0, factor=1.0)
-        for contact in self.CONTACTS:
-            assert resistance(law, *contact, 0.6) == orientation_resistance(1.0, *contact)
-
-    @pytest.mark.parametrize("value", [0.0, 0.7])
-    def test_constant(self, value):
-        law = entries(resistance_law=CONSTANT_RESISTANCE, factor=value)
-        for contact in (*self.CONTACTS, (0.0, 0.3, 0.0)):
-            assert resistance(law, *contact, 0.6) == value
 
     def test_table_is_linear_in_the_angle_of_the_contact(self):
         angles, values = np.radians([10.0, 40.0, 75.0]), np.array([0.9, 2.5, 0.1])
@@ -274,80 +223,3 @@ def test_elastic_contact_without_resistance_conserves_everything_it_must(shape, 
     # Refused: a contact that is elastic to one part in a thousand only.
     nearly = run(pair_with({"law": "constant", "value": 0.999}, "none"), alpha_deg, shape=shape)
     assert 1.0 - nearly.energy.sum(axis=1).min() > 1e-9
-
-
-@pytest.mark.parametrize("value", [0.0, 0.4, 1.0])
-@pytest.mark.parametrize("bounce", [0.3, 1.0])
-def test_sphere_under_constant_laws_follows_its_closed_form(bounce, value):
-    laws = {"law": "constant", "value": bounce}, {"law": "constant", "value": value}
-    made = run(pair_with(*laws), 35.0, count=10, shape="sphere")
-    sin, cos = math.sin(math.radians(35.0)), math.cos(math.radians(35.0))
-    # r = (0, -a, 0) couples nothing: A_yy = 1, A_xx = 1 + a^2 / J = 7 / 2, and |V_c| = V
-    s = (1.0 + bounce) * sin
-    side = -value * s * cos / (1.0 + 0.5 * value * s * 3.5)
-    expected = [cos + side, bounce * sin, 0.0, 0.0, 0.0, side / 0.4]
-    np.testing.assert_allclose(made.state, np.tile(expected, (10, 1)), rtol=0.0, atol=1e-14)
-
-
-def test_polynomial_of_one_term_is_the_constant_law():
-    constant = run(pair_with({"law": "constant", "value": 0.6}))
-    polynomial = run(pair_with({"law": "polynomial", "coefficients": (0.6,)}))
-    np.testing.assert_array_equal(polynomial.state, constant.state)
-
-
-@pytest.mark.parametrize("name", ["polynomial", "constant"])
-def test_laws_without_speed_give_the_same_rebounds_at_every_speed(name):
-    slow, fast = run(pair_with(name), speed=55.0), run(pair_with(name), speed=290.0)
-    np.testing.assert_array_equal(slow.state, fast.state)
-
-
-def z_score(one, other):
-    """Mean paired difference of the same particles under two laws, in standard errors."""
-    difference = one - other
-    return difference.mean() / (difference.std() / math.sqrt(len(difference)))
-
-
-#: Paired z-scores of statistics that two laws share pass this by chance in one of 3e6 tests.
-CLEAR = 5.0
-
-
-def test_a_table_of_the_exponential_law_gives_its_statistics():
-    angle, speed = np.linspace(0.0, 90.0, 91), np.geomspace(1.0, 1000.0, 200)
-    drop = -np.expm1(-0.1 * speed**0.61)
-    value = 1.0 - np.sin(np.radians(angle))[:, np.newaxis] * drop
-    table = {"law": "tabulated", "angle_deg": tuple(angle), "speed": tuple(speed)}
-    table["value"] = tuple(tuple(row) for row in value)
-    count = 4000
-    truth = run(PAIR, count=count).state
-    same = run(pair_with(table), count=count).state
-    # The error of the table is below 1e-4 in a_nc: most particles take nearly the same path.
-    assert np.quantile(np.abs(same - truth).max(axis=1), 0.9) < 5e-4
-    assert np.abs((same - truth).mean(axis=0)).max() < 2e-4
-    # Refused: a table whose angles are read from the normal.
-    wrong = run(pair_with(table | {"value": table["value"][::-1]}), count=count).state
-    assert np.abs((wrong - truth).mean(axis=0)).max() > 2e-2
-
-
-def test_more_restitution_means_more_energy_and_a_faster_rebound():
-    runs = [run(pair_with({"law": "constant", "value": e})) for e in (0.2, 0.5, 0.8)]
-    for weak, strong in itertools.pairwise(runs):
-        assert z_score(strong.energy.sum(axis=1), weak.energy.sum(axis=1)) > CLEAR
-        assert z_score(strong.state[:, 1], weak.state[:, 1]) > CLEAR
-    again = run(pair_with({"law": "constant", "value": 0.2}), seed=32)
-    assert abs(z_score(again.state[:, 1], runs[0].state[:, 1])) < CLEAR
-
-
-def test_more_resistance_slows_the_slide():
-    factors = [
-        run(pair_with("exponential", RESISTANCE["orientation"] | {"factor": f}))
-        for f in (0.0, 0.3, 1.0)
-    ]
-    for weak, strong in itertools.pairwise(factors):
-        assert z_score(strong.state[:, 0], weak.state[:, 0]) < -CLEAR
-    np.testing.assert_array_equal(factors[2].state, run(PAIR).state)
-
-
-def test_power_and_tabulated_laws_lose_more_at_a_faster_impact():
-    for name in ("power", "tabulated"):
-        slow, fast = run(pair_with(name), speed=60.0), run(pair_with(name), speed=240.0)
-        assert z_score(slow.energy.sum(axis=1), fast.energy.sum(axis=1)) > CLEAR

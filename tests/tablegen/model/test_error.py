@@ -1,4 +1,4 @@
-"""Numerical parameters: what they leave of error, and what they cost in collisions.
+"""Numerical parameters: the errors that they leave.
 
 Two settings are compared on the same particles, so the differences below hold no sampling noise.
 """
@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from motion_fixtures import PAIR, POPULATION
 
-from tablegen.model.audit import FLIGHT_ENERGY, FLIGHT_MOMENTUM
 from tablegen.simulation.simulate import (
     CONTACT_RESOLUTION,
     TOLERANCE,
@@ -60,14 +59,6 @@ def test_a_coarse_contact_resolution_is_seen():
     assert mean_change(default, run("ellipsoid", 90.0, resolution=0.1)) > 5e-4
 
 
-def test_chains_are_short_at_the_default_resolution():
-    default, fine = run("ellipsoid", 90.0), run("ellipsoid", 90.0, resolution=1e-4)
-    assert default.collisions.max() < 1000
-    # the finer one pays for chains ten times as long
-    assert fine.collisions.max() > 3 * default.collisions.max()
-    assert default.collisions.mean() < 10.0
-
-
 @pytest.mark.parametrize(("shape", "alpha_deg"), CASES)
 def test_flight_tolerance_leaves_nothing(shape, alpha_deg):
     default, fine = run(shape, alpha_deg), run(shape, alpha_deg, tolerance=1e-13)
@@ -91,11 +82,3 @@ def test_a_grazing_sphere_rebounds_by_the_law(alpha_deg):
     a_nc = 1.0 + np.expm1(-0.1 * 200.0**0.61) * sine
     np.testing.assert_allclose(made.state[:, 1], a_nc * sine, rtol=1e-12)
     assert 0.5 * sine < CONTACT_RESOLUTION or alpha_deg == 0.5
-
-
-def test_a_body_that_turns_often_before_its_contact_keeps_energy_and_momentum():
-    condition = make_condition(np.radians(0.05), 50.0, (0.0, 0.0, 20.0))
-    needle = POPULATION.restricted_to("ellipsoid").with_aspect(0.3, 0.5)
-    made = simulate_condition(PAIR, needle, condition, 30, seed=53, audited=True)
-    assert made.audit[FLIGHT_ENERGY] < 1e-9
-    assert made.audit[FLIGHT_MOMENTUM] < 1e-9

@@ -5,7 +5,6 @@ import pytest
 from crowds import CROWD
 from motion_fixtures import PAIR
 
-from tablegen.config.pairs import MaterialPair
 from tablegen.model.random_particles import (
     ParticleKeys,
     draw_grain,
@@ -19,12 +18,6 @@ from tablegen.simulation.simulate import make_condition, simulate_condition
 pytestmark = pytest.mark.processor
 
 SPINS = [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)]
-
-
-def pair_with(restitution, resistance):
-    """Shipped pair with other laws."""
-    laws = {"restitution": restitution, "resistance": resistance}
-    return MaterialPair.from_tree(PAIR.model_dump(by_alias=True) | laws)
 
 
 def same(pair, population, condition, count, seed=5):
@@ -46,23 +39,6 @@ def test_a_crowd_of_all_shapes_and_meshes(alpha_deg, spin):
 @pytest.mark.parametrize("count", [1, WIDTH - 1, WIDTH, WIDTH + 1, 5 * WIDTH + 3])
 def test_few_particles(count):
     same(PAIR, CROWD, make_condition(0.6, 150.0), count)
-
-
-@pytest.mark.parametrize(
-    ("restitution", "resistance"),
-    [
-        (
-            {"law": "polynomial", "coefficients": [0.993, -1.76, 1.56, -0.49], "source": "a test"},
-            {"law": "constant", "value": 0.0, "source": "a test"},
-        ),
-        (
-            {"law": "constant", "value": 0.7, "source": "a test"},
-            {"law": "constant", "value": 0.3, "source": "a test"},
-        ),
-    ],
-)
-def test_other_laws(restitution, resistance):
-    same(pair_with(restitution, resistance), CROWD, make_condition(0.9, 150.0), 500)
 
 
 def test_draws_in_lanes_are_those_of_one_particle():

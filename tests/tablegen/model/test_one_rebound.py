@@ -32,18 +32,6 @@ def track(arrays, velocity, normal, omega, own, work_size):
     return status, after
 
 
-@numba.njit
-def track_in_wall_frame(arrays, alpha1, speed, spin, work_size):
-    """As `track`, in the frame of the wall."""
-    n = len(alpha1)
-    states, work = np.empty((n, 6)), np.empty(work_size)
-    for k in range(n):
-        w = spin[k, 0], spin[k, 1], spin[k, 2]
-        grain = tablegen.grain(arrays, 7, k, 0)
-        tablegen.draw(arrays, alpha1[k], speed[k], w, grain, 7, k, 3, work, states[k])
-    return states
-
-
 @pytest.mark.processor
 @pytest.mark.parametrize("grain", ["own", "fresh"])
 def test_bits_are_those_of_eight_at_a_time(grain):
@@ -59,19 +47,6 @@ def test_bits_are_those_of_eight_at_a_time(grain):
     expected = MODEL.rebound(velocity, normal, 1e-5, omega=omega, **keys)
     np.testing.assert_array_equal(after[:, :3], expected.velocity)
     np.testing.assert_array_equal(after[:, 3:], expected.omega)
-
-
-@pytest.mark.processor
-def test_bits_in_the_frame_of_the_wall():
-    rng = np.random.default_rng(3)
-    alpha, speed, spin = (
-        rng.uniform(0.01, 1.5, 500),
-        rng.uniform(5, 250, 500),
-        rng.normal(size=(500, 3)),
-    )
-    states = track_in_wall_frame(MODEL.arrays, alpha, speed, spin, MODEL.work_size)
-    keys = {"seed": 7, "index": range(500), "hit": 3}
-    np.testing.assert_array_equal(states, MODEL.sample(alpha, speed, spin=spin, **keys))
 
 
 def rebound(**changes):

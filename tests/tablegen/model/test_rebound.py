@@ -1,4 +1,4 @@
-"""Whole rebounds: laws on every collision and flight, what an audit sees, known answers."""
+"""Whole rebounds: laws on every collision and flight, violations that an audit sees, known answers."""
 
 import numpy as np
 import pytest
@@ -30,9 +30,7 @@ from tablegen.model.audit import (
 from tablegen.model.contact import contact_point
 from tablegen.model.jit import kernel
 from tablegen.model.rebound import (
-    CLEARANCE,
     HEIGHT,
-    LEFT,
     U,
     V,
     approach,
@@ -83,26 +81,6 @@ def test_every_collision_and_flight_keeps_its_laws(name, alpha_deg, speed, spin)
     assert made.energy.sum(axis=1).max() <= 1.0 + 1e-9
 
 
-def test_a_grazing_body_with_spin_keeps_its_laws_at_a_finer_tolerance():
-    # It turns thousands of times before it has sunk to the wall; the drift of its angular
-    # momentum adds up over the turns and passes 1e-9 at the default tolerance.
-    condition = make_condition(np.radians(0.01), 200.0, (2.0, -1.0, -5.0), tolerance=1e-12)
-    population = POPULATION.restricted_to("ellipsoid")
-    made = simulate_condition(PAIR, population, condition, 1000, seed=41, audited=True)
-    assert np.all(made.audit <= ALLOWED), made.audit
-
-
-@pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)])
-def test_energies_are_those_of_the_state(spin):
-    made = simulate_condition(
-        PAIR, POPULATION.restricted_to("sphere"), make_condition(0.5, 200.0, spin), 50, seed=49
-    )
-    # the sphere's moment of inertia is 2/5, so 2 E before is 1 + 2/5 |spin|^2
-    before = 1.0 + 0.4 * np.sum(np.square(spin))
-    squares = np.add.reduceat(made.state**2, [0, 3], axis=1)
-    np.testing.assert_allclose(made.energy, squares * [1.0, 0.4] / before, rtol=1e-12)
-
-
 @pytest.fixture
 def collision():
     """One collision of a prism: body, contact point, motion before and after."""
@@ -141,30 +119,12 @@ def test_audit_reports_another_law(collision, change, entry):
     assert np.all(np.delete(audit, entry) <= 1e-14)
 
 
-def test_audit_reports_another_speed_and_a_gain_of_energy(collision):
-    assert audited(collision, speed=199.0)[NORMAL] > 1e-4
-    after = collision[3].copy()
-    after[U:HEIGHT] *= 3.0
-    assert audited(collision, after=after)[ENERGY] > 0.1
-
-
 @pytest.mark.parametrize("row", [0, 1, 2, U, V, U + 2])
 def test_audit_reports_a_wrong_spin_or_impulse(collision, row):
     after = collision[3].copy()
     after[row] += 1e-8
     audit = audited(collision, after=after)
     assert audit[[NORMAL, TANGENTIAL] if row >= U else ANGULAR].max() > 1e-10
-
-
-def test_audit_reports_a_contact_that_keeps_less_than_the_floor():
-    body = body_of("sphere")
-    before = motion_of(np.eye(3), velocity=[1.0, -1e-5, 0.0], height=1.0)
-    point = np.array([0.0, -1.0, 0.0])
-    after = before.copy()
-    collide(LAW, 200.0, 0.5 * CONTACT_RESOLUTION, body.moments, point, after, SERIES)
-    audit = audited((body, point, before, after))
-    # it misses the elastic bounce, the nearer of the two ways out that the law allows
-    assert audit[NORMAL] == pytest.approx(0.5 * CONTACT_RESOLUTION - 1e-5, rel=1e-9)
 
 
 def test_audit_reports_a_body_that_does_not_tumble():
@@ -181,15 +141,6 @@ def test_audit_reports_a_body_that_does_not_tumble():
     audit_flight(body.moments, before, frozen, wrong)
     assert right.max() <= 1e-11
     assert wrong[FLIGHT_MOMENTUM] > 1e-3
-
-
-def test_audit_reports_a_drift_of_energy():
-    body = body_of("sphere")
-    before = motion_of(np.eye(3), [0.0, 0.0, 1.0], [0.5, 0.3, 0.0])
-    after, audit = before.copy(), np.zeros(AUDIT_SIZE)
-    after[U] *= 1.0 + 1e-7
-    audit_flight(body.moments, before, after, audit)
-    assert audit[FLIGHT_ENERGY] > 1e-9
 
 
 def test_audit_reports_a_start_inside_the_wall():
@@ -232,20 +183,6 @@ def test_flat_on_prism_leaves_straight_up(name, face, speed):
     assert made.collisions == 1
     a_nc = np.exp(-0.1 * speed**0.61)
     np.testing.assert_allclose(made.state, [0.0, a_nc, 0.0, 0.0, 0.0, 0.0], atol=1e-14)
-
-
-@pytest.mark.parametrize("name", SHAPES)
-def test_a_particle_leaves_rising_and_above_its_bounding_radius(name):
-    condition = make_condition(np.radians(70.0), 200.0, (1.0, 2.0, -3.0))
-    for rotation in random_rotations(np.random.default_rng(47), 50):
-        body = body_of(name) if name == "sphere" else body_of(name, 0.7, 0.5)
-        motion = motion_of(rotation)
-        approach(condition, body, motion)
-        status, collisions, _ = rebound(LAW, condition, body, motion, workspace(), np.zeros(0))
-        assert status == LEFT
-        assert collisions >= 1
-        assert motion[V] > 0.0
-        assert motion[HEIGHT] == pytest.approx(body.bounding_radius + CLEARANCE, abs=1e-12)
 
 
 def test_a_particle_without_spin_starts_at_its_contact_and_another_at_its_bounding_radius():

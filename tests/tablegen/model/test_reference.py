@@ -91,26 +91,7 @@ def test_agrees_with_the_reference_everywhere(studied):
     assert disagreements(made, point) == []
 
 
-@pytest.mark.study
-def test_quantiles_and_energies_agree_with_the_reference_everywhere(studied):
-    point, made = studied
-    translational, rotational = made.energy.mean(axis=0)
-    assert translational == pytest.approx(point["energy_translational"], abs=2e-3)
-    assert rotational == pytest.approx(point["energy_rotational"], abs=2e-3)
-    for column, values in zip(COLUMNS, made.state.T, strict=True):
-        levels = [np.mean(values <= q) for q in point["quantiles"][column]]
-        # besides the noise, the quantiles are rounded to 1e-4
-        np.testing.assert_allclose(levels, REFERENCE["quantile_levels"], atol=5e-3)
-
-
-def test_reference_has_the_documented_conditions():
-    assert len(POINTS) == 15
-    assert set(ORDINARY) <= set(POINTS)
-    assert all(point["count"] == 600_000 for point in POINTS.values())
-    assert COLUMNS == ["u", "v", "w", "omega_x", "omega_y", "omega_z"]
-
-
-#: A point, what differs from the model, its options, and a disagreement that must be found.
+#: A point, the changed part of the configuration, the change, and the disagreement it must give.
 CHANGES = [
     ("mixture-45-200", "pair", {"resistance": {"strength": 0.9}}, "mean u"),
     ("mixture-45-200", "pair", {"restitution": {"coefficient": 0.11}}, "mean v"),
@@ -124,9 +105,3 @@ def test_another_law_or_shape_disagrees(name, part, change, line):
     made = simulate_point(POINTS[name], 100_000, seed=83, **{part: other})
     assert any(found.startswith(line) for found in disagreements(made, POINTS[name]))
     assert not disagreements(simulate_point(POINTS[name], 200_000, seed=84), POINTS[name])
-
-
-def test_a_coarse_contact_resolution_disagrees():
-    point = POINTS["ellipsoid-90-200"]
-    made = simulate_point(point, 100_000, seed=85, resolution=0.1)
-    assert any(line.startswith("share") for line in disagreements(made, point))

@@ -16,12 +16,10 @@ from motion_fixtures import (
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
-from tablegen.model.random_particles import draw_orientation
 from tablegen.model.rotation import (
     ORDER,
     evaluate,
     expand,
-    expand_axis,
     rate_bounds,
     series_span,
     set_orientation,
@@ -35,15 +33,6 @@ def random_motion(rng, rate):
     return moments, motion_of(random_rotations(rng, 1)[0], rate * spin / np.linalg.norm(spin))
 
 
-def symmetric_top(moments, motion, t):
-    """Orientation and body spin of a top with j2 = j3 after time t: precession, then own spin."""
-    j1, j2, _ = moments
-    own = (1.0 - j1 / j2) * motion[0]
-    precession = Rotation.from_rotvec(t * angular_momentum_of(moments, motion) / j2).as_matrix()
-    turned = Rotation.from_rotvec([t * own, 0.0, 0.0]).as_matrix()
-    return precession @ rotation_of(motion) @ turned, turned.T @ motion[0:3]
-
-
 def test_energy_and_angular_momentum_are_conserved_in_flight():
     rng = np.random.default_rng(1)
     for _ in range(40):
@@ -53,13 +42,6 @@ def test_energy_and_angular_momentum_are_conserved_in_flight():
         assert energy_of(moments, motion) == pytest.approx(energy, rel=1e-9)
         drift = np.linalg.norm(angular_momentum_of(moments, motion) - momentum)
         assert drift <= 1e-9 * np.linalg.norm(momentum)
-
-
-def test_axes_stay_orthonormal():
-    moments, motion = random_motion(np.random.default_rng(2), rate=5.0)
-    fly(moments, motion, 100.0)
-    r = rotation_of(motion)
-    np.testing.assert_allclose(r @ r.T, np.eye(3), atol=1e-15)
 
 
 def test_asymmetric_top_against_an_independent_integrator():
@@ -73,63 +55,11 @@ def test_asymmetric_top_against_an_independent_integrator():
 
 
 def test_constant_spin_would_be_wrong():
-    # what the comparison above is able to see: the spin of a box changes direction in flight
+    # the comparison above is able to see that the spin of a box changes direction in flight
     moments, motion = body_of("prism", 0.8, 0.6).moments, motion_of(np.eye(3), [1.0, 2.0, 3.0])
     before = motion.copy()
     fly(moments, motion, 1.0)
     assert np.abs(motion[0:3] - before[0:3]).max() > 0.1
-
-
-@pytest.mark.parametrize("ratio", [0.02, 0.5, 0.999999, 1.0, 1.8])
-def test_symmetric_top_closed_form(ratio):
-    moments = (0.3 * ratio, 0.3, 0.3)
-    motion = motion_of(random_rotations(np.random.default_rng(4), 1)[0], [1.0, -2.0, 0.7])
-    orientation, spin = symmetric_top(moments, motion, 9.0)
-    fly(moments, motion, 9.0)
-    np.testing.assert_allclose(rotation_of(motion), orientation, atol=1e-8)
-    np.testing.assert_allclose(motion[0:3], spin, atol=1e-8)
-
-
-@pytest.mark.parametrize("difference", [1e-15, 1e-12, 1e-7])
-def test_almost_a_sphere_turns_about_a_fixed_axis(difference):
-    moments = (0.4, 0.4 * (1.0 + difference), 0.4 * (1.0 + 2.0 * difference))
-    motion = motion_of(random_rotations(np.random.default_rng(5), 1)[0], [1.0, 2.0, -2.0])
-    turn, change = rate_bounds(moments, motion)
-    assert 3.0 * (1.0 - 1e-15) <= turn <= 3.0 * np.sqrt(3.0)
-    assert 0.0 <= change <= 1e-5
-    expected = Rotation.from_rotvec(np.array([4.0, 8.0, -8.0])).as_matrix() @ rotation_of(motion)
-    fly(moments, motion, 4.0)
-    np.testing.assert_allclose(rotation_of(motion), expected, atol=1e-8 + 20.0 * difference)
-
-
-def test_without_spin_nothing_moves():
-    motion = motion_of(random_rotations(np.random.default_rng(6), 1)[0])
-    before = motion.copy()
-    moments, series = (0.2, 0.3, 0.4), np.empty((9, ORDER + 1))
-    expand(moments, motion, series)
-    assert series_span(series, 1e-10) == np.inf
-    assert rate_bounds(moments, motion) == (0.0, 0.0)
-    fly(moments, motion, 1e6)
-    np.testing.assert_allclose(motion, before, rtol=0.0, atol=1e-15)
-
-
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10, 1e-13])
-def test_one_span_stays_within_ten_times_the_tolerance(tolerance):
-    rng = np.random.default_rng(7)
-    series = np.empty((9, ORDER + 1))
-    for _ in range(15):
-        moments, motion = random_motion(rng, rate=rng.uniform(0.5, 10.0))
-        rate = np.abs(motion[0:3]).max()
-        expand(moments, motion, series)
-        expand_axis(motion, series)
-        span = series_span(series, tolerance)
-        assert span > 0.02 / rate
-        exact = FreeRotation(moments, motion, span)
-        value = series @ span ** np.arange(ORDER + 1)
-        allowed = 10.0 * tolerance + 2e-12
-        assert np.abs(value[0:3] - exact.spin([span])[0]).max() <= allowed * rate
-        assert np.abs(value[3:6] - exact.rotation([span])[0, 1]).max() <= allowed
-        assert np.abs(value[6:9] - exact.rotation([span])[0, 0]).max() <= allowed
 
 
 def test_rates_never_exceed_their_bounds():
@@ -191,26 +121,8 @@ def rotations():
     return drawn_rotations(np.random.default_rng(9).random((20_000, 3)))
 
 
-def test_orientation_is_a_rotation_also_at_the_ends_of_the_uniform_numbers(rotations):
-    ends = (2.0**-33, 0.5, 1.0 - 2.0**-33)
-    corners = np.array(np.meshgrid(ends, ends, ends)).reshape(3, -1).T
-    for made in (rotations, drawn_rotations(corners)):
-        identity = np.broadcast_to(np.eye(3), made.shape)
-        np.testing.assert_allclose(made @ made.transpose(0, 2, 1), identity, atol=2e-15)
-        np.testing.assert_allclose(np.linalg.det(made), 1.0, atol=2e-15)
-
-
 def test_orientation_is_uniform(rotations):
     assert least_p_value(rotations) > FALSE_ALARM
-
-
-def test_orientation_of_drawn_particles_is_uniform():
-    made = np.empty((20_000, 3, 3))
-    motion = motion_of(np.eye(3))
-    for i in range(len(made)):
-        draw_orientation(5, i, 3, motion)
-        made[i] = rotation_of(motion)
-    assert least_p_value(made) > FALSE_ALARM
 
 
 def test_uniform_euler_angles_and_an_uneven_sampler_are_rejected():

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from motion_fixtures import ACHIRAL, SHAPES, TRUNCATION, body_of
+from motion_fixtures import SHAPES, TRUNCATION, body_of
 from scipy.spatial import ConvexHull
-from scipy.spatial.distance import pdist
 from scipy.special import roots_legendre
 
 from tablegen.model.shapes import lowest_depth
@@ -73,19 +72,6 @@ def test_moments_of_ellipsoids_by_quadrature(b, c):
     )
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_moments_increase(name):
-    j1, j2, j3 = body_of(name, 0.8, 0.6).moments
-    assert j1 <= j2 <= j3
-
-
-def test_sphere_is_the_ellipsoid_with_equal_axes():
-    sphere, ellipsoid = body_of("sphere"), body_of("ellipsoid")
-    assert sphere.moments == ellipsoid.moments == (0.4, 0.4, 0.4)
-    assert sphere.bounding_radius == 1.0
-    assert sphere.candidates.shape == (0, 3)
-
-
 @pytest.mark.parametrize(("b", "c"), SIZES)
 @pytest.mark.parametrize(
     ("name", "vertices", "faces"),
@@ -101,35 +87,6 @@ def test_polyhedra_are_convex_and_fill_their_box(name, vertices, faces, b, c):
     assert np.all(np.abs(body.candidates) <= [1.0, b, c])
 
 
-@pytest.mark.parametrize("truncation", [0.1, 0.5, TRUNCATION, 0.9])
-def test_truncation_cuts_the_half_edges_at_its_fraction(truncation):
-    body = body_of("truncated-prism", 0.8, 0.6, truncation)
-    scaled = np.sort(np.abs(body.candidates / [1.0, 0.8, 0.6]), axis=1)
-    np.testing.assert_allclose(scaled, np.tile([1.0 - truncation, 1.0, 1.0], (24, 1)), atol=1e-15)
-    # each of the eight corners loses f^3 / 6 of its octant
-    expected = 8.0 * 0.8 * 0.6 * (1.0 - truncation**3 / 6.0)
-    assert second_moments(body.candidates)[2] == pytest.approx(expected, rel=1e-13)
-
-
-def test_default_truncation_of_a_cube_is_the_regular_truncated_cube():
-    gaps = np.sort(pdist(body_of("truncated-prism").candidates))
-    # 36 equal edges, then the diagonals of the octagons
-    np.testing.assert_allclose(gaps[:36], 2.0 * (math.sqrt(2.0) - 1.0), rtol=1e-14)
-    assert gaps[36] > 1.3 * gaps[0]
-
-
-def test_tetrahedron_has_the_documented_handedness():
-    expected = {(1.0, 0.8, 0.6), (1.0, -0.8, -0.6), (-1.0, 0.8, -0.6), (-1.0, -0.8, 0.6)}
-    assert {tuple(vertex) for vertex in body_of("tetrahedron", 0.8, 0.6).candidates} == expected
-
-
-@pytest.mark.parametrize("name", ACHIRAL)
-def test_achiral_shapes_are_their_own_mirror_image(name):
-    body = body_of(name, 0.8, 0.6)
-    mirrored = {tuple(v) for v in body.candidates * [1.0, 1.0, -1.0]}
-    assert mirrored == {tuple(v) for v in body.candidates}
-
-
 def directions(count, seed):
     """Random unit vectors and the coordinate directions."""
     n = np.random.default_rng(seed).normal(size=(count, 3))
@@ -143,14 +100,6 @@ def test_depth_of_polyhedra_is_that_of_the_lowest_vertex(name, b, c):
     body = body_of(name, b, c)
     for n in directions(300, 5):
         assert lowest_depth(body, n) == pytest.approx(-(body.candidates @ n).min(), abs=1e-15)
-
-
-def test_depth_of_prisms_by_the_closed_form():
-    body = body_of("prism", 0.8, 0.6)
-    for n in directions(300, 6):
-        assert lowest_depth(body, n) == pytest.approx(
-            np.sum([1.0, 0.8, 0.6] * np.abs(n)), rel=1e-15
-        )
 
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
@@ -172,10 +121,3 @@ def test_bounding_radius_is_the_largest_depth(name, b, c):
     n = np.vstack([directions(300, 9), -body.candidates / body.bounding_radius])
     depths = [lowest_depth(body, direction / np.linalg.norm(direction)) for direction in n]
     assert max(depths) == pytest.approx(body.bounding_radius, rel=1e-14)
-
-
-def test_bounding_radius_of_the_prism_is_its_half_diagonal():
-    for name in ("prism", "tetrahedron"):
-        radius = body_of(name, 0.8, 0.6).bounding_radius
-        assert radius == pytest.approx(math.sqrt(2.0), rel=1e-15)
-    assert body_of("ellipsoid", 0.8, 0.6).bounding_radius == 1.0

@@ -6,24 +6,18 @@ import numba
 import numpy as np
 import pytest
 
-from tablegen.model.float_bits import power_of_two, split_exponent
+from tablegen.model.elementary import power_of_two, split_exponent
 from tablegen.model.simd import (
     WIDTH,
     any_lane,
-    extract,
     fma,
-    insert,
-    lane_array,
     load,
     logical_not,
-    mask_from_bits,
     maximum,
     minimum,
     select,
     sqrt,
     store,
-    store_lane,
-    width,
 )
 
 pytestmark = pytest.mark.processor
@@ -82,22 +76,6 @@ def test_operations_on_lanes_are_those_on_floats(pairs):
             np.testing.assert_array_equal(wide[:, i], alone)
 
 
-def test_operations_on_floats_are_those_of_numpy(pairs):
-    a, b = (values[len(SPECIAL) ** 2 :] for values in pairs)
-    for x, y in zip(a, b, strict=True):
-        out = np.empty(20)
-        operations(np.array([x]), np.array([y]), out)
-        assert out[0] == x + y
-        assert out[5] == pytest.approx(math.fma(x, y, 3.0) if hasattr(math, "fma") else x * y + 3.0)
-        assert out[8] == min(x, y)
-        assert out[9] == max(x, y)
-        assert out[10] == (x if x < y else 7.0)
-        assert out[14] == 2.0 * x + 1.0
-        assert (out[16], out[17]) == np.frexp(abs(x) + 1e-3)
-        assert out[18] == 2.0 ** out[17]
-        assert out[19] == x + x + x
-
-
 def test_a_sum_is_fused_where_it_says_so_and_nowhere_else():
     @numba.njit
     def both(x, y, z):
@@ -120,52 +98,3 @@ def test_comparisons_with_no_number_are_false():
         )
 
     assert compare(math.nan) == (False, False, False, True)
-
-
-def test_masks_lanes_and_bits():
-    @numba.njit
-    def look(bits, out):
-        where = mask_from_bits(bits)
-        for i in range(width(where)):
-            out[i] = extract(where, i)
-        return any_lane(where), any_lane(where & logical_not(where)), width(where)
-
-    for bits in (0, 1, 0b1010_0001, 2**WIDTH - 1):
-        out = np.empty(WIDTH)
-        found = look(bits, out)
-        np.testing.assert_array_equal(out, [bits >> i & 1 for i in range(WIDTH)])
-        assert found == (bits != 0, False, WIDTH)
-
-
-def test_single_lanes_are_taken_and_written():
-    @numba.njit
-    def change(array, flat):
-        value = insert(load(array, (1, 0)), 3, 9.0)
-        store(array, (1, 0), value)
-        store_lane(array, (0, 1), 2, 4.0)
-        store_lane(flat, 1, 0, 5.0)
-        return (
-            extract(value, 3),
-            extract(value, 2),
-            extract(7.0, 0),
-            insert(7.0, 0, 8.0),
-            width(7.0),
-        )
-
-    array, flat = np.zeros((2, 2, WIDTH)), np.zeros(2)
-    assert change(array, flat) == (9.0, 0.0, 7.0, 8.0, 1)
-    expected = np.zeros((2, 2, WIDTH))
-    expected[1, 0, 3], expected[0, 1, 2] = 9.0, 4.0
-    np.testing.assert_array_equal(array, expected)
-    np.testing.assert_array_equal(flat, [0.0, 5.0])
-
-
-def test_lane_arrays_lie_on_register_boundaries():
-    @numba.njit
-    def make(rows):
-        return lane_array(rows)
-
-    for rows in (1, 3, 13, 100):
-        made = make(rows)
-        assert made.shape == (rows, WIDTH)
-        assert made.ctypes.data % 64 == 0

@@ -11,12 +11,9 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from tablegen.config.mesh import mesh_particle
-from tablegen.config.support_map_builder import SLACK, cell_frames, make_map
+from tablegen.config.support_map_builder import SLACK, make_map
 from tablegen.model.jit import kernel
-from tablegen.model.rebound import MOTION_SIZE, next_contact
-from tablegen.model.rotation import ORDER
-from tablegen.model.shapes import lowest_depth
-from tablegen.model.support_map import NO_MAP, direction_cell, empty_map, support_range
+from tablegen.model.shapes import direction_cell, lowest_depth, support_range
 from tablegen.simulation.simulate import make_condition
 
 # called from Python here
@@ -88,63 +85,6 @@ def test_a_list_taken_for_less_slack_is_found_out(name):
     assert worst_miss(lean, body.vertices, at, turned(rng, at, SLACK)) > 1e-6
 
 
-def test_lists_of_a_large_grain_are_short():
-    # a fiftieth of the vertices, and most of those lie within the slack of the direction
-    body = mesh_particle(SOLIDS["grain"]).body()
-    lengths = np.diff(body.support_map.starts)
-    assert len(lengths) == 6 * body.support_map.resolution**2
-    assert lengths.mean() < 25.0
-    assert lengths.max() < 100
-
-
-@pytest.mark.parametrize("resolution", [1, 2, 7])
-def test_cells_are_numbered_like_their_centres(resolution):
-    centres, radii = cell_frames(resolution)
-    found = [direction_cell(resolution, *centre) for centre in centres]
-    assert found == list(range(6 * resolution**2))
-    assert np.all(radii < math.acos(1.0 / math.sqrt(3.0)) + 1e-12)
-
-
-@pytest.mark.parametrize("resolution", [1, 5, 16])
-def test_a_direction_is_within_the_radius_of_its_cell(resolution):
-    rng = np.random.default_rng(63)
-    centres, radii = cell_frames(resolution)
-    special = np.array([v for v in np.ndindex(3, 3, 3) if v != (1, 1, 1)]) - 1.0
-    n = np.concatenate([directions(rng, 20_000), special])
-    n /= np.linalg.norm(n, axis=1, keepdims=True)
-    cells = [direction_cell(resolution, *row) for row in n * 3.0]
-    angle = np.arccos(np.clip(np.einsum("ij,ij->i", n, centres[cells]), -1.0, 1.0))
-    assert np.all(angle <= radii[cells] + 1e-9)
-    assert set(cells) == set(range(6 * resolution**2))
-
-
-def test_a_finer_map_lists_no_more_than_its_slack_needs():
-    # each listed vertex supports the body somewhere within radius + slack of the centre
-    hull = ConvexHull(SOLIDS["small-grain"])
-    made = make_map(hull, 0.1, 8)
-    centres, radii = cell_frames(8)
-    rng = np.random.default_rng(64)
-    for cell in range(0, len(centres), 37):
-        around = turned(rng, np.repeat(centres[[cell]], 20_000, axis=0), 1.0)
-        shares = np.sqrt(rng.random((20_000, 1))) * (radii[cell] + 0.1)
-        around = np.cos(shares) * centres[cell] + np.sin(shares) * (
-            (around - math.cos(1.0) * centres[cell]) / math.sin(1.0)
-        )
-        seen = set(np.argmax(around @ hull.points.T, axis=1).tolist())
-        rows = made.points[made.starts[cell] : made.starts[cell + 1]]
-        listed = {int(np.flatnonzero((hull.points == row).all(axis=1))[0]) for row in rows}
-        assert seen <= listed
-        # a cone may reach in by less than the samples resolve
-        assert len(listed - seen) <= 1
-
-
-def test_no_map_is_the_empty_map():
-    made = empty_map()
-    assert (made.resolution, made.slack) == (NO_MAP.resolution, NO_MAP.slack) == (0, math.inf)
-    np.testing.assert_array_equal(made.starts, NO_MAP.starts)
-    assert made.points.shape == NO_MAP.points.shape == (0, 3)
-
-
 @pytest.mark.parametrize("name", SOLIDS)
 def test_depth_is_that_of_the_lowest_of_all_vertices(name):
     particle = mesh_particle(posed(SOLIDS[name]))
@@ -156,28 +96,6 @@ def test_depth_is_that_of_the_lowest_of_all_vertices(name):
 def without_map(particle):
     """Body of a mesh, looked at vertex by vertex."""
     return with_vertices(particle.body(), particle.vertices)
-
-
-@pytest.mark.parametrize("name", ["grain", "needle", "disc", "box"])
-def test_contacts_are_those_of_a_search_over_all_vertices(name):
-    particle = mesh_particle(SOLIDS[name])
-    body, plain = particle.body(), without_map(particle)
-    assert plain.support_map.resolution == 0
-    rng = np.random.default_rng(66)
-    series = np.empty((9, ORDER + 1))
-    touched = 0
-    for rotation in Rotation.random(200, rng=rng).as_matrix():
-        motion = np.empty(MOTION_SIZE)
-        motion[0:3] = rng.normal(size=3) * 4.0
-        motion[3:6], motion[6:9] = rotation[1], rotation[0]
-        motion[9:12] = 0.3, rng.uniform(-0.5, 0.5), 0.0
-        motion[12] = lowest_depth(body, motion[3:6]) + 10.0 ** rng.uniform(-6.0, -0.5)
-        other = motion.copy()
-        touches = next_contact(body, 1e-10, motion, series)
-        assert touches == next_contact(plain, 1e-10, other, series)
-        np.testing.assert_allclose(motion, other, atol=1e-8)
-        touched += touches
-    assert 50 < touched < 200
 
 
 @pytest.mark.parametrize("alpha_deg", [20.0, 90.0])

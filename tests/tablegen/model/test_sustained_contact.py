@@ -10,11 +10,9 @@ left. The model bounces instead, at the contact resolution or less, and must ten
 import math
 
 import numpy as np
-import planar_reference
 import pytest
 from motion_fixtures import PAIR, body_of, run_rebound
-from planar_reference import impact, mobility, rotation_of_section, section_of
-from scipy.integrate import solve_ivp
+from planar_reference import rotation_of_section, section_of
 
 from tablegen.config.pairs import ConstantResistance, ConstantRestitution
 from tablegen.simulation.simulate import make_condition
@@ -79,50 +77,6 @@ def closed_form(section):
     return np.array([0.0, last * omega, omega])
 
 
-def glide(section, alpha, resistance):
-    """State after a glide with resistance, by scipy's integrator."""
-    theta = start_angle(section)
-    start = impact(section, theta, alpha)
-    r = section.lowest(theta)[0]
-    matrix = mobility(section, r)
-    size = math.hypot(start.u, start.v)
-    s_x, s_y = planar_reference.solve(matrix, start.u, resistance / size, -start.v)
-    omega = (r[0] * s_y - r[1] * s_x) / section.moment
-
-    theta_of, u_of, omega_of = range(3)
-    way = math.copysign(1.0, start.u + s_x + omega * slopes(section, theta)[0])
-
-    def slide(y):
-        return way * (y[u_of] + y[omega_of] * slopes(section, y[theta_of])[0])
-
-    def rates(_, y):
-        h, first, second = slopes(section, y[theta_of])
-        lever = first + way * resistance * h
-        load = second * y[omega_of] ** 2 / (1.0 + first * lever / section.moment)
-        return [y[omega_of], -way * resistance * load, -load * lever / section.moment]
-
-    def lifts(_, y):
-        return slopes(section, y[theta_of])[2]
-
-    def sticks(_, y):
-        return slide(y)
-
-    lifts.terminal = sticks.terminal = True
-    path = solve_ivp(
-        rates,
-        (0.0, 100.0),
-        [theta, start.u + s_x, omega],
-        events=(lifts, sticks),
-        rtol=1e-11,
-        atol=1e-13,
-    )
-    # the load ended it, and the contact slid one way all along
-    assert path.t_events[0].size == 1
-    assert path.t_events[1].size == 0
-    theta, u, omega = path.y[:, -1]
-    return np.array([u, slopes(section, theta)[1] * omega, omega])
-
-
 def miss(state, expected):
     """Largest error, relative to a spin that is large."""
     return np.max(np.abs(state - expected) / [1.0, 1.0, 1.0 + abs(expected[2])])
@@ -136,26 +90,3 @@ def test_a_glide_without_resistance_ends_in_its_closed_form(sizes, axis, resolut
     # a real chain, the longer the finer the resolution, and an error of its order
     assert collisions > 0.1 / resolution
     assert miss(state, expected) < 0.2 * resolution
-
-
-@pytest.mark.parametrize("resolution", [1e-3, 1e-4])
-@pytest.mark.parametrize("resistance", [0.1, 0.3])
-@pytest.mark.parametrize(("sizes", "axis"), BODIES)
-def test_a_glide_with_resistance_ends_as_its_equation_says(sizes, axis, resistance, resolution):
-    alpha = math.radians(30.0)
-    expected = glide(section_of("ellipsoid", *sizes, axis), alpha, resistance)
-    state, collisions = bounced(sizes, axis, alpha, resistance, resolution)
-    assert collisions > 0.1 / resolution
-    assert miss(state, expected) < 0.8 * resolution
-
-
-def test_the_two_truths_agree_where_nothing_resists():
-    section = section_of("ellipsoid", 0.8, 0.6, 1)
-    np.testing.assert_allclose(glide(section, 0.5 * math.pi, 0.0), closed_form(section), atol=1e-9)
-
-
-def test_another_resistance_and_a_coarse_resolution_are_seen():
-    (sizes, axis), alpha = BODIES[0], math.radians(30.0)
-    expected = glide(section_of("ellipsoid", *sizes, axis), alpha, 0.3)
-    assert miss(bounced(sizes, axis, alpha, 0.31, 1e-3)[0], expected) > 5e-3
-    assert miss(bounced(sizes, axis, alpha, 0.3, 0.1)[0], expected) > 5e-3

@@ -12,22 +12,15 @@ from motion_fixtures import (
     with_vertices,
 )
 from scipy.spatial.transform import Rotation
-from scipy.stats import norm
 
 from tablegen.simulation.simulate import make_condition
 
-#: Mirror at the impact plane, and what it does to a state: spin is an axial vector.
+#: Mirror at the impact plane, and its effect on a state: spin is an axial vector.
 MIRROR = np.diag([1.0, 1.0, -1.0])
 MIRRORED_STATE = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 
 #: Collisions up to which rounding has not yet grown past the tolerance of a comparison.
 FEW = 5
-
-#: Columns of a state.
-U, V, W, OMEGA_X, OMEGA_Y, OMEGA_Z = range(6)
-
-#: False-alarm rate of one test of symmetry, over all its z-scores; there are 13 such tests.
-FALSE_ALARM = 1e-6
 
 
 def compare(rotations, name, run, transformed, expected_of):
@@ -88,56 +81,3 @@ def test_at_normal_impact_the_rebound_turns_with_the_particle(name, turn_deg):
         lambda state: np.concatenate([turn @ state[:3], turn @ state[3:]]),
     )
     assert compared > 40
-
-
-def mirror_asymmetry(state):
-    """Largest z-score of twelve means that vanish if (w, omega_x, omega_y) may change sign."""
-    odd = state[:, [W, OMEGA_X, OMEGA_Y]]
-    even = state[:, [U, V, OMEGA_Z]] - state[:, [U, V, OMEGA_Z]].mean(axis=0)
-    parts = [odd] + [odd * even[:, [i]] for i in range(3)]
-    values = np.hstack(parts)
-    return np.abs(values.mean(axis=0) / values.std(axis=0) * np.sqrt(len(values))).max()
-
-
-def limit(scores):
-    """Largest of some z-scores that is passed with probability `FALSE_ALARM`, at most."""
-    return norm.isf(0.5 * FALSE_ALARM / scores)
-
-
-@pytest.mark.parametrize("alpha_deg", [10.0, 45.0, 75.0, 90.0])
-@pytest.mark.parametrize("name", ACHIRAL)
-def test_statistics_of_achiral_shapes_are_mirror_symmetric(name, alpha_deg, simulated):
-    state = simulated(name, alpha_deg, 40_000, seed=65).state
-    assert mirror_asymmetry(state) < limit(12)
-
-
-def test_asymmetric_samples_are_rejected(simulated):
-    state = simulated("prism", 45.0, 40_000, seed=65).state
-    # one particle in twenty leaves on the wrong side
-    skewed = state.copy()
-    skewed[::20, W] = np.abs(skewed[::20, W])
-    # each of w, omega_x, omega_y stays symmetric, but u depends on the side
-    sided = state.copy()
-    sided[:, U] += 0.01 * np.sign(sided[:, W])
-    assert min(mirror_asymmetry(skewed), mirror_asymmetry(sided)) > limit(12)
-
-
-@pytest.mark.parametrize("name", NON_SPHERICAL)
-def test_at_normal_impact_u_and_omega_z_are_symmetric_too(name, simulated):
-    # the half turn about the normal changes the sign of all four
-    odd = simulated(name, 90.0, 40_000, seed=65).state[:, [U, W, OMEGA_X, OMEGA_Z]]
-    scores = odd.mean(axis=0) / odd.std(axis=0) * np.sqrt(len(odd))
-    assert np.abs(scores).max() < limit(4)
-
-
-def test_away_from_normal_impact_u_is_not_symmetric(simulated):
-    u = simulated("prism", 75.0, 40_000, seed=65).state[:, U]
-    assert u.mean() / u.std() * np.sqrt(len(u)) > limit(4)
-
-
-def test_the_box_tetrahedron_is_chiral(simulated):
-    # With a > b > c its symmetry group holds half turns only, no reflection, so a population of
-    # one handedness need not be mirror symmetric, and is not: mean omega_x is -0.003 at 20 degrees.
-    omega_x = simulated("tetrahedron", 20.0, 400_000, seed=66).state[:, OMEGA_X]
-    assert omega_x.mean() < -5.0 * omega_x.std() / np.sqrt(len(omega_x))
-    assert omega_x.mean() == pytest.approx(-0.003, abs=0.002)

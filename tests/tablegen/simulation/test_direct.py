@@ -10,8 +10,7 @@ import tablegen
 from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.model.audit import AUDIT_SIZE, PENETRATION
-from tablegen.model.impact_condition import CONDITION_SIZE
-from tablegen.model.impacts import wall_conditions
+from tablegen.model.impacts import CONDITION_SIZE, wall_conditions
 from tablegen.model.particle_run import simulate_audited
 from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tablegen.model.facets import seed_of_bounce
 
 import sampler
 from sampler.arguments import MAX_ROUGHNESS, draw_tilt
 from sampler.errors import InputError
 from tablegen.config.config import load_config
+from tablegen.model.roughness import seed_of_bounce
 from tablegen.simulation.direct import DirectModel
 
 MODEL = DirectModel(load_config("corundum-steel"))
@@ -20,7 +20,7 @@ OMEGA = np.array([1e5, -2e5, -4e6])
 def facets(velocity, seed, roughness, index=IDS, hit=0):
     """Normals of the facets that particles with the velocities (n, 3) meet, in the xy plane."""
     alpha = np.arctan2(-velocity[:, 1], np.hypot(velocity[:, 0], velocity[:, 2]))
-    tilts = [draw_tilt(a, roughness, seed, i, hit) for a, i in zip(alpha, index, strict=True)]
+    tilts = [draw_tilt(a, roughness, (seed, i, hit)) for a, i in zip(alpha, index, strict=True)]
     assert all(found for found, _ in tilts)
     tilt = np.array([t for _, t in tilts])
     along = velocity * [1.0, 0.0, 1.0]
