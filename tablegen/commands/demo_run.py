@@ -12,8 +12,8 @@ import sampler
 from sampler.errors import InputError
 from sampler.files.atomic import check_output, write_bytes
 from tablegen.accuracy.accuracy_text import accuracy_text, details_text
+from tablegen.accuracy.decision import verdict_words
 from tablegen.accuracy.validate import Validation, validate
-from tablegen.accuracy.verdict import verdict_words
 from tablegen.config.config import Config, load_config
 from tablegen.evidence.joint_density import Source, joint_picture
 from tablegen.model.float_array import FloatArray

@@ -127,9 +127,8 @@ def generate(
 
 def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
     """Print what a new table is and how accurate; returns the exit status."""
-    from tablegen.accuracy.accuracy_text import accuracy_text, time_text
+    from tablegen.accuracy.accuracy_text import accuracy_text, spin_report, time_text
     from tablegen.accuracy.decision import judge
-    from tablegen.accuracy.spin_text import spin_report
     from tablegen.commands.inspect import identity_text, several_processors
 
     contents = made.table.contents

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tablegen.accuracy.spin_measure import spin_accuracy_datasets
+from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.config.config import Config
 from tablegen.fitting.fit_tasks import (
     ShapeConditions,

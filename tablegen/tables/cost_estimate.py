@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tablegen.accuracy.conditions import spin_conditions_beside
 from tablegen.accuracy.joint_law import SAMPLES as CHAIN_IMPACTS
 from tablegen.accuracy.measure import sample_size
-from tablegen.accuracy.spin_conditions import spin_conditions_beside
 from tablegen.config.config import Config
 from tablegen.fitting.leaf_sizes import spin_sizes
 from tablegen.fitting.resolution import LADDER, resolution

@@ -12,10 +12,12 @@ from sampler.formats.hdf5 import write_table
 from sampler.inputs.rows import as_integer
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
-from tablegen.accuracy.conditions import pick_conditions
-from tablegen.accuracy.measure import measure
-from tablegen.accuracy.spin_conditions import pick_spin_conditions, spin_conditions_beside
-from tablegen.accuracy.spin_measure import SpinAccuracy, measure_spin, spin_accuracy_datasets
+from tablegen.accuracy.conditions import (
+    pick_conditions,
+    pick_spin_conditions,
+    spin_conditions_beside,
+)
+from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin, spin_accuracy_datasets
 from tablegen.config.config import Config
 from tablegen.config.defaults import GENERATE_CONDITIONS
 from tablegen.fitting.spin_law import spin_law
@@ -41,7 +43,7 @@ class Generated:
     table : Table
     comparisons : list of Comparison
         At conditions between nodes that played no part in placing them.
-    spin : SpinAccuracy or None
+    spin : LawAccuracy or None
         The same of the spin law, if the table has one.
     seconds : dict
         Spent on simulation, fit and check of nodes by all workers together, and on the
@@ -51,7 +53,7 @@ class Generated:
     table: Table
     comparisons: list[Comparison]
     seconds: dict[str, float]
-    spin: SpinAccuracy | None = None
+    spin: LawAccuracy | None = None
 
 
 def generate(

@@ -7,7 +7,7 @@ from sampler.errors import InputError
 from sampler.files.atomic import check_output
 from sampler.files.locate import find_table
 from sampler.formats.hdf5 import read_table, write_table
-from tablegen.accuracy.spin_measure import spin_accuracy_datasets
+from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.accuracy.validate import Validation
 from tablegen.tables.assembly import accuracy_datasets
 
@@ -59,7 +59,7 @@ def store_accuracy(path: str | Path, validation: Validation) -> str:
         raise InputError(f"{path}: changed since it was measured, allowed: the file as it was")
     measured = accuracy_datasets(validation.comparisons, len(contents.variables))
     if validation.spin is not None:
-        measured |= spin_accuracy_datasets(validation.spin.measured)
+        measured |= spin_accuracy_datasets(validation.spin.accuracy)
     contents = replace(contents, datasets={**contents.datasets, **measured})
     write_table(path, contents)
     return contents.content_sha256
