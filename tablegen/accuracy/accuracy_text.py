@@ -14,7 +14,7 @@ from tablegen.tasks.text_table import table_lines
 _CERTAINTY = (
     "Noise is the mean distance if the table were exact (AUC: 0.5). The error without noise lies "
     "between the rows 'error at least' and 'error at most'. Of tables that have the accuracy, at "
-    f"most {FALSE_ALARMS:.0%} are said to miss it; of tables that miss it where they were compared, "
+    f"most {FALSE_ALARMS:.0%} are said to miss it; of tables that miss it at a compared condition, "
     f"at most {FALSE_HOLDS:.0%} are said to hold."
 )
 
@@ -31,17 +31,16 @@ class TextTable(NamedTuple):
 
 
 def accuracy_table(
-    caption: str,
     measured: Sequence[Judged],
     declared: Any,
     asked: Any = None,
     together: int | None = None,
+    caption: str = "Distances to direct simulation",
 ) -> TextTable:
     """Make the table of distances: each comparison, the largest, its limits, the allowed ones.
 
     Parameters
     ----------
-    caption : str
     measured : sequence of Comparison or JointComparison
         All of the same metrics.
     declared, asked : Targets
@@ -87,19 +86,18 @@ def law_tables(
     measured: LawAccuracy, declared: Any, asked: Any = None, together: int | None = None
 ) -> list[TextTable]:
     """Make the tables of all comparisons of a law; arguments as for `accuracy_table`."""
-    spin = bool(measured.prefix)
-    between = "Spin law, at spinning conditions" if spin else "Distances to direct simulation"
-    tables = []
-    for caption, found in (
-        (between, measured.comparisons),
-        ("At the nodes that looked worst", measured.nodes),
-    ):
-        if found:
-            tables.append(accuracy_table(caption, found, declared, asked, together))
+    spin = "Spin law, at spinning conditions"
+    between = spin if measured.prefix else "Distances to direct simulation"
+    found = {between: measured.comparisons, "At the nodes that looked worst": measured.nodes}
+    tables = [
+        accuracy_table(some, declared, asked, together, caption)
+        for caption, some in found.items()
+        if some
+    ]
     if measured.joint is not None:
         allowed = declared.joint, asked.joint if asked else None
-        caption, joint = "Spin law, over the impacts of chains", [measured.joint]
-        tables.append(accuracy_table(caption, joint, *allowed, together))
+        caption = "Spin law, over the impacts of chains"
+        tables.append(accuracy_table([measured.joint], *allowed, together, caption))
     return tables
 
 
@@ -124,14 +122,14 @@ def detail_table(comparison: Comparison) -> TextTable:
 
 def whose(validation: Validation) -> str:
     """Name the accuracy that the verdict is about."""
-    same = validation.asked == validation.declared
+    same = all(law.asked == law.declared for law in validation.laws)
     return "declared accuracy" if same else "accuracy asked for"
 
 
 def verdict_lines(
     missed: Sequence[str], undecided: Sequence[str], accuracy: str = "declared accuracy"
 ) -> list[str]:
-    """Say whether an accuracy holds, and which distances are missed or undecided."""
+    """Say whether an accuracy holds, and what is missed or undecided."""
     return [
         verdict_words(missed, undecided, accuracy),
         *(f"missed: {line}" for line in missed),
@@ -144,9 +142,7 @@ def validation_tables(validation: Validation) -> list[TextTable]:
     return [
         table
         for law in validation.laws
-        for table in law_tables(
-            law.accuracy, law.limits.declared, law.limits.asked, validation.together
-        )
+        for table in law_tables(law.measured, law.declared, law.asked, validation.together)
     ]
 
 
@@ -158,22 +154,22 @@ def validation_notes(validation: Validation) -> list[str]:
     if screening is not None:
         lines.append(
             f"Looked at all {screening.nodes} nodes with {screening.samples:,} states a side, then "
-            f"closely at {_conditions(law)} between nodes and at the {len(law.accuracy.nodes)} "
+            f"closely at {_conditions(law)} between nodes and at the {len(law.measured.nodes)} "
             "nodes that looked worst."
         )
-    elif law.accuracy.comparisons:
+    elif law.measured.comparisons:
         lines.append(
             f"Looked at {_conditions(law)} that you chose, and at nothing else of the table."
         )
     if spin is not None:
         chosen = "that you chose" if screening is None else "evenly spread"
         lines.append(f"Looked at the spin law at {_conditions(spin)} {chosen}.")
-        if spin.accuracy.joint is not None:
-            lines.append(_joint_line(spin.accuracy.joint))
+        if spin.measured.joint is not None:
+            lines.append(_joint_line(spin.measured.joint))
         elif screening is not None:
             lines.append("No chains of impacts were compared: they leave the table's range.")
     lines += [f"Seed {seed}: --seed {seed} makes the same validation again.", _CERTAINTY]
-    if little := little_declared(validation.declared.model_dump()):
+    if little := little_declared(validation.law.declared.model_dump()):
         lines.append(f"Note: {little}.")
     for found in validation.laws:
         lines += _stored_lines(found, validation.together)
@@ -182,7 +178,7 @@ def validation_notes(validation: Validation) -> list[str]:
 
 def _conditions(law: ValidatedLaw) -> str:
     """Give the number of conditions between nodes, in words."""
-    count = len(law.accuracy.comparisons)
+    count = len(law.measured.comparisons)
     return f"{count} condition{'s' if count != 1 else ''}"
 
 
@@ -194,7 +190,7 @@ def _joint_line(joint: JointComparison) -> str:
         return f"{middle} ({low} to {high})"
 
     return (
-        "The chains: impacts 2 to 6 on the same wall and between opposite walls, each particle with "
+        "The chains: impacts 2 to 6 on one wall and between opposite walls, each particle with "
         f"its own grain; median (1 to 99 %): angle {range_of(joint.alpha_deg, 1)} degrees, speed "
         f"{range_of(joint.speed, 1)} m/s, spin {range_of(joint.spin, 2)} V/a. The classifier sees "
         "condition, grain and outcome; without the grain its AUC is "
@@ -204,37 +200,20 @@ def _joint_line(joint: JointComparison) -> str:
 
 def _stored_lines(law: ValidatedLaw, together: int) -> list[str]:
     """Compare the accuracy that the file stores with the measured one."""
-    if not law.accuracy.count:
+    if not law.measured.count:
         return []
-    name = " of its spin law" if law.accuracy.prefix else ""
-    text = spin_errors_text if law.accuracy.prefix else errors_text
-    if law.limits.stored is None:
+    name = " of its spin law" if law.measured.prefix else ""
+    text = spin_errors_text if law.measured.prefix else errors_text
+    if law.stored is None:
         return [f"The file stores no accuracy{name}."]
-    measured = {n: x for n, x in law.worst.items() if n in law.limits.stored}
+    measured = {n: x for n, x in law.worst.items() if n in law.stored}
     lines = [
-        f"Worst accuracy{name} stored in the file: {text(law.limits.stored)}. Measured here: "
+        f"Worst accuracy{name} stored in the file: {text(law.stored)}. Measured here: "
         f"{text(measured)}."
     ]
     if surpassed := law.surpassed(together):
         lines.append(f"Note: the error is larger than the file says, at least {text(surpassed)}.")
     return lines
-
-
-def accuracy_text(comparisons: Sequence[Comparison], declared: Any) -> str:
-    """Make the table of distances for a terminal."""
-    return str(accuracy_table("Distances to direct simulation", comparisons, declared))
-
-
-def spin_report(
-    measured: LawAccuracy, declared: Any, asked: Any = None, together: int | None = None
-) -> list[str]:
-    """Make the tables of a spin law for a terminal; arguments as for `accuracy_table`."""
-    return [str(table) for table in law_tables(measured, declared, asked, together)]
-
-
-def details_text(comparison: Comparison) -> str:
-    """Make the table of means and modes for a terminal."""
-    return str(detail_table(comparison))
 
 
 def time_text(seconds: Mapping[str, float]) -> str:

@@ -1,7 +1,6 @@
 """Compare a table with direct simulation at one condition."""
 
-from collections.abc import Collection
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -11,8 +10,6 @@ from tablegen.accuracy.conditions import Spin
 from tablegen.accuracy.descriptive import Profile, profile
 from tablegen.accuracy.metrics import as_sample
 from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
-from tablegen.config.metric_table import METRICS
-from tablegen.model.float_array import FloatArray
 
 
 @dataclass(frozen=True)
@@ -82,26 +79,16 @@ def compare(
     variables: tuple[str, ...] = STATE,
     spin: Spin | None = None,
 ) -> Comparison:
-    """Compare draws from a table with direct simulation at one condition.
+    """Compare draws (n, d) from a table with simulated states (m, d) at one condition.
 
     Parameters
     ----------
-    table_state, direct_state : array_like of float, shapes (n, d) and (m, d)
-    alpha_deg : float
-        Impact angle from the wall, degrees.
-    speed : float
-        Impact speed, m/s.
+    alpha_deg, speed, spin
+        Impact angle from the wall [degrees], speed [m/s] and spin before the impact [V/a].
     seed : int
         Selects the projection directions and seeds the classifier.
     variables : tuple of d str
         Names of the columns.
-    spin : tuple of three floats, optional
-        Spin before the impact, times a/V.
-
-    Raises
-    ------
-    InputError
-        If a sample has fewer than four rows, or as for `profile`.
     """
     table, direct = as_sample("table", table_state, 4), as_sample("direct", direct_state, 4)
     return Comparison(
@@ -114,21 +101,3 @@ def compare(
         states=min(len(table), len(direct)),
         spin=spin,
     )
-
-
-def sharpened(
-    comparison: Comparison,
-    table: FloatArray,
-    direct: FloatArray,
-    metrics: Collection[str],
-    seed: int,
-) -> Comparison:
-    """Measure some distances of a comparison again, with more states.
-
-    The classifier learns from as many states as before and is tested with more.
-    """
-    before = (comparison.table.count, comparison.direct.count, METRICS["auc"].trial_states)
-    trained = min(count for count in before if count is not None) // 2
-    again = estimated(table, direct, Settings(seed, classified=None, trained=trained), metrics)
-    states = min(len(table), len(direct))
-    return replace(comparison, estimates=comparison.estimates | again, states=states)

@@ -44,15 +44,11 @@ class Place(NamedTuple):
 
 
 def pick_conditions(table: Table, count: int, seed: int) -> list[Place]:
-    """Choose conditions between nodes, evenly spread over angle and speed.
+    """Choose conditions between nodes, evenly spread over angle and speed and sorted by angle.
 
-    The conditions are a Latin hypercube of low discrepancy over degrees and m/s. Each is then
-    moved inside its cell to keep a fifth of the cell's width from the nodes.
-
-    Returns
-    -------
-    list of Place
-        Sorted by angle. An axis of one node has only that value.
+    The conditions are a Latin hypercube of low discrepancy over degrees and m/s. Each is then moved
+    inside its cell to keep a fifth of the cell's width from the nodes. An axis of one node has only
+    that value.
     """
     if count == 0:
         return []
@@ -76,16 +72,11 @@ def _between_nodes(u: FloatArray, nodes: FloatArray) -> FloatArray:
 
 
 def pick_spin_conditions(config: Config, count: int, seed: int) -> list[Place]:
-    """Choose conditions of spinning particles, evenly spread.
+    """Choose conditions of spinning particles, evenly spread and sorted by angle.
 
     The conditions are a Latin hypercube over the angle from 5 to 85 degrees, the speeds at which
     the law of restitution was measured, the size of the spin up to 2 V/a and its direction. The
     domain of the configuration limits angles and speeds further.
-
-    Returns
-    -------
-    list of Place
-        Sorted by angle.
     """
     if count == 0:
         return []
@@ -109,14 +100,7 @@ def spin_conditions_beside(conditions: int) -> int:
 
 
 def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
-    """Refuse conditions that a table does not cover.
-
-    Raises
-    ------
-    InputError
-        If there is none, a spin is not finite or given to a table without a spin law, or an angle
-        or speed is outside the range of the table or of its spin law.
-    """
+    """Refuse conditions that a table does not cover, or none at all, with an `InputError`."""
     if not places:
         raise InputError("at: got no condition, allowed: one or more")
     for place in places:

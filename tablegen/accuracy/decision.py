@@ -75,17 +75,7 @@ def deviations_up() -> float:
 def limits(name: str, estimate: Estimate, comparisons: int) -> tuple[float, float]:
     """Compute the confidence limits of the distance between two laws.
 
-    Parameters
-    ----------
-    name : str
-        Metric.
-    estimate : Estimate
-    comparisons : int
-        Number of comparisons that are judged together.
-
-    Returns
-    -------
-    low, high : float
+    ``comparisons`` is the number of comparisons that are judged together.
     """
     metric = METRICS[name]
     low = estimate.at_least(deviations_down(comparisons))
@@ -116,14 +106,8 @@ def judge(
 ) -> Verdict:
     """Hold measured distances against an accuracy.
 
-    Parameters
-    ----------
-    measured : sequence of Judged
-    targets : Targets
-    together : int, optional
-        Number of comparisons judged together, if more than these.
-    prefix : str
-        Beginning of each line, before the name of the metric.
+    ``together`` is the number of comparisons judged together, if more than these; each line begins
+    with ``prefix`` and the name of the metric.
     """
     count = together or len(measured)
     lines: dict[str, list[str]] = {HOLDS: [], MISSED: [], UNDECIDED: []}
@@ -161,12 +145,7 @@ def judged_record(
 def verdict_words(missed: Sequence[str], undecided: Sequence[str], accuracy: str) -> str:
     """Say in one sentence whether an accuracy holds; every text and page uses these words.
 
-    Parameters
-    ----------
-    missed, undecided : sequence of str
-        As in `Verdict`.
-    accuracy : str
-        "declared accuracy" or "accuracy asked for".
+    ``accuracy`` is "declared accuracy" or "accuracy asked for".
     """
     if missed:
         return f"The {accuracy} is missed:"

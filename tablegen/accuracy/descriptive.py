@@ -29,38 +29,26 @@ class Profile:
 
 
 def profile(state: ArrayLike, variables: tuple[str, ...] = STATE) -> Profile:
-    """Describe one sample.
-
-    Parameters
-    ----------
-    state : array_like of float, shape (n, d)
-    variables : tuple of d str
-        Names of the columns. Energy and angles are those of u, v, w, with 0 for missing ones.
-
-    Raises
-    ------
-    InputError
-        As for `modes`.
-    """
+    """Describe one sample (n, d); energy and angles take u, v, w, or 0 for missing ones."""
     states = as_sample("state", state)
     full = np.zeros((len(states), len(STATE)))
     for k, name in enumerate(variables):
         if name in STATE:
             full[:, STATE.index(name)] = states[:, k]
-    angles = np.degrees(scattering_angles(full))
+    alpha2, beta2 = np.degrees(scattering_angles(full))
     return Profile(
         count=len(states),
         mean=tuple(states.mean(axis=0).tolist()),
         standard_deviation=tuple(states.std(axis=0).tolist()),
         mode=tuple(modes(states).tolist()),
         translational_energy=float(translational_energy(full).mean()),
-        scattering_mean_deg=(float(angles[0].mean()), float(angles[1].mean())),
-        scattering_standard_deviation_deg=(float(angles[0].std()), float(angles[1].std())),
+        scattering_mean_deg=(float(alpha2.mean()), float(beta2.mean())),
+        scattering_standard_deviation_deg=(float(alpha2.std()), float(beta2.std())),
     )
 
 
 def modes(sample: ArrayLike) -> FloatArray:
-    """Estimate the most probable value of each variable.
+    """Estimate the most probable value of each variable of a sample (n, d), shape (d,).
 
     The peak of a kernel density estimate: a fine histogram smoothed with a Gaussian, and a parabola
     through its highest three bins. A peak is a root of the density's slope, so the bandwidth is the
@@ -69,20 +57,6 @@ def modes(sample: ArrayLike) -> FloatArray:
     shared by more than half of the sample is the mode. Of two equal peaks either may be returned.
     Source: Chacon, Duong, Wand, "Asymptotics for general multivariate kernel density derivative
     estimators", Statistica Sinica 21 (2011).
-
-    Parameters
-    ----------
-    sample : array_like of float, shape (n, d)
-
-    Returns
-    -------
-    float64 array, shape (d,)
-        In the units of the sample.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two rows or a number is not finite.
     """
     values = as_sample("sample", sample)
     return np.array([_mode(values[:, k]) for k in range(values.shape[1])])
@@ -102,32 +76,13 @@ def scattering_angles(state: ArrayLike) -> tuple[FloatArray, FloatArray]:
         (0, pi) for a state that leaves the wall.
     beta2 : float64 array, shape (n,)
         Angle out of the impact plane, radians, in [-pi/2, pi/2], with the sign of w.
-
-    Raises
-    ------
-    InputError
-        If the shape is not (n, 6) or a number is not finite.
     """
     u, v, w = _as_state(state).T[:3]
     return np.arctan2(v, u), np.arctan2(w, np.hypot(u, v))
 
 
 def translational_energy(state: ArrayLike) -> FloatArray:
-    """Compute the translational energy over the initial kinetic energy: u^2 + v^2 + w^2.
-
-    Parameters
-    ----------
-    state : array_like of float, shape (n, 6)
-
-    Returns
-    -------
-    float64 array, shape (n,)
-
-    Raises
-    ------
-    InputError
-        As for `scattering_angles`.
-    """
+    """Compute the translational energy of states (n, 6) over the initial one: u^2 + v^2 + w^2."""
     return np.square(_as_state(state)[:, :3]).sum(axis=1)
 
 

@@ -137,13 +137,7 @@ def _estimates(
 def drawn_from(table: Table, seed: int, threads: int | None = None, *, spin: bool = True) -> Draw:
     """Make the function that draws the outcomes of impacts from a table.
 
-    Parameters
-    ----------
-    table : Table
-    seed : int
-    threads : int, optional
-    spin : bool
-        Whether the table receives the spin; otherwise every impact is a first one.
+    Without ``spin`` the table does not receive the spin, and every impact is a first one.
     """
 
     def draw(impacts: Impacts) -> FloatArray:
@@ -165,21 +159,19 @@ def compare_chains(
 ) -> JointComparison | None:
     """Compare a spin law with direct simulation over the impacts that occur in chains.
 
-    Direct simulation makes the conditions of both sides, each with particles of its own, which
-    keep their grains. The outcomes of one side are drawn.
+    Direct simulation makes the conditions of both sides, each with particles of its own, which keep
+    their grains. The outcomes of one side are drawn.
 
     Parameters
     ----------
     draw : callable
         From impacts to states (n, 6); see `drawn_from`.
     config : Config
-        Pair, population and domain of the law.
-    seed : int
+        What the law represents.
     samples : int, optional
         Approximate number of impacts a side at first; up to nine times as many where undecided.
     targets : JointTargets, optional
         Accuracy asked for; by default the declared one.
-    threads : int, optional
 
     Returns
     -------

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,18 +13,11 @@ from sampler.compilation.processors import processors
 from sampler.formats.channels import STATE
 from sampler.formats.spin_layout import ACCURACY
 from sampler.table import Table
-from tablegen.accuracy.comparison import Comparison, compare, sharpened
+from tablegen.accuracy.comparison import Comparison, compare
 from tablegen.accuracy.conditions import Place
-from tablegen.accuracy.decision import (
-    LOOKS,
-    Judged,
-    Targets,
-    Verdict,
-    judge,
-    undecided_metrics,
-)
+from tablegen.accuracy.decision import LOOKS, Judged, Targets, Verdict, judge, undecided_metrics
 from tablegen.accuracy.joint_law import JointComparison, compare_chains, drawn_from
-from tablegen.accuracy.noise_corrected import Estimate
+from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import Config
 from tablegen.config.metric_table import JOINT, METRICS
@@ -57,21 +50,10 @@ _Result = TypeVar("_Result")
 def in_threads(
     work: Callable[[_Piece], _Result], pieces: Iterable[_Piece], tick: Callable[[int], Any]
 ) -> list[_Result]:
-    """Work on pieces on all processors, one thread each.
+    """Work on pieces on all processors, one thread each; results are in the order of the pieces.
 
-    Numerical libraries keep to one thread, because more would change the last bit of sums.
-
-    Parameters
-    ----------
-    work : callable
-    pieces : iterable
-    tick : callable
-        Called with 1 for each finished piece, in order.
-
-    Returns
-    -------
-    list
-        Results in the order of the pieces.
+    ``tick`` is called with 1 for each finished piece. Numerical libraries keep to one thread,
+    because more would change the last bit of sums.
     """
     found = []
     with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
@@ -84,9 +66,9 @@ def in_threads(
 def sample_size(targets: Targets) -> int:
     """Compute the states a side that tell a declared accuracy from noise.
 
-    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with
-    probability q; at q = 1e-3 that is half of the declared distance. The memory limits the number:
-    distances below 0.0032 may stay undecided.
+    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with probability
+    q; at q = 1e-3 that is half of the declared distance. Memory limits the number: distances below
+    0.0032 may stay undecided.
     """
     return min(max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2)), _MOST_SAMPLES)
 
@@ -103,27 +85,35 @@ class ComparedCondition:
     number: int
 
     def states(self, count: int) -> tuple[FloatArray, FloatArray]:
-        """Give states drawn and states simulated; a larger count begins with the same states."""
-        (alpha_deg, speed, spin), index = self.place, np.arange(count)
-        alpha1 = np.radians(alpha_deg)
+        """Draw and simulate states; a larger count begins with the same states."""
+        alpha1, speed, index = np.radians(self.place.alpha_deg), self.place.speed, np.arange(count)
         shared: dict[str, Any] = {"seed": self.seed, "threads": 1}
-        shared |= {} if spin is None else {"spin": spin}
+        if self.place.spin is not None:
+            shared["spin"] = self.place.spin
         stream = FIRST_STREAM + self.number
         direct = simulate(self.config, alpha1, speed, count, stream=stream, **shared)
         drawn = self.table.sample(alpha1, speed, hit=self.number, index=index, **shared)
         return drawn, simulated_variables(direct, self.table.columns)
 
     def compared(self, samples: int, targets: Targets) -> Comparison:
-        """Compare, with more states until everything is decided or there are too many."""
-        seed, columns, (alpha_deg, speed, spin) = self.seed % 2**32, self.table.columns, self.place
-        comparison = compare(*self.states(samples), alpha_deg, speed, seed, columns, spin)
+        """Compare, with more states until everything is decided or there are too many.
+
+        At further looks the classifier learns from as many states as before, and is tested with
+        more.
+        """
+        seed, (alpha_deg, speed, spin) = self.seed % 2**32, self.place
+        both = self.states(samples)
+        found = compare(*both, alpha_deg, speed, seed, self.table.columns, spin)
+        trained = min(samples, METRICS["auc"].trial_states or samples) // 2
+        again = Settings(seed, classified=None, trained=trained)
         for look in range(1, LOOKS):
             count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))
-            unclear = undecided_metrics(comparison, targets)
-            if not unclear or count <= comparison.states:
+            unclear = undecided_metrics(found, targets)
+            if not unclear or count <= found.states:
                 break
-            comparison = sharpened(comparison, *self.states(count), unclear, seed)
-        return comparison
+            new = estimated(*self.states(count), again, unclear)
+            found = replace(found, estimates=found.estimates | new, states=count)
+        return found
 
 
 def measure(
@@ -142,9 +132,8 @@ def measure(
 
     Parameters
     ----------
-    table : Table
-    config : Config
-        Pair, population and domain of the table.
+    table, config : Table and Config
+        The second says what the table represents.
     places : sequence of Place
         All with a spin, or all without.
     seed : int
@@ -155,10 +144,6 @@ def measure(
         Accuracy asked for; by default the declared one.
     progress : bool
         Show a progress bar on standard error.
-
-    Returns
-    -------
-    list of Comparison, in the order of the conditions
     """
     allowed = targets or config.accuracy
     spinning = any(place.spin is not None for place in places)
@@ -223,12 +208,7 @@ def measure_spin(
 ) -> LawAccuracy:
     """Compare a spin law with direct simulation at some conditions and over chains of impacts.
 
-    Parameters
-    ----------
-    table, config, places, seed, samples, targets, progress
-        As for `measure`; ``samples`` holds for the chains too.
-    joint : bool
-        Whether to measure over the impacts of chains.
+    Arguments are those of `measure`; ``joint`` says whether to measure over chains.
     """
     targets = targets or config.spin_targets
     how: dict[str, Any] = {"seed": seed, "samples": samples}

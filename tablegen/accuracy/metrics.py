@@ -30,13 +30,7 @@ CONSTANT_SPREAD = 1e-12
 
 
 def as_sample(name: str, values: ArrayLike, rows: int = 2) -> FloatArray:
-    """Convert to a sample (n, d) of at least some rows.
-
-    Raises
-    ------
-    InputError
-        If the shape does not fit, there are too few rows, or a number is not finite.
-    """
+    """Convert to a finite sample (n, d) of at least some rows; raises `InputError` otherwise."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != 2 or array.shape[0] < rows or array.shape[1] < 1:
         raise InputError(f"{name}: got shape {array.shape}, allowed: (n, d) with n >= {rows}")
@@ -54,17 +48,7 @@ def varies(values: FloatArray) -> NDArray[np.bool_]:
 
 
 class Reference:
-    """Reference sample that many samples are compared with; it caches sorting and moments.
-
-    Parameters
-    ----------
-    states : array_like of float, shape (m, d)
-
-    Raises
-    ------
-    InputError
-        If it has fewer than two rows, or a number is not finite.
-    """
+    """Reference sample (m, d) for many comparisons; it caches sorting and moments."""
 
     def __init__(self, states: ArrayLike) -> None:
         self.states = as_sample("reference", states)
@@ -103,22 +87,10 @@ class Reference:
 
 
 def ks_distances(sample: ArrayLike, reference: ArrayLike | Reference) -> FloatArray:
-    """Compute the two-sample Kolmogorov-Smirnov distance of each variable.
+    """Compute the two-sample Kolmogorov-Smirnov distance of each variable, shape (d,), in [0, 1].
 
-    Parameters
-    ----------
-    sample, reference : array_like of float, shapes (n, d) and (m, d)
-        States; n and m may differ. The second may be a `Reference`.
-
-    Returns
-    -------
-    float64 array, shape (d,)
-        Distances in [0, 1].
-
-    Raises
-    ------
-    InputError
-        If the shapes do not fit, a sample has fewer than two rows, or a number is not finite.
+    The samples have shapes (n, d) and (m, d). `InputError` says if they do not fit, a sample has
+    fewer than two rows, or a number is not finite.
     """
     a, b = _checked(sample, reference)
     gaps = (largest_gap(x, y) for x, y in zip(a.T, b.sorted_columns, strict=True))
@@ -128,40 +100,20 @@ def ks_distances(sample: ArrayLike, reference: ArrayLike | Reference) -> FloatAr
 def sliced_wasserstein(
     sample: ArrayLike, reference: ArrayLike | Reference, directions: int = DIRECTIONS, seed: int = 0
 ) -> float:
-    """Compute the sliced Wasserstein-1 distance of the standardised states.
+    """Compute the sliced Wasserstein-1 distance of states (n, d) and (m, d).
 
     Both samples are standardised with the reference's means and standard deviations and projected
-    on random unit directions; the Wasserstein-1 distances of the projections are averaged.
-    Source: Bonneel, Rabin, Peyre, Pfister, "Sliced and Radon Wasserstein barycenters of
-    measures", J. Math. Imaging Vis. 51 (2015).
-
-    Parameters
-    ----------
-    sample, reference : array_like of float, shapes (n, d) and (m, d)
-        States; the second may be a `Reference`. A variable that is constant in the reference is
-        centred but not scaled.
-    directions : int
-        Number of directions, uniform on the unit sphere.
-    seed : int
-        Selects the directions.
-
-    Returns
-    -------
-    float
-        Distance in standard deviations.
-
-    Raises
-    ------
-    InputError
-        As for `ks_distances`; also if there are no directions.
+    on random unit directions; the Wasserstein-1 distances of the projections, in standard
+    deviations, are averaged. A variable that is constant in the reference is centred but not
+    scaled.
+    Source: Bonneel, Rabin, Peyre, Pfister, "Sliced and Radon Wasserstein barycenters of measures",
+    J. Math. Imaging Vis. 51 (2015).
     """
     a, b = _checked(sample, reference)
     if directions < 1:
         raise InputError(f"directions: got {directions}, allowed: at least 1")
-    along, projected = (
-        unit_directions(directions, a.shape[1], seed),
-        b.projections(directions, seed),
-    )
+    along = unit_directions(directions, a.shape[1], seed)
+    projected = b.projections(directions, seed)
     at_a, at_b, width = _quantile_pieces(len(a), projected.shape[1])
     scaled, total = b.standardised(a), 0.0
     for direction, other in zip(along, projected, strict=True):
@@ -172,51 +124,21 @@ def sliced_wasserstein(
 
 
 def correlation_error(sample: ArrayLike, reference: ArrayLike | Reference) -> float:
-    """Compute the largest absolute difference of a Pearson correlation between two samples.
+    """Compute the largest difference of a Pearson correlation between two samples, in [0, 2].
 
-    Parameters
-    ----------
-    sample, reference : array_like of float, shapes (n, d) and (m, d)
-        States; the second may be a `Reference`. Correlations of a constant variable are 0.
-
-    Returns
-    -------
-    float
-        Difference in [0, 2].
-
-    Raises
-    ------
-    InputError
-        As for `ks_distances`.
+    Correlations of a constant variable are 0.
     """
     a, b = _checked(sample, reference)
     return float(np.abs(correlations(a) - b.correlations).max())
 
 
 def classifier_auc(sample: ArrayLike, reference: ArrayLike | Reference, seed: int = 0) -> float:
-    """Measure how well gradient-boosted trees tell the two samples apart.
+    """Measure how well gradient-boosted trees tell samples (n, d) and (m, d) apart.
 
     A classifier of 150 trees with at most 63 leaves learns on a random half of each sample; the
-    area under its ROC curve is taken on the other halves.
+    area under its ROC curve is taken on the other halves. It is 0.5 if the samples cannot be told
+    apart, up to noise of about 0.6/sqrt(n) for n = m, and 1 if they always can.
     Source: Lopez-Paz and Oquab, "Revisiting classifier two-sample tests", ICLR 2017.
-
-    Parameters
-    ----------
-    sample, reference : array_like of float, shapes (n, d) and (m, d)
-        States, at least four rows each.
-    seed : int
-        Selects the halves and seeds the classifier.
-
-    Returns
-    -------
-    float
-        0.5 if the samples cannot be told apart, up to noise of about 0.6/sqrt(n) for n = m; 1 if
-        they always can.
-
-    Raises
-    ------
-    InputError
-        As for `ks_distances`; also if a sample has fewer than four rows.
     """
     a, b = _checked(sample, reference, rows=4)
     rng = np.random.default_rng(seed)
@@ -229,18 +151,8 @@ def classifier_scores(
 ) -> tuple[FloatArray, FloatArray]:
     """Score how likely a classifier thinks each state is of the first sample.
 
-    Parameters
-    ----------
-    a, b : float64 arrays, shapes (n, d) and (m, d)
-        States in random order; see `classifier_auc`.
-    seed : int
-    trained : int, optional
-        States a side from which it learns, the first ones; by default half of them.
-
-    Returns
-    -------
-    two float64 arrays
-        Scores of the other states.
+    It learns from the first states of each sample, ``trained`` or half of them, and scores the
+    others.
     """
     split_a, split_b = trained or len(a) // 2, trained or len(b) // 2
     train_a, train_b, test_a, test_b = a[:split_a], b[:split_b], a[split_a:], b[split_b:]
@@ -269,13 +181,7 @@ def _checked(
 
 
 def largest_gap(a: FloatArray, b: FloatArray) -> tuple[float, float]:
-    """Find where two empirical distribution functions differ most.
-
-    Returns
-    -------
-    place, gap : float
-        Value, and distribution function of ``a`` minus that of ``b`` there.
-    """
+    """Find the value where two distribution functions differ most, and their difference there."""
     a, b = np.sort(a), np.sort(b)
     points = np.concatenate((a, b))
     below_a = np.searchsorted(a, points, side="right") / a.size
@@ -288,8 +194,8 @@ def largest_gap(a: FloatArray, b: FloatArray) -> tuple[float, float]:
 def _quantile_pieces(n: int, m: int) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
     """Divide (0, 1) into pieces on which the quantile functions of n and m values are constant.
 
-    Returns the position of each piece's value among the n and among the m sorted values, and the
-    width of the piece. Levels are counted in units of 1/(n m) to avoid rounding.
+    Returns the positions of each piece among the sorted values, and its width. Levels are counted
+    in units of 1/(n m) to avoid rounding.
     """
     ends = np.union1d(np.arange(1, n + 1) * m, np.arange(1, m + 1) * n)
     starts = np.concatenate(([0], ends[:-1]))

@@ -67,23 +67,10 @@ def screen(
     samples: int = SAMPLES,
     progress: bool = False,
 ) -> Screening:
-    """Compare a table with direct simulation at every node, coarsely.
+    """Compare a table with direct simulation at every node, coarsely; see `measure` for arguments.
 
     A table that has the accuracy at all its nodes is said to miss it with a probability of at most
     half of `tablegen.accuracy.decision.FALSE_ALARMS`, over all nodes and distances together.
-
-    Parameters
-    ----------
-    table : Table
-    config : Config
-        Pair, population and domain of the table.
-    targets : AccuracyTargets
-        Accuracy asked for.
-    seed : int
-    samples : int
-        States a side at each node.
-    progress : bool
-        Show a progress bar on standard error.
     """
     nodes = [Place(float(a), float(v)) for a in table.alpha_nodes_deg for v in table.speed_nodes]
     settings = Settings(seed % 2**32, _DIRECTIONS)

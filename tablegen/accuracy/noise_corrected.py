@@ -84,7 +84,7 @@ class Settings:
 
 
 def ks_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
-    """Estimate the largest Kolmogorov-Smirnov distance of a variable, from (n, d) and (m, d) states.
+    """Estimate the largest Kolmogorov-Smirnov distance of a variable of states (n, d) and (m, d).
 
     The standard error is the largest that a distribution function of n states has, 0.5 / sqrt(n).
     The noise is the mean of Kolmogorov's distribution, for the largest of d independent variables.
@@ -136,16 +136,12 @@ def correlation_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
 
 
 def correlation_variances(values: FloatArray) -> FloatArray:
-    """Compute the variances of estimates of correlations, times the number of states.
+    """Compute the variances of estimates of correlations, times the number of states, shape (d, d).
 
-    With z the standardised variables, an estimate of r_jk moves by the mean of
-    z_j z_k - r_jk (z_j^2 + z_k^2) / 2, whose variance this is; normality is not assumed.
+    With z the standardised variables, an estimate of r_jk moves by the mean of z_j z_k - r_jk
+    (z_j^2 + z_k^2) / 2, whose variance this is; normality is not assumed. It is 0 on the diagonal
+    and for constant variables.
     Source: Ferguson, A Course in Large Sample Theory (1996), chapter 8.
-
-    Returns
-    -------
-    float64 array, shape (d, d)
-        For values of shape (n, d); 0 on the diagonal and for constant variables.
     """
     z = standardised(values)
     squares, count = z * z, len(values)
@@ -159,7 +155,7 @@ def correlation_variances(values: FloatArray) -> FloatArray:
 def sliced_wasserstein_estimate(
     table: FloatArray, direct: FloatArray, directions: int = DIRECTIONS, seed: int = 0
 ) -> Estimate:
-    """Estimate the `sliced_wasserstein` distance of the standardised states (n, d) and (m, d).
+    """Estimate the `sliced_wasserstein` distance of states (n, d) and (m, d).
 
     On a line the distance is the area between the distribution functions. It equals the difference
     of the means of a function whose slope is 1 or -1, depending on which of them is above. One half

@@ -24,18 +24,10 @@ _Targets = TypeVar("_Targets", bound=BaseModel)
 def asked_accuracy(declared: AccuracyTargets, text: str | None) -> AccuracyTargets:
     """Read the accuracy that the first-impact law is held against.
 
-    Parameters
-    ----------
-    declared : AccuracyTargets
-        Accuracy of the table; it holds for all limits that the text does not name.
-    text : str, optional
-        Preset, limits, or both, separated by commas: "fine", "ks=0.01,auc=0.56",
-        "standard,auc=0.6". Limits of the spin law, such as "spin_ks=0.03", are ignored here.
-
-    Raises
-    ------
-    InputError
-        If the text is none of these, or a limit is out of range.
+    The text has a preset, limits, or both, separated by commas: "fine", "ks=0.01,auc=0.56",
+    "standard,auc=0.6". The declared accuracy holds for limits that it does not name. Limits of the
+    spin law, such as "spin_ks=0.03", are ignored here. `InputError` says what is wrong with the
+    text.
     """
     return declared if text is None else _changed(declared, _parsed(text)[0], "")
 

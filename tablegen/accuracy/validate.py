@@ -20,7 +20,8 @@ from tablegen.accuracy.conditions import (
     pick_conditions,
     pick_spin_conditions,
 )
-from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, judged_record, limits
+from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Verdict, judged_record, limits
+from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin
 from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
 from tablegen.accuracy.requested import asked_accuracy, asked_spin_accuracy
@@ -34,35 +35,28 @@ _SEED_BITS = 32
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Accuracy of one law: as declared, as asked for, and as the table file stores it."""
+class ValidatedLaw:
+    """Measurement of one law, with the accuracy it is held against."""
 
+    measured: LawAccuracy
     declared: AccuracyTargets | SpinTargets
     #: Declared accuracy unless the user asked for another.
     asked: AccuracyTargets | SpinTargets
-    #: Worst stored distance of each limit; None if the file stores none.
+    #: Worst distance of each limit in the table file; None if it stores none.
     stored: dict[str, float] | None
-
-
-@dataclass(frozen=True)
-class ValidatedLaw:
-    """Measurement of one law, with the limits it is held against."""
-
-    accuracy: LawAccuracy
-    limits: Limits
 
     @property
     def worst(self) -> dict[str, float]:
         """Largest measured distance of each limit, noise included."""
-        return {n: max(e.value for e in found) for n, found in self.accuracy.estimates().items()}
+        return {n: max(e.value for e in found) for n, found in self.measured.estimates().items()}
 
     def surpassed(self, together: int) -> dict[str, float]:
         """Give the errors that are above the worst stored ones by more than noise."""
         found = {}
-        for name, estimates in self.accuracy.estimates().items():
+        for name, estimates in self.measured.estimates().items():
             metric = name.removeprefix(JOINT)
             least = max(limits(metric, estimate, together)[0] for estimate in estimates)
-            stored = (self.limits.stored or {}).get(name, least)
+            stored = (self.stored or {}).get(name, least)
             # noise may take the stored distance below that of equal laws
             if least > max(stored, METRICS[metric].least):
                 found[name] = least
@@ -70,24 +64,21 @@ class ValidatedLaw:
 
     def to_dict(self, together: int) -> dict[str, Any]:
         """Give every number for JSON; ``together`` comparisons are judged together."""
-        asked: Any = self.limits.asked
 
-        def record(comparison: Comparison) -> dict[str, Any]:
+        def record(comparison: Comparison | JointComparison, asked: Any) -> dict[str, Any]:
             judged = judged_record(comparison.estimates, asked, together)
             return comparison.to_dict() | {"estimates": judged}
 
-        joint, over = self.accuracy.joint, None
-        if joint is not None:
-            judged = judged_record(joint.estimates, asked.joint, together)
-            over = joint.to_dict() | {"estimates": judged}
-        return {
-            "declared": self.limits.declared.model_dump(),
-            "asked": self.limits.asked.model_dump(),
-            "stored": self.limits.stored,
-            "conditions": [record(c) for c in self.accuracy.comparisons],
-            "nodes": [record(c) for c in self.accuracy.nodes],
-            "joint": over,
+        found = self.measured
+        common = {
+            "declared": self.declared.model_dump(),
+            "asked": self.asked.model_dump(),
+            "stored": self.stored,
+            "conditions": [record(c, self.asked) for c in found.comparisons],
         }
+        if isinstance(self.asked, AccuracyTargets):
+            return common | {"nodes": [record(c, self.asked) for c in found.nodes]}
+        return common | {"joint": found.joint and record(found.joint, self.asked.joint)}
 
 
 @dataclass(frozen=True)
@@ -101,9 +92,8 @@ class Validation:
     seed: int
     #: Coarse test of all nodes; None if only chosen conditions were measured.
     screening: Screening | None
-    #: First-impact law.
+    #: First-impact law, and spin law; None if the table has none or nothing of it was measured.
     law: ValidatedLaw
-    #: Spin law; None if the table has none or nothing of it was measured.
     spin: ValidatedLaw | None = None
 
     @property
@@ -114,56 +104,33 @@ class Validation:
     @property
     def together(self) -> int:
         """Number of comparisons that are judged together."""
-        return sum(law.accuracy.count for law in self.laws)
+        return sum(law.measured.count for law in self.laws)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Distances that are larger than asked for, or cannot be told from that."""
+        verdict = Verdict(list(self.screening.missed) if self.screening else [], [])
+        for law in self.laws:
+            verdict += law.measured.judged(law.asked, self.together)
+        return verdict
 
     @property
     def missed(self) -> list[str]:
         """One line for each distance that is larger than asked for."""
-        lines = list(self.screening.missed) if self.screening else []
-        for law in self.laws:
-            lines += law.accuracy.judged(law.limits.asked, self.together).missed
-        return lines
+        return self.verdict.missed
 
     @property
     def undecided(self) -> list[str]:
         """One line for each distance that cannot be told from the accuracy asked for."""
-        lines: list[str] = []
-        for law in self.laws:
-            lines += law.accuracy.judged(law.limits.asked, self.together).undecided
-        return lines
+        return self.verdict.undecided
 
     @property
     def holds(self) -> bool:
         """Whether everything measured has the accuracy, noise allowed for."""
         return not self.missed and not self.undecided
 
-    @property
-    def declared(self) -> Any:
-        """Accuracy that the table's configuration declares for the first-impact law."""
-        return self.law.limits.declared
-
-    @property
-    def asked(self) -> Any:
-        """Accuracy that the first-impact law is held against."""
-        return self.law.limits.asked
-
-    @property
-    def comparisons(self) -> list[Comparison]:
-        """Comparisons of the first-impact law between the nodes, or at chosen conditions."""
-        return self.law.accuracy.comparisons
-
-    @property
-    def measured(self) -> list[Comparison]:
-        """All comparisons of the first-impact law, those at nodes last."""
-        return self.law.accuracy.measured
-
     def to_dict(self) -> dict[str, Any]:
         """Give every number for JSON."""
-        law, spin = (law and law.to_dict(self.together) for law in (self.law, self.spin))
-        assert law is not None
-        del law["joint"]
-        if spin is not None:
-            del spin["nodes"]
         return {
             "table": self.table,
             "content_sha256": self.content_sha256,
@@ -174,9 +141,9 @@ class Validation:
             "holds": self.holds,
             "missed": self.missed,
             "undecided": self.undecided,
-            "screening": None if self.screening is None else self.screening.to_dict(),
-            **law,
-            "spin": spin,
+            "screening": self.screening and self.screening.to_dict(),
+            **self.law.to_dict(self.together),
+            "spin": self.spin and self.spin.to_dict(self.together),
         }
 
 
@@ -199,10 +166,9 @@ def validate(
     ----------
     name_or_path : str or Path
         Name of a table that comes with the package, or path of a .h5 file.
-    conditions : int
-        Number of conditions between nodes, 1 or more; see `pick_conditions`.
-    spin_conditions : int
-        Number of spinning conditions, see `pick_spin_conditions`; 0 leaves out the spin law.
+    conditions, spin_conditions : int
+        Number of conditions between nodes, 1 or more, and of spinning conditions; 0 leaves out the
+        spin law.
     seed : int, optional
         Selects the conditions and all random numbers, 0 to 2**64 - 1; random by default.
     samples : int, optional
@@ -230,41 +196,35 @@ def validate(
     config = stored_config(contents.config, f"{name_or_path}: config")
     _check_agreement(contents, config, str(name_or_path))
     table = Table(contents)
-    law_limits = Limits(
-        config.accuracy, asked_accuracy(config.accuracy, accuracy), worst_stored(table.accuracy)
-    )
-    spin_limits = Limits(
-        config.spin_targets,
-        asked_spin_accuracy(config.spin_targets, accuracy),
-        worst_spin_stored(contents.datasets),
-    )
+    asked = asked_accuracy(config.accuracy, accuracy)
+    asked_spin = asked_spin_accuracy(config.spin_targets, accuracy)
     how: dict[str, Any] = {"seed": seed, "progress": progress}
-    screening = None
+    screening, suspects = None, []
     if at is None:
         places = pick_conditions(table, conditions, seed)
         spinning = pick_spin_conditions(config, spin_conditions if table.has_spin else 0, seed)
-        few = min(SAMPLES, samples or SAMPLES)
-        screening = screen(table, config, law_limits.asked, samples=few, **how)
+        screening = screen(table, config, asked, samples=min(SAMPLES, samples or SAMPLES), **how)
+        suspects = [Place(*node) for node in screening.suspects]
     else:
         chosen = check_conditions(table, [Place(*place) for place in at])
         places = [place for place in chosen if place.spin is None]
         spinning = [place for place in chosen if place.spin is not None]
-    suspects = [Place(*node) for node in screening.suspects] if screening else []
-    how |= {"samples": samples}
-    found = measure(table, config, [*places, *suspects], targets=law_limits.asked, **how)
-    nodes = tuple(found[len(places) :])
+    how["samples"] = samples
+    found = measure(table, config, [*places, *suspects], targets=asked, **how)
+    law = LawAccuracy(found[: len(places)], tuple(found[len(places) :]))
     spin = None
     if spinning:
-        targets: Any = spin_limits.asked
-        joint = at is None
-        law = measure_spin(table, config, spinning, targets=targets, joint=joint, **how)
-        spin = ValidatedLaw(law, spin_limits)
+        over = measure_spin(
+            table, config, spinning, targets=asked_spin, joint=screening is not None, **how
+        )
+        stored = worst_spin_stored(contents.datasets)
+        spin = ValidatedLaw(over, config.spin_targets, asked_spin, stored)
     return Validation(
         table=str(name_or_path),
         content_sha256=contents.content_sha256,
         seed=seed,
         screening=screening,
-        law=ValidatedLaw(LawAccuracy(found[: len(places)], nodes), law_limits),
+        law=ValidatedLaw(law, config.accuracy, asked, worst_stored(table.accuracy)),
         spin=spin,
     )
 

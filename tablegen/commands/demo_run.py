@@ -11,7 +11,7 @@ import numpy as np
 import sampler
 from sampler.errors import InputError
 from sampler.files.atomic import check_output, write_bytes
-from tablegen.accuracy.accuracy_text import accuracy_text, details_text
+from tablegen.accuracy.accuracy_text import accuracy_table, detail_table
 from tablegen.accuracy.decision import verdict_words
 from tablegen.accuracy.validate import Validation, validate
 from tablegen.config.config import Config, load_config
@@ -66,8 +66,9 @@ def run_demo(output: Path, say: Callable[[str], None], progress: bool = True) ->
     say(_picture_text(direct, drawn, output))
     say("3. Validating against fresh direct simulation, at all nodes and between them")
     result = validate(output, conditions=_CONDITIONS, seed=_SEED, progress=progress)
-    say(accuracy_text(result.measured, result.declared))
-    say(details_text(max(result.comparisons, key=lambda c: c.estimates["auc"].value)))
+    found = result.law.measured
+    say(str(accuracy_table(found.measured, result.law.declared)))
+    say(str(detail_table(max(found.comparisons, key=lambda c: c.estimates["auc"].value))))
     for line in (*result.missed, *result.undecided):
         say(line)
     say(verdict_words(result.missed, result.undecided, "declared accuracy"))

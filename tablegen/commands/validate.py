@@ -165,7 +165,7 @@ def _print_validation(result: "Validation", details: bool) -> None:
     for table in validation_tables(result):
         click.echo(f"\n{table}")
     for law in result.laws:
-        for comparison in law.accuracy.comparisons if details else _worst(law.accuracy.comparisons):
+        for comparison in law.measured.comparisons if details else _worst(law.measured.comparisons):
             click.echo(f"\n{detail_table(comparison)}")
     click.echo()
     for line in validation_notes(result):

@@ -9,7 +9,7 @@ from tablegen.evidence.rendering import render_page
 def validation_page(validation: Validation) -> str:
     """Self-contained HTML of a validation."""
     missed, undecided = validation.missed, validation.undecided
-    compared = [c for law in validation.laws for c in law.accuracy.comparisons]
+    compared = [c for law in validation.laws for c in law.measured.comparisons]
     return render_page(
         "validation",
         title=f"Validation of {validation.table}",

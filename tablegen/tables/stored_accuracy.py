@@ -57,9 +57,9 @@ def store_accuracy(path: str | Path, validation: Validation) -> str:
     contents = read_table(path)
     if contents.content_sha256 != validation.content_sha256:
         raise InputError(f"{path}: changed since it was measured, allowed: the file as it was")
-    measured = accuracy_datasets(validation.comparisons, len(contents.variables))
+    measured = accuracy_datasets(validation.law.measured.comparisons, len(contents.variables))
     if validation.spin is not None:
-        measured |= spin_accuracy_datasets(validation.spin.accuracy)
+        measured |= spin_accuracy_datasets(validation.spin.measured)
     contents = replace(contents, datasets={**contents.datasets, **measured})
     write_table(path, contents)
     return contents.content_sha256
