@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Judged, limits, verdict_words
-from tablegen.accuracy.joint_law import JointComparison, Quantiles
+from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.measure import LawAccuracy
 from tablegen.accuracy.validate import ValidatedLaw, Validation
 from tablegen.config.metric_table import METRICS, errors_text, little_declared, spin_errors_text
@@ -37,16 +37,10 @@ def accuracy_table(
     together: int | None = None,
     caption: str = "Distances to direct simulation",
 ) -> TextTable:
-    """Make the table of distances: each comparison, the largest, its limits, the allowed ones.
+    """Make the table of distances: each comparison, the largest, its limits, and the allowed ones.
 
-    Parameters
-    ----------
-    measured : sequence of Comparison or JointComparison
-        All of the same metrics.
-    declared, asked : Targets
-        The second is left out if it is None or the same.
-    together : int, optional
-        Number of comparisons judged together, if more than these.
+    All comparisons have the same metrics. The accuracy asked for is left out if it is None or the
+    declared one. ``together`` comparisons are judged together, if more than these.
     """
     metrics = {name: METRICS[name] for name in METRICS if name in measured[0].estimates}
     count = together or len(measured)
@@ -185,14 +179,14 @@ def _conditions(law: ValidatedLaw) -> str:
 def _joint_line(joint: JointComparison) -> str:
     """Say which impacts of chains were compared, and what the classifier knew."""
 
-    def range_of(values: Quantiles, digits: int) -> str:
-        low, middle, high = (f"{value:.{digits}f}" for value in values)
+    def range_of(name: str, digits: int) -> str:
+        low, middle, high = (f"{value:.{digits}f}" for value in joint.quantiles[name])
         return f"{middle} ({low} to {high})"
 
     return (
         "The chains: impacts 2 to 6 on one wall and between opposite walls, each particle with "
-        f"its own grain; median (1 to 99 %): angle {range_of(joint.alpha_deg, 1)} degrees, speed "
-        f"{range_of(joint.speed, 1)} m/s, spin {range_of(joint.spin, 2)} V/a. The classifier sees "
+        f"its own grain; median (1 to 99 %): angle {range_of('alpha_deg', 1)} degrees, speed "
+        f"{range_of('speed', 1)} m/s, spin {range_of('spin', 2)} V/a. The classifier sees "
         "condition, grain and outcome; without the grain its AUC is "
         f"{METRICS['auc'].text(joint.auc_without_grain.value)}."
     )

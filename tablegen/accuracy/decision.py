@@ -62,24 +62,15 @@ class Verdict:
         return Verdict(self.missed + other.missed, self.undecided + other.undecided)
 
 
-def deviations_down(comparisons: int) -> float:
-    """Give the standard errors from the held-out distance down to its lower confidence limit."""
-    return float(norm.isf(FALSE_ALARMS / 2 / (len(METRICS) * LOOKS * max(1, comparisons))))
-
-
-def deviations_up() -> float:
-    """Give the standard errors from the measured distance up to its upper confidence limit."""
-    return float(norm.isf(FALSE_HOLDS / LOOKS))
-
-
 def limits(name: str, estimate: Estimate, comparisons: int) -> tuple[float, float]:
     """Compute the confidence limits of the distance between two laws.
 
     ``comparisons`` is the number of comparisons that are judged together.
     """
     metric = METRICS[name]
-    low = estimate.at_least(deviations_down(comparisons))
-    high = estimate.at_most(deviations_up())
+    down = float(norm.isf(FALSE_ALARMS / 2 / (len(METRICS) * LOOKS * max(1, comparisons))))
+    low = estimate.held_out - down * estimate.held_out_error
+    high = estimate.value + float(norm.isf(FALSE_HOLDS / LOOKS)) * estimate.standard_error
     return float(np.clip(low, metric.least, metric.most)), float(min(high, metric.most))
 
 

@@ -63,19 +63,11 @@ def modes(sample: ArrayLike) -> FloatArray:
 
 
 def scattering_angles(state: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Compute the direction of rebound as in Figure 11 of Panfilov and Tsirkunov (2022).
+    """Compute alpha2 and beta2, (n,) each in radians, of states (n, 6) that leave the wall.
 
-    Parameters
-    ----------
-    state : array_like of float, shape (n, 6)
-
-    Returns
-    -------
-    alpha2 : float64 array, shape (n,)
-        Angle in the impact plane between the wall's forward direction and (u, v), radians, in
-        (0, pi) for a state that leaves the wall.
-    beta2 : float64 array, shape (n,)
-        Angle out of the impact plane, radians, in [-pi/2, pi/2], with the sign of w.
+    alpha2 is the angle in the impact plane from the wall's forward direction to (u, v), in (0, pi).
+    beta2 is the angle out of the impact plane, in [-pi/2, pi/2], with the sign of w.
+    Source: Panfilov and Tsirkunov (2022), Figure 11.
     """
     u, v, w = _as_state(state).T[:3]
     return np.arctan2(v, u), np.arctan2(w, np.hypot(u, v))

@@ -45,9 +45,6 @@ _DRAWN = 2**40
 #: Function from impacts to the states (n, 6) after them.
 Draw = Callable[[Impacts], FloatArray]
 
-#: Quantiles of 1, 50 and 99 %.
-Quantiles = tuple[float, ...]
-
 
 @dataclass(frozen=True)
 class JointComparison:
@@ -60,10 +57,8 @@ class JointComparison:
     auc_without_grain: Estimate
     #: Impacts a side in the last look.
     states: int
-    #: Angle [degrees], speed [m/s] and size of the spin [V/a].
-    alpha_deg: Quantiles
-    speed: Quantiles
-    spin: Quantiles
+    #: Quantiles of 1, 50 and 99 % of ``alpha_deg``, ``speed`` [m/s] and size of ``spin`` [V/a].
+    quantiles: dict[str, list[float]]
 
     @property
     def place(self) -> str:
@@ -78,11 +73,7 @@ class JointComparison:
             "auc_without_grain": self.auc_without_grain.value,
             "estimates": {name: e.to_dict() for name, e in self.estimates.items()},
             "states": self.states,
-            "quantiles": {
-                "alpha_deg": list(self.alpha_deg),
-                "speed": list(self.speed),
-                "spin": list(self.spin),
-            },
+            "quantiles": self.quantiles,
         }
 
 
@@ -160,23 +151,9 @@ def compare_chains(
     """Compare a spin law with direct simulation over the impacts that occur in chains.
 
     Direct simulation makes the conditions of both sides, each with particles of its own, which keep
-    their grains. The outcomes of one side are drawn.
-
-    Parameters
-    ----------
-    draw : callable
-        From impacts to states (n, 6); see `drawn_from`.
-    config : Config
-        What the law represents.
-    samples : int, optional
-        Approximate number of impacts a side at first; up to nine times as many where undecided.
-    targets : JointTargets, optional
-        Accuracy asked for; by default the declared one.
-
-    Returns
-    -------
-    JointComparison or None
-        None if hardly a chain stays within the table's range up to its second impact.
+    their grains. ``draw`` gives the outcomes (n, 6) of one side; see `drawn_from`. ``samples`` is
+    about the number of impacts a side at first. ``targets`` are the declared ones by default. The
+    result is None if hardly a chain stays within the table's range up to its second impact.
     """
     share = share_inside(config, seed)
     if share < _LEAST_SHARE:
@@ -209,15 +186,14 @@ def _first_look(drawn: _Side, direct: _Side, seed: int) -> JointComparison:
     """Compare two sides in every number."""
     settings, impacts = Settings(seed), direct.impacts
     without = drawn.features(grain=False), direct.features(grain=False)
-
-    def quantiles(values: FloatArray) -> Quantiles:
-        return tuple(np.quantile(values, (0.01, 0.5, 0.99)).tolist())
-
+    sizes = {
+        "alpha_deg": np.degrees(impacts.alpha1),
+        "speed": impacts.speed,
+        "spin": np.linalg.norm(impacts.spin, axis=1),
+    }
     return JointComparison(
         estimates=_estimates(drawn, direct, settings, JOINT_METRICS),
         auc_without_grain=auc_estimate(*without, settings),
         states=min(len(drawn.outcomes), len(direct.outcomes)),
-        alpha_deg=quantiles(np.degrees(impacts.alpha1)),
-        speed=quantiles(impacts.speed),
-        spin=quantiles(np.linalg.norm(impacts.spin, axis=1)),
+        quantiles={n: np.quantile(x, (0.01, 0.5, 0.99)).tolist() for n, x in sizes.items()},
     )

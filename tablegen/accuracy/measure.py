@@ -40,7 +40,7 @@ _MOST_SAMPLES = 4_000_000
 FIRST_STREAM = 2**31
 
 #: First number of spinning conditions; other conditions have those below, and nodes those from
-#: `tablegen.accuracy.node_screening.FIRST_NODE`.
+#: 2**30 on.
 FIRST_SPINNING = 2**29
 
 _Piece = TypeVar("_Piece")
@@ -126,24 +126,11 @@ def measure(
     targets: Targets | None = None,
     progress: bool = False,
 ) -> list[Comparison]:
-    """Compare a table with direct simulation at some conditions.
+    """Compare a table with direct simulation at conditions that all have a spin, or all have none.
 
-    Undecided distances are measured again with three times, then nine times as many states.
-
-    Parameters
-    ----------
-    table, config : Table and Config
-        The second says what the table represents.
-    places : sequence of Place
-        All with a spin, or all without.
-    seed : int
-        Of the simulation, of the draws and of the metrics.
-    samples : int, optional
-        States a side at first; by default as many as the accuracy needs.
-    targets : Targets, optional
-        Accuracy asked for; by default the declared one.
-    progress : bool
-        Show a progress bar on standard error.
+    There are ``samples`` states a side, by default as many as the accuracy needs. Undecided
+    distances are measured again with three times, then nine times as many. ``targets`` is the
+    accuracy asked for, by default the declared one. ``progress`` shows a bar on standard error.
     """
     allowed = targets or config.accuracy
     spinning = any(place.spin is not None for place in places)

@@ -108,7 +108,7 @@ def _missed(
     lines = []
     for name in NAMES:
         allowed, here = getattr(targets, name), [at_node[name] for at_node in found]
-        low = np.array([estimate.at_least(deviations) for estimate in here])
+        low = np.array([e.held_out - deviations * e.held_out_error for e in here])
         beyond: NDArray[np.bool_] = ~(low <= allowed)
         if beyond.any():
             worst = int(np.argmax(np.where(beyond, [e.value for e in here], -np.inf)))

@@ -60,14 +60,6 @@ class Estimate:
         """Give the numbers for JSON, without the distances of each variable."""
         return {name: value for name, value in asdict(self).items() if name != "by_variable"}
 
-    def at_least(self, deviations: float) -> float:
-        """Lower confidence limit of the distance of the laws, some standard errors down."""
-        return self.held_out - deviations * self.held_out_error
-
-    def at_most(self, deviations: float) -> float:
-        """Upper confidence limit of the distance of the laws, some standard errors up."""
-        return self.value + deviations * self.standard_error
-
 
 @dataclass(frozen=True)
 class Settings:
@@ -152,9 +144,7 @@ def correlation_variances(values: FloatArray) -> FloatArray:
     return np.maximum(even - r * (odd + odd.T) + 0.25 * r * r * ends, 0.0)
 
 
-def sliced_wasserstein_estimate(
-    table: FloatArray, direct: FloatArray, directions: int = DIRECTIONS, seed: int = 0
-) -> Estimate:
+def sliced_wasserstein_estimate(a: FloatArray, b: FloatArray, settings: Settings) -> Estimate:
     """Estimate the `sliced_wasserstein` distance of states (n, d) and (m, d).
 
     On a line the distance is the area between the distribution functions. It equals the difference
@@ -163,14 +153,13 @@ def sliced_wasserstein_estimate(
     normal difference of known variance.
     """
     # only differences count, so the states are neither centred nor copied
-    scale = np.where(varies(direct), direct.std(axis=0), 1.0)
-    a, b = table, direct
+    scale, directions = np.where(varies(b), b.std(axis=0), 1.0), settings.directions
     split_a, split_b = len(a) // 2, len(b) // 2
     sampled = slice(split_a, split_a + _FOR_VARIANCE), slice(split_b, split_b + _FOR_VARIANCE)
     mean_a, mean_b = (np.zeros(len(x[part])) for x, part in zip((a, b), sampled, strict=True))
     value = held_out = noise = 0.0
     per_state = 1.0 / len(a) + 1.0 / len(b)
-    for direction in unit_directions(directions, a.shape[1], seed) / scale:
+    for direction in unit_directions(directions, a.shape[1], settings.seed) / scale:
         bin_a, bin_b, width = _binned(a @ direction, b @ direction)
         found = _cumulative(bin_a[:split_a]) - _cumulative(bin_b[:split_b])
         tested = _cumulative(bin_a[split_a:]) - _cumulative(bin_b[split_b:])
@@ -214,9 +203,7 @@ def auc_estimate(table: FloatArray, direct: FloatArray, settings: Settings) -> E
 #: Function of each metric, of the states of table and direct simulation and `Settings`.
 ESTIMATES: Mapping[str, Callable[[FloatArray, FloatArray, Settings], Estimate]] = {
     "ks": lambda a, b, _: ks_estimate(a, b),
-    "sliced_wasserstein": lambda a, b, how: sliced_wasserstein_estimate(
-        a, b, how.directions, how.seed
-    ),
+    "sliced_wasserstein": sliced_wasserstein_estimate,
     "correlation_error": lambda a, b, _: correlation_estimate(a, b),
     "auc": auc_estimate,
 }
@@ -247,11 +234,8 @@ def _binned(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, float
     """Give the bin of each value of two samples, and the width of a bin."""
     low, high = min(a.min(), b.min()), max(a.max(), b.max())
     width = max(float(high - low), 1e-300) / _BINS
-    return (
-        np.minimum(((a - low) / width).astype(np.int32), _BINS - 1),
-        np.minimum(((b - low) / width).astype(np.int32), _BINS - 1),
-        width,
-    )
+    in_a, in_b = (np.minimum(((x - low) / width).astype(np.int32), _BINS - 1) for x in (a, b))
+    return in_a, in_b, width
 
 
 def _cumulative(bins: FloatArray) -> FloatArray:

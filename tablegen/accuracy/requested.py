@@ -10,14 +10,9 @@ from tablegen.config.messages import complaint
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
 from tablegen.config.spin_targets import SpinTargets
 
-_ALLOWED = (
-    f"{', '.join(PRESETS)}, or limits such as ks=0.01,auc=0.56 (of {', '.join(METRICS)}), or both"
-)
-
 #: Beginning of the names of the limits of the spin law.
 _SPIN = "spin_"
 
-_Limits = dict[str, Any]
 _Targets = TypeVar("_Targets", bound=BaseModel)
 
 
@@ -40,7 +35,7 @@ def asked_spin_accuracy(declared: SpinTargets, text: str | None) -> SpinTargets:
     return declared if text is None else _changed(declared, _parsed(text)[1], _SPIN)
 
 
-def _changed(declared: _Targets, limits: _Limits, prefix: str) -> _Targets:
+def _changed(declared: _Targets, limits: dict[str, Any], prefix: str) -> _Targets:
     """Change the limits of an accuracy; refuse numbers out of range."""
     record = type(declared)
     whole = limits if "preset" in limits else {**declared.model_dump(), **limits}
@@ -50,10 +45,10 @@ def _changed(declared: _Targets, limits: _Limits, prefix: str) -> _Targets:
         raise InputError(f"accuracy: {prefix}{complaint(error, record)}") from error
 
 
-def _parsed(text: str) -> tuple[_Limits, _Limits]:
+def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Parse the limits of the first-impact law and of the spin law."""
-    limits: _Limits = {}
-    spin: _Limits = {}
+    limits: dict[str, Any] = {}
+    spin: dict[str, Any] = {}
     try:
         for word in (part.strip() for part in text.split(",")):
             name, sign, number = (part.strip() for part in word.partition("="))
@@ -68,5 +63,8 @@ def _parsed(text: str) -> tuple[_Limits, _Limits]:
             else:
                 raise ValueError(name)
     except ValueError:
-        raise InputError(f"accuracy: got {text!r}, allowed: {_ALLOWED}") from None
+        raise InputError(
+            f"accuracy: got {text!r}, allowed: {', '.join(PRESETS)}, or limits such as "
+            f"ks=0.01,auc=0.56 (of {', '.join(METRICS)}), or both"
+        ) from None
     return limits, spin

@@ -92,17 +92,14 @@ class RunStatistics:
             "collisions_max": self.most_collisions,
             "energy_translational": float(self.energy[0]),
             "energy_rotational": float(self.energy[1]),
-            "histogram": {
-                name: {
-                    "low": float(LOW[i]),
-                    "high": float(HIGH[i]),
-                    "below": int(self.outside[i, 0]),
-                    "above": int(self.outside[i, 1]),
-                    "counts": self.histogram[i].tolist(),
-                }
-                for i, name in enumerate(STATE)
-            },
+            "histogram": {name: self._histogram(i) for i, name in enumerate(STATE)},
         }
+
+    def _histogram(self, i: int) -> dict[str, Any]:
+        """Give the histogram of one variable."""
+        below, above = self.outside[i].tolist()
+        ends = {"low": float(LOW[i]), "high": float(HIGH[i]), "below": below, "above": above}
+        return ends | {"counts": self.histogram[i].tolist()}
 
 
 def summarise(state: FloatArray, collisions: Counts, energy: FloatArray) -> RunStatistics:
@@ -128,11 +125,10 @@ def summarise(state: FloatArray, collisions: Counts, energy: FloatArray) -> RunS
 
 
 def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
-    """Merge the statistics of two runs.
+    """Merge the statistics of two runs without differences of large sums, so that nothing cancels.
 
-    Means and products of deviations are updated without differences of large sums, so that nothing
-    cancels. Source: Chan, Golub, LeVeque, "Updating formulae and a pairwise algorithm for computing
-    sample variances" (1979).
+    Source: Chan, Golub, LeVeque, "Updating formulae and a pairwise algorithm for computing sample
+    variances" (1979).
     """
     count = first.count + second.count
     share, step = second.count / count, second.mean - first.mean
@@ -181,20 +177,8 @@ def simulate_statistics(
 ) -> RunStatistics:
     """Simulate rebounds and keep only their statistics.
 
-    The particles are those of `simulate_condition` with the same arguments. Memory does not depend
-    on ``count``.
-
-    Parameters
-    ----------
-    pair, population, condition, count, seed, stream, threads, progress
-        As for `tablegen.simulation.simulate.simulate_condition`.
-
-    Raises
-    ------
-    InputError
-        If an argument is out of range.
-    RuntimeError
-        If a particle is still in contact after 10**8 collisions, or is not finite.
+    Arguments, particles and errors are those of `tablegen.simulation.simulate.simulate_condition`.
+    Memory does not depend on ``count``.
     """
     workers = check_run(count, seed, stream, threads)
     work = partial(_batch_statistics, ParticleRun(pair, population, condition, seed, stream))

@@ -190,7 +190,10 @@ def validate(
         out of range.
     """
     seed = secrets.randbits(_SEED_BITS) if seed is None else seed
-    _check_arguments(conditions, spin_conditions, samples, seed)
+    as_integer("conditions", conditions, 1, 2**63 - 1, "1 or more")
+    as_integer("spin_conditions", spin_conditions, 0, 2**63 - 1, "0 or more")
+    as_integer("samples", 1000 if samples is None else samples, 1000, 2**63 - 1, "1000 or more")
+    as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
     # read once, so that the checksum is that of the measured contents
     contents = read_table(find_table(name_or_path))
     config = stored_config(contents.config, f"{name_or_path}: config")
@@ -227,15 +230,6 @@ def validate(
         law=ValidatedLaw(law, config.accuracy, asked, worst_stored(table.accuracy)),
         spin=spin,
     )
-
-
-def _check_arguments(conditions: int, spin_conditions: int, samples: int | None, seed: int) -> None:
-    """Refuse arguments that are no integers or out of range."""
-    as_integer("conditions", conditions, 1, 2**63 - 1, "1 or more")
-    as_integer("spin_conditions", spin_conditions, 0, 2**63 - 1, "0 or more")
-    if samples is not None:
-        as_integer("samples", samples, 1000, 2**63 - 1, "1000 or more")
-    as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
 
 
 def _check_agreement(contents: TableContents, config: Config, origin: str) -> None:
