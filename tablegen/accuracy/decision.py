@@ -10,6 +10,7 @@ distance must hold.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -62,15 +63,18 @@ class Verdict:
         return Verdict(self.missed + other.missed, self.undecided + other.undecided)
 
 
-def limits(name: str, estimate: Estimate, comparisons: int) -> tuple[float, float]:
-    """Compute the confidence limits of the distance between two laws.
+@cache
+def _deviations(comparisons: int) -> tuple[float, float]:
+    """Give the standard errors down to the lower and up to the upper confidence limit."""
+    down = norm.isf(FALSE_ALARMS / 2 / (len(METRICS) * LOOKS * max(1, comparisons)))
+    return float(down), float(norm.isf(FALSE_HOLDS / LOOKS))
 
-    ``comparisons`` is the number of comparisons that are judged together.
-    """
-    metric = METRICS[name]
-    down = float(norm.isf(FALSE_ALARMS / 2 / (len(METRICS) * LOOKS * max(1, comparisons))))
+
+def limits(name: str, estimate: Estimate, comparisons: int) -> tuple[float, float]:
+    """Compute the confidence limits of a distance; ``comparisons`` are judged together."""
+    metric, (down, up) = METRICS[name], _deviations(comparisons)
     low = estimate.held_out - down * estimate.held_out_error
-    high = estimate.value + float(norm.isf(FALSE_HOLDS / LOOKS)) * estimate.standard_error
+    high = estimate.value + up * estimate.standard_error
     return float(np.clip(low, metric.least, metric.most)), float(min(high, metric.most))
 
 
