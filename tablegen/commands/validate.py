@@ -37,21 +37,17 @@ Spin = tuple[float, float, float]
     type=options.CONDITIONS,
     default=VALIDATE_CONDITIONS,
     show_default=True,
-    help="Conditions between nodes to compare at, spread evenly over angle and speed.",
+    help="Conditions between nodes, evenly spread over angle and speed.",
 )
 @click.option(
     "--alpha",
     type=options.ANGLE,
     multiple=True,
     metavar="DEG",
-    help="Impact angle to compare at, and nowhere else; repeatable, with --speed.",
+    help="Compare only at this angle; repeatable.",
 )
 @click.option(
-    "--speed",
-    type=options.POSITIVE,
-    multiple=True,
-    metavar="M_S",
-    help="Impact speed to compare at; the first goes with the first --alpha.",
+    "--speed", type=options.POSITIVE, multiple=True, metavar="M_S", help="Speed for an --alpha."
 )
 @click.option(
     "--spin",
@@ -59,14 +55,14 @@ Spin = tuple[float, float, float]
     nargs=3,
     multiple=True,
     metavar="WX WY WZ",
-    help="Spin before the impact, times a/V, to compare at; repeatable, with --alpha and --speed.",
+    help="Spin before the impact, times a/V, for an --alpha; repeatable.",
 )
 @click.option(
     "--spin-conditions",
     type=options.Integer(0, 10_000),
     default=VALIDATE_SPIN_CONDITIONS,
     show_default=True,
-    help="Spinning conditions to compare a spin law at; 0 leaves it out.",
+    help="Spinning conditions at which to compare a spin law; 0 leaves it out.",
 )
 @click.option(
     "--accuracy",
@@ -74,23 +70,14 @@ Spin = tuple[float, float, float]
     help="Accuracy to hold the table against: compact, standard or fine, or limits such as "
     "ks=0.01,auc=0.56, or spin_ks=0.03 for a spin law. By default the declared accuracy.",
 )
-@click.option(
-    "--seed",
-    type=options.SEED,
-    metavar="S",
-    help="Seed of the conditions and of both samples; by default random, and printed.",
-)
+@click.option("--seed", type=options.SEED, metavar="S", help="By default random, and printed.")
 @click.option(
     "--samples",
     type=options.SAMPLES,
     help="States a side at first; by default as many as the accuracy needs, at least 100000. "
     "Up to nine times as many where noise leaves the verdict open.",
 )
-@click.option(
-    "--store",
-    is_flag=True,
-    help="Store the distances measured between nodes in the table, instead of the stored ones.",
-)
+@click.option("--store", is_flag=True, help="Store the distances between nodes in the table.")
 @options.json_file("Write every number.")
 @options.html_file
 @click.option("--details", is_flag=True, help="Means and modes at every condition.")

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from grids import grid_table
-from scipy.stats import kstest, qmc
+from scipy.stats import kstest
 
 from sampler.errors import InputError
 from tablegen.accuracy.conditions import (
@@ -46,20 +46,6 @@ def test_conditions_spread_evenly_over_degrees_and_speeds(table):
     np.testing.assert_allclose(shares, np.diff(table.alpha_nodes_deg) / 89.0, atol=2.01 / 60)
     shares = np.histogram(speed, table.speed_nodes)[0] / 60
     np.testing.assert_allclose(shares, np.diff(table.speed_nodes) / 250.0, atol=2.01 / 60)
-
-
-def test_conditions_fill_the_plane_better_than_chance():
-    table = grid_table([1.0, 90.0], [50.0, 300.0])
-
-    def discrepancy(seed):
-        alpha, speed = picked(table, 8, seed)
-        # undo the margins of the one cell
-        unit = np.column_stack(((alpha - 1.0) / 89.0, (speed - 50.0) / 250.0))
-        return qmc.discrepancy((unit - 0.2) / 0.6)
-
-    rng = np.random.default_rng(3)
-    by_chance = [qmc.discrepancy(rng.random((8, 2))) for _ in range(200)]
-    assert max(discrepancy(seed) for seed in range(5)) < np.quantile(by_chance, 0.05)
 
 
 def test_conditions_are_a_function_of_the_seed(table):

@@ -28,14 +28,13 @@ from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS, worst_s
 from tablegen.config.spin_targets import JointTargets, SpinTargets
 from tablegen.fitting import node
 from tablegen.fitting.node import node_stream
-from tablegen.simulation.simulate import make_condition, simulate, simulate_condition
+from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import first_grid, make_axes
 from tablegen.tables.refine import fit_nodes
 from tablegen.tasks.runner import TaskRunner
 
 MEASURE = sys.modules[measure.__module__]
-SIMULATE = sys.modules[simulate.__module__]
 PLACES = (Place(40.0, 100.0), Place(38.0, 250.0))
 
 #: Holds for any table.
@@ -86,54 +85,33 @@ def test_compares_draws_with_simulation(tiny):
         assert found[k] == compare(drawn, direct.state, alpha_deg, speed, seed=9)
 
 
-def test_simulates_with_the_settings_of_the_configuration(tiny, monkeypatch):
-    seen = []
-
-    def recording(pair, population, condition, *arguments, **options):
-        seen.append((pair, population, condition))
-        return simulate_condition(pair, population, condition, *arguments, **options)
-
-    monkeypatch.setattr(SIMULATE, "simulate_condition", recording)
-    numerics = {"contact_resolution": 0.01, "tolerance": 1e-8}
-    changes = {"model": numerics, "population": {"shapes": {"prism": 0.0}}}
-    config = TINY.with_changes(changes)
-    measure(tiny.generated.table, config, PLACES[:1], seed=1, samples=100, targets=LAX)
-    condition = make_condition(np.radians(40.0), 100.0, resolution=0.01, tolerance=1e-8)
-    assert seen == [(config.pair, config.population, condition)]
-
-
 @pytest.mark.usefixtures("quick_classifier")
-class TestLooks:
-    """More states are taken where noise leaves the verdict open, and nowhere else."""
-
-    def found(self, tiny, **accuracy):
+@pytest.mark.parametrize("name", METRICS)
+def test_only_undecided_distances_are_measured_again_with_more_states(tiny, name):
+    def found(**accuracy):
         targets = ROUGH.with_changes({"accuracy": accuracy}).accuracy
         how = {"seed": 1, "samples": 1000, "targets": targets}
         return measure(tiny.generated.table, TINY, PLACES[:1], **how)[0]
 
-    @pytest.mark.parametrize("name", METRICS)
-    def test_only_undecided_distances_are_measured_again(self, tiny, name):
-        first = self.found(tiny)
-        assert first.states == 1000
-        # an accuracy that noise neither grants nor refuses: the table is off by a little only
-        least = max(METRICS[name].least, 1e-3)
-        again = self.found(tiny, **{name: max(least, first.estimates[name].value)})
-        assert again.states in (3000, 9000)
-        assert again.estimates[name].standard_error < first.estimates[name].standard_error
-        for other in set(first.estimates) - {name}:
-            assert again.estimates[other] == first.estimates[other]
+    first = found()
+    assert first.states == 1000
+    # an accuracy that noise neither grants nor refuses: the table is off by a little only
+    again = found(**{name: max(METRICS[name].least, 1e-3, first.estimates[name].value)})
+    assert again.states in (3000, 9000)
+    assert again.estimates[name].standard_error < first.estimates[name].standard_error
+    for other in set(first.estimates) - {name}:
+        assert again.estimates[other] == first.estimates[other]
 
-    def test_more_states_begin_with_the_same_ones(self, tiny):
-        place = ComparedCondition(tiny.generated.table, TINY, PLACES[0], 1, 0)
-        for few, many in zip(place.states(500), place.states(1500), strict=True):
-            np.testing.assert_array_equal(few, many[:500])
 
-    def test_sample_size_grows_with_the_accuracy(self):
-        sizes = [
-            sample_size(TINY.with_changes({"accuracy": PRESETS[name]}).accuracy)
-            for name in ("compact", "standard", "fine")
-        ]
-        assert sizes == [100_000, 400_000, 1_600_000]
+def test_more_states_begin_with_the_same_ones(tiny):
+    place = ComparedCondition(tiny.generated.table, TINY, PLACES[0], 1, 0)
+    for few, many in zip(place.states(500), place.states(1500), strict=True):
+        np.testing.assert_array_equal(few, many[:500])
+
+
+def test_sample_size_grows_with_the_accuracy():
+    accuracies = [TINY.with_changes({"accuracy": PRESETS[name]}).accuracy for name in PRESETS]
+    assert [sample_size(accuracy) for accuracy in accuracies] == [100_000, 400_000, 1_600_000]
 
 
 #: Accuracy of the nodes of the tiny table: fitted to 6000 states, they are off by 0.02 in the
@@ -144,36 +122,34 @@ TIGHT = TINY.with_changes(
 NODE = (1, 0)
 
 
-class TestNodes:
-    """The coarse test of all nodes finds one wrong node among many, and passes right tables."""
+def screened(contents):
+    table = Table(contents, outside="raise")
+    return screen(table, TIGHT, TIGHT.accuracy, seed=1)
 
-    @pytest.fixture(scope="class")
-    def contents(self, tiny):
-        return tiny.generated.table.contents
 
-    def test_right_table_passes(self, contents):
-        """Once in 200 it would not, at most: the stated rate."""
-        table = Table(contents, outside="raise")
-        found = screen(table, TIGHT, TIGHT.accuracy, seed=1)
-        assert found.missed == ()
-        assert (found.nodes, found.samples, table.clamped) == (4, SAMPLES, 0)
-        assert len(found.suspects) == len(set(found.suspects)) == min(WORST, 4)
+def test_nodes_of_a_right_table_pass(tiny):
+    """Once in 200 they would not, at most: the stated rate."""
+    found = screened(tiny.generated.table.contents)
+    assert found.missed == ()
+    assert (found.nodes, found.samples) == (4, SAMPLES)
+    assert len(set(found.suspects)) == min(WORST, 4)
 
-    @pytest.mark.parametrize(
-        ("tamper", "metric"),
-        [
-            (lambda c: garbage(c, np.array([[False, False], [True, False]])), "ks"),
-            (lambda c: copied_node(c, NODE, (1, 1)), "ks"),
-            (lambda c: spin_flipped(c, NODE), "correlation_error"),
-        ],
-        ids=["garbage", "copied", "flipped"],
-    )
-    def test_one_wrong_node_is_found_and_named(self, contents, tamper, metric):
-        found = screen(Table(tamper(contents)), TIGHT, TIGHT.accuracy, seed=1)
-        assert found.suspects[0] == (45.0, 60.0)
-        (line,) = (line for line in found.missed if line.startswith(f"{metric}: "))
-        assert "at 1 of 4 nodes" in line
-        assert "at 45.00 degrees, 60.0 m/s" in line
+
+@pytest.mark.parametrize(
+    ("tamper", "metric"),
+    [
+        (lambda c: garbage(c, np.array([[False, False], [True, False]])), "ks"),
+        (lambda c: copied_node(c, NODE, (1, 1)), "ks"),
+        (lambda c: spin_flipped(c, NODE), "correlation_error"),
+    ],
+    ids=["garbage", "copied", "flipped"],
+)
+def test_one_wrong_node_is_found_and_named(tiny, tamper, metric):
+    found = screened(tamper(tiny.generated.table.contents))
+    assert found.suspects[0] == (45.0, 60.0)
+    (line,) = (line for line in found.missed if line.startswith(f"{metric}: "))
+    assert "at 1 of 4 nodes" in line
+    assert "at 45.00 degrees, 60.0 m/s" in line
 
 
 CONFIG = load_config("corundum-steel").with_changes(

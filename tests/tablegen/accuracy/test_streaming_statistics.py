@@ -80,14 +80,6 @@ def test_number_of_threads_changes_no_bit(whole, streamed, threads):
     assert_identical(statistics_of(whole), streamed)
 
 
-def test_order_of_merging_changes_bits(whole):
-    """The test above would see batches merged as they come."""
-    every = whole.state, whole.collisions, whole.energy
-    parts = [summarise(*(x[s : s + BATCH] for x in every)) for s in range(0, COUNT, BATCH)]
-    forward, backward = merge(merge(*parts[:2]), parts[2]), merge(merge(*parts[:0:-1]), parts[0])
-    assert not np.array_equal(forward.comoment, backward.comoment)
-
-
 def test_values_outside_are_counted_and_not_put_into_the_end_bins():
     state = np.tile(0.5 * (LOW + HIGH), (5, 1))
     state[0], state[1], state[2], state[3] = LOW, HIGH, LOW - 1e-9, HIGH + 1e-9
@@ -111,34 +103,17 @@ def test_nothing_cancels_far_from_zero():
     assert np.abs(naive - expected).max() > 1e-6
 
 
-def test_one_rebound_has_statistics():
-    made = run_of(1)
-    assert made.count == made.collision_counts.sum() == 1
-    np.testing.assert_array_equal(made.covariance, 0.0)
-    np.testing.assert_array_equal(made.minimum, made.maximum)
-
-
-def peak_memory(function, *arguments, **options):
-    """Largest memory held during a call, in bytes."""
-    tracemalloc.start()
-    try:
-        function(*arguments, **options)
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-
-
 def test_memory_does_not_grow_with_the_count():
     spheres = POPULATION.restricted_to("sphere")
     run_of(BATCH, population=spheres, threads=2)  # compiles
-    small, large = (
-        peak_memory(run_of, count, population=spheres, threads=2) for count in (100_000, 500_000)
-    )
-    assert large < 1.3 * small
-    assert large < 8e6
-    # the measure sees memory that does grow
-    every = (PAIR, spheres, NORMAL)
-    assert peak_memory(simulate_condition, *every, 500_000, seed=31, threads=2) > 40e6
+    peaks = []
+    for count in (100_000, 500_000):
+        tracemalloc.start()
+        run_of(count, population=spheres, threads=2)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    # all states of the longer run take 24 MB
+    assert peaks[1] < min(1.3 * peaks[0], 8e6)
 
 
 def test_command_writes_the_statistics(run, refused, tmp_path, streamed):
@@ -147,11 +122,7 @@ def test_command_writes_the_statistics(run, refused, tmp_path, streamed):
     assert run("simulate", *words, "--statistics", file, "--quiet").status == 0
     written, expected = json.loads(file.read_text()), streamed.to_dict()
     assert {name: written[name] for name in expected} == expected
-    assert (written["pair"], written["shape"], written["alpha_deg"]) == (
-        "corundum-steel",
-        "mixture",
-        90.0,
-    )
+    assert (written["pair"], written["alpha_deg"]) == ("corundum-steel", 90.0)
     assert list(written["collisions_percent"]) == list(COLLISION_LABELS)
     line = refused("simulate", *flags(SIMULATE, {}))
     assert line == "Missing option '--output' or '--statistics', allowed: one or both"
