@@ -1,10 +1,10 @@
 """Results of a measurement or validation as tables and sentences, for terminal and page."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from tablegen.accuracy.comparison import Comparison
-from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Judged, limits, verdict_words
+from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, limits, verdict_words
 from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.measure import LawAccuracy
 from tablegen.accuracy.validate import ValidatedLaw, Validation
@@ -31,7 +31,7 @@ class TextTable(NamedTuple):
 
 
 def accuracy_table(
-    measured: Sequence[Judged],
+    measured: Sequence[Comparison | JointComparison],
     declared: Any,
     asked: Any = None,
     together: int | None = None,
@@ -43,36 +43,22 @@ def accuracy_table(
     declared one. ``together`` comparisons are judged together, if more than these.
     """
     metrics = {name: METRICS[name] for name in METRICS if name in measured[0].estimates}
-    count = together or len(measured)
-
-    def row(title: str, states: str, values: Mapping[str, float], noise: Any) -> list[str]:
-        cells = [title, states]
-        for name, metric in metrics.items():
-            # the noise of an AUC is known, and has no column
-            cells += [metric.text(values[name])]
-            cells += [] if metric.learned else [metric.text(noise[name]) if noise else ""]
-        return cells
-
-    def largest(quantity: Callable[[str, Judged], float]) -> dict[str, float]:
-        return {name: max(quantity(name, c) for c in measured) for name in metrics}
-
-    rows = []
-    for c in measured:
-        values = {name: estimate.value for name, estimate in c.estimates.items()}
-        noise = {name: estimate.noise for name, estimate in c.estimates.items()}
-        rows.append(row(c.place, f"{getattr(c, 'states', 0):,}", values, noise))
-    closing = {
-        "largest": largest(lambda name, c: c.estimates[name].value),
-        "error at least": largest(lambda name, c: limits(name, c.estimates[name], count)[0]),
-        "error at most": largest(lambda name, c: limits(name, c.estimates[name], count)[1]),
-        "declared": {name: getattr(declared, name) for name in metrics},
-    }
-    if asked is not None and asked != declared:
-        closing["asked for"] = {name: getattr(asked, name) for name in metrics}
-    head = ["condition", "states"]
-    for metric in metrics.values():
-        head += [metric.head] if metric.learned else [metric.head, "noise"]
-    rows += [row(name, "", values, None) for name, values in closing.items()]
+    count, other = together or len(measured), asked is not None and asked != declared
+    columns: list[list[str]] = []
+    for name, metric in metrics.items():
+        estimates = [c.estimates[name] for c in measured]
+        lows, highs = zip(*(limits(name, e, count) for e in estimates), strict=True)
+        values = [e.value for e in estimates]
+        closing = [max(values), max(lows), max(highs), getattr(declared, name)]
+        closing += [getattr(asked, name)] if other else []
+        columns.append([metric.head, *(metric.text(x) for x in values + closing)])
+        if not metric.learned:  # the noise of an AUC is known
+            noise = [metric.text(e.noise) for e in estimates]
+            columns.append(["noise", *noise, *[""] * len(closing)])
+    titles = [c.place.replace(" degrees", "°") for c in measured]
+    titles += ["largest", "error at least", "error at most", "declared", "asked for"][: 4 + other]
+    states = [f"{c.states:,}" for c in measured] + [""] * (4 + other)
+    head, *rows = zip(["condition", *titles], ["states", *states], *columns, strict=True)
     return TextTable(caption, head, rows)
 
 

@@ -51,23 +51,18 @@ class Comparison(Measured):
     states: int = 0
 
     def to_dict(self) -> dict[str, Any]:
-        """Give everything as JSON-ready numbers."""
+        """Give every number for JSON."""
         return {
             "alpha_deg": self.alpha_deg,
             "speed": self.speed,
-            **({} if self.spin is None else {"spin": list(self.spin)}),
+            **({} if self.spin is None else {"spin": self.spin}),
             **self.distances(),
-            "table": _with_lists(self.table),
-            "direct": _with_lists(self.direct),
-            "components": list(self.variables),
+            "table": asdict(self.table),
+            "direct": asdict(self.direct),
+            "components": self.variables,
             "estimates": {name: e.to_dict() for name, e in self.estimates.items()},
             "states": self.states,
         }
-
-
-def _with_lists(sample: Profile) -> dict[str, Any]:
-    """Give the fields of a profile with lists instead of tuples, as JSON reads them back."""
-    return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(sample).items()}
 
 
 def compare(
@@ -81,14 +76,8 @@ def compare(
 ) -> Comparison:
     """Compare draws (n, d) from a table with simulated states (m, d) at one condition.
 
-    Parameters
-    ----------
-    alpha_deg, speed, spin
-        Impact angle from the wall [degrees], speed [m/s] and spin before the impact [V/a].
-    seed : int
-        Selects the projection directions and seeds the classifier.
-    variables : tuple of d str
-        Names of the columns.
+    The impact angle is in degrees from the wall, the speed in m/s, the spin times a/V. The seed
+    selects the projection directions and the classifier. ``variables`` names the d columns.
     """
     table, direct = as_sample("table", table_state, 4), as_sample("direct", direct_state, 4)
     return Comparison(

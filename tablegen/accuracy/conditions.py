@@ -16,18 +16,15 @@ from tablegen.simulation.impact_chains import energy_factor, speeds_measured
 #: Spin before an impact times a/V, wall axes.
 Spin = tuple[float, float, float]
 
-#: Distance of a condition from the nodes of an axis, as a share of the distance between nodes.
-MARGIN = 0.2
+#: Least distance of a condition from a node, as a share of the distance between nodes.
+_MARGIN = 0.2
 
 #: Largest number of conditions whose spread over the plane is optimised; more would take seconds.
 _OPTIMISED = 256
 
 #: Range of angles [degrees] and largest spin [V/a] of spinning conditions.
-ANGLES_DEG = (5.0, 85.0)
-MOST_SPIN = 2.0
-
-#: Spinning conditions for each other one when a table is made.
-_SPINNING_SHARE = 3
+_ANGLES_DEG = (5.0, 85.0)
+_MOST_SPIN = 2.0
 
 #: Purposes of the random numbers, next to the seed.
 _KEY, _SPIN_KEY = 2**31, 2**31 + 2
@@ -68,7 +65,7 @@ def _between_nodes(u: FloatArray, nodes: FloatArray) -> FloatArray:
     value = nodes[0] + u * (nodes[-1] - nodes[0])
     cell = np.clip(np.searchsorted(nodes, value, side="right") - 1, 0, len(nodes) - 2)
     low, width = nodes[cell], nodes[cell + 1] - nodes[cell]
-    return low + width * (MARGIN + (1.0 - 2.0 * MARGIN) * (value - low) / width)
+    return low + width * (_MARGIN + (1.0 - 2.0 * _MARGIN) * (value - low) / width)
 
 
 def pick_spin_conditions(config: Config, count: int, seed: int) -> list[Place]:
@@ -83,9 +80,9 @@ def pick_spin_conditions(config: Config, count: int, seed: int) -> list[Place]:
     rng = np.random.default_rng([seed, _SPIN_KEY])
     points = qmc.LatinHypercube(5, seed=rng).random(count)
     points = points[np.argsort(points[:, 0])]
-    low, high = (float(np.clip(end, *config.domain.alpha_deg)) for end in ANGLES_DEG)
+    low, high = (float(np.clip(end, *config.domain.alpha_deg)) for end in _ANGLES_DEG)
     slow, fast = speeds_measured(config)
-    size, y, turn = MOST_SPIN * points[:, 2], 2.0 * points[:, 3] - 1.0, 2.0 * np.pi * points[:, 4]
+    size, y, turn = _MOST_SPIN * points[:, 2], 2.0 * points[:, 3] - 1.0, 2.0 * np.pi * points[:, 4]
     radius = np.sqrt(1.0 - y * y)
     spins = size[:, None] * np.column_stack([radius * np.cos(turn), y, radius * np.sin(turn)])
     return [
@@ -96,7 +93,7 @@ def pick_spin_conditions(config: Config, count: int, seed: int) -> list[Place]:
 
 def spin_conditions_beside(conditions: int) -> int:
     """Give the number of spinning conditions at which a new table is measured, from the others."""
-    return min(GENERATE_SPIN_CONDITIONS, _SPINNING_SHARE * conditions)
+    return min(GENERATE_SPIN_CONDITIONS, 3 * conditions)
 
 
 def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:

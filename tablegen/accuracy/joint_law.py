@@ -66,9 +66,9 @@ class JointComparison:
         return "the impacts of chains"
 
     def to_dict(self) -> dict[str, Any]:
-        """Give everything as JSON-ready numbers."""
+        """Give every number for JSON."""
         return {
-            "ks": list(self.estimates["ks"].by_variable),
+            "ks": self.estimates["ks"].by_variable,
             "auc": self.estimates["auc"].value,
             "auc_without_grain": self.auc_without_grain.value,
             "estimates": {name: e.to_dict() for name, e in self.estimates.items()},

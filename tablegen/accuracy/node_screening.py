@@ -7,8 +7,7 @@ to find smaller errors as well.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,11 +50,6 @@ class Screening:
     suspects: tuple[tuple[float, float], ...]
     #: One line for each distance that some node misses.
     missed: tuple[str, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give everything as JSON-ready numbers."""
-        record = asdict(self)
-        return {name: list(v) if isinstance(v, tuple) else v for name, v in record.items()}
 
 
 def screen(

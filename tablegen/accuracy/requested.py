@@ -5,7 +5,6 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from sampler.errors import InputError
-from tablegen.config.config import AccuracyTargets
 from tablegen.config.messages import complaint
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
 from tablegen.config.spin_targets import SpinTargets
@@ -16,28 +15,19 @@ _SPIN = "spin_"
 _Targets = TypeVar("_Targets", bound=BaseModel)
 
 
-def asked_accuracy(declared: AccuracyTargets, text: str | None) -> AccuracyTargets:
-    """Read the accuracy that the first-impact law is held against.
+def asked_accuracy(declared: _Targets, text: str | None) -> _Targets:
+    """Read the accuracy that a law is held against: the declared one, changed by a text.
 
     The text has a preset, limits, or both, separated by commas: "fine", "ks=0.01,auc=0.56",
-    "standard,auc=0.6". The declared accuracy holds for limits that it does not name. Limits of the
-    spin law, such as "spin_ks=0.03", are ignored here. `InputError` says what is wrong with the
-    text.
+    "standard,auc=0.6". A preset counts for both laws. Limits of the spin law begin with "spin_",
+    such as "spin_ks=0.03", and limits that are not named stay as declared. `InputError` says what
+    is wrong with the text.
     """
-    return declared if text is None else _changed(declared, _parsed(text)[0], "")
-
-
-def asked_spin_accuracy(declared: SpinTargets, text: str | None) -> SpinTargets:
-    """Read the accuracy that a spin law is held against; see `asked_accuracy`.
-
-    A preset counts for both laws. The limits are "spin_ks", "spin_joint_auc" and so on.
-    """
-    return declared if text is None else _changed(declared, _parsed(text)[1], _SPIN)
-
-
-def _changed(declared: _Targets, limits: dict[str, Any], prefix: str) -> _Targets:
-    """Change the limits of an accuracy; refuse numbers out of range."""
-    record = type(declared)
+    if text is None:
+        return declared
+    record, (limits, spin), prefix = type(declared), _parsed(text), ""
+    if isinstance(declared, SpinTargets):
+        limits, prefix = spin, _SPIN
     whole = limits if "preset" in limits else {**declared.model_dump(), **limits}
     try:
         return record.model_validate(whole)

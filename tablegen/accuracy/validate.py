@@ -2,7 +2,7 @@
 
 import secrets
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Verdict, judge
 from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin
 from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
-from tablegen.accuracy.requested import asked_accuracy, asked_spin_accuracy
+from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config.config import AccuracyTargets, Config, stored_config
 from tablegen.config.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS
 from tablegen.config.metric_table import JOINT, METRICS, worst_spin_stored, worst_stored
@@ -97,6 +97,11 @@ class Validation:
     spin: ValidatedLaw | None = None
 
     @property
+    def comparisons(self) -> list[Comparison]:
+        """Comparisons of the first-impact law between the nodes, or at chosen conditions."""
+        return self.law.measured.comparisons
+
+    @property
     def laws(self) -> list[ValidatedLaw]:
         """All measured laws."""
         return [self.law, self.spin] if self.spin else [self.law]
@@ -141,7 +146,7 @@ class Validation:
             "holds": self.holds,
             "missed": self.missed,
             "undecided": self.undecided,
-            "screening": self.screening and self.screening.to_dict(),
+            "screening": self.screening and asdict(self.screening),
             **self.law.to_dict(self.together),
             "spin": self.spin and self.spin.to_dict(self.together),
         }
@@ -200,7 +205,7 @@ def validate(
     _check_agreement(contents, config, str(name_or_path))
     table = Table(contents)
     asked = asked_accuracy(config.accuracy, accuracy)
-    asked_spin = asked_spin_accuracy(config.spin_targets, accuracy)
+    asked_spin = asked_accuracy(config.spin_targets, accuracy)
     how: dict[str, Any] = {"seed": seed, "progress": progress}
     screening, suspects = None, []
     if at is None:

@@ -13,18 +13,10 @@ from tablegen.tables.assembly import accuracy_datasets
 
 
 def check_store(table: str | Path, chosen: bool) -> None:
-    """Refuse, before anything is measured, what could not be stored.
+    """Refuse a table whose accuracy could not be stored, before anything is measured.
 
-    Parameters
-    ----------
-    table : str or Path
-    chosen : bool
-        Whether the user chose the conditions: those that are stored are spread evenly.
-
-    Raises
-    ------
-    InputError
-        If conditions were chosen, or the table is not named by its path or may not be written.
+    It must be named by its path and be writable. ``chosen`` says whether the user chose the
+    conditions; stored ones are evenly spread.
     """
     if chosen:
         raise InputError("--store: got it with --alpha and --speed, allowed: without them")
@@ -34,30 +26,15 @@ def check_store(table: str | Path, chosen: bool) -> None:
 
 
 def store_accuracy(path: str | Path, validation: Validation) -> str:
-    """Replace the accuracy stored in a table file; everything else stays.
+    """Replace the accuracy stored in a table file; returns the new checksum of its contents.
 
-    Parameters
-    ----------
-    path : str or Path
-        The .h5 file that was validated.
-    validation : Validation
-        Its comparisons between nodes are stored, and those of the spin law if it was looked at:
-        distances with the noise of the samples.
-
-    Returns
-    -------
-    str
-        New checksum of the contents.
-
-    Raises
-    ------
-    InputError
-        If the file is another than when it was measured, or cannot be written.
+    The distances between nodes are stored, noise included, and those of the spin law if it was
+    compared. `InputError` says if the file changed since it was measured, or cannot be written.
     """
     contents = read_table(path)
     if contents.content_sha256 != validation.content_sha256:
         raise InputError(f"{path}: changed since it was measured, allowed: the file as it was")
-    measured = accuracy_datasets(validation.law.measured.comparisons, len(contents.variables))
+    measured = accuracy_datasets(validation.comparisons, len(contents.variables))
     if validation.spin is not None:
         measured |= spin_accuracy_datasets(validation.spin.measured)
     contents = replace(contents, datasets={**contents.datasets, **measured})

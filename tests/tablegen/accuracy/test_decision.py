@@ -18,7 +18,7 @@ from tablegen.accuracy.decision import (
     limits,
 )
 from tablegen.accuracy.noise_corrected import Estimate
-from tablegen.accuracy.requested import asked_accuracy, asked_spin_accuracy
+from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
 from tablegen.config.spin_targets import SpinTargets
@@ -106,7 +106,7 @@ class TestAskedFor:
     )
     def test_changes_the_declared_limits(self, text, expected, spin):
         kept = {"exclude": {"preset"}}
-        asked, asked_spin = asked_accuracy(TARGETS, text), asked_spin_accuracy(SPIN, text)
+        asked, asked_spin = asked_accuracy(TARGETS, text), asked_accuracy(SPIN, text)
         assert asked.model_dump(**kept) == TARGETS.model_dump(**kept) | expected
         assert asked_spin.model_dump(**kept) == SPIN.model_dump(**kept) | spin
 
@@ -122,4 +122,4 @@ class TestAskedFor:
         with pytest.raises(InputError, match=r"^accuracy: ks: got 2, allowed: less than or equal"):
             asked_accuracy(TARGETS, "ks=2")
         with pytest.raises(InputError, match=r"^accuracy: spin_ks: got 2, allowed: less than"):
-            asked_spin_accuracy(SPIN, "spin_ks=2")
+            asked_accuracy(SPIN, "spin_ks=2")

@@ -301,7 +301,7 @@ class TestStore:
                 np.testing.assert_array_equal(values, before[path])
         assert after.attributes == before.attributes
         for name in METRICS:
-            measured = [c.distances()[name] for c in result.law.measured.comparisons]
+            measured = [c.distances()[name] for c in result.comparisons]
             assert after[f"accuracy/{name}"].tolist() == measured
 
     def test_another_table_than_the_measured_one_is_left_alone(self, copy):
