@@ -161,7 +161,8 @@ def compare_chains(
     allowed: Targets = targets or config.spin_targets.joint
     count, seed_of_metrics, model = samples or SAMPLES, seed % 2**32, DirectModel(config)
     sides = [partial(_side, model, config, seed, source, threads) for source in (draw, None)]
-    found = _first_look(*(side(math.ceil(count / share)) for side in sides), seed_of_metrics)
+    drawn, direct = (side(math.ceil(count / share)) for side in sides)
+    found = _first_look(drawn, direct, seed_of_metrics)
     trained = min(found.states, METRICS["auc"].trial_states or found.states) // 2
     again = Settings(seed_of_metrics, classified=None, trained=trained)
     for look in range(1, LOOKS):
