@@ -1,11 +1,7 @@
 """Decide whether a measured accuracy holds, is missed or stays undecided.
 
 A distance is *missed* if its lower confidence limit is above what is allowed, and *holds* if its
-upper limit is within. Otherwise it is *undecided*, and more states are needed. `FALSE_ALARMS`
-bounds the probability that a table with the accuracy is said to miss it, over all distances,
-conditions, nodes and looks together (Bonferroni). `FALSE_HOLDS` bounds the probability that a table
-that misses it somewhere is said to hold; only the looks are corrected for, because every single
-distance must hold.
+upper limit is within. Otherwise it is *undecided*, and more states are needed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,10 +17,12 @@ from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS
 from tablegen.config.spin_targets import JointTargets, SpinTargets
 
-#: Probability of a false miss: half for the nodes, half for the comparisons.
+#: Probability that a table that has the accuracy is said to miss it, over all distances, conditions
+#: and looks together (Bonferroni): half for the nodes, half for the comparisons.
 FALSE_ALARMS = 0.01
 
-#: Probability that a table that misses the accuracy at a condition is said to hold it there.
+#: Probability that a table that misses the accuracy at a condition is said to hold it there. Only
+#: the looks share it, because every single distance must hold.
 FALSE_HOLDS = 0.01
 
 #: Number of comparisons assumed when the number of states is chosen, so that the measurement at a

@@ -68,8 +68,7 @@ class JointComparison:
     def to_dict(self) -> dict[str, Any]:
         """Give every number for JSON."""
         return {
-            "ks": self.estimates["ks"].by_variable,
-            "auc": self.estimates["auc"].value,
+            **{name: estimate.distance for name, estimate in self.estimates.items()},
             "auc_without_grain": self.auc_without_grain.value,
             "estimates": {name: e.to_dict() for name, e in self.estimates.items()},
             "states": self.states,

@@ -1,9 +1,7 @@
 """Coarse test of every node of a table, before a fine comparison at some conditions.
 
 A wrong node is fully visible at the node itself, and by a quarter or less in the middle of a cell.
-Twenty thousand states a side show errors of about 0.03 in a Kolmogorov-Smirnov distance, or 0.1 in
-a correlation. The nodes that look worst are afterwards compared finely, with other random numbers,
-to find smaller errors as well.
+The nodes that look worst are compared finely afterwards, with other random numbers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +20,7 @@ from tablegen.config.config import AccuracyTargets, Config
 from tablegen.config.metric_table import METRICS
 from tablegen.tasks.progress import bar
 
-#: States a side at each node.
+#: States a side at each node: they show errors of about 0.03 in a Kolmogorov-Smirnov distance.
 SAMPLES = 20_000
 
 #: Number of nodes that are compared finely.
@@ -63,8 +61,8 @@ def screen(
 ) -> Screening:
     """Compare a table with direct simulation at every node, coarsely; see `measure` for arguments.
 
-    A table that has the accuracy at all its nodes is said to miss it with a probability of at most
-    half of `tablegen.accuracy.decision.FALSE_ALARMS`, over all nodes and distances together.
+    Tables that have the accuracy are said to miss it with a probability of at most half of
+    `FALSE_ALARMS`, over all nodes and distances together.
     """
     nodes = [Place(float(a), float(v)) for a in table.alpha_nodes_deg for v in table.speed_nodes]
     settings = Settings(seed % 2**32, _DIRECTIONS)

@@ -4,7 +4,6 @@ Batches are simulated, summarised and merged in the order of the particles, so t
 the same to the last bit for any number of threads.
 """
 
-from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial, reduce
@@ -188,8 +187,7 @@ def simulate_statistics(
         ThreadPoolExecutor(workers) as pool,
     ):
         while group := list(islice(parts, _AHEAD * workers)):
-            found: Iterable[RunStatistics] = pool.map(work, group)
-            for part in found:
+            for part in pool.map(work, group):
                 total = part if total is None else merge(total, part)
                 counted.update(part.count)
     assert total is not None  # a run has at least one batch
