@@ -1,8 +1,4 @@
-"""Fault study: full disks, folders that vanish, and two writers lose nothing and hang nowhere.
-
-What is written under a limit on the size of files, as on a full disk, is whole or not there, and
-what was there before stays. `tests/tablegen/test_resume.py` has the same of the pieces of a run.
-"""
+"""Fault study: outputs appear whole or not at all, on full disks and in folders that vanish."""
 
 import resource
 import shutil
@@ -15,12 +11,10 @@ from pathlib import Path
 import pytest
 from documents import ROOT
 
-from sampler.formats.hdf5 import read_table
-
 VECTORS = ROOT / "tests" / "vectors"
 FULL, PLANE = VECTORS / "full.h5", VECTORS / "plane.h5"
 
-#: Seconds after which a program counts as one that hangs; compiled kernels are kept from the first.
+#: Seconds after which a program counts as hanging.
 LIMIT = 30.0
 
 SIMULATE = (
@@ -30,7 +24,7 @@ DRAW = f"sampler draw {FULL} --alpha 45 --speed 200 --count 2000 --seed 1 --outp
 VALIDATE = "tablegen validate corundum-steel-compact --alpha 45 --speed 200 --seed 1 --quiet"
 VALIDATE += " --samples 1000"
 
-#: Commands that write a file, whose name follows, by the suffix of the file.
+#: Commands that write a file, whose name follows.
 WRITERS = {
     "draw.npz": DRAW,
     "export.rbt": f"sampler export {FULL} --output",
@@ -41,29 +35,15 @@ WRITERS = {
     "validation.html": f"{VALIDATE} --html",
 }
 
-#: A configuration of four nodes that take some seconds each.
-SLOW = """
-name = "slow"
-pair = "corundum-steel"
-domain = {alpha_deg = [35.0, 45.0], speed = [60.0, 300.0]}
-accuracy = {ks = 1.0, sliced_wasserstein = 9.0, correlation_error = 2.0, auc = 1.0}
-[table]
-samples_per_node = 200000
-components = 3
-quantile_knots = 65
-alpha_nodes_deg = [35.0, 38.0, 41.0, 45.0]
-speed_nodes = [60.0, 120.0, 300.0]
-"""
-
 
 def words_of(line, *more):
-    """Command line of a program in a process of its own."""
+    """Words of a command line for a new process."""
     program, *words = line.split()
     return [sys.executable, "-m", program, *words, *map(str, more)]
 
 
 def ended(line, *more, limit=None, seconds=LIMIT):
-    """Run a command line to its end, with a largest size of files if one is given."""
+    """Run a command line to its end, with a limit on the size of files if one is given."""
     limited = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (limit, limit))
     return subprocess.run(
         words_of(line, *more),
@@ -76,7 +56,7 @@ def ended(line, *more, limit=None, seconds=LIMIT):
 
 
 def last_line(text):
-    """Last line of standard error; none of it is a traceback."""
+    """Last line of standard error, which holds no traceback."""
     assert "Traceback" not in text
     return text.splitlines()[-1]
 
@@ -85,7 +65,7 @@ def last_line(text):
 @pytest.mark.parametrize("name", WRITERS)
 def test_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, name):
     target = tmp_path / name
-    # also compiles what it needs, which a limited process could not keep
+    # this run also compiles the kernels, which a limited process could not keep
     made = ended(WRITERS[name], target, seconds=300.0)
     assert made.returncode in (0, 1), made.stderr
     size = target.stat().st_size
@@ -131,60 +111,8 @@ def test_folder_that_vanishes_while_a_simulation_runs(tmp_path, flag):
 
 
 @pytest.mark.study
-def test_folder_that_vanishes_while_a_table_is_made(tmp_path):
-    folder, config = tmp_path / "gone", tmp_path / "slow.toml"
-    folder.mkdir()
-    config.write_text(SLOW)
-    output = folder / "t.h5"
-    words = words_of("tablegen generate --workers 1 --conditions 1 --samples 1000 --seed 1 --quiet")
-    words += [str(config), "--output", str(output)]
-    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as run:
-        deadline = time.monotonic() + 150.0
-        while len(list(folder.glob("t.h5.parts/piece-*.npz"))) < 2:
-            assert run.poll() is None, "it ended before two pieces were there"
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
-        vanish(folder)
-        _, said = run.communicate(timeout=LIMIT)
-    assert run.returncode in (2, 3)
-    assert last_line(said).startswith("tablegen: error: ")
-    assert not folder.exists()
-
-
-#: Writes two tables to one place, in turn.
-_WRITER = """
-import sys
-from sampler.formats.hdf5 import read_table, write_table
-target, *names = sys.argv[1:]
-tables = [read_table(name) for name in names]
-for k in range(200):
-    write_table(target, tables[k % 2])
-"""
-
-
-@pytest.mark.study
-def test_two_writers_and_a_reader_of_one_table(tmp_path):
-    """At any time there is one of the tables, whole; at the end nothing else is left."""
-    target = tmp_path / "t.h5"
-    known = {path: read_table(path).content_sha256 for path in (FULL, PLANE)}
-    target.write_bytes(FULL.read_bytes())
-    orders = ((FULL, PLANE), (PLANE, FULL))
-    runs = [
-        subprocess.Popen([sys.executable, "-c", _WRITER, str(target), *map(str, order)])
-        for order in orders
-    ]
-    seen, deadline = [], time.monotonic() + 2 * LIMIT
-    while any(run.poll() is None for run in runs):
-        assert time.monotonic() < deadline, "a writer hangs"
-        seen.append(read_table(target).content_sha256)
-    assert [run.returncode for run in runs] == [0, 0]
-    assert set(seen) == set(known.values())
-    assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
-
-
-@pytest.mark.study
 def test_two_commands_that_write_one_file(tmp_path):
-    """The file is that of one of them, to the last byte."""
+    """The file is that of one command, to the last byte."""
     lines = [f"sampler export {path} --output" for path in (FULL, PLANE)]
     alone = []
     for line in lines:

@@ -1,132 +1,199 @@
-"""Results as text for a terminal."""
+"""Results of a measurement or validation as tables and sentences, for terminal and page."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
-from tablegen.accuracy.comparison import Comparison, spin_text
-from tablegen.accuracy.decision import limits
-from tablegen.config.config import AccuracyTargets
-from tablegen.config.metric_table import METRICS
-from tablegen.config.targets import SpinTargets
+from tablegen.accuracy.comparison import Comparison
+from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, limits, verdict_words
+from tablegen.accuracy.joint_law import JointComparison
+from tablegen.accuracy.measure import LawAccuracy
+from tablegen.accuracy.validate import ValidatedLaw, Validation
+from tablegen.config.metric_table import METRICS, errors_text, little_declared, spin_errors_text
 from tablegen.tasks.text_table import table_lines
 
-#: Accuracies that a row may end with.
-Declared = AccuracyTargets | SpinTargets
-
-#: Heads of the columns of `accuracy_rows`; where noise is known, it is not listed.
-HEAD = ["condition", "states"]
-for _metric in METRICS.values():
-    HEAD += [_metric.head] if _metric.learned else [_metric.head, "noise"]
-
-
-def condition_text(comparison: Comparison) -> str:
-    """Name a condition in a table."""
-    c = comparison
-    spin = "" if c.spin is None else f", {spin_text(c.spin)}"
-    return f"{c.alpha_deg:.2f}°, {c.speed:.1f} m/s{spin}"
+_CERTAINTY = (
+    "Noise is the mean distance if the table were exact (AUC: 0.5). The error without noise lies "
+    "between the rows 'error at least' and 'error at most'. Of tables that have the accuracy, at "
+    f"most {FALSE_ALARMS:.0%} are said to miss it; of tables that miss it at a compared condition, "
+    f"at most {FALSE_HOLDS:.0%} are said to hold."
+)
 
 
-def _row(
-    title: str, states: str, values: Mapping[str, float], noise: Mapping[str, float]
-) -> list[str]:
-    """Cells for the columns of `HEAD`."""
-    cells = [title, states]
-    for name, metric in METRICS.items():
-        cells.append(metric.text(values[name]))
-        if not metric.learned:
-            cells.append(metric.text(noise[name]) if noise else "")
-    return cells
+class TextTable(NamedTuple):
+    """Table of text with a caption; each row has one cell for each head."""
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+    def __str__(self) -> str:
+        return "\n".join([self.caption, *table_lines(self.head, self.rows)])
 
 
-def accuracy_rows(
-    comparisons: Sequence[Comparison],
-    declared: Declared,
-    asked: Declared | None = None,
+def accuracy_table(
+    measured: Sequence[Comparison | JointComparison],
+    declared: Any,
+    asked: Any = None,
     together: int | None = None,
-) -> list[list[str]]:
-    """Cells of every condition; then what is largest, its confidence limits, what is allowed.
+    caption: str = "Distances to direct simulation",
+) -> TextTable:
+    """Make the table of distances: each comparison, the largest, its limits, and the allowed ones.
 
-    Noise is what a distance would be on average if the table were exact; an AUC would be 0.5.
-
-    Parameters
-    ----------
-    comparisons : sequence of Comparison
-    declared, asked : AccuracyTargets or SpinTargets
-        The second is left out if it is None or the same.
-    together : int, optional
-        How many comparisons are judged together, if more than these.
-
-    Returns
-    -------
-    list of list of str
-        For the columns of `HEAD`.
+    All comparisons have the same metrics. The accuracy asked for is left out if it is None or the
+    declared one. ``together`` comparisons are judged together, if more than these.
     """
-    rows = []
-    for c in comparisons:
-        values = {name: estimate.value for name, estimate in c.estimates.items()}
-        noise = {name: estimate.noise for name, estimate in c.estimates.items()}
-        rows.append(_row(condition_text(c), f"{c.states:,}", values, noise))
-
-    def largest(quantity: Callable[[str, Comparison], float]) -> dict[str, float]:
-        return {name: max(quantity(name, c) for c in comparisons) for name in METRICS}
-
-    def limit(which: int) -> Callable[[str, Comparison], float]:
-        return lambda name, c: limits(name, c.estimates[name], together or len(comparisons))[which]
-
-    closing = {
-        "largest": largest(lambda name, c: c.estimates[name].value),
-        "error at least": largest(limit(0)),
-        "error at most": largest(limit(1)),
-        "declared": declared.model_dump(),
-    }
-    if asked is not None and asked != declared:
-        closing["asked for"] = asked.model_dump()
-    return rows + [_row(name, "", values, {}) for name, values in closing.items()]
+    metrics = {name: METRICS[name] for name in METRICS if name in measured[0].estimates}
+    count, other = together or len(measured), asked is not None and asked != declared
+    columns: list[list[str]] = []
+    for name, metric in metrics.items():
+        estimates = [c.estimates[name] for c in measured]
+        lows, highs = zip(*(limits(name, e, count) for e in estimates), strict=True)
+        values = [e.value for e in estimates]
+        closing = [max(values), max(lows), max(highs), getattr(declared, name)]
+        closing += [getattr(asked, name)] if other else []
+        columns.append([metric.head, *(metric.text(x) for x in values + closing)])
+        if not metric.learned:  # the noise of an AUC is known
+            noise = [metric.text(e.noise) for e in estimates]
+            columns.append(["noise", *noise, *[""] * len(closing)])
+    titles = [c.place.replace(" degrees", "°") for c in measured]
+    titles += ["largest", "error at least", "error at most", "declared", "asked for"][: 4 + other]
+    states = [f"{c.states:,}" for c in measured] + [""] * (4 + other)
+    head, *rows = zip(["condition", *titles], ["states", *states], *columns, strict=True)
+    return TextTable(caption, head, rows)
 
 
-def accuracy_text(
-    comparisons: Sequence[Comparison],
-    declared: Declared,
-    asked: Declared | None = None,
-    together: int | None = None,
-) -> str:
-    """`accuracy_rows` for a terminal."""
-    return "\n".join(table_lines(HEAD, accuracy_rows(comparisons, declared, asked, together)))
-
-
-#: Heads of the columns of `detail_rows`.
-DETAIL_HEAD = ("", "mean, table", "direct", "most probable, table", "direct", "KS")
-
-
-def detail_rows(comparison: Comparison) -> list[list[str]]:
-    """Means, modes, energy and scattering angles at one condition, table next to direct."""
-    c, distances = comparison, comparison.estimates["ks"].by_variable
-    rows = [
-        [
-            name,
-            f"{c.table.mean[k]:.4f}",
-            f"{c.direct.mean[k]:.4f}",
-            f"{c.table.mode[k]:.4f}",
-            f"{c.direct.mode[k]:.4f}",
-            f"{ks:.4f}",
-        ]
-        for k, (name, ks) in enumerate(zip(c.variables, distances, strict=True))
+def law_tables(
+    measured: LawAccuracy, declared: Any, asked: Any = None, together: int | None = None
+) -> list[TextTable]:
+    """Make the tables of all comparisons of a law; arguments as for `accuracy_table`."""
+    spin = "Spin law, at spinning conditions"
+    between = spin if measured.prefix else "Distances to direct simulation"
+    found = {between: measured.comparisons, "At the nodes that looked worst": measured.nodes}
+    tables = [
+        accuracy_table(some, declared, asked, together, caption)
+        for caption, some in found.items()
+        if some
     ]
-    energies = (c.table.translational_energy, c.direct.translational_energy)
-    rows.append(["translational energy, relative", *(f"{x:.4f}" for x in energies), "", "", ""])
+    if measured.joint is not None:
+        allowed = declared.joint, asked.joint if asked else None
+        caption = "Spin law, over the impacts of chains"
+        tables.append(accuracy_table([measured.joint], *allowed, together, caption))
+    return tables
+
+
+def detail_table(comparison: Comparison) -> TextTable:
+    """Make the table of means, modes, energy and scattering angles at one condition."""
+    c, distances = comparison, comparison.estimates["ks"].by_variable
+    sides = c.table, c.direct
+    rows = []
+    for k, (name, ks) in enumerate(zip(c.variables, distances, strict=True)):
+        numbers = [side.mean[k] for side in sides] + [side.mode[k] for side in sides] + [ks]
+        rows.append([name, *(f"{x:.4f}" for x in numbers)])
+    energies = [f"{side.translational_energy:.4f}" for side in sides]
+    rows.append(["translational energy, relative", *energies, "", "", ""])
     for k, name in enumerate(("alpha2", "beta2")):
-        for words, field in (
-            ("mean", "scattering_mean_deg"),
-            ("deviation", "scattering_standard_deviation_deg"),
-        ):
-            angles = (getattr(side, field)[k] for side in (c.table, c.direct))
-            rows.append([f"{name}, {words} [degrees]", *(f"{x:.2f}" for x in angles), "", "", ""])
-    return rows
+        means = [f"{side.scattering_mean_deg[k]:.2f}" for side in sides]
+        spreads = [f"{side.scattering_standard_deviation_deg[k]:.2f}" for side in sides]
+        rows.append([f"{name}, mean [degrees]", *means, "", "", ""])
+        rows.append([f"{name}, deviation [degrees]", *spreads, "", "", ""])
+    head = ("", "mean, table", "direct", "most probable, table", "direct", "KS")
+    return TextTable(f"At {c.place}", head, rows)
 
 
-def details_text(comparison: Comparison) -> str:
-    """`detail_rows` for a terminal."""
-    title = f"at {comparison.place}"
-    return "\n".join([title, *table_lines(DETAIL_HEAD, detail_rows(comparison))])
+def whose(validation: Validation) -> str:
+    """Name the accuracy that the verdict is about."""
+    same = all(law.asked == law.declared for law in validation.laws)
+    return "declared accuracy" if same else "accuracy asked for"
+
+
+def verdict_lines(
+    missed: Sequence[str], undecided: Sequence[str], accuracy: str = "declared accuracy"
+) -> list[str]:
+    """Say whether an accuracy holds, and what is missed or undecided."""
+    return [
+        verdict_words(missed, undecided, accuracy),
+        *(f"missed: {line}" for line in missed),
+        *(f"undecided: {line}" for line in undecided),
+    ]
+
+
+def validation_tables(validation: Validation) -> list[TextTable]:
+    """Make the tables of all comparisons of a validation."""
+    return [
+        table
+        for law in validation.laws
+        for table in law_tables(law.measured, law.declared, law.asked, validation.together)
+    ]
+
+
+def validation_notes(validation: Validation) -> list[str]:
+    """Say what was compared, with which seed, how it was judged, and what the file claims."""
+    screening, seed = validation.screening, validation.seed
+    law, spin = validation.law, validation.spin
+    lines = []
+    if screening is not None:
+        lines.append(
+            f"Looked at all {screening.nodes} nodes with {screening.samples:,} states a side, then "
+            f"closely at {_conditions(law)} between nodes and at the {len(law.measured.nodes)} "
+            "nodes that looked worst."
+        )
+    elif law.measured.comparisons:
+        lines.append(
+            f"Looked at {_conditions(law)} that you chose, and at nothing else of the table."
+        )
+    if spin is not None:
+        chosen = "that you chose" if screening is None else "evenly spread"
+        lines.append(f"Looked at the spin law at {_conditions(spin)} {chosen}.")
+        if spin.measured.joint is not None:
+            lines.append(_joint_line(spin.measured.joint))
+        elif screening is not None:
+            lines.append("No chains of impacts were compared: they leave the table's range.")
+    lines += [f"Seed {seed}: --seed {seed} makes the same validation again.", _CERTAINTY]
+    if little := little_declared(validation.law.declared.model_dump()):
+        lines.append(f"Note: {little}.")
+    for found in validation.laws:
+        lines += _stored_lines(found, validation.together)
+    return lines
+
+
+def _conditions(law: ValidatedLaw) -> str:
+    """Give the number of conditions between nodes, in words."""
+    count = len(law.measured.comparisons)
+    return f"{count} condition{'s' if count != 1 else ''}"
+
+
+def _joint_line(joint: JointComparison) -> str:
+    """Say which impacts of chains were compared, and what the classifier knew."""
+
+    def range_of(name: str, digits: int) -> str:
+        low, middle, high = (f"{value:.{digits}f}" for value in joint.quantiles[name])
+        return f"{middle} ({low} to {high})"
+
+    return (
+        "The chains: impacts 2 to 6 on one wall and between opposite walls, each particle with "
+        f"its own grain; median (1 to 99 %): angle {range_of('alpha_deg', 1)} degrees, speed "
+        f"{range_of('speed', 1)} m/s, spin {range_of('spin', 2)} V/a. The classifier sees "
+        "condition, grain and outcome; without the grain its AUC is "
+        f"{METRICS['auc'].text(joint.auc_without_grain.value)}."
+    )
+
+
+def _stored_lines(law: ValidatedLaw, together: int) -> list[str]:
+    """Compare the accuracy that the file stores with the measured one."""
+    if not law.measured.count:
+        return []
+    name = " of its spin law" if law.measured.prefix else ""
+    text = spin_errors_text if law.measured.prefix else errors_text
+    if law.stored is None:
+        return [f"The file stores no accuracy{name}."]
+    measured = {n: x for n, x in law.worst.items() if n in law.stored}
+    lines = [
+        f"Worst accuracy{name} stored in the file: {text(law.stored)}. Measured here: "
+        f"{text(measured)}."
+    ]
+    if surpassed := law.surpassed(together):
+        lines.append(f"Note: the error is larger than the file says, at least {text(surpassed)}.")
+    return lines
 
 
 def time_text(seconds: Mapping[str, float]) -> str:

@@ -1,16 +1,13 @@
-"""Whether a measured accuracy holds, is missed, or cannot be told from noise.
+"""Decide whether a measured accuracy holds, is missed or stays undecided.
 
-An accuracy is *missed* if the error is above what was asked for even at its lower confidence
-limit, and *holds* if it is below at its upper one. Anything else is *undecided*: more states would
-tell. `FALSE_ALARMS` is the probability that one table that has the accuracy everywhere is said to
-miss it, over all distances, conditions, nodes and looks together (Bonferroni). `FALSE_HOLDS` is the
-probability that a table is said to hold, although it misses somewhere that was looked at: to hold,
-every single distance must, so that no further correction than for the looks is needed.
+A distance is *missed* if its lower confidence limit is above what is allowed, and *holds* if its
+upper limit is within. Otherwise it is *undecided*, and more states are needed.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from functools import cache
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.stats import norm
@@ -18,86 +15,74 @@ from scipy.stats import norm
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS
-from tablegen.config.targets import JointTargets, SpinTargets
+from tablegen.config.spin_targets import JointTargets, SpinTargets
 
-#: Probability that a table that has the accuracy is said to miss it; half of it belongs to the
-#: test of the nodes, and half to the comparisons.
+#: Probability that a table that has the accuracy is said to miss it, over all distances, conditions
+#: and looks together (Bonferroni): half for the nodes, half for the comparisons.
 FALSE_ALARMS = 0.01
 
-#: Probability that a table that misses the accuracy at a condition is said to hold it there.
+#: Probability that a table that misses the accuracy at a condition is said to hold it there. Only
+#: the looks share it, because every single distance must hold.
 FALSE_HOLDS = 0.01
 
-#: More states are taken as if so many comparisons were judged together, so that what is measured
-#: at a condition does not depend on how many others there are.
+#: Number of comparisons assumed when the number of states is chosen, so that the measurement at a
+#: condition does not depend on how many others there are.
 _MANY = 100
 
-#: How often a comparison may be made, each time with more states.
+#: Looks at a comparison, each with more states than the one before.
 LOOKS = 3
 
-#: Largest distances by metric.
+#: Largest distances allowed, by metric.
 Targets = AccuracyTargets | SpinTargets | JointTargets
 
 HOLDS, MISSED, UNDECIDED = "holds", "missed", "undecided"
 
 
-def deviations_down(comparisons: int) -> float:
-    """Count the standard errors down to the lower confidence limit, for so many comparisons."""
-    return float(norm.isf(FALSE_ALARMS / 2 / (len(METRICS) * LOOKS * max(1, comparisons))))
+class Judged(Protocol):
+    """Distances measured somewhere."""
+
+    @property
+    def estimates(self) -> Mapping[str, Estimate]:
+        """Distances by metric."""
+
+    @property
+    def place(self) -> str:
+        """Condition in words."""
 
 
-def deviations_up() -> float:
-    """Count the standard errors up to the upper confidence limit."""
-    return float(norm.isf(FALSE_HOLDS / LOOKS))
+@dataclass(frozen=True)
+class Verdict:
+    """Lines on the distances that are missed or undecided, each with its worst condition."""
+
+    missed: list[str]
+    undecided: list[str]
+
+    def __add__(self, other: "Verdict") -> "Verdict":
+        return Verdict(self.missed + other.missed, self.undecided + other.undecided)
+
+
+@cache
+def _deviations(comparisons: int) -> tuple[float, float]:
+    """Give the standard errors down to the lower and up to the upper confidence limit."""
+    down = norm.isf(FALSE_ALARMS / 2 / (len(METRICS) * LOOKS * max(1, comparisons)))
+    return float(down), float(norm.isf(FALSE_HOLDS / LOOKS))
 
 
 def limits(name: str, estimate: Estimate, comparisons: int) -> tuple[float, float]:
-    """Confidence limits of a distance between the laws of table and direct simulation.
-
-    Parameters
-    ----------
-    name : str
-        Of the distance, as in `AccuracyTargets`.
-    estimate : Estimate
-    comparisons : int
-        How many comparisons are judged together.
-
-    Returns
-    -------
-    low, high : float
-    """
-    low = estimate.at_least(deviations_down(comparisons))
-    high = estimate.at_most(deviations_up())
-    metric = METRICS[name]
+    """Compute the confidence limits of a distance; ``comparisons`` are judged together."""
+    metric, (down, up) = METRICS[name], _deviations(comparisons)
+    low = estimate.held_out - down * estimate.held_out_error
+    high = estimate.value + up * estimate.standard_error
     return float(np.clip(low, metric.least, metric.most)), float(min(high, metric.most))
 
 
 def decide(name: str, estimate: Estimate, allowed: float, comparisons: int) -> str:
-    """Say whether one distance is `HOLDS`, `MISSED` or `UNDECIDED`.
-
-    Parameters
-    ----------
-    name, estimate, comparisons
-        As for `limits`.
-    allowed : float
-        Largest distance that was asked for.
-    """
+    """Decide on one distance: `HOLDS`, `MISSED` or `UNDECIDED`; arguments as for `limits`."""
     low, high = limits(name, estimate, comparisons)
     if high <= allowed:
         return HOLDS
-    # not a number compares with nothing, and is no accuracy
+    # NaN compares false and counts as missed
     return UNDECIDED if low <= allowed and np.isfinite(estimate.value) else MISSED
-
-
-class Judged(Protocol):
-    """What is judged: distances somewhere."""
-
-    @property
-    def estimates(self) -> Mapping[str, Estimate]:
-        """By metric."""
-
-    @property
-    def place(self) -> str:
-        """Where, in words."""
 
 
 def undecided_metrics(comparison: Judged, targets: Targets) -> list[str]:
@@ -109,33 +94,13 @@ def undecided_metrics(comparison: Judged, targets: Targets) -> list[str]:
     ]
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """What was missed and what could not be decided, a line for each distance."""
-
-    #: The worst condition of each distance, with what was measured there.
-    missed: list[str]
-    undecided: list[str]
-
-    @property
-    def holds(self) -> bool:
-        """Whether every distance holds at every condition that was looked at."""
-        return not self.missed and not self.undecided
-
-
 def judge(
-    measured: Sequence[Judged], targets: Targets, together: int | None = None, whose: str = ""
+    measured: Sequence[Judged], targets: Targets, together: int | None = None, prefix: str = ""
 ) -> Verdict:
-    """Hold what was measured against an accuracy.
+    """Hold measured distances against an accuracy.
 
-    Parameters
-    ----------
-    measured : sequence of Judged
-    targets : Targets
-    together : int, optional
-        How many comparisons are judged together, if more than these.
-    whose : str
-        What a line begins with, if not with the metric.
+    ``together`` is the number of comparisons judged together, if more than these; each line begins
+    with ``prefix`` and the name of the metric.
     """
     count = together or len(measured)
     lines: dict[str, list[str]] = {HOLDS: [], MISSED: [], UNDECIDED: []}
@@ -143,20 +108,40 @@ def judge(
         if not all(name in c.estimates for c in measured):
             continue
         allowed = getattr(targets, name)
-        found = [(c, decide(name, c.estimates[name], allowed, count)) for c in measured]
+        decided = [(c, decide(name, c.estimates[name], allowed, count)) for c in measured]
         for outcome in (MISSED, UNDECIDED):
-            such = [c for c, decided in found if decided == outcome]
-            if such:
-                worst = max(such, key=lambda c: c.estimates[name].value)
-                others = f" and {len(such) - 1} more" if len(such) > 1 else ""
-                lines[outcome].append(f"{whose}{_line(name, worst, allowed, count)}{others}")
+            found = [c for c, said in decided if said == outcome]
+            if found:
+                worst = max(found, key=lambda c: c.estimates[name].value)
+                low, high = limits(name, worst.estimates[name], count)
+                others = f" and {len(found) - 1} more" if len(found) > 1 else ""
+                lines[outcome].append(
+                    f"{prefix}{name}: {worst.estimates[name].value:.4f} at {worst.place}{others}, "
+                    f"where {allowed:g} is allowed; the error without noise is {low:.4f} to "
+                    f"{high:.4f}"
+                )
     return Verdict(lines[MISSED], lines[UNDECIDED])
 
 
-def _line(name: str, comparison: Judged, allowed: float, count: int) -> str:
-    low, high = limits(name, comparison.estimates[name], count)
-    value = comparison.estimates[name].value
-    return (
-        f"{name}: {value:.4f}, the error {low:.4f} to {high:.4f}, where {allowed:g} is allowed, "
-        f"at {comparison.place}"
-    )
+def judged_record(
+    estimates: Mapping[str, Estimate], targets: Targets, together: int
+) -> dict[str, dict[str, Any]]:
+    """Give estimates as JSON-ready numbers, with confidence limits and verdict; see `judge`."""
+    record = {}
+    for name, estimate in estimates.items():
+        low, high = limits(name, estimate, together)
+        verdict = decide(name, estimate, getattr(targets, name), together)
+        record[name] = {**estimate.to_dict(), "low": low, "high": high, "verdict": verdict}
+    return record
+
+
+def verdict_words(missed: Sequence[str], undecided: Sequence[str], accuracy: str) -> str:
+    """Say in one sentence whether an accuracy holds; every text and page uses these words.
+
+    ``accuracy`` is "declared accuracy" or "accuracy asked for".
+    """
+    if missed:
+        return f"The {accuracy} is missed:"
+    if undecided:
+        return f"The {accuracy} is not missed, but the noise leaves open whether it holds:"
+    return f"The {accuracy} holds at every condition."

@@ -1,4 +1,4 @@
-"""One sample of rebound states by itself: moments, modes, energy, scattering angles."""
+"""Describe one sample of rebound states: moments, modes, energy and scattering angles."""
 
 from dataclasses import dataclass
 
@@ -6,14 +6,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter1d
 
+from sampler.errors import InputError
 from sampler.formats.channels import STATE
-from tablegen.accuracy.samples import CONSTANT_SPREAD, as_sample, as_state
+from tablegen.accuracy.metrics import CONSTANT_SPREAD, as_sample
 from tablegen.model.float_array import FloatArray
 
 
 @dataclass(frozen=True)
 class Profile:
-    """One sample of states by itself; tuples are in the order of its variables."""
+    """Description of one sample of states; tuples are in the order of its variables."""
 
     count: int
     mean: tuple[float, ...]
@@ -28,117 +29,70 @@ class Profile:
 
 
 def profile(state: ArrayLike, variables: tuple[str, ...] = STATE) -> Profile:
-    """Describe one sample by itself.
-
-    Parameters
-    ----------
-    state : array_like of float, shape (n, d)
-    variables : tuple of d str
-        What the columns are. Energy and angles are those of u, v, w, with 0 for what is missing.
-
-    Raises
-    ------
-    InputError
-        As for `modes` and `scattering_angles`.
-    """
+    """Describe one sample (n, d); energy and angles take u, v, w, or 0 for missing ones."""
     states = as_sample("state", state)
     full = np.zeros((len(states), len(STATE)))
     for k, name in enumerate(variables):
         if name in STATE:
             full[:, STATE.index(name)] = states[:, k]
-    angles = np.degrees(scattering_angles(full))
+    alpha2, beta2 = np.degrees(scattering_angles(full))
     return Profile(
         count=len(states),
         mean=tuple(states.mean(axis=0).tolist()),
         standard_deviation=tuple(states.std(axis=0).tolist()),
         mode=tuple(modes(states).tolist()),
         translational_energy=float(translational_energy(full).mean()),
-        scattering_mean_deg=(float(angles[0].mean()), float(angles[1].mean())),
-        scattering_standard_deviation_deg=(float(angles[0].std()), float(angles[1].std())),
+        scattering_mean_deg=(float(alpha2.mean()), float(beta2.mean())),
+        scattering_standard_deviation_deg=(float(alpha2.std()), float(beta2.std())),
     )
 
 
 def modes(sample: ArrayLike) -> FloatArray:
-    """Most probable value of each variable.
+    """Estimate the most probable value of each variable of a sample (n, d), shape (d,).
 
-    The peak of a kernel density estimate: a fine histogram, smoothed with a Gaussian, and a
-    parabola through its highest three bins. A peak is a root of the density's slope, so the
-    bandwidth is the normal-reference one for the first derivative, (4/5)^(1/7) n^(-1/7) times
-    min(sd, IQR/1.34), which is wider and far less noisy than the usual n^(-1/5) one. The estimate
-    is reflected at the smallest and largest value, so that a density that is highest at its edge
-    keeps its peak there. A value that more than half of the sample shares is the mode. Of two
-    equal peaks either may be returned.
+    The peak of a kernel density estimate: a fine histogram smoothed with a Gaussian, and a parabola
+    through its highest three bins. A peak is a root of the density's slope, so the bandwidth is the
+    normal-reference one for the first derivative, (4/5)^(1/7) n^(-1/7) min(sd, IQR/1.34). The
+    estimate is reflected at the smallest and largest value, which keeps a peak at an edge. A value
+    shared by more than half of the sample is the mode. Of two equal peaks either may be returned.
     Source: Chacon, Duong, Wand, "Asymptotics for general multivariate kernel density derivative
     estimators", Statistica Sinica 21 (2011).
-
-    Parameters
-    ----------
-    sample : array_like of float, shape (n, d)
-
-    Returns
-    -------
-    float64 array, shape (d,)
-        In the units of the sample.
-
-    Raises
-    ------
-    InputError
-        As for `ks_distances`.
     """
     values = as_sample("sample", sample)
     return np.array([_mode(values[:, k]) for k in range(values.shape[1])])
 
 
 def scattering_angles(state: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Direction of rebound as two angles, as in Figure 11 of Panfilov and Tsirkunov (2022).
+    """Compute alpha2 and beta2, (n,) each in radians, of states (n, 6) that leave the wall.
 
-    Parameters
-    ----------
-    state : array_like of float, shape (n, 6)
-
-    Returns
-    -------
-    alpha2 : float64 array, shape (n,)
-        Angle in the impact plane between the wall's forward direction and (u, v), radians, in
-        (0, pi) for a state that leaves the wall.
-    beta2 : float64 array, shape (n,)
-        Angle out of the impact plane, radians, in [-pi/2, pi/2], with the sign of w.
-
-    Raises
-    ------
-    InputError
-        If the shape is not (n, 6) or a number is not finite.
+    alpha2 is the angle in the impact plane from the wall's forward direction to (u, v), in (0, pi).
+    beta2 is the angle out of the impact plane, in [-pi/2, pi/2], with the sign of w.
+    Source: Panfilov and Tsirkunov (2022), Figure 11.
     """
-    u, v, w = as_state(state).T[:3]
+    u, v, w = _as_state(state).T[:3]
     return np.arctan2(v, u), np.arctan2(w, np.hypot(u, v))
 
 
 def translational_energy(state: ArrayLike) -> FloatArray:
-    """Give the translational energy over the kinetic energy before: u^2 + v^2 + w^2.
+    """Compute the translational energy of states (n, 6) over the initial one: u^2 + v^2 + w^2."""
+    return np.square(_as_state(state)[:, :3]).sum(axis=1)
 
-    Parameters
-    ----------
-    state : array_like of float, shape (n, 6)
 
-    Returns
-    -------
-    float64 array, shape (n,)
-
-    Raises
-    ------
-    InputError
-        As for `scattering_angles`.
-    """
-    return np.square(as_state(state)[:, :3]).sum(axis=1)
+def _as_state(values: ArrayLike) -> FloatArray:
+    """Convert to rebound states (n, 6)."""
+    array = as_sample("state", values, rows=1)
+    if array.shape[1] != len(STATE):
+        raise InputError(f"state: got shape {array.shape}, allowed: (n, {len(STATE)})")
+    return array
 
 
 def _mode(values: FloatArray) -> float:
-    """Most probable value of one variable; see `modes`."""
+    """Estimate the most probable value of one variable; see `modes`."""
     lower, median, upper = np.quantile(values, (0.25, 0.5, 0.75))
     if np.count_nonzero(np.abs(values - median) <= CONSTANT_SPREAD) > values.size / 2:
         return float(median)
     width = (0.8 / values.size) ** (1.0 / 7.0) * min(values.std(), (upper - lower) / 1.34)
-    # Four bins to a bandwidth; far outliers may not ask for more memory than is sensible.
+    # four bins a bandwidth; the upper limit keeps far outliers from taking all memory
     bins = int(np.clip(np.ceil(4.0 * np.ptp(values) / width), 8, 2**18))
     counts, edges = np.histogram(values, bins=bins)
     step = edges[1] - edges[0]
@@ -148,7 +102,7 @@ def _mode(values: FloatArray) -> float:
 
 
 def _vertex(density: FloatArray, peak: int) -> float:
-    """Offset in bins of the vertex of the parabola through the peak bin and its neighbours."""
+    """Give the offset in bins of the vertex of the parabola through three bins."""
     if not 0 < peak < density.size - 1:
         return 0.0
     left, top, right = density[peak - 1 : peak + 2]

@@ -1,35 +1,47 @@
-"""Accuracy of a table at some conditions, against direct simulation with new particles."""
+"""Measure the accuracy of a table against direct simulation with new particles."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from sampler.formats.channels import STATE
+from sampler.formats.layout import ACCURACY
 from sampler.library import processors
 from sampler.table import Table
-from tablegen.accuracy.comparison import Comparison, Spin, compare, sharpened
-from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
+from tablegen.accuracy.comparison import Comparison, compare
+from tablegen.accuracy.conditions import Place
+from tablegen.accuracy.decision import LOOKS, Judged, Targets, Verdict, judge, undecided_metrics
+from tablegen.accuracy.joint_law import JointComparison, compare_chains, drawn_from
+from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
 from tablegen.accuracy.scene_variables import simulated_variables
-from tablegen.config.config import AccuracyTargets, Config
+from tablegen.config.config import Config
+from tablegen.config.metric_table import JOINT, METRICS
+from tablegen.config.spin_targets import SpinTargets
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
-from tablegen.tasks.side_by_side import side_by_side
 
-#: Least number of states a side in a comparison, and this over the square of the declared
-#: Kolmogorov-Smirnov distance where that is more: noise is then a third of what is declared.
+#: Least number of states a side, and this over the square of the declared Kolmogorov-Smirnov
+#: distance where that is more: the noise is then a third of the declared distance.
 _LEAST_SAMPLES = 100_000
 _SAMPLES = 40.0
 
-#: Each further look at an undecided comparison has so many times as many states, up to the limit:
-#: four million take a gigabyte and half a minute.
+#: Factor on the number of states at each further look, up to the limit: four million take a
+#: gigabyte and half a minute.
 _MORE = 3
 _MOST_SAMPLES = 4_000_000
 
-#: Streams from here on belong to measurements; nodes use those below.
+#: First stream of measurements; nodes use those below.
 FIRST_STREAM = 2**31
+
+#: First number of spinning conditions; other conditions have those below, and nodes those from
+#: 2**30 on.
+FIRST_SPINNING = 2**29
 
 _Piece = TypeVar("_Piece")
 _Result = TypeVar("_Result")
@@ -38,139 +50,179 @@ _Result = TypeVar("_Result")
 def in_threads(
     work: Callable[[_Piece], _Result], pieces: Iterable[_Piece], tick: Callable[[int], Any]
 ) -> list[_Result]:
-    """Work on pieces side by side, on all processors, one thread each.
+    """Work on pieces on all processors, one thread each; results are in the order of the pieces.
 
-    More threads would sum in another order, which changes the last bit of what a table stores.
-
-    Parameters
-    ----------
-    work : callable
-    pieces : iterable
-    tick : callable
-        Called with 1 as each is done, in their order.
-
-    Returns
-    -------
-    list
-        Results in the order of the pieces.
+    ``tick`` is called with 1 for each finished piece. Numerical libraries keep to one thread,
+    because more would change the last bit of sums.
     """
     found = []
-    with threadpool_limits(limits=1):
-        for result in side_by_side(work, pieces, processors()):
+    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
+        for result in pool.map(work, pieces):
             found.append(result)
             tick(1)
     return found
 
 
 def sample_size(targets: Targets) -> int:
-    """States a side with which a declared accuracy can be told from noise.
+    """Compute the states a side that tell a declared accuracy from noise.
 
-    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with
-    probability q; at q = 1e-3 that is half of the declared distance. A distance below 0.0032 may
-    stay undecided: a table that declares it shall not use up the memory.
+    Two samples of n differ by sqrt(log(12 / q) / n) in the worst of six variables with probability
+    q; at q = 1e-3 that is half of the declared distance. Memory limits the number: distances below
+    0.0032 may stay undecided.
     """
     return min(max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2)), _MOST_SAMPLES)
+
+
+@dataclass(frozen=True)
+class ComparedCondition:
+    """Condition at which a table is compared with direct simulation."""
+
+    table: Table
+    config: Config
+    place: Place
+    seed: int
+    #: Separates conditions that share a seed: stream of the simulation and hit of the draws.
+    number: int
+
+    def states(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Draw and simulate states; a larger count begins with the same states."""
+        alpha1, speed, index = np.radians(self.place.alpha_deg), self.place.speed, np.arange(count)
+        shared: dict[str, Any] = {"seed": self.seed, "threads": 1}
+        if self.place.spin is not None:
+            shared["spin"] = self.place.spin
+        stream = FIRST_STREAM + self.number
+        direct = simulate(self.config, alpha1, speed, count, stream=stream, **shared)
+        drawn = self.table.sample(alpha1, speed, hit=self.number, index=index, **shared)
+        return drawn, simulated_variables(direct, self.table.columns)
+
+    def compared(self, samples: int, targets: Targets) -> Comparison:
+        """Compare, with more states until everything is decided or there are too many.
+
+        At further looks the classifier learns from as many states as before, and is tested with
+        more.
+        """
+        seed, (alpha_deg, speed, spin) = self.seed % 2**32, self.place
+        both = self.states(samples)
+        found = compare(*both, alpha_deg, speed, seed, self.table.columns, spin)
+        trained = min(samples, METRICS["auc"].trial_states or samples) // 2
+        again = Settings(seed, classified=None, trained=trained)
+        for look in range(1, LOOKS):
+            count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))
+            unclear = undecided_metrics(found, targets)
+            if not unclear or count <= found.states:
+                break
+            new = estimated(*self.states(count), again, unclear)
+            found = replace(found, estimates=found.estimates | new, states=count)
+        return found
 
 
 def measure(
     table: Table,
     config: Config,
-    conditions: Sequence[tuple[float, float]],
+    places: Sequence[Place],
     *,
     seed: int,
     samples: int | None = None,
-    targets: AccuracyTargets | None = None,
+    targets: Targets | None = None,
     progress: bool = False,
 ) -> list[Comparison]:
-    """Compare a table with direct simulation at some conditions.
+    """Compare a table with direct simulation at conditions that all have a spin, or all have none.
 
-    Where a distance can neither be said to hold nor to be missed, it is measured again with three
-    times, then nine times as many states.
-
-    Parameters
-    ----------
-    table : Table
-    config : Config
-        What the table claims to represent.
-    conditions : sequence of (alpha_deg, speed)
-    seed : int
-        Of the simulation, of the draws and of the metrics.
-    samples : int, optional
-        States a side at first; by default as many as the accuracy needs.
-    targets : AccuracyTargets, optional
-        Accuracy that is asked for; the declared one by default.
-    progress : bool
-        Show a progress bar on standard error.
-
-    Returns
-    -------
-    list of Comparison, in the order of the conditions
+    There are ``samples`` states a side, by default as many as the accuracy needs. Undecided
+    distances are measured again with three times, then nine times as many. ``targets`` is the
+    accuracy asked for, by default the declared one. ``progress`` shows a bar on standard error.
     """
-    places = [ComparedCondition(table, config, *c, seed, k) for k, c in enumerate(conditions)]
-    return compared_side_by_side(places, samples, targets or config.accuracy, progress)
-
-
-def compared_side_by_side(
-    places: Sequence["ComparedCondition"],
-    samples: int | None,
-    targets: Targets,
-    progress: bool,
-    words: str = "validating",
-) -> list[Comparison]:
-    """Compare at some conditions, on all processors; arguments as for `measure`."""
-    count = samples or sample_size(targets)
-    with bar(progress, "condition", total=len(places), desc=words) as counted:
-        return in_threads(lambda place: place.compared(count, targets), places, counted.update)
+    allowed = targets or config.accuracy
+    spinning = any(place.spin is not None for place in places)
+    first, words = (FIRST_SPINNING, "spinning") if spinning else (0, "validating")
+    work = [ComparedCondition(table, config, c, seed, first + k) for k, c in enumerate(places)]
+    count = samples or sample_size(allowed)
+    with bar(progress, "condition", total=len(work), desc=words) as counted:
+        return in_threads(lambda place: place.compared(count, allowed), work, counted.update)
 
 
 @dataclass(frozen=True)
-class ComparedCondition:
-    """A condition at which a table is compared with direct simulation."""
+class LawAccuracy:
+    """Everything measured of one law of a table: the first-impact law or the spin law."""
 
-    table: Table
-    config: Config
-    alpha_deg: float
-    speed: float
-    seed: int
-    #: Keeps conditions that share a seed apart: of the simulation's stream, and hit of the draws.
-    number: int
-    #: Spin before the impact times a/V; None: today's law, of particles without spin.
-    spin: Spin | None = None
+    #: At conditions between nodes, or at spinning conditions.
+    comparisons: list[Comparison]
+    #: At the nodes that looked worst; none for a spin law.
+    nodes: tuple[Comparison, ...] = ()
+    #: Over the impacts of chains; None for the first-impact law, or if not measured.
+    joint: JointComparison | None = None
+    #: "spin " for the spin law: beginning of the lines of a verdict.
+    prefix: str = ""
 
-    def states(self, count: int) -> tuple[FloatArray, FloatArray]:
-        """States drawn from the table, and simulated ones; the first are the same for any count."""
-        alpha1, index = np.radians(self.alpha_deg), np.arange(count)
-        spin: dict[str, Any] = {} if self.spin is None else {"spin": self.spin}
-        direct = simulate(
-            self.config,
-            alpha1,
-            self.speed,
-            count,
-            seed=self.seed,
-            stream=FIRST_STREAM + self.number,
-            threads=1,
-            **spin,
-        )
-        drawn = self.table.sample(
-            alpha1, self.speed, seed=self.seed, hit=self.number, index=index, threads=1, **spin
-        )
-        return drawn, simulated_variables(direct, self.table.columns)
+    @property
+    def measured(self) -> list[Comparison]:
+        """All comparisons at single conditions, those at nodes last."""
+        return [*self.comparisons, *self.nodes]
 
-    def compared(self, samples: int, targets: Targets) -> Comparison:
-        """Compare, with more states until everything is decided or there are too many."""
-        seed = self.seed % 2**32
-        comparison = compare(
-            *self.states(samples),
-            self.alpha_deg,
-            self.speed,
-            seed=seed,
-            variables=self.table.columns,
-            spin=self.spin,
-        )
-        for look in range(1, LOOKS):
-            count = min(samples * _MORE**look, max(samples, _MOST_SAMPLES))
-            unclear = undecided_metrics(comparison, targets)
-            if not unclear or count <= comparison.states:
-                break
-            comparison = sharpened(comparison, *self.states(count), unclear, seed)
-        return comparison
+    @property
+    def count(self) -> int:
+        """Number of comparisons."""
+        return len(self.measured) + (self.joint is not None)
+
+    def estimates(self) -> dict[str, list[Estimate]]:
+        """Give all estimates of each limit; limits over chains are named ``joint_``."""
+        found: dict[str, list[Estimate]] = {}
+        for comparison in self.measured:
+            for name, estimate in comparison.estimates.items():
+                found.setdefault(name, []).append(estimate)
+        joint = self.joint.estimates if self.joint else {}
+        return found | {f"{JOINT}{name}": [estimate] for name, estimate in joint.items()}
+
+    def judged(self, targets: Any, together: int) -> Verdict:
+        """Hold everything against an accuracy; see `tablegen.accuracy.decision.judge`."""
+        verdict = judge(self.measured, targets, together, self.prefix)
+        if self.joint is None:
+            return verdict
+        joint: list[Judged] = [self.joint]
+        return verdict + judge(joint, targets.joint, together, f"{self.prefix}{JOINT}")
+
+
+def measure_spin(
+    table: Table,
+    config: Config,
+    places: Sequence[Place],
+    *,
+    seed: int,
+    samples: int | None = None,
+    targets: SpinTargets | None = None,
+    joint: bool = True,
+    progress: bool = False,
+) -> LawAccuracy:
+    """Compare a spin law with direct simulation at some conditions and over chains of impacts.
+
+    Arguments are those of `measure`; ``joint`` says whether to measure over chains.
+    """
+    targets = targets or config.spin_targets
+    how: dict[str, Any] = {"seed": seed, "samples": samples}
+    found = measure(table, config, places, targets=targets, progress=progress, **how)
+    over = None
+    if joint:
+        with threadpool_limits(limits=1), bar(progress, total=1, desc="chains") as counted:
+            over = compare_chains(drawn_from(table, seed), config, targets=targets.joint, **how)
+            counted.update()
+    return LawAccuracy(found, joint=over, prefix="spin ")
+
+
+def spin_accuracy_datasets(measured: LawAccuracy | None) -> dict[str, NDArray[np.float64]]:
+    """Make the datasets of the group ``spin_accuracy``; empty ones if nothing was measured."""
+    comparisons = measured.comparisons if measured else []
+    joint = measured.joint if measured else None
+    columns: dict[str, list[Any]] = {
+        "alpha_deg": [c.alpha_deg for c in comparisons],
+        "speed": [c.speed for c in comparisons],
+        "spin": [c.spin for c in comparisons],
+        **{name: [c.distances()[name] for c in comparisons] for name in METRICS},
+        "joint_ks": [joint.estimates["ks"].by_variable] if joint else [],
+        "joint_auc": [joint.estimates["auc"].value] if joint else [],
+    }
+    wide = {"spin": 3, "ks": len(STATE), "joint_ks": len(STATE)}
+    found = {name: np.array(values, dtype=np.float64) for name, values in columns.items()}
+    return {
+        f"{ACCURACY}{name}": values.reshape(-1, wide[name]) if name in wide else values
+        for name, values in found.items()
+    }

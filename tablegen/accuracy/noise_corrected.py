@@ -1,10 +1,10 @@
-"""Distances between two samples with the noise of the samples told apart from the error.
+"""Estimate distances between two laws from samples, with the noise separated from the error.
 
-Every distance here is the largest of many differences of means: over places of a distribution
-function, pairs of variables, functions of slope one, or classifiers. Two finite samples of one law
-differ somewhere by chance, so the distance measured is, on average, at least the true one. The
-place where half of the states differ most, looked at in the other half, gives a number that is on
-average at most the true one, and has a normal error of known size. The two bracket the error.
+Every distance is the largest of many differences of means: over places of a distribution function,
+pairs of variables, functions of slope one, or classifiers. Two finite samples of one law differ
+somewhere by chance, so the measured distance is on average at least the true one. The difference of
+one half of the states, at the place where the other half differs most, is on average at most the
+true one, with a normal error of known size. The two bracket the true distance.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -17,83 +17,69 @@ from scipy import integrate, stats
 from tablegen.accuracy.metrics import (
     DIRECTIONS,
     classifier_scores,
-    correlation_variances,
     correlations,
     largest_gap,
+    standardised,
     unit_directions,
+    varies,
 )
-from tablegen.accuracy.samples import varies
 from tablegen.config.metric_table import METRICS
 from tablegen.model.float_array import FloatArray
 
-#: Equal bins over the range of a projection: a distance of 0.001 changes by less than 1 % with
-#: half as many, and no state has to be sorted.
+#: Equal bins over the range of a projection, which avoid sorting: with half as many, a distance of
+#: 0.001 changes by less than 1 %.
 _BINS = 8192
 
-#: States a side from which the variance of a mean over directions is taken.
+#: States a side that give the variance of a mean over directions.
 _FOR_VARIANCE = 50_000
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A distance between two samples, and what is known of that between their laws."""
+    """Distance between two samples, with bounds on the distance between their laws."""
 
-    #: Distance of the samples. On average it is not below that of the laws.
+    #: Distance of the samples; on average not below that of the laws.
     value: float
-    #: Of the value, where the laws differ by about as much.
+    #: Standard error of the value.
     standard_error: float
-    #: Difference, in one half of the states, at the place where the other half differs most. On
-    #: average it is not above the distance of the laws.
+    #: Difference in one half of the states, at the place where the other half differs most; on
+    #: average not above the distance of the laws.
     held_out: float
-    #: Its standard error.
     held_out_error: float
-    #: What the value would be on average if both samples had one law.
+    #: Mean of the value if both samples had one law.
     noise: float
-    #: Distance of each variable, the largest of which is the value; empty for the joint law.
+    #: Distance of each variable, whose largest is the value; empty for the joint law.
     by_variable: tuple[float, ...] = ()
 
     @property
     def distance(self) -> float | tuple[float, ...]:
-        """What was measured: the distance of each variable, or that of the joint law."""
+        """Measured distance of each variable, or of the joint law."""
         return self.by_variable or self.value
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON, but the distances of each variable."""
+        """Give the numbers for JSON, without the distances of each variable."""
         return {name: value for name, value in asdict(self).items() if name != "by_variable"}
-
-    def at_least(self, deviations: float) -> float:
-        """Lower confidence limit of the distance of the laws, some standard errors down."""
-        return self.held_out - deviations * self.held_out_error
-
-    def at_most(self, deviations: float) -> float:
-        """Upper confidence limit of the distance of the laws, some standard errors up."""
-        return self.value + deviations * self.standard_error
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How the metrics are estimated that leave a choice."""
+    """Choices in the estimates of the metrics."""
 
     #: Selects the directions, and seeds the classifier.
     seed: int = 0
-    #: Of the sliced Wasserstein distance.
+    #: Directions of the sliced Wasserstein distance.
     directions: int = DIRECTIONS
-    #: States a side, at most, that the classifier learns from and is tested with; None: all.
+    #: Largest number of states a side for the classifier, learning and test; None: all.
     classified: int | None = METRICS["auc"].trial_states
-    #: Of these, those that it learns from; None: half of them.
+    #: States of these from which it learns; None: half of them.
     trained: int | None = None
 
 
 def ks_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
-    """Largest Kolmogorov-Smirnov distance of a variable.
+    """Estimate the largest Kolmogorov-Smirnov distance of a variable of states (n, d) and (m, d).
 
-    A value of a distribution function has a standard error of at most half of one over the root
-    of the number of states, which is used throughout. The noise is the mean of Kolmogorov's
-    distribution, for the largest of d independent variables.
-
-    Parameters
-    ----------
-    table, direct : float64 arrays, shapes (n, d) and (m, d)
+    The standard error is the largest that a distribution function of n states has, 0.5 / sqrt(n).
+    The noise is the mean of Kolmogorov's distribution, for the largest of d independent variables.
     """
     (learn_a, test_a), (learn_b, test_b) = _halves(table), _halves(direct)
     d = table.shape[1]
@@ -114,14 +100,10 @@ def ks_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
 
 
 def correlation_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
-    """Largest error of a correlation.
+    """Estimate the largest error of a correlation, from (n, d) and (m, d) states.
 
-    Standard errors are the asymptotic ones (`correlation_variances`); the noise is the mean of the
-    largest of as many independent normal numbers as there are pairs.
-
-    Parameters
-    ----------
-    table, direct : float64 arrays, shapes (n, d) and (m, d)
+    Standard errors are the asymptotic ones of `correlation_variances`. The noise is the mean of the
+    largest of independent normal numbers, one for each pair of variables.
     """
     (learn_a, test_a), (learn_b, test_b) = _halves(table), _halves(direct)
     d = table.shape[1]
@@ -145,32 +127,39 @@ def correlation_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
     )
 
 
-def sliced_wasserstein_estimate(
-    table: FloatArray, direct: FloatArray, directions: int = DIRECTIONS, seed: int = 0
-) -> Estimate:
-    """Sliced Wasserstein-1 distance of the standardised states, as `sliced_wasserstein` defines it.
+def correlation_variances(values: FloatArray) -> FloatArray:
+    """Compute the variances of estimates of correlations, times the number of states, shape (d, d).
 
-    On a line the distance is the area between the distribution functions, and equals the
-    difference of the means of a function whose slope is 1 or -1, whichever of them is above. That
-    function is what one half of the states finds and the other half tests. The noise is the area
-    that a normal difference of known variance has on average.
-
-    Parameters
-    ----------
-    table, direct : float64 arrays, shapes (n, d) and (m, d)
-    directions : int
-    seed : int
-        Selects the directions.
+    With z the standardised variables, an estimate of r_jk moves by the mean of z_j z_k - r_jk
+    (z_j^2 + z_k^2) / 2, whose variance this is; normality is not assumed. It is 0 on the diagonal
+    and for constant variables.
+    Source: Ferguson, A Course in Large Sample Theory (1996), chapter 8.
     """
-    # differences are all that counts, so the states need no centring, and no copy
-    scale = np.where(varies(direct), direct.std(axis=0), 1.0)
-    a, b = table, direct
+    z = standardised(values)
+    squares, count = z * z, len(values)
+    r, even = z.T @ z / count, squares.T @ squares / count
+    odd = (squares * z).T @ z / count
+    fourth = np.diag(even)
+    ends = fourth[:, None] + 2.0 * even + fourth[None, :]
+    return np.maximum(even - r * (odd + odd.T) + 0.25 * r * r * ends, 0.0)
+
+
+def sliced_wasserstein_estimate(a: FloatArray, b: FloatArray, settings: Settings) -> Estimate:
+    """Estimate the `sliced_wasserstein` distance of states (n, d) and (m, d).
+
+    On a line the distance is the area between the distribution functions. It equals the difference
+    of the means of a function whose slope is 1 or -1, depending on which of them is above. One half
+    of the states finds that function and the other half tests it. The noise is the mean area of a
+    normal difference of known variance.
+    """
+    # only differences count, so the states are neither centred nor copied
+    scale, directions = np.where(varies(b), b.std(axis=0), 1.0), settings.directions
     split_a, split_b = len(a) // 2, len(b) // 2
     sampled = slice(split_a, split_a + _FOR_VARIANCE), slice(split_b, split_b + _FOR_VARIANCE)
     mean_a, mean_b = (np.zeros(len(x[part])) for x, part in zip((a, b), sampled, strict=True))
     value = held_out = noise = 0.0
     per_state = 1.0 / len(a) + 1.0 / len(b)
-    for direction in unit_directions(directions, a.shape[1], seed) / scale:
+    for direction in unit_directions(directions, a.shape[1], settings.seed) / scale:
         bin_a, bin_b, width = _binned(a @ direction, b @ direction)
         found = _cumulative(bin_a[:split_a]) - _cumulative(bin_b[:split_b])
         tested = _cumulative(bin_a[split_a:]) - _cumulative(bin_b[split_b:])
@@ -195,14 +184,9 @@ def sliced_wasserstein_estimate(
 
 
 def auc_estimate(table: FloatArray, direct: FloatArray, settings: Settings) -> Estimate:
-    """Area under the ROC curve of a classifier, on states that it has not seen.
+    """Estimate the area under the ROC curve of a classifier, on states that it has not seen.
 
     Source of the standard error: DeLong, DeLong, Clarke-Pearson, Biometrics 44 (1988) 837-845.
-
-    Parameters
-    ----------
-    table, direct : float64 arrays, shapes (n, d) and (m, d)
-    settings : Settings
     """
     few = min(len(table), len(direct), settings.classified or len(table))
     of_table, of_direct = classifier_scores(
@@ -216,12 +200,10 @@ def auc_estimate(table: FloatArray, direct: FloatArray, settings: Settings) -> E
     return Estimate(area, error, area, error, 0.5)
 
 
-#: From the states of table and direct simulation and `Settings` to the estimate of each metric.
+#: Function of each metric, of the states of table and direct simulation and `Settings`.
 ESTIMATES: Mapping[str, Callable[[FloatArray, FloatArray, Settings], Estimate]] = {
     "ks": lambda a, b, _: ks_estimate(a, b),
-    "sliced_wasserstein": lambda a, b, how: sliced_wasserstein_estimate(
-        a, b, how.directions, how.seed
-    ),
+    "sliced_wasserstein": sliced_wasserstein_estimate,
     "correlation_error": lambda a, b, _: correlation_estimate(a, b),
     "auc": auc_estimate,
 }
@@ -233,43 +215,29 @@ def estimated(
     settings: Settings,
     metrics: Iterable[str] = tuple(METRICS),
 ) -> dict[str, Estimate]:
-    """Metrics of two samples with the noise told apart, by name.
-
-    Parameters
-    ----------
-    table, direct : float64 arrays, shapes (n, d) and (m, d)
-    settings : Settings
-    metrics : iterable of str
-
-    Returns
-    -------
-    dict from name to Estimate
-    """
+    """Estimate metrics of two samples (n, d) and (m, d), by name."""
     return {name: ESTIMATES[name](table, direct, settings) for name in metrics}
 
 
 def _halves(states: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """First and second half: states are independent, so any halves would do."""
+    """Split independent states into halves."""
     return states[: len(states) // 2], states[len(states) // 2 :]
 
 
 def _mean_of_largest(cdf: Callable[[FloatArray], FloatArray], count: int) -> float:
-    """Mean of the largest of independent positive numbers with one distribution function."""
+    """Compute the mean of the largest of independent positive numbers of one distribution."""
     grid = np.linspace(0.0, 10.0, 10_001)
     return float(integrate.trapezoid(1.0 - cdf(grid) ** count, grid))
 
 
 def _binned(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Numbers of the bins of two samples, and the width of a bin."""
+    """Give the bin of each value of two samples, and the width of a bin."""
     low, high = min(a.min(), b.min()), max(a.max(), b.max())
     width = max(float(high - low), 1e-300) / _BINS
-    return (
-        np.minimum(((a - low) / width).astype(np.int32), _BINS - 1),
-        np.minimum(((b - low) / width).astype(np.int32), _BINS - 1),
-        width,
-    )
+    in_a, in_b = (np.minimum(((x - low) / width).astype(np.int32), _BINS - 1) for x in (a, b))
+    return in_a, in_b, width
 
 
 def _cumulative(bins: FloatArray) -> FloatArray:
-    """Empirical distribution function at the upper ends of the bins."""
+    """Compute the empirical distribution function at the upper ends of the bins."""
     return np.cumsum(np.bincount(bins, minlength=_BINS)) / len(bins)

@@ -1,63 +1,33 @@
-"""The accuracy that a user asks for of a table, in a word or a few numbers."""
+"""Accuracy that a user asks for: a preset, limits, or both."""
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from sampler.errors import InputError
-from tablegen.config.config import AccuracyTargets
 from tablegen.config.messages import complaint
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
-from tablegen.config.targets import SpinTargets
+from tablegen.config.spin_targets import SpinTargets
 
-_ALLOWED = (
-    f"{', '.join(PRESETS)}, or limits such as ks=0.01,auc=0.56 (of {', '.join(METRICS)}), or both"
-)
-
-#: What the limits of the spin law begin with.
+#: Beginning of the names of the limits of the spin law.
 _SPIN = "spin_"
 
-_Limits = dict[str, float | str]
 _Targets = TypeVar("_Targets", bound=BaseModel)
 
 
-def asked_accuracy(declared: AccuracyTargets, text: str | None) -> AccuracyTargets:
-    """Accuracy that a table is held against.
+def asked_accuracy(declared: _Targets, text: str | None) -> _Targets:
+    """Read the accuracy that a law is held against: the declared one, changed by a text.
 
-    Parameters
-    ----------
-    declared : AccuracyTargets
-        Of the table; what the text does not name stays so.
-    text : str, optional
-        A preset, limits, or both, with commas between: "fine", "ks=0.01,auc=0.56",
-        "standard,auc=0.6". Those of the spin law, such as "spin_ks=0.03", are for
-        `asked_spin_accuracy`.
-
-    Raises
-    ------
-    InputError
-        If the text is none of these, or a limit is out of range.
+    The text has a preset, limits, or both, separated by commas: "fine", "ks=0.01,auc=0.56",
+    "standard,auc=0.6". A preset counts for both laws. Limits of the spin law begin with "spin_",
+    such as "spin_ks=0.03", and limits that are not named stay as declared. `InputError` says what
+    is wrong with the text.
     """
     if text is None:
         return declared
-    limits, _ = _parsed(text)
-    return _changed(declared, limits, "")
-
-
-def asked_spin_accuracy(declared: SpinTargets, text: str | None) -> SpinTargets:
-    """Accuracy that a spin law is held against; see `asked_accuracy`.
-
-    A preset counts for both; the limits are "spin_ks", "spin_joint_auc" and so on.
-    """
-    if text is None:
-        return declared
-    _, limits = _parsed(text)
-    return _changed(declared, limits, _SPIN)
-
-
-def _changed(declared: _Targets, limits: _Limits, prefix: str) -> _Targets:
-    """Accuracy with other limits, or of a preset; refuse what is out of range."""
-    record = type(declared)
+    record, (limits, spin), prefix = type(declared), _parsed(text), ""
+    if isinstance(declared, SpinTargets):
+        limits, prefix = spin, _SPIN
     whole = limits if "preset" in limits else {**declared.model_dump(), **limits}
     try:
         return record.model_validate(whole)
@@ -65,26 +35,26 @@ def _changed(declared: _Targets, limits: _Limits, prefix: str) -> _Targets:
         raise InputError(f"accuracy: {prefix}{complaint(error, record)}") from error
 
 
-def _parsed(text: str) -> tuple[_Limits, _Limits]:
-    """Read what is asked of today's law and of the spin law."""
-    limits: _Limits = {}
-    spin: _Limits = {}
-    for word in (part.strip() for part in text.split(",")):
-        name, sign, number = (part.strip() for part in word.partition("="))
-        of_spin = name.removeprefix(_SPIN)
-        if name in PRESETS and not sign:
-            limits, spin = {"preset": name, **PRESETS[name]}, {"preset": name, **SPIN_PRESETS[name]}
-        elif name in METRICS:
-            limits[name] = _number(number, text)
-        elif of_spin != name and of_spin in SPIN_PRESETS["standard"]:
-            spin[of_spin] = _number(number, text)
-        else:
-            raise InputError(f"accuracy: got {text!r}, allowed: {_ALLOWED}")
-    return limits, spin
-
-
-def _number(text: str, whole: str) -> float:
+def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Parse the limits of the first-impact law and of the spin law."""
+    limits: dict[str, Any] = {}
+    spin: dict[str, Any] = {}
     try:
-        return float(text)
+        for word in (part.strip() for part in text.split(",")):
+            name, sign, number = (part.strip() for part in word.partition("="))
+            of_spin = name.removeprefix(_SPIN)
+            if name in PRESETS and not sign:
+                limits = {"preset": name, **PRESETS[name]}
+                spin = {"preset": name, **SPIN_PRESETS[name]}
+            elif name in METRICS:
+                limits[name] = float(number)
+            elif of_spin != name and of_spin in SPIN_PRESETS["standard"]:
+                spin[of_spin] = float(number)
+            else:
+                raise ValueError(name)
     except ValueError:
-        raise InputError(f"accuracy: got {whole!r}, allowed: {_ALLOWED}") from None
+        raise InputError(
+            f"accuracy: got {text!r}, allowed: {', '.join(PRESETS)}, or limits such as "
+            f"ks=0.01,auc=0.56 (of {', '.join(METRICS)}), or both"
+        ) from None
+    return limits, spin

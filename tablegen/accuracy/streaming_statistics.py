@@ -1,11 +1,13 @@
-"""Streaming moments and histograms of a direct simulation: in memory that does not grow with it.
+"""Moments and histograms of a direct simulation, in memory that does not grow with its length.
 
-Batches are simulated, summarised and forgotten. Summaries are merged in the order of the particles,
-whichever thread was first, so the result is the same to the last bit for any number of threads.
+Batches are simulated, summarised and merged in the order of the particles, so that the result is
+the same to the last bit for any number of threads.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial, reduce
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -15,12 +17,10 @@ from sampler.formats.channels import STATE
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
-from tablegen.model.impacts import Condition
-from tablegen.model.jit import kernel
+from tablegen.model.impact_condition import Condition
 from tablegen.progress import bar
 from tablegen.simulation.batches import ParticleRun, batches
 from tablegen.simulation.simulate import Simulation, check_run
-from tablegen.tasks.side_by_side import side_by_side
 
 Counts = NDArray[np.int64]
 
@@ -30,54 +30,49 @@ LOW: FloatArray = np.array([-1.0, 0.0, -1.0, -4.0, -4.0, -4.0])
 HIGH: FloatArray = np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0])
 BINS = 200
 
-#: Rebounds are counted by their number of collisions, 1 to 5 and more.
+#: Labels of the numbers of collisions, 1 to 5 and more.
 COLLISION_LABELS = ("1", "2", "3", "4", "5", ">5")
+
+#: Batches a thread that are simulated before their statistics are merged.
+_AHEAD = 8
 
 
 @dataclass(frozen=True)
 class RunStatistics:
-    """Statistics of a run of n rebounds; variables in the order of `STATE`."""
+    """Statistics of n rebounds; variables in the order of `STATE`."""
 
-    #: Number of rebounds n.
     count: int
     #: Shape (6,).
     mean: FloatArray
-    #: Shape (6, 6). Sums over the run of products of deviations from the mean.
+    #: Shape (6, 6). Sums of products of deviations from the mean.
     comoment: FloatArray
     #: Shape (6,).
     minimum: FloatArray
     maximum: FloatArray
-    #: Shape (6, BINS). Rebounds in bins of equal width from `LOW` to `HIGH`; a bin holds its lower
-    #: end, the last one both.
+    #: Shape (6, BINS). Bins of equal width from `LOW` to `HIGH`; the last one includes both ends.
     histogram: Counts
     #: Shape (6, 2). Rebounds below and above the range of the histogram.
     outside: Counts
     #: Shape (6,). Rebounds with 1, 2, 3, 4, 5 and more collisions.
     collision_counts: Counts
-    #: Collisions of all rebounds together.
+    #: Sum and largest number of collisions.
     collisions: int
     most_collisions: int
-    #: Shape (2,). Mean translational and rotational energy over the energy before the impact.
+    #: Shape (2,). Mean translational and rotational energy over the initial kinetic energy.
     energy: FloatArray
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance matrix, (6, 6): sums over n, not n - 1, so that one rebound has one."""
+        """Covariance matrix (6, 6), normalised by n."""
         return self.comoment / self.count
 
     @property
     def standard_deviation(self) -> FloatArray:
-        """Standard deviation of each variable, (6,): root of the covariance's diagonal."""
+        """Standard deviation of each variable, (6,)."""
         return np.sqrt(np.diag(self.covariance))
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything as plain lists and numbers, by the names of the variables.
-
-        Returns
-        -------
-        dict
-            What ``json`` can write; shares of the numbers of collisions are in per cent.
-        """
+        """Give JSON-ready numbers by the names of the variables; collisions in per cent."""
 
         def named(values: FloatArray) -> dict[str, Any]:
             return dict(zip(STATE, values.tolist(), strict=True))
@@ -96,79 +91,31 @@ class RunStatistics:
             "collisions_max": self.most_collisions,
             "energy_translational": float(self.energy[0]),
             "energy_rotational": float(self.energy[1]),
-            "histogram": {
-                name: {
-                    "low": float(LOW[i]),
-                    "high": float(HIGH[i]),
-                    "below": int(self.outside[i, 0]),
-                    "above": int(self.outside[i, 1]),
-                    "counts": self.histogram[i].tolist(),
-                }
-                for i, name in enumerate(STATE)
-            },
+            "histogram": {name: self._histogram(i) for i, name in enumerate(STATE)},
         }
 
-
-@kernel
-def _moments(state: FloatArray, mean: FloatArray, comoment: FloatArray) -> None:
-    """Mean (6,) and sums of products of deviations (6, 6) of (n, 6) states, in two passes."""
-    count = state.shape[0]
-    for j in range(6):
-        total = 0.0
-        for i in range(count):
-            total += state[i, j]
-        mean[j] = total / count
-    comoment[:] = 0.0
-    for i in range(count):
-        for j in range(6):
-            for k in range(j + 1):
-                comoment[j, k] += (state[i, j] - mean[j]) * (state[i, k] - mean[k])
-    for j in range(6):
-        for k in range(j):
-            comoment[k, j] = comoment[j, k]
-
-
-@kernel
-def _bins(
-    state: FloatArray, low: FloatArray, high: FloatArray, histogram: Counts, outside: Counts
-) -> None:
-    """Count (n, 6) states into (6, bins) bins, and those (6, 2) below and above them."""
-    bins = histogram.shape[1]
-    for i in range(state.shape[0]):
-        for j in range(6):
-            value = state[i, j]
-            if value < low[j]:
-                outside[j, 0] += 1
-            elif value > high[j]:
-                outside[j, 1] += 1
-            else:
-                place = int((value - low[j]) / (high[j] - low[j]) * bins)
-                histogram[j, min(place, bins - 1)] += 1
+    def _histogram(self, i: int) -> dict[str, Any]:
+        """Give the histogram of one variable."""
+        below, above = self.outside[i].tolist()
+        ends = {"low": float(LOW[i]), "high": float(HIGH[i]), "below": below, "above": above}
+        return ends | {"counts": self.histogram[i].tolist()}
 
 
 def summarise(state: FloatArray, collisions: Counts, energy: FloatArray) -> RunStatistics:
-    """Statistics of rebounds at hand.
-
-    Parameters
-    ----------
-    state : (n, 6) float64
-        Finite; n is 1 or more.
-    collisions : (n,) int64
-    energy : (n, 2) float64
-    """
-    mean, comoment = np.empty(6), np.empty((6, 6))
-    histogram, outside = np.zeros((6, BINS), dtype=np.int64), np.zeros((6, 2), dtype=np.int64)
-    _moments(state, mean, comoment)
-    _bins(state, LOW, HIGH, histogram, outside)
+    """Summarise n >= 1 rebounds: state (n, 6), collisions (n,), energy (n, 2), all finite."""
+    mean = state.mean(axis=0)
+    deviation = state - mean
+    ends = zip(state.T, LOW, HIGH, strict=True)
     last = len(COLLISION_LABELS)
     return RunStatistics(
         count=len(state),
         mean=mean,
-        comoment=comoment,
+        # not a matrix product, whose last bits depend on the threads of the library
+        comoment=np.einsum("ni,nj->ij", deviation, deviation),
         minimum=state.min(axis=0),
         maximum=state.max(axis=0),
-        histogram=histogram,
-        outside=outside,
+        histogram=np.array([np.histogram(x, BINS, (low, high))[0] for x, low, high in ends]),
+        outside=np.column_stack([(state < LOW).sum(axis=0), (state > HIGH).sum(axis=0)]),
         collision_counts=np.bincount(np.minimum(collisions, last), minlength=last + 1)[1:],
         collisions=int(collisions.sum()),
         most_collisions=int(collisions.max()),
@@ -177,20 +124,17 @@ def summarise(state: FloatArray, collisions: Counts, energy: FloatArray) -> RunS
 
 
 def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
-    """Statistics of two runs together.
+    """Merge the statistics of two runs without differences of large sums, so that nothing cancels.
 
-    Means and products of deviations are updated, never differences of large sums (Chan, Golub
-    and LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances",
-    1979), so nothing cancels however long the run is.
+    Source: Chan, Golub, LeVeque, "Updating formulae and a pairwise algorithm for computing sample
+    variances" (1979).
     """
     count = first.count + second.count
-    share = second.count / count
-    step = second.mean - first.mean
-    shift = np.outer(step, step) * (first.count * share)
+    share, step = second.count / count, second.mean - first.mean
     return RunStatistics(
         count=count,
         mean=first.mean + step * share,
-        comoment=first.comoment + second.comoment + shift,
+        comoment=first.comoment + second.comoment + np.outer(step, step) * (first.count * share),
         minimum=np.minimum(first.minimum, second.minimum),
         maximum=np.maximum(first.maximum, second.maximum),
         histogram=first.histogram + second.histogram,
@@ -203,14 +147,14 @@ def merge(first: RunStatistics, second: RunStatistics) -> RunStatistics:
 
 
 def statistics_of(simulation: Simulation) -> RunStatistics:
-    """Statistics of a simulation at hand, the same to the last bit as `simulate_statistics`."""
+    """Summarise a whole simulation, with the same bits as `simulate_statistics`."""
     state, collisions, energy = simulation.state, simulation.collisions, simulation.energy
     parts = (summarise(state[p], collisions[p], energy[p]) for p in batches(len(state)))
     return reduce(merge, parts)
 
 
 def _batch_statistics(run: ParticleRun, part: slice) -> RunStatistics:
-    """Simulate the particles of a part of a run; their statistics."""
+    """Simulate and summarise the particles of one batch."""
     size = part.stop - part.start
     state, energy, kind = np.empty((size, 6)), np.empty((size, 2)), np.empty((size, 3))
     collisions = np.empty(size, dtype=np.int64)
@@ -230,45 +174,21 @@ def simulate_statistics(
     threads: int | None = None,
     progress: bool = False,
 ) -> RunStatistics:
-    """Simulate ``count`` rebounds and keep their statistics only.
+    """Simulate rebounds and keep only their statistics.
 
-    The particles are those of `simulate_condition` with the same arguments.
+    Arguments, particles and errors are those of `tablegen.simulation.simulate.simulate_condition`.
     Memory does not depend on ``count``.
-
-    Parameters
-    ----------
-    pair : MaterialPair
-        Laws of restitution (6) and of resistance to sliding (7).
-    population : Population
-        Shapes and aspect ratios.
-    condition : Condition
-        From `tablegen.simulation.simulate.make_condition`.
-    count : int
-        Number of particles, positive.
-    seed : int
-        0 to 2**64 - 1.
-    stream : int
-        0 to 2**32 - 1; keeps conditions that share a seed independent.
-    threads : int, optional
-        Default: one a processor. The result does not depend on it.
-    progress : bool
-        Show a progress bar on standard error.
-
-    Raises
-    ------
-    InputError
-        If an argument is out of range.
-    RuntimeError
-        If a particle is still in contact after 10**8 collisions, or is not finite.
     """
     workers = check_run(count, seed, stream, threads)
     work = partial(_batch_statistics, ParticleRun(pair, population, condition, seed, stream))
-    total: RunStatistics | None = None
-    with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:
-        # no more are under way than keep the threads busy, or summaries would pile up behind a
-        # slow batch
-        for part in side_by_side(work, batches(count), workers, ahead=2 * workers):
-            total = part if total is None else merge(total, part)
-            counted.update(part.count)
+    parts, total = batches(count), None
+    with (
+        bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted,
+        ThreadPoolExecutor(workers) as pool,
+    ):
+        while group := list(islice(parts, _AHEAD * workers)):
+            for part in pool.map(work, group):
+                total = part if total is None else merge(total, part)
+                counted.update(part.count)
     assert total is not None  # a run has at least one batch
     return total

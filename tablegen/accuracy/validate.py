@@ -1,147 +1,155 @@
-"""Whether a table holds the accuracy that it declares, or that its user wants."""
+"""Validate a table: measure it, and judge whether it holds the declared or requested accuracy."""
 
 import secrets
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import sampler
-from sampler.arguments import as_integer, told_apart
+from sampler.arguments import as_integer
 from sampler.errors import InputError
 from sampler.files import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.table import Table
-from tablegen.accuracy.comparison import Comparison, Spin
-from tablegen.accuracy.conditions import check_conditions, pick_conditions
-from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Verdict, judge, limits
-from tablegen.accuracy.measure import measure
-from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
-from tablegen.accuracy.requested import asked_accuracy, asked_spin_accuracy
-from tablegen.accuracy.spin_conditions import (
-    SpinCondition,
-    check_spin_conditions,
+from tablegen.accuracy.comparison import Comparison
+from tablegen.accuracy.conditions import (
+    Place,
+    Spin,
+    check_conditions,
+    pick_conditions,
     pick_spin_conditions,
 )
-from tablegen.accuracy.spin_measure import measure_spin
-from tablegen.accuracy.spin_validation import SpinValidation, judged_record
+from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Verdict, judged_record, limits
+from tablegen.accuracy.joint_law import JointComparison
+from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin
+from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
+from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config.config import AccuracyTargets, Config, stored_config
 from tablegen.config.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS
-from tablegen.config.metric_table import (
-    METRICS,
-    looser_than_compact,
-    worst_spin_stored,
-    worst_stored,
-)
+from tablegen.config.metric_table import JOINT, METRICS, worst_spin_stored, worst_stored
+from tablegen.config.spin_targets import SpinTargets
 
-#: A condition of the user's choice: angle [degrees], speed [m/s], and spin [V/a] if it has one.
-Place = tuple[float, float] | tuple[float, float, Spin]
-
-#: Bits of a seed that nobody gave: few enough to type.
+#: Bits of a random seed: few enough to type.
 _SEED_BITS = 32
 
 
 @dataclass(frozen=True)
+class ValidatedLaw:
+    """Measurement of one law, with the accuracy it is held against."""
+
+    measured: LawAccuracy
+    declared: AccuracyTargets | SpinTargets
+    #: Declared accuracy unless the user asked for another.
+    asked: AccuracyTargets | SpinTargets
+    #: Worst distance of each limit in the table file; None if it stores none.
+    stored: dict[str, float] | None
+
+    @property
+    def worst(self) -> dict[str, float]:
+        """Largest measured distance of each limit, noise included."""
+        return {n: max(e.value for e in found) for n, found in self.measured.estimates().items()}
+
+    def surpassed(self, together: int) -> dict[str, float]:
+        """Give the errors that are above the worst stored ones by more than noise."""
+        found = {}
+        for name, estimates in self.measured.estimates().items():
+            metric = name.removeprefix(JOINT)
+            least = max(limits(metric, estimate, together)[0] for estimate in estimates)
+            stored = (self.stored or {}).get(name, least)
+            # noise may take the stored distance below that of equal laws
+            if least > max(stored, METRICS[metric].least):
+                found[name] = least
+        return found
+
+    def to_dict(self, together: int) -> dict[str, Any]:
+        """Give every number for JSON; ``together`` comparisons are judged together."""
+
+        def record(comparison: Comparison | JointComparison, asked: Any) -> dict[str, Any]:
+            judged = judged_record(comparison.estimates, asked, together)
+            return comparison.to_dict() | {"estimates": judged}
+
+        found = self.measured
+        common = {
+            "declared": self.declared.model_dump(),
+            "asked": self.asked.model_dump(),
+            "stored": self.stored,
+            "conditions": [record(c, self.asked) for c in found.comparisons],
+        }
+        if isinstance(self.asked, AccuracyTargets):
+            return common | {"nodes": [record(c, self.asked) for c in found.nodes]}
+        return common | {"joint": found.joint and record(found.joint, self.asked.joint)}
+
+
+@dataclass(frozen=True)
 class Validation:
-    """Outcome of a validation.
+    """Result of a validation."""
 
-    Attributes
-    ----------
-    table : str
-        Name or path that was given.
-    content_sha256 : str
-        Checksum of what was measured.
-    seed : int
-        Repeats the validation.
-    declared : AccuracyTargets
-        What the table's configuration declares.
-    asked : AccuracyTargets
-        What it was held against: the declared accuracy unless the user asked for another.
-    stored : dict of float, or None
-        Worst distance of each metric that the file stores, as it says of itself; None if nothing.
-    screening : Screening or None
-        The coarse test of all nodes; None if only conditions of the user's choice were measured.
-    comparisons : list of Comparison
-        At conditions between the nodes, or at those of the user's choice.
-    nodes : list of Comparison
-        At the nodes that looked worst in the coarse test.
-    missed, undecided : list of str
-        One line for each distance that is larger than asked for, or that could not be told from it.
-    spin : SpinValidation or None
-        The same of the spin law; None if the table has none, or nothing of it was looked at.
-    """
-
+    #: Name or path of the table, and checksum of the measured contents.
     table: str
     content_sha256: str
+    #: Repeats the validation.
     seed: int
-    declared: AccuracyTargets
-    asked: AccuracyTargets
-    stored: dict[str, float] | None
+    #: Coarse test of all nodes; None if only chosen conditions were measured.
     screening: Screening | None
-    comparisons: list[Comparison]
-    nodes: list[Comparison]
-    missed: list[str]
-    undecided: list[str]
-    spin: SpinValidation | None = None
+    #: First-impact law, and spin law; None if the table has none or nothing of it was measured.
+    law: ValidatedLaw
+    spin: ValidatedLaw | None = None
 
     @property
-    def holds(self) -> bool:
-        """Whether everything that was looked at has the accuracy, noise allowed for."""
-        return not self.missed and not self.undecided
+    def comparisons(self) -> list[Comparison]:
+        """Comparisons of the first-impact law between the nodes, or at chosen conditions."""
+        return self.law.measured.comparisons
 
     @property
-    def measured(self) -> list[Comparison]:
-        """All comparisons, those at nodes last."""
-        return [*self.comparisons, *self.nodes]
+    def laws(self) -> list[ValidatedLaw]:
+        """All measured laws."""
+        return [self.law, self.spin] if self.spin else [self.law]
 
     @property
     def together(self) -> int:
-        """How many comparisons are judged together."""
-        return len(self.measured) + (self.spin.measured.count if self.spin else 0)
+        """Number of comparisons that are judged together."""
+        return sum(law.measured.count for law in self.laws)
 
     @property
-    def surpassed(self) -> dict[str, float]:
-        """Errors that are, noise allowed for, above the worst that the file stores."""
-        found = {}
-        for name, worst in (self.stored or {}).items():
-            least = (limits(name, c.estimates[name], self.together)[0] for c in self.measured)
-            found[name] = max(least, default=0.0)
-            # noise may take what is stored below the distance of equal laws
-            if found[name] <= max(worst, METRICS[name].least):
-                del found[name]
-        return found
+    def verdict(self) -> Verdict:
+        """Distances that are larger than asked for, or cannot be told from that."""
+        verdict = Verdict(list(self.screening.missed) if self.screening else [], [])
+        for law in self.laws:
+            verdict += law.measured.judged(law.asked, self.together)
+        return verdict
 
     @property
-    def lenient(self) -> list[str]:
-        """Distances for which less is declared than by the preset "compact"."""
-        return looser_than_compact(self.declared.model_dump())
+    def missed(self) -> list[str]:
+        """One line for each distance that is larger than asked for."""
+        return self.verdict.missed
+
+    @property
+    def undecided(self) -> list[str]:
+        """One line for each distance that cannot be told from the accuracy asked for."""
+        return self.verdict.undecided
+
+    @property
+    def holds(self) -> bool:
+        """Whether everything measured has the accuracy, noise allowed for."""
+        return not self.missed and not self.undecided
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready dictionary with every number."""
-        of_spin = None if self.spin is None else self.spin.to_dict(self.together)
+        """Give every number for JSON."""
         return {
             "table": self.table,
             "content_sha256": self.content_sha256,
             "seed": self.seed,
             "software_version": sampler.__version__,
-            "declared": self.declared.model_dump(),
-            "asked": self.asked.model_dump(),
-            "stored": self.stored,
             "false_alarms": FALSE_ALARMS,
             "false_holds": FALSE_HOLDS,
             "holds": self.holds,
             "missed": self.missed,
             "undecided": self.undecided,
-            "screening": None if self.screening is None else self.screening.to_dict(),
-            "conditions": [self._record(c) for c in self.comparisons],
-            "nodes": [self._record(c) for c in self.nodes],
-            "spin": of_spin,
+            "screening": self.screening and asdict(self.screening),
+            **self.law.to_dict(self.together),
+            "spin": self.spin and self.spin.to_dict(self.together),
         }
-
-    def _record(self, comparison: Comparison) -> dict[str, Any]:
-        """Record a comparison for JSON, with confidence limits and verdict of each distance."""
-        judged = judged_record(comparison.estimates, self.asked, self.together)
-        return comparison.to_dict() | {"estimates": judged}
 
 
 def validate(
@@ -152,31 +160,28 @@ def validate(
     seed: int | None = None,
     samples: int | None = None,
     accuracy: str | None = None,
-    at: Sequence[Place] | None = None,
+    at: Sequence[tuple[float, float] | tuple[float, float, Spin]] | None = None,
     progress: bool = False,
 ) -> Validation:
     """Compare a table with new direct simulation: every node coarsely, some conditions finely.
 
-    A spin law, if the table has one, is compared at spinning conditions, and over the impacts that
-    occur in chains of them.
+    A spin law is compared at spinning conditions and over the impacts that occur in chains.
 
     Parameters
     ----------
     name_or_path : str or Path
         Name of a table that comes with the package, or path of a .h5 file.
-    conditions : int
-        Number of conditions between nodes, 1 or more; see `pick_conditions`.
-    spin_conditions : int
-        Number of spinning conditions, see `pick_spin_conditions`; 0 leaves out the spin law.
+    conditions, spin_conditions : int
+        Number of conditions between nodes, 1 or more, and of spinning conditions; 0 leaves out the
+        spin law.
     seed : int, optional
-        Chooses the conditions and all random numbers, 0 to 2**64 - 1; another one each time if
-        None.
+        Selects the conditions and all random numbers, 0 to 2**64 - 1; random by default.
     samples : int, optional
         States a side at each condition, and of the chains, 1000 or more; by default as many as the
-        accuracy needs. Where these do not decide, up to nine times as many are taken.
+        accuracy needs. Up to nine times as many where the verdict is undecided.
     accuracy : str, optional
-        What the table is held against: a preset, "compact", "standard" or "fine", or limits such
-        as "ks=0.01,spin_auc=0.6", which change the declared ones. By default what it declares.
+        Accuracy that the table is held against: a preset, "compact", "standard" or "fine", or
+        limits such as "ks=0.01,spin_auc=0.6". By default the declared accuracy.
     at : sequence of (alpha_deg, speed) or (alpha_deg, speed, spin), optional
         Only these conditions, angles in degrees, speeds in m/s and spins times a/V; nodes and
         chains are not tested then.
@@ -190,114 +195,63 @@ def validate(
         out of range.
     """
     seed = secrets.randbits(_SEED_BITS) if seed is None else seed
-    _check_arguments(conditions, spin_conditions, samples, seed)
-    # read once: the checksum is that of what is measured, whatever becomes of the file meanwhile
+    as_integer("conditions", conditions, 1, 2**63 - 1, "1 or more")
+    as_integer("spin_conditions", spin_conditions, 0, 2**63 - 1, "0 or more")
+    as_integer("samples", 1000 if samples is None else samples, 1000, 2**63 - 1, "1000 or more")
+    as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
+    # read once, so that the checksum is that of the measured contents
     contents = read_table(find_table(name_or_path))
     config = stored_config(contents.config, f"{name_or_path}: config")
-    check_agreement(contents, config, str(name_or_path))
+    _check_agreement(contents, config, str(name_or_path))
+    table = Table(contents)
     asked = asked_accuracy(config.accuracy, accuracy)
-    asked_spin = asked_spin_accuracy(config.spin_targets, accuracy)
-    table, few = Table(contents), min(SAMPLES, samples or SAMPLES)
-    how: Any = {"seed": seed, "samples": samples, "progress": progress}
-    screening, spinning = None, _spinning(contents, config, at, spin_conditions, seed)
-    if at is not None:
-        places = check_conditions(table, [(p[0], p[1]) for p in at if len(p) == 2], len(at))
-    else:
+    asked_spin = asked_accuracy(config.spin_targets, accuracy)
+    how: dict[str, Any] = {"seed": seed, "progress": progress}
+    screening, suspects = None, []
+    if at is None:
         places = pick_conditions(table, conditions, seed)
-        screening = screen(table, config, asked, **how | {"samples": few})
-    suspects = screening.suspects if screening else ()
+        spinning = pick_spin_conditions(config, spin_conditions if table.has_spin else 0, seed)
+        screening = screen(table, config, asked, samples=min(SAMPLES, samples or SAMPLES), **how)
+        suspects = [Place(*node) for node in screening.suspects]
+    else:
+        chosen = check_conditions(table, [Place(*place) for place in at])
+        places = [place for place in chosen if place.spin is None]
+        spinning = [place for place in chosen if place.spin is not None]
+    how["samples"] = samples
     found = measure(table, config, [*places, *suspects], targets=asked, **how)
+    law = LawAccuracy(found[: len(places)], tuple(found[len(places) :]))
     spin = None
     if spinning:
-        law = measure_spin(table, config, spinning, targets=asked_spin, joint=at is None, **how)
+        over = measure_spin(
+            table, config, spinning, targets=asked_spin, joint=screening is not None, **how
+        )
         stored = worst_spin_stored(contents.datasets)
-        spin = SpinValidation(law, config.spin_targets, asked_spin, stored)
-    verdict, of_spin = _verdicts(found, asked, spin)
+        spin = ValidatedLaw(over, config.spin_targets, asked_spin, stored)
     return Validation(
         table=str(name_or_path),
         content_sha256=contents.content_sha256,
         seed=seed,
-        declared=config.accuracy,
-        asked=asked,
-        stored=worst_stored(table.accuracy),
         screening=screening,
-        comparisons=found[: len(places)],
-        nodes=found[len(places) :],
-        missed=[*(screening.missed if screening else ()), *verdict.missed, *of_spin.missed],
-        undecided=verdict.undecided + of_spin.undecided,
+        law=ValidatedLaw(law, config.accuracy, asked, worst_stored(table.accuracy)),
         spin=spin,
     )
 
 
-def _spinning(
-    contents: TableContents, config: Config, at: Sequence[Place] | None, count: int, seed: int
-) -> list[SpinCondition]:
-    """Give the spinning conditions to measure at; refuse chosen ones that the table cannot have."""
-    if at is None:
-        return pick_spin_conditions(config, count, seed) if contents.has_spin else []
-    chosen = [SpinCondition(*p) for p in at if len(p) == 3]
-    if chosen and not contents.has_spin:
-        raise InputError("at: got a spin, allowed: none, of a table without a spin law")
-    return check_spin_conditions(contents, chosen)
+def _check_agreement(contents: TableContents, config: Config, origin: str) -> None:
+    """Refuse a table that contradicts its own configuration."""
 
+    def span(axis: str) -> str:
+        return " to ".join(f"{end:.9g}" for end in contents[f"axes/{axis}"][[0, -1]].tolist())
 
-def _verdicts(
-    found: Sequence[Comparison], asked: AccuracyTargets, spin: SpinValidation | None
-) -> tuple[Verdict, Verdict]:
-    """Judge what was measured of both laws, all of it together."""
-    if spin is None:
-        return judge(found, asked), Verdict([], [])
-    together = len(found) + spin.measured.count
-    return judge(found, asked, together), spin.measured.judged(spin.asked, together)
-
-
-def _check_arguments(conditions: int, spin_conditions: int, samples: int | None, seed: int) -> None:
-    """Refuse what is no integer, or out of range."""
-    as_integer("conditions", conditions, 1, 2**63 - 1, "1 or more")
-    as_integer("spin_conditions", spin_conditions, 0, 2**63 - 1, "0 or more")
-    if samples is not None:
-        as_integer("samples", samples, 1000, 2**63 - 1, "1000 or more")
-    as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
-
-
-def check_agreement(contents: TableContents, config: Config, origin: str) -> None:
-    """Refuse a table that contradicts its configuration: of another pair, range or components.
-
-    Parameters
-    ----------
-    contents : TableContents
-    config : Config
-        Read from the table.
-    origin : str
-        Name of the table, to open an error message.
-
-    Raises
-    ------
-    InputError
-    """
-    if contents.pair != config.pair_name:
-        raise InputError(
-            f"{origin}: pair: got '{contents.pair}', allowed: '{config.pair_name}', the pair of "
-            "the table's configuration"
-        )
-    for name, nodes, span in (
-        ("alpha_deg", contents["axes/alpha_deg"], config.domain.alpha_deg),
-        ("speed", contents["axes/speed"], config.domain.speed),
+    domain = config.domain
+    for field, got, allowed in (
+        ("pair", contents.pair, config.pair_name),
+        ("axes/alpha_deg", span("alpha_deg"), "{:.9g} to {:.9g}".format(*domain.alpha_deg)),
+        ("axes/speed", span("speed"), "{:.9g} to {:.9g}".format(*domain.speed)),
+        ("components", " ".join(contents.variables), " ".join(domain.columns)),
+        ("spin law", "one" if contents.has_spin else "none", "one" if config.spin else "none"),
     ):
-        if (float(nodes[0]), float(nodes[-1])) != span:
-            got = " to ".join(told_apart(end, *span, digits=6) for end in nodes[[0, -1]].tolist())
+        if got != allowed:
             raise InputError(
-                f"{origin}: axes/{name}: got {got}, allowed: {span[0]:g} to {span[1]:g}, "
-                "the domain of the table's configuration"
+                f"{origin}: {field}: got {got}, allowed: {allowed}, as in the table's configuration"
             )
-    if contents.variables != config.domain.columns:
-        raise InputError(
-            f"{origin}: components: got {' '.join(contents.variables)}, allowed: "
-            f"{' '.join(config.domain.columns)}, those of the table's configuration"
-        )
-    if contents.has_spin != config.spin:
-        got, allowed = ("a", "none") if contents.has_spin else ("no", "one")
-        raise InputError(
-            f"{origin}: spin: got {got} spin law, allowed: {allowed}, as the table's "
-            "configuration says"
-        )

@@ -1,4 +1,4 @@
-"""``tablegen inspect``: what a table is."""
+"""``tablegen inspect``: describe a table."""
 
 import math
 from collections.abc import Mapping
@@ -15,7 +15,6 @@ from tablegen.config.metric_table import (
     declared_accuracy,
     errors_text,
     little_declared,
-    looser_than_compact,
     worst_stored,
 )
 
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
 @click.command(
     cls=options.Command,
-    short_help="Say what a table is.",
+    short_help="Describe a table.",
     epilog=options.examples(
         "tablegen inspect corundum-steel",
         "tablegen inspect my-pair.h5 --json",
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 @options.as_json
 @click.option("--config", is_flag=True, help="Print the configuration it was generated from.")
 def inspect(table: str, as_json: bool, config: bool) -> int:
-    """Say what a table is: provenance, range, nodes, size, measured accuracy."""
+    """Describe a table: provenance, range, nodes, size, measured accuracy."""
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
 
@@ -51,18 +50,11 @@ def inspect(table: str, as_json: bool, config: bool) -> int:
 
 
 def identity(contents: "TableContents") -> dict[str, Any]:
-    """Say what a table is: provenance, nodes, size in memory, measured accuracy.
+    """Describe a table with JSON-ready numbers, texts and lists.
 
-    Parameters
-    ----------
-    contents : TableContents
-
-    Returns
-    -------
-    dict
-        Numbers, texts and lists, for JSON. Angles in degrees, speeds in m/s, sizes in bytes.
-        ``declared`` has the largest errors that the configuration allows, or is None if it cannot
-        be read; ``worst`` has the largest of each in ``accuracy``, or is None if there is nothing.
+    Angles are in degrees, speeds in m/s, sizes in bytes. ``declared`` has the largest distances
+    that the configuration allows, or None if it cannot be read. ``worst`` has the largest ones in
+    ``accuracy``, or None if nothing was measured.
     """
     from sampler.formats.bounds import bytes_of
     from sampler.formats.image import kept_beside, table_arrays
@@ -95,55 +87,51 @@ def identity(contents: "TableContents") -> dict[str, Any]:
 
 
 def several_processors(contents: "TableContents") -> str:
-    """Say that processors of several kinds made a table, and what follows from it."""
+    """Say that processors of several kinds made a table, and that this limits reproduction."""
     count = len(contents.processors)
     return f"made on processors of {count} kinds: made again, last digits may differ"
 
 
-def _processor_lines(contents: "TableContents") -> list[str]:
-    """Kinds of processor that made a table, for people."""
-    kinds = contents.processors or ("not recorded",)
-    if len(kinds) == 1:
-        return [f"made on           {kinds[0]}"]
-    return [several_processors(contents), *(f"made on           {kind}" for kind in kinds)]
-
-
 def identity_text(contents: "TableContents") -> str:
-    """Say what a table is, as `identity` does, for people."""
+    """Describe a table in lines of text."""
     facts = identity(contents)
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
+    declared, law, kinds = facts["declared"], facts["spin"], facts["processors"]
     anywhere = ", the same at any speed" if facts["speed_independent"] else ""
     if facts["valid_speed"] is not None:
         anywhere += "; laws measured at {:g} to {:g} m/s".format(*facts["valid_speed"])
-    measured, declared = "nothing", facts["declared"]
+    spin, measured = "none: particles are taken to arrive without spin", "nothing"
+    if law is not None:
+        spin = "{:g} to {:g} degrees, ".format(*law["alpha_deg"])
+        spin += "effective speeds {:g} to {:g} m/s, ".format(*law["effective_speed"])
+        spin += f"{len(law['shapes'])} shapes, {law['leaves']} leaves"
     if worst is not None:
         count = len(facts["accuracy"]["alpha_deg"])
-        measured = (
-            f"at {count} conditions between nodes, noise included, worst: {errors_text(worst)}"
-        )
-    return "\n".join(
-        [
-            f"pair              {facts['pair']}",
-            f"impact angle      {alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes",
-            f"speed             {speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}",
-            f"a draw gives      {', '.join(facts['components'])}",
-            f"spin law          {_spin_text(facts['spin'])}",
-            f"mixture           {facts['mixture_components']} components a node",
-            f"quantile knots    {facts['quantile_knots']}",
-            f"seed              {facts['seed']}",
-            f"software          rebound-tables {facts['software_version']}",
-            f"content SHA-256   {facts['content_sha256']}",
-            *_processor_lines(contents),
-            f"in memory         {facts['bytes_in_memory'] / 1e6:.2f} MB",
-            f"declared          {f'at most {errors_text(declared)}' if declared else '?'}",
-            f"measured          {measured}",
-            *_note_lines(declared, worst),
-        ]
-    )
+        measured = f"at {count} conditions between nodes, noise included, worst: "
+        measured += errors_text(worst)
+    lines = [
+        ("pair", facts["pair"]),
+        ("impact angle", f"{alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes"),
+        ("speed", f"{speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}"),
+        ("a draw gives", ", ".join(facts["components"])),
+        ("spin law", spin),
+        ("mixture", f"{facts['mixture_components']} components a node"),
+        ("quantile knots", facts["quantile_knots"]),
+        ("seed", facts["seed"]),
+        ("software", f"rebound-tables {facts['software_version']}"),
+        ("content SHA-256", facts["content_sha256"]),
+        *([("note", several_processors(contents))] if len(kinds) > 1 else []),
+        *(("made on", kind) for kind in kinds or ["not recorded"]),
+        ("in memory", f"{facts['bytes_in_memory'] / 1e6:.2f} MB"),
+        ("declared", f"at most {errors_text(declared)}" if declared else "?"),
+        ("measured", measured),
+        *(("note", note) for note in _notes(declared, worst)),
+    ]
+    return "\n".join(f"{name:<18}{value}" for name, value in lines)
 
 
 def _spin_law(contents: "TableContents") -> dict[str, Any] | None:
-    """Say what the spin law of a table covers, with its sizes; None if there is none."""
+    """Give the range and sizes of the spin law of a table; None if there is none."""
     if not contents.has_spin:
         return None
     return {
@@ -157,33 +145,19 @@ def _spin_law(contents: "TableContents") -> dict[str, Any] | None:
     }
 
 
-def _spin_text(law: Mapping[str, Any] | None) -> str:
-    """Say what a spin law is, for people."""
-    if law is None:
-        return "none: particles are taken to arrive without spin"
-    (low, high), (slow, fast) = law["alpha_deg"], law["effective_speed"]
-    return (
-        f"{low:g} to {high:g} degrees, effective speeds {slow:g} to {fast:g} m/s, "
-        f"{len(law['shapes'])} shapes, {law['leaves']} leaves"
-    )
-
-
-def _note_lines(
-    declared: Mapping[str, float] | None, worst: Mapping[str, float] | None
-) -> list[str]:
-    """Say where a declaration says little, or is not met by what the file itself stores."""
+def _notes(declared: Mapping[str, float] | None, worst: Mapping[str, float] | None) -> list[str]:
+    """Note a loose declaration, or one that the stored accuracy does not meet."""
     if declared is None:
         return []
+    little = little_declared(declared)
     missed = {name: x for name, x in (worst or {}).items() if x > declared[name]}
-    notes = [little_declared(declared)] if looser_than_compact(declared) else []
-    if missed:
-        notes.append(f"the file stores more than it declares: {errors_text(missed)}")
-    return [f"note              {note}" for note in notes]
+    more = f"the file stores more than it declares: {errors_text(missed)}"
+    return [*([little] if little else []), *([more] if missed else [])]
 
 
 def _declared(config: str) -> dict[str, float] | None:
-    """Read the errors that a configuration allows, unchecked: pydantic would take a second."""
-    from tablegen.config.scenes import parse_toml
+    """Read the declared accuracy without pydantic, which takes a second to load."""
+    from tablegen.config.toml_text import parse_toml
 
     try:
         found = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))

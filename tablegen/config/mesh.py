@@ -22,8 +22,7 @@ from tablegen.config.solids import FlatError, mass_of, principal_axes, true_vert
 from tablegen.config.support_map_builder import make_map
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import MESH_SIZE
-from tablegen.model.shapes import Body
-from tablegen.model.shapes import SupportMap, longest_list
+from tablegen.model.shapes import Body, SupportMap, longest_list
 
 #: Kinds of files that can be read, by suffix.
 SUFFIXES = (".stl", ".obj", ".ply")

@@ -17,8 +17,7 @@ from tablegen.config.messages import refusal, shown
 from tablegen.config.support_map_builder import SLACK
 from tablegen.model.model_bounds import ASPECT
 from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
-from tablegen.model.shapes import FIRST_MESH, MeshArguments
-from tablegen.model.shapes import longest_list
+from tablegen.model.shapes import FIRST_MESH, MeshArguments, longest_list
 
 #: Least probability that the range of a truncated normal law must hold. Below it the normal
 #: quantile loses the digits that tell the ends of the range apart.

@@ -6,9 +6,9 @@ chosen by the same bits.
 
 import numpy as np
 from numpy.typing import NDArray
-from sampler.formats.normal_cubics import PIECES
-from sampler.formats.spin_arrays import EXPERT_STRIDE
-from sampler.formats.spin_bounds import (
+
+from sampler.formats.bounds import (
+    EXPERT_STRIDE,
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
@@ -17,7 +17,7 @@ from sampler.formats.spin_bounds import (
     N_GROUPS,
     N_OUTCOMES,
 )
-
+from sampler.formats.image import PIECES
 from tablegen.model.jit import inline_kernel
 
 Single = NDArray[np.float32]
@@ -62,7 +62,7 @@ def normal_of_word(table: Single, word: np.uint32) -> np.float32:
     Parameters
     ----------
     table : float32 array, shape (257, 4)
-        From `sampler.formats.normal_cubics.normal_table`.
+        From `sampler.formats.image.normal_table`.
     word : uint32
 
     Returns

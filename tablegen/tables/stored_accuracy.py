@@ -1,4 +1,4 @@
-"""A measured accuracy stored in the table that was measured."""
+"""A measured accuracy written into the table that was measured."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,19 +6,16 @@ from pathlib import Path
 from sampler.errors import InputError
 from sampler.files import check_output, find_table
 from sampler.formats.hdf5 import read_table, write_table
-from tablegen.accuracy.spin_measure import spin_accuracy_datasets
+from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.accuracy.validate import Validation
 from tablegen.tables.assembly import accuracy_datasets
 
 
 def check_store(table: str | Path, chosen: bool) -> None:
-    """Refuse, before the measurement, an accuracy that could not be stored.
+    """Refuse a table whose accuracy could not be stored, before anything is measured.
 
-    Parameters
-    ----------
-    table : str or Path
-    chosen : bool
-        Whether the user chose the conditions; stored conditions are spread evenly.
+    It must be named by its path and be writable. ``chosen`` says whether the user chose the
+    conditions; stored ones are evenly spread.
     """
     if chosen:
         raise InputError("--store: got it with --alpha and --speed, allowed: without them")
@@ -28,17 +25,10 @@ def check_store(table: str | Path, chosen: bool) -> None:
 
 
 def store_accuracy(path: str | Path, validation: Validation) -> str:
-    """Replace the accuracy in a table file by that of a validation.
+    """Replace the accuracy stored in a table file; returns the new checksum of its contents.
 
-    Returns
-    -------
-    str
-        New checksum of the contents.
-
-    Raises
-    ------
-    InputError
-        If the file changed since it was measured, or cannot be written.
+    The distances between nodes are stored, noise included, and those of the spin law if it was
+    compared. `InputError` says if the file changed since it was measured, or cannot be written.
     """
     contents = read_table(path)
     if contents.content_sha256 != validation.content_sha256:

@@ -1,157 +1,255 @@
-"""How accuracy is measured: with which random numbers, and with how many states."""
+"""How accuracy is measured: random numbers, numbers of states, nodes, and spin laws."""
 
 import sys
 
 import numpy as np
 import pytest
+from corrupt_tables import copied_node, garbage, spin_flipped
+from spin_laws import WRONG, DirectTable
+from tablegen.config.spin_targets import JointTargets, SpinTargets
 from tiny_tables import ROUGH, TINY
 
+from sampler.formats.layout import ACCURACY, SPIN_DATASETS
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare
-from tablegen.accuracy.measure import FIRST_STREAM, ComparedCondition, measure, sample_size
+from tablegen.accuracy.conditions import Place, pick_spin_conditions
+from tablegen.accuracy.joint_law import compare_chains, drawn_from
+from tablegen.accuracy.measure import (
+    FIRST_SPINNING,
+    FIRST_STREAM,
+    ComparedCondition,
+    measure,
+    measure_spin,
+    sample_size,
+    spin_accuracy_datasets,
+)
+from tablegen.accuracy.node_screening import SAMPLES, WORST, screen
 from tablegen.checkpoints import TaskRunner
-from tablegen.config.metric_table import METRICS, PRESETS
+from tablegen.config.config import load_config
+from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS, worst_spin_stored
 from tablegen.fitting import node
 from tablegen.fitting.node import node_stream
-from tablegen.simulation.simulate import make_condition, simulate, simulate_condition
+from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import first_grid, make_axes
 from tablegen.tables.refine import fit_nodes
 
 MEASURE = sys.modules[measure.__module__]
-SIMULATE = sys.modules[simulate.__module__]
-
-
-def lax():
-    """An accuracy that any table has at the first look."""
-    return ROUGH.accuracy
-
-
-class TestStreams:
-    """A node and a measurement never see the same particle, nor do two conditions."""
-
-    @pytest.fixture
-    def streams(self, monkeypatch):
-        """(module, seed, stream) of every simulation."""
-        seen = []
-
-        def recording(module):
-            def record(*arguments, seed, stream, **options):
-                seen.append((module, seed, stream))
-                return simulate(*arguments, seed=seed, stream=stream, **options)
-
-            return record
-
-        monkeypatch.setattr(node, "simulate", recording("node"))
-        monkeypatch.setattr(MEASURE, "simulate", recording("measure"))
-        return seen
-
-    def test_of_nodes_and_of_measurements_are_apart(self, streams):
-        nodes = fit_nodes(ROUGH, first_grid(ROUGH), TaskRunner())
-        table = Table(assemble(ROUGH, make_axes(ROUGH), nodes))
-        # the seed of the nodes: only the streams keep the two apart
-        conditions = [(40.0, 100.0), (41.0, 120.0), (42.0, 140.0)]
-        measure(table, ROUGH, conditions, seed=ROUGH.table.seed, samples=200)
-        assert {seed for _, seed, _ in streams} == {ROUGH.table.seed}
-        of_nodes = {stream for module, _, stream in streams if module == "node"}
-        measured = [stream for module, _, stream in streams if module == "measure"]
-        assert of_nodes == {node_stream(a, v) for a in (35.0, 45.0) for v in (60.0, 300.0)}
-        assert len(of_nodes) == 4
-        assert max(of_nodes) < FIRST_STREAM
-        assert sorted(measured) == [FIRST_STREAM, FIRST_STREAM + 1, FIRST_STREAM + 2]
-
-    def test_hold_other_particles(self):
-        run = 0.7, 100.0, 100
-        a, b = (
-            simulate(ROUGH, *run, seed=ROUGH.table.seed, stream=stream).state
-            for stream in (0, FIRST_STREAM)
-        )
-        assert not np.isin(a, b).any()
-
-
-class TestMeasure:
-    CONDITIONS = ((40.0, 100.0), (38.0, 250.0))
-
-    def test_is_the_comparison_of_draws_with_simulation(self, tiny):
-        table = tiny.generated.table
-        found = measure(table, TINY, self.CONDITIONS, seed=9, samples=500, targets=lax())
-        for k, (alpha_deg, speed) in enumerate(self.CONDITIONS):
-            alpha1 = np.radians(alpha_deg)
-            direct = simulate(TINY, alpha1, speed, 500, seed=9, stream=FIRST_STREAM + k)
-            drawn = table.sample(alpha1, speed, seed=9, hit=k, index=range(500))
-            assert found[k] == compare(drawn, direct.state, alpha_deg, speed, seed=9)
-
-    def test_simulates_what_the_configuration_says(self, tiny, monkeypatch):
-        """Another resolution of sustained contact, tolerance and population reach the model."""
-        seen = []
-
-        def recording(pair, population, condition, *arguments, **options):
-            seen.append((pair, population, condition))
-            return simulate_condition(pair, population, condition, *arguments, **options)
-
-        monkeypatch.setattr(SIMULATE, "simulate_condition", recording)
-        numerics = {"contact_resolution": 0.01, "tolerance": 1e-8}
-        changes = {"model": numerics, "population": {"shapes": {"prism": 0.0}}}
-        config, place = TINY.with_changes(changes), self.CONDITIONS[:1]
-        measure(tiny.generated.table, config, place, seed=1, samples=100, targets=lax())
-        ((pair, population, condition),) = seen
-        assert (pair, population) == (config.pair, config.population)
-        expected = make_condition(np.radians(40.0), 100.0, resolution=0.01, tolerance=1e-8)
-        assert condition == expected != make_condition(np.radians(40.0), 100.0)
-
-    def test_takes_any_seed(self, tiny):
-        first, second = (
-            measure(tiny.generated.table, TINY, self.CONDITIONS[:1], seed=seed, samples=200)
-            for seed in (2**64 - 1, 2**32 - 1)
-        )
-        assert first != second
-
+PLACES = (Place(40.0, 100.0), Place(38.0, 250.0))
 
 #: Holds for any table.
-LAX = {name: min(metric.most, 9.0) for name, metric in METRICS.items()}
+LAX = ROUGH.accuracy
 
 
-class TestLooks:
-    """More states are taken where noise leaves the verdict open, and nowhere else."""
+@pytest.fixture
+def streams(monkeypatch):
+    """Module, seed, stream and spin of every simulation."""
+    seen = []
 
-    PLACE = ((40.0, 100.0),)
+    def recording(module):
+        def record(*arguments, seed, stream, **options):
+            seen.append((module, seed, stream, options.get("spin")))
+            return simulate(*arguments, seed=seed, stream=stream, **options)
 
-    def found(self, tiny, samples=1000, **accuracy):
-        targets = TINY.with_changes({"accuracy": accuracy}).accuracy
-        (comparison,) = measure(
-            tiny.generated.table, TINY, self.PLACE, seed=1, samples=samples, targets=targets
-        )
-        return comparison
+        return record
 
-    def test_first_look_is_enough_where_everything_is_clear(self, tiny):
-        comparison = self.found(tiny, **LAX)
-        assert comparison.states == 1000
-        far = self.found(tiny, **{**LAX, "ks": 1e-3, "auc": 0.5})
-        assert far.estimates["ks"] != comparison.estimates["ks"]
-
-    @pytest.mark.parametrize("name", METRICS)
-    def test_only_what_is_open_is_measured_again(self, tiny, name):
-        first = self.found(tiny, **LAX)
-        exact = max(METRICS[name].least, 1e-6)
-        # an accuracy that noise neither grants nor refuses: the table is off by a little only
-        open_ = self.found(tiny, **{**LAX, name: max(exact, first.estimates[name].value)})
-        assert open_.states in (3000, 9000)
-        assert open_.estimates[name].standard_error < first.estimates[name].standard_error
-        assert open_.distances()[name] != first.distances()[name]
-        for other in set(first.estimates) - {name}:
-            assert open_.estimates[other] == first.estimates[other]
-
-    def test_more_states_are_those_and_others(self, tiny):
-        """The first states stay; ten thousand more change the distance by less than its noise."""
-        place = ComparedCondition(tiny.generated.table, TINY, 40.0, 100.0, 1, 0)
-        for few, many in zip(place.states(500), place.states(1500), strict=True):
-            np.testing.assert_array_equal(few, many[:500])
+    monkeypatch.setattr(node, "simulate", recording("node"))
+    monkeypatch.setattr(MEASURE, "simulate", recording("measure"))
+    return seen
 
 
-class TestSampleSize:
-    def test_is_larger_for_a_finer_accuracy(self):
-        sizes = [
-            sample_size(TINY.with_changes({"accuracy": PRESETS[name]}).accuracy)
-            for name in ("compact", "standard", "fine")
-        ]
-        assert sizes == [100_000, 400_000, 1_600_000]
+def test_nodes_and_measurements_never_see_the_same_particles(streams):
+    nodes = fit_nodes(ROUGH, first_grid(ROUGH), TaskRunner())
+    table = Table(assemble(ROUGH, make_axes(ROUGH), nodes))
+    # the seed of the nodes: only the streams differ
+    seed = ROUGH.table.seed
+    measure(table, ROUGH, PLACES, seed=seed, samples=200)
+    assert {found for _, found, _, _ in streams} == {seed}
+    of_nodes = {stream for module, _, stream, _ in streams if module == "node"}
+    measured = [stream for module, _, stream, _ in streams if module == "measure"]
+    assert of_nodes == {node_stream(a, v) for a in (35.0, 45.0) for v in (60.0, 300.0)}
+    assert max(of_nodes) < FIRST_STREAM
+    assert sorted(measured) == [FIRST_STREAM, FIRST_STREAM + 1]
+    run = ROUGH, 0.7, 100.0, 100
+    a, b = (simulate(*run, seed=seed, stream=stream).state for stream in (0, FIRST_STREAM))
+    assert not np.isin(a, b).any()
+
+
+def test_compares_draws_with_simulation(tiny):
+    table = tiny.generated.table
+    found = measure(table, TINY, PLACES, seed=9, samples=500, targets=LAX)
+    for k, (alpha_deg, speed, _) in enumerate(PLACES):
+        alpha1 = np.radians(alpha_deg)
+        direct = simulate(TINY, alpha1, speed, 500, seed=9, stream=FIRST_STREAM + k)
+        drawn = table.sample(alpha1, speed, seed=9, hit=k, index=range(500))
+        assert found[k] == compare(drawn, direct.state, alpha_deg, speed, seed=9)
+
+
+@pytest.mark.usefixtures("quick_classifier")
+@pytest.mark.parametrize("name", METRICS)
+def test_only_undecided_distances_are_measured_again_with_more_states(tiny, name):
+    def found(**accuracy):
+        targets = ROUGH.with_changes({"accuracy": accuracy}).accuracy
+        how = {"seed": 1, "samples": 1000, "targets": targets}
+        return measure(tiny.generated.table, TINY, PLACES[:1], **how)[0]
+
+    first = found()
+    assert first.states == 1000
+    # an accuracy that noise neither grants nor refuses: the table is off by a little only
+    again = found(**{name: max(METRICS[name].least, 1e-3, first.estimates[name].value)})
+    assert again.states in (3000, 9000)
+    assert again.estimates[name].standard_error < first.estimates[name].standard_error
+    for other in set(first.estimates) - {name}:
+        assert again.estimates[other] == first.estimates[other]
+
+
+def test_more_states_begin_with_the_same_ones(tiny):
+    place = ComparedCondition(tiny.generated.table, TINY, PLACES[0], 1, 0)
+    for few, many in zip(place.states(500), place.states(1500), strict=True):
+        np.testing.assert_array_equal(few, many[:500])
+
+
+def test_sample_size_grows_with_the_accuracy():
+    accuracies = [TINY.with_changes({"accuracy": PRESETS[name]}).accuracy for name in PRESETS]
+    assert [sample_size(accuracy) for accuracy in accuracies] == [100_000, 400_000, 1_600_000]
+
+
+#: Accuracy of the nodes of the tiny table: fitted to 6000 states, they are off by 0.02 in the
+#: Kolmogorov-Smirnov distance and 0.03 in a correlation.
+TIGHT = TINY.with_changes(
+    {"accuracy": {"ks": 0.03, "sliced_wasserstein": 0.04, "correlation_error": 0.06, "auc": 0.7}}
+)
+NODE = (1, 0)
+
+
+def screened(contents):
+    table = Table(contents, outside="raise")
+    return screen(table, TIGHT, TIGHT.accuracy, seed=1)
+
+
+def test_nodes_of_a_right_table_pass(tiny):
+    """Once in 200 they would not, at most: the stated rate."""
+    found = screened(tiny.generated.table.contents)
+    assert found.missed == ()
+    assert (found.nodes, found.samples) == (4, SAMPLES)
+    assert len(set(found.suspects)) == min(WORST, 4)
+
+
+@pytest.mark.parametrize(
+    ("tamper", "metric"),
+    [
+        (lambda c: garbage(c, np.array([[False, False], [True, False]])), "ks"),
+        (lambda c: copied_node(c, NODE, (1, 1)), "ks"),
+        (lambda c: spin_flipped(c, NODE), "correlation_error"),
+    ],
+    ids=["garbage", "copied", "flipped"],
+)
+def test_one_wrong_node_is_found_and_named(tiny, tamper, metric):
+    found = screened(tamper(tiny.generated.table.contents))
+    assert found.suspects[0] == (45.0, 60.0)
+    (line,) = (line for line in found.missed if line.startswith(f"{metric}: "))
+    assert "at 1 of 4 nodes" in line
+    assert "at 45.00 degrees, 60.0 m/s" in line
+
+
+CONFIG = load_config("corundum-steel").with_changes(
+    {"domain": {"speed": [5.0, 300.0], "extrapolate": True}}
+)
+RIGHT = DirectTable(CONFIG)
+
+#: An accuracy that 3,000 states a side can tell from noise.
+SPIN = SpinTargets(
+    ks=0.05, sliced_wasserstein=0.1, correlation_error=0.2, auc=0.6, joint_ks=0.02, joint_auc=0.53
+)
+
+
+def measured(table, seed=5, conditions=2, targets=SPIN, samples=3000, **settings):
+    places = pick_spin_conditions(CONFIG, conditions, seed)
+    how = {"seed": seed, "samples": samples, "targets": targets} | settings
+    return measure_spin(table, CONFIG, places, **how)
+
+
+def verdict(found, targets=SPIN):
+    return found.judged(targets, found.count)
+
+
+@pytest.fixture(scope="module")
+def right():
+    """Measurement of direct simulation itself."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tablegen.accuracy.metrics.TREES", 20)
+        return measured(RIGHT)
+
+
+@pytest.mark.usefixtures("quick_classifier")
+class TestSpinLaw:
+    """A spin law that is direct simulation holds its accuracy, and five wrong ones miss it."""
+
+    def test_direct_simulation_is_not_missed(self, right):
+        """False alarms: one in two hundred, over all seeds."""
+        assert verdict(right).missed == []
+
+    @pytest.mark.parametrize("name", WRONG)
+    def test_wrong_laws_are_missed(self, name):
+        changed, grain = WRONG[name]
+        # at one condition nobody can see whose grain it was
+        own = grain == "own"
+        found = measured(DirectTable(CONFIG, changed, grain), joint=not own)
+        metric, where = ("ks", ", spin (") if own else ("joint_auc", "at the impacts of chains")
+        (line,) = (x for x in verdict(found).missed if x.startswith(f"spin {metric}: 0."))
+        assert where in line
+
+    def test_more_impacts_are_taken_where_it_is_open(self):
+        how, law = {"seed": 5, "samples": 1000}, drawn_from(RIGHT, 5)
+        first = compare_chains(law, CONFIG, targets=JointTargets(ks=1.0, auc=1.0), **how)
+        open_ = JointTargets(ks=first.estimates["ks"].value, auc=1.0)
+        again = compare_chains(law, CONFIG, targets=open_, **how)
+        assert 800 < first.states < 1200
+        assert again.states > 2500
+        assert again.estimates["ks"].standard_error < first.estimates["ks"].standard_error
+        assert again.estimates["auc"] == first.estimates["auc"]
+
+    def test_a_table_of_few_angles_has_no_chains(self):
+        config = CONFIG.with_changes({"domain": {"alpha_deg": [89.0, 90.0]}})
+        assert compare_chains(drawn_from(DirectTable(config), 1), config, seed=1) is None
+
+    def test_conditions_have_streams_of_their_own_and_both_sides_the_spin(self, streams):
+        places = pick_spin_conditions(CONFIG, 2, 5)
+        measured(RIGHT, joint=False, samples=200)
+        first = FIRST_STREAM + FIRST_SPINNING
+        seen = {(stream, spin) for _, _, stream, spin in streams}
+        assert seen == {(first + k, place.spin) for k, place in enumerate(places)}
+        spin = (0.0, 0.0, -1.0)
+        place = ComparedCondition(RIGHT, CONFIG, Place(45.0, 200.0, spin), 1, 0)
+        drawn, direct = place.states(500)
+        how = {"seed": 1, "index": range(500), "hit": 0}
+        expected = RIGHT.sample(np.radians(45.0), 200.0, spin=list(spin), **how)
+        np.testing.assert_array_equal(drawn, expected)
+        # 0.35 without spin
+        assert abs(direct[:, 0].mean() - 0.62) < 0.03
+
+    def test_is_stored_as_the_layout_says(self, right):
+        for found, lengths in (
+            (right, {"n_spin_conditions": 2, "n_joint": 1}),
+            (None, {"n_spin_conditions": 0, "n_joint": 0}),
+        ):
+            stored = spin_accuracy_datasets(found)
+            layout = [d for d in SPIN_DATASETS if d.path.startswith(ACCURACY)]
+            assert set(stored) == {d.path for d in layout}
+            for dataset in layout:
+                shape = tuple(lengths.get(dim, dim) for dim in dataset.dims)
+                assert stored[dataset.path].shape == shape
+        assert set(worst_spin_stored(spin_accuracy_datasets(right))) == set(SPIN_PRESETS["fine"])
+
+
+# the same at the accuracy that tables declare, with a classifier of full size: minutes
+@pytest.mark.study
+@pytest.mark.parametrize("name", [None, *WRONG])
+def test_spin_laws_at_the_declared_accuracy(name):
+    targets, law = CONFIG.spin_targets, WRONG[name] if name else ()
+    how = {"seed": 9, "conditions": 24, "targets": targets, "samples": None}
+    found = verdict(measured(DirectTable(CONFIG, *law), **how), targets)
+    if name is None:
+        assert (found.missed, found.undecided) == ([], [])
+    else:
+        assert any(line.startswith("spin joint_auc: 0.") for line in found.missed)

@@ -1,4 +1,4 @@
-"""Error and noise of a distance told apart, against closed forms; seeds are fixed."""
+"""Bounds on the distance between two laws, against closed forms; seeds are fixed."""
 
 import numpy as np
 import pytest
@@ -8,15 +8,14 @@ from sklearn.metrics import roc_auc_score
 from tablegen.accuracy.metrics import (
     classifier_scores,
     correlation_error,
-    correlation_variances,
     ks_distances,
     sliced_wasserstein,
     unit_directions,
 )
-from tablegen.accuracy.noise_corrected import ESTIMATES, Settings
+from tablegen.accuracy.noise_corrected import ESTIMATES, Settings, correlation_variances
 from tablegen.config.metric_table import METRICS
 
-#: Metrics that a classifier has no part in.
+#: Metrics without a classifier.
 NAMES = [name for name, metric in METRICS.items() if not metric.learned]
 
 
@@ -24,7 +23,7 @@ def estimate(name, a, b, **settings):
     return ESTIMATES[name](a, b, Settings(**settings))
 
 
-#: What the first component of one sample is shifted by, or correlation that it has besides.
+#: Shift of the first component of one sample, or its additional correlation.
 SHIFT, EXTRA = 0.1, 0.15
 
 
@@ -36,7 +35,7 @@ def normal(seed, count, shift=0.0, correlation=0.3):
     return states
 
 
-#: Distances of the laws: of the shifted, and of the more correlated one.
+#: Distances of the laws of the shifted and of the more correlated sample.
 TRUTH = {
     "ks": 2.0 * norm.cdf(SHIFT / 2.0) - 1.0,
     "sliced_wasserstein": SHIFT * np.abs(unit_directions(64, 3, 0)[:, 0]).mean(),
@@ -45,78 +44,51 @@ TRUTH = {
 
 
 def wrong(name, seed, count):
-    """A sample with the error that `TRUTH` states."""
+    """A sample with the error in `TRUTH`."""
     if name == "correlation_error":
         return normal(seed, count, correlation=0.3 + EXTRA)
     return normal(seed, count, shift=SHIFT)
 
 
-class TestValues:
-    """The distances are those of `tablegen.accuracy.metrics`, by other ways."""
-
-    SAMPLES = normal(1, 3000, shift=0.02), normal(2, 2500)
-
-    def test_kolmogorov_smirnov(self):
-        found = estimate("ks", *self.SAMPLES)
-        np.testing.assert_array_equal(found.by_variable, ks_distances(*self.SAMPLES))
-        assert found.value == max(found.distance)
-
-    def test_sliced_wasserstein(self):
-        found = estimate("sliced_wasserstein", *self.SAMPLES, seed=3)
-        exact = sliced_wasserstein(*self.SAMPLES, seed=3)
-        assert found.distance == pytest.approx(exact, rel=1e-3)
-
-    def test_correlation(self):
-        assert estimate("correlation_error", *self.SAMPLES).value == correlation_error(
-            *self.SAMPLES
-        )
-
-    def test_auc(self):
-        a, b = self.SAMPLES
-        # of the longer sample no more states than of the other
-        scores = classifier_scores(a[:2500], b, 4, 1000)
-        found = estimate("auc", a, b, seed=4, trained=1000)
-        expected = roc_auc_score(np.repeat([1, 0], 1500), np.concatenate(scores))
-        assert found.value == pytest.approx(expected)
-        # of a Mann-Whitney statistic without a difference
-        null = np.sqrt((1500 + 1500 + 1) / (12 * 1500 * 1500))
-        assert found.standard_error == pytest.approx(null, rel=0.05)
-        few = estimate("auc", a, b, seed=4, classified=800)
-        assert few == estimate("auc", a[:800], b[:800], seed=4, trained=400)
-
-    def test_one_variable_has_no_correlation(self):
-        a, b = (x[:, :1] for x in self.SAMPLES)
-        found = estimate("correlation_error", a, b)
-        assert (found.value, found.held_out, found.noise) == (0.0, 0.0, 0.0)
-
-    @pytest.mark.parametrize("name", NAMES)
-    def test_constant_variables_do_no_harm(self, name):
-        a, b = (np.column_stack((x, np.ones(len(x)))) for x in self.SAMPLES)
-        found = estimate(name, a, b)
-        assert np.isfinite([found.value, found.standard_error, found.noise]).all()
-        assert found.value == pytest.approx(estimate(name, *self.SAMPLES).value, abs=0.01)
+SAMPLES = normal(1, 3000, shift=0.02), normal(2, 2500)
 
 
-class TestCorrelationVariances:
-    def test_of_a_normal_pair(self):
-        """(1 - r^2)^2, with standard errors of one per cent."""
-        found = correlation_variances(normal(5, 100_000, correlation=0.6))
-        assert found[0, 1] == pytest.approx((1.0 - 0.36) ** 2, rel=0.05)
-        assert found[0, 2] == pytest.approx(1.0, rel=0.05)
-        np.testing.assert_allclose(np.diag(found), 0.0, atol=1e-9)
+def test_distances_are_those_of_the_metrics():
+    found = estimate("ks", *SAMPLES)
+    np.testing.assert_array_equal(found.by_variable, ks_distances(*SAMPLES))
+    assert found.value == max(found.distance)
+    exact = sliced_wasserstein(*SAMPLES, seed=3)
+    assert estimate("sliced_wasserstein", *SAMPLES, seed=3).value == pytest.approx(exact, rel=1e-3)
+    assert estimate("correlation_error", *SAMPLES).value == correlation_error(*SAMPLES)
+    # as many states of each sample
+    scores = classifier_scores(SAMPLES[0][:2500], SAMPLES[1], 4, 1000)
+    found = estimate("auc", *SAMPLES, seed=4, trained=1000)
+    expected = roc_auc_score(np.repeat([1, 0], 1500), np.concatenate(scores))
+    assert found.value == pytest.approx(expected)
+    # Mann-Whitney statistic without a difference
+    null = np.sqrt((1500 + 1500 + 1) / (12 * 1500 * 1500))
+    assert found.standard_error == pytest.approx(null, rel=0.05)
 
-    def test_of_a_pair_that_is_not_normal(self):
-        """Against repetition: 400 samples give the variance within 20 % (2.8 standard errors)."""
-        rng = np.random.default_rng(6)
 
-        def heavy(count):
-            x = rng.exponential(size=(count, 2)) ** 1.5
-            return np.column_stack((x[:, 0], x[:, 0] + x[:, 1]))
+@pytest.mark.parametrize("name", NAMES)
+def test_constant_variables_do_no_harm(name):
+    found = estimate(name, *(np.column_stack((x, np.ones(len(x)))) for x in SAMPLES))
+    assert np.isfinite([found.value, found.standard_error, found.noise]).all()
+    assert found.value == pytest.approx(estimate(name, *SAMPLES).value, abs=0.01)
 
-        repeated = np.var([np.corrcoef(heavy(2000).T)[0, 1] for _ in range(400)]) * 2000
-        found = correlation_variances(heavy(200_000))[0, 1]
-        assert found == pytest.approx(repeated, rel=0.2)
-        assert found != pytest.approx((1.0 - 0.5) ** 2, rel=0.2)  # what normality would say
+
+def test_correlation_variance_of_a_pair_that_is_not_normal():
+    """Against repetition: 400 samples give the variance within 20 % (2.8 standard errors)."""
+    rng = np.random.default_rng(6)
+
+    def heavy(count):
+        x = rng.exponential(size=(count, 2)) ** 1.5
+        return np.column_stack((x[:, 0], x[:, 0] + x[:, 1]))
+
+    repeated = np.var([np.corrcoef(heavy(2000).T)[0, 1] for _ in range(400)]) * 2000
+    found = correlation_variances(heavy(200_000))[0, 1]
+    assert found == pytest.approx(repeated, rel=0.2)
+    assert found != pytest.approx((1.0 - 0.5) ** 2, rel=0.2)  # as normality would give
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -126,33 +98,31 @@ class TestRepeated:
     COUNT, PAIRS = 8000, 60
 
     def repeated(self, name, make):
-        return [
+        """Values with their errors, held-out differences with theirs, and the mean noise."""
+        found = [
             estimate(name, make(2 * k), normal(2 * k + 1, self.COUNT)) for k in range(self.PAIRS)
         ]
+        rows = [(e.value, e.standard_error, e.held_out, e.held_out_error) for e in found]
+        return *np.array(rows).T, np.mean([e.noise for e in found])
 
-    def test_noise_is_what_equal_laws_give(self, name):
-        found = self.repeated(name, lambda seed: normal(seed, self.COUNT))
-        values = np.array([e.value for e in found])
-        noise = np.mean([e.noise for e in found])
-        # the components and pairs are not quite independent, and noise is rounded up by that
+    def test_equal_laws(self, name):
+        values, _, held, held_errors, noise = self.repeated(name, lambda s: normal(s, self.COUNT))
+        # components and pairs are not quite independent, which makes the noise a little too large
         assert np.mean(values) == pytest.approx(noise, rel=0.15)
-
-    def test_held_out_difference_is_centred_for_equal_laws(self, name):
-        found = self.repeated(name, lambda seed: normal(seed, self.COUNT))
-        scores = np.array([e.held_out / e.held_out_error for e in found])
+        scores = held / held_errors
         assert abs(scores.mean()) < 3.3 / np.sqrt(self.PAIRS)
         assert scores.max() < 4.2  # 60 normal numbers: 1e-3 would be above
 
     def test_brackets_the_error(self, name):
-        found = self.repeated(name, lambda seed: wrong(name, seed, self.COUNT))
-        values, errors = np.array([(e.value, e.standard_error) for e in found]).T
-        held, held_errors = np.array([(e.held_out, e.held_out_error) for e in found]).T
+        values, errors, held, held_errors, _ = self.repeated(
+            name, lambda s: wrong(name, s, self.COUNT)
+        )
         mean_error = 3.3 / np.sqrt(self.PAIRS)
         assert values.mean() > TRUTH[name] - mean_error * errors.mean()
         assert held.mean() < TRUTH[name] + mean_error * held_errors.mean()
         assert (values + 4.2 * errors > TRUTH[name]).all()
         assert (held - 4.2 * held_errors < TRUTH[name]).all()
-        # ... and narrowly: what is half as large is told apart, and twice as large
+        # ... and narrowly: half and twice the distance are told apart
         assert held.mean() > 0.7 * TRUTH[name]
         assert values.mean() < 1.4 * TRUTH[name]
 
