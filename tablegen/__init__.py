@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from tablegen.measured.calibrate import calibrate as calibrate
     from tablegen.measured.compare import MeasuredComparison as MeasuredComparison
     from tablegen.measured.compare import compare as compare
+    from tablegen.measured.measurements import Measurements as Measurements
     from tablegen.measured.reader import read_measurements as read_measurements
-    from tablegen.measured.records import Measurements as Measurements
     from tablegen.measured.result import Calibration as Calibration
     from tablegen.model.one_rebound import draw as draw
     from tablegen.model.one_rebound import grain as grain
@@ -48,7 +48,7 @@ import_late(
         "tablegen.simulation.direct": ("DirectModel",),
         "tablegen.tables.generate": ("Generated", "generate"),
         "tablegen.measured.reader": ("read_measurements",),
-        "tablegen.measured.records": ("Measurements",),
+        "tablegen.measured.measurements": ("Measurements",),
         "tablegen.model.one_rebound": ("draw", "grain", "rebound"),
         "tablegen.simulation.simulate": ("Simulation", "simulate"),
         "tablegen.measured.compare": ("MeasuredComparison", "compare"),

@@ -1,4 +1,4 @@
-"""Options that `compare` and `calibrate` have in common: measured rebounds and a picture."""
+"""Options of both `compare` and `calibrate`: measured rebounds and a picture."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,45 +8,48 @@ import click
 
 from sampler.commands import options
 from sampler.commands.file_types import Named
+from sampler.errors import InputError
 from tablegen.commands import bounded
 
 #: Name or path of a file of measurements.
 MEASURED = Named(".csv")
 
-_TILT = options.Number("0 to 28.6 degrees", 0.0, 28.6)
+#: Endings of pictures.
+KINDS = (".png", ".pdf", ".svg")
 
 Decorator = Callable[[Any], Any]
 
 
 def speed(text: str) -> Decorator:
-    """Make the option ``--speed`` of rows that state none."""
+    """Add ``--speed``, of rows that state none."""
     return click.option("--speed", type=bounded.SPEED, metavar="M_S", help=text)
 
 
 def wall_tilt(text: str) -> Decorator:
-    """Make the option ``--wall-tilt`` of a rough wall."""
+    """Add ``--wall-tilt``, of a rough wall."""
+    tilt = options.Number("0 to 28.6 degrees", 0.0, 28.6)
     return click.option(
-        "--wall-tilt", type=_TILT, default=0.0, show_default=True, metavar="DEG", help=text
+        "--wall-tilt", type=tilt, default=0.0, show_default=True, metavar="DEG", help=text
     )
 
 
 def picture(text: str) -> Decorator:
-    """Make the option ``--picture``."""
+    """Add ``--picture``."""
     return click.option(
         "--picture",
         type=options.OUTPUT,
         metavar="F.png|pdf|svg",
-        callback=_drawable,
+        callback=_check_picture,
         help=text,
     )
 
 
-def _drawable(_context: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
-    """Refuse a picture that cannot be drawn before any time is spent on what it shows."""
-    from tablegen.measured.comparison_picture import check_picture
+def _check_picture(_context: click.Context, _option: click.Parameter, path: Path | None) -> Any:
+    """Refuse a picture that cannot be drawn before any other work."""
     from tablegen.tasks.style import require_matplotlib
 
     if path is not None:
         require_matplotlib("--picture")
-        check_picture(path)
+        if path.suffix.lower() not in KINDS:
+            raise InputError(f"--picture: got {path}, allowed: a name in {', '.join(KINDS)}")
     return path

@@ -1,11 +1,11 @@
-"""Fit a material pair to measured rebounds."""
+"""Calibration: fit a material pair to measured rebounds."""
 
 import hashlib
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -14,33 +14,17 @@ from sampler.errors import InputError
 from sampler.files.atomic import check_output, write_text
 from sampler.files.locate import find_measurements
 from sampler.inputs.rows import as_integer
-from tablegen.config.config import Config, parse_config
+from tablegen.config.config import Config
 from tablegen.config.defaults import CALIBRATE_COUNT
-from tablegen.measured.ends import (
-    Rows,
-    errors_of_fit,
-    errors_of_numbers,
-    numbers_beside,
-    particles_of_end,
-    settled,
-)
-from tablegen.measured.evaluations import Evaluations
-from tablegen.measured.impact_speeds import impact_speeds
-from tablegen.measured.pair_file import (
-    Provenance,
-    comment_text,
-    fitted_config,
-)
-from tablegen.measured.parameters import default_names, make_parameters
+from tablegen.measured.measurements import SPREAD, Measurements, impact_speeds
+from tablegen.measured.pair_file import Provenance, fitted_config, with_comments
+from tablegen.measured.parameters import SHAPES, WALL_TILT, default_names, make_parameters
 from tablegen.measured.reader import read_measurements
-from tablegen.measured.records import Measurements
-from tablegen.measured.result import Calibration
-from tablegen.measured.rows import check_spreads, chosen_rows, split_rows
-from tablegen.measured.search import STAGES, Search, Stage, most_particles
-from tablegen.measured.simulated_moments import SimulatedRows
-from tablegen.measured.targets import make_targets
-from tablegen.measured.trial_pairs import TrialPairs
-from tablegen.measured.uncertainty import correlations
+from tablegen.measured.result import Calibration, FittedNumber
+from tablegen.measured.search import STAGES, Search, Stage, make_targets, most_particles_after
+from tablegen.measured.simulated_rows import Scenario, SimulatedRows
+from tablegen.measured.trials import Evaluations, TrialPairs
+from tablegen.measured.uncertainty import errors_of_numbers, uncertainty_of_fit
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import check_run
 from tablegen.tasks.checkpoint import CheckpointStore
@@ -50,17 +34,26 @@ from tablegen.tasks.software import software
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200
 
+#: Angles [degrees] that differ by less are the same.
+_SAME_ANGLE = 1e-6
+
+#: The seed of the reported numbers differs by this from that of the fit, whose coordinates follow
+#: the chance of its own random numbers a little.
+_OTHER_SEED = 0x5EED
+
 
 @dataclass(frozen=True)
 class _Task:
-    """What is asked for, checked."""
+    """Checked arguments of a calibration."""
 
     measurements: Measurements
     checksum: str
     start: Config
     free: tuple[str, ...]
+    #: Rows that the fit uses, and rows that are held out.
     used: list[int]
     held: list[int]
+    #: Impact speeds of all rows, and the one of rows that state none.
     speeds: FloatArray
     speed: float | None
     wall_tilt_deg: float
@@ -77,6 +70,28 @@ class _Task:
         numbers = hashlib.sha256(b"".join(a.astype("<f8").tobytes() for a in data)).hexdigest()
         rest = (self.free, self.held, self.wall_tilt_deg, self.count, self.seed)
         return f"{software()}\n{self.start.text}\n{numbers}\n{rest}"
+
+    @property
+    def provenance(self) -> Provenance:
+        """Origin of the fit, for its file."""
+        stated = np.isfinite(self.measurements.speed).all()
+        return Provenance(
+            self.measurements,
+            self.checksum,
+            self.start.name,
+            self.free,
+            self.count,
+            self.seed,
+            None if stated else self.speed,
+        )
+
+
+class _Part(NamedTuple):
+    """Rows of the measurements with their search."""
+
+    rows: list[int]
+    measurements: Measurements
+    search: Search
 
 
 def calibrate(
@@ -97,10 +112,9 @@ def calibrate(
 ) -> Calibration:
     """Fit free parameters of a material pair to measured rebounds, by least squares.
 
-    Means and, where measured, spreads are weighted by their accuracies, which follow from measured
-    spread and count of particles. Where no count is stated all rows weigh the same, e_n and e_t as
-    if accurate to 0.02 and their spreads to 0.05 (`tablegen.measured.targets`), and the errors
-    of the fit follow from its residuals.
+    Means and, if measured, spreads are weighted by their accuracies, which follow from the measured
+    spread and the count of particles. Without a count they are assumed
+    (`tablegen.measured.search.make_targets`), and the errors of the fit follow from its residuals.
 
     The search begins at the given pair and at random ones, with few particles, and goes on from the
     best with more (`tablegen.measured.search`).
@@ -114,18 +128,18 @@ def calibrate(
     output : str or Path, optional
         File to write the fitted pair to. Finished simulations stay in ``OUTPUT.parts`` until then.
     free : sequence of str, optional
-        Paths of the fields that are free (`tablegen.measured.parameters.allowed_names`); by
-        default the coefficients of both laws and the mean aspect ratio.
+        Paths of the free fields (`tablegen.measured.parameters.allowed_names`); by default the
+        coefficients of both laws and the mean aspect ratio.
     hold_out : sequence of float
         Angles [degrees] whose rows are predicted and not used.
     count : int
         Particles of each shape at each condition, 200 or more.
     seed : int
-        0 to 2**64 - 1, of the particles and of the random starts.
+        0 to 2**64 - 1, for the particles and the random starts.
     speed : float, optional
         Impact speed [m/s] of rows that state none; needed if the law depends on it.
     wall_tilt_deg : float
-        Roughness of the wall, degrees: fixed, or where the search starts if it is free.
+        Roughness of the wall, degrees: fixed, or the start of the search if it is free.
     resume, discard : bool
         Use, or remove, the simulations of an interrupted run. With neither, they are refused.
     threads : int, optional
@@ -141,47 +155,19 @@ def calibrate(
     ------
     InputError
         If measurements, pair and free parameters do not go together, or the output cannot be
-        written; one line with what was given and what is allowed.
+        written.
     """
     as_integer("count", count, _FEWEST, 2**31, f"{_FEWEST} or more")
     check_run(count, seed, 0, threads)
-    task = _task(measured, start, free, hold_out, count, seed, speed, wall_tilt_deg, threads)
-    path = check_output(output) if output is not None else None
-    trials = TrialPairs(start, make_parameters(start, task.free, wall_tilt_deg), wall_tilt_deg)
-    with ExitStack() as stack:
-        store = None
-        if path is not None:
-            store = CheckpointStore(path, task.fingerprint, resume=resume, discard=discard)
-            stack.enter_context(store)
-        stack.enter_context(threadpool_limits(limits=1, user_api="blas"))
-        made = _fitted(task, trials, store, path, progress)
-        if path is not None and store is not None:
-            write_text(path, made.config.text)
-            store.remove()
-    return made
-
-
-def _task(
-    measured: Measurements | str | Path,
-    start: Config,
-    free: Sequence[str] | None,
-    hold_out: Sequence[float],
-    count: int,
-    seed: int,
-    speed: float | None,
-    wall_tilt_deg: float,
-    threads: int | None,
-) -> _Task:
-    """Check what belongs together."""
     checksum = ""
     if not isinstance(measured, Measurements):
         checksum = hashlib.sha256(find_measurements(measured).read_bytes()).hexdigest()
         measured = read_measurements(measured)
     names = tuple(default_names(start) if free is None else free)
-    used, held = split_rows(measured, hold_out)
-    check_spreads(measured, start, names, wall_tilt_deg)
+    used, held = _split_rows(measured, hold_out)
+    _check_spreads(measured, start, names, wall_tilt_deg)
     speeds = impact_speeds(start.pair, measured, speed)
-    return _Task(
+    task = _Task(
         measured,
         checksum,
         start,
@@ -189,99 +175,133 @@ def _task(
         used,
         held,
         speeds,
-        speed if not np.isfinite(measured.speed).all() else None,
+        speed,
         wall_tilt_deg,
         count,
         seed,
         threads,
     )
+    path = check_output(output) if output is not None else None
+    trials = TrialPairs(start, make_parameters(start, names, wall_tilt_deg), wall_tilt_deg)
+    with ExitStack() as stack:
+        store = None
+        if path is not None:
+            store = CheckpointStore(path, task.fingerprint, resume=resume, discard=discard)
+            stack.enter_context(store)
+        stack.enter_context(threadpool_limits(limits=1, user_api="blas"))
+        made = _fitted(
+            task, trials, store, "fitted" if path is None else _pair_name(path), progress
+        )
+        if path is not None and store is not None:
+            write_text(path, made.config.text)
+            store.remove()
+    return made
+
+
+def _split_rows(
+    measurements: Measurements, hold_out: Sequence[float]
+) -> tuple[list[int], list[int]]:
+    """Separate the rows that a fit uses from those at held-out angles [degrees]."""
+    angles = measurements.alpha_deg
+    for angle in hold_out:
+        if not np.any(np.abs(angles - angle) < _SAME_ANGLE):
+            allowed = ", ".join(f"{a:g}" for a in np.unique(angles))
+            raise InputError(f"hold_out: got {angle:g} degrees, allowed: {allowed}")
+    held = [
+        k for k, a in enumerate(angles) if any(abs(a - angle) < _SAME_ANGLE for angle in hold_out)
+    ]
+    used = [k for k in range(len(angles)) if k not in held]
+    if not used:
+        raise InputError(f"hold_out: got all {len(held)} rows, allowed: fewer, so that some remain")
+    return used, held
+
+
+def _check_spreads(
+    measurements: Measurements, config: Config, free: Sequence[str], wall_tilt_deg: float
+) -> None:
+    """Refuse measured spreads if all rebounds of the pair are equal."""
+    population = config.population
+    spheres = set(population.shapes.positive()) == {"sphere"} and not population.meshes
+    varied = wall_tilt_deg > 0.0 or any(n == WALL_TILT or n.startswith(SHAPES) for n in free)
+    spread = [n for n, m in measurements.moments.items() if np.isfinite(m.std).any()]
+    if spheres and not varied and spread:
+        raise InputError(
+            f"{spread[0]}{SPREAD}: got spreads, which spheres on a smooth wall do not have, "
+            f"allowed: other shapes, or {WALL_TILT} among the free parameters"
+        )
+
+
+def _pair_name(path: Path) -> str:
+    """Name a pair after its file, with the characters that names have."""
+    plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in path.stem)
+    return plain.lstrip("._-")[:100] or "fitted"
 
 
 def _fitted(
-    task: _Task,
-    trials: TrialPairs,
-    store: CheckpointStore | None,
-    path: Path | None,
-    progress: bool,
+    task: _Task, trials: TrialPairs, store: CheckpointStore | None, name: str, progress: bool
 ) -> Calibration:
-    """Search, and work out what is known of the end."""
-    totals = [most_particles(stage, trials, task.count) for stage in STAGES]
-    # slopes are taken of rows that are held out as well
-    totals.append((1 + bool(task.held)) * particles_of_end(trials, task.count))
+    """Search, and work out the result."""
+    totals = [stage.most_particles(trials, task.count) for stage in STAGES]
+    # slopes are also taken of the rows that are held out
+    totals.append((1 + bool(task.held)) * most_particles_after(trials, task.count))
     with bar(progress, "particle", total=sum(totals), unit_scale=True) as counted:
-        rows, held = (
-            _rows(task, trials, at, store, counted.update) for at in (task.used, task.held)
+        used, held = (
+            _part(task, trials, rows, store, counted.update) for rows in (task.used, task.held)
         )
-        _check_enough(rows, trials)
-        search = Search(rows.evaluations, rows.targets, task.count)
-        x = search.run(task.seed, _stage_by_stage(counted, totals))
+        m, p = len(used.search.targets), len(trials.labels)
+        if m < p:
+            raise InputError(
+                f"free: got {p} free numbers for {m} measured means and spreads in "
+                f"{len(used.rows)} rows, allowed: up to {m}"
+            )
+        x = used.search.run(task.seed, _stage_by_stage(counted, totals))
         counted.set_description_str("errors", refresh=False)
-        x, slopes = settled(rows, search, x, task.count)
-        found = errors_of_fit(rows, search, x, slopes, task.count)
-        name = "fitted" if path is None else _pair_name(path)
-        config = fitted_config(task.start, trials.changes(x), name, task.measurements, task.used)
+        x, slopes = used.search.settle(x)
+        found = uncertainty_of_fit(used.measurements, used.search, x, slopes)
+        config = fitted_config(task.start, trials.changes(x), name, used.measurements)
         numbers = [
-            one
-            for part, held_out in ((rows, False), (held, True))
-            for one in numbers_beside(part, config, x, found.covariance, task.count, held_out)
+            *_numbers(used, config, x, found.covariance, held_out=False),
+            *_numbers(held, config, x, found.covariance, held_out=True),
         ]
-    errors, covariance = errors_of_numbers(trials, x, found)
+    errors, correlation = errors_of_numbers(trials, x, found)
     made = Calibration(
         config=config,
         labels=trials.labels,
-        given=trials.numbers(trials.start),
+        given=trials.numbers(trials.space.start),
         values=trials.numbers(x),
         errors=errors,
-        correlation=correlations(covariance),
+        correlation=correlation,
         numbers=tuple(numbers),
         scatter=found.scatter,
         freedom=found.freedom,
         warnings=found.warnings,
         wall_tilt_deg=trials.wall_tilt_deg(x),
     )
-    return _with_comments(made, task)
+    return replace(made, config=with_comments(made, task.provenance))
 
 
-def _rows(
+def _part(
     task: _Task,
     trials: TrialPairs,
-    at: list[int],
+    rows: list[int],
     store: CheckpointStore | None,
     on_simulated: Callable[[int], Any],
-) -> Rows:
-    """Take some rows, with their simulations."""
-    part = chosen_rows(task.measurements, at)
-    speed = task.speeds[at]
+) -> _Part:
+    """Make the search of some rows."""
+    part, speed = task.measurements.rows(rows), task.speeds[rows]
+    moments = None
+    if rows:
+        scenario = Scenario.of(task.start, task.wall_tilt_deg)
+        first = SimulatedRows(scenario, part.alpha_deg, speed, seed=task.seed, threads=task.threads)
+        moments = first.moments(_FEWEST)
     evaluations = Evaluations(
         trials, part.alpha_deg, speed, task.seed, task.threads, store, on_simulated
     )
-    if not at:
-        return Rows(part, at, evaluations, make_targets(part, None))
-    first = SimulatedRows(
-        task.start.pair,
-        task.start.population,
-        part.alpha_deg,
-        speed,
-        seed=task.seed,
-        numerics=task.start.model,
-        wall_tilt_deg=task.wall_tilt_deg,
-        threads=task.threads,
-    ).moments(_FEWEST)
-    return Rows(part, at, evaluations, make_targets(part, first))
-
-
-def _check_enough(rows: Rows, trials: TrialPairs) -> None:
-    """Refuse fewer measured numbers than free ones."""
-    m, p = len(rows.targets.measured), len(trials.start)
-    if m < p:
-        raise InputError(
-            f"free: got {p} free numbers for {m} measured means and spreads in "
-            f"{len(rows.at)} rows, allowed: up to {m}"
-        )
+    return _Part(rows, part, Search(evaluations, make_targets(part, moments), task.count))
 
 
 def _stage_by_stage(counted: Any, totals: Sequence[int]) -> Callable[[Stage], None]:
-    """Tell a progress bar what a stage that begins will take, and those after it, at most."""
+    """Tell a progress bar at each stage how many particles are left at most."""
 
     def begin(stage: Stage) -> None:
         counted.total = counted.n + sum(totals[STAGES.index(stage) :])
@@ -290,23 +310,32 @@ def _stage_by_stage(counted: Any, totals: Sequence[int]) -> Callable[[Stage], No
     return begin
 
 
-def _pair_name(path: Path) -> str:
-    """Name of a pair after its file, with the characters that names have."""
-    plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in path.stem)
-    return plain.lstrip("._-")[:100] or "fitted"
-
-
-def _with_comments(made: Calibration, task: _Task) -> Calibration:
-    """Calibration whose pair has a text that says how it was made."""
-    provenance = Provenance(
-        task.measurements,
-        task.checksum,
-        task.start.name,
-        task.free,
-        task.count,
-        task.seed,
-        task.speed,
-    )
-    comments = comment_text(made, provenance)
-    config = parse_config(f"{comments}\n{made.config.text}", made.config.name)
-    return replace(made, config=config)
+def _numbers(
+    part: _Part, config: Config, x: FloatArray, covariance: FloatArray, held_out: bool
+) -> list[FittedNumber]:
+    """Simulate the measured numbers of the fitted pair with other random numbers."""
+    if not part.rows:
+        return []
+    evaluations, targets, count = part.search.evaluations, part.search.targets, part.search.count
+    scenario = Scenario.of(config, evaluations.trials.wall_tilt_deg(x))
+    rows = evaluations.simulated(scenario, evaluations.seed ^ _OTHER_SEED)
+    values, chances = targets.pick(rows.moments(count))
+    slopes = evaluations.slopes(x, count, targets.pick, central=True)
+    variance = np.einsum("mp,pq,mq->m", slopes, covariance, slopes)
+    predicted = np.sqrt(np.maximum(variance, 0.0) + chances**2)
+    stated = part.measurements.speed
+    return [
+        FittedNumber(
+            row=part.rows[target.row],
+            alpha_deg=float(part.measurements.alpha_deg[target.row]),
+            speed=float(stated[target.row]) if np.isfinite(stated[target.row]) else None,
+            column=target.column,
+            measured=target.measured,
+            accuracy=float(target.accuracy),
+            simulated=float(values[k]),
+            chance=float(chances[k]),
+            predicted=float(predicted[k]),
+            held_out=held_out,
+        )
+        for k, target in enumerate(targets)
+    ]

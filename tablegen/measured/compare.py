@@ -1,4 +1,4 @@
-"""Simulated means and spreads beside measured ones, with the chance error of each."""
+"""Comparison of simulated means and spreads with measured ones."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,12 +7,10 @@ import numpy as np
 
 from tablegen.config.config import Config
 from tablegen.config.defaults import COMPARE_COUNT
-from tablegen.config.population import Population
-from tablegen.measured.impact_speeds import impact_speeds
+from tablegen.measured.measurements import QUANTITIES, Measurements, impact_speeds
+from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.reader import read_measurements
-from tablegen.measured.records import QUANTITIES, Measurements
-from tablegen.measured.simulated_moments import SimulatedRows
-from tablegen.measured.strata import SimulatedMoments
+from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.model.float_array import FloatArray
 
 
@@ -20,19 +18,19 @@ from tablegen.model.float_array import FloatArray
 class Agreement:
     """Means, or standard deviations, of one quantity at n conditions; arrays of shape (n,).
 
-    NaN where nothing was measured, and where a standard error is not known.
+    NaN if nothing was measured, or a standard error is not known.
     """
 
     measured: FloatArray
     #: Standard error, from the count and the spread of the row.
     measured_error: FloatArray
     simulated: FloatArray
-    #: One standard deviation of what another seed would give.
+    #: One standard deviation of the results of other seeds.
     simulated_error: FloatArray
 
     @property
     def deviation(self) -> FloatArray:
-        """What is simulated less what is measured."""
+        """Simulated less measured values."""
         return self.simulated - self.measured
 
     @property
@@ -41,17 +39,29 @@ class Agreement:
         error = np.hypot(self.measured_error, self.simulated_error)
         return self.deviation / np.where(error > 0.0, error, np.nan)
 
+    @property
+    def rms(self) -> float | None:
+        """Root mean square of the deviations; None if nothing was measured."""
+        known = self.deviation[np.isfinite(self.deviation)]
+        return float(np.sqrt(np.mean(known**2))) if known.size else None
+
+    @property
+    def largest(self) -> float | None:
+        """Largest absolute deviation; None if nothing was measured."""
+        known = np.abs(self.deviation[np.isfinite(self.deviation)])
+        return float(known.max()) if known.size else None
+
 
 @dataclass(frozen=True)
 class MeasuredComparison:
-    """Simulated rebounds beside measured ones.
+    """Simulated and measured rebounds.
 
     Attributes
     ----------
     pair : str
         Name of the material pair.
     shape : str or None
-        What was simulated of the pair's population; None: all.
+        Simulated part of the pair's population; None: all.
     measured : Measurements
     speed : (n,) float64
         Impact speeds of the simulation, m/s.
@@ -87,7 +97,7 @@ def compare(
     threads: int | None = None,
     progress: bool = False,
 ) -> MeasuredComparison:
-    """Simulate what was measured, and put both side by side.
+    """Simulate measured impacts and compare the rebounds.
 
     Parameters
     ----------
@@ -124,20 +134,11 @@ def compare(
     """
     data = measured if isinstance(measured, Measurements) else read_measurements(measured)
     speeds = impact_speeds(config.pair, data, speed)
-    population: Population = config.population
+    scenario = Scenario.of(config, wall_tilt_deg)
     if shape is not None:
-        population = population.restricted_to(shape)
-    found = SimulatedRows(
-        config.pair,
-        population,
-        data.alpha_deg,
-        speeds,
-        seed=seed,
-        numerics=config.model,
-        wall_tilt_deg=wall_tilt_deg,
-        threads=threads,
-    ).moments(count, progress)
-    means, spreads = _agreements(data, found)
+        scenario = scenario._replace(population=config.population.restricted_to(shape))
+    rows = SimulatedRows(scenario, data.alpha_deg, speeds, seed=seed, threads=threads)
+    means, spreads = _agreements(data, rows.moments(count, progress))
     return MeasuredComparison(
         pair=config.pair_name,
         shape=shape,
@@ -155,16 +156,18 @@ def compare(
 def _agreements(
     measured: Measurements, simulated: SimulatedMoments
 ) -> tuple[dict[str, Agreement], dict[str, Agreement]]:
-    """Means and spreads of what was measured, beside those of the simulation."""
+    """Pair measured means and spreads with simulated ones."""
     means, spreads = {}, {}
     for name in QUANTITIES:
         moments = measured.moments[name]
         if not np.isfinite(moments.mean).any():
             continue
         error = moments.std / np.sqrt(measured.count)
-        ours = simulated.mean[name], simulated.mean_error[name]
-        means[name] = Agreement(moments.mean, error, *ours)
+        means[name] = Agreement(
+            moments.mean, error, simulated.mean[name], simulated.mean_error[name]
+        )
         # the error of a spread is taken to be that of a normal law
-        ours = simulated.std[name], simulated.std_error[name]
-        spreads[name] = Agreement(moments.std, error / np.sqrt(2.0), *ours)
+        spreads[name] = Agreement(
+            moments.std, error / np.sqrt(2.0), simulated.std[name], simulated.std_error[name]
+        )
     return means, spreads

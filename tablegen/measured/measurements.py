@@ -1,0 +1,170 @@
+"""Measured rebound statistics: the quantities, the record of a file, and its rows.
+
+A quantity is one number of each rebound; its mean and its standard deviation over many particles
+are measured. With u, v, w the velocity after the impact over the impact speed V, in the wall frame
+(x along the tangential velocity before the impact, y into the gas), and the impact angle alpha from
+the wall:
+
+- e_n = v / sin(alpha), normal restitution of the centre of mass;
+- e_t = u / cos(alpha), tangential restitution, undefined at 90 degrees;
+- rebound_angle_deg: the mean is the angle of the mean velocity from the wall, atan2(mean v, mean
+  u); the spread is that of the particles' own angles atan2(v, u), both in the impact plane;
+- out_of_plane_deg = asin(w / sqrt(u^2 + v^2 + w^2)), angle between velocity and impact plane;
+- omega_z: spin about z times a / V, negative for a particle that rolls forward.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sampler.errors import InputError
+from tablegen.config.pairs import MaterialPair
+from tablegen.model.float_array import FloatArray
+
+#: End of the name of a column of standard deviations.
+SPREAD = "_std"
+
+#: Impact speed [m/s] of rows without one if the rebounds do not depend on it.
+_ANY_SPEED = 100.0
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of a rebound that can be measured."""
+
+    #: Column of `tablegen.measured.moments.variables_of`.
+    variable: int
+    #: Heading of its table, and the number of decimals there.
+    title: str
+    digits: int
+    #: Label of its axis.
+    label: str
+    #: Assumed standard error of a mean in a row without a count.
+    accuracy: float
+
+
+#: Quantities by the name of their column.
+QUANTITIES: Mapping[str, Quantity] = {
+    "e_n": Quantity(
+        variable=1,
+        title="e_n, normal restitution v+/|v-|",
+        digits=3,
+        label=r"normal restitution $v^+/|v^-|$",
+        accuracy=0.02,
+    ),
+    "e_t": Quantity(
+        variable=0,
+        title="e_t, tangential restitution u+/u-",
+        digits=3,
+        label=r"tangential restitution $u^+/u^-$",
+        accuracy=0.02,
+    ),
+    "rebound_angle_deg": Quantity(
+        variable=2,
+        title="rebound angle from the wall [degrees]",
+        digits=2,
+        label="rebound angle [°]",
+        accuracy=1.0,
+    ),
+    "out_of_plane_deg": Quantity(
+        variable=3,
+        title="angle out of the impact plane [degrees]",
+        digits=2,
+        label="angle out of the impact plane [°]",
+        accuracy=1.0,
+    ),
+    "omega_z": Quantity(
+        variable=4,
+        title="omega_z, spin times a/V",
+        digits=3,
+        label=r"spin $\Omega_z^+\,a/V$",
+        accuracy=0.02,
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Mean and standard deviation of one quantity at each of n conditions; NaN: not measured."""
+
+    #: Shape (n,).
+    mean: FloatArray
+    std: FloatArray
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Measured rebounds at n impact conditions.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file, without its ending.
+    alpha_deg : (n,) float64
+        Impact angle from the wall, degrees.
+    speed : (n,) float64
+        Impact speed, m/s; NaN if not stated.
+    moments : mapping of str to Moments
+        For each of `QUANTITIES`.
+    count : (n,) float64
+        Number of particles; NaN if not stated.
+    source, remarks : tuple of n str
+        Reference of each row, and notes on it.
+    about : mapping of str to str
+        Lines ``# key: value`` at the top of the file, such as title, particle and wall.
+    """
+
+    name: str
+    alpha_deg: FloatArray
+    speed: FloatArray
+    moments: Mapping[str, Moments]
+    count: FloatArray
+    source: tuple[str, ...]
+    remarks: tuple[str, ...]
+    about: Mapping[str, str]
+
+    def rows(self, rows: Sequence[int]) -> "Measurements":
+        """Select some rows."""
+        at = np.asarray(rows, dtype=np.int64)
+        return Measurements(
+            name=self.name,
+            alpha_deg=self.alpha_deg[at],
+            speed=self.speed[at],
+            moments={name: Moments(m.mean[at], m.std[at]) for name, m in self.moments.items()},
+            count=self.count[at],
+            source=tuple(self.source[k] for k in at),
+            remarks=tuple(self.remarks[k] for k in at),
+            about=self.about,
+        )
+
+
+def impact_speeds(
+    pair: MaterialPair, measured: Measurements, speed: float | None = None
+) -> FloatArray:
+    """Choose the impact speed of each row.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+    measured : Measurements
+    speed : float, optional
+        Speed of the rows that state none, m/s.
+
+    Returns
+    -------
+    (n,) float64
+        m/s.
+
+    Raises
+    ------
+    InputError
+        If a row states no speed, none is given, and the rebounds depend on the speed.
+    """
+    unstated = np.isnan(measured.speed)
+    if speed is None and unstated.any() and pair.restitution.depends_on_speed:
+        raise InputError(
+            f"speed: missing for {unstated.sum()} of {unstated.size} rows of {measured.name}, "
+            "allowed: the speed of those rows in m/s, because the restitution depends on it"
+        )
+    return np.where(unstated, _ANY_SPEED if speed is None else speed, measured.speed)
