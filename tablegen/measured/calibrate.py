@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,10 +17,10 @@ from sampler.inputs.rows import as_integer
 from tablegen.config.config import Config
 from tablegen.config.defaults import CALIBRATE_COUNT
 from tablegen.measured.measurements import SPREAD, Measurements, impact_speeds
-from tablegen.measured.pair_file import Provenance, fitted_config, with_comments
+from tablegen.measured.pair_file import fitted_config, with_comments
 from tablegen.measured.parameters import SHAPES, WALL_TILT, default_names, make_parameters
 from tablegen.measured.reader import read_measurements
-from tablegen.measured.result import Calibration, FittedNumber
+from tablegen.measured.result import Calibration, FittedNumber, Task
 from tablegen.measured.search import STAGES, Search, Stage, make_targets, most_particles_after
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.measured.trials import Evaluations, TrialPairs
@@ -29,7 +29,6 @@ from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import check_run
 from tablegen.tasks.checkpoint import CheckpointStore
 from tablegen.tasks.progress import bar
-from tablegen.tasks.software import software
 
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200
@@ -40,50 +39,6 @@ _SAME_ANGLE = 1e-6
 #: The seed of the reported numbers differs by this from that of the fit, whose coordinates follow
 #: the chance of its own random numbers a little.
 _OTHER_SEED = 0x5EED
-
-
-@dataclass(frozen=True)
-class _Task:
-    """Checked arguments of a calibration."""
-
-    measurements: Measurements
-    checksum: str
-    start: Config
-    free: tuple[str, ...]
-    #: Rows that the fit uses, and rows that are held out.
-    used: list[int]
-    held: list[int]
-    #: Impact speeds of all rows, and the one of rows that state none.
-    speeds: FloatArray
-    speed: float | None
-    wall_tilt_deg: float
-    count: int
-    seed: int
-    threads: int | None
-
-    @property
-    def fingerprint(self) -> str:
-        """Everything that decides the result."""
-        m = self.measurements
-        data = [m.alpha_deg, self.speeds, m.count]
-        data += [part for one in m.moments.values() for part in (one.mean, one.std)]
-        numbers = hashlib.sha256(b"".join(a.astype("<f8").tobytes() for a in data)).hexdigest()
-        rest = (self.free, self.held, self.wall_tilt_deg, self.count, self.seed)
-        return f"{software()}\n{self.start.text}\n{numbers}\n{rest}"
-
-    @property
-    def provenance(self) -> Provenance:
-        """Origin of the fit, for its file."""
-        stated = np.isfinite(self.measurements.speed).all()
-        return Provenance(
-            self.measurements,
-            self.checksum,
-            self.start.name,
-            self.free,
-            self.count,
-            self.seed,
-            None if stated else self.speed,
-        )
 
 
 class _Part(NamedTuple):
@@ -166,20 +121,19 @@ def calibrate(
     names = tuple(default_names(start) if free is None else free)
     used, held = _split_rows(measured, hold_out)
     _check_spreads(measured, start, names, wall_tilt_deg)
-    speeds = impact_speeds(start.pair, measured, speed)
-    task = _Task(
-        measured,
-        checksum,
-        start,
-        names,
-        used,
-        held,
-        speeds,
-        speed,
-        wall_tilt_deg,
-        count,
-        seed,
-        threads,
+    task = Task(
+        measurements=measured,
+        checksum=checksum,
+        start=start,
+        free=names,
+        used=used,
+        held=held,
+        speeds=impact_speeds(start.pair, measured, speed),
+        speed=speed,
+        wall_tilt_deg=wall_tilt_deg,
+        count=count,
+        seed=seed,
+        threads=threads,
     )
     path = check_output(output) if output is not None else None
     trials = TrialPairs(start, make_parameters(start, names, wall_tilt_deg), wall_tilt_deg)
@@ -238,7 +192,7 @@ def _pair_name(path: Path) -> str:
 
 
 def _fitted(
-    task: _Task, trials: TrialPairs, store: CheckpointStore | None, name: str, progress: bool
+    task: Task, trials: TrialPairs, store: CheckpointStore | None, name: str, progress: bool
 ) -> Calibration:
     """Search, and work out the result."""
     totals = [stage.most_particles(trials, task.count) for stage in STAGES]
@@ -254,7 +208,12 @@ def _fitted(
                 f"free: got {p} free numbers for {m} measured means and spreads in "
                 f"{len(used.rows)} rows, allowed: up to {m}"
             )
-        x = used.search.run(task.seed, _stage_by_stage(counted, totals))
+
+        def begin(stage: Stage) -> None:
+            counted.total = counted.n + sum(totals[STAGES.index(stage) :])
+            counted.set_description_str(stage.name, refresh=False)
+
+        x = used.search.run(task.seed, begin)
         counted.set_description_str("errors", refresh=False)
         x, slopes = used.search.settle(x)
         found = uncertainty_of_fit(used.measurements, used.search, x, slopes)
@@ -277,11 +236,11 @@ def _fitted(
         warnings=found.warnings,
         wall_tilt_deg=trials.wall_tilt_deg(x),
     )
-    return replace(made, config=with_comments(made, task.provenance))
+    return replace(made, config=with_comments(made, task))
 
 
 def _part(
-    task: _Task,
+    task: Task,
     trials: TrialPairs,
     rows: list[int],
     store: CheckpointStore | None,
@@ -298,16 +257,6 @@ def _part(
         trials, part.alpha_deg, speed, task.seed, task.threads, store, on_simulated
     )
     return _Part(rows, part, Search(evaluations, make_targets(part, moments), task.count))
-
-
-def _stage_by_stage(counted: Any, totals: Sequence[int]) -> Callable[[Stage], None]:
-    """Tell a progress bar at each stage how many particles are left at most."""
-
-    def begin(stage: Stage) -> None:
-        counted.total = counted.n + sum(totals[STAGES.index(stage) :])
-        counted.set_description_str(stage.name, refresh=False)
-
-    return begin
 
 
 def _numbers(

@@ -142,19 +142,7 @@ class Measurements:
 def impact_speeds(
     pair: MaterialPair, measured: Measurements, speed: float | None = None
 ) -> FloatArray:
-    """Choose the impact speed of each row.
-
-    Parameters
-    ----------
-    pair : MaterialPair
-    measured : Measurements
-    speed : float, optional
-        Speed of the rows that state none, m/s.
-
-    Returns
-    -------
-    (n,) float64
-        m/s.
+    """Choose the impact speed of each row, (n,), m/s: its own, or the given one.
 
     Raises
     ------

@@ -19,17 +19,10 @@ _U, _V = 0, 1
 
 
 def variables_of(state: FloatArray) -> FloatArray:
-    """Compute the variables of rebounds whose moments are kept.
+    """Compute the variables (m, 5) whose moments are kept, from states (m, 6) of rebounds.
 
-    Parameters
-    ----------
-    state : (m, 6) float64
-
-    Returns
-    -------
-    (m, 5) float64
-        u and v over V, angles from the wall in the impact plane and out of it [degrees], and
-        omega_z a/V.
+    They are u and v over V, the angles from the wall in the impact plane and out of it [degrees],
+    and omega_z a/V.
     """
     u, v, w = state[:, 0], state[:, 1], state[:, 2]
     in_plane = np.degrees(np.arctan2(v, u))
@@ -99,17 +92,7 @@ class Strata:
     moments: CentralMoments
 
     def mixed(self, shares: ArrayLike | None = None) -> SimulatedMoments:
-        """Compute the moments of a mixture of the shapes.
-
-        Parameters
-        ----------
-        shares : (s,) array, optional
-            Shares of the shapes, of sum 1; by default those of the population.
-
-        Returns
-        -------
-        SimulatedMoments
-        """
+        """Compute the moments of a mixture with other shares (s,) of sum 1."""
         given = np.asarray(self.shares if shares is None else shares, dtype=np.float64)
         weight = given[None, :, None]
         part = self.moments
@@ -159,17 +142,17 @@ def influences(
 
     Parameters
     ----------
-    variables : sequence of s (q, 5) float64
+    variables : sequence of s arrays (q, 5)
         `variables_of` particles of each shape.
     shares : (s,) float64
     alpha : float
         Impact angle [rad].
     columns : sequence of k str
-        Names of the moments: quantities, and quantities with `SPREAD`.
+        Quantities for means, quantities with `SPREAD` for spreads.
 
     Returns
     -------
-    list of s (q, k) float64
+    list of s arrays (q, k)
     """
     mean = sum(w * x.mean(axis=0) for w, x in zip(shares, variables, strict=True))
     square = sum(w * ((x - mean) ** 2).mean(axis=0) for w, x in zip(shares, variables, strict=True))

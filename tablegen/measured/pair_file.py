@@ -7,7 +7,7 @@ import re
 import textwrap
 import tomllib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import tomli_w
@@ -17,7 +17,7 @@ from tablegen.config.config import Config, parse_config
 from tablegen.config.scenes import Tree, merged
 from tablegen.measured.measurements import Measurements
 from tablegen.measured.parameters import WALL_TILT
-from tablegen.measured.result import Calibration, FittedNumber
+from tablegen.measured.result import Calibration, FittedNumber, Task
 
 #: Characters of a comment line, and of a list of numbers on one line.
 _WIDTH, _LIST_WIDTH = 100, 80
@@ -29,40 +29,11 @@ _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
 _MOST_CORRELATIONS, _LEAST_CORRELATION = 12, 0.5
 
 
-@dataclass(frozen=True)
-class Provenance:
-    """Origin of a fit."""
-
-    measurements: Measurements
-    #: SHA-256 of the file of measurements; empty without a file.
-    checksum: str
-    start: str
-    free: tuple[str, ...]
-    count: int
-    seed: int
-    #: Speed of the rows that state none.
-    speed: float | None
-
-
 def fitted_config(start: Config, changes: Tree, name: str, used: Measurements) -> Config:
     """Lay fitted numbers over a pair.
 
     The range of speeds of a fitted law of restitution is that of the rows, if all state one. The
-    materials are those that the measurements name.
-
-    Parameters
-    ----------
-    start : Config
-    changes : dict
-        Fields of the pair file; the roughness, which is not one, is left out.
-    name : str
-        Name of the new pair.
-    used : Measurements
-        Rows of the fit.
-
-    Returns
-    -------
-    Config
+    materials are those that the measurements name. The roughness has no place in the file.
     """
     fields = {key: value for key, value in changes.items() if key != WALL_TILT}
     tree = merged(tomllib.loads(start.text), fields)
@@ -97,10 +68,10 @@ def _on_one_line(found: re.Match[str]) -> str:
     return line if len(line) <= _LIST_WIDTH else found[0]
 
 
-def with_comments(made: Calibration, provenance: Provenance) -> Config:
+def with_comments(made: Calibration, task: Task) -> Config:
     """Put comments about a fit at the head of its pair."""
     sections = [
-        _origin(made, provenance),
+        _origin(made, task),
         ["How closely it follows:", *_indented(_summary(made))],
         ["Fitted numbers:", *_indented(_parameters(made))],
     ]
@@ -133,13 +104,8 @@ def fit_lines(made: Calibration) -> Iterator[str]:
 
 def _wrapped(text: str, indent: str = "") -> list[str]:
     """Break a text into lines of comments."""
-    return textwrap.wrap(
-        text,
-        _WIDTH - len("# "),
-        subsequent_indent=indent,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+    whole_words = {"break_long_words": False, "break_on_hyphens": False}
+    return textwrap.wrap(text, _WIDTH - len("# "), subsequent_indent=indent, **whole_words)
 
 
 def _indented(lines: Sequence[str]) -> list[str]:
@@ -147,22 +113,22 @@ def _indented(lines: Sequence[str]) -> list[str]:
     return [f"  {line}" for line in lines]
 
 
-def _origin(made: Calibration, provenance: Provenance) -> list[str]:
+def _origin(made: Calibration, task: Task) -> list[str]:
     """Write the data and settings of a fit."""
-    data, start, tilt = provenance.measurements, provenance.start, made.wall_tilt_deg
-    checksum = f" (SHA-256 {provenance.checksum})" if provenance.checksum else ""
+    data, start, tilt = task.measurements, task.start.name, made.wall_tilt_deg
+    checksum = f" (SHA-256 {task.checksum})" if task.checksum else ""
     lines = [
         *_wrapped(f"Fitted to measured rebounds: {data.about.get('title', data.name)}."),
         "",
         *_wrapped(
             f"Made by tablegen calibrate of rebound-tables {sampler.__version__} from the file "
             f"{data.name}.csv{checksum}, starting from the pair {start}; seed "
-            f"{provenance.seed}, {provenance.count} particles of each shape at each condition."
+            f"{task.seed}, {task.count} particles of each shape at each condition."
         ),
-        *_wrapped(f"Free: {', '.join(provenance.free)}. All else is as in {start}."),
+        *_wrapped(f"Free: {', '.join(task.free)}. All else is as in {start}."),
     ]
-    if provenance.speed is not None:
-        lines += _wrapped(f"Rows that state no speed were simulated at {provenance.speed:g} m/s.")
+    if task.speed is not None and not np.isfinite(data.speed).all():
+        lines += _wrapped(f"Rows that state no speed were simulated at {task.speed:g} m/s.")
     if tilt > 0.0:
         lines += _wrapped(
             f"The wall is rough: its facets tilt by {tilt:.3g} degrees (standard deviation), "
@@ -186,7 +152,7 @@ def _correlations(made: Calibration) -> list[str]:
     """Write the largest correlations between fitted numbers."""
     pairs = [
         (made.correlation[j, k], made.labels[j], made.labels[k])
-        for j, k in zip(*np.triu_indices(len(made.labels), 1), strict=True)
+        for j, k in combinations(range(len(made.labels)), 2)
         if abs(made.correlation[j, k]) >= _LEAST_CORRELATION
     ]
     pairs.sort(key=lambda pair: -abs(pair[0]))

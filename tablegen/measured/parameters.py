@@ -4,10 +4,11 @@ A name is the path of a field of the pair file, such as ``pair.resistance.streng
 hold several numbers are freed together.
 """
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import reduce
-from typing import Self
+from typing import NamedTuple
 
 import numpy as np
 
@@ -61,6 +62,8 @@ class Range:
 
 #: Restitution.
 _UNIT = Range(low=0.0, high=1.0, first=0.1, last=0.95, step=0.04)
+_RESISTANCE = Range(low=1e-3, high=1e2, first=0.05, last=2.0, step=0.05, logarithmic=True)
+_TABLE = Range(low=0.0, high=20.0, first=0.0, last=1.5, step=0.1)
 _SHARE = Range(low=0.0, high=1.0, first=0.0, last=1.0, step=0.05)
 _FRICTION = Range(low=0.0, high=10.0, first=0.05, last=1.0, step=0.02)
 #: Coordinates of both coefficients of friction: the static one, and the ratio of the dynamic one.
@@ -92,18 +95,13 @@ LAWS: Mapping[tuple[str, str], Mapping[str, Range]] = {
         "strength": Range(low=-10.0, high=10.0, first=-6.0, last=3.0, step=0.2),
         "factor": Range(low=1e-3, high=1e2, first=0.1, last=10.0, step=0.1, logarithmic=True),
     },
-    ("resistance", "constant"): {
-        "value": Range(low=1e-3, high=1e2, first=0.05, last=2.0, step=0.05, logarithmic=True)
-    },
-    ("resistance", "tabulated"): {
-        "value": Range(low=0.0, high=20.0, first=0.0, last=1.5, step=0.1)
-    },
+    ("resistance", "constant"): {"value": _RESISTANCE},
+    ("resistance", "tabulated"): {"value": _TABLE},
     ("resistance", "coulomb"): {"static": _FRICTION, "dynamic": _FRICTION},
 }
 
 
-@dataclass(frozen=True)
-class Space:
+class Space(NamedTuple):
     """Coordinates of a search, (p,) float64 each: the start, and the ranges as in `Range`."""
 
     start: FloatArray
@@ -118,36 +116,19 @@ class Space:
         """Width of the range in which random starts lie."""
         return self.last - self.first
 
-    @classmethod
-    def joined(cls, spaces: Sequence["Space"]) -> Self:
-        """Join the coordinates of several spaces."""
-        names = [field.name for field in fields(cls)]
-        return cls(*(np.concatenate([getattr(one, name) for one in spaces]) for name in names))
-
 
 @dataclass(frozen=True)
 class Parameter:
-    """Numbers of a pair file that are freed together.
-
-    Attributes
-    ----------
-    name : str
-    labels : tuple of k str
-        Names of the numbers.
-    places : tuple of (str, shape)
-        Dotted paths of the fields that hold the numbers, and the shape of each.
-    scale : Coordinates
-    space : Space
-        Of the k coordinates.
-    rounded : bool
-        Whether a file gets rounded numbers, which could break a rule between them.
-    """
+    """Numbers of a pair file that are freed together."""
 
     name: str
-    labels: tuple[str, ...]
-    places: tuple[tuple[str, tuple[int, ...]], ...]
+    #: Names of the k numbers.
+    labels: Sequence[str]
     scale: Coordinates
     space: Space
+    #: Shape of each field that holds some of the numbers, by its path.
+    shapes: Mapping[str, tuple[int, ...]]
+    #: Whether a file gets rounded numbers, which could break a rule between them.
     rounded: bool = True
 
     def changes(self, x: FloatArray) -> Tree:
@@ -160,10 +141,10 @@ class Parameter:
     def _fields(self, values: FloatArray) -> Tree:
         """Make the fields for numbers."""
         found: Tree = {}
-        for path, shape in self.places:
-            size = int(np.prod(shape))
-            found = merged(found, _nested(path, values[:size].reshape(shape).tolist()))
-            values = values[size:]
+        for path, shape in self.shapes.items():
+            size = math.prod(shape)
+            numbers, values = values[:size], values[size:]
+            found = merged(found, _nested(path, numbers.reshape(shape).tolist()))
         return found
 
 
@@ -172,16 +153,15 @@ class ShareParameter(Parameter):
     """Shares of some shapes among all; those of the others keep their ratios."""
 
     #: Weights of the others, and the sum of all weights.
-    others: Mapping[str, float] | None = None
+    others: Mapping[str, float] = field(default_factory=dict)
     total: float = 1.0
 
     def _fields(self, values: FloatArray) -> Tree:
         """Make the weights for shares."""
-        others = self.others or {}
-        left = max(1.0 - values.sum(), 0.0) / sum(others.values())
+        left = max(1.0 - values.sum(), 0.0) / sum(self.others.values())
         shapes = [label.removeprefix(f"{SHAPES}.") for label in self.labels]
         made = dict(zip(shapes, values.tolist(), strict=True))
-        made |= {shape: _rounded(weight * left) for shape, weight in others.items()}
+        made |= {shape: _rounded(weight * left) for shape, weight in self.others.items()}
         weights = {shape: self.total * share for shape, share in made.items()}
         return {"population": {"shapes": weights}}
 
@@ -206,20 +186,14 @@ def _given(config: Config, path: str) -> FloatArray:
 def _space(
     labels: Sequence[str], given: FloatArray, ranges: Sequence[Range], scale: Coordinates
 ) -> Space:
-    """Make the coordinates of given numbers (k,), with a range for each.
-
-    Raises
-    ------
-    InputError
-        If a number is out of its range.
-    """
+    """Make the coordinates of given numbers (k,), with a range for each; refuse others."""
     ends = np.array([(r.low, r.high, r.first, r.last) for r in ranges]).T
     low, high, first, last = scale.coordinates(ends) if scale is LOGARITHM else ends
     start, slack = scale.coordinates(given), 1e-9 * (high - low)
-    for k in np.flatnonzero((start < low - slack) | (start > high + slack)):
-        allowed = f"{ranges[k].low:g} to {ranges[k].high:g}"
-        got = shown(float(given[k]))
-        raise InputError(f"{labels[k]}: got {got} to start from, allowed: {allowed}")
+    for k, one in enumerate(ranges):
+        if not low[k] - slack[k] <= start[k] <= high[k] + slack[k]:
+            got, allowed = shown(float(given[k])), f"{one.low:g} to {one.high:g}"
+            raise InputError(f"{labels[k]}: got {got} to start from, allowed: {allowed}")
     step = np.array([r.step for r in ranges])
     return Space(np.clip(start, low, high), low, high, first, last, step)
 
@@ -229,14 +203,14 @@ def _field(name: str, given: FloatArray, allowed: Range) -> Parameter:
     places = ["".join(f"[{k}]" for k in place) for place in np.ndindex(given.shape)]
     if given.ndim == 2 and given.shape[1] == 1:
         places = [f"[{k}]" for k in range(len(given))]
-    labels = tuple(name + place for place in places)
+    labels = [name + place for place in places]
     polynomial = name == POLYNOMIAL
     if polynomial:
         scale = bernstein(given.size, np.pi / 2)
     else:
         scale = LOGARITHM if allowed.logarithmic else PLAIN
     space = _space(labels, given.ravel(), [allowed] * given.size, scale)
-    return Parameter(name, labels, ((name, given.shape),), scale, space, rounded=not polynomial)
+    return Parameter(name, labels, scale, space, {name: given.shape}, rounded=not polynomial)
 
 
 def _both_frictions(config: Config) -> Parameter:
@@ -244,17 +218,11 @@ def _both_frictions(config: Config) -> Parameter:
     labels = (STATIC, DYNAMIC)
     given = np.array([_given(config, label) for label in labels])
     space = _space(labels, given, _BOTH_FRICTIONS, DESCENDING)
-    return Parameter(STATIC, labels, ((STATIC, ()), (DYNAMIC, ())), DESCENDING, space)
+    return Parameter(STATIC, labels, DESCENDING, space, {STATIC: (), DYNAMIC: ()})
 
 
 def _shares(config: Config, names: Sequence[str]) -> Parameter:
-    """Make the parameter of the shares of some shapes.
-
-    Raises
-    ------
-    InputError
-        If there is no other shape.
-    """
+    """Make the parameter of the shares of some shapes."""
     weights = config.population.shapes.model_dump(by_alias=True)
     total = sum(weights.values())
     rest = {name: w for name, w in weights.items() if w > 0.0 and name not in names}
@@ -262,11 +230,11 @@ def _shares(config: Config, names: Sequence[str]) -> Parameter:
     free = list(names) if rest else list(names[:-1])
     if not free:
         raise InputError(f"free: got {SHAPES}.{names[0]}, the only shape, allowed: one of several")
-    labels = tuple(f"{SHAPES}.{name}" for name in free)
+    labels = [f"{SHAPES}.{name}" for name in free]
     given = np.array([weights[name] / total for name in free])
     space = _space(labels, given, [_SHARE] * len(free), SHARES)
     others = rest or {names[-1]: 1.0}
-    return ShareParameter(SHAPES, labels, (), SHARES, space, others=others, total=total)
+    return ShareParameter(SHAPES, labels, SHARES, space, {}, others=others, total=total)
 
 
 def _ranges(config: Config) -> dict[str, Range]:
@@ -316,20 +284,7 @@ def default_names(config: Config) -> tuple[str, ...]:
 def make_parameters(
     config: Config, names: Sequence[str], wall_tilt_deg: float = 0.0
 ) -> tuple[Parameter, ...]:
-    """Make the parameters of free names.
-
-    Parameters
-    ----------
-    config : Config
-        Pair that the search starts from.
-    names : sequence of str
-        Some of `allowed_names`.
-    wall_tilt_deg : float
-        Roughness that the search starts from, if it is free.
-
-    Returns
-    -------
-    tuple of Parameter
+    """Make the parameters of free names, with the pair and the roughness to start from.
 
     Raises
     ------
@@ -349,15 +304,16 @@ def make_parameters(
     for name in names:
         if name == WALL_TILT:
             made.append(_field(name, np.array(wall_tilt_deg), ranges[name]))
-        elif name == STATIC and both:
-            made.append(_both_frictions(config))
-        elif name in (STATIC, DYNAMIC):
-            if not both:
-                made.append(_field(name, _given(config, name), _beside(config, name)))
+        elif both and name in (STATIC, DYNAMIC):
+            made += [_both_frictions(config)] if name == STATIC else []
         elif not name.startswith(SHAPES):
-            made.append(_field(name, _given(config, name), ranges[name]))
-    if SHAPES in names:
-        made.append(_shares(config, [*config.population.shapes.positive()]))
-    elif shapes := [name.removeprefix(f"{SHAPES}.") for name in names if name.startswith(SHAPES)]:
-        made.append(_shares(config, shapes))
+            allowed_range = _beside(config, name) if name in (STATIC, DYNAMIC) else ranges[name]
+            made.append(_field(name, _given(config, name), allowed_range))
+    shapes = [name.removeprefix(f"{SHAPES}.") for name in names if name.startswith(SHAPES)]
+    if shapes:
+        made.append(
+            _shares(
+                config, shapes if SHAPES not in names else [*config.population.shapes.positive()]
+            )
+        )
     return tuple(made)

@@ -21,15 +21,7 @@ _MEASURED, _SIMULATED = "#000000", "#0072b2"
 def comparison_picture(found: MeasuredComparison, name: str) -> Picture:
     """Draw a panel for each measured quantity: means with bands of one standard deviation.
 
-    Parameters
-    ----------
-    found : MeasuredComparison
-    name : str
-        Name of the file; its ending selects the format.
-
-    Returns
-    -------
-    Picture
+    The ending of the name of the file selects the format.
     """
     quantities = list(found.means)
     columns = min(len(quantities), 2)
@@ -87,15 +79,7 @@ def _draw_panel(axes: Any, found: MeasuredComparison, quantity: str) -> None:
 def fit_picture(made: Calibration, name: str) -> Picture:
     """Draw measured and simulated numbers of a calibration, and below them the residuals.
 
-    Parameters
-    ----------
-    made : Calibration
-    name : str
-        Name of the file; its ending selects the format.
-
-    Returns
-    -------
-    Picture
+    The ending of the name of the file selects the format.
     """
     fitted = {number.column.removesuffix(SPREAD) for number in made.numbers}
     quantities = [quantity for quantity in QUANTITIES if quantity in fitted]

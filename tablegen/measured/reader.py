@@ -45,10 +45,10 @@ class _Line(NamedTuple):
     number: int
     cells: Sequence[str]
 
-    def error(self, message: str, column: str = "") -> InputError:
+    def refusal(self, got: str, allowed: str, column: str = "") -> InputError:
         """Make the error of a line, or of one cell."""
         place = f"{self.file}: line {self.number}" + (f", {column}" if column else "")
-        return InputError(f"{place}: {message}")
+        return InputError(f"{place}: {got}, allowed: {allowed}")
 
 
 class _Row(NamedTuple):
@@ -59,7 +59,7 @@ class _Row(NamedTuple):
 
     def refusal(self, column: str, got: str, allowed: str) -> InputError:
         """Make the error of a cell."""
-        return self.line.error(f"got {got}, allowed: {allowed}", column)
+        return self.line.refusal(f"got {got}", allowed, column)
 
 
 class _Range(NamedTuple):
@@ -102,25 +102,7 @@ def read_measurements(name_or_path: str | os.PathLike[str]) -> Measurements:
 
 
 def parse_measurements(text: str, name: str, file: str) -> Measurements:
-    """Read measured rebounds from the text of a file.
-
-    Parameters
-    ----------
-    text : str
-    name : str
-        Name of the measurements.
-    file : str
-        Name of the file, for error messages.
-
-    Returns
-    -------
-    Measurements
-
-    Raises
-    ------
-    InputError
-        If the text cannot be used.
-    """
+    """Read measured rebounds from the text of a file, whose name is for error messages."""
     lines = _lines(text, file)
     if not lines:
         raise InputError(f"{file}: got no line but comments, allowed: a line of column names")
@@ -154,7 +136,7 @@ def _lines(text: str, file: str) -> list[_Line]:
             (cells,) = csv.reader([line], strict=True, skipinitialspace=True)
         except csv.Error as error:
             allowed = "cells with commas between them, quoted if they hold one"
-            raise _Line(file, number, ()).error(f"got {error}, allowed: {allowed}") from None
+            raise _Line(file, number, ()).refusal(f"got {error}", allowed) from None
         found.append(_Line(file, number, [cell.strip() for cell in cells]))
     return found
 
@@ -164,24 +146,24 @@ def _check_columns(header: _Line) -> None:
     names, one_of = header.cells, f"one of {', '.join(QUANTITIES)} at least"
     for separator, words in _OTHER_SEPARATORS.items():
         if len(names) == 1 and separator in names[0]:
-            raise header.error(f"got {words} between columns, allowed: commas")
+            raise header.refusal(f"got {words} between columns", "commas")
     for k, column in enumerate(names):
         if column not in COLUMNS:
-            raise header.error(f"got column {shown(column)}, allowed: {', '.join(COLUMNS)}")
+            raise header.refusal(f"got column {shown(column)}", ", ".join(COLUMNS))
         if column in names[:k]:
-            raise header.error(f"got column {shown(column)} twice, allowed: once")
+            raise header.refusal(f"got column {shown(column)} twice", "once")
     for column in REQUIRED:
         if column not in names:
             allowed = f"{', '.join(REQUIRED)} and {one_of}"
-            raise header.error(f"column {shown(column)} is missing, allowed: {allowed}")
+            raise header.refusal(f"column {shown(column)} is missing", allowed)
     if not set(QUANTITIES) & set(names):
-        raise header.error(f"got no measured quantity, allowed: {one_of}")
+        raise header.refusal("got no measured quantity", one_of)
 
 
 def _row(line: _Line, columns: Sequence[str]) -> _Row:
     """Sort the cells of a line by column."""
     if len(line.cells) != len(columns):
-        raise line.error(f"got {len(line.cells)} cells, allowed: {len(columns)}")
+        raise line.refusal(f"got {len(line.cells)} cells", str(len(columns)))
     row = _Row(line, dict(zip(columns, line.cells, strict=True)))
     for column in REQUIRED:
         if not row.cells[column]:
@@ -204,8 +186,8 @@ def _numbers(row: _Row) -> dict[str, float]:
         if math.isnan(values.get(quantity, 0.0)):
             raise row.refusal(column, cell, f"a spread beside its mean, {quantity}")
     if all(math.isnan(values[quantity]) for quantity in QUANTITIES):
-        allowed_values = f"a value for one of {', '.join(QUANTITIES)} at least"
-        raise row.line.error(f"got no measured quantity, allowed: {allowed_values}")
+        one_of = f"a value for one of {', '.join(QUANTITIES)} at least"
+        raise row.line.refusal("got no measured quantity", one_of)
     return values
 
 

@@ -1,13 +1,46 @@
-"""Result of a calibration."""
+"""Task and result of a calibration, as records."""
 
+import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from tablegen.config.config import Config
-from tablegen.measured.measurements import SPREAD
+from tablegen.measured.measurements import SPREAD, Measurements
 from tablegen.model.float_array import FloatArray
+from tablegen.tasks.software import software
+
+
+@dataclass(frozen=True)
+class Task:
+    """Checked arguments of a calibration."""
+
+    measurements: Measurements
+    #: SHA-256 of the file of measurements; empty without a file.
+    checksum: str
+    start: Config
+    free: tuple[str, ...]
+    #: Rows that the fit uses, and rows that are held out.
+    used: list[int]
+    held: list[int]
+    #: Impact speeds of all rows, and the given one of rows that state none.
+    speeds: FloatArray
+    speed: float | None
+    wall_tilt_deg: float
+    count: int
+    seed: int
+    threads: int | None
+
+    @property
+    def fingerprint(self) -> str:
+        """Everything that decides the result."""
+        m = self.measurements
+        data = [m.alpha_deg, self.speeds, m.count]
+        data += [part for one in m.moments.values() for part in (one.mean, one.std)]
+        numbers = hashlib.sha256(b"".join(a.astype("<f8").tobytes() for a in data)).hexdigest()
+        rest = (self.free, self.held, self.wall_tilt_deg, self.count, self.seed)
+        return f"{software()}\n{self.start.text}\n{numbers}\n{rest}"
 
 
 @dataclass(frozen=True)

@@ -98,17 +98,7 @@ def make_targets(measurements: Measurements, simulated: SimulatedMoments | None)
     missing, the simulated one; and a spread to s / sqrt(2 (n - 1)), as for a normal law. These
     accuracies only weight the fit: standard errors of parameters follow from the simulated law
     (`tablegen.measured.uncertainty`). The out-of-plane angle has a spread only, because by symmetry
-    its mean is zero.
-
-    Parameters
-    ----------
-    measurements : Measurements
-    simulated : SimulatedMoments or None
-        Moments of the same rows; None if there are no rows.
-
-    Returns
-    -------
-    Targets
+    its mean is zero. The simulated moments are those of the same rows; None without rows.
     """
     found: list[Target] = []
     for row, count in enumerate(measurements.count):
@@ -182,13 +172,7 @@ def random_starts(trials: TrialPairs, count: int, seed: int) -> Iterator[FloatAr
 class Search:
     """Search for the coordinates that follow the measured numbers best.
 
-    Parameters
-    ----------
-    evaluations : Evaluations
-        At the conditions of the targets.
-    targets : Targets
-    count : int
-        Particles of each shape at each condition in the last stage.
+    The count is that of the particles of each shape at each condition in the last stage.
     """
 
     def __init__(self, evaluations: Evaluations, targets: Targets, count: int) -> None:
@@ -207,19 +191,9 @@ class Search:
         return values - self.targets.measured
 
     def run(self, seed: int, on_stage: Callable[[Stage], None]) -> FloatArray:
-        """Go through all stages.
+        """Go through all stages, and give the best coordinates (p,).
 
-        Parameters
-        ----------
-        seed : int
-            Seed of the random starts.
-        on_stage : callable
-            Is called with each stage before it begins.
-
-        Returns
-        -------
-        (p,) float64
-            Best coordinates.
+        The seed is that of the random starts; ``on_stage`` is called before each stage.
         """
         found = list(random_starts(self.evaluations.trials, STAGES[0].starts, seed))
         for stage in STAGES:
@@ -263,11 +237,7 @@ class Search:
 
         The cost of a fit is rough on the scale of the standard errors. The optimiser stops where
         its slopes, from one set of random numbers, find no way down. These are means of two sets.
-
-        Returns
-        -------
-        x : (p,) float64
-        slopes : (m, p) float64
+        Gives the coordinates (p,) and the slopes (m, p).
         """
         evaluations, space, count = self.evaluations, self.evaluations.trials.space, self.count
         both = evaluations, evaluations.with_seed(evaluations.seed ^ _SEED_OF_SLOPES)

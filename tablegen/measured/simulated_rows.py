@@ -53,26 +53,7 @@ class SimulatedRows:
     laws, the aspect ratios and the weights. So moments change smoothly with those.
 
     Facets of a rough wall are drawn as by `sampler.Table.rebound` with ``roughness``, and moments
-    refer to the mean wall.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    alpha_deg : (n,) float64
-        Impact angles from the wall, degrees, above 0 and up to 90.
-    speed : (n,) float64
-        Impact speeds, m/s.
-    seed : int
-        0 to 2**64 - 1.
-    threads : int, optional
-        Default: one a processor. No result depends on it.
-
-    Raises
-    ------
-    InputError
-        If an argument is out of range; here, or in the methods.
-    RuntimeError
-        In the methods, if a particle is still in contact after 10**8 collisions.
+    refer to the mean wall. Angles (n,) are in degrees from the wall, speeds (n,) in m/s.
     """
 
     def __init__(
@@ -96,20 +77,7 @@ class SimulatedRows:
         self._seed, self._threads = seed, threads
 
     def strata(self, count: int, progress: bool = False) -> Strata:
-        """Simulate the moments of each shape at each row.
-
-        Parameters
-        ----------
-        count : int
-            Particles of each shape at each row, 2 or more.
-        progress : bool
-            Show a progress bar on standard error.
-
-        Returns
-        -------
-        Strata
-            Its `Strata.mixed` gives the moments of any mixture without a new simulation.
-        """
+        """Simulate the moments of ``count`` particles of each shape at each row."""
         shape = len(self._alpha), len(self._shapes)
         total = count * shape[0] * shape[1]
         parts = []
@@ -123,22 +91,11 @@ class SimulatedRows:
         return Strata(self._alpha_deg, shares, count, CentralMoments(*arrays))
 
     def moments(self, count: int, progress: bool = False) -> SimulatedMoments:
-        """Simulate means and standard deviations of the population; arguments as for `strata`."""
+        """Simulate means and standard deviations of the population."""
         return self.strata(count, progress).mixed()
 
     def variables(self, count: int) -> list[list[FloatArray]]:
-        """Simulate the rebounds whose moments `strata` gives.
-
-        Parameters
-        ----------
-        count : int
-            As for `strata`.
-
-        Returns
-        -------
-        list of n lists of s arrays
-            For each row and shape, `tablegen.measured.moments.variables_of` its particles.
-        """
+        """Simulate the variables (count, 5) of each shape at each row."""
         found, shapes = list(self._each(np.asarray, count)), len(self._shapes)
         return [found[k : k + shapes] for k in range(0, len(found), shapes)]
 
@@ -148,10 +105,11 @@ class SimulatedRows:
         workers = check_run(count, self._seed, 0, self._threads)
         places = list(np.ndindex(len(self._alpha), len(self._shapes)))
         with ThreadPoolExecutor(workers) as pool:
-            yield from pool.map(lambda place: of(self._variables(*place, count)), places)
+            yield from pool.map(lambda place: of(self._variables(place, count)), places)
 
-    def _variables(self, row: int, shape: int, count: int) -> FloatArray:
-        """Simulate the variables (count, 5) of the rebounds of one shape at one row."""
+    def _variables(self, place: tuple[int, ...], count: int) -> FloatArray:
+        """Simulate the variables (count, 5) at one place: a row and a shape."""
+        row, shape = place
         first = (self._shapes[shape].code << 48) + (row << 32)
         index = np.arange(first, first + count, dtype=np.uint64)
         keys: dict[str, Any] = {"seed": self._seed, "index": index, "threads": 1}

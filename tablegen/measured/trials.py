@@ -6,8 +6,8 @@ such a particle hits once more. The error of a difference quotient from this fal
 the step and of the count, so steps are large. EXPERIMENTS.md has the measurement.
 """
 
-import hashlib
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import reduce
 
 import numpy as np
@@ -27,24 +27,9 @@ Pick = Callable[[SimulatedMoments], tuple[FloatArray, FloatArray]]
 
 
 class TrialPairs:
-    """Pairs that differ from a given one in the free parameters.
+    """Pairs that differ from a given one in the free parameters, at p coordinates.
 
-    Parameters
-    ----------
-    config : Config
-        The given pair.
-    parameters : sequence of Parameter
-    wall_tilt_deg : float
-        Roughness of the wall, unless it is free.
-
-    Attributes
-    ----------
-    labels : tuple of p str
-        Names of the fitted numbers.
-    space : Space
-        All p coordinates.
-    of_shares : (p,) bool
-        Whether a coordinate decides only the shares of the shapes.
+    The roughness of the wall is the given one unless it is free.
     """
 
     def __init__(
@@ -52,10 +37,12 @@ class TrialPairs:
     ) -> None:
         self.config = config
         self._parameters, self._tilt = tuple(parameters), wall_tilt_deg
+        #: Names of the fitted numbers, and their coordinates.
         self.labels = tuple(label for p in parameters for label in p.labels)
-        self.space = Space.joined([p.space for p in parameters])
+        self.space = Space(*map(np.concatenate, zip(*(p.space for p in parameters), strict=True)))
         sizes = [len(p.labels) for p in parameters]
         self._ends = np.cumsum(sizes)[:-1]
+        #: Whether a coordinate decides only the shares of the shapes, (p,).
         self.of_shares = np.repeat([p.name == SHAPES for p in parameters], sizes)
         self._pair = config.pair.model_dump(mode="json", by_alias=True, exclude_none=True)
         self._weights = config.population.shapes.model_dump(by_alias=True)
@@ -113,46 +100,25 @@ class TrialPairs:
         return float(self.changes(x).get(WALL_TILT, self._tilt))
 
 
+@dataclass(frozen=True)
 class Evaluations:
-    """Simulations of trial pairs at given conditions: each is made once, and kept on disk.
+    """Simulations of trial pairs at given conditions: each is made once, and kept on disk."""
 
-    Parameters
-    ----------
-    trials : TrialPairs
-    alpha_deg, speed : (n,) float64
-        Conditions.
-    seed : int
-    threads : int, optional
-        Default: one a processor. No result depends on it.
-    store : CheckpointStore, optional
-        Keeps finished simulations.
-    on_simulated : callable
-        Is called with the number of particles of each simulation that is not known yet.
-    """
-
-    def __init__(
-        self,
-        trials: TrialPairs,
-        alpha_deg: FloatArray,
-        speed: FloatArray,
-        seed: int,
-        threads: int | None = None,
-        store: CheckpointStore | None = None,
-        on_simulated: Callable[[int], object] = lambda count: None,
-    ) -> None:
-        self.trials = trials
-        self.conditions = alpha_deg, speed
-        self.seed = seed
-        self._threads, self._store, self._on_simulated = threads, store, on_simulated
-        self._known: dict[str, Strata] = {}
-        rows = np.concatenate(self.conditions).astype("<f8").tobytes()
-        self._prefix = f"{seed} {hashlib.sha256(rows).hexdigest()}"
+    trials: TrialPairs
+    #: Conditions, (n,) float64.
+    alpha_deg: FloatArray
+    speed: FloatArray
+    seed: int
+    threads: int | None = None
+    #: Keeps finished simulations.
+    store: CheckpointStore | None = None
+    #: Is called with the number of particles of each simulation that is not known yet.
+    on_simulated: Callable[[int], object] = lambda count: None
+    _known: dict[str, Strata] = field(default_factory=dict, init=False)
 
     def with_seed(self, seed: int) -> "Evaluations":
         """Make evaluations of the same trials with other random numbers."""
-        return Evaluations(
-            self.trials, *self.conditions, seed, self._threads, self._store, self._on_simulated
-        )
+        return replace(self, seed=seed)
 
     def moments(self, x: FloatArray, count: int) -> SimulatedMoments:
         """Give the moments of a trial, with ``count`` particles of each shape."""
@@ -161,25 +127,26 @@ class Evaluations:
     def strata(self, x: FloatArray, count: int) -> Strata:
         """Give the moments of each shape, which do not depend on coordinates of shares."""
         decisive = x[~self.trials.of_shares]
-        key = f"{self._prefix} {count} {decisive.astype('<f8').tobytes().hex()}"
+        inputs = np.concatenate([self.alpha_deg, self.speed, decisive]).astype("<f8").tobytes()
+        key = f"{self.seed} {count} {inputs.hex()}"
         if key not in self._known:
             self._known[key] = self._loaded(key, x, count) or self._made(key, x, count)
-            self._on_simulated(count)
+            self.on_simulated(count)
         return self._known[key]
 
     def _loaded(self, key: str, x: FloatArray, count: int) -> Strata | None:
         """Read a simulation of an interrupted run."""
-        found = self._store.load(key) if self._store else None
+        found = self.store.load(key) if self.store else None
         if found is None:
             return None
         shares = np.array([part.share for part in self.trials.every_shape(x).strata()])
-        return Strata(self.conditions[0], shares, count, CentralMoments(**found))
+        return Strata(self.alpha_deg, shares, count, CentralMoments(**found))
 
     def _made(self, key: str, x: FloatArray, count: int) -> Strata:
         """Simulate, and keep the result."""
         made = self.rows(x).strata(count)
-        if self._store:
-            self._store.save(key, made.moments._asdict())
+        if self.store:
+            self.store.save(key, made.moments._asdict())
         return made
 
     def rows(self, x: FloatArray) -> SimulatedRows:
@@ -191,18 +158,12 @@ class Evaluations:
 
     def simulated(self, scenario: Scenario, seed: int) -> SimulatedRows:
         """Make a simulation at these conditions."""
-        return SimulatedRows(scenario, *self.conditions, seed=seed, threads=self._threads)
+        return SimulatedRows(scenario, self.alpha_deg, self.speed, seed=seed, threads=self.threads)
 
     def slopes(self, x: FloatArray, count: int, pick: Pick, central: bool) -> FloatArray:
         """Compute difference quotients (m, p) of picked numbers by the coordinates.
 
-        Parameters
-        ----------
-        x : (p,) float64
-        count : int
-        pick : callable
-        central : bool
-            Take both sides, except next to a bound; otherwise take one side.
+        Central ones take both sides, except next to a bound, and others take one side.
         """
         space, columns = self.trials.space, []
         for k, step in enumerate(space.step):

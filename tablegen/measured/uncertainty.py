@@ -8,6 +8,7 @@ come from the same particles, so their errors are correlated.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,53 +40,31 @@ _NO_ERROR = 1e-7
 
 @dataclass(frozen=True)
 class Problem:
-    """A least-squares fit at its end, of m numbers by p coordinates.
-
-    Attributes
-    ----------
-    names : tuple of p str
-        Names of the coordinates, for warnings.
-    x : (p,) float64
-        Coordinates.
-    space : Space
-    slopes : (m, p) float64
-        Derivatives of the simulated numbers by the coordinates.
-    residual, accuracy : (m,) float64
-        Simulated less measured numbers, and their weights.
-    counted : (m,) bool
-        Whether the accuracy follows from a count of particles.
-    measured, simulated : (m, m) float64
-        Covariances of errors; zero for measured numbers without a count.
-    """
+    """A least-squares fit at its end, of m numbers by p coordinates."""
 
     names: tuple[str, ...]
+    #: Coordinates (p,), and derivatives (m, p) of the simulated numbers by them.
     x: FloatArray
     space: Space
     slopes: FloatArray
+    #: Simulated less measured numbers (m,), and their weights.
     residual: FloatArray
     accuracy: FloatArray
+    #: Whether the accuracy follows from a count of particles, (m,).
     counted: NDArray[np.bool_]
+    #: Covariances (m, m) of errors; zero for measured numbers without a count.
     measured: FloatArray
     simulated: FloatArray
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Uncertainty of the coordinates of a fit.
+    """Uncertainty of the coordinates of a fit."""
 
-    Attributes
-    ----------
-    covariance : (p, p) float64
-        Zero for those at a bound.
-    scatter : float
-        Root of the weighted sum of squares over the degrees of freedom: ratio of the residuals to
-        the accuracies. NaN without degrees of freedom.
-    freedom : int
-        Degrees of freedom.
-    warnings : tuple of str
-    """
-
+    #: Shape (p, p); zero for those at a bound.
     covariance: FloatArray
+    #: Root of the weighted sum of squares of the residuals over the degrees of freedom; NaN without
+    #: degrees of freedom.
     scatter: float
     freedom: int
     warnings: tuple[str, ...]
@@ -171,7 +150,7 @@ def _correlated(covariance: FloatArray, names: Sequence[str]) -> list[str]:
     correlation = correlations(covariance)
     return [
         f"{names[j]} and {names[k]} are correlated by {correlation[j, k]:+.2f}"
-        for j, k in zip(*np.triu_indices(len(names), 1), strict=True)
+        for j, k in combinations(range(len(names)), 2)
         if abs(correlation[j, k]) > _CORRELATED
     ]
 
@@ -211,16 +190,7 @@ def _covariances(
     variables: Sequence[Sequence[FloatArray]],
     shares: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the covariances (m, m) of measured numbers, and of simulated ones for one particle.
-
-    Parameters
-    ----------
-    targets : Targets
-    measurements : Measurements
-    variables : sequence of n sequences of s arrays
-        From `tablegen.measured.simulated_rows.SimulatedRows.variables`.
-    shares : (s,) float64
-    """
+    """Compute covariances (m, m) of measured numbers, and of simulated ones for one particle."""
     measured, simulated = [], []
     for row, (alpha_deg, count) in enumerate(
         zip(measurements.alpha_deg, measurements.count, strict=True)
@@ -237,10 +207,7 @@ def _covariances(
 def errors_of_numbers(
     trials: TrialPairs, x: FloatArray, found: Uncertainty
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute standard errors (p,) of the fitted numbers and their correlation (p, p).
-
-    The errors are NaN, and the correlations zero, for numbers at a bound.
-    """
+    """Compute standard errors (p,), NaN at a bound, and correlations (p, p) of fitted numbers."""
     space = trials.space
     inside = np.clip(x, space.low + 1e-6 * space.step, space.high - 1e-6 * space.step)
     slopes = trials.slopes(inside)
