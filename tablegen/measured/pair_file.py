@@ -8,6 +8,7 @@ import textwrap
 import tomllib
 from collections.abc import Iterator, Sequence
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import tomli_w
@@ -104,7 +105,7 @@ def fit_lines(made: Calibration) -> Iterator[str]:
 
 def _wrapped(text: str, indent: str = "") -> list[str]:
     """Break a text into lines of comments."""
-    whole_words = {"break_long_words": False, "break_on_hyphens": False}
+    whole_words: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
     return textwrap.wrap(text, _WIDTH - len("# "), subsequent_indent=indent, **whole_words)
 
 
