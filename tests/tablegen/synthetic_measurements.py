@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tablegen.measured.records import QUANTITIES, Measurements, Moments
+from tablegen.measured.measurements import QUANTITIES, Measurements, Moments
 from tablegen.simulation.simulate import simulate
 
 
