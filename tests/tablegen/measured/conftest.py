@@ -1,4 +1,4 @@
-"""Calibrations that are done in a second: two free numbers, few particles, short stages."""
+"""Calibrations of a second: two free numbers, few particles, short stages."""
 
 import pytest
 from small_pairs import small_pair
@@ -11,10 +11,7 @@ from tablegen.measured import search
 @pytest.fixture
 def quick(monkeypatch):
     """Few starts and steps."""
-    stages = (
-        search.Stage("looking", 4, 1.0, 0),
-        search.Stage("searching", 1, 1.0, 5),
-    )
+    stages = (search.Stage("looking", 4, 1.0, 0), search.Stage("searching", 1, 1.0, 5))
     monkeypatch.setattr(search, "STAGES", stages)
     monkeypatch.setattr(calibration, "STAGES", stages)
 

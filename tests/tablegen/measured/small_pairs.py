@@ -1,4 +1,4 @@
-"""Pairs whose rebounds are simulated in no time."""
+"""Pairs whose rebounds are simulated quickly."""
 
 from tablegen import load_config
 

@@ -11,7 +11,6 @@ from tiny_tables import ROUGH
 
 from sampler.commands.main import main as sampler
 from tablegen.commands.main import main as tablegen
-from tablegen.measured.reader import parse_measurements
 
 PAGE = (ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")
 PROGRAMS = {"sampler": sampler, "tablegen": tablegen}
@@ -20,11 +19,6 @@ DONE, MISSED = 0, 1
 
 def block(language):
     return next(found.text for found in blocks(PAGE) if found.language == language)
-
-
-def test_the_rows_of_the_page_are_measurements():
-    found = parse_measurements(block("csv"), "rebounds", "rebounds.csv")
-    assert found.alpha_deg.tolist() == [20.0, 45.0, 70.0]
 
 
 @pytest.mark.usefixtures("quick", "quick_measurement")
@@ -44,14 +38,6 @@ def test_the_screen_of_commands(tmp_path, monkeypatch, capsys):
     )
     (tmp_path / "start.toml").write_text(start.text, encoding="utf-8")
     lines = calls(block("sh"))
-    assert [words[1] for words in lines] == [
-        "compare",
-        "calibrate",
-        "compare",
-        "generate",
-        "validate",
-        "draw",
-    ]
     for program, *words in lines:
         if words[0] in ("compare", "calibrate"):
             words += ["--count", "200"]

@@ -1,12 +1,13 @@
-"""What can be freed, and how it enters a pair."""
+"""Parameters that can be freed, their coordinates, and the pairs that they make."""
 
 import numpy as np
 import pytest
 
 from sampler.errors import InputError
 from tablegen import load_config
+from tablegen.measured.coordinates import SHARES, bernstein
 from tablegen.measured.parameters import allowed_names, default_names, make_parameters
-from tablegen.measured.trial_pairs import TrialPairs
+from tablegen.measured.trials import TrialPairs
 
 CORUNDUM = load_config("corundum-steel")
 SOURCE = {"source": "test"}
@@ -54,13 +55,18 @@ CONFIGS = {
 }
 
 
+def every_trial(config):
+    """Trials with all free but single shapes."""
+    names = [name for name in allowed_names(config) if not name.startswith("population.shapes.")]
+    return TrialPairs(config, make_parameters(config, names), 0.0)
+
+
 @pytest.mark.parametrize("config", CONFIGS.values(), ids=CONFIGS)
 def test_the_start_is_the_given_pair(config):
-    names = [name for name in allowed_names(config) if not name.startswith("population.shapes.")]
-    trials = TrialPairs(config, make_parameters(config, names), 0.0)
-    x = trials.start
-    assert (trials.low <= x).all()
-    assert (x <= trials.high).all()
+    trials = every_trial(config)
+    x = trials.space.start
+    assert (trials.space.low <= x).all()
+    assert (x <= trials.space.high).all()
     ours, theirs = trials.pair(x).kernel_arguments(), config.pair.kernel_arguments()
     for one, other in zip(ours, theirs, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-9)
@@ -73,11 +79,9 @@ def test_the_start_is_the_given_pair(config):
 
 @pytest.mark.parametrize("config", CONFIGS.values(), ids=CONFIGS)
 def test_every_place_within_the_bounds_is_a_pair(config):
-    rng = np.random.default_rng(3)
-    names = [name for name in allowed_names(config) if not name.startswith("population.shapes.")]
-    trials = TrialPairs(config, make_parameters(config, names), 0.0)
-    places = [trials.low, trials.high, trials.first, trials.last]
-    places += [rng.uniform(trials.low, trials.high) for _ in range(5)]
+    rng, trials = np.random.default_rng(3), every_trial(config)
+    _, low, high, first, last, _ = trials.space
+    places = [low, high, first, last, *(rng.uniform(low, high) for _ in range(3))]
     for x in places:
         trials.pair(x)
         trials.population(x).kernel_arguments()
@@ -91,10 +95,11 @@ def test_every_place_within_the_bounds_is_a_pair(config):
 def test_one_friction_coefficient_stays_on_its_side_of_the_other(name):
     config = with_laws(resistance="coulomb")
     trials = TrialPairs(config, make_parameters(config, [f"pair.resistance.{name}"]), 0.0)
-    for x in (trials.low, trials.start, trials.high):
+    space = trials.space
+    for x in (space.low, space.start, space.high):
         trials.pair(x)
-    assert (trials.low[0] == 0.3) == (name == "static")
-    assert (trials.high[0] == 0.4) == (name == "dynamic")
+    assert (space.low[0] == 0.3) == (name == "static")
+    assert (space.high[0] == 0.4) == (name == "dynamic")
 
 
 def test_shares_of_one_shape_leave_the_others_their_ratios():
@@ -109,7 +114,29 @@ def test_shares_of_one_shape_leave_the_others_their_ratios():
 def test_slopes_of_numbers_by_coordinates():
     trials = TrialPairs(CORUNDUM, make_parameters(CORUNDUM, ["pair.restitution.coefficient"]), 0.0)
     # a logarithm: the slope is the number itself
-    np.testing.assert_allclose(trials.slopes(trials.start), [[0.1]], rtol=1e-6)
+    np.testing.assert_allclose(trials.slopes(trials.space.start), [[0.1]], rtol=1e-6)
+
+
+def test_bernstein_coefficients_from_0_to_1_give_polynomials_that_stay_there():
+    rng, scale, grid = np.random.default_rng(4), bernstein(5, np.pi / 2), np.linspace(0, np.pi / 2)
+    for _ in range(50):
+        coefficients = rng.uniform(0.0, 1.0, 5)
+        values = np.polynomial.Polynomial(scale.values(coefficients))(grid)
+        assert values.min() > -1e-12
+        assert values.max() < 1.0 + 1e-12
+        # the ends are the first and the last coefficient
+        np.testing.assert_allclose(values[[0, -1]], coefficients[[0, -1]], atol=1e-12)
+
+
+def test_shares_never_add_up_to_more_than_one():
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        x = rng.uniform(0.0, 1.0, 4)
+        shares = SHARES.values(x)
+        assert shares.min() >= 0.0
+        assert shares.sum() <= 1.0 + 1e-15
+        np.testing.assert_allclose(SHARES.coordinates(shares), x)
+    assert SHARES.coordinates(np.array([0.2, 0.8, 0.0])).tolist() == pytest.approx([0.2, 1.0, 0.0])
 
 
 def test_names():
@@ -120,25 +147,14 @@ def test_names():
         "pair.resistance.factor",
         "population.aspect.mean",
     )
-    spheres = with_laws(
-        population={
-            "shapes": {
-                "sphere": 1.0,
-                **dict.fromkeys(("ellipsoid", "prism", "truncated-prism", "tetrahedron"), 0.0),
-            }
-        }
-    )
-    assert "population.truncation" not in allowed_names(spheres)
-    assert "population.shapes" not in allowed_names(spheres)
+    none = dict.fromkeys(("ellipsoid", "prism", "truncated-prism", "tetrahedron"), 0.0)
+    spheres = with_laws(population={"shapes": none | {"sphere": 1.0}})
+    assert not {"population.truncation", "population.shapes"} & set(allowed_names(spheres))
 
 
 @pytest.mark.parametrize(
     ("names", "said"),
     [
-        (
-            ["pair.restitution.value"],
-            "free: got 'pair.restitution.value', allowed: pair.restitution",
-        ),
         (["domain.speed"], "free: got 'domain.speed', allowed: pair.restitution.coefficient, "),
         ([], "free: got [], allowed: each name once, at least one"),
         (["wall_tilt_deg", "wall_tilt_deg"], "allowed: each name once"),
@@ -153,7 +169,6 @@ def test_names_that_cannot_be_freed(names, said):
 
 def test_a_start_out_of_bounds_is_refused():
     config = CORUNDUM.with_changes({"pair": {"resistance": {"factor": 0.0}}})
-    with pytest.raises(
-        InputError, match=r"^pair\.resistance\.factor: got 0 to start from, allowed: "
-    ):
+    said = r"^pair\.resistance\.factor: got 0 to start from, allowed: 0.001 to 100$"
+    with pytest.raises(InputError, match=said):
         make_parameters(config, ["pair.resistance.factor"])

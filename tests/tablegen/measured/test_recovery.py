@@ -1,7 +1,6 @@
-"""Known parameters are found again from data that were simulated with them, within their errors.
+"""Calibrations recover known parameters from simulated data, within their standard errors.
 
-The false-alarm rate of a test is that of the normal law, for errors that are drawn anew by a seed
-which is fixed: at 3.5 standard errors, 5e-4 for each number.
+At 3.5 standard errors the false-alarm rate for each number is 5e-4, by the normal law.
 """
 
 import numpy as np
