@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_pairs import small_pair
+from synthetic_measurements import small_pair
 
 from sampler.errors import InputError
 from sampler.files.json_text import json_text

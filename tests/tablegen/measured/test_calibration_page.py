@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from command_lines import calls
 from documents import ROOT, blocks
-from small_pairs import small_pair
+from synthetic_measurements import small_pair
 from tiny_tables import ROUGH
 
 from sampler.commands.main import main as sampler
