@@ -12,33 +12,28 @@ from tiny_tables import ROUGH
 from sampler.commands.main import main as sampler
 from tablegen.commands.main import main as tablegen
 
-PAGE = (ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")
+BLOCKS = {
+    block.language: block.text
+    for block in reversed(blocks((ROOT / "docs" / "calibration.md").read_text(encoding="utf-8")))
+}
 PROGRAMS = {"sampler": sampler, "tablegen": tablegen}
 DONE, MISSED = 0, 1
-
-
-def block(language):
-    return next(found.text for found in blocks(PAGE) if found.language == language)
 
 
 @pytest.mark.usefixtures("quick", "quick_measurement")
 def test_the_screen_of_commands(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("tablegen.accuracy.metrics.TREES", 20)
-    (tmp_path / "rebounds.csv").write_text(block("csv"), encoding="utf-8")
+    (tmp_path / "rebounds.csv").write_text(BLOCKS["csv"], encoding="utf-8")
     tree = tomllib.loads(ROUGH.text)
     start = small_pair(
         domain={**tree["domain"], "extrapolate": True},
         table=tree["table"],
         accuracy=tree["accuracy"],
-        population={
-            "shapes": {"ellipsoid": 1.0, "prism": 0.0, "truncated-prism": 0.0, "tetrahedron": 0.0},
-            "aspect": {"mean": 0.8},
-        },
+        population={"aspect": {"mean": 0.8}},
     )
     (tmp_path / "start.toml").write_text(start.text, encoding="utf-8")
-    lines = calls(block("sh"))
-    for program, *words in lines:
+    for program, *words in calls(BLOCKS["sh"]):
         if words[0] in ("compare", "calibrate"):
             words += ["--count", "200"]
         if words[0] in ("generate", "validate"):  # so small a table may miss its accuracy

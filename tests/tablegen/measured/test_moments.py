@@ -63,8 +63,7 @@ def test_quantities_of_hand_made_states():
 def test_tangential_restitution_is_undefined_at_normal_impact():
     found = strata_of(FIRST, alpha_deg=90.0).mixed()
     for moments in (found.mean, found.std, found.mean_error, found.std_error):
-        assert np.isnan(moments["e_t"]).all()
-        assert all(np.isfinite(moments[name]).all() for name in QUANTITIES if name != "e_t")
+        assert [name for name in QUANTITIES if np.isnan(moments[name][0])] == ["e_t"]
 
 
 def test_a_mixture_is_its_particles_put_together():

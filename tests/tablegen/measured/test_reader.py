@@ -1,13 +1,10 @@
 """Files of measured rebounds: what is read, and every bad input in one line."""
 
-import math
-
 import numpy as np
 import pytest
 
 from sampler.errors import InputError
 from sampler.files.locate import available
-from tablegen.measured.measurements import QUANTITIES
 from tablegen.measured.reader import parse_measurements, read_measurements
 
 GOOD = """\
@@ -27,32 +24,20 @@ def read(text):
     return parse_measurements(text, "made-up", "made-up.csv")
 
 
-def test_a_file_is_read():
-    found = read(GOOD)
-    assert found.name == "made-up"
+def test_a_file_is_read(tmp_path):
+    path = tmp_path / "made-up.csv"
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
+    found = read_measurements(path)
     assert found.about == {"title": "Made up", "particle": "sand"}
     np.testing.assert_array_equal(found.alpha_deg, [30.0, 30.0, 90.0])
     np.testing.assert_array_equal(found.speed, [100.0, 200.0, 100.0])
     np.testing.assert_array_equal(found.moments["e_n"].mean, [0.5, 0.45, 0.2])
     np.testing.assert_array_equal(found.moments["e_n"].std, [0.1, np.nan, 0.05])
     np.testing.assert_array_equal(found.moments["omega_z"].mean, [-0.4, np.nan, np.nan])
-    assert set(found.moments) == set(QUANTITIES)
     assert np.isnan(found.moments["out_of_plane_deg"].mean).all()
     np.testing.assert_array_equal(found.count, [250.0, np.nan, np.nan])
     assert found.source[0] == "Smith, 1999"
     assert found.remarks == ("first", "", 'with "quotes" in')
-
-
-def test_line_ends_and_a_byte_order_mark_change_nothing(tmp_path):
-    path = tmp_path / "made-up.csv"
-    path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
-    found, expected = read_measurements(path), read(GOOD)
-    assert (found.name, found.source, found.about) == (
-        expected.name,
-        expected.source,
-        expected.about,
-    )
-    np.testing.assert_array_equal(found.moments["e_n"].std, expected.moments["e_n"].std)
 
 
 def row(cells, columns="alpha_deg,speed,e_n,e_n_std,e_t,source"):
@@ -111,11 +96,6 @@ def test_bad_input_is_one_line(text, message):
     assert "\n" not in str(caught.value)
 
 
-def test_other_quantities_at_an_angle_have_rows_of_their_own():
-    found = read(row("30,,0.4,,,s\n30,,,,0.5,s\n30,10,0.4,,,s"))
-    assert len(found.alpha_deg) == 3
-
-
 def test_files_that_cannot_be_read(tmp_path):
     path = tmp_path / "wrong.csv"
     path.write_bytes(b"alpha_deg,e_n,source\n30,0.5,\xff\n")
@@ -158,26 +138,20 @@ def test_shipped_rows_are_the_published_polynomials(key):
     np.testing.assert_array_equal(given, (quantity == "e_n") | (found.alpha_deg < steep))
 
 
-def test_spheres_of_kharaz_obey_their_laws():
-    """Turned angles, and the sign and scale of the spin, by the known answer of sliding."""
+def test_spheres_of_kharaz_slide_at_grazing_impacts():
+    """Rigid sliding at 30 degrees, mu = 0.092 and e = 0.98, as in the paper within a tenth.
+
+    u+ = u- - mu (1 + e) |v-|, and omega_z = -5/2 mu (1 + e) |v-| a / (a V).
+    """
     found = read_measurements("kharaz-2001")
     assert (found.speed == 3.9).all()
-    moments = {name: found.moments[name].mean for name in ("e_t", "rebound_angle_deg", "omega_z")}
-    assert [int(np.isfinite(values).sum()) for values in moments.values()] == [8, 9, 7]
-    # Rigid sliding all along, mu = 0.092 and e = 0.98, at the two grazing impacts, as the paper has
-    # it within a tenth: u+ = u- - mu (1 + e) |v-|, omega_z = -5/2 mu (1 + e) |v-| a / (a V)
-    grazing = found.alpha_deg < 31.0
-    impulse = 0.092 * 1.98 * np.sin(np.radians(found.alpha_deg))
-    e_t = 1.0 - impulse / np.cos(np.radians(found.alpha_deg))
-    spin = -2.5 * impulse
-    for name, law in (("e_t", e_t), ("omega_z", spin)):
-        rows = grazing & np.isfinite(moments[name])
+    alpha = np.radians(found.alpha_deg)
+    impulse = 0.092 * 1.98 * np.sin(alpha)
+    for name, law in (("e_t", 1.0 - impulse / np.cos(alpha)), ("omega_z", -2.5 * impulse)):
+        mean = found.moments[name].mean
+        rows = (found.alpha_deg < 31.0) & np.isfinite(mean)
         assert rows.sum() == 1
-        np.testing.assert_allclose(moments[name][rows], law[rows], rtol=0.1)
-    # steeper than the impact: friction takes from u, hardly anything from v
-    angles = np.isfinite(moments["rebound_angle_deg"])
-    assert (moments["rebound_angle_deg"] > found.alpha_deg)[angles].all()
-    assert (moments["omega_z"][np.isfinite(moments["omega_z"])] < 0.0).all()
+        np.testing.assert_allclose(mean[rows], law[rows], rtol=0.1)
 
 
 def test_every_shipped_file_says_where_it_is_from():
@@ -187,4 +161,3 @@ def test_every_shipped_file_says_where_it_is_from():
         found = read_measurements(name)
         assert all(found.source)
         assert {"title", "particle", "wall"} <= set(found.about)
-        assert not math.isnan(found.alpha_deg.sum())

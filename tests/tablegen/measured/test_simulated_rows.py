@@ -98,14 +98,6 @@ def test_strata_do_not_depend_on_the_weights():
     assert meshes.moments.mean.shape[1] == len(CROWD.strata())
 
 
-def test_tilt_goes_to_the_smooth_wall_and_widens_the_spread():
-    smooth, faint, rough = (rows(30.0, tilt=tilt).moments(300) for tilt in (0.0, 1e-4, 10.0))
-    for name in QUANTITIES:
-        np.testing.assert_allclose(faint.mean[name], smooth.mean[name], atol=1e-2)
-    assert rough.std["e_t"] > 1.02 * smooth.std["e_t"]
-    assert rough.std["out_of_plane_deg"] > smooth.std["out_of_plane_deg"]
-
-
 @pytest.mark.parametrize(
     ("changes", "count", "message"),
     [
