@@ -2,7 +2,6 @@
 
 import hashlib
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -137,16 +136,12 @@ def calibrate(
     )
     path = check_output(output) if output is not None else None
     trials = TrialPairs(start, make_parameters(start, names, wall_tilt_deg), wall_tilt_deg)
-    with ExitStack() as stack:
-        store = None
-        if path is not None:
-            store = CheckpointStore(path, task.fingerprint, resume=resume, discard=discard)
-            stack.enter_context(store)
-        stack.enter_context(threadpool_limits(limits=1, user_api="blas"))
-        made = _fitted(
-            task, trials, store, "fitted" if path is None else _pair_name(path), progress
-        )
-        if path is not None and store is not None:
+    with threadpool_limits(limits=1, user_api="blas"):
+        if path is None:
+            return _fitted(task, trials, None, "fitted", progress)
+        store = CheckpointStore(path, task.fingerprint, resume=resume, discard=discard)
+        with store:
+            made = _fitted(task, trials, store, _pair_name(path), progress)
             write_text(path, made.config.text)
             store.remove()
     return made
@@ -157,17 +152,18 @@ def _split_rows(
 ) -> tuple[list[int], list[int]]:
     """Separate the rows that a fit uses from those at held-out angles [degrees]."""
     angles = measurements.alpha_deg
+    is_held = np.zeros(len(angles), dtype=bool)
     for angle in hold_out:
-        if not np.any(np.abs(angles - angle) < _SAME_ANGLE):
+        same = np.abs(angles - angle) < _SAME_ANGLE
+        if not same.any():
             allowed = ", ".join(f"{a:g}" for a in np.unique(angles))
             raise InputError(f"hold_out: got {angle:g} degrees, allowed: {allowed}")
-    held = [
-        k for k, a in enumerate(angles) if any(abs(a - angle) < _SAME_ANGLE for angle in hold_out)
-    ]
-    used = [k for k in range(len(angles)) if k not in held]
-    if not used:
-        raise InputError(f"hold_out: got all {len(held)} rows, allowed: fewer, so that some remain")
-    return used, held
+        is_held |= same
+    if is_held.all():
+        raise InputError(
+            f"hold_out: got all {len(angles)} rows, allowed: fewer, so that some remain"
+        )
+    return np.flatnonzero(~is_held).tolist(), np.flatnonzero(is_held).tolist()
 
 
 def _check_spreads(

@@ -54,33 +54,21 @@ class Agreement:
 
 @dataclass(frozen=True)
 class MeasuredComparison:
-    """Simulated and measured rebounds.
+    """Simulated and measured rebounds; arguments as for `compare`."""
 
-    Attributes
-    ----------
-    pair : str
-        Name of the material pair.
-    shape : str or None
-        Simulated part of the pair's population; None: all.
-    measured : Measurements
-    speed : (n,) float64
-        Impact speeds of the simulation, m/s.
-    speed_independent : bool
-        Whether rebounds of this pair do not depend on the speed.
-    count, seed, wall_tilt_deg
-        As for `compare`.
-    means, spreads : mapping of str to Agreement
-        For each quantity that was measured.
-    """
-
+    #: Name of the material pair.
     pair: str
+    #: Simulated part of the pair's population; None: all.
     shape: str | None
     measured: Measurements
+    #: Impact speeds of the simulation, m/s, (n,).
     speed: FloatArray
+    #: Whether rebounds of this pair do not depend on the speed.
     speed_independent: bool
     count: int
     seed: int
     wall_tilt_deg: float
+    #: For each quantity that was measured.
     means: Mapping[str, Agreement]
     spreads: Mapping[str, Agreement]
 

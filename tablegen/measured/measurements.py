@@ -95,33 +95,22 @@ class Moments:
 
 @dataclass(frozen=True)
 class Measurements:
-    """Measured rebounds at n impact conditions.
+    """Measured rebounds at n impact conditions."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the file, without its ending.
-    alpha_deg : (n,) float64
-        Impact angle from the wall, degrees.
-    speed : (n,) float64
-        Impact speed, m/s; NaN if not stated.
-    moments : mapping of str to Moments
-        For each of `QUANTITIES`.
-    count : (n,) float64
-        Number of particles; NaN if not stated.
-    source, remarks : tuple of n str
-        Reference of each row, and notes on it.
-    about : mapping of str to str
-        Lines ``# key: value`` at the top of the file, such as title, particle and wall.
-    """
-
+    #: Name of the file, without its ending.
     name: str
+    #: Impact angles from the wall, degrees, (n,).
     alpha_deg: FloatArray
+    #: Impact speeds, m/s, (n,); NaN if not stated.
     speed: FloatArray
+    #: For each of `QUANTITIES`.
     moments: Mapping[str, Moments]
+    #: Numbers of particles, (n,); NaN if not stated.
     count: FloatArray
+    #: References of the rows, and notes on them, (n,).
     source: tuple[str, ...]
     remarks: tuple[str, ...]
+    #: Lines ``# key: value`` at the top of the file, such as title, particle and wall.
     about: Mapping[str, str]
 
     def rows(self, rows: Sequence[int]) -> "Measurements":

@@ -72,23 +72,15 @@ class SimulatedMoments:
 
 @dataclass(frozen=True)
 class Strata:
-    """Moments at n conditions of s shapes.
+    """Moments at n conditions of s shapes."""
 
-    Attributes
-    ----------
-    alpha_deg : (n,) float64
-        Impact angles, degrees.
-    shares : (s,) float64
-        Shares of the shapes in the population; their sum is 1.
-    count : int
-        Number of particles of each shape at each condition.
-    moments : CentralMoments
-        Arrays of shape (n, s, 5).
-    """
-
+    #: Impact angles, degrees, (n,).
     alpha_deg: FloatArray
+    #: Shares of the shapes in the population, of sum 1, (s,).
     shares: FloatArray
+    #: Number of particles of each shape at each condition.
     count: int
+    #: Arrays of shape (n, s, 5).
     moments: CentralMoments
 
     def mixed(self, shares: ArrayLike | None = None) -> SimulatedMoments:
@@ -140,19 +132,8 @@ def influences(
     x - mean for a mean, and ((x - mean)^2 - variance) / (2 spread) for a spread. Source:
     F. R. Hampel, J. Am. Stat. Assoc. 69 (1974) 383-393.
 
-    Parameters
-    ----------
-    variables : sequence of s arrays (q, 5)
-        `variables_of` particles of each shape.
-    shares : (s,) float64
-    alpha : float
-        Impact angle [rad].
-    columns : sequence of k str
-        Quantities for means, quantities with `SPREAD` for spreads.
-
-    Returns
-    -------
-    list of s arrays (q, k)
+    Takes `variables_of` particles of each shape, (q, 5), and names of k columns of measurements.
+    Gives (q, k) for each shape. The angle is in rad.
     """
     mean = sum(w * x.mean(axis=0) for w, x in zip(shares, variables, strict=True))
     square = sum(w * ((x - mean) ** 2).mean(axis=0) for w, x in zip(shares, variables, strict=True))
@@ -176,14 +157,10 @@ def influences(
 
 
 def covariances(found: Sequence[FloatArray], shares: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute the covariances (k, k) of moments, for one particle, from their `influences`.
+    """Compute two covariances (k, k) of moments from their `influences`.
 
-    Returns
-    -------
-    measured : (k, k) float64
-        For particles drawn from the mixture. Over n: covariance of moments of n particles.
-    simulated : (k, k) float64
-        For one particle of each shape. Over n: covariance of moments of n particles of each shape.
+    The first, over n, is that of n particles of the mixture; the second, over n, that of n
+    particles of each shape.
     """
     within = [np.cov(x, rowvar=False, bias=True).reshape(x.shape[1], -1) for x in found]
     means = [x.mean(axis=0) for x in found]

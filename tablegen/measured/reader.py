@@ -69,9 +69,6 @@ class _Range(NamedTuple):
     high: float
     hint: str
 
-    def __str__(self) -> str:
-        return f"{self.low:.4g} to {self.high:.4g} ({self.hint})"
-
 
 def read_measurements(name_or_path: str | os.PathLike[str]) -> Measurements:
     """Read measured rebounds.
@@ -182,7 +179,8 @@ def _numbers(row: _Row) -> dict[str, float]:
             raise row.refusal(column, cell, "an empty cell at 90 degrees")
         allowed = _range(column, values["alpha_deg"])
         if not allowed.low <= value <= allowed.high or (column == "count" and value % 1.0):
-            raise row.refusal(column, cell, str(allowed))
+            words = f"{allowed.low:.4g} to {allowed.high:.4g} ({allowed.hint})"
+            raise row.refusal(column, cell, words)
         if math.isnan(values.get(quantity, 0.0)):
             raise row.refusal(column, cell, f"a spread beside its mean, {quantity}")
     if all(math.isnan(values[quantity]) for quantity in QUANTITIES):

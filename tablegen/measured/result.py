@@ -72,41 +72,26 @@ class FittedNumber:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A pair whose free parameters follow measured rebounds.
+    """A pair whose k free numbers follow measured rebounds."""
 
-    Attributes
-    ----------
-    config : Config
-        The fitted pair, with the text of its file.
-    labels : tuple of k str
-        Names of the fitted numbers: paths of the pair file, and ``wall_tilt_deg``.
-    given, values, errors : (k,) float64
-        Numbers of the start pair, fitted numbers, and their standard errors; NaN at a bound.
-    correlation : (k, k) float64
-        Zero at a bound.
-    numbers : tuple of FittedNumber
-        Rows that the fit used, then those held out, simulated with other random numbers than those
-        of the fit.
-    scatter : float
-        Root of the weighted sum of squares of the residuals over the degrees of freedom; NaN if
-        there are none.
-    freedom : int
-        Degrees of freedom: numbers that the fit used less free parameters.
-    warnings : tuple of str
-    wall_tilt_deg : float
-        Roughness of the wall, fitted or given.
-    """
-
+    #: The fitted pair, with the text of its file.
     config: Config
+    #: Names of the fitted numbers: paths of the pair file, and ``wall_tilt_deg``.
     labels: tuple[str, ...]
+    #: Numbers of the start pair, fitted numbers, and their standard errors, NaN at a bound; (k,).
     given: FloatArray
     values: FloatArray
     errors: FloatArray
+    #: Shape (k, k); zero at a bound.
     correlation: FloatArray
+    #: Rows that the fit used, then those held out, simulated with random numbers of their own.
     numbers: tuple[FittedNumber, ...]
+    #: Root of the weighted sum of squares of the residuals over the degrees of freedom, NaN if
+    #: there are none: numbers that the fit used less free parameters.
     scatter: float
     freedom: int
     warnings: tuple[str, ...]
+    #: Roughness of the wall, fitted or given.
     wall_tilt_deg: float
 
     def largest(self, held_out: bool = False) -> Mapping[str, FittedNumber]:

@@ -1,11 +1,9 @@
 """Least squares from several starts: many rough looks, a few short searches, one long one."""
 
 from collections.abc import Callable, Iterator
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
@@ -35,8 +33,7 @@ _LEAST_PART = 1e-3
 _SEED_OF_SLOPES = 0x510E
 
 #: Number of last steps at most, and the part by which one may raise the cost, which is rough.
-_LAST_STEPS = 4
-_TOLERATED = 0.01
+_LAST_STEPS, _TOLERATED = 4, 0.01
 
 #: Singular values below this part of the largest are not followed in the last steps.
 _OPEN = 1e-2
@@ -45,15 +42,13 @@ _OPEN = 1e-2
 class Target(NamedTuple):
     """A measured mean or spread."""
 
-    #: Row of the measurements.
     row: int
     quantity: str
     #: Whether it is a standard deviation.
     spread: bool
     measured: float
-    #: Standard error of the measured number.
+    #: Its standard error, and whether that follows from a count of particles, or is assumed.
     accuracy: float
-    #: Whether that follows from a count of particles; otherwise it is assumed.
     counted: bool
 
     @property
@@ -65,20 +60,9 @@ class Target(NamedTuple):
 class Targets(tuple[Target, ...]):
     """All m measured numbers of a search."""
 
-    @cached_property
-    def measured(self) -> FloatArray:
-        """Measured numbers (m,)."""
-        return np.array([target.measured for target in self], dtype=np.float64)
-
-    @cached_property
-    def accuracy(self) -> FloatArray:
-        """Standard errors (m,) of the measured numbers."""
-        return np.array([target.accuracy for target in self], dtype=np.float64)
-
-    @cached_property
-    def counted(self) -> NDArray[np.bool_]:
-        """Whether these follow from counts, (m,)."""
-        return np.array([target.counted for target in self], dtype=np.bool_)
+    def array(self, field: str) -> FloatArray:
+        """Collect one field of all numbers, (m,)."""
+        return np.array([getattr(target, field) for target in self], dtype=np.float64)
 
     def pick(self, simulated: SimulatedMoments) -> tuple[FloatArray, FloatArray]:
         """Pick the simulated numbers (m,) and their chance errors (m,)."""
@@ -177,18 +161,19 @@ class Search:
 
     def __init__(self, evaluations: Evaluations, targets: Targets, count: int) -> None:
         self.evaluations, self.targets, self.count = evaluations, targets, count
+        self._measured, self._accuracy = targets.array("measured"), targets.array("accuracy")
         self._assumed = np.array([QUANTITIES[target.quantity].accuracy for target in targets])
 
     def accuracy(self, x: FloatArray, count: int) -> FloatArray:
         """Compute the accuracy (m,) of a residual, with the chance error of the simulation."""
         _, errors = self.targets.pick(self.evaluations.moments(x, count))
-        both = np.hypot(self.targets.accuracy, errors)
+        both = np.hypot(self._accuracy, errors)
         return np.asarray(np.maximum(both, _LEAST_PART * self._assumed))
 
     def residuals(self, x: FloatArray, count: int) -> FloatArray:
         """Subtract the measured from the simulated numbers, (m,)."""
         values, _ = self.targets.pick(self.evaluations.moments(x, count))
-        return values - self.targets.measured
+        return values - self._measured
 
     def run(self, seed: int, on_stage: Callable[[Stage], None]) -> FloatArray:
         """Go through all stages, and give the best coordinates (p,).

@@ -78,9 +78,8 @@ class SimulatedRows:
 
     def strata(self, count: int, progress: bool = False) -> Strata:
         """Simulate the moments of ``count`` particles of each shape at each row."""
-        shape = len(self._alpha), len(self._shapes)
-        total = count * shape[0] * shape[1]
-        parts = []
+        shape, parts = (len(self._alpha), len(self._shapes)), []
+        total = count * math.prod(shape)
         with bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted:
             for moments in self._each(central_moments, count):
                 parts.append(moments)

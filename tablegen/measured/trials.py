@@ -130,20 +130,16 @@ class Evaluations:
         inputs = np.concatenate([self.alpha_deg, self.speed, decisive]).astype("<f8").tobytes()
         key = f"{self.seed} {count} {inputs.hex()}"
         if key not in self._known:
-            self._known[key] = self._loaded(key, x, count) or self._made(key, x, count)
+            self._known[key] = self._made(key, x, count)
             self.on_simulated(count)
         return self._known[key]
 
-    def _loaded(self, key: str, x: FloatArray, count: int) -> Strata | None:
-        """Read a simulation of an interrupted run."""
-        found = self.store.load(key) if self.store else None
-        if found is None:
-            return None
-        shares = np.array([part.share for part in self.trials.every_shape(x).strata()])
-        return Strata(self.alpha_deg, shares, count, CentralMoments(**found))
-
     def _made(self, key: str, x: FloatArray, count: int) -> Strata:
-        """Simulate, and keep the result."""
+        """Simulate, or read the simulation of an interrupted run."""
+        found = self.store.load(key) if self.store else None
+        if found is not None:
+            shares = np.array([part.share for part in self.trials.every_shape(x).strata()])
+            return Strata(self.alpha_deg, shares, count, CentralMoments(**found))
         made = self.rows(x).strata(count)
         if self.store:
             self.store.save(key, made.moments._asdict())

@@ -28,11 +28,8 @@ _OPEN = 0.5
 #: Least part of the largest singular value; smaller ones are rounding.
 _SMALLEST = 1e-6
 
-#: Least component of a parameter in a combination that names it.
-_NAMED = 0.3
-
-#: Correlation of two parameters from which the data do not separate them.
-_CORRELATED = 0.95
+#: Least component of a parameter that is named, and correlation of two that are.
+_NAMED, _CORRELATED = 0.3, 0.95
 
 #: Standard errors below this are the rounding of those at a bound.
 _NO_ERROR = 1e-7
@@ -78,9 +75,13 @@ def uncertainty(problem: Problem) -> Uncertainty:
     residuals are clearly larger.
     """
     x, space = problem.x, problem.space
-    at_bound = (x <= space.low) | (x >= space.high)
-    free = np.flatnonzero(~at_bound)
-    warnings = [_bound_warning(problem, int(k)) for k in np.flatnonzero(at_bound)]
+    low, high = x <= space.low, x >= space.high
+    free = np.flatnonzero(~(low | high))
+    warnings = [
+        f"{problem.names[k]} is at its {'lower' if low[k] else 'upper'} bound, and has no standard "
+        "error"
+        for k in np.flatnonzero(low | high)
+    ]
     freedom = len(problem.residual) - len(free)
     squares = float(np.sum((problem.residual / problem.accuracy) ** 2))
     scatter = float(np.sqrt(squares / freedom)) if freedom > 0 else float("nan")
@@ -119,13 +120,6 @@ def _inverse(scaled: FloatArray) -> FloatArray:
     left, values, right = np.linalg.svd(scaled, full_matrices=False)
     floor = max(_SMALLEST * float(values.max(initial=0.0)), 1e-300)
     return np.asarray(right.T @ (left.T / np.maximum(values, floor)[:, None]))
-
-
-def _bound_warning(problem: Problem, k: int) -> str:
-    """Warn of a coordinate at its bound."""
-    low = problem.x[k] - problem.space.low[k] < problem.space.high[k] - problem.x[k]
-    end = "lower" if low else "upper"
-    return f"{problem.names[k]} is at its {end} bound, and has no standard error"
 
 
 def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) -> list[str]:
@@ -177,7 +171,7 @@ def uncertainty_of_fit(
             slopes=slopes,
             residual=search.residuals(x, count),
             accuracy=search.accuracy(x, count),
-            counted=targets.counted,
+            counted=targets.array("counted") > 0.0,
             measured=measured,
             simulated=simulated / count,
         )
