@@ -69,18 +69,17 @@ def compare(
     simulation; for rows with a count the deviation is also given in standard errors of both.
     """
     from tablegen.config.config import load_config
-    from tablegen.measured.compare import compare as side_by_side
-    from tablegen.measured.comparison_text import comparison_json, comparison_text
+    from tablegen.measured import compare as comparison
     from tablegen.measured.pictures import comparison_picture
 
     config = load_config(pair)
-    found = side_by_side(config, measured, wall_tilt_deg=wall_tilt, **settings)
+    found = comparison.compare(config, measured, wall_tilt_deg=wall_tilt, **settings)
     warnings = map(config.pair.extrapolation, sorted(set(found.speed.tolist())))
     for warning in dict.fromkeys(filter(None, warnings)):
         note("tablegen", warning)
-    click.echo(comparison_text(found))
+    click.echo(comparison.comparison_text(found))
     if json_file:
-        write_text(json_file, comparison_json(found))
+        write_text(json_file, comparison.comparison_json(found))
     if picture:
         write_bytes(picture, comparison_picture(found, picture.name).data)
     return DONE

@@ -35,52 +35,30 @@ class Quantity:
 
     #: Column of `tablegen.measured.moments.variables_of`.
     variable: int
-    #: Heading of its table, and the number of decimals there.
+    #: Heading of its table, and label of its axis.
     title: str
-    digits: int
-    #: Label of its axis.
     label: str
+    #: Number of decimals in tables.
+    digits: int = 3
     #: Assumed standard error of a mean in a row without a count.
-    accuracy: float
+    accuracy: float = 0.02
 
 
 #: Quantities by the name of their column.
 QUANTITIES: Mapping[str, Quantity] = {
-    "e_n": Quantity(
-        variable=1,
-        title="e_n, normal restitution v+/|v-|",
-        digits=3,
-        label=r"normal restitution $v^+/|v^-|$",
-        accuracy=0.02,
-    ),
-    "e_t": Quantity(
-        variable=0,
-        title="e_t, tangential restitution u+/u-",
-        digits=3,
-        label=r"tangential restitution $u^+/u^-$",
-        accuracy=0.02,
-    ),
+    "e_n": Quantity(1, "e_n, normal restitution v+/|v-|", r"normal restitution $v^+/|v^-|$"),
+    "e_t": Quantity(0, "e_t, tangential restitution u+/u-", r"tangential restitution $u^+/u^-$"),
     "rebound_angle_deg": Quantity(
-        variable=2,
-        title="rebound angle from the wall [degrees]",
-        digits=2,
-        label="rebound angle [°]",
-        accuracy=1.0,
+        2, "rebound angle from the wall [degrees]", "rebound angle [°]", digits=2, accuracy=1.0
     ),
     "out_of_plane_deg": Quantity(
         variable=3,
         title="angle out of the impact plane [degrees]",
-        digits=2,
         label="angle out of the impact plane [°]",
+        digits=2,
         accuracy=1.0,
     ),
-    "omega_z": Quantity(
-        variable=4,
-        title="omega_z, spin times a/V",
-        digits=3,
-        label=r"spin $\Omega_z^+\,a/V$",
-        accuracy=0.02,
-    ),
+    "omega_z": Quantity(4, "omega_z, spin times a/V", r"spin $\Omega_z^+\,a/V$"),
 }
 
 

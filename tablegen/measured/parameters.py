@@ -37,7 +37,7 @@ SHAPES = "population.shapes"
 
 STATIC, DYNAMIC = "pair.resistance.static", "pair.resistance.dynamic"
 
-#: Its coefficients are searched, and written, so that the restitution stays between 0 and 1.
+#: Coefficients that are searched, and not rounded, so that the restitution stays from 0 to 1.
 POLYNOMIAL = "pair.restitution.coefficients"
 
 #: Digits of a fitted number in a file, far below any standard error.
@@ -204,19 +204,17 @@ def _field(name: str, given: FloatArray, allowed: Range) -> Parameter:
     if given.ndim == 2 and given.shape[1] == 1:
         places = [f"[{k}]" for k in range(len(given))]
     labels = [name + place for place in places]
+    scale = LOGARITHM if allowed.logarithmic else PLAIN
     polynomial = name == POLYNOMIAL
     if polynomial:
         scale = bernstein(given.size, np.pi / 2)
-    else:
-        scale = LOGARITHM if allowed.logarithmic else PLAIN
     space = _space(labels, given.ravel(), [allowed] * given.size, scale)
     return Parameter(name, labels, scale, space, {name: given.shape}, rounded=not polynomial)
 
 
 def _both_frictions(config: Config) -> Parameter:
     """Make the parameter of both friction coefficients; the dynamic one is at most the static."""
-    labels = (STATIC, DYNAMIC)
-    given = np.array([_given(config, label) for label in labels])
+    labels, given = (STATIC, DYNAMIC), np.array([_given(config, n) for n in (STATIC, DYNAMIC)])
     space = _space(labels, given, _BOTH_FRICTIONS, DESCENDING)
     return Parameter(STATIC, labels, DESCENDING, space, {STATIC: (), DYNAMIC: ()})
 
@@ -266,13 +264,10 @@ def _beside(config: Config, name: str) -> Range:
 
 def allowed_names(config: Config) -> tuple[str, ...]:
     """List the names that can be freed of a pair."""
-    names, present = [*_ranges(config)], config.population.shapes.positive()
-    if len(present) > 1:
-        names.append(SHAPES)
-    if present:
-        every = config.population.shapes.model_dump(by_alias=True)
-        names += [f"{SHAPES}.{name}" for name in every]
-    return tuple(names)
+    shapes = config.population.shapes
+    together = [SHAPES] if len(shapes.positive()) > 1 else []
+    every = shapes.model_dump(by_alias=True) if shapes.positive() else {}
+    return (*_ranges(config), *together, *(f"{SHAPES}.{name}" for name in every))
 
 
 def default_names(config: Config) -> tuple[str, ...]:
@@ -310,10 +305,6 @@ def make_parameters(
             allowed_range = _beside(config, name) if name in (STATIC, DYNAMIC) else ranges[name]
             made.append(_field(name, _given(config, name), allowed_range))
     shapes = [name.removeprefix(f"{SHAPES}.") for name in names if name.startswith(SHAPES)]
-    if shapes:
-        made.append(
-            _shares(
-                config, shapes if SHAPES not in names else [*config.population.shapes.positive()]
-            )
-        )
-    return tuple(made)
+    if SHAPES in names:
+        shapes = [*config.population.shapes.positive()]
+    return (*made, _shares(config, shapes)) if shapes else tuple(made)

@@ -44,22 +44,17 @@ class _Line(NamedTuple):
     file: str
     number: int
     cells: Sequence[str]
+    #: Names of the columns.
+    columns: Sequence[str] = ()
+
+    def cell(self, column: str) -> str:
+        """Give the cell of a column; empty if there is none."""
+        return dict(zip(self.columns, self.cells, strict=True)).get(column, "")
 
     def refusal(self, got: str, allowed: str, column: str = "") -> InputError:
         """Make the error of a line, or of one cell."""
         place = f"{self.file}: line {self.number}" + (f", {column}" if column else "")
         return InputError(f"{place}: {got}, allowed: {allowed}")
-
-
-class _Row(NamedTuple):
-    """A line of values, with its cells by column."""
-
-    line: _Line
-    cells: Mapping[str, str]
-
-    def refusal(self, column: str, got: str, allowed: str) -> InputError:
-        """Make the error of a cell."""
-        return self.line.refusal(f"got {got}", allowed, column)
 
 
 class _Range(NamedTuple):
@@ -104,13 +99,13 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
     if not lines:
         raise InputError(f"{file}: got no line but comments, allowed: a line of column names")
     _check_columns(lines[0])
-    rows = [_row(line, lines[0].cells) for line in lines[1:]]
+    rows = [line._replace(columns=lines[0].cells) for line in lines[1:]]
     if not 0 < len(rows) <= _MOST_ROWS:
         raise InputError(f"{file}: got {len(rows)} rows, allowed: 1 to {_MOST_ROWS}")
     numbers = [_numbers(row) for row in rows]
     _check_unique(rows, numbers)
     of = {column: np.array([values[column] for values in numbers]) for column in NUMBERS}
-    texts = {column: tuple(row.cells.get(column, "") for row in rows) for column in TEXTS}
+    texts = {column: tuple(row.cell(column) for row in rows) for column in TEXTS}
     return Measurements(
         name=name,
         alpha_deg=of["alpha_deg"],
@@ -157,41 +152,40 @@ def _check_columns(header: _Line) -> None:
         raise header.refusal("got no measured quantity", one_of)
 
 
-def _row(line: _Line, columns: Sequence[str]) -> _Row:
-    """Sort the cells of a line by column."""
-    if len(line.cells) != len(columns):
-        raise line.refusal(f"got {len(line.cells)} cells", str(len(columns)))
-    row = _Row(line, dict(zip(columns, line.cells, strict=True)))
+def _check_row(line: _Line) -> None:
+    """Check the number of cells, and those that must not be empty."""
+    if len(line.cells) != len(line.columns):
+        raise line.refusal(f"got {len(line.cells)} cells", str(len(line.columns)))
     for column in REQUIRED:
-        if not row.cells[column]:
-            raise row.refusal(column, "an empty cell", "a value in every row")
-    return row
+        if not line.cell(column):
+            raise line.refusal("got an empty cell", "a value in every row", column)
 
 
-def _numbers(row: _Row) -> dict[str, float]:
+def _numbers(row: _Line) -> dict[str, float]:
     """Read and check the numbers of a row; NaN for an empty cell."""
+    _check_row(row)
     values = {column: _number(row, column) for column in NUMBERS}
     for column, value in values.items():
         if math.isnan(value):
             continue
-        cell, quantity = row.cells[column], column.removesuffix(SPREAD)
+        got, quantity = f"got {row.cell(column)}", column.removesuffix(SPREAD)
         if quantity == "e_t" and values["alpha_deg"] == 90.0:
-            raise row.refusal(column, cell, "an empty cell at 90 degrees")
+            raise row.refusal(got, "an empty cell at 90 degrees", column)
         allowed = _range(column, values["alpha_deg"])
         if not allowed.low <= value <= allowed.high or (column == "count" and value % 1.0):
             words = f"{allowed.low:.4g} to {allowed.high:.4g} ({allowed.hint})"
-            raise row.refusal(column, cell, words)
+            raise row.refusal(got, words, column)
         if math.isnan(values.get(quantity, 0.0)):
-            raise row.refusal(column, cell, f"a spread beside its mean, {quantity}")
+            raise row.refusal(got, f"a spread beside its mean, {quantity}", column)
     if all(math.isnan(values[quantity]) for quantity in QUANTITIES):
         one_of = f"a value for one of {', '.join(QUANTITIES)} at least"
-        raise row.line.refusal("got no measured quantity", one_of)
+        raise row.refusal("got no measured quantity", one_of)
     return values
 
 
-def _number(row: _Row, column: str) -> float:
+def _number(row: _Line, column: str) -> float:
     """Read the number of a cell; NaN if it is empty."""
-    cell = row.cells.get(column, "")
+    cell = row.cell(column)
     if not cell:
         return math.nan
     try:
@@ -199,7 +193,7 @@ def _number(row: _Row, column: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise row.refusal(column, shown(cell), "a number, or an empty cell")
+        raise row.refusal(f"got {shown(cell)}", "a number, or an empty cell", column)
     return value
 
 
@@ -227,7 +221,7 @@ def _range(column: str, alpha_deg: float) -> _Range:
     return _Range(0.0, 0.5 * (high - low), hint)
 
 
-def _check_unique(rows: Sequence[_Row], numbers: Sequence[Mapping[str, float]]) -> None:
+def _check_unique(rows: Sequence[_Line], numbers: Sequence[Mapping[str, float]]) -> None:
     """Refuse two values of one quantity at the same angle and speed."""
     seen: dict[tuple[str, float, float | None], int] = {}
     for row, values in zip(rows, numbers, strict=True):
@@ -236,7 +230,8 @@ def _check_unique(rows: Sequence[_Row], numbers: Sequence[Mapping[str, float]]) 
         for quantity in QUANTITIES:
             if math.isnan(values[quantity]):
                 continue
-            first = seen.setdefault((quantity, alpha_deg, speed), row.line.number)
-            if first != row.line.number:
+            first = seen.setdefault((quantity, alpha_deg, speed), row.number)
+            if first != row.number:
                 at = f"{alpha_deg:g} degrees" + ("" if speed is None else f" and {speed:g} m/s")
-                raise row.refusal(quantity, f"a second value at {at}", f"that of line {first} only")
+                only = f"that of line {first} only"
+                raise row.refusal(f"got a second value at {at}", only, quantity)

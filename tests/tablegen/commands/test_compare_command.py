@@ -6,8 +6,7 @@ import pytest
 from command_line import DONE
 
 from tablegen.config.config import load_config
-from tablegen.measured.compare import compare
-from tablegen.measured.comparison_text import comparison_json, comparison_text
+from tablegen.measured.compare import compare, comparison_json, comparison_text
 
 GRANT = ("compare", "grant-tabakoff-1975", "--measured", "grant-tabakoff-1975", "--quiet")
 

@@ -8,8 +8,7 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen.config.config import load_config
-from tablegen.measured.compare import compare
-from tablegen.measured.comparison_text import comparison_json, comparison_text
+from tablegen.measured.compare import compare, comparison_json, comparison_text
 from tablegen.measured.pictures import comparison_picture
 from tablegen.measured.reader import parse_measurements
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
