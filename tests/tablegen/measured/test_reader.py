@@ -56,21 +56,16 @@ WRONG = [
     (row("30,1,1,s", SOURCE.format("e_n,e_n")), r": line 1: got column 'e_n' twice"),
     ("alpha_deg;e_n;source\n30;0,5;s\n", r": line 1: got semicolons between"),
     (row("0,,0.5,,,s"), r": line 2, alpha_deg: got 0, allowed: 1e-06 to 90 \(degrees"),
-    (row("91,,0.5,,,s"), r": line 2, alpha_deg: got 91, allowed"),
     (row("30,,0.5,,, "), r": line 2, source: got an empty cell"),
     (row("30,10,,,,s"), r": line 2: got no measured quantity"),
     (
         row("30,,43,,,s"),
         r": line 2, e_n: got 43, allowed: 0 to 2.002 \(at 30 degrees; a fraction, not per cent\)$",
     ),
-    (row("30,,,,60.1,s"), r": line 2, e_t: got 60.1, allowed: -1.156 to 1.156"),
-    (row("30,,0.4,25,,s"), r": line 2, e_n_std: got 25, allowed: 0 to 1.001"),
     (row("30,,0.4,-0.1,,s"), r": line 2, e_n_std: got -0.1, allowed: 0 to"),
     (row("30,,,0.1,0.5,s"), r"e_n_std: got 0.1, allowed: a spread beside its mean"),
     (row("90,,0.4,,0.9,s"), r": line 2, e_t: got 0.9, allowed: an empty cell at 90"),
     (row("30,0,0.4,,,s"), r": line 2, speed: got 0, allowed: 1e-06 to 1e\+05 \(m/s\)"),
-    (row("30,,high,,,s"), r": line 2, e_n: got 'high', allowed: a number, or an empty"),
-    (row("30,,nan,,,s"), r": line 2, e_n: got 'nan', allowed: a number"),
     (row("30,1e999,0.4,,,s"), r": line 2, speed: got '1e999', allowed: a number"),
     (row('30,,"0,4",,,s'), r": line 2, e_n: got '0,4', allowed: a number"),
     (row("30,,0.4,,s"), r": line 2: got 5 cells, allowed: 6"),
@@ -81,10 +76,6 @@ WRONG = [
     (
         row("30,100,0.4,,,s\n# between\n30,100,0.5,,,s"),
         r": line 4, e_n: got a second value at 30 degrees and 100 m/s, allowed: that of line 2",
-    ),
-    (
-        row("30,,0.4,,,s\n30.0,,0.5,,,s"),
-        r": line 3, e_n: got a second value at 30 degrees, allowed: that of line 2 only$",
     ),
 ]
 
@@ -136,22 +127,6 @@ def test_shipped_rows_are_the_published_polynomials(key):
     np.testing.assert_allclose(values[given], expected[given], atol=0.5001e-4)
     steep = 60.0 if name.startswith("wakeman") else 90.0
     np.testing.assert_array_equal(given, (quantity == "e_n") | (found.alpha_deg < steep))
-
-
-def test_spheres_of_kharaz_slide_at_grazing_impacts():
-    """Rigid sliding at 30 degrees, mu = 0.092 and e = 0.98, as in the paper within a tenth.
-
-    u+ = u- - mu (1 + e) |v-|, and omega_z = -5/2 mu (1 + e) |v-| a / (a V).
-    """
-    found = read_measurements("kharaz-2001")
-    assert (found.speed == 3.9).all()
-    alpha = np.radians(found.alpha_deg)
-    impulse = 0.092 * 1.98 * np.sin(alpha)
-    for name, law in (("e_t", 1.0 - impulse / np.cos(alpha)), ("omega_z", -2.5 * impulse)):
-        mean = found.moments[name].mean
-        rows = (found.alpha_deg < 31.0) & np.isfinite(mean)
-        assert rows.sum() == 1
-        np.testing.assert_allclose(mean[rows], law[rows], rtol=0.1)
 
 
 def test_every_shipped_file_says_where_it_is_from():
