@@ -16,10 +16,7 @@ from tablegen.commands.resuming import resumable
 from tablegen.config.defaults import CALIBRATE_COUNT
 
 #: Options that may be followed by several values, and the form of those after the first.
-_MANY = {
-    "--free": re.compile(r"(pair|population)\.|wall_tilt_deg"),
-    "--hold-out": re.compile(r"[0-9.]+([eE][+-]?\d+)?$"),
-}
+_MANY = {"--free": r"(pair|population)\.|wall_tilt_deg", "--hold-out": r"[0-9.]+$"}
 
 
 class _ManyValues(options.Command):
@@ -27,10 +24,9 @@ class _ManyValues(options.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Repeat the flag before each value."""
-        words: list[str] = []
-        flag = ""
+        words, flag = list[str](), ""
         for word in args:
-            if flag and words[-1] != flag and _MANY[flag].match(word):
+            if flag and words[-1] != flag and re.match(_MANY[flag], word):
                 words.append(flag)
             elif not flag or words[-1] != flag:
                 flag = word if word in _MANY else ""
@@ -96,7 +92,6 @@ def calibrate(
     pair: str,
     output: Path,
     free: tuple[str, ...],
-    wall_tilt: float,
     json_file: Path | None,
     picture: Path | None,
     **settings: Any,
@@ -117,7 +112,7 @@ def calibrate(
 
     start = load_config(pair)
     with resumable(output):
-        made = fit(measured, start, output, free=free or None, wall_tilt_deg=wall_tilt, **settings)
+        made = fit(measured, start, output, free=free or None, **settings)
     if json_file is not None:
         write_text(json_file, json_text(made.to_dict()))
     if picture is not None:

@@ -57,7 +57,6 @@ from tablegen.model.shape_codes import SHAPE_NAMES
 def compare(
     pair: str,
     measured: str,
-    wall_tilt: float,
     json_file: Path | None,
     picture: Path | None,
     **settings: Any,
@@ -73,7 +72,7 @@ def compare(
     from tablegen.measured.pictures import comparison_picture
 
     config = load_config(pair)
-    found = comparison.compare(config, measured, wall_tilt_deg=wall_tilt, **settings)
+    found = comparison.compare(config, measured, **settings)
     warnings = map(config.pair.extrapolation, sorted(set(found.speed.tolist())))
     for warning in dict.fromkeys(filter(None, warnings)):
         note("tablegen", warning)

@@ -27,21 +27,14 @@ def speed(text: str) -> Decorator:
 
 def wall_tilt(text: str) -> Decorator:
     """Add ``--wall-tilt``, of a rough wall."""
-    tilt = options.Number("0 to 28.6 degrees", 0.0, 28.6)
-    return click.option(
-        "--wall-tilt", type=tilt, default=0.0, show_default=True, metavar="DEG", help=text
-    )
+    kind, names = options.Number("0 to 28.6 degrees", 0.0, 28.6), ("--wall-tilt", "wall_tilt_deg")
+    return click.option(*names, type=kind, default=0.0, show_default=True, metavar="DEG", help=text)
 
 
 def picture(text: str) -> Decorator:
     """Add ``--picture``."""
-    return click.option(
-        "--picture",
-        type=options.OUTPUT,
-        metavar="F.png|pdf|svg",
-        callback=_check_picture,
-        help=text,
-    )
+    how: Any = {"type": options.OUTPUT, "callback": _check_picture, "metavar": "F.png|pdf|svg"}
+    return click.option("--picture", help=text, **how)
 
 
 def _check_picture(_context: click.Context, _option: click.Parameter, path: Path | None) -> Any:

@@ -153,18 +153,14 @@ def _agreements(
 ) -> tuple[dict[str, Agreement], dict[str, Agreement]]:
     """Pair measured means and spreads with simulated ones."""
     means, spreads = {}, {}
-    for name in QUANTITIES:
-        moments = measured.moments[name]
-        if not np.isfinite(moments.mean).any():
-            continue
-        error = moments.std / np.sqrt(measured.count)
-        means[name] = Agreement(
-            moments.mean, error, simulated.mean[name], simulated.mean_error[name]
-        )
-        # the error of a spread is taken to be that of a normal law
-        spreads[name] = Agreement(
-            moments.std, error / np.sqrt(2.0), simulated.std[name], simulated.std_error[name]
-        )
+    for name, (mean, std) in measured.moments.items():
+        if np.isfinite(mean).any():
+            error = std / np.sqrt(measured.count)
+            ours = simulated.mean[name], simulated.mean_error[name]
+            means[name] = Agreement(mean, error, *ours)
+            # the error of a spread is taken to be that of a normal law
+            ours = simulated.std[name], simulated.std_error[name]
+            spreads[name] = Agreement(std, error / np.sqrt(2.0), *ours)
     return means, spreads
 
 
@@ -257,11 +253,8 @@ def _row(found: MeasuredComparison, row: int) -> dict[str, Any]:
     """Collect the numbers of a row."""
     data = found.measured
     quantities = {
-        name: {
-            "mean": _agreement_at(found.means[name], row),
-            "spread": _agreement_at(found.spreads[name], row),
-        }
-        for name in found.means
+        name: {"mean": _agreement_at(mean, row), "spread": _agreement_at(found.spreads[name], row)}
+        for name, mean in found.means.items()
     }
     return {
         "alpha_deg": float(data.alpha_deg[row]),
@@ -276,14 +269,9 @@ def _row(found: MeasuredComparison, row: int) -> dict[str, Any]:
 
 def _agreement_at(agreement: Agreement, row: int) -> dict[str, float | None]:
     """Collect the numbers of a mean, or of a spread."""
-    return {
-        "measured": _number(agreement.measured[row]),
-        "measured_error": _number(agreement.measured_error[row]),
-        "simulated": _number(agreement.simulated[row]),
-        "simulated_error": _number(agreement.simulated_error[row]),
-        "deviation": _number(agreement.deviation[row]),
-        "deviation_over_error": _number(agreement.in_errors[row]),
-    }
+    names = ("measured", "measured_error", "simulated", "simulated_error", "deviation")
+    found = {name: _number(getattr(agreement, name)[row]) for name in names}
+    return found | {"deviation_over_error": _number(agreement.in_errors[row])}
 
 
 def _number(value: float) -> float | None:
