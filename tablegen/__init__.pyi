@@ -7,8 +7,8 @@ from .config.config import parse_config as parse_config
 from .measured.calibrate import calibrate as calibrate
 from .measured.compare import MeasuredComparison as MeasuredComparison
 from .measured.compare import compare as compare
+from .measured.measurements import Measurements as Measurements
 from .measured.reader import read_measurements as read_measurements
-from .measured.records import Measurements as Measurements
 from .measured.result import Calibration as Calibration
 from .model.one_rebound import draw as draw
 from .model.one_rebound import grain as grain

@@ -15,7 +15,7 @@ from scipy.stats import norm
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS
-from tablegen.config.spin_targets import JointTargets, SpinTargets
+from tablegen.config.targets import JointTargets, SpinTargets
 
 #: Probability that a table that has the accuracy is said to miss it, over all distances, conditions
 #: and looks together (Bonferroni): half for the nodes, half for the comparisons.

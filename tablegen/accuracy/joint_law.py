@@ -18,7 +18,7 @@ from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
 from tablegen.accuracy.noise_corrected import Estimate, Settings, auc_estimate, ks_estimate
 from tablegen.config.config import Config
 from tablegen.config.metric_table import JOINT_METRICS, METRICS
-from tablegen.config.spin_targets import JointTargets
+from tablegen.config.targets import JointTargets
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (

@@ -21,7 +21,7 @@ from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import Config
 from tablegen.config.metric_table import JOINT, METRICS
-from tablegen.config.spin_targets import SpinTargets
+from tablegen.config.targets import SpinTargets
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate

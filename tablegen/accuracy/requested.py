@@ -7,7 +7,7 @@ from pydantic import BaseModel, ValidationError
 from sampler.errors import InputError
 from tablegen.config.messages import complaint
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
-from tablegen.config.spin_targets import SpinTargets
+from tablegen.config.targets import SpinTargets
 
 #: Beginning of the names of the limits of the spin law.
 _SPIN = "spin_"

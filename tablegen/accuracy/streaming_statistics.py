@@ -17,7 +17,7 @@ from sampler.formats.channels import STATE
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
-from tablegen.model.impact_condition import Condition
+from tablegen.model.impacts import Condition
 from tablegen.progress import bar
 from tablegen.simulation.batches import ParticleRun, batches
 from tablegen.simulation.simulate import Simulation, check_run

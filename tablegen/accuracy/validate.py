@@ -28,7 +28,7 @@ from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config.config import AccuracyTargets, Config, stored_config
 from tablegen.config.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS
 from tablegen.config.metric_table import JOINT, METRICS, worst_spin_stored, worst_stored
-from tablegen.config.spin_targets import SpinTargets
+from tablegen.config.targets import SpinTargets
 
 #: Bits of a random seed: few enough to type.
 _SEED_BITS = 32

@@ -1,7 +1,8 @@
-"""``tablegen calibrate``: a material pair fitted to measured rebounds."""
+"""Command ``tablegen calibrate``: fit a material pair to measured rebounds."""
 
 import re
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -13,25 +14,21 @@ from tablegen.commands.bounded import CONFIG
 from tablegen.commands.resuming import resumable
 from tablegen.config.defaults import CALIBRATE_COUNT
 
-#: Options that take all words that follow and look like values of theirs.
-_MANY = {
-    "--free": re.compile(r"(pair|population)\.|wall_tilt_deg"),
-    "--hold-out": re.compile(r"[0-9.]+([eE][+-]?\d+)?$"),
-}
+#: Options that may be followed by several values, and the form of those after the first.
+_MANY = {"--free": r"(pair|population)\.|wall_tilt_deg", "--hold-out": r"[0-9.]+$"}
 
 
 class _ManyValues(options.Command):
-    """Command with options that may be followed by several values."""
+    """Command that takes ``--free A B`` as ``--free A --free B``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse ``--free A B`` as ``--free A --free B``."""
-        words: list[str] = []
-        option = None
+        """Repeat the flag before each value."""
+        words, flag = list[str](), ""
         for word in args:
-            if option and words[-1] != option and _MANY[option].match(word):
-                words.append(option)
-            elif not (option and words[-1] == option):
-                option = word if word in _MANY else None
+            if flag and words[-1] != flag and re.match(_MANY[flag], word):
+                words.append(flag)
+            elif not flag or words[-1] != flag:
+                flag = word if word in _MANY else ""
             words.append(word)
         return super().parse_args(ctx, words)
 
@@ -80,8 +77,8 @@ class _ManyValues(options.Command):
 @options.seed("Seed of the particles and of the random starts.")
 @measured_options.speed("Impact speed of rows that state none.")
 @measured_options.wall_tilt(
-    "Roughness of the wall, standard deviation of the tilt of its facets; or where the search for "
-    "it starts."
+    "Roughness of the wall, standard deviation of the tilt of its facets; or the start of the "
+    "search for it."
 )
 @click.option("--resume", is_flag=True, help="Use the simulations of an interrupted run.")
 @click.option("--discard", is_flag=True, help="Remove the simulations of an interrupted run.")
@@ -94,49 +91,27 @@ def calibrate(
     pair: str,
     output: Path,
     free: tuple[str, ...],
-    hold_out: tuple[float, ...],
-    count: int,
-    seed: int,
-    speed: float | None,
-    wall_tilt: float,
-    resume: bool,
-    discard: bool,
     json_file: Path | None,
     picture: Path | None,
-    threads: int | None,
-    progress: bool,
+    **settings: Any,
 ) -> int:
     """Fit free parameters of a material pair to measured rebounds (a name, or a .csv file).
 
-    Least squares over means and, where measured, spreads, each weighted by its accuracy: measured
-    spread and count of particles, or the same for all where no count is stated. The search begins
-    at the pair and at random places around it. The new file is complete, and says in comments how
-    it was made: every row with its residual, standard errors and correlations of the fitted
-    numbers, and warnings of what the data leave open. Finished simulations are kept in
-    FITTED.toml.parts until then; if an interrupted run left some, say --resume or --discard.
+    Least squares over means and, if measured, spreads, each weighted by its accuracy: measured
+    spread and count of particles, or the same for all rows without a count. The search begins at
+    the pair and at random places around it. The comments of the new file say how it was made:
+    every row with its residual, standard errors and correlations of the fitted numbers, and
+    warnings of what the data leave open. Finished simulations are kept in FITTED.toml.parts until
+    then; if an interrupted run left some, say --resume or --discard.
     """
     from tablegen.config.config import load_config
     from tablegen.measured.calibrate import calibrate as fit
-    from tablegen.measured.fit_picture import fit_picture
-    from tablegen.measured.fit_text import fit_lines
+    from tablegen.measured.pair_file import fit_lines
+    from tablegen.measured.pictures import fit_picture
 
     start = load_config(pair)
     with resumable(output):
-        made = fit(
-            measured,
-            start,
-            output,
-            free=free or None,
-            hold_out=hold_out,
-            count=count,
-            seed=seed,
-            speed=speed,
-            wall_tilt_deg=wall_tilt,
-            resume=resume,
-            discard=discard,
-            threads=threads,
-            progress=progress,
-        )
+        made = fit(measured, start, output, free=free or None, **settings)
     if json_file is not None:
         write_text(json_file, json_text(made.to_dict()))
     if picture is not None:

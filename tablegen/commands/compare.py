@@ -1,6 +1,7 @@
-"""``tablegen compare``: simulated rebounds beside measured ones."""
+"""Command ``tablegen compare``: put simulated rebounds beside measured ones."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -11,8 +12,6 @@ from tablegen.commands import measured_options
 from tablegen.commands.bounded import CONFIG
 from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
-
-_COUNT = options.Integer(2, 2**32 - 1)
 
 
 @click.command(
@@ -35,7 +34,7 @@ _COUNT = options.Integer(2, 2**32 - 1)
 )
 @click.option(
     "--count",
-    type=_COUNT,
+    type=options.Integer(2, 2**32 - 1),
     default=COMPARE_COUNT,
     show_default=True,
     metavar="N",
@@ -58,46 +57,28 @@ _COUNT = options.Integer(2, 2**32 - 1)
 def compare(
     pair: str,
     measured: str,
-    count: int,
-    seed: int,
-    speed: float | None,
-    wall_tilt: float,
-    shape: str | None,
-    threads: int | None,
     json_file: Path | None,
     picture: Path | None,
-    progress: bool,
+    **settings: Any,
 ) -> int:
     """Simulate measured rebounds, and print both side by side with their deviations.
 
-    Means and standard deviations of what was measured: normal and tangential restitution, rebound
-    angle, angle out of the impact plane, spin. Each stands with the chance error of the
-    simulation, and where the file states counts the deviation also in standard errors of both.
+    Means and standard deviations of the measured quantities: normal and tangential restitution,
+    rebound angle, angle out of the impact plane, spin. Each has the chance error of the
+    simulation; for rows with a count the deviation is also given in standard errors of both.
     """
     from tablegen.config.config import load_config
-    from tablegen.measured.compare import compare as side_by_side
-    from tablegen.measured.comparison_picture import comparison_picture
-    from tablegen.measured.comparison_text import comparison_json, comparison_text
-    from tablegen.measured.reader import read_measurements
+    from tablegen.measured import compare as comparison
+    from tablegen.measured.pictures import comparison_picture
 
     config = load_config(pair)
-    found = side_by_side(
-        config,
-        read_measurements(measured),
-        count=count,
-        seed=seed,
-        speed=speed,
-        wall_tilt_deg=wall_tilt,
-        shape=shape,
-        threads=threads,
-        progress=progress,
-    )
+    found = comparison.compare(config, measured, **settings)
     warnings = map(config.pair.extrapolation, sorted(set(found.speed.tolist())))
     for warning in dict.fromkeys(filter(None, warnings)):
         note("tablegen", warning)
-    click.echo(comparison_text(found))
+    click.echo(comparison.comparison_text(found))
     if json_file:
-        write_text(json_file, comparison_json(found))
+        write_text(json_file, comparison.comparison_json(found))
     if picture:
         write_bytes(picture, comparison_picture(found, picture.name).data)
     return DONE

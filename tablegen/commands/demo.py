@@ -45,8 +45,8 @@ def demo(output: Path, progress: bool) -> int:
     """
     from sampler.files import check_output
     from tablegen.accuracy.accuracy_text import accuracy_text, details_text
+    from tablegen.accuracy.decision import verdict_words
     from tablegen.accuracy.validate import validate
-    from tablegen.accuracy.verdict import verdict_words
     from tablegen.config.config import load_config
     from tablegen.tables.generate import generate
 

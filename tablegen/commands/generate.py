@@ -134,9 +134,8 @@ def generate(
 
 def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
     """Describe a new table and its accuracy; returns the exit status."""
-    from tablegen.accuracy.accuracy_text import accuracy_text, time_text
+    from tablegen.accuracy.accuracy_text import accuracy_text, spin_report, time_text
     from tablegen.accuracy.decision import judge
-    from tablegen.accuracy.spin_text import spin_report
     from tablegen.commands.inspect import identity_text
 
     click.echo(identity_text(made.table.contents))

@@ -157,7 +157,7 @@ def _notes(declared: Mapping[str, float] | None, worst: Mapping[str, float] | No
 
 def _declared(config: str) -> dict[str, float] | None:
     """Read the declared accuracy without pydantic, which takes a second to load."""
-    from tablegen.config.toml_text import parse_toml
+    from tablegen.config.scenes import parse_toml
 
     try:
         found = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))

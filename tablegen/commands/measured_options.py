@@ -1,4 +1,4 @@
-"""Options that `compare` and `calibrate` have in common: measured rebounds and a picture."""
+"""Options of both `compare` and `calibrate`: measured rebounds and a picture."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,46 +7,42 @@ from typing import Any
 import click
 
 from sampler import options
+from sampler.errors import InputError
 from sampler.options import Named
 from tablegen.commands import bounded
 
 #: Name or path of a file of measurements.
 MEASURED = Named(".csv")
 
-_TILT = options.Number("0 to 28.6 degrees", 0.0, 28.6)
+#: Endings of pictures.
+KINDS = (".png", ".pdf", ".svg")
 
 Decorator = Callable[[Any], Any]
 
 
 def speed(text: str) -> Decorator:
-    """Make the option ``--speed`` of rows that state none."""
+    """Add ``--speed``, of rows that state none."""
     return click.option("--speed", type=bounded.SPEED, metavar="M_S", help=text)
 
 
 def wall_tilt(text: str) -> Decorator:
-    """Make the option ``--wall-tilt`` of a rough wall."""
-    return click.option(
-        "--wall-tilt", type=_TILT, default=0.0, show_default=True, metavar="DEG", help=text
-    )
+    """Add ``--wall-tilt``, of a rough wall."""
+    kind, names = options.Number("0 to 28.6 degrees", 0.0, 28.6), ("--wall-tilt", "wall_tilt_deg")
+    return click.option(*names, type=kind, default=0.0, show_default=True, metavar="DEG", help=text)
 
 
 def picture(text: str) -> Decorator:
-    """Make the option ``--picture``."""
-    return click.option(
-        "--picture",
-        type=options.OUTPUT,
-        metavar="F.png|pdf|svg",
-        callback=_drawable,
-        help=text,
-    )
+    """Add ``--picture``."""
+    how: Any = {"type": options.OUTPUT, "callback": _check_picture, "metavar": "F.png|pdf|svg"}
+    return click.option("--picture", help=text, **how)
 
 
-def _drawable(_context: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
-    """Refuse a picture that cannot be drawn before any time is spent on what it shows."""
-    from tablegen.measured.comparison_picture import check_picture
+def _check_picture(_context: click.Context, _option: click.Parameter, path: Path | None) -> Any:
+    """Refuse a picture that cannot be drawn before any other work."""
     from tablegen.tasks.style import require_matplotlib
 
     if path is not None:
         require_matplotlib("--picture")
-        check_picture(path)
+        if path.suffix.lower() not in KINDS:
+            raise InputError(f"--picture: got {path}, allowed: a name in {', '.join(KINDS)}")
     return path

@@ -7,8 +7,7 @@ import numpy as np
 
 from sampler.formats.channels import STATE
 from tablegen.accuracy.comparison import Measured
-from tablegen.accuracy.decision import judge, limits
-from tablegen.accuracy.verdict import verdict_words
+from tablegen.accuracy.decision import judge, limits, verdict_words
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence.benchmark import Benchmark, MethodResult
 from tablegen.evidence.labels import quantity_text

@@ -1,9 +1,9 @@
 """A validation as one HTML page that needs no network."""
 
 from tablegen.accuracy import accuracy_text, spin_text
+from tablegen.accuracy.accuracy_text import certainty_line, coverage_lines, whose
+from tablegen.accuracy.decision import verdict_words
 from tablegen.accuracy.validate import Validation
-from tablegen.accuracy.validation_text import certainty_line, coverage_lines, whose
-from tablegen.accuracy.verdict import verdict_words
 from tablegen.evidence.rendering import render_page
 
 

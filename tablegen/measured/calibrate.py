@@ -1,11 +1,10 @@
-"""Fit a material pair to measured rebounds."""
+"""Calibration: fit a material pair to measured rebounds."""
 
 import hashlib
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -13,34 +12,18 @@ from threadpoolctl import threadpool_limits
 from sampler.arguments import as_integer
 from sampler.errors import InputError
 from sampler.files import check_output, find_measurements, write_text
-from tablegen.checkpoints import CheckpointStore, software
-from tablegen.config.config import Config, parse_config
+from tablegen.checkpoints import CheckpointStore
+from tablegen.config.config import Config
 from tablegen.config.defaults import CALIBRATE_COUNT
-from tablegen.measured.ends import (
-    Rows,
-    errors_of_fit,
-    errors_of_numbers,
-    numbers_beside,
-    particles_of_end,
-    settled,
-)
-from tablegen.measured.evaluations import Evaluations
-from tablegen.measured.impact_speeds import impact_speeds
-from tablegen.measured.pair_file import (
-    Provenance,
-    comment_text,
-    fitted_config,
-)
-from tablegen.measured.parameters import default_names, make_parameters
+from tablegen.measured.measurements import SPREAD, Measurements, impact_speeds
+from tablegen.measured.pair_file import fitted_config, with_comments
+from tablegen.measured.parameters import SHAPES, WALL_TILT, default_names, make_parameters
 from tablegen.measured.reader import read_measurements
-from tablegen.measured.records import Measurements
-from tablegen.measured.result import Calibration
-from tablegen.measured.rows import check_spreads, chosen_rows, split_rows
-from tablegen.measured.search import STAGES, Search, Stage, most_particles
-from tablegen.measured.simulated_moments import SimulatedRows
-from tablegen.measured.targets import make_targets
-from tablegen.measured.trial_pairs import TrialPairs
-from tablegen.measured.uncertainty import correlations
+from tablegen.measured.result import Calibration, FittedNumber, Task
+from tablegen.measured.search import STAGES, Search, Stage, make_targets, most_particles_after
+from tablegen.measured.simulated_rows import Scenario, SimulatedRows
+from tablegen.measured.trials import Evaluations, TrialPairs
+from tablegen.measured.uncertainty import errors_of_numbers, uncertainty_of_fit
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.simulate import check_run
@@ -48,33 +31,20 @@ from tablegen.simulation.simulate import check_run
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200
 
+#: Angles [degrees] that differ by less are the same.
+_SAME_ANGLE = 1e-6
 
-@dataclass(frozen=True)
-class _Task:
-    """What is asked for, checked."""
+#: The seed of the reported numbers differs by this from that of the fit, whose coordinates follow
+#: the chance of its own random numbers a little.
+_OTHER_SEED = 0x5EED
 
+
+class _Part(NamedTuple):
+    """Rows of the measurements with their search."""
+
+    rows: list[int]
     measurements: Measurements
-    checksum: str
-    start: Config
-    free: tuple[str, ...]
-    used: list[int]
-    held: list[int]
-    speeds: FloatArray
-    speed: float | None
-    wall_tilt_deg: float
-    count: int
-    seed: int
-    threads: int | None
-
-    @property
-    def fingerprint(self) -> str:
-        """Everything that decides the result."""
-        m = self.measurements
-        data = [m.alpha_deg, self.speeds, m.count]
-        data += [part for one in m.moments.values() for part in (one.mean, one.std)]
-        numbers = hashlib.sha256(b"".join(a.astype("<f8").tobytes() for a in data)).hexdigest()
-        rest = (self.free, self.held, self.wall_tilt_deg, self.count, self.seed)
-        return f"{software()}\n{self.start.text}\n{numbers}\n{rest}"
+    search: Search
 
 
 def calibrate(
@@ -95,10 +65,9 @@ def calibrate(
 ) -> Calibration:
     """Fit free parameters of a material pair to measured rebounds, by least squares.
 
-    Means and, where measured, spreads are weighted by their accuracies, which follow from measured
-    spread and count of particles. Where no count is stated all rows weigh the same, e_n and e_t as
-    if accurate to 0.02 and their spreads to 0.05 (`tablegen.measured.targets`), and the errors
-    of the fit follow from its residuals.
+    Means and, if measured, spreads are weighted by their accuracies, which follow from the measured
+    spread and the count of particles. Without a count they are assumed
+    (`tablegen.measured.search.make_targets`), and the errors of the fit follow from its residuals.
 
     The search begins at the given pair and at random ones, with few particles, and goes on from the
     best with more (`tablegen.measured.search`).
@@ -112,18 +81,18 @@ def calibrate(
     output : str or Path, optional
         File to write the fitted pair to. Finished simulations stay in ``OUTPUT.parts`` until then.
     free : sequence of str, optional
-        Paths of the fields that are free (`tablegen.measured.parameters.allowed_names`); by
-        default the coefficients of both laws and the mean aspect ratio.
+        Paths of the free fields (`tablegen.measured.parameters.allowed_names`); by default the
+        coefficients of both laws and the mean aspect ratio.
     hold_out : sequence of float
         Angles [degrees] whose rows are predicted and not used.
     count : int
         Particles of each shape at each condition, 200 or more.
     seed : int
-        0 to 2**64 - 1, of the particles and of the random starts.
+        0 to 2**64 - 1, for the particles and the random starts.
     speed : float, optional
         Impact speed [m/s] of rows that state none; needed if the law depends on it.
     wall_tilt_deg : float
-        Roughness of the wall, degrees: fixed, or where the search starts if it is free.
+        Roughness of the wall, degrees: fixed, or the start of the search if it is free.
     resume, discard : bool
         Use, or remove, the simulations of an interrupted run. With neither, they are refused.
     threads : int, optional
@@ -139,172 +108,178 @@ def calibrate(
     ------
     InputError
         If measurements, pair and free parameters do not go together, or the output cannot be
-        written; one line with what was given and what is allowed.
+        written.
     """
     as_integer("count", count, _FEWEST, 2**31, f"{_FEWEST} or more")
     check_run(count, seed, 0, threads)
-    task = _task(measured, start, free, hold_out, count, seed, speed, wall_tilt_deg, threads)
-    path = check_output(output) if output is not None else None
-    trials = TrialPairs(start, make_parameters(start, task.free, wall_tilt_deg), wall_tilt_deg)
-    with ExitStack() as stack:
-        store = None
-        if path is not None:
-            store = CheckpointStore(path, task.fingerprint, resume=resume, discard=discard)
-            stack.enter_context(store)
-        stack.enter_context(threadpool_limits(limits=1, user_api="blas"))
-        made = _fitted(task, trials, store, path, progress)
-        if path is not None and store is not None:
-            write_text(path, made.config.text)
-            store.remove()
-    return made
-
-
-def _task(
-    measured: Measurements | str | Path,
-    start: Config,
-    free: Sequence[str] | None,
-    hold_out: Sequence[float],
-    count: int,
-    seed: int,
-    speed: float | None,
-    wall_tilt_deg: float,
-    threads: int | None,
-) -> _Task:
-    """Check what belongs together."""
     checksum = ""
     if not isinstance(measured, Measurements):
         checksum = hashlib.sha256(find_measurements(measured).read_bytes()).hexdigest()
         measured = read_measurements(measured)
     names = tuple(default_names(start) if free is None else free)
-    used, held = split_rows(measured, hold_out)
-    check_spreads(measured, start, names, wall_tilt_deg)
-    speeds = impact_speeds(start.pair, measured, speed)
-    return _Task(
-        measured,
-        checksum,
-        start,
-        names,
-        used,
-        held,
-        speeds,
-        speed if not np.isfinite(measured.speed).all() else None,
-        wall_tilt_deg,
-        count,
-        seed,
-        threads,
+    used, held = _split_rows(measured, hold_out)
+    _check_spreads(measured, start, names, wall_tilt_deg)
+    task = Task(
+        measurements=measured,
+        checksum=checksum,
+        start=start,
+        free=names,
+        used=used,
+        held=held,
+        speeds=impact_speeds(start.pair, measured, speed),
+        speed=speed,
+        wall_tilt_deg=wall_tilt_deg,
+        count=count,
+        seed=seed,
+        threads=threads,
     )
+    path = check_output(output) if output is not None else None
+    trials = TrialPairs(start, make_parameters(start, names, wall_tilt_deg), wall_tilt_deg)
+    with threadpool_limits(limits=1, user_api="blas"):
+        if path is None:
+            return _fitted(task, trials, None, "fitted", progress)
+        store = CheckpointStore(path, task.fingerprint, resume=resume, discard=discard)
+        with store:
+            made = _fitted(task, trials, store, _pair_name(path), progress)
+            write_text(path, made.config.text)
+            store.remove()
+    return made
+
+
+def _split_rows(
+    measurements: Measurements, hold_out: Sequence[float]
+) -> tuple[list[int], list[int]]:
+    """Separate the rows that a fit uses from those at held-out angles [degrees]."""
+    angles = measurements.alpha_deg
+    is_held = np.zeros(len(angles), dtype=bool)
+    for angle in hold_out:
+        same = np.abs(angles - angle) < _SAME_ANGLE
+        if not same.any():
+            allowed = ", ".join(f"{a:g}" for a in np.unique(angles))
+            raise InputError(f"hold_out: got {angle:g} degrees, allowed: {allowed}")
+        is_held |= same
+    if is_held.all():
+        raise InputError(
+            f"hold_out: got all {len(angles)} rows, allowed: fewer, so that some remain"
+        )
+    return np.flatnonzero(~is_held).tolist(), np.flatnonzero(is_held).tolist()
+
+
+def _check_spreads(
+    measurements: Measurements, config: Config, free: Sequence[str], wall_tilt_deg: float
+) -> None:
+    """Refuse measured spreads if all rebounds of the pair are equal."""
+    population = config.population
+    spheres = set(population.shapes.positive()) == {"sphere"} and not population.meshes
+    varied = wall_tilt_deg > 0.0 or any(n == WALL_TILT or n.startswith(SHAPES) for n in free)
+    spread = [n for n, m in measurements.moments.items() if np.isfinite(m.std).any()]
+    if spheres and not varied and spread:
+        raise InputError(
+            f"{spread[0]}{SPREAD}: got spreads, which spheres on a smooth wall do not have, "
+            f"allowed: other shapes, or {WALL_TILT} among the free parameters"
+        )
+
+
+def _pair_name(path: Path) -> str:
+    """Name a pair after its file, with the characters that names have."""
+    plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in path.stem)
+    return plain.lstrip("._-")[:100] or "fitted"
 
 
 def _fitted(
-    task: _Task,
-    trials: TrialPairs,
-    store: CheckpointStore | None,
-    path: Path | None,
-    progress: bool,
+    task: Task, trials: TrialPairs, store: CheckpointStore | None, name: str, progress: bool
 ) -> Calibration:
-    """Search, and work out what is known of the end."""
-    totals = [most_particles(stage, trials, task.count) for stage in STAGES]
-    # slopes are taken of rows that are held out as well
-    totals.append((1 + bool(task.held)) * particles_of_end(trials, task.count))
+    """Search, and work out the result."""
+    totals = [stage.most_particles(trials, task.count) for stage in STAGES]
+    # slopes are also taken of the rows that are held out
+    totals.append((1 + bool(task.held)) * most_particles_after(trials, task.count))
     with bar(progress, "particle", total=sum(totals), unit_scale=True) as counted:
-        rows, held = (
-            _rows(task, trials, at, store, counted.update) for at in (task.used, task.held)
+        used, held = (
+            _part(task, trials, rows, store, counted.update) for rows in (task.used, task.held)
         )
-        _check_enough(rows, trials)
-        search = Search(rows.evaluations, rows.targets, task.count)
-        x = search.run(task.seed, _stage_by_stage(counted, totals))
+        m, p = len(used.search.targets), len(trials.labels)
+        if m < p:
+            raise InputError(
+                f"free: got {p} free numbers for {m} measured means and spreads in "
+                f"{len(used.rows)} rows, allowed: up to {m}"
+            )
+
+        def begin(stage: Stage) -> None:
+            counted.total = counted.n + sum(totals[STAGES.index(stage) :])
+            counted.set_description_str(stage.name, refresh=False)
+
+        x = used.search.run(task.seed, begin)
         counted.set_description_str("errors", refresh=False)
-        x, slopes = settled(rows, search, x, task.count)
-        found = errors_of_fit(rows, search, x, slopes, task.count)
-        name = "fitted" if path is None else _pair_name(path)
-        config = fitted_config(task.start, trials.changes(x), name, task.measurements, task.used)
+        x, slopes = used.search.settle(x)
+        found = uncertainty_of_fit(used.measurements, used.search, x, slopes)
+        config = fitted_config(task.start, trials.changes(x), name, used.measurements)
         numbers = [
-            one
-            for part, held_out in ((rows, False), (held, True))
-            for one in numbers_beside(part, config, x, found.covariance, task.count, held_out)
+            *_numbers(used, config, x, found.covariance, held_out=False),
+            *_numbers(held, config, x, found.covariance, held_out=True),
         ]
-    errors, covariance = errors_of_numbers(trials, x, found)
+    errors, correlation = errors_of_numbers(trials, x, found)
     made = Calibration(
         config=config,
         labels=trials.labels,
-        given=trials.numbers(trials.start),
+        given=trials.numbers(trials.space.start),
         values=trials.numbers(x),
         errors=errors,
-        correlation=correlations(covariance),
+        correlation=correlation,
         numbers=tuple(numbers),
         scatter=found.scatter,
         freedom=found.freedom,
         warnings=found.warnings,
         wall_tilt_deg=trials.wall_tilt_deg(x),
     )
-    return _with_comments(made, task)
+    return replace(made, config=with_comments(made, task))
 
 
-def _rows(
-    task: _Task,
+def _part(
+    task: Task,
     trials: TrialPairs,
-    at: list[int],
+    rows: list[int],
     store: CheckpointStore | None,
     on_simulated: Callable[[int], Any],
-) -> Rows:
-    """Take some rows, with their simulations."""
-    part = chosen_rows(task.measurements, at)
-    speed = task.speeds[at]
+) -> _Part:
+    """Make the search of some rows."""
+    part, speed = task.measurements.rows(rows), task.speeds[rows]
+    moments = None
+    if rows:
+        scenario = Scenario.of(task.start, task.wall_tilt_deg)
+        first = SimulatedRows(scenario, part.alpha_deg, speed, seed=task.seed, threads=task.threads)
+        moments = first.moments(_FEWEST)
     evaluations = Evaluations(
         trials, part.alpha_deg, speed, task.seed, task.threads, store, on_simulated
     )
-    if not at:
-        return Rows(part, at, evaluations, make_targets(part, None))
-    first = SimulatedRows(
-        task.start.pair,
-        task.start.population,
-        part.alpha_deg,
-        speed,
-        seed=task.seed,
-        numerics=task.start.model,
-        wall_tilt_deg=task.wall_tilt_deg,
-        threads=task.threads,
-    ).moments(_FEWEST)
-    return Rows(part, at, evaluations, make_targets(part, first))
+    return _Part(rows, part, Search(evaluations, make_targets(part, moments), task.count))
 
 
-def _check_enough(rows: Rows, trials: TrialPairs) -> None:
-    """Refuse fewer measured numbers than free ones."""
-    m, p = len(rows.targets.measured), len(trials.start)
-    if m < p:
-        raise InputError(
-            f"free: got {p} free numbers for {m} measured means and spreads in "
-            f"{len(rows.at)} rows, allowed: up to {m}"
+def _numbers(
+    part: _Part, config: Config, x: FloatArray, covariance: FloatArray, held_out: bool
+) -> list[FittedNumber]:
+    """Simulate the measured numbers of the fitted pair with other random numbers."""
+    if not part.rows:
+        return []
+    evaluations, targets, count = part.search.evaluations, part.search.targets, part.search.count
+    scenario = Scenario.of(config, evaluations.trials.wall_tilt_deg(x))
+    rows = evaluations.simulated(scenario, evaluations.seed ^ _OTHER_SEED)
+    values, chances = targets.pick(rows.moments(count))
+    slopes = evaluations.slopes(x, count, targets.pick, central=True)
+    variance = np.einsum("mp,pq,mq->m", slopes, covariance, slopes)
+    predicted = np.sqrt(np.maximum(variance, 0.0) + chances**2)
+    stated = part.measurements.speed
+    return [
+        FittedNumber(
+            row=part.rows[target.row],
+            alpha_deg=float(part.measurements.alpha_deg[target.row]),
+            speed=float(stated[target.row]) if np.isfinite(stated[target.row]) else None,
+            column=target.column,
+            measured=target.measured,
+            accuracy=float(target.accuracy),
+            simulated=float(values[k]),
+            chance=float(chances[k]),
+            predicted=float(predicted[k]),
+            held_out=held_out,
         )
-
-
-def _stage_by_stage(counted: Any, totals: Sequence[int]) -> Callable[[Stage], None]:
-    """Tell a progress bar what a stage that begins will take, and those after it, at most."""
-
-    def begin(stage: Stage) -> None:
-        counted.total = counted.n + sum(totals[STAGES.index(stage) :])
-        counted.set_description_str(stage.name, refresh=False)
-
-    return begin
-
-
-def _pair_name(path: Path) -> str:
-    """Name of a pair after its file, with the characters that names have."""
-    plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in path.stem)
-    return plain.lstrip("._-")[:100] or "fitted"
-
-
-def _with_comments(made: Calibration, task: _Task) -> Calibration:
-    """Calibration whose pair has a text that says how it was made."""
-    provenance = Provenance(
-        task.measurements,
-        task.checksum,
-        task.start.name,
-        task.free,
-        task.count,
-        task.seed,
-        task.speed,
-    )
-    comments = comment_text(made, provenance)
-    config = parse_config(f"{comments}\n{made.config.text}", made.config.name)
-    return replace(made, config=config)
+        for k, target in enumerate(targets)
+    ]

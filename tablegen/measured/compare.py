@@ -1,38 +1,43 @@
-"""Simulated means and spreads beside measured ones, with the chance error of each."""
+"""Comparison of simulated means and spreads with measured ones, as a record, text and JSON."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from sampler.files import json_text
 from tablegen.config.config import Config
 from tablegen.config.defaults import COMPARE_COUNT
-from tablegen.config.population import Population
-from tablegen.measured.impact_speeds import impact_speeds
+from tablegen.measured.measurements import QUANTITIES, Measurements, impact_speeds
+from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.reader import read_measurements
-from tablegen.measured.records import QUANTITIES, Measurements
-from tablegen.measured.simulated_moments import SimulatedRows
-from tablegen.measured.strata import SimulatedMoments
+from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.model.float_array import FloatArray
+from tablegen.tasks.text_table import table_lines
+
+#: Heads of the columns of means, and of spreads.
+_HEAD = ("measured", "simulated", "+-", "diff", "in errors")
 
 
 @dataclass(frozen=True)
 class Agreement:
     """Means, or standard deviations, of one quantity at n conditions; arrays of shape (n,).
 
-    NaN where nothing was measured, and where a standard error is not known.
+    NaN if nothing was measured, or a standard error is not known.
     """
 
     measured: FloatArray
     #: Standard error, from the count and the spread of the row.
     measured_error: FloatArray
     simulated: FloatArray
-    #: One standard deviation of what another seed would give.
+    #: One standard deviation of the results of other seeds.
     simulated_error: FloatArray
 
     @property
     def deviation(self) -> FloatArray:
-        """What is simulated less what is measured."""
+        """Simulated less measured values."""
         return self.simulated - self.measured
 
     @property
@@ -41,36 +46,36 @@ class Agreement:
         error = np.hypot(self.measured_error, self.simulated_error)
         return self.deviation / np.where(error > 0.0, error, np.nan)
 
+    @property
+    def rms(self) -> float | None:
+        """Root mean square of the deviations; None if nothing was measured."""
+        known = self.deviation[np.isfinite(self.deviation)]
+        return float(np.sqrt(np.mean(known**2))) if known.size else None
+
+    @property
+    def largest(self) -> float | None:
+        """Largest absolute deviation; None if nothing was measured."""
+        known = np.abs(self.deviation[np.isfinite(self.deviation)])
+        return float(known.max()) if known.size else None
+
 
 @dataclass(frozen=True)
 class MeasuredComparison:
-    """Simulated rebounds beside measured ones.
+    """Simulated and measured rebounds; arguments as for `compare`."""
 
-    Attributes
-    ----------
-    pair : str
-        Name of the material pair.
-    shape : str or None
-        What was simulated of the pair's population; None: all.
-    measured : Measurements
-    speed : (n,) float64
-        Impact speeds of the simulation, m/s.
-    speed_independent : bool
-        Whether rebounds of this pair do not depend on the speed.
-    count, seed, wall_tilt_deg
-        As for `compare`.
-    means, spreads : mapping of str to Agreement
-        For each quantity that was measured.
-    """
-
+    #: Name of the material pair.
     pair: str
+    #: Simulated part of the pair's population; None: all.
     shape: str | None
     measured: Measurements
+    #: Impact speeds of the simulation, m/s, (n,).
     speed: FloatArray
+    #: Whether rebounds of this pair do not depend on the speed.
     speed_independent: bool
     count: int
     seed: int
     wall_tilt_deg: float
+    #: For each quantity that was measured.
     means: Mapping[str, Agreement]
     spreads: Mapping[str, Agreement]
 
@@ -87,7 +92,7 @@ def compare(
     threads: int | None = None,
     progress: bool = False,
 ) -> MeasuredComparison:
-    """Simulate what was measured, and put both side by side.
+    """Simulate measured impacts and compare the rebounds.
 
     Parameters
     ----------
@@ -124,20 +129,11 @@ def compare(
     """
     data = measured if isinstance(measured, Measurements) else read_measurements(measured)
     speeds = impact_speeds(config.pair, data, speed)
-    population: Population = config.population
+    scenario = Scenario.of(config, wall_tilt_deg)
     if shape is not None:
-        population = population.restricted_to(shape)
-    found = SimulatedRows(
-        config.pair,
-        population,
-        data.alpha_deg,
-        speeds,
-        seed=seed,
-        numerics=config.model,
-        wall_tilt_deg=wall_tilt_deg,
-        threads=threads,
-    ).moments(count, progress)
-    means, spreads = _agreements(data, found)
+        scenario = scenario._replace(population=config.population.restricted_to(shape))
+    rows = SimulatedRows(scenario, data.alpha_deg, speeds, seed=seed, threads=threads)
+    means, spreads = _agreements(data, rows.moments(count, progress))
     return MeasuredComparison(
         pair=config.pair_name,
         shape=shape,
@@ -155,16 +151,129 @@ def compare(
 def _agreements(
     measured: Measurements, simulated: SimulatedMoments
 ) -> tuple[dict[str, Agreement], dict[str, Agreement]]:
-    """Means and spreads of what was measured, beside those of the simulation."""
+    """Pair measured means and spreads with simulated ones."""
     means, spreads = {}, {}
-    for name in QUANTITIES:
-        moments = measured.moments[name]
-        if not np.isfinite(moments.mean).any():
-            continue
-        error = moments.std / np.sqrt(measured.count)
-        ours = simulated.mean[name], simulated.mean_error[name]
-        means[name] = Agreement(moments.mean, error, *ours)
-        # the error of a spread is taken to be that of a normal law
-        ours = simulated.std[name], simulated.std_error[name]
-        spreads[name] = Agreement(moments.std, error / np.sqrt(2.0), *ours)
+    for name, (mean, std) in measured.moments.items():
+        if np.isfinite(mean).any():
+            error = std / np.sqrt(measured.count)
+            ours = simulated.mean[name], simulated.mean_error[name]
+            means[name] = Agreement(mean, error, *ours)
+            # the error of a spread is taken to be that of a normal law
+            ours = simulated.std[name], simulated.std_error[name]
+            spreads[name] = Agreement(std, error / np.sqrt(2.0), *ours)
     return means, spreads
+
+
+def comparison_text(found: MeasuredComparison) -> str:
+    """Write a table for each measured quantity."""
+    shape = found.shape or "all shapes"
+    wall = f"facets tilted by {found.wall_tilt_deg:g} degrees" if found.wall_tilt_deg else "smooth"
+    lines = [
+        f"{found.pair} ({shape}; wall {wall}) beside {found.measured.name}",
+        f"{found.count} particles of each shape at each condition, seed {found.seed}",
+    ]
+    for name in found.means:
+        lines += ["", *_quantity_lines(found, name)]
+    lines += ["", "+-: chance error of the simulation, one standard deviation"]
+    lines += ["diff: simulated less measured; in errors: over the standard error of both"]
+    return "\n".join(lines)
+
+
+def _quantity_lines(found: MeasuredComparison, name: str) -> list[str]:
+    """Write the table of a quantity, and a summary of the means and one of the spreads."""
+    digits = QUANTITIES[name].digits
+    head = ["angle", "m/s"]
+    columns = [[f"{a:.4g}" for a in found.measured.alpha_deg], _speeds(found)]
+    summary = []
+    for part, agreement in (("mean", found.means[name]), ("spread", found.spreads[name])):
+        if agreement.rms is None:
+            continue
+        # errors of measurements are seldom known
+        shown = len(_HEAD) if np.isfinite(agreement.in_errors).any() else len(_HEAD) - 1
+        head += [f"{part} {_HEAD[0]}", *_HEAD[1:shown]]
+        columns += _columns(agreement, digits)[:shown]
+        summary.append(
+            f"  {part}: rms deviation {agreement.rms:.{digits}f}, "
+            f"largest {agreement.largest:.{digits}f}"
+        )
+    cells = list(zip(*columns, strict=True))
+    rows = [cells[k] for k in np.flatnonzero(np.isfinite(found.means[name].measured))]
+    return [QUANTITIES[name].title, *(f"  {line}" for line in table_lines(head, rows)), *summary]
+
+
+def _speeds(found: MeasuredComparison) -> list[str]:
+    """Write the speed of each row."""
+    unstated = np.isnan(found.measured.speed)
+    pairs = zip(found.speed, unstated, strict=True)
+    return ["any" if free and found.speed_independent else f"{v:.4g}" for v, free in pairs]
+
+
+def _columns(agreement: Agreement, digits: int) -> list[list[str]]:
+    """Write the columns of means, or of spreads, in the order of `_HEAD`."""
+    columns = (
+        (agreement.measured, digits),
+        (agreement.simulated, digits),
+        (agreement.simulated_error, digits + 1),
+        (agreement.deviation, digits),
+        (agreement.in_errors, 1),
+    )
+    return [
+        ["-" if math.isnan(value) else f"{value:.{places}f}" for value in values]
+        for values, places in columns
+    ]
+
+
+def comparison_json(found: MeasuredComparison) -> str:
+    """Write everything as JSON; null: not measured, undefined or unknown."""
+    summary = {
+        name: {
+            f"{part}_{measure}_deviation": getattr(agreements[name], measure)
+            for part, agreements in (("mean", found.means), ("spread", found.spreads))
+            for measure in ("rms", "largest")
+        }
+        for name in found.means
+    }
+    return json_text(
+        {
+            "pair": found.pair,
+            "shape": found.shape,
+            "measurements": found.measured.name,
+            "about": dict(found.measured.about),
+            "count": found.count,
+            "seed": found.seed,
+            "wall_tilt_deg": found.wall_tilt_deg,
+            "speed_independent": found.speed_independent,
+            "summary": summary,
+            "rows": [_row(found, row) for row in range(len(found.speed))],
+        }
+    )
+
+
+def _row(found: MeasuredComparison, row: int) -> dict[str, Any]:
+    """Collect the numbers of a row."""
+    data = found.measured
+    quantities = {
+        name: {"mean": _agreement_at(mean, row), "spread": _agreement_at(found.spreads[name], row)}
+        for name, mean in found.means.items()
+    }
+    return {
+        "alpha_deg": float(data.alpha_deg[row]),
+        "speed": float(found.speed[row]),
+        "speed_stated": not math.isnan(data.speed[row]),
+        "count": _number(data.count[row]),
+        "source": data.source[row],
+        "remarks": data.remarks[row],
+        **quantities,
+    }
+
+
+def _agreement_at(agreement: Agreement, row: int) -> dict[str, float | None]:
+    """Collect the numbers of a mean, or of a spread."""
+    names = ("measured", "measured_error", "simulated", "simulated_error", "deviation")
+    found = {name: _number(getattr(agreement, name)[row]) for name in names}
+    return found | {"deviation_over_error": _number(agreement.in_errors[row])}
+
+
+def _number(value: float) -> float | None:
+    """Turn NaN into None."""
+    return None if math.isnan(value) else float(value)

@@ -1,9 +1,14 @@
-"""The file of a fitted pair: complete, with comments that say how it was made."""
+"""File of a fitted pair: a complete pair with comments that say how it was made.
+
+The lines of text about a fit are also those that ``tablegen calibrate`` prints.
+"""
 
 import re
+import textwrap
 import tomllib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
 
 import numpy as np
 import tomli_w
@@ -11,61 +16,25 @@ import tomli_w
 import sampler
 from tablegen.config.config import Config, parse_config
 from tablegen.config.scenes import Tree, merged
+from tablegen.measured.measurements import Measurements
 from tablegen.measured.parameters import WALL_TILT
-from tablegen.measured.records import Measurements
-from tablegen.measured.result import Calibration, FittedNumber
-from tablegen.model.float_array import FloatArray
+from tablegen.measured.result import Calibration, FittedNumber, Task
 
-#: Characters of a comment line.
-_WIDTH = 100
+#: Characters of a comment line, and of a list of numbers on one line.
+_WIDTH, _LIST_WIDTH = 100, 80
 
 #: List of numbers on several lines.
-_ROW = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
+_LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
 
-#: Most correlations that the comments list, the largest first.
-_MOST_CORRELATIONS = 12
-
-#: Correlations below this are not worth a line.
-_LEAST_CORRELATION = 0.5
+#: The largest correlations are listed: this number at most, and none below.
+_MOST_CORRELATIONS, _LEAST_CORRELATION = 12, 0.5
 
 
-@dataclass(frozen=True)
-class Provenance:
-    """How a fit was made."""
-
-    measurements: Measurements
-    #: SHA-256 of the file of measurements; empty if there was none.
-    checksum: str
-    start: str
-    free: tuple[str, ...]
-    count: int
-    seed: int
-    #: Speed that was taken where rows state none.
-    speed: float | None
-
-
-def fitted_config(
-    start: Config, changes: Tree, name: str, measurements: Measurements, used: Sequence[int]
-) -> Config:
+def fitted_config(start: Config, changes: Tree, name: str, used: Measurements) -> Config:
     """Lay fitted numbers over a pair.
 
     The range of speeds of a fitted law of restitution is that of the rows, if all state one. The
-    materials are those that the measurements name.
-
-    Parameters
-    ----------
-    start : Config
-    changes : dict
-        Of the pair file; the roughness, which is no field, is left out.
-    name : str
-        Of the new pair.
-    measurements : Measurements
-    used : sequence of int
-        Rows of the fit.
-
-    Returns
-    -------
-    Config
+    materials are those that the measurements name. The roughness has no place in the file.
     """
     fields = {key: value for key, value in changes.items() if key != WALL_TILT}
     tree = merged(tomllib.loads(start.text), fields)
@@ -73,74 +42,126 @@ def fitted_config(
     pair = tree["pair"] = dict(tree["pair"])
     pair.pop("name", None)
     for part in ("particle", "wall"):
-        if measurements.about.get(part, "").strip():
-            pair[part] = measurements.about[part]
-    sources = "; ".join(dict.fromkeys(measurements.source[k] for k in used))
+        if used.about.get(part, "").strip():
+            pair[part] = used.about[part]
+    sources = "; ".join(dict.fromkeys(used.source))
     for section in changes.get("pair", {}):
         law = pair[section] = dict(pair[section])
         law["source"] = (
-            f"coefficients fitted to measured rebounds ({measurements.name}: {sources}) by direct "
+            f"coefficients fitted to measured rebounds ({used.name}: {sources}) by direct "
             f"simulation with rebound-tables {sampler.__version__}; no other source"
         )
     if "restitution" in changes.get("pair", {}):
-        speeds = measurements.speed[list(used)]
         pair["restitution"].pop("valid_speed", None)
-        if np.isfinite(speeds).all():
-            pair["restitution"]["valid_speed"] = [float(speeds.min()), float(speeds.max())]
+        if np.isfinite(used.speed).all():
+            ends = [float(used.speed.min()), float(used.speed.max())]
+            pair["restitution"]["valid_speed"] = ends
     valid, (first, last) = pair["restitution"].get("valid_speed"), tree["domain"]["speed"]
     if valid is None or not valid[0] <= first <= last <= valid[1]:
         tree["domain"] = {**tree["domain"], "extrapolate": True}
-    return parse_config(_ROW.sub(_on_one_line, tomli_w.dumps(tree)), name)
+    return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
 
 
 def _on_one_line(found: re.Match[str]) -> str:
-    """Write a list of numbers, which the writer spreads over lines, on one."""
+    """Write a list of numbers on one line, if it is short."""
     items = [item.strip() for item in found[1].split(",") if item.strip()]
     line = f"[{', '.join(items)}]"
-    return line if len(line) <= _WIDTH - 20 else found[0]
+    return line if len(line) <= _LIST_WIDTH else found[0]
 
 
-def _number(value: float) -> str:
-    return "-" if not np.isfinite(value) else f"{value:.4g}"
+def with_comments(made: Calibration, task: Task) -> Config:
+    """Put comments about a fit at the head of its pair."""
+    sections = [
+        _origin(made, task),
+        ["How closely it follows:", *_indented(_summary(made))],
+        ["Fitted numbers:", *_indented(_parameters(made))],
+    ]
+    if correlations := _correlations(made):
+        sections.append(["Their largest correlations:", *_indented(correlations)])
+    for kind, held_out in (("used by the fit", False), ("held out, predicted", True)):
+        rows = [number for number in made.numbers if number.held_out == held_out]
+        if rows:
+            title = f"Rows {kind}; 'of the fit' is the simulated number's standard error:"
+            sections.append([title, *_indented(_rows(rows))])
+    if made.warnings:
+        lines = [line for warning in made.warnings for line in _wrapped(f"- {warning}", "  ")]
+        sections.append(["Warnings:", *lines])
+    comments = "\n#\n".join("\n".join(f"# {line}".rstrip() for line in lines) for lines in sections)
+    return parse_config(f"{comments}\n\n{made.config.text}", made.config.name)
 
 
-def _wrapped(text: str, indent: str = "") -> Iterator[str]:
-    """Comment lines of a text."""
-    line = "#"
-    for word in text.split():
-        if len(line) + 1 + len(word) > _WIDTH and line != "#":
-            yield line
-            line = f"# {indent}"
-        line = f"{line} {word}" if not line.endswith(" ") else line + word
-    yield line
+def fit_lines(made: Calibration) -> Iterator[str]:
+    """Write the fitted numbers, how closely the pair follows, and warnings."""
+    yield from _parameters(made)
+    if np.isfinite(made.scatter):
+        yield (
+            f"residuals: {made.scatter:.2f} times the accuracy of the measured numbers "
+            f"({made.freedom} degrees of freedom)"
+        )
+    yield from _summary(made)
+    for warning in made.warnings:
+        yield f"warning: {warning}"
 
 
-def parameter_lines(
-    labels: Sequence[str], given: FloatArray, values: FloatArray, errors: FloatArray
-) -> list[str]:
-    """Lines of a table of fitted numbers."""
-    width = max(map(len, labels))
-    lines = [f"{'':{width}}  {'start':>10}  {'fitted':>10}  {'standard error':>14}"]
-    for label, *numbers in zip(labels, given, values, errors, strict=True):
-        first, second, third = map(_number, numbers)
-        lines.append(f"{label:{width}}  {first:>10}  {second:>10}  {third:>14}")
+def _wrapped(text: str, indent: str = "") -> list[str]:
+    """Break a text into lines of comments."""
+    whole_words: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+    return textwrap.wrap(text, _WIDTH - len("# "), subsequent_indent=indent, **whole_words)
+
+
+def _indented(lines: Sequence[str]) -> list[str]:
+    """Indent lines of comments."""
+    return [f"  {line}" for line in lines]
+
+
+def _origin(made: Calibration, task: Task) -> list[str]:
+    """Write the data and settings of a fit."""
+    data, start, tilt = task.measurements, task.start.name, made.wall_tilt_deg
+    checksum = f" (SHA-256 {task.checksum})" if task.checksum else ""
+    lines = [
+        *_wrapped(f"Fitted to measured rebounds: {data.about.get('title', data.name)}."),
+        "",
+        *_wrapped(
+            f"Made by tablegen calibrate of rebound-tables {sampler.__version__} from the file "
+            f"{data.name}.csv{checksum}, starting from the pair {start}; seed "
+            f"{task.seed}, {task.count} particles of each shape at each condition."
+        ),
+        *_wrapped(f"Free: {', '.join(task.free)}. All else is as in {start}."),
+    ]
+    if task.speed is not None and not np.isfinite(data.speed).all():
+        lines += _wrapped(f"Rows that state no speed were simulated at {task.speed:g} m/s.")
+    if tilt > 0.0:
+        lines += _wrapped(
+            f"The wall is rough: its facets tilt by {tilt:.3g} degrees (standard deviation), "
+            f"which no pair file states; draw with roughness = {np.radians(tilt):.4g} rad."
+        )
     return lines
 
 
-def correlation_lines(labels: Sequence[str], correlation: FloatArray) -> list[str]:
-    """Lines of the largest correlations between fitted numbers."""
+def _parameters(made: Calibration) -> list[str]:
+    """Write the table of fitted numbers."""
+    width = max(map(len, made.labels))
+    lines = [f"{'':{width}}  {'start':>10}  {'fitted':>10}  {'standard error':>14}"]
+    columns = zip(made.labels, made.given, made.values, made.errors, strict=True)
+    for label, given, value, error in columns:
+        shown = f"{error:.4g}" if np.isfinite(error) else "-"
+        lines.append(f"{label:{width}}  {given:>10.4g}  {value:>10.4g}  {shown:>14}")
+    return lines
+
+
+def _correlations(made: Calibration) -> list[str]:
+    """Write the largest correlations between fitted numbers."""
     pairs = [
-        (correlation[j, k], labels[j], labels[k])
-        for j in range(len(labels))
-        for k in range(j + 1, len(labels))
-        if abs(correlation[j, k]) >= _LEAST_CORRELATION
+        (made.correlation[j, k], made.labels[j], made.labels[k])
+        for j, k in combinations(range(len(made.labels)), 2)
+        if abs(made.correlation[j, k]) >= _LEAST_CORRELATION
     ]
     pairs.sort(key=lambda pair: -abs(pair[0]))
     return [f"{value:+.2f}  {one}, {other}" for value, one, other in pairs[:_MOST_CORRELATIONS]]
 
 
-def number_lines(numbers: Sequence[FittedNumber]) -> list[str]:
-    """Lines of a table of measured and simulated numbers."""
+def _rows(numbers: Sequence[FittedNumber]) -> list[str]:
+    """Write the table of measured and simulated numbers."""
     lines = [
         f"{'angle':>7}  {'m/s':>7}  {'column':21}  {'measured':>9}  {'simulated':>9}  "
         f"{'residual':>9}  {'of the fit':>10}"
@@ -154,13 +175,13 @@ def number_lines(numbers: Sequence[FittedNumber]) -> list[str]:
     return lines
 
 
-def summary_lines(made: Calibration) -> list[str]:
-    """Lines that say how closely the pair follows, and how much of the spreads it has."""
+def _summary(made: Calibration) -> list[str]:
+    """Write the largest residuals, and the simulated parts of the measured spreads."""
     lines = []
-    for held_out, what in ((False, "largest residual"), (True, "largest residual, held out")):
+    for held_out, title in ((False, "largest residual"), (True, "largest residual, held out")):
         for column, one in made.largest(held_out).items():
             lines.append(
-                f"{what} of {column}: {one.residual:+.3f} at {one.alpha_deg:g} degrees "
+                f"{title} of {column}: {one.residual:+.3f} at {one.alpha_deg:g} degrees "
                 f"(measured {one.measured:.3f}, simulated {one.simulated:.3f} +- "
                 f"{one.predicted:.3f})"
             )
@@ -171,44 +192,3 @@ def summary_lines(made: Calibration) -> list[str]:
             f"{most.alpha_deg:g}"
         )
     return lines
-
-
-def comment_text(made: Calibration, provenance: Provenance) -> str:
-    """Comments at the head of a fitted pair file, with a line end."""
-    of, wall_tilt_deg = provenance, made.wall_tilt_deg
-    parameters = parameter_lines(made.labels, made.given, made.values, made.errors)
-    correlations = correlation_lines(made.labels, made.correlation)
-    title = of.measurements.about.get("title", of.measurements.name)
-    checksum = f" (SHA-256 {of.checksum})" if of.checksum else ""
-    lines = [
-        *_wrapped(f"Fitted to measured rebounds: {title}."),
-        "#",
-        *_wrapped(
-            f"Made by tablegen calibrate of rebound-tables {sampler.__version__} from the file "
-            f"{of.measurements.name}.csv{checksum}, starting from the pair {of.start}; seed "
-            f"{of.seed}, {of.count} particles of each shape at each condition."
-        ),
-        *_wrapped(f"Free: {', '.join(of.free)}. All else is as in {of.start}."),
-    ]
-    if of.speed is not None:
-        lines += _wrapped(f"Rows that state no speed were simulated at {of.speed:g} m/s.")
-    if wall_tilt_deg > 0.0:
-        lines += _wrapped(
-            f"The wall is rough: its facets tilt by {wall_tilt_deg:.3g} degrees (standard "
-            f"deviation), which no pair file states; draw with roughness = "
-            f"{np.radians(wall_tilt_deg):.4g} rad."
-        )
-    lines += ["#", "# How closely it follows:", *(f"#   {line}" for line in summary_lines(made))]
-    lines += ["#", "# Fitted numbers:", *(f"#   {line}" for line in parameters)]
-    if correlations:
-        lines += ["#", "# Their largest correlations:", *(f"#   {line}" for line in correlations)]
-    for text, held_out in (("used by the fit", False), ("held out, predicted", True)):
-        rows = [number for number in made.numbers if number.held_out == held_out]
-        if rows:
-            lines += ["#", f"# Rows {text}; 'of the fit' is the simulated number's standard error:"]
-            lines += [f"#   {line}" for line in number_lines(rows)]
-    if made.warnings:
-        lines += ["#", "# Warnings:"]
-        for warning in made.warnings:
-            lines += _wrapped(f"- {warning}", "  ")
-    return "\n".join(line.rstrip() for line in lines) + "\n"

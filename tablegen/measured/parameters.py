@@ -1,324 +1,277 @@
-"""Parameters that a calibration can free: their names, bounds and places in a pair file.
+"""Parameters that a calibration can free: their names, ranges and places in a pair file.
 
 A name is the path of a field of the pair file, such as ``pair.resistance.strength``. Fields that
 hold several numbers are freed together.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, NamedTuple
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 
-from sampler.arguments import MAX_ROUGHNESS
 from sampler.errors import InputError
 from tablegen.config.config import Config
 from tablegen.config.messages import shown
 from tablegen.config.population import FixedAspect, TruncatedNormalAspect
-from tablegen.config.scenes import Tree
-from tablegen.measured.search_coordinates import (
-    Bernstein,
+from tablegen.config.scenes import Tree, merged
+from tablegen.measured.coordinates import (
+    DESCENDING,
+    LOGARITHM,
+    PLAIN,
+    SHARES,
     Coordinates,
-    Descending,
-    Logarithm,
-    Plain,
-    Shares,
+    bernstein,
 )
+from tablegen.measured.simulated_rows import WALL_TILT_DEG
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import ASPECT
 
-#: Name of the roughness of the wall, which is no field of a pair file: flow codes are told it.
+#: Name of the roughness of the wall, which is not a field of a pair file.
 WALL_TILT = "wall_tilt_deg"
 
-#: Names of the weights of all shapes together, and of one.
+#: Name of the weights of all shapes together; ``.SHAPE`` behind it: of one shape.
 SHAPES = "population.shapes"
+
+STATIC, DYNAMIC = "pair.resistance.static", "pair.resistance.dynamic"
+
+#: Coefficients that are searched, and not rounded, so that the restitution stays from 0 to 1.
+POLYNOMIAL = "pair.restitution.coefficients"
 
 #: Digits of a fitted number in a file, far below any standard error.
 _DIGITS = 7
 
 
-class Range(NamedTuple):
-    """Where a number may lie, and how it is searched there."""
+@dataclass(frozen=True)
+class Range:
+    """Range of a number in a pair file."""
 
     #: Bounds that physics or a pair file sets.
     low: float
     high: float
-    #: Part of them in which a search begins.
+    #: Part of it in which random starts lie.
     first: float
     last: float
-    #: Step of finite differences in the coordinate: see EXPERIMENTS.md.
+    #: Step of finite differences of the coordinate: see EXPERIMENTS.md.
     step: float
+    #: Whether the coordinate is the logarithm.
     logarithmic: bool = False
 
 
-_UNIT = Range(0.0, 1.0, 0.1, 0.95, 0.04)
-_FRICTION = Range(0.0, 10.0, 0.05, 1.0, 0.02)
+#: Restitution.
+_UNIT = Range(low=0.0, high=1.0, first=0.1, last=0.95, step=0.04)
+_RESISTANCE = Range(low=1e-3, high=1e2, first=0.05, last=2.0, step=0.05, logarithmic=True)
+_TABLE = Range(low=0.0, high=20.0, first=0.0, last=1.5, step=0.1)
+_SHARE = Range(low=0.0, high=1.0, first=0.0, last=1.0, step=0.05)
+_FRICTION = Range(low=0.0, high=10.0, first=0.05, last=1.0, step=0.02)
+#: Coordinates of both coefficients of friction: the static one, and the ratio of the dynamic one.
+_BOTH_FRICTIONS = (
+    Range(low=1e-3, high=10.0, first=0.05, last=1.0, step=0.02),
+    Range(low=0.0, high=1.0, first=0.3, last=1.0, step=0.02),
+)
+#: Aspect ratios.
+_RATIO = Range(low=ASPECT.low, high=ASPECT.high, first=0.3, last=ASPECT.high, step=0.02)
+_DEVIATION = Range(low=0.01, high=3.0, first=0.02, last=0.5, step=0.3, logarithmic=True)
+_TRUNCATION = Range(low=0.01, high=0.99, first=0.1, last=0.9, step=0.05)
+_TILT = Range(low=0.0, high=WALL_TILT_DEG.high, first=0.5, last=10.0, step=0.5)
 
-#: What each law has to be freed, by its name in the file: restitution, then resistance.
-_OF_LAWS: Mapping[str, Mapping[str, Mapping[str, Range]]] = {
-    "restitution": {
-        "exponential": {
-            "coefficient": Range(1e-4, 1e2, 0.01, 1.0, 0.05, logarithmic=True),
-            "exponent": Range(0.01, 3.0, 0.1, 1.0, 0.02),
-        },
-        "polynomial": {"coefficients": _UNIT},
-        "constant": {"value": _UNIT},
-        "power": {
-            "coefficient": Range(1e-3, 1e3, 0.1, 2.0, 0.05, logarithmic=True),
-            "exponent": Range(1e-3, 2.0, 0.05, 0.5, 0.02),
-        },
-        "tabulated": {"value": _UNIT},
+
+#: Ranges of the fields of the laws that can be freed.
+LAWS: Mapping[tuple[str, str], Mapping[str, Range]] = {
+    ("restitution", "exponential"): {
+        "coefficient": Range(low=1e-4, high=1e2, first=0.01, last=1.0, step=0.05, logarithmic=True),
+        "exponent": Range(low=0.01, high=3.0, first=0.1, last=1.0, step=0.02),
     },
-    "resistance": {
-        "exponential-orientation": {
-            "strength": Range(-10.0, 10.0, -6.0, 3.0, 0.2),
-            "factor": Range(1e-3, 100.0, 0.1, 10.0, 0.1, logarithmic=True),
-        },
-        "constant": {"value": Range(1e-3, 100.0, 0.05, 2.0, 0.05, logarithmic=True)},
-        "tabulated": {"value": Range(0.0, 20.0, 0.0, 1.5, 0.1)},
-        "coulomb": {"static": _FRICTION, "dynamic": _FRICTION},
+    ("restitution", "polynomial"): {"coefficients": _UNIT},
+    ("restitution", "constant"): {"value": _UNIT},
+    ("restitution", "power"): {
+        "coefficient": Range(low=1e-3, high=1e3, first=0.1, last=2.0, step=0.05, logarithmic=True),
+        "exponent": Range(low=1e-3, high=2.0, first=0.05, last=0.5, step=0.02),
     },
+    ("restitution", "tabulated"): {"value": _UNIT},
+    ("resistance", "exponential-orientation"): {
+        "strength": Range(low=-10.0, high=10.0, first=-6.0, last=3.0, step=0.2),
+        "factor": Range(low=1e-3, high=1e2, first=0.1, last=10.0, step=0.1, logarithmic=True),
+    },
+    ("resistance", "constant"): {"value": _RESISTANCE},
+    ("resistance", "tabulated"): {"value": _TABLE},
+    ("resistance", "coulomb"): {"static": _FRICTION, "dynamic": _FRICTION},
 }
 
-_DEVIATION = Range(0.01, 3.0, 0.02, 0.5, 0.3, logarithmic=True)
-_TRUNCATION = Range(0.01, 0.99, 0.1, 0.9, 0.05)
-_TILT = Range(0.0, float(np.degrees(MAX_ROUGHNESS)), 0.5, 10.0, 0.5)
-_SHARE = Range(0.0, 1.0, 0.0, 1.0, 0.05)
 
+class Space(NamedTuple):
+    """Coordinates of a search, (p,) float64 each: the start, and the ranges as in `Range`."""
 
-@dataclass(frozen=True)
-class Parameter:
-    """A freed field: k numbers of the file, which follow from m coordinates.
-
-    Attributes
-    ----------
-    name : str
-        As the user frees it.
-    labels : tuple of k str
-        Of its numbers.
-    scale : Coordinates
-    start : (m,) float64
-        Coordinates of the pair that the search starts from.
-    low, high, first, last, step : (m,) float64
-        As in `Range`, of the coordinates.
-    changes : callable
-        Gives what to lay over the pair file for k numbers.
-    exact : bool
-        Whether the numbers must not be rounded, which could break a rule between them.
-    """
-
-    name: str
-    labels: tuple[str, ...]
-    scale: Coordinates
     start: FloatArray
     low: FloatArray
     high: FloatArray
     first: FloatArray
     last: FloatArray
     step: FloatArray
-    changes: Callable[[FloatArray], Tree]
-    exact: bool = False
 
-    def numbers(self, x: FloatArray) -> FloatArray:
-        """Numbers of the file for coordinates (m,), rounded as the file has them."""
+    @property
+    def width(self) -> FloatArray:
+        """Width of the range in which random starts lie."""
+        return self.last - self.first
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Numbers of a pair file that are freed together."""
+
+    name: str
+    #: Names of the k numbers.
+    labels: Sequence[str]
+    scale: Coordinates
+    space: Space
+    #: Shape of each field that holds some of the numbers, by its path.
+    shapes: Mapping[str, tuple[int, ...]]
+    #: Whether a file gets rounded numbers, which could break a rule between them.
+    rounded: bool = True
+
+    def changes(self, x: FloatArray) -> Tree:
+        """Make the fields of the pair file for coordinates (k,)."""
         values = self.scale.values(x)
-        if self.exact:
-            return values
-        return np.array([float(f"{value:.{_DIGITS}g}") for value in values])
+        if self.rounded:
+            values = np.array([_rounded(value) for value in values])
+        return self._fields(values)
+
+    def _fields(self, values: FloatArray) -> Tree:
+        """Make the fields for numbers."""
+        found: Tree = {}
+        for path, shape in self.shapes.items():
+            size = math.prod(shape)
+            numbers, values = values[:size], values[size:]
+            found = merged(found, _nested(path, numbers.reshape(shape).tolist()))
+        return found
 
 
-def _nested(path: str, value: Any) -> Tree:
-    """Tree with one value at a dotted path."""
-    for key in reversed(path.split(".")):
-        value = {key: value}
-    return dict(value)
+@dataclass(frozen=True)
+class ShareParameter(Parameter):
+    """Shares of some shapes among all; those of the others keep their ratios."""
+
+    #: Weights of the others, and the sum of all weights.
+    others: Mapping[str, float] = field(default_factory=dict)
+    total: float = 1.0
+
+    def _fields(self, values: FloatArray) -> Tree:
+        """Make the weights for shares."""
+        left = max(1.0 - values.sum(), 0.0) / sum(self.others.values())
+        shapes = [label.removeprefix(f"{SHAPES}.") for label in self.labels]
+        made = dict(zip(shapes, values.tolist(), strict=True))
+        made |= {shape: _rounded(weight * left) for shape, weight in self.others.items()}
+        weights = {shape: self.total * share for shape, share in made.items()}
+        return {"population": {"shapes": weights}}
 
 
-def _parameter(
-    name: str,
-    given: Sequence[float],
-    allowed: Range,
-    changes: Callable[[FloatArray], Tree],
-    labels: Sequence[str] | None = None,
-    scale: Coordinates | None = None,
-) -> Parameter:
-    """Make a parameter of numbers that have the same range.
-
-    Raises
-    ------
-    InputError
-        If a given number is out of it.
-    """
-    scale = scale or (Logarithm() if allowed.logarithmic else Plain())
-    own = Logarithm() if allowed.logarithmic else Plain()
-    ends = own.coordinates(np.array(allowed[:4]))
-    start = scale.coordinates(np.array(given, dtype=np.float64))
-    names = tuple(labels or (name,))
-    slack = 1e-9 * (ends[1] - ends[0])
-    for label, x, value in zip(names, start, given, strict=False):
-        if not ends[0] - slack <= x <= ends[1] + slack:
-            words = f"{allowed.low:g} to {allowed.high:g}"
-            raise InputError(f"{label}: got {shown(float(value))} to start from, allowed: {words}")
-    shape = np.ones(start.size)
-    return Parameter(
-        name,
-        names,
-        scale,
-        np.clip(start, ends[0], ends[1]),
-        low=ends[0] * shape,
-        high=ends[1] * shape,
-        first=ends[2] * shape,
-        last=ends[3] * shape,
-        step=allowed.step * shape,
-        changes=changes,
-    )
+def _rounded(value: float) -> float:
+    """Round a number as a file has it."""
+    return float(f"{value:.{_DIGITS}g}")
 
 
-def _of_law(config: Config, section: str, field: str, allowed: Range) -> Parameter:
-    """Parameter of a law of the pair."""
-    name, law = f"pair.{section}.{field}", getattr(config.pair, section)
-    if law.law == "coulomb":
-        allowed = _beside(law.dynamic, law.static, field)
-    given = np.asarray(getattr(law, field), dtype=np.float64)
-    if given.ndim == 0:
-        return _parameter(name, [float(given)], allowed, lambda v: _nested(name, float(v[0])))
-    labels = ["".join(f"[{k}]" for k in place) for place in np.ndindex(given.shape)]
+def _nested(path: str, value: object) -> Tree:
+    """Make a tree with one value at a dotted path."""
+    head, _, rest = path.partition(".")
+    return {head: _nested(rest, value) if rest else value}
+
+
+def _given(config: Config, path: str) -> FloatArray:
+    """Read the numbers at a dotted path of a pair."""
+    value = reduce(getattr, path.split("."), config)
+    return np.asarray(value, dtype=np.float64)
+
+
+def _space(
+    labels: Sequence[str], given: FloatArray, ranges: Sequence[Range], scale: Coordinates
+) -> Space:
+    """Make the coordinates of given numbers (k,), with a range for each; refuse others."""
+    ends = np.array([(r.low, r.high, r.first, r.last) for r in ranges]).T
+    low, high, first, last = scale.coordinates(ends) if scale is LOGARITHM else ends
+    start, slack = scale.coordinates(given), 1e-9 * (high - low)
+    for k, one in enumerate(ranges):
+        if not low[k] - slack[k] <= start[k] <= high[k] + slack[k]:
+            got, allowed = shown(float(given[k])), f"{one.low:g} to {one.high:g}"
+            raise InputError(f"{labels[k]}: got {got} to start from, allowed: {allowed}")
+    step = np.array([r.step for r in ranges])
+    return Space(np.clip(start, low, high), low, high, first, last, step)
+
+
+def _field(name: str, given: FloatArray, allowed: Range) -> Parameter:
+    """Make the parameter of one field with given numbers."""
+    places = ["".join(f"[{k}]" for k in place) for place in np.ndindex(given.shape)]
     if given.ndim == 2 and given.shape[1] == 1:
-        labels = [f"[{k}]" for k in range(len(given))]
-    scale = Bernstein(given.size, np.pi / 2) if law.law == "polynomial" else None
-    made = _parameter(
-        name,
-        list(given.ravel()),
-        allowed,
-        lambda v: _nested(name, v.reshape(given.shape).tolist()),
-        [name + label for label in labels],
-        scale,
-    )
-    return replace(made, exact=scale is not None)
+        places = [f"[{k}]" for k in range(len(given))]
+    labels = [name + place for place in places]
+    scale = LOGARITHM if allowed.logarithmic else PLAIN
+    polynomial = name == POLYNOMIAL
+    if polynomial:
+        scale = bernstein(given.size, np.pi / 2)
+    space = _space(labels, given.ravel(), [allowed] * given.size, scale)
+    return Parameter(name, labels, scale, space, {name: given.shape}, rounded=not polynomial)
 
 
-def _beside(dynamic: float, static: float, field: str) -> Range:
-    """Range of one friction coefficient where the other is fixed."""
-    low, high = (dynamic, _FRICTION.high) if field == "static" else (0.0, static)
-    first, last = np.clip((_FRICTION.first, _FRICTION.last), low, high)
-    return _FRICTION._replace(low=low, high=high, first=float(first), last=float(last))
-
-
-def _coulomb(config: Config) -> Parameter:
-    """Both friction coefficients, of which the dynamic one is at most the static one."""
-    law: Any = config.pair.resistance
-    names = ("pair.resistance.static", "pair.resistance.dynamic")
-    made = _parameter(
-        names[0],
-        [law.static, law.dynamic],
-        _FRICTION,
-        lambda v: {"pair": {"resistance": {"static": float(v[0]), "dynamic": float(v[1])}}},
-        names,
-    )
-    scale, low = Descending(), made.low.copy()
-    low[0] = 1e-3
-    return replace(
-        made,
-        scale=scale,
-        start=np.maximum(scale.coordinates(np.array([law.static, law.dynamic])), low),
-        low=low,
-        high=np.array([_FRICTION.high, 1.0]),
-        first=np.array([_FRICTION.first, 0.3]),
-        last=np.array([_FRICTION.last, 1.0]),
-    )
-
-
-def _aspect(config: Config) -> dict[str, Callable[[], Parameter]]:
-    """Parameters of the law of aspect ratios."""
-    aspect = config.population.aspect
-    if isinstance(aspect, TruncatedNormalAspect):
-        mean, deviation = "population.aspect.mean", "population.aspect.standard_deviation"
-        low, high = aspect.range
-        wide = Range(low, high, low, high, 0.1 * (high - low))
-        return {
-            mean: lambda: _parameter(
-                mean, [aspect.mean], wide, lambda v: _nested(mean, float(v[0]))
-            ),
-            deviation: lambda: _parameter(
-                deviation,
-                [aspect.standard_deviation],
-                _DEVIATION,
-                lambda v: _nested(deviation, float(v[0])),
-            ),
-        }
-    if isinstance(aspect, FixedAspect):
-        name = "population.aspect.values"
-        allowed = Range(ASPECT.low, ASPECT.high, 0.3, ASPECT.high, 0.02)
-        labels = [f"{name}[{k}]" for k in range(2)]
-        return {
-            name: lambda: _parameter(
-                name, aspect.values, allowed, lambda v: _nested(name, v.tolist()), labels
-            )
-        }
-    return {}
+def _both_frictions(config: Config) -> Parameter:
+    """Make the parameter of both friction coefficients; the dynamic one is at most the static."""
+    labels, given = (STATIC, DYNAMIC), np.array([_given(config, n) for n in (STATIC, DYNAMIC)])
+    space = _space(labels, given, _BOTH_FRICTIONS, DESCENDING)
+    return Parameter(STATIC, labels, DESCENDING, space, {STATIC: (), DYNAMIC: ()})
 
 
 def _shares(config: Config, names: Sequence[str]) -> Parameter:
-    """Shares of some shapes among all shapes; those of the others keep their ratios."""
+    """Make the parameter of the shares of some shapes."""
     weights = config.population.shapes.model_dump(by_alias=True)
     total = sum(weights.values())
     rest = {name: w for name, w in weights.items() if w > 0.0 and name not in names}
-    # of all shapes together the last has what the others leave
+    # if all shapes are free, the last has the share that the others leave
     free = list(names) if rest else list(names[:-1])
+    if not free:
+        raise InputError(f"free: got {SHAPES}.{names[0]}, the only shape, allowed: one of several")
+    labels = [f"{SHAPES}.{name}" for name in free]
+    given = np.array([weights[name] / total for name in free])
+    space = _space(labels, given, [_SHARE] * len(free), SHARES)
     others = rest or {names[-1]: 1.0}
-
-    def changes(values: FloatArray) -> Tree:
-        left = max(1.0 - values[: len(free)].sum(), 0.0) / sum(others.values())
-        made = {name: float(v) for name, v in zip(free, values, strict=False)}
-        made |= {name: float(f"{w * left:.{_DIGITS}g}") for name, w in others.items()}
-        return {"population": {"shapes": {n: total * w for n, w in made.items()}}}
-
-    return _parameter(
-        SHAPES,
-        [weights[name] / total for name in free],
-        _SHARE,
-        changes,
-        [f"{SHAPES}.{name}" for name in free],
-        Shares(),
-    )
+    return ShareParameter(SHAPES, labels, SHARES, space, {}, others=others, total=total)
 
 
-def _kinds(config: Config, wall_tilt_deg: float) -> dict[str, Callable[[], Parameter]]:
-    """List what can be freed of a pair, by name, but for the weights of shapes."""
-    kinds: dict[str, Callable[[], Parameter]] = {}
-    for section, laws in _OF_LAWS.items():
-        law = getattr(config.pair, section).law
-        for field, allowed in laws.get(law, {}).items():
-            kinds[f"pair.{section}.{field}"] = partial(_of_law, config, section, field, allowed)
-    kinds |= _aspect(config)
-    if config.population.shapes.positive().get("truncated-prism"):
-        name = "population.truncation"
-        kinds[name] = lambda: _parameter(
-            name,
-            [config.population.truncation],
-            _TRUNCATION,
-            lambda v: _nested("population.truncation", float(v[0])),
-        )
-    kinds[WALL_TILT] = lambda: _parameter(
-        WALL_TILT, [wall_tilt_deg], _TILT, lambda v: {WALL_TILT: float(v[0])}
-    )
-    return kinds
+def _ranges(config: Config) -> dict[str, Range]:
+    """List the fields of a pair that can be freed, except for the weights of shapes."""
+    found: dict[str, Range] = {}
+    for (section, law), allowed in LAWS.items():
+        if getattr(config.pair, section).law == law:
+            found |= {f"pair.{section}.{field}": one for field, one in allowed.items()}
+    aspect = config.population.aspect
+    if isinstance(aspect, TruncatedNormalAspect):
+        low, high = aspect.range
+        step = 0.1 * (high - low)
+        found["population.aspect.mean"] = Range(low, high, first=low, last=high, step=step)
+        found["population.aspect.standard_deviation"] = _DEVIATION
+    elif isinstance(aspect, FixedAspect):
+        found["population.aspect.values"] = _RATIO
+    if "truncated-prism" in config.population.shapes.positive():
+        found["population.truncation"] = _TRUNCATION
+    return found | {WALL_TILT: _TILT}
+
+
+def _beside(config: Config, name: str) -> Range:
+    """Find the range of one friction coefficient if the other is fixed."""
+    low = float(_given(config, DYNAMIC)) if name == STATIC else 0.0
+    high = float(_given(config, STATIC)) if name == DYNAMIC else _FRICTION.high
+    first, last = np.clip((_FRICTION.first, _FRICTION.last), low, high)
+    return replace(_FRICTION, low=low, high=high, first=float(first), last=float(last))
 
 
 def allowed_names(config: Config) -> tuple[str, ...]:
-    """Names that can be freed of a pair."""
-    names = [*_kinds(config, 0.0)]
-    if len(config.population.shapes.positive()) > 1:
-        names.append(SHAPES)
-    every = config.population.shapes.model_dump(by_alias=True)
-    if config.population.shapes.positive():
-        names += [f"{SHAPES}.{name}" for name in every]
-    return tuple(names)
+    """List the names that can be freed of a pair."""
+    shapes = config.population.shapes
+    together = [SHAPES] if len(shapes.positive()) > 1 else []
+    every = shapes.model_dump(by_alias=True) if shapes.positive() else {}
+    return (*_ranges(config), *together, *(f"{SHAPES}.{name}" for name in every))
 
 
 def default_names(config: Config) -> tuple[str, ...]:
-    """Names that are freed where none is named: both laws, and the mean aspect ratio."""
+    """List the names that are free by default: both laws, and the mean aspect ratio."""
     chosen = ("pair.", "population.aspect.mean", "population.aspect.values")
     return tuple(name for name in allowed_names(config) if name.startswith(chosen))
 
@@ -326,25 +279,12 @@ def default_names(config: Config) -> tuple[str, ...]:
 def make_parameters(
     config: Config, names: Sequence[str], wall_tilt_deg: float = 0.0
 ) -> tuple[Parameter, ...]:
-    """Parameters for the names of what is free.
-
-    Parameters
-    ----------
-    config : Config
-        Of the pair that the search starts from.
-    names : sequence of str
-        Some of `allowed_names`.
-    wall_tilt_deg : float
-        Where the search for the roughness starts, if it is free.
-
-    Returns
-    -------
-    tuple of Parameter
+    """Make the parameters of free names, with the pair and the roughness to start from.
 
     Raises
     ------
     InputError
-        If a name is unknown or stands twice, or a number to start from is out of its bounds.
+        If a name is unknown or given twice, or a number to start from is out of its range.
     """
     allowed = allowed_names(config)
     for name in names:
@@ -352,19 +292,19 @@ def make_parameters(
             raise InputError(f"free: got {shown(name)}, allowed: {', '.join(allowed)}")
     if not names or len(set(names)) < len(names):
         raise InputError(f"free: got {shown(list(names))}, allowed: each name once, at least one")
-    kinds, made, shapes = _kinds(config, wall_tilt_deg), [], []
-    friction = {"pair.resistance.static", "pair.resistance.dynamic"}
+    if SHAPES in names and any(name.startswith(f"{SHAPES}.") for name in names):
+        raise InputError(f"free: got {SHAPES} and one of its shapes, allowed: one of both")
+    ranges, made = _ranges(config), []
+    both = {STATIC, DYNAMIC} <= set(names)
     for name in names:
-        if name.startswith(SHAPES):
-            shapes.append(name.removeprefix(SHAPES).removeprefix("."))
-        elif name == "pair.resistance.dynamic" and friction <= set(names):
-            continue
-        else:
-            both = name in friction and friction <= set(names)
-            made.append(_coulomb(config) if both else kinds[name]())
-    if shapes:
-        if "" in shapes and len(shapes) > 1:
-            raise InputError(f"free: got {SHAPES} and one of its shapes, allowed: one of both")
-        every = [*config.population.shapes.positive()] if "" in shapes else shapes
-        made.append(_shares(config, every))
-    return tuple(made)
+        if name == WALL_TILT:
+            made.append(_field(name, np.array(wall_tilt_deg), ranges[name]))
+        elif both and name in (STATIC, DYNAMIC):
+            made += [_both_frictions(config)] if name == STATIC else []
+        elif not name.startswith(SHAPES):
+            allowed_range = _beside(config, name) if name in (STATIC, DYNAMIC) else ranges[name]
+            made.append(_field(name, _given(config, name), allowed_range))
+    shapes = [name.removeprefix(f"{SHAPES}.") for name in names if name.startswith(SHAPES)]
+    if SHAPES in names:
+        shapes = [*config.population.shapes.positive()]
+    return (*made, _shares(config, shapes)) if shapes else tuple(made)

@@ -1,4 +1,4 @@
-"""Files of measured rebounds, checked; tables/MEASUREMENTS.md describes them.
+"""Reader of files of measured rebounds, which tables/MEASUREMENTS.md describes.
 
 A file that cannot be used is refused with one line that names file, line and column.
 """
@@ -6,46 +6,62 @@ A file that cannot be used is refused with one line that names file, line and co
 import csv
 import math
 import os
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from sampler.errors import InputError
-from sampler.files import commented_fields, find_measurements, read_file
-from sampler.formats.bounds import is_line
+from sampler.files import commented_fields, find_measurements
 from tablegen.config.messages import shown
-from tablegen.measured.columns import COLUMNS, DEMANDED, NUMBERS, TEXTS, allowed
-from tablegen.measured.records import QUANTITIES, SPREAD, Measurements, Moments
+from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements, Moments
+from tablegen.model.model_bounds import ALPHA_DEG, SPEED
 
-#: Most bytes and most rows of a file.
-_MOST_BYTES = 2**22
+#: Columns of numbers and of texts.
+NUMBERS = ("alpha_deg", "speed", *(q + end for q in QUANTITIES for end in ("", SPREAD)), "count")
+TEXTS = ("source", "remarks")
+COLUMNS = (*NUMBERS, *TEXTS)
+
+#: Columns that a file must have, with a value in every row.
+REQUIRED = ("alpha_deg", "source")
+
 _MOST_ROWS = 10_000
 
-#: A number as people write one: float() would also take nan, infinity, 1_000 and other digits.
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+#: Largest omega_z a/V: the energy of the impact spins a fibre of b/a = 0.1 by 16.
+_MOST_SPIN = 20.0
 
-#: Separators that stand in some files for the comma.
-_OTHERS = {";": "semicolons", "\t": "tabs"}
+#: Restitutions may exceed their bound by this part, because published digits are rounded.
+_ROUNDING = 1e-3
+
+#: Separators that some programs write in place of commas.
+_OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 class _Line(NamedTuple):
-    """Cells of a line, and its number in the file."""
+    """Cells of a line."""
 
+    file: str
     number: int
-    cells: list[str]
+    cells: Sequence[str]
+    #: Names of the columns.
+    columns: Sequence[str] = ()
+
+    def cell(self, column: str) -> str:
+        """Give the cell of a column; empty if there is none."""
+        return dict(zip(self.columns, self.cells, strict=True)).get(column, "")
+
+    def refusal(self, got: str, allowed: str, column: str = "") -> InputError:
+        """Make the error of a line, or of one cell."""
+        place = f"{self.file}: line {self.number}" + (f", {column}" if column else "")
+        return InputError(f"{place}: {got}, allowed: {allowed}")
 
 
-class _Row(NamedTuple):
-    """Cells of a row by column, and the place of the row for messages."""
+class _Range(NamedTuple):
+    """Values that a column may hold, with a hint for messages."""
 
-    place: str
-    cells: Mapping[str, str]
-
-    def refuse(self, column: str, got: str, words: str) -> InputError:
-        """Error of a cell."""
-        return InputError(f"{self.place}, {column}: got {got}, allowed: {words}")
+    low: float
+    high: float
+    hint: str
 
 
 def read_measurements(name_or_path: str | os.PathLike[str]) -> Measurements:
@@ -63,13 +79,11 @@ def read_measurements(name_or_path: str | os.PathLike[str]) -> Measurements:
     Raises
     ------
     InputError
-        If there is no such file or name, or the file cannot be used: one line with the file, the
-        line, the column, what was given and what is allowed.
+        If there is no such file or name, or the file cannot be used.
     """
     path = find_measurements(name_or_path)
-    data = read_file("measurements", path, _MOST_BYTES)
     try:
-        text = data.decode("utf-8-sig")
+        text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
             f"{path.name}: got byte {error.object[error.start]:#04x} at position {error.start}, "
@@ -78,38 +92,19 @@ def read_measurements(name_or_path: str | os.PathLike[str]) -> Measurements:
     return parse_measurements(text, path.stem, path.name)
 
 
-def parse_measurements(text: str, name: str, origin: str) -> Measurements:
-    """Read measured rebounds from the text of a file.
-
-    Parameters
-    ----------
-    text : str
-    name : str
-        Of the measurements.
-    origin : str
-        Where the text comes from, to open every error message.
-
-    Returns
-    -------
-    Measurements
-
-    Raises
-    ------
-    InputError
-        As for `read_measurements`.
-    """
-    text = re.sub("\r\n?", "\n", text)
-    lines = list(_lines(text, origin))
+def parse_measurements(text: str, name: str, file: str) -> Measurements:
+    """Read measured rebounds from the text of a file, whose name is for error messages."""
+    lines = _lines(text, file)
     if not lines:
-        raise InputError(f"{origin}: got no line but comments, allowed: a line of column names")
-    columns = _columns(lines[0], origin)
-    rows = [_row(line, columns, origin) for line in lines[1:]]
+        raise InputError(f"{file}: got no line but comments, allowed: a line of column names")
+    _check_columns(lines[0])
+    rows = [line._replace(columns=lines[0].cells) for line in lines[1:]]
     if not 0 < len(rows) <= _MOST_ROWS:
-        raise InputError(f"{origin}: got {len(rows)} rows, allowed: 1 to {_MOST_ROWS}")
-    numbers = np.array([_numbers(row) for row in rows])
-    of = {column: numbers[:, k] for k, column in enumerate(NUMBERS)}
-    _check_unique(rows, of)
-    texts = {column: tuple(row.cells.get(column, "") for row in rows) for column in TEXTS}
+        raise InputError(f"{file}: got {len(rows)} rows, allowed: 1 to {_MOST_ROWS}")
+    numbers = [_numbers(row) for row in rows]
+    _check_unique(rows, numbers)
+    of = {column: np.array([values[column] for values in numbers]) for column in NUMBERS}
+    texts = {column: tuple(row.cell(column) for row in rows) for column in TEXTS}
     return Measurements(
         name=name,
         alpha_deg=of["alpha_deg"],
@@ -122,98 +117,120 @@ def parse_measurements(text: str, name: str, origin: str) -> Measurements:
     )
 
 
-def _lines(text: str, origin: str) -> Iterator[_Line]:
-    """Lines with cells; a cell with a comma is quoted, and none goes over several lines."""
+def _lines(text: str, file: str) -> list[_Line]:
+    """Split all lines but comments into cells; no cell spans several lines."""
+    found = []
     for number, line in enumerate(text.split("\n"), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
-        place = f"{origin}: line {number}"
-        if not is_line(line.replace("\t", " ")):
-            allowed_there = "text without control characters"
-            raise InputError(f"{place}: got {shown(line.strip())}, allowed: {allowed_there}")
         try:
             (cells,) = csv.reader([line], strict=True, skipinitialspace=True)
         except csv.Error as error:
-            allowed_there = "cells with commas between them, quoted where they hold one"
-            raise InputError(f"{place}: got {error}, allowed: {allowed_there}") from None
-        yield _Line(number, [cell.strip() for cell in cells])
+            allowed = "cells with commas between them, quoted if they hold one"
+            raise _Line(file, number, ()).refusal(f"got {error}", allowed) from None
+        found.append(_Line(file, number, [cell.strip() for cell in cells]))
+    return found
 
 
-def _columns(header: _Line, origin: str) -> list[str]:
-    """Column names of a file."""
-    place = f"{origin}: line {header.number}"
-    names = header.cells
-    for separator, words in _OTHERS.items():
+def _check_columns(header: _Line) -> None:
+    """Check the names of the columns."""
+    names, one_of = header.cells, f"one of {', '.join(QUANTITIES)} at least"
+    for separator, words in _OTHER_SEPARATORS.items():
         if len(names) == 1 and separator in names[0]:
-            raise InputError(f"{place}: got {words} between columns, allowed: commas")
+            raise header.refusal(f"got {words} between columns", "commas")
     for k, column in enumerate(names):
         if column not in COLUMNS:
-            words = ", ".join(COLUMNS)
-            raise InputError(f"{place}: got column {shown(column)}, allowed: {words}")
+            raise header.refusal(f"got column {shown(column)}", ", ".join(COLUMNS))
         if column in names[:k]:
-            raise InputError(f"{place}: got column {shown(column)} twice, allowed: once")
-    for column in DEMANDED:
+            raise header.refusal(f"got column {shown(column)} twice", "once")
+    for column in REQUIRED:
         if column not in names:
-            words = f"{', '.join(DEMANDED)} and one of {', '.join(QUANTITIES)} at least"
-            raise InputError(f"{place}: column {shown(column)} is missing, allowed: {words}")
+            allowed = f"{', '.join(REQUIRED)} and {one_of}"
+            raise header.refusal(f"column {shown(column)} is missing", allowed)
     if not set(QUANTITIES) & set(names):
-        words = f"one of {', '.join(QUANTITIES)} at least"
-        raise InputError(f"{place}: got no measured quantity, allowed: {words}")
-    return names
+        raise header.refusal("got no measured quantity", one_of)
 
 
-def _row(line: _Line, columns: Sequence[str], origin: str) -> _Row:
-    place = f"{origin}: line {line.number}"
-    if len(line.cells) != len(columns):
-        raise InputError(f"{place}: got {len(line.cells)} cells, allowed: {len(columns)}")
-    row = _Row(place, dict(zip(columns, line.cells, strict=True)))
-    for column in DEMANDED:
-        if not row.cells[column]:
-            raise row.refuse(column, "an empty cell", "a value in every row")
-    return row
+def _check_row(line: _Line) -> None:
+    """Check the number of cells, and those that must not be empty."""
+    if len(line.cells) != len(line.columns):
+        raise line.refusal(f"got {len(line.cells)} cells", str(len(line.columns)))
+    for column in REQUIRED:
+        if not line.cell(column):
+            raise line.refusal("got an empty cell", "a value in every row", column)
 
 
-def _numbers(row: _Row) -> list[float]:
-    """Numbers of a row in the order of `NUMBERS`; NaN for an empty cell."""
+def _numbers(row: _Line) -> dict[str, float]:
+    """Read and check the numbers of a row; NaN for an empty cell."""
+    _check_row(row)
     values = {column: _number(row, column) for column in NUMBERS}
-    alpha_deg = values["alpha_deg"]
     for column, value in values.items():
         if math.isnan(value):
             continue
-        quantity = column.removesuffix(SPREAD)
-        if quantity == "e_t" and alpha_deg == 90.0:
-            raise row.refuse(column, row.cells[column], "an empty cell at 90 degrees")
-        range_ = allowed(column, alpha_deg)
-        if not range_.holds(value) or (column == "count" and value != math.floor(value)):
-            raise row.refuse(column, row.cells[column], range_.words)
+        got, quantity = f"got {row.cell(column)}", column.removesuffix(SPREAD)
+        if quantity == "e_t" and values["alpha_deg"] == 90.0:
+            raise row.refusal(got, "an empty cell at 90 degrees", column)
+        allowed = _range(column, values["alpha_deg"])
+        if not allowed.low <= value <= allowed.high or (column == "count" and value % 1.0):
+            words = f"{allowed.low:.4g} to {allowed.high:.4g} ({allowed.hint})"
+            raise row.refusal(got, words, column)
         if math.isnan(values.get(quantity, 0.0)):
-            raise row.refuse(column, row.cells[column], f"a spread beside its mean, {quantity}")
+            raise row.refusal(got, f"a spread beside its mean, {quantity}", column)
     if all(math.isnan(values[quantity]) for quantity in QUANTITIES):
-        words = f"a value for one of {', '.join(QUANTITIES)} at least"
-        raise InputError(f"{row.place}: got no measured quantity, allowed: {words}")
-    return list(values.values())
+        one_of = f"a value for one of {', '.join(QUANTITIES)} at least"
+        raise row.refusal("got no measured quantity", one_of)
+    return values
 
 
-def _number(row: _Row, column: str) -> float:
-    cell = row.cells.get(column, "")
+def _number(row: _Line, column: str) -> float:
+    """Read the number of a cell; NaN if it is empty."""
+    cell = row.cell(column)
     if not cell:
         return math.nan
-    if not _NUMBER.fullmatch(cell):
-        raise row.refuse(column, shown(cell), "a number, or an empty cell")
-    return float(cell)
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise row.refusal(f"got {shown(cell)}", "a number, or an empty cell", column)
+    return value
 
 
-def _check_unique(rows: Sequence[_Row], of: Mapping[str, np.ndarray]) -> None:
-    """Refuse a quantity that is given twice at the same angle and speed."""
-    seen: dict[tuple[str, float, float | None], str] = {}
-    for k, row in enumerate(rows):
-        speed = None if math.isnan(of["speed"][k]) else of["speed"][k]
+def _range(column: str, alpha_deg: float) -> _Range:
+    """Find the values that a column may hold at an impact angle [degrees]."""
+    if column == "alpha_deg":
+        return _Range(ALPHA_DEG.low, ALPHA_DEG.high, "degrees from the wall")
+    if column == "speed":
+        return _Range(SPEED.low, SPEED.high, "m/s")
+    if column == "count":
+        return _Range(1.0, 1e15, "a whole number of particles")
+    quantity = column.removesuffix(SPREAD)
+    angle, hint = math.radians(alpha_deg), "degrees"
+    if quantity in ("e_n", "e_t"):
+        # all the energy of the impact in one component
+        high = (1.0 + _ROUNDING) / (math.sin(angle) if quantity == "e_n" else math.cos(angle))
+        low = 0.0 if quantity == "e_n" else -high
+        hint = f"at {alpha_deg:g} degrees; a fraction, not per cent"
+    elif quantity == "omega_z":
+        low, high, hint = -_MOST_SPIN, _MOST_SPIN, "times a/V, not rad/s"
+    else:
+        low, high = (0.0, 180.0) if quantity == "rebound_angle_deg" else (-90.0, 90.0)
+    if column == quantity:
+        return _Range(low, high, hint)
+    return _Range(0.0, 0.5 * (high - low), hint)
+
+
+def _check_unique(rows: Sequence[_Line], numbers: Sequence[Mapping[str, float]]) -> None:
+    """Refuse two values of one quantity at the same angle and speed."""
+    seen: dict[tuple[str, float, float | None], int] = {}
+    for row, values in zip(rows, numbers, strict=True):
+        alpha_deg = values["alpha_deg"]
+        speed = None if math.isnan(values["speed"]) else values["speed"]
         for quantity in QUANTITIES:
-            key = quantity, of["alpha_deg"][k], speed
-            if math.isnan(of[quantity][k]):
+            if math.isnan(values[quantity]):
                 continue
-            if key in seen:
-                at = f"{key[1]:g} degrees" + ("" if speed is None else f" and {speed:g} m/s")
-                first = seen[key].rpartition(" ")[2]
-                raise row.refuse(quantity, f"a second value at {at}", f"that of line {first} only")
-            seen[key] = row.place
+            first = seen.setdefault((quantity, alpha_deg, speed), row.number)
+            if first != row.number:
+                at = f"{alpha_deg:g} degrees" + ("" if speed is None else f" and {speed:g} m/s")
+                only = f"that of line {first} only"
+                raise row.refusal(f"got a second value at {at}", only, quantity)

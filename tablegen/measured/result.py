@@ -1,28 +1,59 @@
-"""What a calibration finds, as records."""
+"""Task and result of a calibration, as records."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from tablegen.checkpoints import software
 from tablegen.config.config import Config
-from tablegen.measured.records import SPREAD
+from tablegen.measured.measurements import SPREAD, Measurements
 from tablegen.model.float_array import FloatArray
+
+
+@dataclass(frozen=True)
+class Task:
+    """Checked arguments of a calibration."""
+
+    measurements: Measurements
+    #: SHA-256 of the file of measurements; empty without a file.
+    checksum: str
+    start: Config
+    free: tuple[str, ...]
+    #: Rows that the fit uses, and rows that are held out.
+    used: list[int]
+    held: list[int]
+    #: Impact speeds of all rows, and the given one of rows that state none.
+    speeds: FloatArray
+    speed: float | None
+    wall_tilt_deg: float
+    count: int
+    seed: int
+    threads: int | None
+
+    @property
+    def fingerprint(self) -> str:
+        """Everything that decides the result."""
+        m = self.measurements
+        moments = [part for one in m.moments.values() for part in one]
+        numbers = np.concatenate([m.alpha_deg, self.speeds, m.count, *moments]).tolist()
+        rest = (self.free, self.held, self.wall_tilt_deg, self.count, self.seed)
+        return f"{software()}\n{self.start.text}\n{numbers}\n{rest}"
 
 
 @dataclass(frozen=True)
 class FittedNumber:
     """A measured mean or spread beside the simulated one."""
 
-    #: Of the measurements, from 0.
+    #: Row of the measurements, from 0.
     row: int
     alpha_deg: float
-    #: m/s; None where it is not stated.
+    #: m/s; None if not stated.
     speed: float | None
     #: Name of the column: a quantity, or its spread.
     column: str
     measured: float
-    #: Standard error of the measured number: from its count, or the one that is assumed.
+    #: Standard error of the measured number: from its count, or assumed.
     accuracy: float
     simulated: float
     #: Chance error of the simulated number.
@@ -39,82 +70,59 @@ class FittedNumber:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A pair whose free parameters follow measured rebounds.
+    """A pair whose k free numbers follow measured rebounds."""
 
-    Attributes
-    ----------
-    config : Config
-        The fitted pair; its text is the file.
-    labels : tuple of k str
-        Of the fitted numbers: paths of the pair file, and ``wall_tilt_deg``.
-    given, values, errors : (k,) float64
-        Of the start pair, fitted, and their standard errors; NaN for those at a bound.
-    correlation : (k, k) float64
-        Zero for those at a bound.
-    numbers : tuple of FittedNumber
-        Rows that the fit used, then those held out. Simulated with random numbers that the fit
-        did not see.
-    scatter : float
-        Root of the weighted sum of squares of the residuals over the degrees of freedom; NaN where
-        there are none.
-    freedom : int
-        Degrees of freedom: numbers that the fit used less free parameters.
-    warnings : tuple of str
-    wall_tilt_deg : float
-        Roughness of the wall, fitted or given.
-    """
-
+    #: The fitted pair, with the text of its file.
     config: Config
+    #: Names of the fitted numbers: paths of the pair file, and ``wall_tilt_deg``.
     labels: tuple[str, ...]
+    #: Numbers of the start pair, fitted numbers, and their standard errors, NaN at a bound; (k,).
     given: FloatArray
     values: FloatArray
     errors: FloatArray
+    #: Shape (k, k); zero at a bound.
     correlation: FloatArray
+    #: Rows that the fit used, then those held out, simulated with random numbers of their own.
     numbers: tuple[FittedNumber, ...]
+    #: Root of the weighted sum of squares of the residuals over the degrees of freedom, NaN if
+    #: there are none: numbers that the fit used less free parameters.
     scatter: float
     freedom: int
     warnings: tuple[str, ...]
+    #: Roughness of the wall, fitted or given.
     wall_tilt_deg: float
 
     def largest(self, held_out: bool = False) -> Mapping[str, FittedNumber]:
-        """Give the number with the largest residual of each column."""
-        found: dict[str, FittedNumber] = {}
-        for number in self.numbers:
-            before = found.get(number.column)
-            if number.held_out == held_out and (
-                before is None or abs(number.residual) > abs(before.residual)
-            ):
-                found[number.column] = number
-        return found
+        """Find the number with the largest residual of each column."""
+        columns = _by_column(number for number in self.numbers if number.held_out == held_out)
+        return {
+            column: max(numbers, key=lambda number: abs(number.residual))
+            for column, numbers in columns.items()
+        }
 
     def explained(self) -> Mapping[str, tuple[FittedNumber, FittedNumber]]:
-        """Give, of each column of spreads, the least and the most simulated part of a spread."""
+        """Find the numbers with the least and the most simulated part of a measured spread."""
+        columns = _by_column(n for n in self.numbers if n.measured > 0.0)
         found = {}
-        for column in dict.fromkeys(n.column for n in self.numbers if n.column.endswith(SPREAD)):
-            rows = [n for n in self.numbers if n.column == column and n.measured > 0.0]
-            rows.sort(key=lambda number: number.simulated / number.measured)
-            if rows:
-                found[column] = rows[0], rows[-1]
+        for column, numbers in columns.items():
+            if column.endswith(SPREAD):
+                numbers.sort(key=lambda number: number.simulated / number.measured)
+                found[column] = numbers[0], numbers[-1]
         return found
 
     def to_dict(self) -> dict[str, object]:
-        """Everything as plain data, for JSON; None stands for what is not known."""
-        parameters = [
-            {"name": name, "start": start, "value": value, "standard_error": error}
-            for name, start, value, error in zip(
-                self.labels,
-                _plain(self.given),
-                _plain(self.values),
-                _plain(self.errors),
-                strict=True,
-            )
-        ]
+        """Give everything as plain data for JSON; None: unknown."""
+        names = ("name", "start", "value", "standard_error")
+        numbers = (_plain(self.given), _plain(self.values), _plain(self.errors))
         return {
             "pair": self.config.name,
-            "parameters": parameters,
+            "parameters": [
+                dict(zip(names, parameter, strict=True))
+                for parameter in zip(self.labels, *numbers, strict=True)
+            ],
             "correlation": [_plain(row) for row in self.correlation],
             "wall_tilt_deg": self.wall_tilt_deg,
-            "scatter": _plain(np.array([self.scatter]))[0],
+            "scatter": _plain([self.scatter])[0],
             "degrees_of_freedom": self.freedom,
             "numbers": [asdict(number) | {"residual": number.residual} for number in self.numbers],
             "warnings": list(self.warnings),
@@ -122,6 +130,14 @@ class Calibration:
         }
 
 
-def _plain(values: FloatArray) -> list[float | None]:
-    """Numbers for JSON."""
+def _by_column(numbers: Iterable[FittedNumber]) -> dict[str, list[FittedNumber]]:
+    """Group numbers by column."""
+    found: dict[str, list[FittedNumber]] = {}
+    for number in numbers:
+        found.setdefault(number.column, []).append(number)
+    return found
+
+
+def _plain(values: Iterable[float]) -> list[float | None]:
+    """Make plain numbers; None if not finite."""
     return [float(value) if np.isfinite(value) else None for value in values]

@@ -7,40 +7,127 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from tablegen.measured.evaluations import Evaluations
-from tablegen.measured.targets import STATED_ACCURACY, Targets
-from tablegen.measured.trial_pairs import TrialPairs
+from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements
+from tablegen.measured.moments import SimulatedMoments
+from tablegen.measured.trials import Evaluations, TrialPairs
 from tablegen.model.float_array import FloatArray
 
-#: How far a random start lies from the given pair, over its way to a random place of the search.
+#: Assumed standard error of a spread without a count over that of a mean. A measured spread also
+#: holds those of size, speed, direction before the impact and wall, which the pair does not have.
+SPREAD_FACTOR = 2.5
+
+#: Distance of random starts from the given pair, over that of a random place of the search.
 _WAYS = (1.0, 0.6, 0.3)
 
-#: Least particles of each shape at each condition.
+#: Fewest particles of each shape at each condition.
 _FEWEST = 64
 
-#: Part of the width of its search from a bound within which a coordinate counts as lying on it.
-AT_BOUND = 1e-3
+#: Coordinates nearer to a bound than this part of the width of their search lie on it.
+_AT_BOUND = 1e-3
 
-#: Weights of accuracies below this part of the stated ones would stand for digits that neither
-#: experiment nor simulation has.
+#: Least accuracy over the assumed one. Better ones would stand for digits that neither experiment
+#: nor simulation has.
 _LEAST_PART = 1e-3
+
+#: The seed of the second set of random numbers for slopes differs by this.
+_SEED_OF_SLOPES = 0x510E
+
+#: Number of last steps at most, and the part by which one may raise the cost, which is rough.
+_LAST_STEPS, _TOLERATED = 4, 0.01
+
+#: Singular values below this part of the largest are not followed in the last steps.
+_OPEN = 1e-2
+
+
+class Target(NamedTuple):
+    """A measured mean or spread."""
+
+    row: int
+    quantity: str
+    #: Whether it is a standard deviation.
+    spread: bool
+    measured: float
+    #: Its standard error, and whether that follows from a count of particles, or is assumed.
+    accuracy: float
+    counted: bool
+
+    @property
+    def column(self) -> str:
+        """Name of the column of measurements."""
+        return self.quantity + SPREAD * self.spread
+
+
+class Targets(tuple[Target, ...]):
+    """All m measured numbers of a search."""
+
+    def array(self, field: str) -> FloatArray:
+        """Collect one field of all numbers, (m,)."""
+        return np.array([getattr(target, field) for target in self], dtype=np.float64)
+
+    def pick(self, simulated: SimulatedMoments) -> tuple[FloatArray, FloatArray]:
+        """Pick the simulated numbers (m,) and their chance errors (m,)."""
+        means = simulated.mean, simulated.mean_error
+        spreads = simulated.std, simulated.std_error
+        values, errors = (
+            np.array([(spread if t.spread else mean)[t.quantity][t.row] for t in self])
+            for mean, spread in zip(means, spreads, strict=True)
+        )
+        return values, errors
+
+
+def make_targets(measurements: Measurements, simulated: SimulatedMoments | None) -> Targets:
+    """List all means and spreads of some measurements, row by row.
+
+    With a count n a mean is accurate to s / sqrt(n), with the measured spread s or, if that is
+    missing, the simulated one; and a spread to s / sqrt(2 (n - 1)), as for a normal law. These
+    accuracies only weight the fit: standard errors of parameters follow from the simulated law
+    (`tablegen.measured.uncertainty`). The out-of-plane angle has a spread only, because by symmetry
+    its mean is zero. The simulated moments are those of the same rows; None without rows.
+    """
+    found: list[Target] = []
+    for row, count in enumerate(measurements.count):
+        counted = bool(count > 1.0)
+        for name, quantity in QUANTITIES.items():
+            moments = measurements.moments[name]
+            mean, std = float(moments.mean[row]), float(moments.std[row])
+            size = std if std > 0.0 or simulated is None else float(simulated.std[name][row])
+            if np.isfinite(mean) and name != "out_of_plane_deg":
+                accuracy = size / np.sqrt(count) if counted else quantity.accuracy
+                found.append(Target(row, name, False, mean, accuracy, counted))
+            if np.isfinite(std):
+                accuracy = SPREAD_FACTOR * quantity.accuracy
+                if counted:
+                    accuracy = size / np.sqrt(2.0 * (count - 1.0))
+                found.append(Target(row, name, True, std, accuracy, counted))
+    return Targets(found)
 
 
 class Stage(NamedTuple):
     """Searches with the same count of particles."""
 
     name: str
-    #: How many go on from the stage before.
+    #: Number of searches that go on from the stage before.
     starts: int
     #: Part of the full count of particles.
     part: float
-    #: Most steps of each search; 0 only looks.
+    #: Most steps of each search; 0 only computes the cost.
     steps: int
     #: Whether differences are taken from both sides.
     central: bool = False
 
+    def count(self, full: int) -> int:
+        """Particles of each shape at each condition."""
+        return min(full, max(_FEWEST, round(self.part * full)))
 
-#: What is done one after another; numbers from EXPERIMENTS.md.
+    def most_particles(self, trials: TrialPairs, full: int) -> int:
+        """Upper bound on the particles of each shape at each condition of all searches."""
+        free = int(np.count_nonzero(~trials.of_shares))
+        sides = 2 if self.central else 1
+        each = 1 if self.steps == 0 else self.steps * (1 + sides * free)
+        return self.starts * each * self.count(full)
+
+
+#: Stages of a search, one after another; numbers from EXPERIMENTS.md.
 STAGES = (
     Stage("looking", 64, 1 / 32, 0),
     Stage("searching", 4, 1 / 16, 12),
@@ -49,116 +136,116 @@ STAGES = (
 )
 
 
-def count_of(stage: Stage, count: int) -> int:
-    """Particles of each shape at each condition in a stage."""
-    return min(count, max(_FEWEST, round(stage.part * count)))
-
-
-def most_particles(stage: Stage, trials: TrialPairs, count: int) -> int:
-    """Particles of each shape and condition that a stage simulates at most."""
+def most_particles_after(trials: TrialPairs, count: int) -> int:
+    """Upper bound on the particles of each shape at each condition after all stages."""
     free = int(np.count_nonzero(~trials.of_shares))
-    each = 1 if stage.steps == 0 else stage.steps * (1 + (2 if stage.central else 1) * free)
-    return stage.starts * each * count_of(stage, count)
+    return (2 * (1 + 2 * free) + _LAST_STEPS) * count
 
 
 def random_starts(trials: TrialPairs, count: int, seed: int) -> Iterator[FloatArray]:
-    """Coordinates of the given pair, then of random ones ever nearer to and farther from it."""
-    yield trials.start
-    sequence = qmc.Sobol(trials.start.size, seed=np.random.default_rng(seed))
-    # as many as keep it balanced, one of which makes room for the given pair
+    """Give the coordinates of the given pair, then of random ones around it."""
+    space = trials.space
+    yield space.start
+    sequence = qmc.Sobol(space.start.size, seed=np.random.default_rng(seed))
+    # a power of two keeps the sequence balanced; the given pair takes the place of one
     places = sequence.random_base2((count - 1).bit_length())[: count - 1]
-    for k, place in enumerate(trials.first + places * (trials.last - trials.first)):
-        yield trials.start + _WAYS[k % len(_WAYS)] * (place - trials.start)
+    for k, place in enumerate(space.first + places * space.width):
+        yield space.start + _WAYS[k % len(_WAYS)] * (place - space.start)
 
 
 class Search:
-    """Searches for the coordinates that follow the measured numbers best.
+    """Search for the coordinates that follow the measured numbers best.
 
-    Parameters
-    ----------
-    evaluations : Evaluations
-        At the conditions of the targets.
-    targets : Targets
-    count : int
-        Particles of each shape at each condition in the last stage.
+    The count is that of the particles of each shape at each condition in the last stage.
     """
 
     def __init__(self, evaluations: Evaluations, targets: Targets, count: int) -> None:
-        self._evaluations, self._targets, self._count = evaluations, targets, count
+        self.evaluations, self.targets, self.count = evaluations, targets, count
+        self._measured, self._accuracy = targets.array("measured"), targets.array("accuracy")
+        self._assumed = np.array([QUANTITIES[target.quantity].accuracy for target in targets])
 
     def accuracy(self, x: FloatArray, count: int) -> FloatArray:
-        """Accuracy (m,) of a residual, with the chance error of the simulation at x."""
-        _, errors = self._targets.pick(self._evaluations.moments(x, count))
-        stated = np.array([STATED_ACCURACY[name] for name in self._targets.quantity])
-        both = np.hypot(self._targets.accuracy, errors)
-        return np.asarray(np.maximum(both, _LEAST_PART * stated))
+        """Compute the accuracy (m,) of a residual, with the chance error of the simulation."""
+        _, errors = self.targets.pick(self.evaluations.moments(x, count))
+        both = np.hypot(self._accuracy, errors)
+        return np.asarray(np.maximum(both, _LEAST_PART * self._assumed))
 
     def residuals(self, x: FloatArray, count: int) -> FloatArray:
         """Subtract the measured from the simulated numbers, (m,)."""
-        values, _ = self._targets.pick(self._evaluations.moments(x, count))
-        return values - self._targets.measured
+        values, _ = self.targets.pick(self.evaluations.moments(x, count))
+        return values - self._measured
 
     def run(self, seed: int, on_stage: Callable[[Stage], None]) -> FloatArray:
-        """Go through all stages.
+        """Go through all stages, and give the best coordinates (p,).
 
-        Parameters
-        ----------
-        seed : int
-            Of the random starts.
-        on_stage : callable
-            Is called with each stage before it begins.
-
-        Returns
-        -------
-        (p,) float64
-            Coordinates of the best.
+        The seed is that of the random starts; ``on_stage`` is called before each stage.
         """
-        trials = self._evaluations.trials
-        found = list(random_starts(trials, STAGES[0].starts, seed))
+        found = list(random_starts(self.evaluations.trials, STAGES[0].starts, seed))
         for stage in STAGES:
             on_stage(stage)
-            count = count_of(stage, self._count)
-            accuracy = self.accuracy(found[0], count)
-            ends = [
-                self.end(x, stage.steps, count, accuracy, stage.central)
-                for x in found[: stage.starts]
-            ]
-            # the order of equal costs is that of the starts
+            accuracy = self.accuracy(found[0], stage.count(self.count))
+            ends = [self.end(x, stage, accuracy) for x in found[: stage.starts]]
+            # starts of the same cost keep their order
             order = np.argsort([cost for cost, _ in ends], kind="stable")
             found = [ends[k][1] for k in order]
-        return self.on_bounds(found[0])
+        return self._on_bounds(found[0])
 
-    def on_bounds(self, x: FloatArray) -> FloatArray:
-        """Put coordinates that end next to a bound, which the optimiser never reaches, on it."""
-        trials = self._evaluations.trials
-        near = AT_BOUND * (trials.last - trials.first)
-        x = np.where(x - trials.low < near, trials.low, x)
-        return np.where(trials.high - x < near, trials.high, x)
-
-    def end(
-        self, x: FloatArray, steps: int, count: int, accuracy: FloatArray, central: bool
-    ) -> tuple[float, FloatArray]:
-        """Cost and coordinates at the end of a search from x, of so many steps at most."""
-        evaluations, trials = self._evaluations, self._evaluations.trials
+    def end(self, x: FloatArray, stage: Stage, accuracy: FloatArray) -> tuple[float, FloatArray]:
+        """Search from x in one stage, and give the cost and the coordinates at the end."""
+        evaluations, space = self.evaluations, self.evaluations.trials.space
+        count = stage.count(self.count)
 
         def weighted(y: FloatArray) -> FloatArray:
             return self.residuals(y, count) / accuracy
 
         def slopes(y: FloatArray) -> FloatArray:
-            plain = evaluations.slopes(y, count, self._targets.pick, central)
+            plain = evaluations.slopes(y, count, self.targets.pick, stage.central)
             return plain / accuracy[:, None]
 
-        if steps == 0:
+        if stage.steps == 0:
             return 0.5 * float(np.sum(weighted(x) ** 2)), x
         solved = least_squares(
             weighted,
             x,
             slopes,
-            bounds=(trials.low, trials.high),
-            x_scale=trials.last - trials.first,
+            bounds=(space.low, space.high),
+            x_scale=space.width,
             ftol=1e-4,
             xtol=1e-5,
             gtol=None,
-            max_nfev=steps,
+            max_nfev=stage.steps,
         )
         return float(solved.cost), solved.x
+
+    def settle(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Take the last steps of a search, by slopes with less chance in them.
+
+        The cost of a fit is rough on the scale of the standard errors. The optimiser stops where
+        its slopes, from one set of random numbers, find no way down. These are means of two sets.
+        Gives the coordinates (p,) and the slopes (m, p).
+        """
+        evaluations, space, count = self.evaluations, self.evaluations.trials.space, self.count
+        both = evaluations, evaluations.with_seed(evaluations.seed ^ _SEED_OF_SLOPES)
+        slopes: FloatArray = np.mean(
+            [one.slopes(x, count, self.targets.pick, central=True) for one in both], axis=0
+        )
+        accuracy, width = self.accuracy(x, count), space.width
+        free = (x > space.low) & (x < space.high)
+        inverse = np.linalg.pinv(slopes[:, free] * width[free] / accuracy[:, None], rcond=_OPEN)
+        residual = self.residuals(x, count) / accuracy
+        for _ in range(_LAST_STEPS):
+            further = x.copy()
+            further[free] -= width[free] * (inverse @ residual)
+            further = np.clip(further, space.low, space.high)
+            left = self.residuals(further, count) / accuracy
+            if np.sum(left**2) > (1.0 + _TOLERATED) * np.sum(residual**2):
+                break
+            x, residual = further, left
+        return self._on_bounds(x), slopes
+
+    def _on_bounds(self, x: FloatArray) -> FloatArray:
+        """Move coordinates next to a bound, which the optimiser never reaches, onto it."""
+        space = self.evaluations.trials.space
+        near = _AT_BOUND * space.width
+        x = np.where(x - space.low < near, space.low, x)
+        return np.where(space.high - x < near, space.high, x)

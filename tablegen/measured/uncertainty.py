@@ -1,99 +1,87 @@
-"""Standard errors of fitted numbers, and what the data leave open.
+"""Standard errors of fitted numbers, and warnings of what the data leave open.
 
-To first order the coordinates of the fit err by dx = G e, with e the errors of the residuals and G
-the weighted pseudo-inverse of their slopes (Gauss and Newton). So their covariance is G (D + S) G',
-with D of the measured and S of the simulated numbers.
+To first order the coordinates of the fit err by dx = G e, with the errors e of the residuals and
+the weighted pseudo-inverse G of their slopes (Gauss and Newton). So their covariance is
+G (D + S) G', with D of the measured and S of the simulated numbers. Means and spreads of one row
+come from the same particles, so their errors are correlated.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
+from tablegen.measured.measurements import Measurements
+from tablegen.measured.moments import covariances, influences
+from tablegen.measured.parameters import Space
+from tablegen.measured.search import Search, Targets
+from tablegen.measured.trials import TrialPairs
 from tablegen.model.float_array import FloatArray
 
-#: Standard error of a combination of parameters, in units of their ranges of search, from which the
-#: data are said to leave it open.
+#: Standard error of a combination of parameters, in units of the widths of their searches, from
+#: which the data leave it open.
 _OPEN = 0.5
 
-#: Singular values are taken to be at least this part of the largest: beyond it is rounding.
+#: Least part of the largest singular value; smaller ones are rounding.
 _SMALLEST = 1e-6
 
-#: Least component of a parameter in a combination that names it.
-_NAMED = 0.3
+#: Least component of a parameter that is named, and correlation of two that are.
+_NAMED, _CORRELATED = 0.3, 0.95
 
-#: Correlation of two parameters from which the data are said not to tell them apart.
-_CORRELATED = 0.95
+#: Standard errors below this are the rounding of those at a bound.
+_NO_ERROR = 1e-7
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A least-squares fit at its end, for m numbers and p coordinates.
-
-    Attributes
-    ----------
-    names : tuple of p str
-        Of the coordinates, for warnings.
-    x, low, high, width : (p,) float64
-        Coordinates, their bounds, and the width of the range in which they were searched.
-    slopes : (m, p) float64
-        Of the simulated numbers by the coordinates.
-    residual, accuracy : (m,) float64
-        Simulated less measured numbers, and what they were weighted by.
-    counted : (m,) bool
-        Whether the accuracy follows from a count of particles.
-    measured, simulated : (m, m) float64
-        Covariances of errors; that of measured numbers without a count is zero here.
-    """
+    """A least-squares fit at its end, of m numbers by p coordinates."""
 
     names: tuple[str, ...]
+    #: Coordinates (p,), and derivatives (m, p) of the simulated numbers by them.
     x: FloatArray
-    low: FloatArray
-    high: FloatArray
-    width: FloatArray
+    space: Space
     slopes: FloatArray
+    #: Simulated less measured numbers (m,), and their weights.
     residual: FloatArray
     accuracy: FloatArray
+    #: Whether the accuracy follows from a count of particles, (m,).
     counted: NDArray[np.bool_]
+    #: Covariances (m, m) of errors; zero for measured numbers without a count.
     measured: FloatArray
     simulated: FloatArray
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What is known of the coordinates of a fit.
+    """Uncertainty of the coordinates of a fit."""
 
-    Attributes
-    ----------
-    covariance : (p, p) float64
-        Zero for those at a bound.
-    at_bound : (p,) bool
-    scatter : float
-        Root of the weighted sum of squares over its degrees of freedom: how many times larger
-        residuals are than the accuracies. NaN where there are none.
-    freedom : int
-        Degrees of freedom.
-    warnings : tuple of str
-    """
-
+    #: Shape (p, p); zero for those at a bound.
     covariance: FloatArray
-    at_bound: NDArray[np.bool_]
+    #: Root of the weighted sum of squares of the residuals over the degrees of freedom; NaN without
+    #: degrees of freedom.
     scatter: float
     freedom: int
     warnings: tuple[str, ...]
 
 
 def uncertainty(problem: Problem) -> Uncertainty:
-    """Covariance of the coordinates, and warnings.
+    """Compute the covariance of the coordinates, and warnings.
 
-    Where no count of particles is stated the accuracy of a number is unknown, and its error is
-    taken from the residuals: the stated accuracy times the scatter. With counts the errors are
-    theirs; they are scaled as well where the residuals are clearly larger than they allow.
+    Without a count of particles the error of a number is its assumed accuracy times the scatter.
+    With counts the errors follow from the counts; they are also multiplied by the scatter if the
+    residuals are clearly larger.
     """
-    at_bound = _at_bound(problem)
-    free = np.flatnonzero(~at_bound)
-    warnings = [_bound_warning(problem, int(k)) for k in np.flatnonzero(at_bound)]
+    x, space = problem.x, problem.space
+    low, high = x <= space.low, x >= space.high
+    free = np.flatnonzero(~(low | high))
+    warnings = [
+        f"{problem.names[k]} is at its {'lower' if low[k] else 'upper'} bound, and has no standard "
+        "error"
+        for k in np.flatnonzero(low | high)
+    ]
     freedom = len(problem.residual) - len(free)
     squares = float(np.sum((problem.residual / problem.accuracy) ** 2))
     scatter = float(np.sqrt(squares / freedom)) if freedom > 0 else float("nan")
@@ -113,38 +101,29 @@ def uncertainty(problem: Problem) -> Uncertainty:
         )
     uncounted = np.where(problem.counted, 0.0, problem.accuracy**2)
     errors = factor**2 * (problem.measured + np.diag(uncounted)) + problem.simulated
-    covariance = np.zeros((len(problem.x), len(problem.x)))
+    covariance = np.zeros((len(x), len(x)))
     if free.size:
-        scaled = problem.slopes[:, free] * problem.width[free] / problem.accuracy[:, None]
+        width = space.width[free]
+        scaled = problem.slopes[:, free] * width / problem.accuracy[:, None]
         inverse = _inverse(scaled)
         relative = errors / np.outer(problem.accuracy, problem.accuracy)
         unit = inverse @ relative @ inverse.T
-        covariance[np.ix_(free, free)] = unit * np.outer(problem.width[free], problem.width[free])
+        covariance[np.ix_(free, free)] = unit * np.outer(width, width)
         names = [problem.names[k] for k in free]
         warnings += _open_combinations(scaled, names, factor)
         warnings += _correlated(unit, names)
-    return Uncertainty(covariance, at_bound, scatter, freedom, tuple(warnings))
+    return Uncertainty(covariance, scatter, freedom, tuple(warnings))
 
 
 def _inverse(scaled: FloatArray) -> FloatArray:
-    """Pseudo-inverse (p, m) in which what the data say nothing of has huge errors, and not none."""
+    """Compute a pseudo-inverse (p, m) that gives undetermined combinations huge errors."""
     left, values, right = np.linalg.svd(scaled, full_matrices=False)
     floor = max(_SMALLEST * float(values.max(initial=0.0)), 1e-300)
     return np.asarray(right.T @ (left.T / np.maximum(values, floor)[:, None]))
 
 
-def _at_bound(problem: Problem) -> NDArray[np.bool_]:
-    return np.asarray((problem.x <= problem.low) | (problem.x >= problem.high))
-
-
-def _bound_warning(problem: Problem, k: int) -> str:
-    low = problem.x[k] - problem.low[k] < problem.high[k] - problem.x[k]
-    end = "lower" if low else "upper"
-    return f"{problem.names[k]} is at its {end} bound, and has no standard error"
-
-
 def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) -> list[str]:
-    """Warnings of combinations of parameters that the data leave open."""
+    """Warn of combinations of parameters that the data leave open."""
     _, values, rows = np.linalg.svd(scaled, full_matrices=True)
     values = np.concatenate([values, np.zeros(len(names) - len(values))])
     found = []
@@ -161,18 +140,73 @@ def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) 
 
 
 def _correlated(covariance: FloatArray, names: Sequence[str]) -> list[str]:
-    """Warnings of pairs of parameters that the data do not tell apart."""
+    """Warn of pairs of parameters that the data do not separate."""
     correlation = correlations(covariance)
     return [
         f"{names[j]} and {names[k]} are correlated by {correlation[j, k]:+.2f}"
-        for j in range(len(names))
-        for k in range(j + 1, len(names))
+        for j, k in combinations(range(len(names)), 2)
         if abs(correlation[j, k]) > _CORRELATED
     ]
 
 
 def correlations(covariance: FloatArray) -> FloatArray:
-    """Correlation matrix of a covariance; zero where there is no variance."""
+    """Compute the correlation matrix of a covariance; zero without a variance."""
     size = np.sqrt(np.diag(covariance))
     safe = np.where(size > 0.0, size, 1.0)
     return np.asarray(covariance / np.outer(safe, safe))
+
+
+def uncertainty_of_fit(
+    measurements: Measurements, search: Search, x: FloatArray, slopes: FloatArray
+) -> Uncertainty:
+    """Compute the uncertainty of the coordinates at the end of a search."""
+    targets, trials, count = search.targets, search.evaluations.trials, search.count
+    variables = search.evaluations.rows(x).variables(count)
+    measured, simulated = _covariances(targets, measurements, variables, trials.shares(x))
+    return uncertainty(
+        Problem(
+            names=trials.labels,
+            x=x,
+            space=trials.space,
+            slopes=slopes,
+            residual=search.residuals(x, count),
+            accuracy=search.accuracy(x, count),
+            counted=targets.array("counted") > 0.0,
+            measured=measured,
+            simulated=simulated / count,
+        )
+    )
+
+
+def _covariances(
+    targets: Targets,
+    measurements: Measurements,
+    variables: Sequence[Sequence[FloatArray]],
+    shares: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Compute covariances (m, m) of measured numbers, and of simulated ones for one particle."""
+    measured, simulated = [], []
+    for row, (alpha_deg, count) in enumerate(
+        zip(measurements.alpha_deg, measurements.count, strict=True)
+    ):
+        names = [target.column for target in targets if target.row == row]
+        if names:
+            found = influences(variables[row], shares, np.radians(alpha_deg), names)
+            one, other = covariances(found, shares)
+            measured.append(one / count if count > 1.0 else 0.0 * one)
+            simulated.append(other)
+    return block_diag(*measured), block_diag(*simulated)
+
+
+def errors_of_numbers(
+    trials: TrialPairs, x: FloatArray, found: Uncertainty
+) -> tuple[FloatArray, FloatArray]:
+    """Compute standard errors (p,), NaN at a bound, and correlations (p, p) of fitted numbers."""
+    space = trials.space
+    inside = np.clip(x, space.low + 1e-6 * space.step, space.high - 1e-6 * space.step)
+    slopes = trials.slopes(inside)
+    covariance = slopes @ found.covariance @ slopes.T
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    known = errors > _NO_ERROR
+    correlation = correlations(covariance * np.outer(known, known))
+    return np.where(known, errors, np.nan), correlation

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from tablegen.accuracy.spin_conditions import spin_conditions_beside
+from tablegen.accuracy.conditions import spin_conditions_beside
 from tablegen.config.config import Config
 from tablegen.fitting.resolution import LADDER, resolution, spin_sizes
 from tablegen.tables.axes import first_grid

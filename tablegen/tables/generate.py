@@ -12,10 +12,12 @@ from sampler.files import check_output
 from sampler.formats.hdf5 import write_table
 from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
-from tablegen.accuracy.conditions import pick_conditions
-from tablegen.accuracy.measure import measure
-from tablegen.accuracy.spin_conditions import pick_spin_conditions, spin_conditions_beside
-from tablegen.accuracy.spin_measure import SpinAccuracy, measure_spin, spin_accuracy_datasets
+from tablegen.accuracy.conditions import (
+    pick_conditions,
+    pick_spin_conditions,
+    spin_conditions_beside,
+)
+from tablegen.accuracy.measure import SpinAccuracy, measure, measure_spin, spin_accuracy_datasets
 from tablegen.checkpoints import CheckpointStore, TaskRunner, software
 from tablegen.config.config import Config
 from tablegen.config.defaults import GENERATE_CONDITIONS

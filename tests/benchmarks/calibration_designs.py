@@ -1,57 +1,84 @@
-"""Chance and bias of difference quotients, by step: for tablegen/measured/EXPERIMENTS.md.
+"""Experiments on how a calibration searches: those of tablegen/measured/EXPERIMENTS.md.
 
-python tests/benchmarks/calibration_designs.py
+Run ``python tests/benchmarks/calibration_designs.py NAME``, where NAME is one of
+
+steps      chance and bias of difference quotients, by step
+laws       largest residuals of the means of Grant & Tabakoff and of Forder, by law of resistance
 """
 
-import harness  # noqa: F401  (makes the imports from a checkout possible)
+import sys
+
 import numpy as np
 
 from tablegen.config.config import load_config
-from tablegen.measured.evaluations import Evaluations
+from tablegen.measured.calibrate import calibrate
 from tablegen.measured.parameters import make_parameters
-from tablegen.measured.trial_pairs import TrialPairs
+from tablegen.measured.reader import read_measurements
+from tablegen.measured.trials import Evaluations, TrialPairs
 
-NAMES = ("pair.restitution.value", "pair.resistance.value", "population.aspect.mean")
+START = load_config("start-tabulated")
+LAWS = ("pair.restitution.value", "pair.resistance.value")
+MEAN, SHAPES = "population.aspect.mean", "population.shapes"
+
+#: Laws of resistance to start from; every number is freed. None: that of the start pair.
+RESISTANCES = {
+    "tabulated": None,
+    "exponential-orientation": {"strength": -1.0, "factor": 1.0},
+    "constant": {"value": 0.4},
+    "coulomb": {"static": 0.3, "dynamic": 0.3},
+}
 
 
-def means_and_spreads(simulated):
-    """Pick the means and spreads of e_n and e_t."""
-    values = [simulated.mean["e_n"], simulated.mean["e_t"]]
-    values += [simulated.std["e_n"], simulated.std["e_t"]]
-    return np.concatenate(values), np.zeros(12)
+def steps(count=500, seeds=20, sizes=(0.0003, 0.003, 0.03, 0.1)):
+    """Print chance and bias of central difference quotients, over the size of the quotients.
 
-
-def main(count=500, seeds=20, sizes=(0.0003, 0.003, 0.03, 0.1)):
-    """Print chance and bias of central difference quotients, over their own size.
-
-    Steps are parts of the range of search. The bias is the difference from the mean over all seeds
-    with the second largest step.
+    Steps are parts of the width of the search. The bias is that against the largest step but one.
     """
-    config = load_config("start-tabulated")
-    config = config.with_changes({"population": {"shapes": {"sphere": 0.0}}})
-    trials = TrialPairs(config, make_parameters(config, NAMES), 0.0)
-    angles = np.array([20.0, 45.0, 75.0])
-    width = trials.last - trials.first
+    config = START.with_changes({"population": {"shapes": {"sphere": 0.0}}})
+    trials = TrialPairs(config, make_parameters(config, (*LAWS, MEAN)), 0.0)
+    space, angles = trials.space, np.array([20.0, 45.0, 75.0])
     quotients = {}
     for size in sizes:
-        trials.step = size * width
+        trials.space = space._replace(step=size * space.width)
         found = []
         for seed in range(seeds):
             evaluations = Evaluations(trials, angles, np.full(3, 100.0), seed)
-            found.append(evaluations.slopes(trials.start, count, means_and_spreads, central=True))
-        quotients[size] = np.array(found) * width
+            found.append(evaluations.slopes(space.start, count, pick, central=True))
+        quotients[size] = np.array(found) * space.width
     base = quotients[sizes[-2]].mean(axis=0)
     scale = np.sqrt((base**2).mean(axis=0))
     for size, found in quotients.items():
         chance = np.sqrt(found.var(axis=0, ddof=1).mean(axis=0)) / scale
         bias = np.sqrt(((found.mean(axis=0) - base) ** 2).mean(axis=0)) / scale
-        for name in NAMES:
+        for name in (*LAWS, MEAN):
             of = [k for k, label in enumerate(trials.labels) if label.startswith(name)]
-            print(
-                f"step {size:<7g} {name:24} chance {chance[of].mean():.3f} "
-                f"bias {bias[of].mean():.3f}"
-            )
+            numbers = f"chance {chance[of].mean():.3f} bias {bias[of].mean():.3f}"
+            print(f"step {size:<7g} {name:24} {numbers}")
+
+
+def pick(simulated):
+    """Pick means and spreads of e_n and e_t."""
+    maps = (simulated.mean, simulated.std)
+    values = np.concatenate([of[name] for of in maps for name in ("e_n", "e_t")])
+    return values, np.zeros_like(values)
+
+
+def laws(count=1000, names=("grant-tabakoff-1975", "forder-1998")):
+    """Print how closely each law of resistance follows the published means, without spreads."""
+    for name in names:
+        measured = read_measurements(name)
+        for column in measured.moments.values():
+            column.std[:] = np.nan
+        for law, fields in RESISTANCES.items():
+            config, free = START, [*LAWS, MEAN, SHAPES]
+            if fields:
+                resistance = {"law": law, **fields, "source": "tried"}
+                config = START.with_changes({"pair": {"resistance": resistance}})
+                free[1:2] = [f"pair.resistance.{field}" for field in fields]
+            made = calibrate(measured, config, free=free, count=count)
+            worst = {c: (n.residual, n.alpha_deg) for c, n in made.largest().items()}
+            print(f"{name:20} {law:24} scatter {made.scatter:.2f} {worst}", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    {"steps": steps, "laws": laws}[sys.argv[1]]()

@@ -1,29 +1,45 @@
-"""Measurements made by direct simulation of a known pair, with the chance of a real experiment."""
+"""Measurements made by direct simulation of a known pair, and quick calibrations."""
 
 import numpy as np
 
-from tablegen.measured.records import QUANTITIES, Measurements, Moments
+from tablegen import load_config
+from tablegen.measured import calibrate, search
+from tablegen.measured.measurements import QUANTITIES, Measurements, Moments
 from tablegen.simulation.simulate import simulate
 
+SOURCE = {"source": "chosen for a test"}
 
-def measured_from(config, alpha_deg, count, seed, spreads=True, stated=True, speed=100.0):
-    """Means and spreads of e_n and e_t over ``count`` particles drawn from the pair.
 
-    Parameters
-    ----------
-    spreads : bool
-        Whether spreads are measured, and not means alone.
-    stated : bool
-        Whether the count is stated.
-    """
+def small_pair(value=0.5, friction=0.4, **changes):
+    """Ellipsoids of one form under constant laws."""
+    laws = {
+        "restitution": {"law": "constant", "value": value, **SOURCE},
+        "resistance": {"law": "constant", "value": friction, **SOURCE},
+    }
+    weights = {"ellipsoid": 1.0, "prism": 0.0, "truncated-prism": 0.0, "tetrahedron": 0.0}
+    population = {"shapes": weights, "aspect": {"distribution": "fixed", "values": [0.9, 0.8]}}
+    tree = {"name": "small", "spin": False, "pair": laws, "population": population}
+    tree["domain"] = {"extrapolate": True}
+    return load_config("corundum-steel").with_changes(tree | changes)
+
+
+def shorten_searches(monkeypatch):
+    """Make calibrations of a second: few starts and steps."""
+    stages = (search.Stage("looking", 4, 1.0, 0), search.Stage("searching", 1, 1.0, 5))
+    for module in (search, calibrate):
+        monkeypatch.setattr(module, "STAGES", stages)
+
+
+def measured_from(config, alpha_deg, count, seed, spreads=True):
+    """Means, and spreads if wanted, of e_n and e_t over ``count`` particles of the pair."""
     moments = {q: Moments(*np.full((2, len(alpha_deg)), np.nan)) for q in QUANTITIES}
     for row, degrees in enumerate(alpha_deg):
         alpha = np.radians(degrees)
-        state = simulate(config, alpha, speed, count, seed=seed, stream=row).state
-        for name, values in (("e_n", state[:, 1] / np.sin(alpha)), ("e_t", state[:, 0])):
-            if name == "e_t" and degrees == 90.0:
-                continue
-            values = values / np.cos(alpha) if name == "e_t" else values
+        state = simulate(config, alpha, 100.0, count, seed=seed, stream=row).state
+        found = {"e_n": state[:, 1] / np.sin(alpha)}
+        if degrees < 90.0:
+            found["e_t"] = state[:, 0] / np.cos(alpha)
+        for name, values in found.items():
             moments[name].mean[row] = values.mean()
             if spreads:
                 moments[name].std[row] = values.std(ddof=1)
@@ -31,9 +47,9 @@ def measured_from(config, alpha_deg, count, seed, spreads=True, stated=True, spe
     return Measurements(
         name="synthetic",
         alpha_deg=np.array(alpha_deg, dtype=np.float64),
-        speed=np.full(n, speed),
+        speed=np.full(n, 100.0),
         moments=moments,
-        count=np.full(n, float(count) if stated else np.nan),
+        count=np.full(n, float(count)),
         source=("simulated",) * n,
         remarks=("",) * n,
         about={},

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.stats import norm
-from tablegen.config.spin_targets import SpinTargets
 
 from sampler.errors import InputError
 from tablegen.accuracy.comparison import Measured
@@ -22,6 +21,7 @@ from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
+from tablegen.config.targets import SpinTargets
 
 TARGETS = AccuracyTargets(ks=0.03, sliced_wasserstein=0.02, correlation_error=0.05, auc=0.7)
 SPIN = SpinTargets(**SPIN_PRESETS["compact"])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from corrupt_tables import copied_node, garbage, spin_flipped
 from spin_laws import WRONG, DirectTable
-from tablegen.config.spin_targets import JointTargets, SpinTargets
 from tiny_tables import ROUGH, TINY
 
 from sampler.formats.layout import ACCURACY, SPIN_DATASETS
@@ -27,6 +26,7 @@ from tablegen.accuracy.node_screening import SAMPLES, WORST, screen
 from tablegen.checkpoints import TaskRunner
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS, worst_spin_stored
+from tablegen.config.targets import JointTargets, SpinTargets
 from tablegen.fitting import node
 from tablegen.fitting.node import node_stream
 from tablegen.simulation.simulate import simulate

@@ -1,22 +1,11 @@
-"""Calibrations that are done in a second: two free numbers, few particles, short stages."""
-
 import pytest
-from small_pairs import small_pair
-from synthetic_measurements import measured_from
-
-from tablegen.measured import calibrate as calibration
-from tablegen.measured import search
+from synthetic_measurements import measured_from, shorten_searches, small_pair
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Few starts and steps."""
-    stages = (
-        search.Stage("looking", 4, 1.0, 0),
-        search.Stage("searching", 1, 1.0, 5),
-    )
-    monkeypatch.setattr(search, "STAGES", stages)
-    monkeypatch.setattr(calibration, "STAGES", stages)
+    """Calibrations of a second."""
+    shorten_searches(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -1,17 +1,15 @@
-"""Known parameters are found again from data that were simulated with them, within their errors.
+"""Calibrations recover known parameters from simulated data, within their standard errors.
 
-The false-alarm rate of a test is that of the normal law, for errors that are drawn anew by a seed
-which is fixed: at 3.5 standard errors, 5e-4 for each number.
+At 3.5 standard errors the false-alarm rate for each number is 5e-4, by the normal law.
 """
 
 import numpy as np
 import pytest
-from synthetic_measurements import measured_from
+from synthetic_measurements import SOURCE, measured_from
 
 from tablegen import calibrate, load_config
 
 ANGLES = (10.0, 25.0, 40.0, 55.0, 70.0, 85.0)
-SOURCE = {"source": "chosen for a test"}
 
 
 def pair(values, factor, strength, mean=0.8):
@@ -19,18 +17,11 @@ def pair(values, factor, strength, mean=0.8):
     restitution = {"law": "tabulated", "angle_deg": [0.0, 45.0, 90.0], "speed": [100.0]}
     restitution["value"] = [[float(value)] for value in values]
     resistance = {"law": "exponential-orientation", "strength": strength, "factor": factor}
-    return load_config("corundum-steel").with_changes(
-        {
-            "name": "known",
-            "spin": False,
-            "pair": {"restitution": restitution | SOURCE, "resistance": resistance | SOURCE},
-            "population": {
-                "shapes": {"ellipsoid": 1.0, "prism": 1.0, "truncated-prism": 0.0}
-                | {"tetrahedron": 0.0},
-                "aspect": {"mean": mean},
-            },
-        }
-    )
+    laws = {"restitution": restitution | SOURCE, "resistance": resistance | SOURCE}
+    shapes = {"ellipsoid": 1.0, "prism": 1.0, "truncated-prism": 0.0, "tetrahedron": 0.0}
+    population = {"shapes": shapes, "aspect": {"mean": mean}}
+    tree = {"name": "known", "spin": False, "pair": laws, "population": population}
+    return load_config("corundum-steel").with_changes(tree)
 
 
 LAWS = ("pair.restitution.value", "pair.resistance.strength", "pair.resistance.factor")

@@ -1,11 +1,12 @@
-"""Errors of a linear fit whose law is known, and the warnings of what data leave open."""
+"""Standard errors of a linear fit, and warnings of what the data leave open."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tablegen.measured.uncertainty import Problem, correlations, uncertainty
+from tablegen.measured.parameters import Space
+from tablegen.measured.uncertainty import Problem, uncertainty
 
 M = 40
 GRID = np.linspace(0.0, 1.0, M)
@@ -14,11 +15,9 @@ GRID = np.linspace(0.0, 1.0, M)
 def problem(slopes, residual=None, counted=True, accuracy=0.1, **changes):
     p = slopes.shape[1]
     made = Problem(
-        names=tuple("abcd"[:p]),
+        names=tuple("abcd"[:p]) if p < 5 else ("many",) * p,
         x=np.full(p, 0.5),
-        low=np.zeros(p),
-        high=np.ones(p),
-        width=np.ones(p),
+        space=Space(*(np.full(p, value) for value in (0.5, 0.0, 1.0, 0.0, 1.0, 0.1))),
         slopes=slopes,
         residual=np.zeros(M) if residual is None else residual,
         accuracy=np.full(M, accuracy),
@@ -56,17 +55,15 @@ def test_the_chance_of_the_simulation_counts():
     np.testing.assert_allclose(both, 4.0 * alone, atol=1e-15)
 
 
-def test_residuals_larger_than_their_errors_are_told():
-    found = uncertainty(problem(LINE, np.full(M, 0.5)))
-    assert "the pair does not follow the measurements" in found.warnings[0]
-    assert found.scatter > 4.0
-
-
-def test_a_parameter_at_its_bound_has_no_error():
-    found = uncertainty(problem(LINE, x=np.array([0.5, 1.0])))
-    assert found.at_bound.tolist() == [False, True]
-    assert found.covariance[1].tolist() == [0.0, 0.0]
-    assert found.warnings == ("b is at its upper bound, and has no standard error",)
+def test_warnings_of_residuals_bounds_and_too_few_numbers():
+    large = uncertainty(problem(LINE, np.full(M, 0.5)))
+    assert "the pair does not follow the measurements" in large.warnings[0]
+    bound = uncertainty(problem(LINE, x=np.array([0.5, 1.0])))
+    assert bound.covariance[1].tolist() == [0.0, 0.0]
+    assert bound.warnings == ("b is at its upper bound, and has no standard error",)
+    few = uncertainty(problem(np.eye(M)))
+    assert np.isnan(few.scatter)
+    assert "nothing is left to judge the fit by" in few.warnings[0]
 
 
 def test_an_open_combination_is_named():
@@ -84,24 +81,3 @@ def test_a_parameter_that_changes_nothing_has_a_huge_error():
     found = uncertainty(problem(np.column_stack([np.ones(M), np.zeros(M)])))
     assert found.covariance[1, 1] > 1.0
     assert "the data do not determine 1.00 b " in found.warnings[0]
-
-
-def test_as_many_parameters_as_numbers():
-    few = problem(
-        np.eye(M)[:, :M],
-        x=np.full(M, 0.5),
-        low=np.zeros(M),
-        high=np.ones(M),
-        width=np.ones(M),
-        names=tuple(f"p{k}" for k in range(M)),
-    )
-    found = uncertainty(few)
-    assert np.isnan(found.scatter)
-    assert "nothing is left to judge the fit by" in found.warnings[0]
-
-
-def test_correlations():
-    matrix = np.array([[4.0, 3.0, 0.0], [3.0, 9.0, 0.0], [0.0, 0.0, 0.0]])
-    np.testing.assert_allclose(
-        correlations(matrix), [[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 0.0]]
-    )

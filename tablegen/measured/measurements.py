@@ -1,0 +1,125 @@
+"""Measured rebound statistics: the quantities, the record of a file, and its rows.
+
+A quantity is one number of each rebound; its mean and its standard deviation over many particles
+are measured. With u, v, w the velocity after the impact over the impact speed V, in the wall frame
+(x along the tangential velocity before the impact, y into the gas), and the impact angle alpha from
+the wall:
+
+- e_n = v / sin(alpha), normal restitution of the centre of mass;
+- e_t = u / cos(alpha), tangential restitution, undefined at 90 degrees;
+- rebound_angle_deg: the mean is the angle of the mean velocity from the wall, atan2(mean v, mean
+  u); the spread is that of the particles' own angles atan2(v, u), both in the impact plane;
+- out_of_plane_deg = asin(w / sqrt(u^2 + v^2 + w^2)), angle between velocity and impact plane;
+- omega_z: spin about z times a / V, negative for a particle that rolls forward.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from sampler.errors import InputError
+from tablegen.config.pairs import MaterialPair
+from tablegen.model.float_array import FloatArray
+
+#: End of the name of a column of standard deviations.
+SPREAD = "_std"
+
+#: Impact speed [m/s] of rows without one if the rebounds do not depend on it.
+_ANY_SPEED = 100.0
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of a rebound that can be measured."""
+
+    #: Column of `tablegen.measured.moments.variables_of`.
+    variable: int
+    #: Heading of its table, and label of its axis.
+    title: str
+    label: str
+    #: Number of decimals in tables.
+    digits: int = 3
+    #: Assumed standard error of a mean in a row without a count.
+    accuracy: float = 0.02
+
+
+#: Quantities by the name of their column.
+QUANTITIES: Mapping[str, Quantity] = {
+    "e_n": Quantity(1, "e_n, normal restitution v+/|v-|", r"normal restitution $v^+/|v^-|$"),
+    "e_t": Quantity(0, "e_t, tangential restitution u+/u-", r"tangential restitution $u^+/u^-$"),
+    "rebound_angle_deg": Quantity(
+        2, "rebound angle from the wall [degrees]", "rebound angle [°]", digits=2, accuracy=1.0
+    ),
+    "out_of_plane_deg": Quantity(
+        variable=3,
+        title="angle out of the impact plane [degrees]",
+        label="angle out of the impact plane [°]",
+        digits=2,
+        accuracy=1.0,
+    ),
+    "omega_z": Quantity(4, "omega_z, spin times a/V", r"spin $\Omega_z^+\,a/V$"),
+}
+
+
+class Moments(NamedTuple):
+    """Mean and standard deviation of one quantity at each of n conditions; NaN: not measured."""
+
+    #: Shape (n,).
+    mean: FloatArray
+    std: FloatArray
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Measured rebounds at n impact conditions."""
+
+    #: Name of the file, without its ending.
+    name: str
+    #: Impact angles from the wall, degrees, (n,).
+    alpha_deg: FloatArray
+    #: Impact speeds, m/s, (n,); NaN if not stated.
+    speed: FloatArray
+    #: For each of `QUANTITIES`.
+    moments: Mapping[str, Moments]
+    #: Numbers of particles, (n,); NaN if not stated.
+    count: FloatArray
+    #: References of the rows, and notes on them, (n,).
+    source: tuple[str, ...]
+    remarks: tuple[str, ...]
+    #: Lines ``# key: value`` at the top of the file, such as title, particle and wall.
+    about: Mapping[str, str]
+
+    def rows(self, rows: Sequence[int]) -> "Measurements":
+        """Select some rows."""
+        at = np.asarray(rows, dtype=np.int64)
+        return Measurements(
+            name=self.name,
+            alpha_deg=self.alpha_deg[at],
+            speed=self.speed[at],
+            moments={name: Moments(m.mean[at], m.std[at]) for name, m in self.moments.items()},
+            count=self.count[at],
+            source=tuple(self.source[k] for k in at),
+            remarks=tuple(self.remarks[k] for k in at),
+            about=self.about,
+        )
+
+
+def impact_speeds(
+    pair: MaterialPair, measured: Measurements, speed: float | None = None
+) -> FloatArray:
+    """Choose the impact speed of each row, (n,), m/s: its own, or the given one.
+
+    Raises
+    ------
+    InputError
+        If a row states no speed, none is given, and the rebounds depend on the speed.
+    """
+    unstated = np.isnan(measured.speed)
+    if speed is None and unstated.any() and pair.restitution.depends_on_speed:
+        raise InputError(
+            f"speed: missing for {unstated.sum()} of {unstated.size} rows of {measured.name}, "
+            "allowed: the speed of those rows in m/s, because the restitution depends on it"
+        )
+    return np.where(unstated, _ANY_SPEED if speed is None else speed, measured.speed)

@@ -1,0 +1,120 @@
+"""Direct simulation of measured rows: rebounds of each shape at given impact conditions."""
+
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from sampler.arguments import MAX_ROUGHNESS, as_integer
+from tablegen.config.config import Config, ModelSettings
+from tablegen.config.pairs import MaterialPair
+from tablegen.config.population import Population
+from tablegen.measured.moments import (
+    CentralMoments,
+    SimulatedMoments,
+    Strata,
+    central_moments,
+    variables_of,
+)
+from tablegen.model.float_array import FloatArray
+from tablegen.model.model_bounds import Bounds
+from tablegen.progress import bar
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.simulate import check_impact_angle, check_run
+
+_Result = TypeVar("_Result")
+
+#: Standard deviation of the tilt of facets.
+WALL_TILT_DEG = Bounds(0.0, math.degrees(MAX_ROUGHNESS), " degrees")
+
+
+class Scenario(NamedTuple):
+    """Laws of contact, particles, numerical parameters and roughness of the wall."""
+
+    pair: MaterialPair
+    population: Population
+    numerics: ModelSettings
+    #: Standard deviation of the tilt of facets, degrees; 0: a smooth wall.
+    wall_tilt_deg: float = 0.0
+
+    @classmethod
+    def of(cls, config: Config, wall_tilt_deg: float) -> "Scenario":
+        """Take the scenario of a configuration."""
+        return cls(config.pair, config.population, config.model, wall_tilt_deg)
+
+
+class SimulatedRows:
+    """Rebounds of each shape of a population at each of n impact conditions, the rows.
+
+    The random numbers are common: a particle is keyed by (seed, row, shape, number), whatever the
+    laws, the aspect ratios and the weights. So moments change smoothly with those.
+
+    Facets of a rough wall are drawn as by `sampler.Table.rebound` with ``roughness``, and moments
+    refer to the mean wall. Angles (n,) are in degrees from the wall, speeds (n,) in m/s.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        alpha_deg: FloatArray,
+        speed: FloatArray,
+        *,
+        seed: int,
+        threads: int | None = None,
+    ) -> None:
+        tilt = WALL_TILT_DEG.checked("wall_tilt_deg", scenario.wall_tilt_deg)
+        self._roughness = min(math.radians(tilt), MAX_ROUGHNESS)
+        self._alpha_deg, self._speed = np.asarray(alpha_deg, dtype=np.float64), speed
+        self._alpha = [check_impact_angle(a, "alpha_deg") for a in np.radians(self._alpha_deg)]
+        self._shapes = scenario.population.strata()
+        self._models = [
+            DirectModel.of_parts(scenario.pair, shape.population, scenario.numerics)
+            for shape in self._shapes
+        ]
+        self._seed, self._threads = seed, threads
+
+    def strata(self, count: int, progress: bool = False) -> Strata:
+        """Simulate the moments of ``count`` particles of each shape at each row."""
+        shape, parts = (len(self._alpha), len(self._shapes)), []
+        total = count * math.prod(shape)
+        with bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted:
+            for moments in self._each(central_moments, count):
+                parts.append(moments)
+                counted.update(count)
+        stacked = (np.array(arrays) for arrays in zip(*parts, strict=True))
+        arrays = (array.reshape(*shape, *array.shape[1:]) for array in stacked)
+        shares = np.array([stratum.share for stratum in self._shapes])
+        return Strata(self._alpha_deg, shares, count, CentralMoments(*arrays))
+
+    def moments(self, count: int, progress: bool = False) -> SimulatedMoments:
+        """Simulate means and standard deviations of the population."""
+        return self.strata(count, progress).mixed()
+
+    def variables(self, count: int) -> list[list[FloatArray]]:
+        """Simulate the variables (count, 5) of each shape at each row."""
+        found, shapes = list(self._each(np.asarray, count)), len(self._shapes)
+        return [found[k : k + shapes] for k in range(0, len(found), shapes)]
+
+    def _each(self, of: Callable[[FloatArray], _Result], count: int) -> Iterator[_Result]:
+        """Apply a function to the variables of each row and shape, one row after another."""
+        as_integer("count", count, 2, 2**32 - 1, "2 to 2**32 - 1")
+        workers = check_run(count, self._seed, 0, self._threads)
+        places = list(np.ndindex(len(self._alpha), len(self._shapes)))
+        with ThreadPoolExecutor(workers) as pool:
+            yield from pool.map(lambda place: of(self._variables(place, count)), places)
+
+    def _variables(self, place: tuple[int, ...], count: int) -> FloatArray:
+        """Simulate the variables (count, 5) at one place: a row and a shape."""
+        row, shape = place
+        first = (self._shapes[shape].code << 48) + (row << 32)
+        index = np.arange(first, first + count, dtype=np.uint64)
+        keys: dict[str, Any] = {"seed": self._seed, "index": index, "threads": 1}
+        model, alpha, speed = self._models[shape], self._alpha[row], self._speed[row]
+        if self._roughness == 0.0:
+            return variables_of(model.sample(alpha, speed, **keys))
+        velocity = speed * np.array([math.cos(alpha), -math.sin(alpha), 0.0])
+        normal = (0.0, 1.0, 0.0)
+        rebound = model.rebound(velocity, normal, 1.0, roughness=self._roughness, **keys)
+        return variables_of(np.hstack(rebound) / speed)

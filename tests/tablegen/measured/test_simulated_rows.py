@@ -1,0 +1,100 @@
+"""Simulated means and spreads, against plain simulations and their own symmetries."""
+
+import numpy as np
+import pytest
+from crowds import CROWD
+
+from sampler.errors import InputError
+from tablegen.config.config import load_config
+from tablegen.measured.measurements import QUANTITIES
+from tablegen.measured.moments import variables_of
+from tablegen.measured.simulated_rows import Scenario, SimulatedRows
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.simulate import simulate
+
+CONFIG = load_config("corundum-steel")
+PAIR, MIXTURE = CONFIG.pair, CONFIG.population
+
+
+def rows(alpha_deg=45.0, speed=100.0, tilt=0.0, population=MIXTURE, pair=PAIR, seed=1, threads=2):
+    alpha_deg = np.atleast_1d(alpha_deg)
+    speeds = np.full(len(alpha_deg), speed)
+    scenario = Scenario(pair, population, CONFIG.model, tilt)
+    return SimulatedRows(scenario, alpha_deg, speeds, seed=seed, threads=threads)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 6.0])
+def test_strata_are_the_plain_mixture_within_chance(tilt):
+    """Means and spreads at 30 degrees within five standard errors; at 35 they are refused."""
+    n, alpha = 8_000, np.radians(30.0)
+    if tilt:
+        velocity = 100.0 * np.array([np.cos(alpha), -np.sin(alpha), 0.0])
+        keys = {"seed": 8, "index": np.arange(n), "roughness": np.radians(tilt)}
+        plain = np.hstack(DirectModel(CONFIG).rebound(velocity, (0, 1, 0), 1.0, **keys)) / 100.0
+    else:
+        plain = simulate(CONFIG, alpha, 100.0, n, seed=8).state
+    found = rows([30.0, 35.0], tilt=tilt).moments(n // 4)
+    x, far = variables_of(plain), []
+    for name, scale in {"e_n": 2.0, "e_t": 1 / np.cos(alpha), "omega_z": 1.0}.items():
+        column = scale * x[:, QUANTITIES[name].variable]
+        # both have the same number of particles
+        for value, error, ours in (
+            (found.mean, found.mean_error, column.mean()),
+            (found.std, found.std_error, column.std()),
+        ):
+            off = (value[name] - ours) / (np.sqrt(2.0) * error[name])
+            assert abs(off[0]) < 5.0, name
+            far.append(abs(off[1]))
+    assert max(far) > 10.0
+
+
+def test_spheres_have_the_closed_form_and_no_spread():
+    found = rows([20.0, 60.0], population=MIXTURE.restricted_to("sphere")).moments(50)
+    for k, alpha in enumerate(np.radians([20.0, 60.0])):
+        spheres = MIXTURE.restricted_to("sphere")
+        (state,) = simulate(CONFIG, alpha, 100.0, 1, seed=3, population=spheres).state
+        u, v, omega = state[0], state[1], state[5]
+        expected = (v / np.sin(alpha), u / np.cos(alpha), np.degrees(np.arctan2(v, u)), 0.0, omega)
+        for name, value in zip(QUANTITIES, expected, strict=True):
+            assert found.mean[name][k] == pytest.approx(value, abs=1e-12), name
+            assert found.std[name][k] < 1e-10
+
+
+def test_random_numbers_are_common():
+    """Rows differ; a law that changes a little changes every moment a little, and smoothly."""
+    two = rows([45.0, 45.0]).moments(300)
+    assert two.mean["e_n"][0] != two.mean["e_n"][1]
+    values = []
+    for strength in (1.0, 1.001, 1.002):
+        resistance = PAIR.resistance.model_copy(update={"strength": strength})
+        pair = PAIR.model_copy(update={"resistance": resistance})
+        values.append(rows(pair=pair).moments(300).mean["e_t"][0])
+    steps = np.diff(values)
+    assert 0.0 < abs(steps[0]) < 1e-3
+    assert steps[1] == pytest.approx(steps[0], rel=0.2)
+
+
+def test_strata_do_not_depend_on_the_weights():
+    weights = {"ellipsoid": 0.1, "tetrahedron": 0.9}
+    lopsided = MIXTURE.model_copy(update={"shapes": type(MIXTURE.shapes)(**weights)})
+    uneven, even = rows(population=lopsided).strata(200), rows().strata(200)
+    np.testing.assert_allclose(uneven.shares, [0.1, 0.9])
+    np.testing.assert_array_equal(uneven.moments.mean, even.moments.mean[:, [0, 3]])
+    assert uneven.mixed().std == even.mixed([0.1, 0.0, 0.0, 0.9]).std
+    meshes = rows(population=CROWD).strata(40)
+    assert meshes.moments.mean.shape[1] == len(CROWD.strata())
+
+
+@pytest.mark.parametrize(
+    ("changes", "count", "message"),
+    [
+        ({"alpha_deg": 91.0}, 9, r"^alpha_deg: got 91 degrees, allowed: 1e-06 to 90 degrees$"),
+        ({"speed": np.nan}, 9, r"^speed: got nan"),
+        ({}, 1, r"^count: got 1, allowed: 2 to"),
+        ({"seed": -1}, 9, r"^seed: got -1"),
+        ({"tilt": 29.0}, 9, r"^wall_tilt_deg: got 29 degrees, allowed: 0 to 28.6"),
+    ],
+)
+def test_wrong_arguments_are_refused(changes, count, message):
+    with pytest.raises(InputError, match=message):
+        rows(**changes).moments(count)
