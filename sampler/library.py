@@ -223,12 +223,12 @@ def rebound(
         As for `sample`.
     """
     bounce = library().rbt_rebound_batch
-    names = [name for name, kind in _Impacts._fields_ if kind is c_void_p]
+    names = [field[0] for field in _Impacts._fields_ if field[1] is c_void_p]
 
     def run(place: Callable[[str], int | None], start: int, count: int, report: int) -> int:
         given = _Impacts(*map(place, names))
         given.fresh_grains = rows.fresh
-        after = (array.ctypes.data + 24 * start for array in (velocity, omega))
+        after = [array.ctypes.data + 24 * start for array in (velocity, omega)]
         return bounce(table.handle, count, ctypes.addressof(given), rows.seed, *after, report)
 
     return _run(run, rows, threads)

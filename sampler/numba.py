@@ -59,6 +59,10 @@ def _is_output(kind: Any) -> bool:
     return plain and kind.mutable and kind.dtype == types.float64
 
 
+#: Numba's, whose caller leaves the typing context out.
+_intrinsic = cast(Callable[[Any], Callable[..., Any]], intrinsic)
+
+
 class _Kind(NamedTuple):
     """Kind of an argument: the types that fit, the allowed ones in words, and the type in C."""
 
@@ -152,32 +156,32 @@ _REBOUND = {
 def _check_of(name: str) -> Callable[[Any], None]:
     """Make a function of numba code that compiles only for an array to write to."""
 
-    @intrinsic
+    @_intrinsic
     def check(typingctx: Any, given: Any) -> Any:
         if not _OUTPUT.fits(given):
             raise TypingError(f"{name}: got {given}, allowed: {_OUTPUT.allowed}")
         return types.void(given), lambda context, builder, sig, args: context.get_dummy_value()
 
-    return cast(Callable[[Any], None], check)
+    return check
 
 
 _check_state, _check_out = _check_of("state"), _check_of("out")
 
 
-@intrinsic
+@_intrinsic
 def _draw(typingctx, handle, alpha1, speed, spin, grain, seed, index, hit, state):  # noqa: ANN001, ANN202
     given = (handle, alpha1, speed, spin, grain, seed, index, hit, state)
     return _call("rbt_draw_grain", _DRAW, given, 0, 6)
 
 
-@intrinsic
+@_intrinsic
 def _draw_all(typingctx, handle, alpha1, speed, seed, index, hit, state):  # noqa: ANN001, ANN202
     given = (handle, alpha1, speed, seed, index, hit, state)
     without = {name: what for name, what in _DRAW.items() if name not in ("spin", "grain")}
     return _call("rbt_draw_all", without, given, 0, 10)
 
 
-@intrinsic
+@_intrinsic
 def _rebound(  # noqa: ANN202
     typingctx,  # noqa: ANN001
     handle,  # noqa: ANN001
@@ -197,7 +201,7 @@ def _rebound(  # noqa: ANN202
     return _call("rbt_rebound_grain", _REBOUND, (*motion, seed, index, hit, out), 0, 3, 6)
 
 
-@intrinsic
+@_intrinsic
 def _grain(typingctx, handle, seed, index, hit, out):  # noqa: ANN001, ANN202
     arguments = {"handle": _HANDLE, "seed": _KEY, "index": _KEY, "hit": _HIT, "out": _OUTPUT}
     return _call("rbt_fresh_grain", arguments, (handle, seed, index, hit, out), 0, 3)

@@ -108,8 +108,8 @@ class Table(LawAtConditions, Counting):
     Attributes
     ----------
     handle : int
-        Address of the opened table, for `sampler.draw` and `sampler.rebound` in compiled code; valid
-        as long as the table lives.
+        Address of the opened table, for `sampler.draw` and `sampler.rebound` in compiled code;
+        valid as long as the table lives.
     columns : tuple of str
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z, or those of
         them (and rotational_energy, collisions, work_normal, work_shear) that the table was made
@@ -350,8 +350,8 @@ class Table(LawAtConditions, Counting):
             given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
         call = self._call(given, "omega", omega, grain, Keys(seed, index, hit, rng, size))
         after = Rebound(np.empty((*call.shape, 3)), np.empty((*call.shape, 3)))
-        flat = (array.reshape(call.rows.n, 3) for array in after)
-        report = library.rebound(self._table, call.rows, *flat, as_threads(threads))
+        velocity, spin = (array.reshape(call.rows.n, 3) for array in after)
+        report = library.rebound(self._table, call.rows, velocity, spin, as_threads(threads))
         self._finish(self._header, call, report, 3)
         return after
 

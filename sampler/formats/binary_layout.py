@@ -1,8 +1,8 @@
 """The layout of a binary table (.rbt): the one description that writer, reader and pages follow.
 
-A binary table is what a draw reads, so that a program in C maps the file and draws. It begins with
-a header of fixed size, `HEADER`; the arrays of `ARRAYS` follow, each at an offset that is a multiple
-of `ALIGNMENT`. All numbers are little-endian. `sampler.formats.generated_code` writes the parts of
+A binary table is what a draw reads, so that a program in C maps the file and draws. It begins
+with a header of fixed size, `HEADER`; the arrays of `ARRAYS` follow, each at an offset that is a
+multiple of `ALIGNMENT`. All numbers are little-endian. `sampler.formats.generated_code` writes the parts of
 the C header and of the Fortran module that follow from it.
 """
 

@@ -11,7 +11,7 @@ from sampler.files import json_text, write_bytes, write_text
 from sampler.options import DONE
 from tablegen.commands import bounded, measured_options
 from tablegen.commands.bounded import CONFIG
-from tablegen.commands.resuming import resumable
+from tablegen.commands.generate import resumable
 from tablegen.config.defaults import CALIBRATE_COUNT
 
 #: Options that may be followed by several values, and the form of those after the first.

@@ -44,7 +44,7 @@ def demo(output: Path, progress: bool) -> int:
     from the table, if matplotlib is installed.
     """
     from sampler.files import check_output
-    from tablegen.accuracy.accuracy_text import accuracy_text, details_text
+    from tablegen.accuracy.accuracy_text import accuracy_table, detail_table
     from tablegen.accuracy.decision import verdict_words
     from tablegen.accuracy.validate import validate
     from tablegen.config.config import load_config
@@ -63,8 +63,9 @@ def demo(output: Path, progress: bool) -> int:
     click.echo(_picture_text(*_draw_both(config, output), output))
     click.echo("3. Validating against fresh direct simulation, at all nodes and between them")
     result = validate(output, conditions=_CONDITIONS, seed=1, progress=progress)
-    click.echo(accuracy_text(result.measured, result.declared))
-    click.echo(details_text(max(result.comparisons, key=lambda c: c.estimates["auc"].value)))
+    found = result.law.measured
+    click.echo(accuracy_table(found.comparisons, result.law.declared))
+    click.echo(detail_table(max(found.comparisons, key=lambda c: c.estimates["auc"].value)))
     for line in (*result.missed, *result.undecided):
         click.echo(line)
     click.echo(verdict_words(result.missed, result.undecided, "declared accuracy"))

@@ -134,18 +134,18 @@ def generate(
 
 def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
     """Describe a new table and its accuracy; returns the exit status."""
-    from tablegen.accuracy.accuracy_text import accuracy_text, spin_report, time_text
+    from tablegen.accuracy.accuracy_text import accuracy_table, law_tables, time_text
     from tablegen.accuracy.decision import judge
     from tablegen.commands.inspect import identity_text
 
     click.echo(identity_text(made.table.contents))
-    click.echo(accuracy_text(made.comparisons, settings.accuracy))
+    click.echo(accuracy_table(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
     together = len(made.comparisons) + (made.spin.count if made.spin else 0)
     judged = judge(made.comparisons, settings.accuracy, together)
     if made.spin is None:
         return print_verdict(judged.missed, judged.undecided)
-    for line in spin_report(made.spin, settings.spin_targets, None, together):
-        click.echo(line)
+    for table in law_tables(made.spin, settings.spin_targets, None, together):
+        click.echo(table)
     of_spin = made.spin.judged(settings.spin_targets, together)
     return print_verdict(judged.missed + of_spin.missed, judged.undecided + of_spin.undecided)

@@ -56,13 +56,11 @@ def identity(contents: "TableContents") -> dict[str, Any]:
     that the configuration allows, or None if it cannot be read. ``worst`` has the largest ones in
     ``accuracy``, or None if nothing was measured.
     """
-    from sampler.formats.bounds import bytes_of
-    from sampler.formats.image import kept_beside, table_arrays
+    from sampler.formats.image import table_image
 
-    arrays, kept = table_arrays(contents), kept_beside(contents)
     accuracy = {
         path.removeprefix("accuracy/"): values
-        for path, values in kept.items()
+        for path, values in contents.datasets.items()
         if path.startswith("accuracy/")
     }
     return {
@@ -73,23 +71,17 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "speed_independent": contents.speed_independent,
         "valid_speed": contents.valid_speed and list(contents.valid_speed),
         "spin": _spin_law(contents),
-        "mixture_components": arrays.n_components,
-        "quantile_knots": arrays.n_knots,
+        "mixture_components": contents["dependence/alias_probability"].shape[-1],
+        "quantile_knots": contents["marginals/quantiles"].shape[-1],
         "seed": contents.seed,
         "software_version": contents.software_version,
         "content_sha256": contents.content_sha256,
         "processors": list(contents.processors),
-        "bytes_in_memory": bytes_of((arrays, *kept.values())),
+        "bytes_in_memory": table_image(contents).nbytes,
         "declared": _declared(contents.config),
         "worst": worst_stored(accuracy),
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
-
-
-def several_processors(contents: "TableContents") -> str:
-    """Say that processors of several kinds made a table, and that this limits reproduction."""
-    count = len(contents.processors)
-    return f"made on processors of {count} kinds: made again, last digits may differ"
 
 
 def identity_text(contents: "TableContents") -> str:
@@ -120,7 +112,6 @@ def identity_text(contents: "TableContents") -> str:
         ("seed", facts["seed"]),
         ("software", f"rebound-tables {facts['software_version']}"),
         ("content SHA-256", facts["content_sha256"]),
-        *([("note", several_processors(contents))] if len(kinds) > 1 else []),
         *(("made on", kind) for kind in kinds or ["not recorded"]),
         ("in memory", f"{facts['bytes_in_memory'] / 1e6:.2f} MB"),
         ("declared", f"at most {errors_text(declared)}" if declared else "?"),

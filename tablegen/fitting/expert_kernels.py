@@ -17,7 +17,6 @@ from sampler.formats.bounds import (
     N_GROUPS,
     N_OUTCOMES,
 )
-from sampler.formats.image import PIECES
 from tablegen.model.jit import inline_kernel
 
 Single = NDArray[np.float32]
@@ -39,7 +38,7 @@ _UNIFORM_SHIFT, _UNIFORM_UNIT = np.uint32(8), _F(2.0**-24)
 _MEANS = N_FEATURES * N_OUTCOMES
 
 #: Exponent and first three bits of a float32 number its cubic; those of 1/2 are the first.
-_PIECE_SHIFT, _FIRST_PIECE = np.uint32(20), np.int32(126 * PIECES)
+_PIECE_SHIFT, _FIRST_PIECE = np.uint32(20), np.int32(126 * 8)
 _PIECE_BITS, _MANTISSA, _ONE_BITS = np.uint32(3), np.uint32(0x7FFFFF), np.uint32(0x3F800000)
 _SIGN_SHIFT, _DISTANCE = np.uint32(31), np.uint32(0x7FFFFFFF)
 

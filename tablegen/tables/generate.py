@@ -17,7 +17,7 @@ from tablegen.accuracy.conditions import (
     pick_spin_conditions,
     spin_conditions_beside,
 )
-from tablegen.accuracy.measure import SpinAccuracy, measure, measure_spin, spin_accuracy_datasets
+from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin, spin_accuracy_datasets
 from tablegen.checkpoints import CheckpointStore, TaskRunner, software
 from tablegen.config.config import Config
 from tablegen.config.defaults import GENERATE_CONDITIONS
@@ -43,14 +43,14 @@ class Generated:
         At conditions between nodes that played no part in placing them.
     seconds : dict
         Worker seconds by stage.
-    spin : SpinAccuracy or None
+    spin : LawAccuracy or None
         Accuracy of the spin law, if there is one.
     """
 
     table: Table
     comparisons: list[Comparison]
     seconds: dict[str, float]
-    spin: SpinAccuracy | None = None
+    spin: LawAccuracy | None = None
 
 
 def generate(

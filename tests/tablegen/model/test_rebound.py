@@ -1,4 +1,4 @@
-"""Whole rebounds: laws on every collision and flight, violations that an audit sees, known answers."""
+"""Whole rebounds: laws on every collision and flight, audited violations, known answers."""
 
 import numpy as np
 import pytest
