@@ -115,11 +115,9 @@ class LawAtConditions:
         for k in range(call.rows.n):
             names = (name for name in ("alpha1", "speed", "spin") if name in call.rows.arrays)
             condition: dict[str, NDArray[Any]] = {name: call.at(name, k)[None] for name in names}
-            keys: dict[str, NDArray[Any]] = {
-                "index": np.arange(DRAWS, dtype=np.uint64),
-                "hit": np.zeros(1, np.uint32),
-            }
-            library.sample(self._table, Rows(DRAWS, SEED, condition | keys, False), states, None)
+            condition["index"] = np.arange(DRAWS, dtype=np.uint64)
+            condition["hit"] = np.zeros(1, np.uint32)
+            library.sample(self._table, Rows(DRAWS, SEED, condition, False), states, None)
             results.append(reduce(states))
         tail = reduce(np.zeros((1, len(self.columns)))).shape
         return np.array(results).reshape(*call.shape, *tail)

@@ -17,7 +17,6 @@ from mesh_fixtures import (
     rebounds,
     tetrahedron,
 )
-from sampler.compilation.jit import kernel
 from scipy.spatial.transform import Rotation
 
 from tablegen.config.mesh import mesh_particle
@@ -31,6 +30,7 @@ from tablegen.model.audit import (
     PENETRATION,
     TANGENTIAL,
 )
+from tablegen.model.jit import kernel
 from tablegen.model.rebound import LEFT, MOTION_SIZE, approach, rebound, wall_spin, workspace
 from tablegen.simulation.simulate import make_condition
 

@@ -11,7 +11,6 @@ import pytest
 from command_line import SIMULATE, flags
 from contact_law_samples import RESISTANCE, RESTITUTION, SOURCE
 from pydantic import TypeAdapter
-from sampler.compilation.jit import kernel
 from tiny_tables import ROUGH
 
 import sampler
@@ -24,6 +23,7 @@ from tablegen.config.config import load_config, parse_config
 from tablegen.config.pairs import ResistanceLaw, RestitutionLaw, kernel_entries
 from tablegen.measured.compare import compare
 from tablegen.model.contact_laws import restitution
+from tablegen.model.jit import kernel
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import first_grid, make_axes

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import sampler
-from sampler.arguments import MAX_ROUGHNESS, draw_tilt
+from sampler.arguments import MAX_ROUGHNESS
 from sampler.errors import InputError
 from tablegen.config.config import load_config
-from tablegen.model.roughness import seed_of_bounce
+from tablegen.model.roughness import draw_tilt, seed_of_bounce
 from tablegen.simulation.direct import DirectModel
 
 MODEL = DirectModel(load_config("corundum-steel"))
