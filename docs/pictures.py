@@ -21,7 +21,7 @@ from sampler.files.atomic import write_bytes
 from tablegen import load_config, simulate
 from tablegen.evidence.joint_density import Source, joint_picture
 from tablegen.evidence.method_styles import LOOKS, Look
-from tablegen.tasks.style import Picture, new_figure, settings, written
+from tablegen.presentation import Picture, new_figure, settings, written
 
 _HERE = Path(__file__).resolve().parent
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from sampler.files.atomic import write_bytes, write_text
 from sampler.files.json_text import json_text
-from tablegen.tasks.style import Picture
+from tablegen.presentation import Picture
 
 
 def write_report(folder: Path, name: str, text: str, numbers: Mapping[str, Any]) -> list[str]:

@@ -7,7 +7,7 @@ from tablegen.accuracy.decision import limits
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS
 from tablegen.config.spin_targets import SpinTargets
-from tablegen.tasks.text_table import table_lines
+from tablegen.presentation import table_lines
 
 #: Accuracies that a row may end with.
 Declared = AccuracyTargets | SpinTargets

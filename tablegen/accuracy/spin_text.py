@@ -7,7 +7,7 @@ from tablegen.accuracy.spin_measure import SpinAccuracy
 from tablegen.accuracy.spin_validation import SpinValidation
 from tablegen.config.metric_table import JOINT_METRICS, METRICS, spin_errors_text
 from tablegen.config.spin_targets import JointTargets, SpinTargets
-from tablegen.tasks.text_table import table_lines
+from tablegen.presentation import table_lines
 
 #: Heads of the columns of `joint_rows`.
 JOINT_HEAD = ["over the impacts of chains", "impacts", *(METRICS[n].head for n in JOINT_METRICS)]

@@ -17,9 +17,9 @@ from tablegen.accuracy.verdict import verdict_words
 from tablegen.config.config import Config, load_config
 from tablegen.evidence.joint_density import Source, joint_picture
 from tablegen.model.float_array import FloatArray
+from tablegen.presentation import require_matplotlib
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.generate import generate
-from tablegen.tasks.style import require_matplotlib
 
 #: Condition of the example draw, inside the demo scene and at none of its nodes.
 _ALPHA_DEG, _SPEED = 35.0, 130.0

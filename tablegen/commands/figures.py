@@ -57,7 +57,7 @@ def figures(
     from tablegen.config.config import stored_config
     from tablegen.evidence.all_figures import make_paper_figures
     from tablegen.evidence.statement_text import statements_text
-    from tablegen.tasks.style import require_matplotlib
+    from tablegen.presentation import require_matplotlib
 
     require_matplotlib("tablegen figures")
     _check_folder(output, table)

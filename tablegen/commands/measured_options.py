@@ -44,7 +44,7 @@ def picture(text: str) -> Decorator:
 def _drawable(_context: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
     """Refuse a picture that cannot be drawn before any time is spent on what it shows."""
     from tablegen.measured.comparison_picture import check_picture
-    from tablegen.tasks.style import require_matplotlib
+    from tablegen.presentation import require_matplotlib
 
     if path is not None:
         require_matplotlib("--picture")

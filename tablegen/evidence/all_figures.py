@@ -18,8 +18,8 @@ from tablegen.evidence.sample_statistics import (
 )
 from tablegen.evidence.scattering import scattering_figures
 from tablegen.evidence.statements import Statement, check_statements, is_of_the_paper
+from tablegen.presentation import Picture, settings
 from tablegen.tasks.progress import bar
-from tablegen.tasks.style import Picture, settings
 
 #: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
 PAPER_TABLE = {

@@ -8,7 +8,7 @@ from tablegen.evidence.sample_statistics import (
     FigureStatistics,
     SampleStatistics,
 )
-from tablegen.tasks.style import (
+from tablegen.presentation import (
     ANGLE_LABEL,
     COLOURS,
     MARKERS,

@@ -13,7 +13,7 @@ from tablegen.evidence.sample_statistics import (
     SampleStatistics,
 )
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.style import MIXTURE, SYMBOLS, Picture, new_figure, numbered
+from tablegen.presentation import MIXTURE, SYMBOLS, Picture, new_figure, numbered
 
 #: Angles that are drawn, and a colour and line style for each; viridis without its yellow end.
 _ANGLES = {

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.style import SYMBOLS, Picture, new_figure, settings, written
+from tablegen.presentation import SYMBOLS, Picture, new_figure, settings, written
 
 #: Part of a sample that each side of the window may leave out.
 _OUTSIDE = 5e-4

@@ -18,7 +18,7 @@ from tablegen.evidence.report_data import ReportData
 from tablegen.evidence.sample_statistics import SPEED
 from tablegen.evidence.stability_page import stability_values
 from tablegen.evidence.tolerances import FINEST
-from tablegen.tasks.style import Picture
+from tablegen.presentation import Picture
 
 #: Characters of a picture that stand in an address as they are.
 _PLAIN = " ,;:=/'().-+*&?!"

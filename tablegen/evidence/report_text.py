@@ -6,7 +6,7 @@ from tablegen.evidence.error_against_time import ErrorAgainstTime
 from tablegen.evidence.labels import quantity_text
 from tablegen.evidence.method_errors import BatchMean
 from tablegen.evidence.spinning_impacts import SpinningImpacts
-from tablegen.tasks.text_table import table_lines
+from tablegen.presentation import table_lines
 
 #: Heads of the columns of `benchmark_rows`.
 _HEADS = [metric.head for metric in METRICS.values()]

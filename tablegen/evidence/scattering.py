@@ -14,7 +14,7 @@ from tablegen.evidence.sample_statistics import (
     SampleStatistics,
 )
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.style import (
+from tablegen.presentation import (
     MIXTURE,
     TABLE_COLOUR,
     Picture,

@@ -6,7 +6,7 @@ from sampler.files.json_text import json_text
 from tablegen.evidence.outcome import Outcome
 from tablegen.evidence.stability_study import Study
 from tablegen.evidence.stability_summary import HEAD, LEGEND, extremes, group_rows
-from tablegen.tasks.text_table import table_lines
+from tablegen.presentation import table_lines
 
 #: What a study says in which no case failed.
 GOOD = "The model holds in every case."

@@ -9,7 +9,7 @@ from sampler.errors import InputError
 from tablegen.measured.compare import MeasuredComparison
 from tablegen.measured.records import QUANTITIES
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.style import (
+from tablegen.presentation import (
     ANGLE_LABEL,
     COLOURS,
     Picture,

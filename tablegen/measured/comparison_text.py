@@ -8,7 +8,7 @@ import numpy as np
 from sampler.files.json_text import json_text
 from tablegen.measured.compare import Agreement, MeasuredComparison
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.text_table import table_lines
+from tablegen.presentation import table_lines
 
 #: What a quantity is called, and the digits behind the point with which it is printed.
 _TITLES = {

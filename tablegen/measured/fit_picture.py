@@ -7,7 +7,7 @@ import numpy as np
 from tablegen.measured.comparison_picture import LABELS
 from tablegen.measured.records import QUANTITIES, SPREAD
 from tablegen.measured.result import Calibration, FittedNumber
-from tablegen.tasks.style import (
+from tablegen.presentation import (
     ANGLE_LABEL,
     Picture,
     new_figure,

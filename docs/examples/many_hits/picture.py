@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from many_hits.models import MODELS
-from tablegen.tasks.style import Picture, new_figure, settings, written
+from tablegen.presentation import Picture, new_figure, settings, written
 
 
 class Look(NamedTuple):

@@ -8,7 +8,7 @@ from wall_impacts_picture import draw_walls
 from many_hits.duct import Bend
 from many_hits.picture import SHOWN, legend
 from many_hits.wall_report import turn_of
-from tablegen.tasks.style import Picture, new_figure, settings, written
+from tablegen.presentation import Picture, new_figure, settings, written
 
 
 def impacts_picture(numbers: Mapping[str, Any]) -> Picture:

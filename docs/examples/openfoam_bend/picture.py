@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm
 from wall_impacts_picture import draw_walls
 
 from openfoam_bend.walls import INNER, OUTER, SPEED, TURN, injected
-from tablegen.tasks.style import Picture, new_figure, settings, written
+from tablegen.presentation import Picture, new_figure, settings, written
 
 #: Edges of cells on the outer wall, along the middle line and across, m.
 MAP_EDGES = (np.linspace(-0.05, 0.45, 101), np.linspace(0.0, OUTER - INNER, 21))

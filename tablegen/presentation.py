@@ -1,28 +1,37 @@
-"""Look of the figures: colours that a colour-blind reader can tell, symbols that say it again."""
+"""Presentation of results: text tables, and the look and the files of matplotlib figures."""
 
 import io
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from sampler.errors import InputError
-from tablegen.evidence.sample_statistics import MIXTURE
 
-#: Okabe and Ito's colours; each shape has a marker of its own as well.
+#: Colours of Okabe and Ito, which colour-blind readers can tell; markers repeat the difference.
 COLOURS = {
     "ellipsoid": "#0072b2",
     "prism": "#d55e00",
     "truncated-prism": "#009e73",
     "tetrahedron": "#a64d79",
-    MIXTURE: "#000000",
+    "mixture": "#000000",
 }
-MARKERS = {"ellipsoid": "o", "prism": "s", "truncated-prism": "^", "tetrahedron": "D", MIXTURE: "."}
+MARKERS = {
+    "ellipsoid": "o",
+    "prism": "s",
+    "truncated-prism": "^",
+    "tetrahedron": "D",
+    "mixture": ".",
+}
 
-#: The table, wherever it is drawn.
+#: Colour of the table's law.
 TABLE_COLOUR = "#e08a00"
 
 #: Symbols of quantities on axes.
 SYMBOLS = {
     "u": r"$u^+/V$",
     "v": r"$v^+/V$",
+    "w": r"$w^+/V$",
+    "omega_x": r"$\Omega_x^+\,a/V$",
+    "omega_y": r"$\Omega_y^+\,a/V$",
     "omega_z": r"$\Omega_z^+\,a/V$",
     "translational": r"$E_V^+/E_V^-$",
     "rotational": r"$E_\Omega^+/E_V^-$",
@@ -40,37 +49,29 @@ _SETTINGS: Any = {
     "legend.frameon": False,
     "legend.fontsize": 9.5,
     "svg.fonttype": "path",
-    # without these two, the same figure is another file each time
+    # without a fixed salt, the same figure gives different files
     "svg.hashsalt": "rebound-tables",
     "axes.formatter.use_mathtext": True,
 }
 
 
 class Picture(NamedTuple):
-    """A figure as a file."""
+    """Figure as a file in memory, with a text that describes it."""
 
-    #: Name of the file.
     name: str
     title: str
-    #: What it shows, for those who cannot see it.
     alternative: str
     data: bytes
 
     @property
     def media_type(self) -> str:
-        """What the file is."""
+        """Media type of the file."""
         kinds = {"svg": "image/svg+xml", "pdf": "application/pdf"}
         return kinds.get(self.name.rpartition(".")[2], "image/png")
 
 
 def require_matplotlib(flag: str) -> None:
-    """Refuse to go on without matplotlib.
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
+    """Raise InputError if matplotlib, which `flag` needs, is not installed."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -81,7 +82,7 @@ def require_matplotlib(flag: str) -> None:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """Empty figure [inches]; no window system is asked for."""
+    """Make an empty figure [inches] without a window."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
@@ -94,16 +95,22 @@ def settings() -> Any:
     return matplotlib.rc_context(_SETTINGS)
 
 
-def numbered(figure: Any, number: int, title: str, alternative: str, kind: str = "svg") -> Picture:
-    """Figure of the paper as a file in memory."""
-    return written(figure, f"figure-{number:02d}.{kind}", f"Figure {number}. {title}", alternative)
-
-
 def written(figure: Any, name: str, title: str, alternative: str) -> Picture:
-    """Figure as a file in memory, the same bytes each time."""
+    """Write a figure to memory: the same figure gives the same bytes."""
     kind = name.rpartition(".")[2]
     buffer = io.BytesIO()
-    # what would differ each time, or tell of the machine
+    # leave out the date and the version of matplotlib
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {"Software": None})
     figure.savefig(buffer, format=kind, dpi=130, metadata=metadata)
     return Picture(name, title, alternative, buffer.getvalue())
+
+
+def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a text table: the first column flush left, the others flush right."""
+    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
+    lines = []
+    for row in (head, *rows):
+        cells = [row[0].ljust(widths[0])]
+        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        lines.append("  ".join(cells))
+    return lines
