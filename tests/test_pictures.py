@@ -5,7 +5,6 @@ import json
 
 import pytest
 from documents import ROOT
-
 from tablegen.evidence.method_styles import LOOKS
 
 pytest.importorskip("matplotlib")

@@ -15,7 +15,7 @@ from tablegen.accuracy.accuracy_text import accuracy_text, details_text
 from tablegen.accuracy.validate import Validation, validate
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.config.config import Config, load_config
-from tablegen.evidence.joint_density import Source, joint_picture
+from tablegen.evidence.plots import Source, joint_picture
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import require_matplotlib
 from tablegen.simulation.simulate import simulate

@@ -123,7 +123,7 @@ def validate(
     """
     from tablegen.accuracy.validate import validate as compare
     from tablegen.accuracy.validation_text import whose
-    from tablegen.evidence.validation_page import validation_page
+    from tablegen.evidence.page import validation_page
     from tablegen.tables.stored_accuracy import check_store, store_accuracy
 
     at = _conditions(alpha, speed, spin)

@@ -1,37 +1,109 @@
-"""The stability study as text for a terminal, and as JSON with every case."""
+"""Summary of a stability study: rows by group, worst cases, and JSON."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from statistics import fmean
 
 from sampler.files.json_text import json_text
-from tablegen.evidence.outcome import Outcome
-from tablegen.evidence.stability_study import Study
-from tablegen.evidence.stability_summary import HEAD, LEGEND, extremes, group_rows
-from tablegen.presentation import table_lines
+from tablegen.evidence.page import Block, DataTable, Section, Verdict
+from tablegen.evidence.stability import Outcome, Study
+from tablegen.evidence.stability_cases import FORMS, Case
 
-#: What a study says in which no case failed.
+#: Columns of quantities: head, attribute of `Outcome` or `Figures`, how a group sums it up, format.
+_COLUMNS: tuple[tuple[str, str, Callable[[list[float]], float], str], ...] = (
+    ("coll.", "most_collisions", max, ",d"),
+    ("us", "cost", lambda values: 1e6 * fmean(values), ",.1f"),
+    ("worst us", "cost", lambda values: 1e6 * max(values), ",.0f"),
+    ("growth", "growth", max, ".1e"),
+    ("residual", "residual", max, ".1e"),
+    ("drift", "drift", max, ".1e"),
+    ("depth", "depth", max, ".1e"),
+    ("contact", "contact", fmean, ".1e"),
+    ("flight", "flight", fmean, ".1e"),
+)
+HEAD = ("cases of", "cases", "particles", "failed", *(column[0] for column in _COLUMNS))
+
+LEGEND = (
+    "*: every case is outside the speeds at which the restitution law was measured. us:",
+    "microseconds per rebound on one thread, mean and worst case. growth: largest gain of energy.",
+    "residual: of the collision equations. drift: relative, of energy or angular momentum in",
+    "flight. depth: below the wall, in a. contact, flight: mean change of a particle's state, in V",
+    "and V/a, by half the contact resolution and by half the flight tolerance.",
+)
+
+#: Quantities whose worst case is named: words, attribute, how the worst is chosen.
+_WORST: tuple[tuple[str, str, Callable[..., tuple[float, Outcome]]], ...] = (
+    ("collisions", "most_collisions", max),
+    ("cost [s]", "cost", max),
+    ("energy growth", "growth", max),
+    ("residual", "residual", max),
+    ("flight drift", "drift", max),
+    ("depth [a]", "depth", max),
+    ("contact change", "contact", max),
+    ("flight change", "flight", max),
+    ("least v+ [V]", "least_velocity", min),
+)
+WORST_HEAD = ("quantity", "value", "case")
+
+#: Sentence of a study in which no case failed.
 GOOD = "The model holds in every case."
 
-#: Failed cases that are listed by name; the JSON has all.
+#: Failed cases that are listed by name.
 _LISTED = 20
 
 
-def counts_text(outcomes: Sequence[Outcome]) -> str:
-    """Count what must be zero."""
-    return (
-        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases: "
-        f"{sum(o.non_finite for o in outcomes)} non-finite, "
-        f"{sum(o.unfinished > 0 for o in outcomes)} cases unfinished, "
-        f"{sum(o.grows for o in outcomes)} with growing energy, "
-        f"{sum(not o.separated for o in outcomes)} not separated from the wall"
-    )
+def _values(outcomes: Sequence[Outcome], name: str) -> list[tuple[float, Outcome]]:
+    """Values of a quantity where it was measured."""
+    pairs = ((o.cost if name == "cost" else getattr(o.figures, name, None), o) for o in outcomes)
+    return [(value, outcome) for value, outcome in pairs if value is not None]
 
 
-def settings_text(study: Study) -> str:
-    """Numerics, size and seed of a study."""
-    return (
-        f"contact resolution {study.contact_resolution:g}, flight tolerance "
-        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}"
+def group_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
+    """Cells by shape, form, angle, speed and size of the spin; the last row is of all cases.
+
+    A star marks a group in which every case extrapolates the restitution law.
+    """
+    forms = sorted(outcomes, key=lambda o: FORMS.index(o.case.form))
+    spins = sorted(outcomes, key=lambda o: abs(o.case.spin))
+    return [
+        *_rows(outcomes, lambda case: case.shape),
+        *_rows(forms, lambda case: case.form),
+        *_rows(outcomes, lambda case: f"{case.alpha_deg:g} degrees"),
+        *_rows(outcomes, lambda case: f"{case.speed:g} m/s"),
+        *_rows(spins, lambda case: f"spin {abs(case.spin):g} V/a"),
+        _row("all", outcomes),
+    ]
+
+
+def _rows(outcomes: Sequence[Outcome], title: Callable[[Case], str]) -> Iterator[list[str]]:
+    """Rows of the outcomes with equal titles."""
+    groups: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        groups.setdefault(title(outcome.case), []).append(outcome)
+    for name, members in groups.items():
+        mark = " *" if all(outcome.extrapolated for outcome in members) else ""
+        yield _row(name + mark, members)
+
+
+def _row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
+    particles, failed = (
+        sum(o.particles for o in outcomes),
+        sum(bool(o.failures) for o in outcomes),
     )
+    cells = [name, f"{len(outcomes):,}", f"{particles:,}", f"{failed:,}"]
+    for _, attribute, reduce, form in _COLUMNS:
+        values = [value for value, _ in _values(outcomes, attribute)]
+        cells.append(f"{reduce(values):{form}}" if values else "-")
+    return cells
+
+
+def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
+    """Quantity, value and case of each of the worst cases, with the seed that repeats it."""
+    rows = []
+    for words, attribute, choose in _WORST:
+        if values := _values(outcomes, attribute):
+            value, outcome = choose(values, key=lambda pair: pair[0])
+            rows.append([words, f"{value:.4g}", f"{outcome.case} (seed {outcome.seed})"])
+    return rows
 
 
 def failure_lines(study: Study) -> list[str]:
@@ -40,56 +112,38 @@ def failure_lines(study: Study) -> list[str]:
         f"failed: {outcome.case} (seed {outcome.seed}): {'; '.join(outcome.failures)}"
         for outcome in study.failed[:_LISTED]
     ]
-    if len(study.failed) > _LISTED:
-        lines.append(f"failed: {len(study.failed) - _LISTED:,} more cases")
-    return lines
+    more = len(study.failed) - len(lines)
+    return lines + ([f"failed: {more:,} more cases"] if more else [])
 
 
-def study_text(study: Study) -> str:
-    """Summary of a study: counts, groups, worst cases, failures.
-
-    Parameters
-    ----------
-    study : Study
-
-    Returns
-    -------
-    str
-    """
-    lines = [
-        f"{study.pair}, {settings_text(study)}",
-        counts_text(study.outcomes),
-        "",
-        *table_lines(HEAD, group_rows(study.outcomes)),
-        *LEGEND,
+def study_section(study: Study, folded: bool = False) -> Section:
+    """Verdict, counts, groups and worst cases of a study."""
+    outcomes = study.outcomes
+    counts = (
+        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases: "
+        f"{sum(o.non_finite for o in outcomes)} non-finite, "
+        f"{sum(o.unfinished > 0 for o in outcomes)} cases unfinished, "
+        f"{sum(o.grows for o in outcomes)} with growing energy, "
+        f"{sum(not o.separated for o in outcomes)} not separated from the wall."
+    )
+    numerics = (
+        f"Contact resolution {study.contact_resolution:g}, flight tolerance "
+        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}."
+    )
+    kind, words = ("good", GOOD) if study.holds else ("bad", "The model fails in some cases:")
+    blocks: list[Block] = [
+        Verdict(kind, words, failure_lines(study)),
+        counts,
+        numerics,
+        DataTable("Cases by group", HEAD, group_rows(outcomes)),
+        "\n".join(LEGEND),
+        DataTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
     ]
-    worst = [
-        [e.quantity, f"{e.value:.4g}", f"{e.outcome.case} (seed {e.outcome.seed})"]
-        for e in extremes(study.outcomes)
-    ]
-    quantity, value = (max((len(row[k]) for row in worst), default=0) for k in (0, 1))
-    lines += ["", "Worst case of each quantity:"]
-    lines += [f"  {row[0]:<{quantity}}  {row[1]:>{value}}  {row[2]}" for row in worst]
-    lines += ["", *(failure_lines(study) or [GOOD])]
-    return "\n".join(lines)
+    return Section(f"Stability of the direct model: {study.pair}", blocks, folded)
 
 
 def study_json(study: Study) -> str:
-    """Every case of a study as JSON, one to a line.
-
-    Parameters
-    ----------
-    study : Study
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite, which no outcome holds.
-    """
+    """Every case of a study as JSON, one to a line."""
     data = study.to_dict()
     cases = [json_text(case, indent=None).rstrip() for case in data.pop("cases")]
     head = json_text(data).removesuffix("\n}\n")

@@ -17,12 +17,12 @@ from typing import Any
 
 import checkout  # noqa: F401  (before the imports that it makes possible)
 from bench_model import angle, at_least, machine, output_file
+from tablegen.evidence.tolerances import FINEST, Setting, curve
 from tqdm import tqdm
 
 from sampler.errors import InputError
 from sampler.files.atomic import atomic_output
 from tablegen.config.config import load_config
-from tablegen.evidence.tolerances import FINEST, Setting, curve
 from tablegen.model.shape_codes import SHAPE_NAMES
 
 

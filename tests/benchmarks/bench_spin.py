@@ -16,9 +16,6 @@ from pathlib import Path
 
 import checkout  # noqa: F401  (before the imports that it makes possible)
 import numpy as np
-
-import sampler
-from tablegen.config.config import stored_config
 from tablegen.evidence.report_text import ratio_lines
 from tablegen.evidence.spinning_impacts import (
     SpinningImpacts,
@@ -26,6 +23,9 @@ from tablegen.evidence.spinning_impacts import (
     nanoseconds,
     works,
 )
+
+import sampler
+from tablegen.config.config import stored_config
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import occurring_impacts
 

@@ -15,7 +15,6 @@ import tempfile
 from pathlib import Path
 
 import checkout
-
 from tablegen.evidence.machine import processor
 
 #: Runs with a filled cache.

@@ -4,12 +4,12 @@ import bench_spin
 import numpy as np
 import pytest
 from spin_tables import with_spin_law, without_spin_law
+from tablegen.evidence.spinning_impacts import DIRECT, FIRST, SPINNING
 
 import sampler
 from sampler.table import Table
 from tablegen.config.config import stored_config
 from tablegen.evidence import one_by_one
-from tablegen.evidence.spinning_impacts import DIRECT, FIRST, SPINNING
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import occurring_impacts, simulated
 

@@ -23,7 +23,7 @@ from tablegen.accuracy.spin_text import spin_lines
 from tablegen.accuracy.validate import validate
 from tablegen.accuracy.validation_text import coverage_lines
 from tablegen.config.metric_table import METRICS, SPIN_PRESETS
-from tablegen.evidence.validation_page import validation_page
+from tablegen.evidence.page import validation_page
 from tablegen.tables.stored_accuracy import store_accuracy
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")

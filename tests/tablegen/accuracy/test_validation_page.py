@@ -9,7 +9,7 @@ from sampler.formats.channels import STATE
 from tablegen.accuracy.validate import validate
 from tablegen.accuracy.validation_text import certainty_line, coverage_lines
 from tablegen.config.metric_table import METRICS
-from tablegen.evidence.validation_page import validation_page
+from tablegen.evidence.page import validation_page
 
 HOLDS = "The declared accuracy holds at every condition."
 

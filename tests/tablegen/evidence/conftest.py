@@ -1,11 +1,11 @@
 import pytest
+from tablegen.evidence.cases import QUICK, Grid
+from tablegen.evidence.stability_study import run_study
 from tiny_budget import TINY
 
 from tablegen.config.config import load_config
 from tablegen.evidence import all_figures, report_data
 from tablegen.evidence import error_against_time as study
-from tablegen.evidence.cases import QUICK, Grid
-from tablegen.evidence.stability_study import run_study
 from tablegen.evidence.stability_text import study_json
 
 

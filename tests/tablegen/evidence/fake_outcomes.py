@@ -1,10 +1,10 @@
 """Made-up simulations and outcomes for tests of the stability study."""
 
 import numpy as np
-
 from tablegen.evidence.cases import Case
 from tablegen.evidence.outcome import Change, Figures, Outcome
 from tablegen.evidence.stability_study import Study
+
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.simulation.simulate import Simulation
 

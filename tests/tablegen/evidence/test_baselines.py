@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tablegen.evidence.direct_method import direct_methods
+from tablegen.evidence.sampling_methods import CONDITION, BenchmarkCase
 
 from tablegen.config.config import load_config
 from tablegen.evidence import baselines
-from tablegen.evidence.direct_method import direct_methods
-from tablegen.evidence.sampling_methods import CONDITION, BenchmarkCase
 from tablegen.simulation.simulate import simulate
 
 CONFIG = load_config("corundum-steel")

@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
+from tablegen.evidence.cases import FORMS, FULL, QUICK, Case, Grid
 
 from sampler.errors import InputError
 from tablegen.config.config import load_config
-from tablegen.evidence.cases import FORMS, FULL, QUICK, Case, Grid
 from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.simulation.simulate import make_condition, simulate_condition
 

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 from command_line import DONE
+from tablegen.evidence.all_figures import PAPER_TABLE
 
 from tablegen.evidence import all_figures as galleries
-from tablegen.evidence.all_figures import PAPER_TABLE
 
 pytest.importorskip("matplotlib")
 

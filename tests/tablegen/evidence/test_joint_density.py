@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from tablegen.evidence.joint_density import (
     Source,
     joint_density,

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-
-from tablegen.accuracy.metrics import Reference
 from tablegen.evidence.method_errors import (
     batch_errors,
     batch_mean,
     batch_seed,
     forbidden_share,
 )
+
+from tablegen.accuracy.metrics import Reference
 
 
 def test_interval_holds_the_mean_as_often_as_it_says():

@@ -1,7 +1,8 @@
 """One table says how the methods are drawn; page and picture take it."""
 
-from tablegen.evidence import baselines, direct_method, table_sizes
 from tablegen.evidence.method_styles import LOOKS
+
+from tablegen.evidence import baselines, direct_method, table_sizes
 
 MARKERS = {
     "circle": "o",

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 from fake_outcomes import CASE, figures, outcome, simulation
-
 from tablegen.evidence.outcome import Change, outcome_of
+
 from tablegen.model.audit import (
     ANGULAR,
     AUDIT_SIZE,

@@ -5,13 +5,13 @@ import sys
 
 import pytest
 from command_line import DONE
+from tablegen.evidence.table_sizes import designs
 from tiny_budget import TINY
 
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence import error_against_time as study
 from tablegen.evidence import report_data
 from tablegen.evidence import report_page as page
-from tablegen.evidence.table_sizes import designs
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from page_reader import read_page
+from tablegen.evidence.report_tables import declared, headline, key_figures
 
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.evidence.report_page import report_page
-from tablegen.evidence.report_tables import declared, headline, key_figures
 
 pytest.importorskip("plotly")
 pytest.importorskip("matplotlib")

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-
-from tablegen.config.metric_table import METRICS
 from tablegen.evidence.histograms import make_view
 from tablegen.evidence.labels import quantity_text
 from tablegen.evidence.method_styles import LOOKS
+
+from tablegen.config.metric_table import METRICS
 
 pytest.importorskip("plotly")
 

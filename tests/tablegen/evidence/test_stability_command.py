@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command_line import DONE, MISSED
+from tablegen.evidence.cases import QUICK, Grid
+from tablegen.evidence.stability_study import run_study
 
 from tablegen.config.config import load_config
 from tablegen.evidence import stability_study as module
-from tablegen.evidence.cases import QUICK, Grid
-from tablegen.evidence.stability_study import run_study
 
 CONFIG = load_config("corundum-steel")
 

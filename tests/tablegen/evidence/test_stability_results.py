@@ -4,13 +4,13 @@ import json
 from dataclasses import replace
 
 import pytest
-
-from sampler.errors import InputError
-from tablegen.config.config import load_config
 from tablegen.evidence.cases import QUICK, Grid
 from tablegen.evidence.stability_results import brief_study, read_study
 from tablegen.evidence.stability_study import run_study
 from tablegen.evidence.stability_summary import group_rows
+
+from sampler.errors import InputError
+from tablegen.config.config import load_config
 from tablegen.evidence.stability_text import study_json
 
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fake_outcomes import CASE
+from tablegen.evidence.cases import Case
+from tablegen.evidence.stability_study import extrapolates, run_case, run_study
 
 from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.evidence import stability_study as module
-from tablegen.evidence.cases import Case
-from tablegen.evidence.stability_study import extrapolates, run_case, run_study
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")

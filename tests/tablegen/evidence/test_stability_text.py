@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from fake_outcomes import CASE, figures, outcome, study
 from page_reader import read_page
-
 from tablegen.evidence.stability_page import study_page
 from tablegen.evidence.stability_summary import HEAD, extremes, group_rows
+
 from tablegen.evidence.stability_text import study_json, study_text
 
 SLOW = outcome(replace(CASE, speed=3000.0), extrapolated=True, cost=5e-5, seed=8)

@@ -4,9 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from tablegen.config.config import load_config
-from tablegen.config.population import MIXTURE
 from tablegen.evidence.all_figures import collision_rows
 from tablegen.evidence.sample_statistics import (
     ANGLES,
@@ -21,6 +18,9 @@ from tablegen.evidence.sample_statistics import (
 from tablegen.evidence.scattering_checks import indicatrix_maxima
 from tablegen.evidence.statement_text import counts_text, statements_text
 from tablegen.evidence.statements import CHECKS, check_statements, is_of_the_paper
+
+from tablegen.config.config import load_config
+from tablegen.config.population import MIXTURE
 
 CONFIG = load_config("corundum-steel")
 COUNT = 5_000

@@ -5,12 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tiny_tables import TINY
-
-import sampler
-from sampler.errors import InputError
-from sampler.formats.hdf5 import write_table
-from tablegen.config.config import load_config
 from tablegen.evidence.sampling_methods import DOMAIN, BenchmarkCase
 from tablegen.evidence.table_sizes import (
     FAMILY,
@@ -23,6 +17,12 @@ from tablegen.evidence.table_sizes import (
     seconds_at_random,
     whole_table,
 )
+from tiny_tables import TINY
+
+import sampler
+from sampler.errors import InputError
+from sampler.formats.hdf5 import write_table
+from tablegen.config.config import load_config
 from tablegen.tables.prune import prune
 
 CONFIG = load_config("corundum-steel")

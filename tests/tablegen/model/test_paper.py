@@ -9,9 +9,8 @@ from motion_fixtures import CONFIG
 
 import sampler
 from tablegen.config.defaults import MIXTURE
-from tablegen.evidence.sample_statistics import DIRECT, make_statistics
-from tablegen.evidence.scattering_checks import indicatrix_maxima
-from tablegen.evidence.statements import check_statements
+from tablegen.evidence.paper_statements import check_statements, indicatrix_maxima
+from tablegen.evidence.paper_statistics import DIRECT, make_statistics
 
 #: Numbers of the statements that do not hold: differences of means from modes (1, 16), shares of
 #: repeated collisions (6, 7), symmetry of omega_x of a chiral shape (11), the angle of the highest

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from tablegen.simulation import batches
 from tablegen.accuracy import streaming_statistics
 from tablegen.config.config import load_config
-from tablegen.evidence.cases import Case
-from tablegen.evidence.stability_study import run_case
+from tablegen.evidence.stability import run_case
+from tablegen.evidence.stability_cases import Case
 from tablegen.model.particle_run import simulate_batch
+from tablegen.simulation import batches
 from tablegen.simulation.batches import BATCH, NotFiniteError
 from tablegen.simulation.simulate import make_condition, simulate_condition
 

@@ -1,7 +1,7 @@
 """Statistics of rebounds over the impact angle, by shape, from direct simulation and a table.
 
-One simulation is reduced to `SampleStatistics` and forgotten, so that millions of particles need
-no memory.
+Each sample is reduced to `SampleStatistics` and forgotten, so that millions of particles need no
+memory.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from tablegen.config.defaults import MIXTURE
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import simulate
 
-#: Impact speed of the paper [m/s], and the impact angles of our curves [degrees].
+#: Impact speed of the paper [m/s], and impact angles of our curves [degrees].
 SPEED = 200.0
 ANGLES = tuple(float(x) for x in range(5, 91, 5))
 
@@ -31,11 +31,9 @@ NORMAL_FACTOR = 5
 #: Sources of a sample.
 DIRECT, TABLE = "direct", "table"
 
-#: Bins of densities: range and number.
+#: Bins of densities: range and number; bins of the indicatrices in alpha2, and in alpha2 and beta2.
 DENSITY = {"u": (-0.8, 1.0, 180), "v": (0.0, 1.0, 150), "omega_z": (-2.0, 2.0, 200)}
 SCATTERING_BINS = 180
-
-#: Bins of the spatial indicatrix in alpha2 and beta2.
 SPATIAL_BINS = (60, 60)
 
 #: Quantities with a mean and a most probable value.
@@ -51,26 +49,22 @@ class SampleStatistics:
     shape: str
     alpha_deg: float
     count: int
-    #: By quantity. Mean, its standard error, most probable value, of the
-    #: `QUANTITIES` that the source has.
+    #: By quantity: mean, its standard error, and most probable value. A table has no "rotational".
     mean: dict[str, float]
     error: dict[str, float]
     mode: dict[str, float]
-    #: Share of particles with 1, 2, 3, 4, 5 and more collisions; a table does not tell.
+    #: Shares of particles with 1, 2, 3, 4, 5 and more collisions; None from a table.
     collisions: tuple[float, ...] | None
-    #: Share with Omega_z > 0.
+    #: Share with omega_z > 0.
     positive_spin: float
-    #: By variable. Largest difference between the distribution functions of x and
-    #: -x, times the root of the count; for a symmetric law it exceeds t with probability
-    #: 4 (1 - Phi(t)).
+    #: `asymmetry` by variable.
     asymmetry: dict[str, float]
-    #: Standard deviation of alpha2.
+    #: Standard deviation of alpha2, and counts of alpha2 over 0 to pi.
     scattering_deg: float
-    #: Shape (SCATTERING_BINS,). Counts of alpha2 over 0 to pi.
     scattering: Any
-    #: By variable. Counts in the bins of `DENSITY`.
+    #: Counts by variable in the bins of `DENSITY`.
     density: dict[str, Any]
-    #: Int array, shape SPATIAL_BINS, or None. Counts over alpha2 and beta2; at normal impact only.
+    #: Counts over alpha2 and beta2 at normal impact, else None.
     spatial: Any
 
     @property
@@ -80,7 +74,7 @@ class SampleStatistics:
         return self.collisions[0]
 
     def to_dict(self) -> dict[str, Any]:
-        """Numbers but for the histograms, JSON-ready."""
+        """Numbers without the histograms, JSON-ready."""
         histograms = ("scattering", "density", "spatial")
         return {name: value for name, value in vars(self).items() if name not in histograms}
 
@@ -93,10 +87,6 @@ def asymmetry(values: FloatArray) -> float:
     probability below 4 (1 - Phi(t)).
     Source: Butler, "A test for symmetry using the sample distribution function", Ann. Math.
     Statist. 40 (1969).
-
-    Parameters
-    ----------
-    values : float64 array, shape (n,)
     """
     walk = np.cumsum(np.sign(values[np.argsort(-np.abs(values))]))
     return float(np.abs(walk).max() / np.sqrt(values.size))
@@ -119,26 +109,32 @@ def sample_statistics_of(
     state : float64 array, shape (n, 6)
     collisions : int array, shape (n,), optional
     rotational : float64 array, shape (n,), optional
-        Rotational energy over the energy before.
+        Rotational energy over the energy before the impact.
     """
-    columns = [*state.T, translational_energy(state)]
-    columns += [] if rotational is None else [rotational]
-    values = np.column_stack(columns)
-    names = QUANTITIES[: values.shape[1]]
+    energies = [translational_energy(state)] + ([] if rotational is None else [rotational])
+    values = np.column_stack([state, *energies])
+
+    def named(numbers: FloatArray) -> dict[str, float]:
+        return dict(zip(QUANTITIES, numbers.tolist(), strict=False))
+
+    shares = None
+    if collisions is not None:
+        counts = np.bincount(np.minimum(collisions, 6), minlength=7)[1:]
+        shares = tuple((counts / len(collisions)).tolist())
     alpha2, beta2 = scattering_angles(state)
     spatial = None
     if alpha_deg == 90.0:
         limits = ((0.0, np.pi), (-np.pi / 2, np.pi / 2))
-        spatial = np.histogram2d(alpha2, beta2, SPATIAL_BINS, limits)[0].astype(np.int64)
+        spatial = np.histogram2d(alpha2, beta2, SPATIAL_BINS, limits)[0]
     return SampleStatistics(
         source=source,
         shape=shape,
         alpha_deg=alpha_deg,
         count=len(state),
-        mean=_named(names, values.mean(axis=0)),
-        error=_named(names, values.std(axis=0) / np.sqrt(len(state))),
-        mode=_named(names, modes(values)),
-        collisions=_collision_shares(collisions),
+        mean=named(values.mean(axis=0)),
+        error=named(values.std(axis=0) / np.sqrt(len(state))),
+        mode=named(modes(values)),
+        collisions=shares,
         positive_spin=float(np.mean(state[:, 5] > 0.0)),
         asymmetry={name: asymmetry(state[:, k]) for k, name in enumerate(STATE)},
         scattering_deg=float(np.degrees(alpha2.std())),
@@ -151,18 +147,6 @@ def sample_statistics_of(
     )
 
 
-def _collision_shares(collisions: np.ndarray | None) -> tuple[float, ...] | None:
-    """Shares of particles with 1, 2, 3, 4, 5 and more collisions."""
-    if collisions is None:
-        return None
-    counts = np.bincount(np.minimum(collisions, 6), minlength=7)[1:]
-    return tuple((counts / len(collisions)).tolist())
-
-
-def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
-    return dict(zip(names, values.tolist(), strict=True))
-
-
 @dataclass(frozen=True)
 class FigureStatistics:
     """Samples of all shapes at all angles, and the direction of rebound of spheres."""
@@ -171,54 +155,21 @@ class FigureStatistics:
     seed: int
     #: By (source, shape, angle).
     samples: dict[tuple[str, str, float], SampleStatistics]
-    #: By angle. Smallest and largest alpha2 of spheres [degrees].
+    #: By angle: smallest and largest alpha2 of spheres [degrees].
     sphere_deg: dict[float, tuple[float, float]]
 
     def curve(self, source: str, shape: str) -> list[SampleStatistics]:
-        """List samples of one shape, by rising angle; none if the source does not have it."""
+        """List the samples of one shape by rising angle; none if the source does not have it."""
         found = [sample for key, sample in self.samples.items() if key[:2] == (source, shape)]
         return sorted(found, key=lambda sample: sample.alpha_deg)
 
     def at(self, source: str, shape: str, alpha_deg: float) -> SampleStatistics | None:
-        """Sample at one angle; None if there is none."""
+        """Find the sample at one angle; None if there is none."""
         return self.samples.get((source, shape, alpha_deg))
 
     def shapes(self, source: str) -> list[str]:
-        """Shapes that a source has."""
+        """List the shapes that a source has."""
         return [shape for shape in SHAPES if self.curve(source, shape)]
-
-
-def _simulated(
-    config: Config, shape: str, alpha_deg: float, count: int, keys: tuple[int, int]
-) -> SampleStatistics:
-    made = simulate(
-        config,
-        np.radians(alpha_deg),
-        SPEED,
-        count,
-        seed=keys[0],
-        stream=keys[1],
-        population=config.population.restricted_to(shape),
-    )
-    return sample_statistics_of(
-        DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1]
-    )
-
-
-def _sphere(config: Config, alpha_deg: float, seed: int) -> tuple[float, float]:
-    """Smallest and largest alpha2 [degrees] of a few spheres."""
-    spheres = config.population.restricted_to("sphere")
-    angle = np.radians(alpha_deg)
-    state = simulate(config, angle, SPEED, 100, seed=seed, population=spheres).state
-    angles = np.degrees(scattering_angles(state)[0])
-    return float(angles.min()), float(angles.max())
-
-
-def table_covers(table: Table, alpha_deg: float) -> bool:
-    """Whether a table can be drawn from at an angle and the paper's speed."""
-    (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
-    slack = 1e-9
-    return bool(first - slack <= alpha_deg <= last + slack and slow <= SPEED <= fast)
 
 
 def make_statistics(
@@ -238,16 +189,25 @@ def make_statistics(
         Called with 1 for each sample.
     """
     samples: dict[tuple[str, str, float], SampleStatistics] = {}
+    (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
+    spheres, sphere_deg = config.population.restricted_to("sphere"), {}
     for i, alpha_deg in enumerate(ANGLES):
+        alpha1 = np.radians(alpha_deg)
         size = count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
         for k, shape in enumerate(SHAPES):
-            keys = (seed, i * len(SHAPES) + k)
-            samples[DIRECT, shape, alpha_deg] = _simulated(config, shape, alpha_deg, size, keys)
+            particles, stream = config.population.restricted_to(shape), i * len(SHAPES) + k
+            made = simulate(
+                config, alpha1, SPEED, size, seed=seed, stream=stream, population=particles
+            )
+            samples[DIRECT, shape, alpha_deg] = sample_statistics_of(
+                DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1]
+            )
             tick(1)
-        if table_covers(table, alpha_deg):
-            index = np.arange(size)
-            state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
+        if first - 1e-9 <= alpha_deg <= last + 1e-9 and slow <= SPEED <= fast:
+            state = table.sample(alpha1, SPEED, seed=seed, hit=i, index=np.arange(size))
             drawn = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
             samples[TABLE, MIXTURE, alpha_deg] = drawn
-    spheres = {alpha_deg: _sphere(config, alpha_deg, seed) for alpha_deg in ANGLES}
-    return FigureStatistics(config, seed, samples, spheres)
+        few = simulate(config, alpha1, SPEED, 100, seed=seed, population=spheres).state
+        angles = np.degrees(scattering_angles(few)[0])
+        sphere_deg[alpha_deg] = float(angles.min()), float(angles.max())
+    return FigureStatistics(config, seed, samples, sphere_deg)
