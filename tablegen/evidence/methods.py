@@ -68,13 +68,13 @@ class SamplingMethod:
 
 def direct_methods() -> list[SamplingMethod]:
     """Make the methods of direct simulation: as configured, by resolution, and by tolerance."""
-    varied = [("contact_resolution", x) for x in (1e-1, 1e-2, 1e-4)]
-    varied += [("tolerance", x) for x in (1e-4, 1e-6)]
+    varied = [("contact resolution", "contact_resolution", x) for x in (1e-1, 1e-2, 1e-4)]
+    varied += [("flight tolerance", "tolerance", x) for x in (1e-4, 1e-6)]
     methods = [SamplingMethod("direct simulation", "as configured", DOMAIN, simulated)]
-    for name, value in varied:
-        prepare = partial(simulated, numerics={name: value})
-        title = f"{name.replace('_', ' ')} {value:g}"
-        methods.append(SamplingMethod("direct simulation", title, DOMAIN, prepare, {name: value}))
+    for words, field_name, value in varied:
+        settings, title = {field_name: value}, f"{words} {value:g}"
+        prepare = partial(simulated, numerics=settings)
+        methods.append(SamplingMethod("direct simulation", title, DOMAIN, prepare, settings))
     return methods
 
 

@@ -205,6 +205,8 @@ def _spatial_figure(statistics: FigureStatistics) -> Picture:
 
 def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> None:
     """Draw one plane indicatrix with the directions of incidence and of spheres."""
+    from matplotlib.ticker import MaxNLocator
+
     width, top = np.pi / SCATTERING_BINS, 0.0
     centres = (np.arange(SCATTERING_BINS) + 0.5) * width
     for source in (DIRECT, TABLE):
@@ -224,7 +226,7 @@ def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> No
     axes.annotate("", **ends, arrowprops=arrow)
     axes.set(thetamin=0, thetamax=180, rlim=(0.0, 1.12 * top))
     axes.set_xticks(np.radians(range(0, 181, 30)))
-    axes.locator_params(axis="y", nbins=4)
+    axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.tick_params(labelsize=8)
     axes.set_rlabel_position(0)
     axes.set_title(rf"$\alpha_1$ = {alpha_deg:g}°", y=0.98)
