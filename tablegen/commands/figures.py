@@ -40,7 +40,7 @@ def figures(
     Each shape and the mixture come from direct simulation at 200 m/s and angles from 5 to 90
     degrees; the mixture also from the table. The folder gets figure-03.svg to figure-13.svg, the
     numbers behind them (laws.json), and every statement of the paper that can be checked, with
-    the measured values (statements.md, statements.json). The statements are about the paper's
+    the measured values (statements.html, statements.json). The statements are about the paper's
     pair and particles, corundum-steel: for others they are measured and not judged.
     """
     import sampler

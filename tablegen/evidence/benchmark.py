@@ -38,36 +38,34 @@ _DIRECTIONS = 32
 
 @dataclass(frozen=True)
 class Budget:
-    """Sizes of all that a report measures."""
+    """Sizes of all that a report measures; the defaults take below 15 minutes on two cores."""
 
     #: States of the direct reference at a condition, a multiple of those in a batch.
-    reference: int
-    #: States in a batch, and batches per method.
-    batch: int
-    batches: int
-    #: States a side of the classifier.
-    classified: int
-    #: Direct states from which a baseline is fitted at its condition.
-    training: int
-    #: States per node of the tables of other sizes.
-    node_samples: int
+    reference: int = 400_000
+    #: States in a batch, batches per method, and states a side of the classifier.
+    batch: int = 50_000
+    batches: int = 5
+    classified: int = 50_000
+    #: Direct states from which a baseline is fitted, and states per node of tables of other sizes.
+    training: int = 100_000
+    node_samples: int = 100_000
     #: Draws that are timed together.
-    timed: int
+    timed: int = 200_000
     #: Where the methods are compared, as shares of the table's range of angles and speeds.
-    conditions: tuple[tuple[float, float], ...]
+    conditions: tuple[tuple[float, float], ...] = ((0.11, 0.13), (0.47, 0.36), (0.75, 0.5))
     #: Angles and speeds of the accuracy map, and states a side at each of its points.
-    grid: tuple[int, int]
-    mapped: int
+    grid: tuple[int, int] = (12, 6)
+    mapped: int = 400_000
     #: Angles and speeds of the views of the joint law, and states a side.
-    views: tuple[int, int]
-    viewed: int
+    views: tuple[int, int] = (3, 2)
+    viewed: int = 400_000
     #: Impacts of chains a side.
-    chained: int
+    chained: int = 200_000
     #: Particles per shape and angle of the paper's figures.
-    figures: int
+    figures: int = 200_000
 
 
-#: Below 2 minutes on two cores.
+#: About 2 minutes on two cores.
 QUICK = Budget(
     reference=100_000,
     batch=20_000,
@@ -83,24 +81,6 @@ QUICK = Budget(
     viewed=100_000,
     chained=50_000,
     figures=20_000,
-)
-
-#: Below 15 minutes on two cores.
-FULL = Budget(
-    reference=400_000,
-    batch=50_000,
-    batches=5,
-    classified=50_000,
-    training=100_000,
-    node_samples=100_000,
-    timed=200_000,
-    conditions=((0.11, 0.13), (0.47, 0.36), (0.75, 0.5)),
-    grid=(12, 6),
-    mapped=400_000,
-    views=(3, 2),
-    viewed=400_000,
-    chained=200_000,
-    figures=200_000,
 )
 
 
@@ -164,17 +144,9 @@ def forbidden_share(state: FloatArray) -> float:
 def batch_errors(
     draw: Draw, reference: Reference, budget: Budget, batch: int, seed: int
 ) -> dict[str, float]:
-    """Measure the errors of one batch: the `METRICS` and the forbidden share.
+    """Measure the `METRICS` and the forbidden share of one batch.
 
-    Parameters
-    ----------
-    draw : callable
-    reference : Reference
-    budget : Budget
-    batch : int
-        Number of the batch; the classifier sees other states of the reference in every batch.
-    seed : int
-        Of the draw.
+    The classifier sees other states of the reference in every batch.
     """
     state, few = draw(budget.batch, seed), min(budget.classified, budget.batch)
     start = batch * few % (len(reference.states) - few + 1)
@@ -222,17 +194,8 @@ def run_benchmark(
 
     Fits and timings come first, one method after the other, while nothing else runs.
 
-    Parameters
-    ----------
-    methods : sequence of SamplingMethod
-    config : Config
-    condition : tuple of two floats
-        Impact angle [degrees] and speed [m/s].
-    budget : Budget
-    seeds : tuple of two ints
-        Seed of the report and number of the condition; conditions share no random numbers.
-    progress : bool
-        Show a progress bar on standard error.
+    The condition is an impact angle [degrees] and a speed [m/s]. The seeds are that of the report
+    and the number of the condition; conditions share no random numbers.
     """
     alpha_deg, speed = condition
 

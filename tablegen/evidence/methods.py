@@ -184,24 +184,22 @@ def _drawn(table: Table, case: BenchmarkCase, path: Path, **setup: float) -> Fit
 
 
 def other_table(name_or_path: str, table: Table) -> SamplingMethod:
-    """Make the method of draws from another table, wherever `table` can be drawn from.
+    """Make the method of draws from another table of the same pair, wherever `table` can be drawn.
 
     Raises
     ------
     InputError
-        If the pair is another, variables are left out, or the range does not hold the table's.
+        If the pair is another, variables are left out, or the range does not hold that of `table`.
     """
     other = load_whole(name_or_path)
     if other.pair != table.pair:
         raise InputError(f"{name_or_path}: got pair {other.pair}, allowed: {table.pair}")
-    for ours, theirs, units in (
-        (np.degrees(table.alpha_range), np.degrees(other.alpha_range), "degrees"),
-        (table.speed_range, other.speed_range, "m/s"),
-    ):
-        if theirs[0] > ours[0] or theirs[1] < ours[1]:
+    for name in ("alpha_range", "speed_range"):
+        (low, high), (first, last) = getattr(table, name), getattr(other, name)
+        if first > low or last < high:
             raise InputError(
-                f"{name_or_path}: got a range of {theirs[0]:g} to {theirs[1]:g} {units}, "
-                f"allowed: {ours[0]:g} to {ours[1]:g} or more"
+                f"{name_or_path}: got {name} {first:g} to {last:g}, allowed: {low:g} to {high:g} "
+                "or more (radians, m/s)"
             )
     return table_method(name_or_path)
 
@@ -221,13 +219,7 @@ _JUDGED = (0.25, 0.25)
 
 
 def design_methods(samples: int) -> list[SamplingMethod]:
-    """Make the methods of tables of many sizes, which are generated when they are prepared.
-
-    Parameters
-    ----------
-    samples : int
-        States per node.
-    """
+    """Make the methods of tables of many sizes, generated from `samples` states per node."""
     designs = [("base", _BASE)]
     designs += [(name, {**_BASE, name: size}) for name, sizes in _VARIED.items() for size in sizes]
     methods = []

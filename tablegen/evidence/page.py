@@ -18,7 +18,7 @@ from tablegen.presentation import Picture, table_lines
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Headline:
     """A sentence that is "good", "bad" or "open" news, with further lines."""
 
     kind: str
@@ -45,7 +45,7 @@ class Section:
     folded: bool = False
 
 
-Block = str | Verdict | DataTable | Picture | Section
+Block = str | Headline | DataTable | Picture | Section
 
 
 def render_page(title: str, sections: Sequence[Section]) -> str:
@@ -79,7 +79,7 @@ def _lines(section: Section) -> Iterator[str]:
     for block in section.blocks:
         if isinstance(block, str):
             yield block
-        elif isinstance(block, Verdict):
+        elif isinstance(block, Headline):
             yield from (block.words, *block.lines)
         elif isinstance(block, DataTable):
             yield from ("", block.caption, *table_lines(block.head, block.rows))
@@ -93,7 +93,7 @@ def validation_page(validation: Validation) -> str:
     judged = (validation.declared, validation.asked, validation.together)
     kind = "bad" if missed else "open" if undecided else "good"
     blocks: list[Block] = [
-        Verdict(kind, verdict_words(missed, undecided, whose(validation)), [*missed, *undecided]),
+        Headline(kind, verdict_words(missed, undecided, whose(validation)), [*missed, *undecided]),
         *coverage_lines(validation),
         certainty_line(),
         f"Content SHA-256 {validation.content_sha256}",

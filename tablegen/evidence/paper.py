@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from sampler.files.json_text import json_text
 from sampler.table import Table
 from tablegen.config.config import Config
+from tablegen.evidence.page import Block, DataTable, Headline, Section, render_page
 from tablegen.evidence.paper_figures import paper_pictures
 from tablegen.evidence.paper_statements import (
     NOT_CHECKED,
@@ -50,19 +51,7 @@ class CheckedPaper:
 def check_paper(
     table: Table, config: Config, count: int, seed: int, progress: bool = False
 ) -> CheckedPaper:
-    """Simulate, draw and check everything.
-
-    Parameters
-    ----------
-    table : Table
-    config : Config
-        Pair, population and numerics of the direct simulation.
-    count : int
-        Particles of each shape at each angle.
-    seed : int
-    progress : bool
-        Show a progress bar on standard error.
-    """
+    """Simulate, draw and check everything, from `count` particles of each shape at each angle."""
     steps = len(ANGLES) * len(SHAPES)
     with bar(progress, total=steps, desc="samples of the figures") as counted:
         found = make_statistics(table, config, count, seed, counted.update)
@@ -122,10 +111,25 @@ def counts_text(statements: Sequence[Statement]) -> str:
     return "Statements of the paper: " + ", ".join(parts) + "."
 
 
+def paper_section(paper: CheckedPaper, folded: bool = False) -> Section:
+    """Statements, table and figures of the paper."""
+    collisions = collision_rows(paper.statistics)
+    blocks: list[Block] = [
+        Headline("open", counts_text(paper.statements), failing_lines(paper.statements)),
+        f"{paper.count:,} particles of each shape at each angle, {SPEED:g} m/s. A table holds the "
+        "mixture, without collisions and rotational energies.",
+        DataTable("Statements", STATEMENT_HEAD, statement_rows(paper.statements), "words"),
+        Headline("soft", "Not checked:", NOT_CHECKED),
+        DataTable("Collisions at normal impact, per cent", COLLISION_HEAD, collisions),
+        *paper.pictures,
+    ]
+    return Section("Panfilov & Tsirkunov (2022), checked", blocks, folded)
+
+
 def files_of(paper: CheckedPaper) -> dict[str, bytes]:
-    """Files of ``tablegen figures`` by name: pictures, statements.md, and numbers as JSON."""
+    """Make the files of ``tablegen figures`` by name: pictures, a page, and numbers as JSON."""
     statistics, statements = paper.statistics, paper.statements
-    rows = collision_rows(statistics)
+    rows, section = collision_rows(statistics), paper_section(paper)
     head = {"count": paper.count, "seed": statistics.seed}
     stated = head | {
         "speed": SPEED,
@@ -142,33 +146,7 @@ def files_of(paper: CheckedPaper) -> dict[str, bytes]:
         ],
     }
     return {picture.name: picture.data for picture in paper.pictures} | {
-        "statements.md": _markdown(paper).encode(),
+        "statements.html": render_page(section.heading, [section]).encode(),
         "statements.json": json_text(stated).encode(),
         "laws.json": json_text(laws).encode(),
     }
-
-
-def _markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    rule = ["---"] * len(head)
-    cells = ([cell.replace("|", "\\|") for cell in row] for row in (head, rule, *rows))
-    return "\n".join("| " + " | ".join(row) + " |" for row in cells)
-
-
-def _markdown(paper: CheckedPaper) -> str:
-    """Page of the statements, the paper's table and the figures."""
-    figures = (f"### {p.title}\n\n![{p.alternative}]({p.name})" for p in paper.pictures)
-    parts = (
-        "# Panfilov & Tsirkunov (2022), checked",
-        f"{counts_text(paper.statements)} {paper.count:,} particles of each shape at each angle, "
-        f"{SPEED:g} m/s, seed {paper.statistics.seed}. A table holds the mixture, without "
-        "collisions and rotational energies.",
-        "## Statements",
-        _markdown_table(STATEMENT_HEAD, statement_rows(paper.statements)),
-        "Not checked:\n",
-        "\n".join(f"- {line}" for line in NOT_CHECKED),
-        "## Collisions in a rebound at normal impact, in per cent of the particles",
-        _markdown_table(COLLISION_HEAD, collision_rows(paper.statistics)),
-        "## Figures",
-        *figures,
-    )
-    return "\n\n".join(parts) + "\n"

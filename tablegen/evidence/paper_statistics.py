@@ -100,16 +100,10 @@ def sample_statistics_of(
     collisions: np.ndarray | None = None,
     rotational: FloatArray | None = None,
 ) -> SampleStatistics:
-    """Reduce a sample to its statistics.
+    """Reduce states (n, 6) to their statistics.
 
-    Parameters
-    ----------
-    source, shape : str
-    alpha_deg : float
-    state : float64 array, shape (n, 6)
-    collisions : int array, shape (n,), optional
-    rotational : float64 array, shape (n,), optional
-        Rotational energy over the energy before the impact.
+    Numbers of collisions (n,) and rotational energies over the energy before the impact (n,) are
+    known of direct simulation only.
     """
     energies = [translational_energy(state)] + ([] if rotational is None else [rotational])
     values = np.column_stack([state, *energies])
@@ -177,16 +171,8 @@ def make_statistics(
 ) -> FigureStatistics:
     """Simulate all shapes at all angles, and draw the mixture from the table.
 
-    Parameters
-    ----------
-    table : Table
-    config : Config
-        Pair, population and numerics of the direct simulation.
-    count : int
-        Particles of each shape at each angle; `NORMAL_FACTOR` times as many at normal impact.
-    seed : int
-    tick : callable
-        Called with 1 for each sample.
+    There are `count` particles of each shape at each angle, `NORMAL_FACTOR` times as many at
+    normal impact. `tick` is called with 1 for each sample.
     """
     samples: dict[tuple[str, str, float], SampleStatistics] = {}
     (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range

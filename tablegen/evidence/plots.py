@@ -48,17 +48,9 @@ def errors_picture(
     metrics: Sequence[str] = tuple(METRICS),
     cost: tuple[str, str] = ("nanoseconds", "time of a draw [ns, one thread]"),
 ) -> Picture:
-    """Draw the errors of all methods at one condition against a cost, both logarithmic.
+    """Draw errors of all methods at one condition against a cost, both logarithmic.
 
-    Parameters
-    ----------
-    race : Benchmark
-    name : str
-        Of the file.
-    metrics : sequence of str
-        Errors, a panel each.
-    cost : tuple of two str
-        Attribute of `MethodResult`, and label.
+    The cost is an attribute of `MethodResult`, with its label.
     """
     from matplotlib.lines import Line2D
 
@@ -146,7 +138,9 @@ def map_picture(
             mesh = axes.pcolormesh(roots, atlas.speed, cells.reshape(shape).T, **shades)
             where = np.sqrt(stored["alpha_deg"]), stored["speed"]
             axes.scatter(*where, c=dots, s=60, edgecolors="black", **shades)
+            shown = axes.get_xlim()
             axes.set_xticks(np.sqrt(angles), angles)
+            axes.set_xlim(shown)
             axes.set(xlabel=ANGLE_LABEL, ylabel="speed [m/s]")
             axes.grid(visible=False)
             axes.set_title(f"{METRICS[metric].short}, declared: {allowed:g}")
@@ -162,16 +156,7 @@ def map_picture(
 
 
 def view_picture(drawn: FloatArray, direct: FloatArray, place: str, name: str) -> Picture:
-    """Draw all marginals, all joint densities, and how much those of the table differ.
-
-    Parameters
-    ----------
-    drawn, direct : float64 arrays, shape (n, 6)
-    place : str
-        The condition in words.
-    name : str
-        Of the file.
-    """
+    """Draw all marginals and joint densities of direct states (n, 6), and how the table differs."""
     low, high = np.quantile(direct, (2.0 * _OUTSIDE, 1.0 - 2.0 * _OUTSIDE), axis=0)
     high = np.maximum(high, low + 1e-6)
     beyond = judged = 0

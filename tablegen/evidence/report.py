@@ -24,7 +24,6 @@ from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
 from tablegen.config.config import Config, stored_config
 from tablegen.config.spin_targets import JointTargets
 from tablegen.evidence.benchmark import (
-    FULL,
     QUICK,
     Benchmark,
     Budget,
@@ -67,20 +66,6 @@ class AccuracyMap:
     #: States a side.
     samples: int
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON."""
-        points = {name: [_record(p) for p in getattr(self, name)] for name in ("points", "floor")}
-        return vars(self) | points
-
-
-def _record(point: Measured) -> dict[str, Any]:
-    found: dict[str, Any] = {"alpha_deg": point.alpha_deg, "speed": point.speed}
-    for name, estimate in point.estimates.items():
-        if estimate.by_variable:
-            found[f"{name}_components"] = estimate.by_variable
-        found[name] = estimate.value
-    return found | {"estimates": {n: e.to_dict() for n, e in point.estimates.items()}}
-
 
 @dataclass(frozen=True)
 class SpinningWay:
@@ -120,8 +105,7 @@ class Report:
 
     def to_dict(self) -> dict[str, Any]:
         """Every number, JSON-ready."""
-        version = {"software_version": sampler.__version__}
-        return {**version, **asdict(self), "atlas": self.atlas.to_dict()}
+        return {"software_version": sampler.__version__, **asdict(self)}
 
 
 def machine() -> dict[str, Any]:
@@ -158,7 +142,7 @@ def measure_report(
     beside : sequence of str
         Names or paths of further tables that are compared at the same conditions.
     quick : bool
-        Measure less: `QUICK` in place of `FULL`.
+        Measure less.
     seed : int
     progress : bool
         Show progress bars on standard error.
@@ -168,7 +152,7 @@ def measure_report(
     InputError
         If a file is not a table, or does not hold all that is compared.
     """
-    budget, begin = QUICK if quick else FULL, time.perf_counter()
+    budget, begin = QUICK if quick else Budget(), time.perf_counter()
     table = load_whole(name_or_path)
     config = stored_config(table.config, f"{name_or_path}: config")
     tables = [table_method(name_or_path), *(other_table(other, table) for other in beside)]

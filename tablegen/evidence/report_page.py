@@ -15,10 +15,10 @@ from tablegen.accuracy.decision import judge, limits
 from tablegen.accuracy.verdict import verdict_words
 from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import METRICS
-from tablegen.evidence import paper as papers
 from tablegen.evidence import plots
 from tablegen.evidence.benchmark import BatchMean, Benchmark, batch_seed
-from tablegen.evidence.page import Block, DataTable, Section, Verdict, render_page
+from tablegen.evidence.page import Block, DataTable, Headline, Section, render_page
+from tablegen.evidence.paper import check_paper, paper_section
 from tablegen.evidence.report import Report, grid
 from tablegen.evidence.stability import read_study, run_study
 from tablegen.evidence.stability_cases import BRIEF, QUICK
@@ -77,7 +77,7 @@ def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
     return [*rows, ["declared", *(f"{declared[name]:g}" for name in METRICS), "1.00", ""]]
 
 
-def headline(report: Report, config: Config, stored: Mapping[str, Any]) -> Verdict:
+def headline(report: Report, config: Config, stored: Mapping[str, Any]) -> Headline:
     """Judge the declared accuracy by this run and by the accuracy that the table stores."""
     judged, lines = judge(report.atlas.points, config.accuracy), []
     for name in METRICS:
@@ -87,7 +87,7 @@ def headline(report: Report, config: Config, stored: Mapping[str, Any]) -> Verdi
             lines.append(f"{name}: the table stores {largest:.4f}, noise included, {allowed}")
     words = verdict_words(judged.missed, [*judged.undecided, *lines], "declared accuracy")
     lines = [*judged.missed, *judged.undecided, *lines]
-    return Verdict("bad" if judged.missed else "open" if lines else "good", words, lines)
+    return Headline("bad" if judged.missed else "open" if lines else "good", words, lines)
 
 
 def report_sections(
@@ -172,13 +172,7 @@ def _place(race: Benchmark) -> str:
 def report_page(report: Report, stability_file: Path | None, progress: bool = False) -> str:
     """Render a report as an HTML page, with joint laws, stability and the paper.
 
-    Parameters
-    ----------
-    report : Report
-    stability_file : Path, optional
-        JSON of ``tablegen stability``; a brief study is run if None.
-    progress : bool
-        Show progress bars on standard error.
+    Without the JSON of a stability study, a brief study is run.
     """
     table = sampler.load(report.table)
     config = stored_config(table.config, f"{report.table}: config")
@@ -187,7 +181,7 @@ def report_page(report: Report, stability_file: Path | None, progress: bool = Fa
     else:
         cases = list((BRIEF if report.quick else QUICK).cases())
         study = run_study(config, cases, seed=report.seed % 2**32, progress=progress)
-    paper = papers.check_paper(table, config, report.effort.figures, report.seed, progress)
+    paper = check_paper(table, config, report.effort.figures, report.seed, progress)
     declared = {name: getattr(config.accuracy, name) for name in METRICS}
     pictures = {
         "map": plots.map_picture(report.atlas, table.accuracy, declared),
@@ -198,15 +192,14 @@ def report_page(report: Report, stability_file: Path | None, progress: bool = Fa
     for k, race in enumerate(report.races):
         pictures[f"methods-{k}"] = plots.errors_picture(race, f"methods-{k}.svg")
     summary, *measured = report_sections(report, pictures)
-    failing = papers.failing_lines(paper.statements)
-    counts = papers.counts_text(paper.statements) + (" These do not:" if failing else "")
+    statements = paper_section(paper, folded=True)
     sections = [
-        Section(summary.heading, [*summary.blocks, Verdict("open", counts, failing)]),
+        Section(summary.heading, [*summary.blocks, statements.blocks[0]]),
         _identity(table, config),
         *measured,
         Section("Marginals and joint law", _views(report, table, config), folded=True),
         study_section(study, folded=True),
-        _paper(paper),
+        statements,
     ]
     return render_page(f"Rebound table {report.table}", sections)
 
@@ -242,17 +235,3 @@ def _views(report: Report, table: Table, config: Config) -> list[Block]:
         direct = simulate(config, np.radians(a), v, count, seed=keys[1]).state
         pictures.append(plots.view_picture(drawn, direct, f"{a:g}°, {v:g} m/s", f"view-{k}.svg"))
     return pictures
-
-
-def _paper(paper: papers.CheckedPaper) -> Section:
-    """Statements, table and figures of the paper."""
-    statements = papers.statement_rows(paper.statements)
-    collisions = papers.collision_rows(paper.statistics)
-    blocks: list[Block] = [
-        f"Panfilov & Tsirkunov (2022) at {papers.SPEED:g} m/s, from {paper.count:,} particles of "
-        "each shape at each angle, and from the table, which holds the mixture.",
-        DataTable("Statements of the paper", papers.STATEMENT_HEAD, statements, "words"),
-        DataTable("Collisions at normal impact, per cent", papers.COLLISION_HEAD, collisions),
-        *paper.pictures,
-    ]
-    return Section("The paper: statements and figures", blocks, folded=True)

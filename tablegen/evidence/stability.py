@@ -71,37 +71,26 @@ class Outcome:
     cost: float | None = None
 
     @property
-    def grows(self) -> bool:
-        """Whether a particle gained energy."""
-        return self.figures is not None and self.figures.growth > MOST_GROWTH
-
-    @property
-    def separated(self) -> bool:
-        """Whether every particle left the wall, and none was inside it."""
-        f = self.figures
-        return f is None or (f.least_velocity > 0.0 and f.depth <= MOST_DEPTH)
-
-    @property
-    def failures(self) -> list[str]:
-        """Failures of the model, a line each."""
-        f = self.figures
-        lines = []
+    def failures(self) -> dict[str, str]:
+        """Failures of the model by kind, a line each."""
+        f, found = self.figures, {}
         if self.non_finite:
-            lines.append(f"{self.non_finite} of {self.particles} particles are not finite")
+            found["not finite"] = f"{self.non_finite} of {self.particles} particles are not finite"
         if self.unfinished:
-            lines.append("a particle is unfinished")
-        if f is not None and self.grows:
-            lines.append(f"energy grows by {f.growth:.3g}, allowed: {MOST_GROWTH:g}")
+            found["unfinished"] = "a particle is unfinished"
+        if f is not None and f.growth > MOST_GROWTH:
+            found["growing energy"] = f"energy grows by {f.growth:.3g}, allowed: {MOST_GROWTH:g}"
         if f is not None and f.least_velocity <= 0.0:
-            lines.append(f"a particle leaves with v+ = {f.least_velocity:.3g} V, allowed: above 0")
+            velocity = f"v+ = {f.least_velocity:.3g} V"
+            found["not leaving"] = f"a particle leaves with {velocity}, allowed: above 0"
         if f is not None and f.depth > MOST_DEPTH:
-            lines.append(f"a contact is {f.depth:.3g} a deep, allowed: {MOST_DEPTH:g}")
-        return lines
+            found["in the wall"] = f"a contact is {f.depth:.3g} a deep, allowed: {MOST_DEPTH:g}"
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and names, for JSON."""
         data = asdict(self)
-        return {**data.pop("case"), **data, "failures": self.failures}
+        return {**data.pop("case"), **data, "failures": list(self.failures.values())}
 
 
 @dataclass(frozen=True)
@@ -147,16 +136,7 @@ def read_study(path: Path) -> Study:
 
 
 def run_case(config: Config, case: Case, count: int, seed: int) -> Outcome:
-    """Simulate and check one case, without timing it.
-
-    Parameters
-    ----------
-    config : Config
-        Its pair, truncation of prisms and numerical parameters are used.
-    case : Case
-    count, seed : int
-        Number of particles, and seed of the simulation.
-    """
+    """Simulate and check one case with some particles, without timing it."""
     usual = _simulated(config, case, count, seed, audited=True)
     contact = _simulated(config, case, count, seed, contact=0.5)
     flight = _simulated(config, case, count, seed, flight=0.5)

@@ -1,48 +1,37 @@
 """Summary of a stability study: rows by group, worst cases, and JSON."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from statistics import fmean
+from typing import Any
 
 from sampler.files.json_text import json_text
-from tablegen.evidence.page import Block, DataTable, Section, Verdict
+from tablegen.evidence.page import Block, DataTable, Headline, Section
 from tablegen.evidence.stability import Outcome, Study
 from tablegen.evidence.stability_cases import FORMS, Case
 
-#: Columns of quantities: head, attribute of `Outcome` or `Figures`, how a group sums it up, format.
-_COLUMNS: tuple[tuple[str, str, Callable[[list[float]], float], str], ...] = (
-    ("coll.", "most_collisions", max, ",d"),
-    ("us", "cost", lambda values: 1e6 * fmean(values), ",.1f"),
-    ("worst us", "cost", lambda values: 1e6 * max(values), ",.0f"),
-    ("growth", "growth", max, ".1e"),
-    ("residual", "residual", max, ".1e"),
-    ("drift", "drift", max, ".1e"),
-    ("depth", "depth", max, ".1e"),
-    ("contact", "contact", fmean, ".1e"),
-    ("flight", "flight", fmean, ".1e"),
+#: Quantities whose worst is shown: head, attribute of `Outcome` or `Figures`, and which is worst.
+_QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
+    ("coll.", "most_collisions", max),
+    ("us", "cost", max),
+    ("growth", "growth", max),
+    ("residual", "residual", max),
+    ("drift", "drift", max),
+    ("depth", "depth", max),
+    ("contact", "contact", max),
+    ("flight", "flight", max),
+    ("least v+", "least_velocity", min),
 )
-HEAD = ("cases of", "cases", "particles", "failed", *(column[0] for column in _COLUMNS))
+HEAD = ("cases of", "cases", "particles", "failed", "mean us", *(q[0] for q in _QUANTITIES))
+WORST_HEAD = ("quantity", "value", "case")
 
 LEGEND = (
     "*: every case is outside the speeds at which the restitution law was measured. us:",
-    "microseconds per rebound on one thread, mean and worst case. growth: largest gain of energy.",
-    "residual: of the collision equations. drift: relative, of energy or angular momentum in",
-    "flight. depth: below the wall, in a. contact, flight: mean change of a particle's state, in V",
-    "and V/a, by half the contact resolution and by half the flight tolerance.",
+    "microseconds per rebound on one thread, growth: gain of energy, residual: of the collision",
+    "equations, drift: relative, of energy or angular momentum in flight, depth: below the wall in",
+    "a; contact, flight: mean change of a particle's state, in V and V/a, by half the contact",
+    "resolution and by half the flight tolerance. Every quantity is that of the worst case.",
 )
-
-#: Quantities whose worst case is named: words, attribute, how the worst is chosen.
-_WORST: tuple[tuple[str, str, Callable[..., tuple[float, Outcome]]], ...] = (
-    ("collisions", "most_collisions", max),
-    ("cost [s]", "cost", max),
-    ("energy growth", "growth", max),
-    ("residual", "residual", max),
-    ("flight drift", "drift", max),
-    ("depth [a]", "depth", max),
-    ("contact change", "contact", max),
-    ("flight change", "flight", max),
-    ("least v+ [V]", "least_velocity", min),
-)
-WORST_HEAD = ("quantity", "value", "case")
 
 #: Sentence of a study in which no case failed.
 GOOD = "The model holds in every case."
@@ -51,10 +40,14 @@ GOOD = "The model holds in every case."
 _LISTED = 20
 
 
-def _values(outcomes: Sequence[Outcome], name: str) -> list[tuple[float, Outcome]]:
-    """Values of a quantity where it was measured."""
-    pairs = ((o.cost if name == "cost" else getattr(o.figures, name, None), o) for o in outcomes)
-    return [(value, outcome) for value, outcome in pairs if value is not None]
+def _worst(outcomes: Sequence[Outcome], name: str, choose: Callable[..., Any]) -> Any:
+    """Value of a quantity in its worst case, and that outcome; None if it was not measured."""
+    pairs = [
+        (1e6 * o.cost if o.cost and name == "cost" else getattr(o.figures, name, None), o)
+        for o in outcomes
+    ]
+    known = [(value, outcome) for value, outcome in pairs if value is not None]
+    return choose(known, key=lambda pair: pair[0]) if known else None
 
 
 def group_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
@@ -85,23 +78,22 @@ def _rows(outcomes: Sequence[Outcome], title: Callable[[Case], str]) -> Iterator
 
 
 def _row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
-    particles, failed = (
-        sum(o.particles for o in outcomes),
-        sum(bool(o.failures) for o in outcomes),
-    )
-    cells = [name, f"{len(outcomes):,}", f"{particles:,}", f"{failed:,}"]
-    for _, attribute, reduce, form in _COLUMNS:
-        values = [value for value, _ in _values(outcomes, attribute)]
-        cells.append(f"{reduce(values):{form}}" if values else "-")
+    failed = sum(bool(o.failures) for o in outcomes)
+    counts = (len(outcomes), sum(o.particles for o in outcomes), failed)
+    costs = [1e6 * o.cost for o in outcomes if o.cost is not None]
+    cells = [name, *(f"{count:,}" for count in counts), f"{fmean(costs):.3g}" if costs else "-"]
+    for _, attribute, choose in _QUANTITIES:
+        worst = _worst(outcomes, attribute, choose)
+        cells.append("-" if worst is None else f"{worst[0]:.2g}")
     return cells
 
 
 def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
     """Quantity, value and case of each of the worst cases, with the seed that repeats it."""
     rows = []
-    for words, attribute, choose in _WORST:
-        if values := _values(outcomes, attribute):
-            value, outcome = choose(values, key=lambda pair: pair[0])
+    for words, attribute, choose in _QUANTITIES:
+        if (worst := _worst(outcomes, attribute, choose)) is not None:
+            value, outcome = worst
             rows.append([words, f"{value:.4g}", f"{outcome.case} (seed {outcome.seed})"])
     return rows
 
@@ -109,7 +101,7 @@ def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
 def failure_lines(study: Study) -> list[str]:
     """One line for each of the first failed cases, with the seed that repeats it."""
     lines = [
-        f"failed: {outcome.case} (seed {outcome.seed}): {'; '.join(outcome.failures)}"
+        f"failed: {outcome.case} (seed {outcome.seed}): {'; '.join(outcome.failures.values())}"
         for outcome in study.failed[:_LISTED]
     ]
     more = len(study.failed) - len(lines)
@@ -119,12 +111,10 @@ def failure_lines(study: Study) -> list[str]:
 def study_section(study: Study, folded: bool = False) -> Section:
     """Verdict, counts, groups and worst cases of a study."""
     outcomes = study.outcomes
+    failures = Counter(kind for outcome in outcomes for kind in outcome.failures)
     counts = (
-        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases: "
-        f"{sum(o.non_finite for o in outcomes)} non-finite, "
-        f"{sum(o.unfinished > 0 for o in outcomes)} cases unfinished, "
-        f"{sum(o.grows for o in outcomes)} with growing energy, "
-        f"{sum(not o.separated for o in outcomes)} not separated from the wall."
+        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases, cases with "
+        f"failures: {', '.join(f'{n} {kind}' for kind, n in failures.items()) or 'none'}."
     )
     numerics = (
         f"Contact resolution {study.contact_resolution:g}, flight tolerance "
@@ -132,7 +122,7 @@ def study_section(study: Study, folded: bool = False) -> Section:
     )
     kind, words = ("good", GOOD) if study.holds else ("bad", "The model fails in some cases:")
     blocks: list[Block] = [
-        Verdict(kind, words, failure_lines(study)),
+        Headline(kind, words, failure_lines(study)),
         counts,
         numerics,
         DataTable("Cases by group", HEAD, group_rows(outcomes)),

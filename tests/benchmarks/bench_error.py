@@ -3,8 +3,7 @@
     python tests/benchmarks/bench_error.py
     python tests/benchmarks/bench_error.py --angles 20 --count 50000 --plot error.png
 
-What is measured, and how, is in `tablegen.evidence.tolerances`, which ``tablegen report``
-shares.
+`tolerances` says what is measured, and how.
 """
 
 import argparse
@@ -17,7 +16,7 @@ from typing import Any
 
 import checkout  # noqa: F401  (before the imports that it makes possible)
 from bench_model import angle, at_least, machine, output_file
-from tablegen.evidence.tolerances import FINEST, Setting, curve
+from tolerances import FINEST, Setting, curve
 from tqdm import tqdm
 
 from sampler.errors import InputError

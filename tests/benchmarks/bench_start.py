@@ -15,7 +15,8 @@ import tempfile
 from pathlib import Path
 
 import checkout
-from tablegen.evidence.machine import processor
+
+from tablegen.evidence.report import machine
 
 #: Runs with a filled cache.
 REPEATS = 3
@@ -70,7 +71,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--repeats", type=int, default=REPEATS, help="runs with a filled cache")
     repeats = parser.parse_args().repeats
-    print(f"CPU seconds on {processor()}")
+    print(f"CPU seconds on {machine()['processor']}")
     print(f"{'program':<20} {'first':>8} {'again':>8}")
     for name in PROGRAMS:
         print(row(name, repeats), flush=True)

@@ -8,7 +8,7 @@ import bench_error
 import bench_model
 import numpy as np
 import pytest
-from tablegen.evidence.tolerances import RESOLUTIONS, TOLERANCES
+from tolerances import RESOLUTIONS, TOLERANCES
 
 from tablegen.config.config import load_config
 from tablegen.simulation.simulate import make_condition, simulate_condition
