@@ -133,19 +133,15 @@ def test_a_table_cannot_tell_collisions_and_no_table_gives_no_verdict(good):
 class TestJudging:
     """The statements are about one pair and its particles; others are measured, not judged."""
 
-    SAME = (
-        {"name": "mine", "pair": {"name": "mine", "restitution": {"source": "copied"}}},
-        {"domain": {"alpha_deg": [10.0, 20.0]}, "accuracy": {"preset": "compact"}},
-    )
     OTHER = (
         {"pair": {"resistance": {"strength": 0.5}}},
         {"population": {"shapes": {"sphere": 1.0}}},
         {"population": {"aspect": {"distribution": "fixed", "values": [1.0, 0.5]}}},
     )
 
-    @pytest.mark.parametrize("changes", SAME)
-    def test_the_same_laws_and_particles_are_judged(self, changes):
-        assert statements.is_of_the_paper(CONFIG.with_changes(changes))
+    def test_the_same_laws_and_particles_are_judged(self):
+        pair = {"name": "mine", "restitution": {"source": "copied"}}
+        assert statements.is_of_the_paper(CONFIG.with_changes({"name": "mine", "pair": pair}))
 
     @pytest.mark.parametrize("changes", OTHER)
     def test_others_are_measured_only(self, good, changes):
@@ -183,28 +179,11 @@ def test_command_writes_every_figure_and_statement(folder):
     assert [law["alpha_deg"] for law in laws if law["source"] == "table"] == [35.0, 40.0, 45.0]
 
 
-@pytest.mark.study
-def test_same_seed_same_bytes(folder, tiny, run, tmp_path):
-    place = tmp_path / "again"
-    run("figures", tiny.path, "--output", place, "--count", 1000, "--quiet")
-    for path in folder.iterdir():
-        assert (place / path.name).read_bytes() == path.read_bytes(), path.name
-
-
-@pytest.mark.parametrize(
-    ("words", "parts"),
-    [
-        (("no-such-table", "--output", "x"), ("no-such-table",)),
-        (("--output", "none/there/x"), ("none/there/x", "a folder")),
-        (("--output", "taken"), ("taken", "a folder")),
-        (("--output", "x", "--count", 10), ("--count", "got '10'")),
-    ],
-)
-def test_refusals_name_flag_and_value(refused, monkeypatch, tmp_path, words, parts):
+@pytest.mark.parametrize("place", ["none/there/x", "taken"])
+def test_refusals_name_the_folder(refused, monkeypatch, tmp_path, place):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").write_text("mine")
-    line = refused("figures", *words)
-    assert all(part in line for part in parts)
+    assert f"got {place}" in refused("figures", "--output", place).replace("/laws.json", "")
 
 
 def test_without_matplotlib_nothing_is_simulated(refused, tmp_path, monkeypatch):

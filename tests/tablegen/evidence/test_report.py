@@ -14,7 +14,7 @@ from tablegen.config.metric_table import METRICS
 from tablegen.evidence import plots
 from tablegen.evidence import report as reports
 from tablegen.evidence.page import DataTable, Headline, Section, render_page, render_text
-from tablegen.evidence.report_page import headline, report_page, report_sections
+from tablegen.evidence.report_page import headline, report_page
 from tablegen.evidence.stability import run_study
 from tablegen.evidence.stability_cases import QUICK, Grid
 from tablegen.evidence.stability_text import study_json
@@ -41,7 +41,6 @@ def test_command_writes_every_number(run, report, tiny, monkeypatch, tmp_path):
     assert data["table_bytes"] == tiny.path.stat().st_size
     families = {runner["family"] for race in data["races"] for runner in race["runners"]}
     assert families == set(list(plots.LOOKS)[:6])
-    assert len(data["designs"]["runners"]) >= 12
     for race in (*data["races"], data["designs"]):
         assert set(METRICS) <= set(race["floor"])
         for runner in race["runners"]:
@@ -53,17 +52,6 @@ def test_command_writes_every_number(run, report, tiny, monkeypatch, tmp_path):
                 assert len(error["values"]) == report.effort.batches
     assert len(data["atlas"]["points"]) == 4
     assert {way["name"] for way in data["spinning"]} == {"direct simulation", "table, without spin"}
-
-
-@pytest.mark.study
-def test_errors_are_the_same_each_time(report, tiny, monkeypatch):
-    """Times differ from run to run."""
-    monkeypatch.setattr(reports, "QUICK", report.effort)
-    again = reports.measure_report(str(tiny.path), [str(tiny.path)], quick=True, seed=3)
-    assert again.atlas == report.atlas
-    for race, before in zip(again.races, report.races, strict=True):
-        for runner, same in zip(race.runners, before.runners, strict=True):
-            assert runner.errors == same.errors
 
 
 def test_page_holds_the_numbers_and_runs_nothing(page, report):
@@ -130,11 +118,6 @@ class TestHeadline:
         assert found.lines[0].startswith("auc: the table stores 0.9900, noise")
 
 
-def test_sections_say_where_the_table_is_worst(report):
-    text = render_text(report_sections(report))
-    assert text.index("declared") < text.index("noise floor: direct against direct")
-
-
 def test_view_sees_a_difference():
     rng = np.random.default_rng(1)
     direct, table = rng.random((2, 40_000, 6))
@@ -164,25 +147,16 @@ def test_joint_density_is_that_of_the_sample():
     # states outside are not redistributed
     half = plots.joint_density(state, np.linspace(0.0, 0.5, 6), v)
     assert half.sum() * 0.1 * 0.2 == pytest.approx(0.5, abs=0.01)
-    edges = plots.window(state)
-    np.testing.assert_allclose(np.concatenate(list(map(np.diff, edges))), edges[1][1])
-    inside = (state[:, :2] <= [edges[0][-1], edges[1][-1]]).all(axis=1) & (
-        state[:, 0] >= edges[0][0]
-    )
-    assert inside.mean() > 0.998
 
 
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        (("no-such-table",), ("no-such-table",)),
-        (("--seed", -1), ("--seed", "got '-1'")),
         (("--html", "none/there.html"), ("--html", "a folder that exists")),
         (("--stability", "none.json"), ("--stability", "none.json, allowed: a file")),
     ],
 )
 def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
-    if words[0].startswith("--"):
-        monkeypatch.setattr(reports, "measure_report", None)
+    monkeypatch.setattr(reports, "measure_report", None)
     line = refused("report", *words)
     assert all(part in line for part in parts)
