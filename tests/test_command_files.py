@@ -155,4 +155,4 @@ def test_a_folder_of_figures(folder, refuse):
     assert "laws.json, which is also read, allowed: another file" in refuse("tablegen", *words)
     (folder / "lost").symlink_to("none/there")
     line = refuse("tablegen", *words[:-1], folder / "lost")
-    assert "allowed: a folder that can be written, or a new one in such" in line
+    assert "allowed: a file in a folder that exists" in line

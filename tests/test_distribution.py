@@ -43,8 +43,7 @@ DATA = (
     "sampler/openfoam/cases/bend/system/controlDict",
     "sampler/formats/normal_cubics.npy",
     "sampler/py.typed",
-    "tablegen/evidence/templates/report.html.j2",
-    "tablegen/evidence/templates/style.css",
+    "tablegen/evidence/templates/page.html.j2",
 )
 
 #: What the sources have besides the packages.

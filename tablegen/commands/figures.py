@@ -45,12 +45,13 @@ def figures(
     """
     import sampler
     from tablegen.config.config import stored_config
-    from tablegen.evidence.paper import check_paper, counts_text, failing_lines, files_of
+    from tablegen.evidence.paper import TEXTS, check_paper, counts_text, failing_lines, files_of
     from tablegen.presentation import require_matplotlib
 
     require_matplotlib("tablegen figures")
-    # a file in the folder has the checks of any output
-    check_output(output / "laws.json" if output.exists() else output, [find_table(table)])
+    made = [*output.glob("figure-*"), *(output / name for name in TEXTS)]
+    for file in made if output.exists() else [output]:
+        check_output(file, [find_table(table)])
     loaded = sampler.load(table)
     config = stored_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)

@@ -34,6 +34,9 @@ PAPER_TABLE = {
     "tetrahedron": (5.2, 12.8, 9.3, 7.9, 8.3, 56.5),
 }
 
+#: Files of ``tablegen figures`` beside the pictures.
+TEXTS = ("statements.html", "statements.json", "laws.json")
+
 COLLISION_HEAD = ("shape", "source", "1", "2", "3", "4", "5", "> 5")
 STATEMENT_HEAD = ("statement", "criterion", "direct model", "table (mixture)")
 
@@ -145,8 +148,6 @@ def files_of(paper: CheckedPaper) -> dict[str, bytes]:
             for alpha_deg, (low, _) in statistics.sphere_deg.items()
         ],
     }
-    return {picture.name: picture.data for picture in paper.pictures} | {
-        "statements.html": render_page(section.heading, [section]).encode(),
-        "statements.json": json_text(stated).encode(),
-        "laws.json": json_text(laws).encode(),
-    }
+    texts = render_page(section.heading, [section]), json_text(stated), json_text(laws)
+    pictures = {picture.name: picture.data for picture in paper.pictures}
+    return pictures | {name: text.encode() for name, text in zip(TEXTS, texts, strict=True)}

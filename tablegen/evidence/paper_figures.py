@@ -12,7 +12,6 @@ from tablegen.evidence.paper_statistics import (
     DIRECT,
     SCATTERING_BINS,
     SPATIAL_BINS,
-    SPEED,
     TABLE,
     FigureStatistics,
     SampleStatistics,
@@ -95,12 +94,7 @@ def _curve_figure(
         axes.set_title(f"({letter})", loc="left")
     handles, labels = columns[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
-    alternative = (
-        f"Two plots against the impact angle from 5 to 90 degrees at {SPEED:g} m/s: "
-        f"{title[0].lower()}{title[1:]} of ellipsoids, prisms, truncated prisms, tetrahedra "
-        "and their mixture from direct simulation, and of the mixture from the table, as "
-        "circles. The numbers are in laws.json."
-    )
+    alternative = f"{title} of each shape, the mixture and the table; the numbers are in laws.json."
     return _numbered(figure, number, title, alternative)
 
 
@@ -149,11 +143,7 @@ def _density_figure(
     columns[0].set_ylabel("density")
     handles, labels = columns[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, title=ANGLE_LABEL)
-    alternative = (
-        f"{title} at impact angles of 15, 30, 45, 60 and 90 degrees and {SPEED:g} m/s, in three "
-        "plots: ellipsoids and prisms from direct simulation, and the mixture from direct "
-        "simulation as areas with the table's as lines on their edges."
-    )
+    alternative = f"{title} of ellipsoids, prisms and the mixture, with the table's on the last."
     return _numbered(figure, number, title, alternative)
 
 
@@ -194,11 +184,7 @@ def _spatial_figure(statistics: FigureStatistics) -> Picture:
         axes.set(xlabel="x", ylabel="−z", zlabel="y", title=title)
         axes.tick_params(labelsize=8)
         axes.view_init(elev=22, azim=-60)
-    alternative = (
-        "Surfaces whose distance from the origin is the probability density of the direction of "
-        f"rebound in alpha 2 and beta 2, at normal impact and {SPEED:g} m/s: prisms, truncated "
-        "prisms, and the mixture from direct simulation and from the table."
-    )
+    alternative = "Surfaces whose distance from the origin is the density of that direction."
     title = "Spatial scattering indicatrices at normal impact"
     return _numbered(figure, 12, title, alternative, "png")
 
@@ -240,11 +226,8 @@ def _plane_figure(statistics: FigureStatistics) -> Picture:
         _draw_plane(axes, statistics, alpha_deg)
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
-    angles = ", ".join(f"{angle:g}" for angle in _INDICATRIX_ANGLES)
     alternative = (
-        f"Polar plots of the density of the rebound angle alpha 2 in the impact plane for the "
-        f"mixture at impact angles of {angles} degrees and {SPEED:g} m/s, direct simulation as an "
-        "area and the table as a line; a black arrow shows the incident particles, a red dashed "
-        "line the direction in which spheres leave."
+        "Polar plots of the density of the rebound angle of the mixture, direct simulation as an "
+        "area and the table as a line; an arrow for the incident particles, dashes for spheres."
     )
     return _numbered(figure, 13, "Scattering indicatrices in the impact plane", alternative)

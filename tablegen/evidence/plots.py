@@ -28,8 +28,6 @@ LOOKS = {
     "knots": ("#d55e00", "^"),
 }
 
-_GREY: Any = {"color": "#777777", "marker": "o", "markersize": 8, "linestyle": "none"}
-
 #: Single hue from little to much, which is told by lightness.
 _SHADES = "YlGnBu"
 
@@ -52,8 +50,6 @@ def errors_picture(
 
     The cost is an attribute of `MethodResult`, with its label.
     """
-    from matplotlib.lines import Line2D
-
     condition = f"{race.alpha_deg:g}° and {race.speed:g} m/s"
     groups = [group for group in LOOKS if group in {_group(runner) for runner in race.runners}]
     with settings():
@@ -61,17 +57,14 @@ def errors_picture(
         figure = new_figure(9.0, 1.4 + 3.6 * rows)
         for axes, metric in zip(figure.subplots(rows, 2).flat, metrics, strict=False):
             _draw_errors(axes, race, metric, cost)
-        handles = []
-        for group in groups:
-            colour, marker = LOOKS[group]
-            handles.append(
-                Line2D([], [], **_GREY | {"color": colour, "marker": marker}, label=group)
-            )
-        handles += [
-            Line2D([], [], **_GREY, label="any angle and speed"),
-            Line2D([], [], **_GREY, markerfacecolor="white", label="fitted at this one only"),
-        ]
-        figure.legend(handles=handles, loc="outside lower center", ncols=3)
+        entries: list[tuple[str, str, str, str | None]]
+        entries = [(group, *LOOKS[group], None) for group in groups]
+        entries.append(("any angle and speed", "#777777", "o", None))
+        entries.append(("fitted at this one only", "#777777", "o", "white"))
+        for label, colour, marker, fill in entries:
+            look = {"color": colour, "marker": marker, "markerfacecolor": fill, "markersize": 8}
+            figure.axes[0].plot([], [], linestyle="none", label=label, **look)
+        figure.legend(loc="outside lower center", ncols=3)
         figure.suptitle(f"Error against direct simulation at {condition}", fontsize=12)
         shorts = ", ".join(METRICS[metric].short for metric in metrics)
         alternative = (
