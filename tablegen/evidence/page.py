@@ -96,7 +96,7 @@ def validation_page(validation: Validation) -> str:
         Headline(kind, verdict_words(missed, undecided, whose(validation)), [*missed, *undecided]),
         *coverage_lines(validation),
         certainty_line(),
-        f"Content SHA-256 {validation.content_sha256}",
+        Headline("soft", "Content SHA-256", [validation.content_sha256]),
     ]
     for caption, found in (
         ("Distances to direct simulation", validation.comparisons),
