@@ -217,11 +217,10 @@ def _identity(table: Table, config: Config) -> Section:
         ["content SHA-256", table.contents.content_sha256],
         ["seed", str(file["seed"])],
         ["made with", f"rebound-tables {file['software_version']}"],
-        ["configuration", config.text],
     ]
-    return Section(
-        "Identity", [DataTable("Contents of the file", ("field", "value"), rows, "words")]
-    )
+    contents = DataTable("Contents of the file", ("field", "value"), rows, "words")
+    text = Section("Configuration", [Headline("text", config.text)], folded=True)
+    return Section("Identity", [contents, text])
 
 
 def _views(report: Report, table: Table, config: Config) -> list[Block]:
