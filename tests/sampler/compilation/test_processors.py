@@ -69,7 +69,6 @@ def test_no_other_module_counts():
 
 def test_commands_use_those_granted(three_of_eight):
     from tablegen.evidence.machine import machine
-
     from tablegen.simulation.simulate import check_run
 
     assert check_run(1, 1, 0, None) == 3
