@@ -9,7 +9,7 @@ from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.measure import LawAccuracy
 from tablegen.accuracy.validate import ValidatedLaw, Validation
 from tablegen.config.metric_table import METRICS, errors_text, little_declared, spin_errors_text
-from tablegen.tasks.text_table import table_lines
+from tablegen.presentation import table_lines
 
 _CERTAINTY = (
     "Noise is the mean distance if the table were exact (AUC: 0.5). The error without noise lies "

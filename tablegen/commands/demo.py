@@ -119,8 +119,8 @@ def _picture_path(table: Path) -> Path:
 def _picture_text(direct: "FloatArray", drawn: "FloatArray", table: Path) -> str:
     """Draw the joint density from both sources; returns a line about the picture."""
     from sampler.files import write_bytes
-    from tablegen.evidence.joint_density import Source, joint_picture
-    from tablegen.tasks.style import require_matplotlib
+    from tablegen.evidence.plots import Source, joint_picture
+    from tablegen.presentation import require_matplotlib
 
     try:
         require_matplotlib("picture")

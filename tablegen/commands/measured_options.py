@@ -39,7 +39,7 @@ def picture(text: str) -> Decorator:
 
 def _check_picture(_context: click.Context, _option: click.Parameter, path: Path | None) -> Any:
     """Refuse a picture that cannot be drawn before any other work."""
-    from tablegen.tasks.style import require_matplotlib
+    from tablegen.presentation import require_matplotlib
 
     if path is not None:
         require_matplotlib("--picture")

@@ -19,7 +19,7 @@ from sampler.options import DONE
     ),
 )
 @click.argument("table", type=options.TABLE, metavar="[T.h5]", default="corundum-steel")
-@click.option("--quick", is_flag=True, help="Measure less: under two minutes on two cores.")
+@click.option("--quick", is_flag=True, help="Measure less: about two minutes on two cores.")
 @click.option(
     "--beside",
     type=options.TABLE,
@@ -50,32 +50,29 @@ def report(
 ) -> int:
     """Measure error against run time for every way to get a rebound state.
 
-    Direct simulation by contact resolution, flight tolerance and sample size; draws from the
-    table, and from tables of other numbers of nodes, mixture components and knots; stored states,
-    independent marginals, a vine copula, a Gaussian mixture and kernel resampling. All are
-    compared with the same large direct sample, next to the noise of direct against direct.
-    Times are processor time of one thread: leave the machine to it.
+    Direct simulation by contact resolution and flight tolerance; draws from the table, and from
+    tables of other numbers of nodes, mixture components and knots; stored states, independent
+    marginals, a Gaussian mixture and kernel resampling. All are compared with the same large
+    direct sample, next to the noise of direct against direct; the table is compared over its
+    whole range as well. Times are processor time of one thread: leave the machine to it.
     """
-    from tablegen.evidence.error_against_time import measure_error_against_time
-    from tablegen.evidence.report_data import collect_report_data, map_accuracy, record
-    from tablegen.evidence.report_page import report_page, require_plotly
-    from tablegen.evidence.report_text import error_against_time_text
-    from tablegen.evidence.stability_results import read_study
+    from tablegen.evidence.page import render_text
+    from tablegen.evidence.report import measure_report
+    from tablegen.evidence.report_page import report_page, report_sections
+    from tablegen.evidence.stability import read_study
+    from tablegen.presentation import require_matplotlib
 
+    # refuse before the work
     if html_file:
-        # what is missing shows before the work, not after
-        require_plotly()
+        require_matplotlib("--html")
     if stability_file:
         read_study(stability_file)
-    evidence = measure_error_against_time(table, beside, quick=quick, seed=seed, progress=progress)
-    click.echo(error_against_time_text(evidence))
-    if json_file is None and html_file is None:
-        return DONE
-    atlas = map_accuracy(table, quick, seed, progress)
+    found = measure_report(table, beside, quick=quick, seed=seed, progress=progress)
+    click.echo(render_text(report_sections(found)))
     if json_file:
-        write_text(json_file, json_text(record(evidence, atlas)))
+        write_text(json_file, json_text(found.to_dict()))
     if html_file:
-        page = report_page(collect_report_data(evidence, atlas, stability_file, progress))
+        page = report_page(found, stability_file, progress)
         write_text(html_file, page)
         click.echo(f"{html_file}: {len(page.encode()) / 1e6:.1f} MB")
     return DONE

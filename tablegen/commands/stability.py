@@ -73,18 +73,17 @@ def stability(
     The whole study has 28,280 cases: five shapes; b/a and c/b of 1, 0.999, 0.5, 0.05 and 0.02;
     angles from 0.01 to 90 degrees; speeds from 1 to 3,000 m/s; spins before the impact of 0, 1, 5
     and 50 V/a along the wall axis z, the normal of the impact plane, both ways. It takes some ten
-    minutes on two cores; --count sets the particles a case and so the time. Options that name
-    values may be repeated and take the place of the values of the study.
+    minutes on two cores. Options that name values replace those of the study, and may be repeated.
 
     Each case runs three times on the same particles: as usual, with half the contact resolution,
     and with half the tolerance of the flight. Exit status 1 if a particle is not finite, does not
     finish, gains energy or is not separated from the wall.
     """
     from tablegen.config.config import load_config
-    from tablegen.evidence.cases import FULL, QUICK, Grid
-    from tablegen.evidence.stability_page import study_page
-    from tablegen.evidence.stability_study import run_study
-    from tablegen.evidence.stability_text import study_json, study_text
+    from tablegen.evidence.page import render_page, render_text
+    from tablegen.evidence.stability import run_study
+    from tablegen.evidence.stability_cases import FULL, QUICK, Grid
+    from tablegen.evidence.stability_text import study_json, study_section
 
     axes = Grid(shape, aspect, alpha, speed, spin)
     study = run_study(
@@ -95,9 +94,10 @@ def stability(
         threads=threads,
         progress=progress,
     )
-    click.echo(study_text(study))
+    section = study_section(study)
+    click.echo(render_text([section]))
     if json_file:
         write_text(json_file, study_json(study))
     if html_file:
-        write_text(html_file, study_page(study))
+        write_text(html_file, render_page(section.heading, [section]))
     return DONE if study.holds else MISSED

@@ -101,7 +101,7 @@ def validate(
     Exit status 1 if the accuracy is missed by more than noise.
     """
     from tablegen.accuracy.validate import validate as compare
-    from tablegen.evidence.validation_page import validation_page
+    from tablegen.evidence.page import validation_page
     from tablegen.tables.stored_accuracy import check_store, store_accuracy
 
     at = _conditions(alpha, speed, spin)

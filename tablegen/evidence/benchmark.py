@@ -1,110 +1,180 @@
-"""All methods of sampling at one condition: fitted, timed, compared with direct states."""
+"""All methods of sampling at one condition: fitted, timed, and compared with direct states.
+
+A method gives several independent batches. Each is compared with the same large direct reference;
+the error is the mean over the batches, and a bootstrap over them gives its confidence interval.
+Direct batches, compared in the same way, are the noise floor: no method can be seen to be better.
+"""
 
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tablegen.accuracy.measure import in_threads
-from tablegen.accuracy.metrics import Reference
+from tablegen.accuracy.metrics import DISTANCES, Reference
 from tablegen.config.config import Config
-from tablegen.evidence.budget import Budget
-from tablegen.evidence.direct_method import simulated
-from tablegen.evidence.method_errors import (
-    BatchMean,
+from tablegen.config.metric_table import METRICS
+from tablegen.evidence.methods import (
+    BenchmarkCase,
     Draw,
-    batch_errors,
-    batch_seed,
-    gathered,
+    FittedMethod,
+    SamplingMethod,
+    simulated,
 )
-from tablegen.evidence.sampling_methods import BenchmarkCase, FittedMethod, SamplingMethod
 from tablegen.model.float_array import FloatArray
+from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
 
-#: What random numbers are for, so that no two purposes share any.
+#: Purposes of random numbers, which share none.
 REFERENCE, TRAINING, FLOOR, FIT, TIMED, BATCHES = range(6)
 
-#: Timings of which the best counts: what else the machine does only adds.
-_TIMINGS = 3
+#: Directions of the sliced Wasserstein distance.
+_DIRECTIONS = 32
 
-#: Called as work gets done, with the number of steps.
-Tick = Callable[[int], Any]
+
+@dataclass(frozen=True)
+class Budget:
+    """Sizes of all that a report measures; the defaults take below 15 minutes on two cores."""
+
+    #: States of the direct reference at a condition, a multiple of those in a batch.
+    reference: int = 400_000
+    #: States in a batch, batches per method, and states a side of the classifier.
+    batch: int = 50_000
+    batches: int = 5
+    classified: int = 50_000
+    #: Direct states from which a baseline is fitted, and states per node of tables of other sizes.
+    training: int = 100_000
+    node_samples: int = 100_000
+    #: Draws that are timed together.
+    timed: int = 200_000
+    #: Where the methods are compared, as shares of the table's range of angles and speeds.
+    conditions: tuple[tuple[float, float], ...] = ((0.11, 0.13), (0.47, 0.36), (0.75, 0.5))
+    #: Angles and speeds of the accuracy map, and states a side at each of its points.
+    grid: tuple[int, int] = (12, 6)
+    mapped: int = 400_000
+    #: Angles and speeds of the views of the joint law, and states a side.
+    views: tuple[int, int] = (3, 2)
+    viewed: int = 400_000
+    #: Impacts of chains a side.
+    chained: int = 200_000
+    #: Particles per shape and angle of the paper's figures.
+    figures: int = 200_000
+
+
+#: About 2 minutes on two cores.
+QUICK = Budget(
+    reference=100_000,
+    batch=20_000,
+    batches=4,
+    classified=10_000,
+    training=20_000,
+    node_samples=30_000,
+    timed=50_000,
+    conditions=((0.75, 0.5),),
+    grid=(5, 3),
+    mapped=200_000,
+    views=(2, 1),
+    viewed=100_000,
+    chained=50_000,
+    figures=20_000,
+)
+
+
+@dataclass(frozen=True)
+class BatchMean:
+    """Mean over batches and its 95 % confidence interval."""
+
+    mean: float
+    low: float
+    high: float
+    values: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class MethodResult:
     """Cost and errors of a method at one condition."""
 
-    #: Of the method.
     family: str
     name: str
     covers: str
     settings: dict[str, Any]
-    alpha_deg: float
-    speed: float
-    #: What a draw reads; the whole file of a table.
+    #: Bytes that a draw reads; the whole file of a table.
     bytes: int
     #: Worker seconds to make it ready: fit, generation, or load of an existing table.
     setup_seconds: float
     #: Processor time of one draw on one thread.
     nanoseconds: float
-    #: By metric.
+    #: By metric, and "forbidden": the share of states that no rebound can have.
     errors: dict[str, BatchMean]
-    facts: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """All methods at one condition."""
+    """All methods at one condition; the floor is by metric."""
 
     alpha_deg: float
     speed: float
-    #: By metric. Direct batches against the direct reference.
     floor: dict[str, BatchMean]
     runners: tuple[MethodResult, ...]
 
 
-def make_case(
-    config: Config, alpha_deg: float, speed: float, budget: Budget, seed: int, place: int
-) -> tuple[BenchmarkCase, Reference]:
-    """Simulate the reference of a condition, and states to fit baselines to.
+def batch_seed(seed: int, *purpose: int) -> int:
+    """Make the seed of one purpose, independent of all others."""
+    return int(np.random.SeedSequence([seed, *purpose]).generate_state(1, np.uint64)[0])
 
-    Parameters
-    ----------
-    config : Config
-    alpha_deg, speed : float
-    budget : Budget
-    seed : int
-    place : int
-        Number of the condition; conditions share no random numbers.
+
+def batch_mean(values: Sequence[float]) -> BatchMean:
+    """Average over batches, with a percentile interval of 2,000 bootstrapped means."""
+    array = np.asarray(values, dtype=np.float64)
+    picks = np.random.default_rng(len(array)).integers(len(array), size=(2000, len(array)))
+    low, high = np.quantile(array[picks].mean(axis=1), (0.025, 0.975))
+    return BatchMean(float(array.mean()), float(low), float(high), tuple(array.tolist()))
+
+
+def forbidden_share(state: FloatArray) -> float:
+    """Share of states that no rebound can have: v <= 0, or translational energy above 1."""
+    energy = np.square(state[:, :3]).sum(axis=1)
+    return float(np.mean((state[:, 1] <= 0.0) | (energy > 1.0)))
+
+
+def batch_errors(
+    draw: Draw, reference: Reference, budget: Budget, batch: int, seed: int
+) -> dict[str, float]:
+    """Measure the `METRICS` and the forbidden share of one batch.
+
+    The classifier sees other states of the reference in every batch.
     """
+    state, few = draw(budget.batch, seed), min(budget.classified, budget.batch)
+    start = batch * few % (len(reference.states) - few + 1)
+    found = {"forbidden": forbidden_share(state)}
+    for name, metric in METRICS.items():
+        if metric.learned:
+            part = reference.states[start : start + few]
+            distance = DISTANCES[name](state[:few], part, _DIRECTIONS, batch)
+        else:
+            distance = DISTANCES[name](state, reference, _DIRECTIONS, 0)
+        found[name] = float(np.max(distance))
+    return found
 
-    def states(purpose: int, count: int) -> FloatArray:
-        key = batch_seed(seed, place, purpose)
-        return simulate(config, np.radians(alpha_deg), speed, count, seed=key).state
 
-    training, key = states(TRAINING, budget.training), batch_seed(seed, place, FIT)
-    case = BenchmarkCase(config, alpha_deg, speed, training, key)
-    return case, Reference(states(REFERENCE, budget.reference))
-
-
-def nanoseconds(draw: Draw, count: int, seed: int) -> float:
-    """Processor time of one draw on one thread, the best of a few."""
-    draw(min(count, 1000), seed)
+def best_seconds(work: Callable[[], object], repeats: int = 3) -> float:
+    """Time a call on one thread [processor time], the best of some repeats after a first call."""
+    work()
     best = np.inf
     with threadpool_limits(limits=1):
-        for _ in range(_TIMINGS):
+        for _ in range(repeats):
             start = time.process_time()
-            draw(count, seed)
+            work()
             best = min(best, time.process_time() - start)
-    return 1e9 * float(best) / count
+    return float(best)
 
 
-def prepare(method: SamplingMethod, case: BenchmarkCase) -> tuple[FittedMethod, float]:
-    """Fit a method; the worker seconds that this took."""
+def _prepare(method: SamplingMethod, case: BenchmarkCase) -> tuple[FittedMethod, float]:
+    """Fit a method; return it with the worker seconds that this took."""
     start = time.process_time()
     with threadpool_limits(limits=1):
         ready = method.prepare(case)
@@ -112,89 +182,58 @@ def prepare(method: SamplingMethod, case: BenchmarkCase) -> tuple[FittedMethod, 
     return ready, passed if ready.setup is None else ready.setup
 
 
-def measured_errors(
-    draws: Sequence[Draw],
-    reference: Reference,
-    budget: Budget,
-    seeds: Callable[[int, int], int],
-    tick: Tick,
-) -> list[dict[str, BatchMean]]:
-    """Errors of several draws, their batches shared out over the processors.
-
-    Parameters
-    ----------
-    draws : sequence of Draw
-    reference : Reference
-    budget : Budget
-    seeds : callable
-        From the number of a draw and of a batch to a seed.
-    tick : callable
-        Called with 1 as each batch is done.
-    """
-    count, size = budget.batches, budget.batch
-
-    def errors(piece: tuple[int, int]) -> dict[str, float]:
-        k, r = piece
-        return batch_errors(draws[k], reference, size, budget.classified, r, seeds(k, r))
-
-    # the classifier asks for one thread by itself; asked from several at once, it might keep it
-    pieces = [(k, r) for k in range(len(draws)) for r in range(count)]
-    found = in_threads(errors, pieces, tick)
-    return [gathered(found[k * count : (k + 1) * count]) for k in range(len(draws))]
-
-
 def run_benchmark(
     methods: Sequence[SamplingMethod],
-    case: BenchmarkCase,
-    reference: Reference,
+    config: Config,
+    condition: tuple[float, float],
     budget: Budget,
-    tick: Tick,
+    seeds: tuple[int, int],
+    progress: bool = False,
 ) -> Benchmark:
     """Fit and time all methods at one condition, and measure their errors.
 
     Fits and timings come first, one method after the other, while nothing else runs.
 
-    Parameters
-    ----------
-    methods : sequence of SamplingMethod
-    case : BenchmarkCase
-    reference : Reference
-    budget : Budget
-    tick : callable
-        Called with 1 for each method that is ready and each batch that is measured.
+    The condition is an impact angle [degrees] and a speed [m/s]. The seeds are that of the report
+    and the number of the condition; conditions share no random numbers.
     """
-    ready: list[tuple[FittedMethod, float, float]] = []
-    for method in methods:
-        fitted, setup = prepare(method, case)
-        cost = nanoseconds(fitted.draw, budget.timed, batch_seed(case.seed, TIMED))
-        ready.append((fitted, setup, cost))
-        tick(1)
-    errors = measured_errors(
-        [simulated(case).draw, *(fitted.draw for fitted, _, _ in ready)],
-        reference,
-        budget,
-        lambda k, r: batch_seed(case.seed, BATCHES if k else FLOOR, k, r),
-        tick,
-    )
+    alpha_deg, speed = condition
+
+    def states(purpose: int, count: int) -> FloatArray:
+        key = batch_seed(*seeds, purpose)
+        return simulate(config, np.radians(alpha_deg), speed, count, seed=key).state
+
+    key = batch_seed(*seeds, FIT)
+    case = BenchmarkCase(config, *condition, states(TRAINING, budget.training), key)
+    reference, ready = Reference(states(REFERENCE, budget.reference)), []
+    count = len(methods) + (len(methods) + 1) * budget.batches
+    with bar(progress, total=count, desc=f"methods at {alpha_deg:g} deg") as counted:
+        for method in methods:
+            fitted, setup = _prepare(method, case)
+            draw = partial(fitted.draw, budget.timed, batch_seed(key, TIMED))
+            cost = 1e9 * best_seconds(draw) / budget.timed
+            ready.append((method, fitted, setup, cost))
+            counted.update()
+        draws = [simulated(case).draw, *(fitted.draw for _, fitted, *_ in ready)]
+        errors = _all_errors(draws, reference, budget, key, counted.update)
     runners = tuple(
-        MethodResult(
-            family=method.family,
-            name=method.name,
-            covers=method.covers,
-            settings=method.settings,
-            alpha_deg=case.alpha_deg,
-            speed=case.speed,
-            bytes=fitted.size,
-            setup_seconds=setup,
-            nanoseconds=cost,
-            errors=error,
-            facts=fitted.facts,
-        )
-        for method, (fitted, setup, cost), error in zip(methods, ready, errors[1:], strict=True)
+        MethodResult(m.family, m.name, m.covers, m.settings, fitted.size, setup, cost, error)
+        for (m, fitted, setup, cost), error in zip(ready, errors[1:], strict=True)
     )
-    return Benchmark(case.alpha_deg, case.speed, errors[0], runners)
+    return Benchmark(alpha_deg, speed, errors[0], runners)
 
 
-def steps(methods: int, budget: Budget) -> int:
-    """How often `run_benchmark` ticks."""
-    return methods + (methods + 1) * budget.batches
+def _all_errors(
+    draws: Sequence[Draw], reference: Reference, budget: Budget, key: int, tick: Any
+) -> list[dict[str, BatchMean]]:
+    """Measure the errors of all draws, of which the first is the floor."""
+
+    def errors(piece: tuple[int, int]) -> dict[str, float]:
+        k, r = piece
+        seed = batch_seed(key, BATCHES if k else FLOOR, k, r)
+        return batch_errors(draws[k], reference, budget, r, seed)
+
+    pieces = [(k, r) for k in range(len(draws)) for r in range(budget.batches)]
+    found = in_threads(errors, pieces, tick)
+    parts = [found[k : k + budget.batches] for k in range(0, len(found), budget.batches)]
+    return [{name: batch_mean([b[name] for b in part]) for name in part[0]} for part in parts]

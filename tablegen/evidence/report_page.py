@@ -1,104 +1,235 @@
-"""A report as one HTML page that needs no network.
+"""A report as sections of text, tables and pictures, for a terminal and for a page."""
 
-Plotly draws in the browser; its library travels in the page. Everything that the plots show is in
-tables too.
-"""
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
-import base64
-import gzip
-import importlib.util
-from urllib.parse import quote
+import numpy as np
 
-from markupsafe import Markup
+import sampler
+from sampler.formats.channels import STATE
+from sampler.table import Table
+from tablegen.accuracy.comparison import Measured
+from tablegen.accuracy.decision import judge, limits, verdict_words
+from tablegen.config.config import Config, stored_config
+from tablegen.config.metric_table import METRICS
+from tablegen.evidence import plots
+from tablegen.evidence.benchmark import BatchMean, Benchmark, batch_seed
+from tablegen.evidence.page import Block, DataTable, Headline, Section, render_page
+from tablegen.evidence.paper import check_paper, paper_section
+from tablegen.evidence.report import Report, grid
+from tablegen.evidence.stability import read_study, run_study
+from tablegen.evidence.stability_cases import BRIEF, QUICK
+from tablegen.evidence.stability_text import study_section
+from tablegen.presentation import Picture
+from tablegen.simulation.simulate import simulate
 
-from sampler.errors import InputError
-from tablegen.evidence import report_tables, report_text, statement_text
-from tablegen.evidence.rendering import render_page
-from tablegen.evidence.report_data import ReportData
-from tablegen.evidence.sample_statistics import SPEED
-from tablegen.evidence.stability_page import stability_values
-from tablegen.evidence.tolerances import FINEST
-from tablegen.tasks.style import Picture
+_HEADS = [metric.head for metric in METRICS.values()]
+METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
+MAP_HEAD = ("condition", *_HEADS, "share of declared", "by")
+SPINNING_HEAD = ("way", "ns, batch", "KS", "noise", "AUC", "impacts")
 
-#: Characters of a picture that stand in an address as they are.
-_PLAIN = " ,;:=/'().-+*&?!"
-
-
-def require_plotly() -> None:
-    """Refuse to go on without plotly.
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
-    if importlib.util.find_spec("plotly") is None:
-        raise InputError(
-            "--html: needs plotly, which is not installed, allowed: "
-            "pip install 'rebound-tables[report]', or no --html"
-        )
+#: Purposes of random numbers, apart from those of the measurements.
+_DIRECT, _TABLE = range(300, 302)
 
 
-def _packed_library() -> str:
-    """Source of plotly.js as base 64 of gzip: 2.0 MB in place of 4.8."""
-    from plotly.offline import get_plotlyjs
-
-    # no time stamp, so that the same report gives the same page
-    return base64.b64encode(gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)).decode("ascii")
-
-
-def _plots(report: ReportData) -> dict[str, Markup]:
-    """Every plot as HTML; those of views and of methods are numbered."""
-    from tablegen.evidence import cost_plots, table_plots
-    from tablegen.evidence.plot_style import plot_html
-
-    evidence, allowed = report.evidence, report_tables.declared(report)
-    figures = {
-        "map": table_plots.accuracy_map(report.atlas, report.stored, allowed),
-        "table-sizes": cost_plots.table_sizes_plot(evidence.designs),
-        "sample-sizes": cost_plots.sample_sizes_plot(evidence.sizes),
-        "numerics": cost_plots.numerics_plot(evidence.settings),
-    }
-    for k, view in enumerate(report.views):
-        figures[f"marginals-{k}"] = table_plots.marginals(view)
-        figures[f"pairs-{k}"] = table_plots.joint_densities(view)
-    for k, race in enumerate(evidence.races):
-        figures[f"methods-{k}"] = cost_plots.methods_plot(race)
-    return {name: plot_html(figure, name) for name, figure in figures.items()}
+def _error_cells(errors: Mapping[str, BatchMean]) -> list[str]:
+    """Mean of each metric, and the share of forbidden states."""
+    cells = [metric.text(errors[name].mean) for name, metric in METRICS.items()]
+    share = errors["forbidden"].mean
+    return [*cells, f"{share:.1%}" if share >= 5e-4 else f"{share:.0e}" if share else "0"]
 
 
-def data_address(picture: Picture) -> str:
-    """Address that holds a picture; SVG as text, which takes a quarter less than base 64."""
-    if picture.name.endswith(".svg"):
-        text = picture.data.decode("utf-8").replace("\n", " ")
-        return f"data:{picture.media_type},{quote(text, safe=_PLAIN)}"
-    return f"data:{picture.media_type};base64,{base64.b64encode(picture.data).decode('ascii')}"
+def method_rows(race: Benchmark) -> list[list[str]]:
+    """Cells of all methods at one condition, the noise floor first."""
+    rows = [["noise floor: direct against direct", "", "", "", *_error_cells(race.floor)]]
+    for r in race.runners:
+        costs = [f"{r.nanoseconds:,.0f}", f"{r.bytes:,}" if r.bytes else "-"]
+        costs.append(f"{r.setup_seconds:.2f}")
+        rows.append([f"{r.family}: {r.name}", *costs, *_error_cells(r.errors)])
+    return rows
 
 
-def report_page(report: ReportData) -> str:
-    """Self-contained HTML of a report.
+def worst_share(point: Measured, declared: Mapping[str, float], count: int) -> tuple[Any, ...]:
+    """Limits of the error in units of the declared one, high and low; and the metric."""
+    shares = []
+    for name, most in declared.items():
+        low, high = limits(name, point.estimates[name], count)
+        shares.append((METRICS[name].share(high, most), METRICS[name].share(low, most), name))
+    return max(shares)
 
-    Raises
-    ------
-    InputError
-        If plotly is not installed.
-    """
-    require_plotly()
-    evidence = report.evidence
-    return render_page(
-        "report",
-        title=f"Rebound table {evidence.table}",
-        report=report,
-        evidence=evidence,
-        effort=evidence.effort,
-        tables=report_tables,
-        text=report_text,
-        finest=FINEST,
-        stability=stability_values(report.stability),
-        gallery=report.gallery,
-        speed=SPEED,
-        statements=statement_text,
-        data_address=data_address,
-        plots=_plots(report),
-        library=_packed_library(),
+
+def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
+    """Cells of the accuracy map, those nearest to the declared accuracy first; then its limits."""
+    points, floor = report.atlas.points, report.atlas.floor
+    ranked = sorted((*worst_share(p, declared, len(points)), k) for k, p in enumerate(points))
+    rows = []
+    for high, low, name, k in reversed(ranked):
+        point = points[k]
+        cells = [metric.text(point.estimates[n].value) for n, metric in METRICS.items()]
+        place = f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s"
+        rows.append([place, *cells, f"{low:.2f} to {high:.2f}", METRICS[name].short])
+    noise = [float(np.mean([p.estimates[name].value for p in floor])) for name in METRICS]
+    cells = [metric.text(value) for metric, value in zip(METRICS.values(), noise, strict=True)]
+    rows.append(["noise floor (mean)", *cells, "", ""])
+    return [*rows, ["declared", *(f"{declared[name]:g}" for name in METRICS), "1.00", ""]]
+
+
+def headline(report: Report, config: Config, stored: Mapping[str, Any]) -> Headline:
+    """Judge the declared accuracy by this run and by the accuracy that the table stores."""
+    judged, lines = judge(report.atlas.points, config.accuracy), []
+    for name in METRICS:
+        largest = float(np.max(stored.get(name, 0.0), initial=0.0))
+        if largest > getattr(config.accuracy, name):
+            allowed = f"where {getattr(config.accuracy, name):g} is declared"
+            lines.append(f"{name}: the table stores {largest:.4f}, noise included, {allowed}")
+    words = verdict_words(judged.missed, [*judged.undecided, *lines], "declared accuracy")
+    lines = [*judged.missed, *judged.undecided, *lines]
+    return Headline("bad" if judged.missed else "open" if lines else "good", words, lines)
+
+
+def report_sections(
+    report: Report, pictures: Mapping[str, Picture] = MappingProxyType({})
+) -> list[Section]:
+    """Sections of the measurements of a report, with the given pictures."""
+    table, effort, machine = sampler.load(report.table), report.effort, report.machine
+    config = stored_config(table.config, f"{report.table}: config")
+    declared = {name: getattr(config.accuracy, name) for name in METRICS}
+
+    def shown(name: str) -> list[Picture]:
+        return [pictures[name]] if name in pictures else []
+
+    first = report.races[-1]
+    direct, drawn = (
+        next(r.nanoseconds for r in first.runners if r.family == family)
+        for family in ("direct simulation", "table")
     )
+    summary: list[Block] = [
+        headline(report, config, table.accuracy),
+        f"{report.table_bytes:,} bytes for the whole range of angles and speeds; "
+        f"{report.random_nanoseconds:.0f} ns a draw at random conditions. Direct simulation takes "
+        f"{direct / drawn:.1f} times the time of a draw at {_place(first)}.",
+        f"Made with seed {report.seed} in {report.seconds:.0f} s on {machine['processor']}, "
+        f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}. Times are "
+        "processor times of one thread.",
+    ]
+    accuracy: list[Block] = [
+        "Every distance holds the noise of two finite samples; the shares have it taken off.",
+        *shown("map"),
+        DataTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
+    ]
+    methods: list[Block] = [
+        f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
+        f"{effort.reference:,} direct ones; the classifier sees {effort.classified:,} a side. "
+        "Bars: 95 % confidence intervals of the mean. Grey: direct batches against the reference.",
+        "A table answers at any angle and speed. The methods with open symbols have the easier "
+        f"task: each is fitted to {effort.training:,} states at the condition at which it is "
+        "judged. Forbidden: share of states that no rebound can have.",
+    ]
+    for k, race in enumerate(report.races):
+        methods += shown(f"methods-{k}")
+        methods.append(DataTable(f"At {_place(race)}", METHOD_HEAD, method_rows(race)))
+    ks, auc = METRICS["ks"], METRICS["auc"]
+    spinning = [
+        [
+            way.name,
+            f"{way.batch_nanoseconds:,.0f}",
+            ks.text(way.estimates["ks"].value),
+            ks.text(way.estimates["ks"].noise),
+            auc.text(way.estimates["auc"].value),
+            f"{way.states:,}",
+        ]
+        for way in report.spinning
+    ]
+    caption = "Second to sixth impacts on one wall or between two; the classifier is told all"
+    sizes: list[Block] = [
+        f"Tables of a small part of the range, judged between their nodes at "
+        f"{_place(report.designs)}. Each changes one size of the base. Set-up: worker seconds of "
+        "the generation.",
+        *shown("sizes"),
+        DataTable("Tables of other sizes", METHOD_HEAD, method_rows(report.designs)),
+    ]
+    return [
+        Section("Summary", summary),
+        Section("Accuracy over angle and speed", accuracy),
+        Section("Error against run time", methods),
+        Section(
+            "Particles that arrive spinning",
+            [DataTable(caption, SPINNING_HEAD, spinning)]
+            if spinning
+            else ["Chains of impacts leave the range of the table."],
+        ),
+        Section("Accuracy against the size of a table", sizes, folded=True),
+    ]
+
+
+def _place(race: Benchmark) -> str:
+    return f"{race.alpha_deg:g}°, {race.speed:g} m/s"
+
+
+def report_page(report: Report, stability_file: Path | None, progress: bool = False) -> str:
+    """Render a report as an HTML page, with joint laws, stability and the paper.
+
+    Without the JSON of a stability study, a brief study is run.
+    """
+    table = sampler.load(report.table)
+    config = stored_config(table.config, f"{report.table}: config")
+    if stability_file:
+        study = read_study(stability_file)
+    else:
+        cases = list((BRIEF if report.quick else QUICK).cases())
+        study = run_study(config, cases, seed=report.seed % 2**32, progress=progress)
+    paper = check_paper(table, config, report.effort.figures, report.seed, progress)
+    declared = {name: getattr(config.accuracy, name) for name in METRICS}
+    pictures = {
+        "map": plots.map_picture(report.atlas, table.accuracy, declared),
+        "sizes": plots.errors_picture(
+            report.designs, "sizes.svg", cost=("bytes", "bytes of the table")
+        ),
+    }
+    for k, race in enumerate(report.races):
+        pictures[f"methods-{k}"] = plots.errors_picture(race, f"methods-{k}.svg")
+    summary, *measured = report_sections(report, pictures)
+    statements = paper_section(paper, folded=True)
+    sections = [
+        Section(summary.heading, [*summary.blocks, statements.blocks[0]]),
+        _identity(table, config),
+        *measured,
+        Section("Marginals and joint law", _views(report, table, config), folded=True),
+        study_section(study, folded=True),
+        statements,
+    ]
+    return render_page(f"Rebound table {report.table}", sections)
+
+
+def _identity(table: Table, config: Config) -> Section:
+    """Provenance of a table."""
+    file, pair, domain = table.contents.attributes, config.pair, config.domain
+    rows = [
+        ["particle on wall", f"{pair.particle} on {pair.wall} ({file['pair']})"],
+        ["impact angle", f"{domain.alpha_deg[0]:g}° to {domain.alpha_deg[1]:g}°"],
+        ["speed", f"{domain.speed[0]:g} to {domain.speed[1]:g} m/s"],
+        ["restitution law", pair.restitution.source],
+        ["resistance law", pair.resistance.source],
+        ["variables", ", ".join(STATE)],
+        ["content SHA-256", table.contents.content_sha256],
+        ["seed", str(file["seed"])],
+        ["made with", f"rebound-tables {file['software_version']}"],
+    ]
+    contents = DataTable("Contents of the file", ("field", "value"), rows, "words")
+    text = Section("Configuration", [Headline("text", config.text)], folded=True)
+    return Section("Identity", [contents, text])
+
+
+def _views(report: Report, table: Table, config: Config) -> list[Block]:
+    """Draw the joint law on a coarse grid over the range of a table."""
+    count = report.effort.viewed
+    pictures: list[Block] = []
+    alpha, speed = grid(table, report.effort.views)
+    for k, (a, v) in enumerate((a, v) for a in alpha for v in speed):
+        keys = [batch_seed(report.seed, purpose, k) for purpose in (_TABLE, _DIRECT)]
+        drawn = table.sample(np.radians(a), v, seed=keys[0], index=np.arange(count))
+        direct = simulate(config, np.radians(a), v, count, seed=keys[1]).state
+        pictures.append(plots.view_picture(drawn, direct, f"{a:g}°, {v:g} m/s", f"view-{k}.svg"))
+    return pictures

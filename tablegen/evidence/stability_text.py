@@ -1,95 +1,139 @@
-"""The stability study as text for a terminal, and as JSON with every case."""
+"""Summary of a stability study: rows by group, worst cases, and JSON."""
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from statistics import fmean
+from typing import Any
 
 from sampler.files import json_text
-from tablegen.evidence.outcome import Outcome
-from tablegen.evidence.stability_study import Study
-from tablegen.evidence.stability_summary import HEAD, LEGEND, extremes, group_rows
-from tablegen.tasks.text_table import table_lines
+from tablegen.evidence.page import Block, DataTable, Headline, Section
+from tablegen.evidence.stability import Outcome, Study
+from tablegen.evidence.stability_cases import FORMS, Case
 
-#: What a study says in which no case failed.
+#: Quantities whose worst is shown: head, attribute of `Outcome` or `Figures`, and which is worst.
+_QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
+    ("coll.", "most_collisions", max),
+    ("us", "cost", max),
+    ("growth", "growth", max),
+    ("residual", "residual", max),
+    ("drift", "drift", max),
+    ("depth", "depth", max),
+    ("contact", "contact", max),
+    ("flight", "flight", max),
+    ("least v+", "least_velocity", min),
+)
+HEAD = ("cases of", "cases", "particles", "failed", "mean us", *(q[0] for q in _QUANTITIES))
+WORST_HEAD = ("quantity", "value", "case")
+
+LEGEND = (
+    "*: every case is outside the speeds at which the restitution law was measured. us:",
+    "microseconds per rebound on one thread, growth: gain of energy, residual: of the collision",
+    "equations, drift: relative, of energy or angular momentum in flight, depth: below the wall in",
+    "a; contact, flight: mean change of a particle's state, in V and V/a, by half the contact",
+    "resolution and by half the flight tolerance. Every quantity is that of the worst case.",
+)
+
+#: Sentence of a study in which no case failed.
 GOOD = "The model holds in every case."
 
-#: Failed cases that are listed by name; the JSON has all.
+#: Failed cases that are listed by name.
 _LISTED = 20
 
 
-def counts_text(outcomes: Sequence[Outcome]) -> str:
-    """Count what must be zero."""
-    return (
-        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases: "
-        f"{sum(o.non_finite for o in outcomes)} non-finite, "
-        f"{sum(o.unfinished > 0 for o in outcomes)} cases unfinished, "
-        f"{sum(o.grows for o in outcomes)} with growing energy, "
-        f"{sum(not o.separated for o in outcomes)} not separated from the wall"
-    )
+def _worst(outcomes: Sequence[Outcome], name: str, choose: Callable[..., Any]) -> Any:
+    """Value of a quantity in its worst case, and that outcome; None if it was not measured."""
+    pairs = [
+        (1e6 * o.cost if o.cost and name == "cost" else getattr(o.figures, name, None), o)
+        for o in outcomes
+    ]
+    known = [(value, outcome) for value, outcome in pairs if value is not None]
+    return choose(known, key=lambda pair: pair[0]) if known else None
 
 
-def settings_text(study: Study) -> str:
-    """Numerics, size and seed of a study."""
-    return (
-        f"contact resolution {study.contact_resolution:g}, flight tolerance "
-        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}"
-    )
+def group_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
+    """Cells by shape, form, angle, speed and size of the spin; the last row is of all cases.
+
+    A star marks a group in which every case extrapolates the restitution law.
+    """
+    forms = sorted(outcomes, key=lambda o: FORMS.index(o.case.form))
+    spins = sorted(outcomes, key=lambda o: abs(o.case.spin))
+    return [
+        *_rows(outcomes, lambda case: case.shape),
+        *_rows(forms, lambda case: case.form),
+        *_rows(outcomes, lambda case: f"{case.alpha_deg:g} degrees"),
+        *_rows(outcomes, lambda case: f"{case.speed:g} m/s"),
+        *_rows(spins, lambda case: f"spin {abs(case.spin):g} V/a"),
+        _row("all", outcomes),
+    ]
+
+
+def _rows(outcomes: Sequence[Outcome], title: Callable[[Case], str]) -> Iterator[list[str]]:
+    """Rows of the outcomes with equal titles."""
+    groups: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        groups.setdefault(title(outcome.case), []).append(outcome)
+    for name, members in groups.items():
+        mark = " *" if all(outcome.extrapolated for outcome in members) else ""
+        yield _row(name + mark, members)
+
+
+def _row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
+    failed = sum(bool(o.failures) for o in outcomes)
+    counts = (len(outcomes), sum(o.particles for o in outcomes), failed)
+    costs = [1e6 * o.cost for o in outcomes if o.cost is not None]
+    cells = [name, *(f"{count:,}" for count in counts), f"{fmean(costs):.3g}" if costs else "-"]
+    for _, attribute, choose in _QUANTITIES:
+        worst = _worst(outcomes, attribute, choose)
+        cells.append("-" if worst is None else f"{worst[0]:.2g}")
+    return cells
+
+
+def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
+    """Quantity, value and case of each of the worst cases, with the seed that repeats it."""
+    rows = []
+    for words, attribute, choose in _QUANTITIES:
+        if (worst := _worst(outcomes, attribute, choose)) is not None:
+            value, outcome = worst
+            rows.append([words, f"{value:.4g}", f"{outcome.case} (seed {outcome.seed})"])
+    return rows
 
 
 def failure_lines(study: Study) -> list[str]:
     """One line for each of the first failed cases, with the seed that repeats it."""
     lines = [
-        f"failed: {outcome.case} (seed {outcome.seed}): {'; '.join(outcome.failures)}"
+        f"failed: {outcome.case} (seed {outcome.seed}): {'; '.join(outcome.failures.values())}"
         for outcome in study.failed[:_LISTED]
     ]
-    if len(study.failed) > _LISTED:
-        lines.append(f"failed: {len(study.failed) - _LISTED:,} more cases")
-    return lines
+    more = len(study.failed) - len(lines)
+    return lines + ([f"failed: {more:,} more cases"] if more else [])
 
 
-def study_text(study: Study) -> str:
-    """Summary of a study: counts, groups, worst cases, failures.
-
-    Parameters
-    ----------
-    study : Study
-
-    Returns
-    -------
-    str
-    """
-    lines = [
-        f"{study.pair}, {settings_text(study)}",
-        counts_text(study.outcomes),
-        "",
-        *table_lines(HEAD, group_rows(study.outcomes)),
-        *LEGEND,
+def study_section(study: Study, folded: bool = False) -> Section:
+    """Verdict, counts, groups and worst cases of a study."""
+    outcomes = study.outcomes
+    failures = Counter(kind for outcome in outcomes for kind in outcome.failures)
+    counts = (
+        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases, cases with "
+        f"failures: {', '.join(f'{n} {kind}' for kind, n in failures.items()) or 'none'}."
+    )
+    numerics = (
+        f"Contact resolution {study.contact_resolution:g}, flight tolerance "
+        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}."
+    )
+    kind, words = ("good", GOOD) if study.holds else ("bad", "The model fails in some cases:")
+    blocks: list[Block] = [
+        Headline(kind, words, failure_lines(study)),
+        counts,
+        numerics,
+        DataTable("Cases by group", HEAD, group_rows(outcomes)),
+        "\n".join(LEGEND),
+        DataTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
     ]
-    worst = [
-        [e.quantity, f"{e.value:.4g}", f"{e.outcome.case} (seed {e.outcome.seed})"]
-        for e in extremes(study.outcomes)
-    ]
-    quantity, value = (max((len(row[k]) for row in worst), default=0) for k in (0, 1))
-    lines += ["", "Worst case of each quantity:"]
-    lines += [f"  {row[0]:<{quantity}}  {row[1]:>{value}}  {row[2]}" for row in worst]
-    lines += ["", *(failure_lines(study) or [GOOD])]
-    return "\n".join(lines)
+    return Section(f"Stability of the direct model: {study.pair}", blocks, folded)
 
 
 def study_json(study: Study) -> str:
-    """Every case of a study as JSON, one to a line.
-
-    Parameters
-    ----------
-    study : Study
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite, which no outcome holds.
-    """
+    """Every case of a study as JSON, one to a line."""
     data = study.to_dict()
     cases = [json_text(case, indent=None).rstrip() for case in data.pop("cases")]
     head = json_text(data).removesuffix("\n}\n")

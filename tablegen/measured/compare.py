@@ -15,7 +15,7 @@ from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.text_table import table_lines
+from tablegen.presentation import table_lines
 
 #: Heads of the columns of means, and of spreads.
 _HEAD = ("measured", "simulated", "+-", "diff", "in errors")

@@ -8,7 +8,7 @@ from tablegen.measured.compare import MeasuredComparison
 from tablegen.measured.measurements import QUANTITIES, SPREAD
 from tablegen.measured.result import Calibration, FittedNumber
 from tablegen.model.float_array import FloatArray
-from tablegen.tasks.style import ANGLE_LABEL, COLOURS, Picture, new_figure, settings, written
+from tablegen.presentation import ANGLE_LABEL, COLOURS, Picture, new_figure, settings, written
 
 #: Colours and line styles of the simulations of a comparison, one for each speed, repeated.
 _COLOURS = tuple(COLOURS[name] for name in ("ellipsoid", "truncated-prism", "tetrahedron"))

@@ -3,15 +3,15 @@
     python tests/benchmarks/bench_error.py
     python tests/benchmarks/bench_error.py --angles 20 --count 50000
 
-`tablegen.evidence.tolerances`, which ``tablegen report`` uses too, says how both are measured.
+`tolerances` says how both are measured.
 """
 
 import argparse
 
 import harness  # noqa: F401  (makes the imports from a checkout possible)
+from tolerances import FINEST, curve
 
 from tablegen.config.config import load_config
-from tablegen.evidence.tolerances import FINEST, curve
 from tablegen.model.shape_codes import SHAPE_NAMES
 
 

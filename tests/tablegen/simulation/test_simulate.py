@@ -11,8 +11,8 @@ import tablegen
 from sampler.errors import InputError
 from tablegen.accuracy.streaming_statistics import simulate_statistics
 from tablegen.config.config import load_config
-from tablegen.evidence.cases import Case
-from tablegen.evidence.stability_study import run_case
+from tablegen.evidence.stability import run_case
+from tablegen.evidence.stability_cases import Case
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.shape_codes import SHAPE_CODES

@@ -1,0 +1,233 @@
+"""Figures 3 to 10, 12 and 13 of the paper, drawn from `FigureStatistics`."""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, gaussian_filter1d
+
+from tablegen.config.defaults import MIXTURE
+from tablegen.evidence.paper_statistics import (
+    DENSITY,
+    DIRECT,
+    SCATTERING_BINS,
+    SPATIAL_BINS,
+    TABLE,
+    FigureStatistics,
+    SampleStatistics,
+)
+from tablegen.model.float_array import FloatArray
+from tablegen.presentation import (
+    ANGLE_LABEL,
+    COLOURS,
+    MARKERS,
+    SYMBOLS,
+    TABLE_COLOUR,
+    Picture,
+    new_figure,
+    settings,
+    written,
+)
+
+_MEAN, _MODE = "mean", "mode"
+
+#: Figures against the impact angle: number, title, and the quantities of both panels.
+_CURVES = (
+    (3, "Mean and most probable tangential velocity", (("u", _MEAN), ("u", _MODE))),
+    (4, "Mean and most probable normal velocity", (("v", _MEAN), ("v", _MODE))),
+    (7, "Mean and most probable angular velocity", (("omega_z", _MEAN), ("omega_z", _MODE))),
+    (9, "Mean energies", (("translational", _MEAN), ("rotational", _MEAN))),
+    (10, "Most probable energies", (("translational", _MODE), ("rotational", _MODE))),
+)
+
+#: Figures of densities: number, variable, title, and limits of the abscissa.
+_DENSITIES = (
+    (5, "u", "Densities of the tangential velocity", (-0.6, 0.95)),
+    (6, "v", "Densities of the normal velocity", (0.0, 0.65)),
+    (8, "omega_z", "Densities of the angular velocity", (-1.6, 1.2)),
+)
+
+#: Angles of the densities with their colours and line styles, and angles of the indicatrices.
+_DENSITY_ANGLES = {
+    15.0: ("#440154", "-"),
+    30.0: ("#3b528b", "--"),
+    45.0: ("#21918c", "-."),
+    60.0: ("#35a048", ":"),
+    90.0: ("#c77700", "-"),
+}
+_INDICATRIX_ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
+
+
+def paper_pictures(statistics: FigureStatistics) -> list[Picture]:
+    """Draw every figure, in the order of their numbers."""
+    with settings():
+        pictures = [
+            *(_curve_figure(statistics, *entry) for entry in _CURVES),
+            *(_density_figure(statistics, *entry) for entry in _DENSITIES),
+            _spatial_figure(statistics),
+            _plane_figure(statistics),
+        ]
+    return sorted(pictures, key=lambda picture: picture.name)
+
+
+def _numbered(figure: Any, number: int, title: str, alternative: str, kind: str = "svg") -> Picture:
+    return written(figure, f"figure-{number:02d}.{kind}", f"Figure {number}. {title}", alternative)
+
+
+def _curve_figure(
+    statistics: FigureStatistics, number: int, title: str, panels: tuple[tuple[str, str], ...]
+) -> Picture:
+    """Means or most probable values against the impact angle."""
+    figure = new_figure(9.5, 4.6)
+    columns = figure.subplots(1, 2)
+    for axes, letter, (quantity, which) in zip(columns, "ab", panels, strict=True):
+        for source, shape in product((DIRECT, TABLE), statistics.shapes(DIRECT)):
+            curve = [s for s in statistics.curve(source, shape) if quantity in s.mean]
+            values = np.array([getattr(s, which)[quantity] for s in curve])
+            if which == _MODE and quantity == "u" and curve and curve[-1].alpha_deg == 90.0:
+                # of two equal maxima at normal impact the paper shows the positive one
+                values[-1] = abs(values[-1])
+            _draw_curve(axes, source, shape, [s.alpha_deg for s in curve], values)
+        words = "most probable" if which == _MODE else "mean"
+        axes.set(xlabel=ANGLE_LABEL, ylabel=f"{words} {SYMBOLS[quantity]}", xlim=(0, 92))
+        axes.set_xticks(range(0, 91, 15))
+        axes.set_title(f"({letter})", loc="left")
+    handles, labels = columns[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    alternative = f"{title} of each shape, the mixture and the table; the numbers are in laws.json."
+    return _numbered(figure, number, title, alternative)
+
+
+def _draw_curve(axes: Any, source: str, shape: str, x: list[float], y: FloatArray) -> None:
+    if source == DIRECT:
+        look = {"color": COLOURS[shape], "marker": MARKERS[shape], "markersize": 4}
+        width = 2.2 if shape == MIXTURE else 1.2
+        axes.plot(x, y, linewidth=width, label=f"{shape}, direct", **look)
+    elif x:
+        look = {"color": TABLE_COLOUR, "marker": "o", "markersize": 9, "markeredgewidth": 1.8}
+        axes.plot(x, y, "none", markerfacecolor="none", label=f"{shape}, table", **look)
+
+
+def _density(counts: FloatArray, size: int, width: float) -> FloatArray:
+    """Smoothed density from the counts of a sample in bins of a width."""
+    return np.asarray(gaussian_filter1d(counts.astype(np.float64), 1.0)) / (size * width)
+
+
+def _density_figure(
+    statistics: FigureStatistics, number: int, name: str, title: str, limits: tuple[float, float]
+) -> Picture:
+    """Densities of ellipsoids and prisms, as in the paper, and of the mixture."""
+    low, high, bins = DENSITY[name]
+    centres = low + (np.arange(bins) + 0.5) * (high - low) / bins
+    figure = new_figure(11.5, 4.3)
+    columns = figure.subplots(1, 3)
+
+    def values(source: str, shape: str, alpha_deg: float) -> FloatArray:
+        sample = statistics.at(source, shape, alpha_deg)
+        if sample is None:
+            return np.full(bins, np.nan)
+        return _density(sample.density[name], sample.count, (high - low) / bins)
+
+    for alpha_deg, (colour, style) in _DENSITY_ANGLES.items():
+        for axes, shape in zip(columns, ("ellipsoid", "prism"), strict=False):
+            look = {"color": colour, "linestyle": style, "label": f"{alpha_deg:g}°"}
+            axes.plot(centres, values(DIRECT, shape, alpha_deg), **look)
+        direct, drawn = (values(source, MIXTURE, alpha_deg) for source in (DIRECT, TABLE))
+        columns[2].fill_between(centres, direct, color=colour, alpha=0.28, linewidth=0)
+        columns[2].plot(centres, drawn, color=colour, linewidth=1.1)
+    titles = ("(a) ellipsoids, direct", "(b) prisms, direct", "mixture: direct areas, table lines")
+    for axes, words in zip(columns, titles, strict=True):
+        axes.set(xlabel=SYMBOLS[name], xlim=limits)
+        axes.set_ylim(bottom=0.0)
+        axes.set_title(words, loc="left")
+    columns[0].set_ylabel("density")
+    handles, labels = columns[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, title=ANGLE_LABEL)
+    alternative = f"{title} of ellipsoids, prisms and the mixture, with the table's on the last."
+    return _numbered(figure, number, title, alternative)
+
+
+def _direction(alpha2: Any, beta2: Any) -> tuple[Any, Any, Any]:
+    """Plot coordinates of a direction of rebound: x, -z and, upwards, y."""
+    return np.cos(beta2) * np.cos(alpha2), -np.sin(beta2), np.cos(beta2) * np.sin(alpha2)
+
+
+def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray]:
+    """Points of the spatial indicatrix, shape (3, n, m), and its values, shape (n, m)."""
+    rows, columns = SPATIAL_BINS
+    counts = gaussian_filter(sample.spatial, 1.5, mode="nearest")
+    values = counts / (sample.count * (np.pi / rows) * (np.pi / columns))
+    alpha2 = (np.arange(rows) + 0.5) * np.pi / rows
+    beta2 = (np.arange(columns) + 0.5) * np.pi / columns - np.pi / 2
+    return values * np.array(_direction(*np.meshgrid(alpha2, beta2, indexing="ij"))), values
+
+
+def _spatial_figure(statistics: FigureStatistics) -> Picture:
+    """Spatial indicatrices at normal impact."""
+    from matplotlib import colormaps
+
+    panels = (
+        ("(a) prisms, direct", statistics.at(DIRECT, "prism", 90.0)),
+        ("(b) truncated prisms, direct", statistics.at(DIRECT, "truncated-prism", 90.0)),
+        ("mixture, direct", statistics.at(DIRECT, MIXTURE, 90.0)),
+        ("mixture, table", statistics.at(TABLE, MIXTURE, 90.0)),
+    )
+    drawn = [(title, *_surface(sample)) for title, sample in panels if sample is not None]
+    top = max(float(values.max()) for _, _, values in drawn)
+    figure = new_figure(11.0, 7.4)
+    for k, (title, points, values) in enumerate(drawn):
+        axes = figure.add_subplot(2, 2, k + 1, projection="3d")
+        colours = colormaps["viridis"](values / top)
+        axes.plot_surface(*points, facecolors=colours, rstride=1, cstride=1, linewidth=0, shade=0)
+        axes.set(xlim=(-top, top), ylim=(-top, top), zlim=(0, top))
+        axes.set_box_aspect((2, 2, 1), zoom=1.15)
+        axes.set(xlabel="x", ylabel="−z", zlabel="y", title=title)
+        axes.tick_params(labelsize=8)
+        axes.view_init(elev=22, azim=-60)
+    alternative = "Surfaces whose distance from the origin is the density of that direction."
+    title = "Spatial scattering indicatrices at normal impact"
+    return _numbered(figure, 12, title, alternative, "png")
+
+
+def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> None:
+    """Draw one plane indicatrix with the directions of incidence and of spheres."""
+    from matplotlib.ticker import MaxNLocator
+
+    width, top = np.pi / SCATTERING_BINS, 0.0
+    centres = (np.arange(SCATTERING_BINS) + 0.5) * width
+    for source in (DIRECT, TABLE):
+        sample = statistics.at(source, MIXTURE, alpha_deg)
+        if sample is None:
+            continue
+        density = _density(sample.scattering, sample.count, width)
+        top = max(top, float(density.max()))
+        if source == DIRECT:
+            axes.fill(centres, density, color="#9fb6c9", label="mixture, direct")
+        else:
+            axes.plot(centres, density, color=TABLE_COLOUR, linewidth=1.4, label="mixture, table")
+    sphere, incident = np.radians(statistics.sphere_deg[alpha_deg][0]), np.radians(180 - alpha_deg)
+    axes.plot([0, sphere], [0, 1.05 * top], color="#d1261b", linestyle="--", label="spheres")
+    arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.6}
+    ends = {"xy": (incident, 0.12 * top), "xytext": (incident, 1.1 * top)}
+    axes.annotate("", **ends, arrowprops=arrow)
+    axes.set(thetamin=0, thetamax=180, rlim=(0.0, 1.12 * top))
+    axes.set_xticks(np.radians(range(0, 181, 30)))
+    axes.yaxis.set_major_locator(MaxNLocator(4))
+    axes.tick_params(labelsize=8)
+    axes.set_rlabel_position(0)
+    axes.set_title(rf"$\alpha_1$ = {alpha_deg:g}°", y=0.98)
+
+
+def _plane_figure(statistics: FigureStatistics) -> Picture:
+    """Plane indicatrices of the mixture."""
+    figure = new_figure(11.0, 6.0)
+    for k, alpha_deg in enumerate(_INDICATRIX_ANGLES):
+        axes = figure.add_subplot(2, 3, k + 1, projection="polar")
+        _draw_plane(axes, statistics, alpha_deg)
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    alternative = (
+        "Polar plots of the density of the rebound angle of the mixture, direct simulation as an "
+        "area and the table as a line; an arrow for the incident particles, dashes for spheres."
+    )
+    return _numbered(figure, 13, "Scattering indicatrices in the impact plane", alternative)

@@ -1,0 +1,252 @@
+"""Figures of a report and of the README: errors against cost, accuracy map, joint laws."""
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sampler.formats.channels import STATE
+from tablegen.config.metric_table import METRICS
+from tablegen.evidence.benchmark import Benchmark, MethodResult
+from tablegen.evidence.report import AccuracyMap
+from tablegen.model.float_array import FloatArray
+from tablegen.presentation import ANGLE_LABEL, SYMBOLS, Picture, new_figure, settings, written
+
+#: Families of methods, and numbers that tables of other sizes vary, in the order of a legend:
+#: colour of Okabe and Ito, and marker.
+LOOKS = {
+    "table": ("#0072b2", "o"),
+    "direct simulation": ("#000000", "s"),
+    "stored states": ("#d55e00", "^"),
+    "independent marginals": ("#cc79a7", "v"),
+    "Gaussian mixture": ("#009e73", "D"),
+    "kernel resampling": ("#56b4e9", "P"),
+    "base": ("#0072b2", "o"),
+    "nodes": ("#009e73", "D"),
+    "components": ("#cc79a7", "v"),
+    "knots": ("#d55e00", "^"),
+}
+
+#: Single hue from little to much, which is told by lightness.
+_SHADES = "YlGnBu"
+
+#: Part of a sample that each side of a window may leave out.
+_OUTSIDE = 5e-4
+
+
+def _group(runner: MethodResult) -> str:
+    """Find the entry of `LOOKS` of a method."""
+    return str(runner.settings.get("varied", runner.family))
+
+
+def errors_picture(
+    race: Benchmark,
+    name: str,
+    metrics: Sequence[str] = tuple(METRICS),
+    cost: tuple[str, str] = ("nanoseconds", "time of a draw [ns, one thread]"),
+) -> Picture:
+    """Draw errors of all methods at one condition against a cost, both logarithmic.
+
+    The cost is an attribute of `MethodResult`, with its label.
+    """
+    condition = f"{race.alpha_deg:g}° and {race.speed:g} m/s"
+    groups = [group for group in LOOKS if group in {_group(runner) for runner in race.runners}]
+    with settings():
+        rows = (len(metrics) + 1) // 2
+        figure = new_figure(9.0, 1.4 + 3.6 * rows)
+        for axes, metric in zip(figure.subplots(rows, 2).flat, metrics, strict=False):
+            _draw_errors(axes, race, metric, cost)
+        entries: list[tuple[str, str, str, str | None]]
+        entries = [(group, *LOOKS[group], None) for group in groups]
+        entries.append(("any angle and speed", "#777777", "o", None))
+        entries.append(("fitted at this one only", "#777777", "o", "white"))
+        for label, colour, marker, fill in entries:
+            look = {"color": colour, "marker": marker, "markerfacecolor": fill, "markersize": 8}
+            figure.axes[0].plot([], [], linestyle="none", label=label, **look)
+        figure.legend(loc="outside lower center", ncols=3)
+        figure.suptitle(f"Error against direct simulation at {condition}", fontsize=12)
+        shorts = ", ".join(METRICS[metric].short for metric in metrics)
+        alternative = (
+            f"Errors of {len(race.runners)} methods at {condition} ({shorts}) against "
+            f"{cost[1]}, both logarithmic. The numbers are in a table."
+        )
+        return written(figure, name, f"Error against {cost[1]} at {condition}", alternative)
+
+
+def _draw_errors(axes: Any, race: Benchmark, metric: str, cost: tuple[str, str]) -> None:
+    """Draw one error of every method; grey: the noise of direct simulation against itself."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    least, floor = METRICS[metric].least, race.floor[metric]
+    noise = max(floor.high - least, 1e-4)
+    lowest = 0.4 * noise
+    axes.axhspan(lowest, noise, color="#dddddd", linewidth=0)
+    tables = [runner.name for runner in race.runners if _group(runner) == "table"]
+    for runner in race.runners:
+        x, error = getattr(runner, cost[0]), runner.errors[metric]
+        if not x:
+            continue
+        colour, marker = LOOKS.get(_group(runner), ("#777777", "*"))
+        # errors that cannot be told from none stand at the lower edge
+        low, y, high = np.maximum(
+            np.array([error.low, error.mean, error.high]) - least, 1.4 * lowest
+        )
+        axes.plot([x, x], [low, high], color=colour, linewidth=1.2)
+        fill = colour if runner.covers == "domain" else "white"
+        look = {"color": colour, "marker": marker, "markerfacecolor": fill, "markersize": 8}
+        axes.plot(x, y, "none", zorder=3 if runner.family == "table" else 2, **look)
+        coarse = runner.family == "direct simulation" and error.mean - least > 2.0 * noise
+        if coarse or (runner.name in tables and len(tables) > 1):
+            words = runner.name.removeprefix(f"{tables[0]}-").replace(" ", "\n", 1)
+            place = {"xytext": (0, -7), "textcoords": "offset points", "ha": "center", "va": "top"}
+            axes.annotate(words, (x, y), fontsize=9, color=colour, **place)
+    title = METRICS[metric].label + (f", above {least:g}" if least else "")
+    axes.set(xscale="log", yscale="log", xlabel=cost[1])
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
+    axes.set_ylim(bottom=lowest)
+    axes.set_title(title, loc="left", fontsize=10)
+    axes.text(0.02, 0.02, "noise of direct simulation", transform=axes.transAxes, fontsize=9)
+
+
+def map_picture(
+    atlas: AccuracyMap, stored: Mapping[str, FloatArray], declared: Mapping[str, float]
+) -> Picture:
+    """Draw distances over angle and speed: cells of this run, and dots that the table stores."""
+    shape, angles = (len(atlas.alpha_deg), len(atlas.speed)), (0.5, 5, 15, 30, 50, 70, 90)
+    with settings():
+        figure = new_figure(10.0, 7.0)
+        for axes, (metric, allowed) in zip(
+            figure.subplots(2, 2).flat, declared.items(), strict=True
+        ):
+            cells = np.array([point.estimates[metric].value for point in atlas.points])
+            dots = stored.get(metric, np.empty((len(stored["speed"]), 0)))
+            dots = dots.reshape(len(dots), -1).max(axis=1, initial=METRICS[metric].least)
+            top = max(allowed, cells.max(), dots.max(initial=0.0))
+            shades = {"cmap": _SHADES, "vmin": METRICS[metric].least, "vmax": top}
+            roots = np.sqrt(atlas.alpha_deg)
+            mesh = axes.pcolormesh(roots, atlas.speed, cells.reshape(shape).T, **shades)
+            where = np.sqrt(stored["alpha_deg"]), stored["speed"]
+            axes.scatter(*where, c=dots, s=60, edgecolors="black", **shades)
+            shown = axes.get_xlim()
+            axes.set_xticks(np.sqrt(angles), angles)
+            axes.set_xlim(shown)
+            axes.set(xlabel=ANGLE_LABEL, ylabel="speed [m/s]")
+            axes.grid(visible=False)
+            axes.set_title(f"{METRICS[metric].short}, declared: {allowed:g}")
+            figure.colorbar(mesh, ax=axes)
+        return written(
+            figure,
+            "map.svg",
+            f"Distance of the table from direct simulation. Cells: this run, {atlas.samples:,} "
+            "states a side. Dots: stored in the table, measured when it was made.",
+            "Four maps over impact angle and speed, one of each metric; the table below has the "
+            "numbers.",
+        )
+
+
+def view_picture(drawn: FloatArray, direct: FloatArray, place: str, name: str) -> Picture:
+    """Draw all marginals and joint densities of direct states (n, 6), and how the table differs."""
+    low, high = np.quantile(direct, (2.0 * _OUTSIDE, 1.0 - 2.0 * _OUTSIDE), axis=0)
+    high = np.maximum(high, low + 1e-6)
+    beyond = judged = 0
+    with settings():
+        figure = new_figure(11.0, 10.5)
+        panels = figure.subplots(6, 6, sharex="col")
+        for i, j in product(range(6), repeat=2):
+            axes, limits = panels[i, j], ((low[j], high[j]), (low[i], high[i]))
+            axes.grid(visible=False)
+            axes.tick_params(labelsize=7)
+            axes.locator_params(nbins=3)
+            if i == j:
+                look = {"bins": 80, "range": limits[0], "density": True}
+                axes.hist(direct[:, i], color="#cccccc", **look)
+                axes.hist(drawn[:, i], color=LOOKS["table"][0], histtype="step", **look)
+                axes.set_yticks([])
+                continue
+            ours, theirs = (
+                np.histogram2d(side[:, j], side[:, i], 32, limits)[0].T for side in (drawn, direct)
+            )
+            shown, shades = np.sqrt(theirs), {"cmap": _SHADES, "vmin": 0.0}
+            if i < j:
+                both = ours + theirs
+                shown = (ours - theirs) / np.sqrt(np.maximum(both, 1.0))
+                judged += int(np.sum(both >= 20))
+                beyond += int(np.sum((both >= 20) & (np.abs(shown) > 3.0)))
+                shades = {"cmap": "RdBu_r", "vmin": -5.0, "vmax": 5.0}
+            edges = (np.linspace(*limit, 33) for limit in limits)
+            axes.pcolormesh(*edges, shown, rasterized=True, **shades)
+        for k, variable in enumerate(STATE):
+            panels[5, k].set_xlabel(SYMBOLS[variable])
+            panels[k, 0].set_ylabel(SYMBOLS[variable])
+        title = (
+            f"At {place}, {len(direct):,} states a side. Diagonal: table (line) on direct "
+            "simulation (grey). Below: square root of the density of direct simulation. Above: "
+            f"table minus direct, from -5 (blue) to 5 (red) standard errors; {beyond} of {judged} "
+            f"cells with 20 states or more are beyond 3, {0.0027 * judged:.0f} expected by chance."
+        )
+        alternative = "Six by six plots of the variables of a state and of all pairs of them."
+        return written(figure, name, title, alternative)
+
+
+class Source(NamedTuple):
+    """States (n, 6) with a title; of a single state, a point is drawn."""
+
+    title: str
+    state: FloatArray
+
+
+def window(state: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Edges of square bins for u and v that hold all but a few states (n, 6); v begins at 0."""
+    low, high = np.quantile(state[:, 0], (_OUTSIDE, 1.0 - _OUTSIDE))
+    low, high = low - 0.02, high + 0.02
+    top = np.quantile(state[:, 1], 1.0 - _OUTSIDE) + 0.02
+    step = max(high - low, top) / np.clip(np.sqrt(len(state)) / 4.0, 20, 120)
+    return (
+        low + step * np.arange(np.ceil((high - low) / step) + 1),
+        step * np.arange(np.ceil(top / step) + 1),
+    )
+
+
+def joint_density(state: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
+    """Density of u and v in bins with these edges; states outside count in the total.
+
+    Returns
+    -------
+    float64 array, shape (len(u) - 1, len(v) - 1)
+    """
+    counts, _, _ = np.histogram2d(state[:, 0], state[:, 1], bins=(u, v))
+    density: FloatArray = counts / (len(state) * (u[1] - u[0]) * (v[1] - v[0]))
+    return density
+
+
+def joint_picture(sources: Sequence[Source], name: str, title: str, alternative: str) -> Picture:
+    """Draw the joint densities of u and v of several sources, the first of which is a sample.
+
+    All have one window and one scale, those of the first.
+    """
+    from matplotlib.colors import PowerNorm
+
+    u, v = window(sources[0].state)
+    # the square root lets thin parts be seen next to the peak
+    scale = PowerNorm(0.5, vmin=0.0, vmax=joint_density(sources[0].state, u, v).max())
+    with settings():
+        height = 1.2 + 2.7 * (v[-1] - v[0]) / (u[-1] - u[0])
+        figure = new_figure(2.9 * len(sources) + 1.3, height)
+        columns = figure.subplots(1, len(sources), sharey=True, squeeze=False)[0]
+        for axes, source in zip(columns, sources, strict=True):
+            axes.set(xlabel=SYMBOLS["u"], xlim=(u[0], u[-1]), ylim=(v[0], v[-1]), aspect="equal")
+            axes.set_title(source.title)
+            if len(source.state) == 1:
+                look = {"markersize": 9, "color": "#d55e00", "markeredgecolor": "white"}
+                axes.plot(*source.state[0, :2], "o", **look)
+                continue
+            shown = np.ma.masked_equal(joint_density(source.state, u, v).T, 0.0)
+            mesh = axes.pcolormesh(u, v, shown, cmap=_SHADES, norm=scale, rasterized=True)
+        columns[0].set_ylabel(SYMBOLS["v"])
+        figure.colorbar(mesh, ax=columns, label="density")
+        figure.suptitle(title, fontsize=12)
+        return written(figure, name, title, alternative)

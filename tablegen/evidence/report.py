@@ -1,0 +1,277 @@
+"""Measurements of a report: error against run time, accuracy map, and spinning impacts."""
+
+import platform
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sampler
+from sampler.errors import OutsideTableWarning
+from sampler.files import find_table
+from sampler.library import processors
+from sampler.table import Table
+from tablegen.accuracy.comparison import Measured
+from tablegen.accuracy.joint_law import Draw, compare_chains, drawn_from, share_inside
+from tablegen.accuracy.measure import in_threads
+from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
+from tablegen.config.config import Config, stored_config
+from tablegen.config.targets import JointTargets
+from tablegen.evidence.benchmark import (
+    QUICK,
+    Benchmark,
+    Budget,
+    batch_seed,
+    best_seconds,
+    run_benchmark,
+)
+from tablegen.evidence.methods import (
+    baseline_methods,
+    design_condition,
+    design_methods,
+    direct_methods,
+    load_whole,
+    other_table,
+    table_method,
+)
+from tablegen.model.float_array import FloatArray
+from tablegen.progress import bar
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import occurring_impacts, simulated
+from tablegen.simulation.simulate import simulate
+
+#: Purposes of random numbers, apart from those of the benchmarks.
+_DIRECT, _OTHER, _TABLE = range(200, 203)
+
+#: Accuracy that any law has, so that no comparison takes more states than it is given.
+_ANY = JointTargets(ks=1.0, auc=1.0)
+
+
+@dataclass(frozen=True)
+class AccuracyMap:
+    """Distances of a table from direct simulation over a grid of conditions."""
+
+    alpha_deg: tuple[float, ...]
+    speed: tuple[float, ...]
+    #: All speeds of the first angle, then of the second.
+    points: tuple[Measured, ...]
+    #: Direct against direct on the diagonal of the grid, with the same number of states.
+    floor: tuple[Measured, ...]
+    #: States a side.
+    samples: int
+
+
+@dataclass(frozen=True)
+class SpinningWay:
+    """One way to rebound particles that arrive spinning."""
+
+    name: str
+    #: Processor time of a rebound, in batches on one thread.
+    batch_nanoseconds: float
+    #: Over the impacts of chains, by metric; of direct simulation, two samples of it.
+    estimates: dict[str, Estimate]
+    #: Impacts a side.
+    states: int
+
+
+@dataclass(frozen=True)
+class Report:
+    """Measurements of a report, and how they were made."""
+
+    #: Name or path that was given.
+    table: str
+    content_sha256: str
+    table_bytes: int
+    #: Processor time of a draw from the table at random conditions.
+    random_nanoseconds: float
+    quick: bool
+    seed: int
+    effort: Budget
+    machine: dict[str, Any]
+    #: Every method at each condition, and tables of many sizes on a small domain.
+    races: tuple[Benchmark, ...]
+    designs: Benchmark
+    #: Empty for a table in whose range no chain of impacts stays.
+    spinning: tuple[SpinningWay, ...]
+    atlas: AccuracyMap
+    #: Wall time of the measurements.
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Every number, JSON-ready."""
+        return {"software_version": sampler.__version__, **asdict(self)}
+
+
+def machine() -> dict[str, Any]:
+    """Describe this machine without its name: processor, cores, system and versions."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    packages = ("numpy", "scipy", "numba", "llvmlite", "h5py", "scikit-learn")
+    return {
+        "processor": next(names, platform.processor() or platform.machine() or "unknown"),
+        "cores": processors(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        "packages": {name: metadata.version(name) for name in packages},
+    }
+
+
+def measure_report(
+    name_or_path: str,
+    beside: Sequence[str] = (),
+    *,
+    quick: bool = False,
+    seed: int = 1,
+    progress: bool = False,
+) -> Report:
+    """Measure the accuracy of a table, and error against run time of every method.
+
+    Parameters
+    ----------
+    name_or_path : str
+        Name of a table that comes with the package, or path of a .h5 file.
+    beside : sequence of str
+        Names or paths of further tables that are compared at the same conditions.
+    quick : bool
+        Measure less.
+    seed : int
+    progress : bool
+        Show progress bars on standard error.
+
+    Raises
+    ------
+    InputError
+        If a file is not a table, or does not hold all that is compared.
+    """
+    budget, begin = QUICK if quick else Budget(), time.perf_counter()
+    table = load_whole(name_or_path)
+    config = stored_config(table.config, f"{name_or_path}: config")
+    tables = [table_method(name_or_path), *(other_table(other, table) for other in beside)]
+    methods = [*direct_methods(), *tables, *baseline_methods()]
+    races = [
+        run_benchmark(methods, config, condition, budget, (seed, number), progress)
+        for number, condition in enumerate(_conditions(table, budget))
+    ]
+    designs = design_methods(budget.node_samples)
+    last = (seed, len(races))
+    return Report(
+        table=name_or_path,
+        content_sha256=table.contents.content_sha256,
+        table_bytes=find_table(name_or_path).stat().st_size,
+        random_nanoseconds=1e9 * seconds_at_random(table, budget.timed, seed),
+        quick=quick,
+        seed=seed,
+        effort=budget,
+        machine=machine(),
+        races=tuple(races),
+        designs=run_benchmark(designs, config, design_condition(config), budget, last, progress),
+        spinning=measure_spinning(table, config, budget, seed),
+        atlas=make_accuracy_map(table, config, budget, seed, progress),
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def _conditions(table: Table, budget: Budget) -> list[tuple[float, float]]:
+    """Choose the angles [degrees] and speeds at which the methods are compared."""
+    (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
+    return [
+        (
+            float(np.clip(round(first + a * (last - first), 1), first, last)),
+            float(np.clip(round(slow + v * (fast - slow), 0), slow, fast)),
+        )
+        for a, v in budget.conditions
+    ]
+
+
+def seconds_at_random(table: Table, count: int, seed: int) -> float:
+    """Time a draw at random conditions, as in a flow code, on one thread."""
+    rng, index = np.random.default_rng(seed), np.arange(count)
+    alpha, speed = rng.uniform(*table.alpha_range, count), rng.uniform(*table.speed_range, count)
+    draw = partial(table.sample, alpha, speed, seed=seed, index=index, threads=1)
+    return best_seconds(draw) / count
+
+
+def grid(table: Table, shape: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Choose angles [degrees] and speeds in the middle of equal parts.
+
+    Parts are equal in the square root of the angle, because the law changes faster near grazing,
+    and in the speed.
+    """
+    low, high = np.sqrt(np.degrees(table.alpha_range))
+    roots = low + (high - low) * (np.arange(shape[0]) + 0.5) / shape[0]
+    first, last = table.speed_range
+    speeds = first + (last - first) * (np.arange(shape[1]) + 0.5) / shape[1]
+    alpha = np.round(roots**2, 2), np.round(speeds, 1)
+    return tuple(np.unique(alpha[0]).tolist()), tuple(np.unique(alpha[1]).tolist())
+
+
+def make_accuracy_map(
+    table: Table, config: Config, budget: Budget, seed: int, progress: bool = False
+) -> AccuracyMap:
+    """Compare a table with direct simulation of its configuration on a grid of conditions."""
+    alpha, speed = grid(table, budget.grid)
+    conditions, count = [(a, v) for a in alpha for v in speed], budget.mapped
+    settings = Settings(directions=8, classified=budget.classified)
+
+    def direct(k: int, purpose: int) -> FloatArray:
+        a, v = conditions[k]
+        key = batch_seed(seed, purpose, k)
+        return simulate(config, np.radians(a), v, count, seed=key, threads=1).state
+
+    def drawn(k: int) -> FloatArray:
+        a, v = conditions[k]
+        index, key = np.arange(count), batch_seed(seed, _TABLE, k)
+        return table.sample(np.radians(a), v, seed=key, index=index, threads=1)
+
+    def measured(k: int, states: FloatArray) -> Measured:
+        return Measured(*conditions[k], estimated(states, direct(k, _DIRECT), settings))
+
+    every, columns = range(len(conditions)), len(speed)
+    diagonal = [
+        i * columns + min(columns - 1, i * columns // len(alpha)) for i in range(len(alpha))
+    ]
+    with bar(progress, total=len(every) + len(diagonal), desc="accuracy map") as counted:
+        points = in_threads(lambda k: measured(k, drawn(k)), every, counted.update)
+        floor = in_threads(lambda k: measured(k, direct(k, _OTHER)), diagonal, counted.update)
+    return AccuracyMap(alpha, speed, tuple(points), tuple(floor), count)
+
+
+def measure_spinning(
+    table: Table, config: Config, budget: Budget, seed: int
+) -> tuple[SpinningWay, ...]:
+    """Time and compare ways to rebound spinning particles, at the impacts that occur in chains.
+
+    Every way is timed at the same impacts; its error is that of the law of condition, grain and
+    outcome. There is none for a table with too few angles or speeds for a chain to stay there.
+    """
+    share, model = share_inside(config, seed), DirectModel(config)
+    pilot = np.arange(int(budget.timed / max(share, 0.01)), dtype=np.uint64)
+    impacts = occurring_impacts(config, model, seed, pilot, 1)
+    draws: dict[str, Callable[[int | None], Draw]] = {
+        "direct simulation": lambda threads: partial(simulated, model, seed=seed, threads=threads),
+        "table, without spin": lambda threads: drawn_from(table, seed, threads, spin=False),
+    }
+    if table.has_spin:
+        draws["table, with spin"] = lambda threads: drawn_from(table, seed, threads)
+    ways = []
+    with warnings.catch_warnings():
+        # the law without spin may begin at higher speeds than particles have after some walls
+        warnings.simplefilter("ignore", OutsideTableWarning)
+        for name, draw in draws.items():
+            found = compare_chains(
+                draw(None), config, seed=seed, samples=budget.chained, targets=_ANY
+            )
+            if found is None:
+                return ()
+            cost = best_seconds(partial(draw(1), impacts), 5) / len(impacts.index)
+            ways.append(SpinningWay(name, 1e9 * cost, found.estimates, found.states))
+    return tuple(ways)

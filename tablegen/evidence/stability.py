@@ -1,0 +1,287 @@
+"""Stability study: simulate every case three times, check each against the laws, and time it."""
+
+import json
+import math
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+import sampler
+from sampler.errors import InputError
+from sampler.library import processors
+from tablegen.config.config import Config
+from tablegen.config.defaults import STABILITY_COUNT
+from tablegen.evidence.stability_cases import Case
+from tablegen.model import audit
+from tablegen.progress import bar
+from tablegen.simulation.batches import NotFiniteError
+from tablegen.simulation.simulate import Simulation, make_condition, simulate_condition
+
+#: Energy that rounding may add, relative to the energy before, or to V^2 per unit mass.
+MOST_GROWTH = 1e-12
+
+#: Allowed depth of a contact below the wall [a]: within it, vertices touch together.
+MOST_DEPTH = 1e-9
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Quantities measured over the finite particles of a case."""
+
+    #: Largest gain of energy, in a collision [V^2] or over a whole rebound [energy before].
+    growth: float
+    #: Largest violation of equations (5)-(7), or of J dW = r x S, in a collision [V].
+    residual: float
+    #: Largest relative change of energy or angular momentum in a free flight.
+    drift: float
+    #: Largest depth below the wall at a contact [a], and smallest v+ [V].
+    depth: float
+    least_velocity: float
+    most_collisions: int
+    mean_collisions: float
+    #: Mean change of a particle's most changed component [V or V/a], by half the contact
+    #: resolution and by half the flight tolerance; None if that run did not finish.
+    contact: float | None
+    flight: float | None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Outcome of a case."""
+
+    case: Case
+    #: Of the simulation; particle i has the index i and the stream 0.
+    seed: int
+    #: Whether the case is outside the speeds at which the restitution law was measured.
+    extrapolated: bool
+    particles: int
+    #: Particles that are not finite in some run.
+    non_finite: int
+    #: Runs, of three, in which a particle was still in contact at the alarm.
+    unfinished: int
+    #: None if there is no particle to measure.
+    figures: Figures | None
+    #: Run time of a rebound on one thread [s]; None if not measured.
+    cost: float | None = None
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Failures of the model by kind, a line each."""
+        f, found = self.figures, {}
+        if self.non_finite:
+            found["not finite"] = f"{self.non_finite} of {self.particles} particles are not finite"
+        if self.unfinished:
+            found["unfinished"] = "a particle is unfinished"
+        if f is not None and f.growth > MOST_GROWTH:
+            found["growing energy"] = f"energy grows by {f.growth:.3g}, allowed: {MOST_GROWTH:g}"
+        if f is not None and f.least_velocity <= 0.0:
+            velocity = f"v+ = {f.least_velocity:.3g} V"
+            found["not leaving"] = f"a particle leaves with {velocity}, allowed: above 0"
+        if f is not None and f.depth > MOST_DEPTH:
+            found["in the wall"] = f"a contact is {f.depth:.3g} a deep, allowed: {MOST_DEPTH:g}"
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and names, for JSON."""
+        data = asdict(self)
+        return {**data.pop("case"), **data, "failures": list(self.failures.values())}
+
+
+@dataclass(frozen=True)
+class Study:
+    """Outcomes of all cases; case k has the seed (seed + k) mod 2**64 and `count` particles."""
+
+    pair: str
+    contact_resolution: float
+    tolerance: float
+    seed: int
+    count: int
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def failed(self) -> tuple[Outcome, ...]:
+        """Outcomes in which the model failed."""
+        return tuple(outcome for outcome in self.outcomes if outcome.failures)
+
+    @property
+    def holds(self) -> bool:
+        """Whether the model failed in no case."""
+        return not self.failed
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and names, for JSON: degrees, m/s and s."""
+        data = {name: value for name, value in vars(self).items() if name != "outcomes"}
+        cases = [outcome.to_dict() for outcome in self.outcomes]
+        version = {"software_version": sampler.__version__}
+        return {**version, **data, "holds": self.holds, "cases": cases}
+
+
+def read_study(path: Path) -> Study:
+    """Read the JSON of ``tablegen stability --json``; raise InputError if it is something else."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        # the fields of a case stand among those of its outcome
+        outcomes = [{**outcome, "case": outcome} for outcome in data["cases"]]
+        return TypeAdapter(Study).validate_python({**data, "outcomes": outcomes})
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"--stability: got {path}, allowed: a file that 'tablegen stability --json' wrote"
+        ) from error
+
+
+def run_case(config: Config, case: Case, count: int, seed: int) -> Outcome:
+    """Simulate and check one case with some particles, without timing it."""
+    usual = _simulated(config, case, count, seed, audited=True)
+    contact = _simulated(config, case, count, seed, contact=0.5)
+    flight = _simulated(config, case, count, seed, flight=0.5)
+    finished = [run for run in (usual, contact, flight) if run is not None]
+    kept = np.all([np.ones(count, dtype=np.bool_), *map(_finite, finished)], axis=0)
+    figures = None
+    if usual is not None and kept.any():
+        figures = _figures(usual, contact, flight, kept)
+    # the spin brings a point of the particle to the wall with up to V (1 + |s|)
+    speeds = (case.speed, case.speed * (1.0 + abs(case.spin)))
+    outside = any(config.pair.extrapolation(speed) is not None for speed in speeds)
+    lost = count - int(np.count_nonzero(kept))
+    return Outcome(case, seed, outside, count, lost, 3 - len(finished), figures)
+
+
+def _simulated(
+    config: Config,
+    case: Case,
+    count: int,
+    seed: int,
+    *,
+    contact: float = 1.0,
+    flight: float = 1.0,
+    audited: bool = False,
+) -> Simulation | None:
+    """Simulate a case with scaled numerical parameters; None if a particle does not finish."""
+    resolution = contact * config.model.contact_resolution
+    tolerance, spin = flight * config.model.tolerance, (0.0, 0.0, case.spin)
+    condition = make_condition(
+        math.radians(case.alpha_deg), case.speed, spin, resolution, tolerance
+    )
+    run = (config.pair, case.population(config), condition, count)
+    try:
+        return simulate_condition(*run, seed=seed, threads=1, audited=audited)
+    except NotFiniteError as error:
+        return error.simulation  # the outcome counts its particles
+    except RuntimeError:
+        return None
+
+
+def _finite(run: Simulation) -> Any:
+    """Particles with a finite state and energy, boolean array (n,)."""
+    audited = bool(np.isfinite(run.audit).all())
+    return audited & np.isfinite(np.column_stack([run.state, run.energy])).all(axis=1)
+
+
+def _figures(
+    usual: Simulation, contact: Simulation | None, flight: Simulation | None, kept: Any
+) -> Figures:
+    """Measure the particles that are kept."""
+
+    def change(halved: Simulation | None) -> float | None:
+        if halved is None:
+            return None
+        return float(np.abs(halved.state - usual.state)[kept].max(axis=1).mean())
+
+    found = usual.audit
+    gained = usual.energy[kept].sum(axis=1).max() - 1.0
+    return Figures(
+        growth=float(max(found[audit.ENERGY], gained)),
+        residual=float(found[[audit.ANGULAR, audit.NORMAL, audit.TANGENTIAL]].max()),
+        drift=float(found[[audit.FLIGHT_ENERGY, audit.FLIGHT_MOMENTUM]].max()),
+        depth=float(found[audit.PENETRATION]),
+        least_velocity=float(usual.state[kept, 1].min()),
+        most_collisions=int(usual.collisions[kept].max()),
+        mean_collisions=float(usual.collisions[kept].mean()),
+        contact=change(contact),
+        flight=change(flight),
+    )
+
+
+def run_study(
+    config: Config,
+    cases: Sequence[Case],
+    *,
+    count: int = STABILITY_COUNT,
+    seed: int = 1,
+    threads: int | None = None,
+    progress: bool = False,
+) -> Study:
+    """Simulate, check and time cases.
+
+    Threads share the checks; their number changes nothing but the run time. One thread times.
+
+    Parameters
+    ----------
+    config : Config
+    cases : sequence of Case
+    count : int
+        Particles in a case.
+    seed : int
+        0 to 2**64 - 1.
+    threads : int, optional
+        Default: one per processor.
+    progress : bool
+        Show progress bars on standard error.
+
+    Raises
+    ------
+    InputError
+        If there is no case, or the tolerance cannot be halved.
+    """
+    numerics = config.model
+    if numerics.tolerance < 2e-14:
+        raise InputError(
+            f"model.tolerance: got {numerics.tolerance:g}, allowed in a stability study: "
+            "2e-14 to 1e-4, because it is halved"
+        )
+    if not cases:
+        raise InputError("cases: got none, allowed: at least one")
+    # a random order mixes cheap and expensive cases, for an even progress
+    order = np.random.default_rng(0).permutation(len(cases)).tolist()
+    sphere = Case("sphere", (1.0, 1.0), 90.0, 200.0, 0.0)
+    # a sphere costs little more than the call; the first call compiles
+    overhead = min(_seconds(config, sphere, 1, 0) for _ in range(50))
+    done: dict[int, Outcome] = {}
+
+    def check(number: int) -> None:
+        done[number] = run_case(config, cases[number], count, (seed + number) % 2**64)
+
+    with (
+        bar(progress, "case", total=len(cases), desc="checking") as counted,
+        ThreadPoolExecutor(threads or processors()) as pool,
+    ):
+        for _ in pool.map(check, order):
+            counted.update()
+    with bar(progress, "case", total=len(cases), desc="timing") as counted:
+        for number in order:
+            found = done[number]
+            if not found.unfinished:
+                passed = _seconds(config, found.case, count, found.seed)
+                done[number] = replace(found, cost=(passed - overhead) / count)
+            counted.update()
+    outcomes = tuple(done[number] for number in range(len(cases)))
+    pair, resolution = config.pair_name, numerics.contact_resolution
+    return Study(pair, resolution, numerics.tolerance, seed, count, outcomes)
+
+
+def _seconds(config: Config, case: Case, count: int, seed: int) -> float:
+    """Time a simulation; a short one twice, where the shorter time counts."""
+    best = math.inf
+    for _ in range(2):
+        start = time.perf_counter()
+        _simulated(config, case, count, seed)
+        best = min(best, time.perf_counter() - start)
+        if best > 0.01:
+            break
+    return best

@@ -1,0 +1,162 @@
+"""``tablegen report``: its numbers, its page, its pictures, and what it refuses."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command_line import DONE
+from page_reader import read_page
+
+from tablegen.accuracy.noise_corrected import Estimate
+from tablegen.config.config import load_config
+from tablegen.config.metric_table import METRICS
+from tablegen.evidence import plots
+from tablegen.evidence import report as reports
+from tablegen.evidence.page import DataTable, Headline, Section, render_page, render_text
+from tablegen.evidence.report_page import headline, report_page
+from tablegen.evidence.stability import run_study
+from tablegen.evidence.stability_cases import QUICK, Grid
+from tablegen.evidence.stability_text import study_json
+
+CONFIG = load_config("corundum-steel")
+
+
+@pytest.fixture(scope="module")
+def page(report, tmp_path_factory):
+    """Page of the tiny report, with a stability study of a few cases."""
+    path = tmp_path_factory.mktemp("stability") / "stability.json"
+    grid = QUICK.narrowed(Grid(("prism",), ((1.0, 0.5),), (45.0,), (200.0,), (0.0,)))
+    path.write_text(study_json(run_study(CONFIG, list(grid.cases()), count=2, seed=3)))
+    return report_page(report, path)
+
+
+def test_command_writes_every_number(run, report, tiny, monkeypatch, tmp_path):
+    monkeypatch.setattr(reports, "measure_report", lambda *_, **__: report)
+    file = tmp_path / "report.json"
+    ended = run("report", tiny.path, "--quick", "--json", file, "--quiet")
+    assert (ended.status, ended.err) == (DONE, "")
+    assert "noise floor" in ended.out
+    data = json.loads(file.read_text())
+    assert data["table_bytes"] == tiny.path.stat().st_size
+    families = {runner["family"] for race in data["races"] for runner in race["runners"]}
+    assert families == set(list(plots.LOOKS)[:6])
+    for race in (*data["races"], data["designs"]):
+        assert set(METRICS) <= set(race["floor"])
+        for runner in race["runners"]:
+            assert runner["nanoseconds"] > 0.0
+            assert runner["bytes"] > 0 or runner["family"] == "direct simulation"
+            for name in METRICS:
+                error = runner["errors"][name]
+                assert error["low"] <= error["mean"] <= error["high"]
+                assert len(error["values"]) == report.effort.batches
+    assert len(data["atlas"]["points"]) == 4
+    assert {way["name"] for way in data["spinning"]} == {"direct simulation", "table, without spin"}
+
+
+def test_page_holds_the_numbers_and_runs_nothing(page, report):
+    read = read_page(page)
+    assert "script" not in {tag for tag, _ in read.tags}
+    assert report.content_sha256 in read.texts
+    for race in (*report.races, report.designs):
+        for runner in race.runners:
+            assert f"{runner.family}: {runner.name}" in read.texts
+            assert f"{runner.errors['ks'].mean:.4f}" in read.texts
+    for point in report.atlas.points:
+        assert f"{point.estimates['ks'].value:.4f}" in read.texts
+    assert "The model holds in every case." in read.texts
+    # the map, the methods, the sizes, a view, and ten figures of the paper
+    assert len(read.values("alt")) == 14
+
+
+def test_texts_and_names_are_escaped():
+    table = DataTable("<b>&", ("x",), [("<i>",)])
+    sections = [Section("<s>", ["<p>", Headline("good", "<w>", ["<l>"]), table])]
+    assert {"<b>&", "<i>", "<s>", "<p>", "<w>", "<l>"} <= set(
+        read_page(render_page("t", sections)).texts
+    )
+    assert render_text(sections).splitlines() == [
+        "<s>",
+        "<p>",
+        "<w>",
+        "<l>",
+        "",
+        "<b>&",
+        "x  ",
+        "<i>",
+    ]
+
+
+class TestHeadline:
+    """The headline is the verdict on the map and on the accuracy that the table stores."""
+
+    def verdict(self, report, stored=(), **errors):
+        """Headline where every point of the map has these errors, without noise."""
+        exact = dict.fromkeys(METRICS, 0.0) | {"auc": 0.5} | errors
+        estimates = {
+            n: v if isinstance(v, Estimate) else Estimate(v, 0.0, v, 0.0, 0.0)
+            for n, v in exact.items()
+        }
+        points = tuple(replace(p, estimates=estimates) for p in report.atlas.points)
+        spoiled = replace(report, atlas=replace(report.atlas, points=points))
+        return headline(spoiled, CONFIG, dict(stored))
+
+    def test_holds_up_to_the_declared_accuracy(self, report):
+        found = self.verdict(report, ks=CONFIG.accuracy.ks)
+        assert found == Headline("good", "The declared accuracy holds at every condition.", [])
+
+    def test_missed(self, report):
+        assert self.verdict(report, ks=1.15 * CONFIG.accuracy.ks).kind == "bad"
+
+    def test_noise_that_leaves_it_open_is_no_good_news(self, report):
+        most = CONFIG.accuracy.ks
+        assert self.verdict(report, ks=Estimate(most, most, most, most, 0.0)).kind == "open"
+
+    def test_stored_distances_above_the_declared_are_reported(self, report):
+        found = self.verdict(report, {"auc": np.array([0.99])})
+        assert found.kind == "open"
+        assert found.lines[0].startswith("auc: the table stores 0.9900, noise")
+
+
+def test_view_sees_a_difference():
+    rng = np.random.default_rng(1)
+    direct, table = rng.random((2, 40_000, 6))
+
+    def beyond():
+        title = plots.view_picture(table, direct, "x", "x.svg").title
+        return int(title.split("standard errors; ")[1].split()[0])
+
+    # of 15,360 cells 41 by chance, with a standard deviation of 6.4
+    assert beyond() < 90
+    table[(table[:, 0] < 0.3) & (table[:, 1] < 0.3), :2] += 0.5
+    assert beyond() > 160
+
+
+def test_joint_density_is_that_of_the_sample():
+    state = np.zeros((200_000, 6))
+    rng = np.random.default_rng(1)
+    state[:, 0] = rng.uniform(-0.5, 0.5, 200_000)
+    state[:, 1] = np.sqrt(rng.uniform(0.0, 1.0, 200_000))
+    u, v = np.linspace(-0.5, 0.5, 6), np.linspace(0.0, 1.0, 6)
+    expected = np.broadcast_to(v[1:] + v[:-1], (5, 5))  # mean of 2 v in each bin
+    # a bin's count has a relative error of (n p)^-1/2, at most 2.5 %; false alarm below 1e-6
+    np.testing.assert_allclose(plots.joint_density(state, u, v), expected, rtol=0.15)
+    # u and v exchanged are told apart
+    with pytest.raises(AssertionError):
+        np.testing.assert_allclose(plots.joint_density(state, u, v).T, expected, rtol=0.15)
+    # states outside are not redistributed
+    half = plots.joint_density(state, np.linspace(0.0, 0.5, 6), v)
+    assert half.sum() * 0.1 * 0.2 == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (("--html", "none/there.html"), ("--html", "a folder that exists")),
+        (("--stability", "none.json"), ("--stability", "none.json, allowed: a file")),
+    ],
+)
+def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
+    monkeypatch.setattr(reports, "measure_report", None)
+    line = refused("report", *words)
+    assert all(part in line for part in parts)

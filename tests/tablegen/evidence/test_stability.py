@@ -1,0 +1,263 @@
+"""The stability study: its cases, what it measures and counts as a failure, and its command."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command_line import DONE, MISSED
+
+from sampler.errors import InputError
+from tablegen.config.config import load_config
+from tablegen.evidence import stability as module
+from tablegen.evidence.stability import Outcome, Study, read_study, run_case, run_study
+from tablegen.evidence.stability_cases import FORMS, FULL, QUICK, Case, Grid
+from tablegen.evidence.stability_text import GOOD, HEAD, group_rows, study_json, worst_rows
+from tablegen.model import audit as entries
+from tablegen.simulation.simulate import Simulation, make_condition, simulate_condition
+
+CONFIG = load_config("corundum-steel")
+CASE = Case("prism", (0.5, 0.02), 20.0, 200.0, -5.0)
+CASES = [
+    CASE,
+    Case("sphere", (1.0, 1.0), 90.0, 50.0, 0.0),
+    Case("ellipsoid", (1.0, 0.02), 90.0, 3000.0, 1.0),
+    Case("tetrahedron", (0.02, 1.0), 0.5, 1.0, 5.0),
+]
+
+#: A few cases: flat and slender particles, grazing and normal impact, with and without spin.
+FEW = (
+    *("--shape", "prism", "--shape", "ellipsoid"),
+    *("--aspect", 1, 0.02, "--aspect", 0.02, 0.5, "--alpha", 0.5, "--alpha", 90),
+    *("--speed", 50, "--spin", 0, "--spin", -5),
+    *("--count", 3, "--threads", 1, "--quiet"),
+)
+
+
+def test_full_study_is_the_whole_product_and_the_quick_one_a_part_of_it():
+    sizes = [len(axis) for axis in (FULL.aspects, FULL.angles_deg, FULL.speeds, FULL.spins)]
+    assert sizes == [25, 8, 5, 7]
+    full, quick = list(FULL.cases()), set(QUICK.cases())
+    assert len(set(full)) == len(full) == 28_280 == (4 * 25 + 1) * 8 * 5 * 7
+    assert len(quick) == 2368
+    assert quick < set(full)
+    assert {case.form for case in quick} == set(FORMS)
+
+
+def test_given_axes_replace_the_others_and_spheres_have_no_other_ratios():
+    grid = FULL.narrowed(Grid(("sphere", "prism"), ((0.3, 0.7),), (5.0,), (), (-2.0, 0.0)))
+    assert grid.speeds == FULL.speeds
+    assert {(c.shape, c.aspect) for c in grid.cases()} == {
+        ("sphere", (1.0, 1.0)),
+        ("prism", (0.3, 0.7)),
+    }
+    with pytest.raises(InputError, match=r"aspect: got \[0.5, 0.5\], allowed for spheres: \[1, 1"):
+        FULL.narrowed(Grid(("sphere",), ((0.5, 0.5),)))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_case_is_what_three_simulations_of_the_same_particles_say(case):
+    def by_hand(resolution=1e-3, tolerance=1e-10, audited=False):
+        angle, spin = np.radians(case.alpha_deg), (0.0, 0.0, case.spin)
+        condition = make_condition(angle, case.speed, spin, resolution, tolerance)
+        population = CONFIG.population.restricted_to(case.shape).with_aspect(*case.aspect)
+        how = {"seed": 5, "threads": 1, "audited": audited}
+        return simulate_condition(CONFIG.pair, population, condition, 10, **how)
+
+    made, usual = run_case(CONFIG, case, 10, seed=5), by_hand(audited=True)
+    f = made.figures
+    assert f.most_collisions == usual.collisions.max()
+    assert f.least_velocity == usual.state[:, 1].min()
+    assert f.residual == usual.audit[[1, 2, 3]].max()
+    assert f.growth == max(usual.audit[0], usual.energy.sum(axis=1).max() - 1.0)
+    for change, halved in ((f.contact, by_hand(5e-4)), (f.flight, by_hand(tolerance=5e-11))):
+        assert change == np.abs(halved.state - usual.state).max(axis=1).mean()
+    assert made.cost is None
+    assert (f.contact > 1e-6) == (case == CASES[2])
+
+
+def simulation(audited, **changes):
+    """Rebounds that keep every law; ``changes`` replace arrays."""
+    arrays = {
+        "state": np.tile([0.6, 0.3, 0.01, 0.1, -0.2, -0.4], (4, 1)),
+        "collisions": np.arange(1, 5),
+        "shape": np.ones(4, dtype=np.int64),
+        "aspect": np.tile(CASE.aspect, (4, 1)),
+        "energy": np.tile([0.5, 0.2], (4, 1)),
+        "work": np.tile([0.2, 0.1], (4, 1)),
+        "audit": np.zeros(entries.AUDIT_SIZE if audited else 0),
+    }
+    return Simulation(**(arrays | changes))
+
+
+def measure(monkeypatch, **changes):
+    """Outcome of a case whose usual run has these arrays."""
+    monkeypatch.setattr(
+        module,
+        "simulate_condition",
+        lambda *_, audited, **__: simulation(audited, **changes if audited else {}),
+    )
+    return run_case(CONFIG, CASE, 4, 7)
+
+
+def audit(entry, value):
+    made = np.zeros(entries.AUDIT_SIZE)
+    made[entry] = value
+    return {"audit": made}
+
+
+def state(row, column, value):
+    made = simulation(False).state
+    made[row, column] = value
+    return {"state": made}
+
+
+@pytest.mark.parametrize(
+    ("changes", "failures"),
+    [
+        ({}, []),
+        (audit(entries.ENERGY, 5e-13), []),
+        (audit(entries.ENERGY, 2e-12), ["energy grows by 2e-12, allowed: 1e-12"]),
+        # over the whole rebound, as from a flight that drifts
+        ({"energy": np.tile([0.8, 0.2 + 1e-9], (4, 1))}, ["energy grows by 1e-09, allowed: 1e-12"]),
+        (state(1, 1, 0.0), ["a particle leaves with v+ = 0 V, allowed: above 0"]),
+        (audit(entries.PENETRATION, 2e-9), ["a contact is 2e-09 a deep, allowed: 1e-09"]),
+        (state([0, 3], 4, np.nan), ["2 of 4 particles are not finite"]),
+        ({"energy": np.tile([0.5, np.inf], (4, 1))}, ["4 of 4 particles are not finite"]),
+        (audit(entries.NORMAL, np.nan), ["4 of 4 particles are not finite"]),
+    ],
+)
+def test_failures(monkeypatch, changes, failures):
+    made = measure(monkeypatch, **changes)
+    assert list(made.failures.values()) == failures
+    json.dumps(made.to_dict(), allow_nan=False)
+
+
+@pytest.fixture(scope="module")
+def made():
+    return run_study(CONFIG, CASES, count=6, seed=2**64 - 2, threads=1)
+
+
+def without_cost(study):
+    return [replace(outcome, cost=None) for outcome in study.outcomes]
+
+
+def test_cases_keep_their_order_and_repeat_alone_with_their_seeds(made):
+    assert [outcome.seed for outcome in made.outcomes] == [2**64 - 2, 2**64 - 1, 0, 1]
+    assert made.holds
+    assert without_cost(made) == [run_case(CONFIG, o.case, 6, o.seed) for o in made.outcomes]
+    # chains of some hundred bounces cost much more than the one bounce of a sphere
+    assert made.outcomes[1].cost < made.outcomes[2].cost
+    other = run_study(CONFIG, CASES, count=6, seed=2**64 - 2, threads=3)
+    assert without_cost(other) == without_cost(made)
+
+
+def test_study_comes_back_from_its_json(made, tmp_path):
+    bare = replace(made.outcomes[0], figures=None, cost=None, unfinished=3)
+    made, path = replace(made, outcomes=(*made.outcomes, bare)), tmp_path / "stability.json"
+    path.write_text(study_json(made))
+    assert read_study(path) == made
+    for text in ("", "[]", "{}", '{"cases": [{"shape": "prism"}]}'):
+        path.write_text(text)
+        with pytest.raises(
+            InputError, match=r"--stability: got .*, allowed: a file that 'tablegen"
+        ):
+            read_study(path)
+
+
+def test_cases_outside_the_range_of_the_law_are_marked():
+    # from 50 to 300 m/s; the spin adds to the speed of the contact point
+    for speed, spin, outside in ((50, 5, 0), (301, 0, 1), (50, -5.1, 1), (10, 0, 1)):
+        case = replace(CASE, speed=float(speed), spin=float(spin))
+        assert run_case(CONFIG, case, 1, 1).extrapolated is bool(outside)
+
+
+def test_groups_count_their_cases_and_keep_the_worst(made):
+    well = made.outcomes[0]
+    figures = replace(well.figures, growth=0.25, most_collisions=999)
+    grows = replace(well, figures=figures, cost=1.0, extrapolated=False)
+    stuck: Outcome = replace(well, unfinished=3, figures=None, cost=None)
+    outcomes = (*made.outcomes, grows, stuck)
+    rows = {row[0]: dict(zip(HEAD, row, strict=True)) for row in group_rows(outcomes)}
+    assert (rows["all"]["cases"], rows["all"]["failed"]) == ("6", "2")
+    assert (rows["prism"]["growth"], rows["sphere"]["growth"]) == ("0.25", "0")
+    assert {"3000 m/s *", "50 m/s", "200 m/s", "disc", "spin 5 V/a"} <= set(rows)
+    assert ["growth", "0.25", f"{CASE} (seed {grows.seed})"] in worst_rows(outcomes)
+    data = json.loads(study_json(Study("x", 1.0, 1.0, 1, 6, outcomes)))
+    assert [bool(case["failures"]) for case in data["cases"]] == [False] * 4 + [True] * 2
+
+
+def test_good_model_is_status_0(run, tmp_path):
+    record, page = tmp_path / "s.json", tmp_path / "s.html"
+    ended = run("stability", "demo", *FEW, "--json", record, "--html", page)
+    assert (ended.status, ended.err) == (DONE, "")
+    assert "48 particles in 16 cases, cases with failures: none" in ended.out
+    data = json.loads(record.read_text())
+    assert (data["holds"], data["pair"], len(data["cases"])) == (True, "corundum-steel", 16)
+    assert GOOD in ended.out
+    assert GOOD in page.read_text()
+    # the seed repeats a case by simulation
+    case, output = data["cases"][-1], tmp_path / "r.npz"
+    words = ("--alpha", case["alpha_deg"], "--speed", case["speed"], "--seed", case["seed"])
+    words += ("--aspect", *case["aspect"], "--spin", 0, 0, case["spin"], "--count", 3)
+    given = ("--pair", "corundum-steel", "--shape", case["shape"], *words)
+    assert run("simulate", *given, "--output", output, "--quiet").status == DONE
+    with np.load(output) as file:
+        assert file["state"][:, 1].min() == case["figures"]["least_velocity"]
+
+
+def is_left_in_contact(made):
+    """What a cap on the number of collisions would do: long chains end falling."""
+    spoiled = made.state.copy()
+    spoiled[made.collisions > 3, 1] *= -1.0
+    return replace(made, state=spoiled)
+
+
+def does_not_finish(made):
+    raise RuntimeError("still in contact")
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (is_left_in_contact, "a particle leaves with v+ = -"),
+        (does_not_finish, "a particle is unfinished"),
+    ],
+)
+def test_wrong_model_is_status_1_and_is_reported(run, tmp_path, monkeypatch, change, complaint):
+    right, record = module.simulate_condition, tmp_path / "s.json"
+    monkeypatch.setattr(module, "simulate_condition", lambda *a, **b: change(right(*a, **b)))
+    ended = run("stability", *FEW, "--json", record)
+    assert (ended.status, ended.err) == (MISSED, "")
+    assert complaint in ended.out
+    assert GOOD not in ended.out
+    assert json.loads(record.read_text())["holds"] is False
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (("none/there.toml",), ("none/there.toml",)),
+        (("--aspect", 1, "nan"), ("--aspect", "got 'nan'")),
+        (("--shape", "sphere", "--aspect", 0.5, 1), ("aspect: got [0.5, 1]", "spheres")),
+        (("--html", "none/there.html"), ("--html", "a folder that exists")),
+    ],
+)
+def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
+    monkeypatch.setattr(module, "run_study", None)
+    line = refused("stability", *words)
+    assert all(part in line for part in parts)
+
+
+def test_a_tolerance_that_cannot_be_halved_is_refused():
+    fine = CONFIG.with_changes({"model": {"tolerance": 1e-14}})
+    with pytest.raises(InputError, match=r"model\.tolerance: got 1e-14, allowed in"):
+        run_study(fine, CASES)
+
+
+@pytest.mark.study
+def test_quick_study_and_spins_of_50_hold():
+    grid = QUICK.narrowed(Grid((), (), (0.01, 0.5, 70.0, 89.99), (10.0, 300.0), (50.0, -50.0)))
+    for cases, count in ((QUICK.cases(), 16), (grid.cases(), 8)):
+        study = run_study(CONFIG, list(cases), count=count, seed=3)
+        assert study.holds, [str(outcome.case) for outcome in study.failed]
