@@ -1,7 +1,6 @@
 """Measure the accuracy of a table against direct simulation with new particles."""
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -23,7 +22,7 @@ from tablegen.config.config import Config
 from tablegen.config.metric_table import JOINT, METRICS
 from tablegen.config.targets import SpinTargets
 from tablegen.model.float_array import FloatArray
-from tablegen.progress import bar
+from tablegen.progress import bar, thread_pool
 from tablegen.simulation.simulate import simulate
 
 #: Least number of states a side, and this over the square of the declared Kolmogorov-Smirnov
@@ -56,7 +55,7 @@ def in_threads(
     because more would change the last bit of sums.
     """
     found = []
-    with threadpool_limits(limits=1), ThreadPoolExecutor(processors()) as pool:
+    with threadpool_limits(limits=1), thread_pool(processors()) as pool:
         for result in pool.map(work, pieces):
             found.append(result)
             tick(1)

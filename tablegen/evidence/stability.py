@@ -4,7 +4,6 @@ import json
 import math
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from tablegen.config.config import Config
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.evidence.stability_cases import Case
 from tablegen.model import audit
-from tablegen.progress import bar
+from tablegen.progress import bar, thread_pool
 from tablegen.simulation.batches import NotFiniteError
 from tablegen.simulation.simulate import Simulation, make_condition, simulate_condition
 
@@ -259,7 +258,7 @@ def run_study(
 
     with (
         bar(progress, "case", total=len(cases), desc="checking") as counted,
-        ThreadPoolExecutor(threads or processors()) as pool,
+        thread_pool(threads or processors()) as pool,
     ):
         for _ in pool.map(check, order):
             counted.update()

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -20,7 +19,7 @@ from tablegen.measured.moments import (
 )
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import Bounds
-from tablegen.progress import bar
+from tablegen.progress import bar, thread_pool
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import check_impact_angle, check_run
 
@@ -102,7 +101,7 @@ class SimulatedRows:
         as_integer("count", count, 2, 2**32 - 1, "2 to 2**32 - 1")
         workers = check_run(count, self._seed, 0, self._threads)
         places = list(np.ndindex(len(self._alpha), len(self._shapes)))
-        with ThreadPoolExecutor(workers) as pool:
+        with thread_pool(workers) as pool:
             yield from pool.map(lambda place: of(self._variables(place, count)), places)
 
     def _variables(self, place: tuple[int, ...], count: int) -> FloatArray:

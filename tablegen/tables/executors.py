@@ -2,12 +2,13 @@
 
 import logging
 from collections.abc import Iterator
-from concurrent.futures import CancelledError, Executor, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 from typing import Any, cast
 
 from sampler.errors import InputError
 from sampler.library import processors
+from tablegen.progress import thread_pool
 
 THREADS, DASK, MPI = ENGINES = ("threads", "dask", "mpi")
 
@@ -39,11 +40,8 @@ def open_executor(
     if workers is not None and (engine == MPI or scheduler is not None):
         raise InputError(f"--workers: got {workers}, allowed: without mpi and without --scheduler")
     if engine == THREADS:
-        pool = ThreadPoolExecutor(workers or processors())
-        try:
+        with thread_pool(workers or processors()) as pool:
             yield pool
-        finally:  # does not wait for tasks that an error or Ctrl-C leaves behind
-            pool.shutdown(wait=False, cancel_futures=True)
     elif engine == DASK:
         with _dask(workers or processors(), scheduler) as executor:
             yield executor

@@ -57,7 +57,7 @@ def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, wor
     monkeypatch.setattr(REFINE, "fit_node", None)
     for path, reason in (
         (tmp_path / "none" / "f", "a folder that exists"),
-        (tmp_path, "a regular file"),
+        (tmp_path, "a folder, allowed: a file name"),
     ):
         line = refused(*words, flag, path)
         assert flag in line
@@ -72,7 +72,7 @@ def test_configurations_that_cannot_be_used(refused, tmp_path):
     line = refused("generate", "corundum-cheese", "--output", output)
     assert "configuration: got 'corundum-cheese', allowed: a name (corundum-steel" in line
     line = refused("generate", tmp_path, "--output", output)
-    assert "a folder, allowed: a .toml file" in line
+    assert "a folder or device, allowed: a regular file" in line
 
 
 class TestValidate:
@@ -110,11 +110,19 @@ def _newer(path, whole):
 @pytest.mark.parametrize(
     ("command", "spoil", "words"),
     [
-        ("validate", lambda path, whole: path.write_bytes(whole[:9000]), "truncated or damaged"),
-        ("inspect", lambda path, _: path.write_text("alpha,speed\n"), "cannot be read as HDF5"),
+        (
+            "validate",
+            lambda path, whole: path.write_bytes(whole[:9000]),
+            "is damaged, or no HDF5 file (Unable",
+        ),
+        (
+            "inspect",
+            lambda path, _: path.write_text("alpha,speed\n"),
+            "is damaged, or no HDF5 file",
+        ),
         ("validate", _altered, "checksum"),
         ("inspect", _newer, "needs a newer"),
-        ("validate", lambda path, _: path.mkdir(), "a folder, allowed: a .h5 file"),
+        ("validate", lambda path, _: path.mkdir(), "a folder or device, allowed: a regular file"),
         ("inspect", lambda *_: None, "a file that exists"),
     ],
 )

@@ -25,10 +25,9 @@ def test_a_long_command_ends_soon(tmp_path, name):
         process.send_signal(signal.SIGINT)
         try:
             # a second or two; more on a loaded machine, and far less than what is left to do
-            _, err = process.communicate(timeout=20)
+            _, err = process.communicate(timeout=30)
         finally:
             process.kill()
     assert process.returncode == INTERRUPTED
-    lines = [line for line in err.splitlines(keepends=True) if not line.startswith("compiling ")]
-    assert lines == ["tablegen: interrupted\n"]
+    assert err == "\ntablegen: interrupted\n"
     assert list(tmp_path.iterdir()) == []

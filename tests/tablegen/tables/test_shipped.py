@@ -48,8 +48,8 @@ class TestProvenance:
         assert table.config == text == CONFIG.text
 
     def test_sizes_are_the_generators(self, table):
-        assert table.arrays.n_components in LADDER
-        assert table.arrays.n_knots == resolution(CONFIG).knots
+        assert table.contents["dependence/alias_probability"].shape[-1] in LADDER
+        assert table.contents["marginals/quantiles"].shape[-1] == resolution(CONFIG).knots
         # it began with the first grid and halved intervals
         axes = make_axes(CONFIG)
         assert np.isin(axes.alpha_deg, table.alpha_nodes_deg).all()
