@@ -14,7 +14,7 @@ from command_lines import PROGRAMS
 from documents import ROOT
 
 #: Packages that take a tenth of a second or more, or that a help page has no use for.
-HEAVY = ("distributed", "h5py", "llvmlite", "matplotlib", "mpi4py", "numba", "numpy", "plotly")
+HEAVY = ("distributed", "h5py", "llvmlite", "matplotlib", "mpi4py", "numba", "numpy")
 HEAVY += ("jinja2", "pydantic", "scipy", "sklearn", "threadpoolctl", "tqdm", "trimesh")
 
 PAGES = [*PROGRAMS, *(f"{name} {c}" for name, cli in PROGRAMS.items() for c in cli.commands)]
@@ -52,7 +52,8 @@ def step(name, action):
     before = now
 def run(line):
     program, *words = line.split()
-    module = importlib.import_module(program + (".commands.main" if words else ""))
+    programs = {"sampler": "sampler.cli", "tablegen": "tablegen.commands.main"}
+    module = importlib.import_module(programs[program] if words else program)
     if words:
         module.main(words)
 for line in %(lines)r:

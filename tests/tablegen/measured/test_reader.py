@@ -92,9 +92,7 @@ def test_files_that_cannot_be_read(tmp_path):
     path.write_bytes(b"alpha_deg,e_n,source\n30,0.5,\xff\n")
     with pytest.raises(InputError, match=r"wrong.csv: got byte 0xff at position 28, allowed: UTF"):
         read_measurements(path)
-    with pytest.raises(
-        InputError, match="measurements: got .*, a folder or device, allowed: a regular file"
-    ):
+    with pytest.raises(InputError, match=r"measurements: got .*, a folder or device, allowed"):
         read_measurements(tmp_path)
     with pytest.raises(InputError, match=r"measurements: got 'nobody-1900', allowed: a name \("):
         read_measurements("nobody-1900")
