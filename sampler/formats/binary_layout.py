@@ -1,9 +1,9 @@
 """The layout of a binary table (.rbt): the one description that writer, reader and pages follow.
 
-A draw reads it, so a program in C maps the file and draws. It begins with a header of fixed size,
-`HEADER`; the arrays of `ARRAYS` follow, each at a multiple of `ALIGNMENT`. All numbers are
-little-endian. `sampler.formats.generated_code` writes the parts that the C header and the Fortran
-module need, and the codes that they return, into them.
+A binary table is what a draw reads, so that a program in C maps the file and draws. It begins
+with a header of fixed size, `HEADER`; the arrays of `ARRAYS` follow, each at an offset that is a
+multiple of `ALIGNMENT`. All numbers are little-endian. `sampler.formats.generated_code` writes
+the parts of the C header and of the Fortran module that follow from it.
 """
 
 from dataclasses import dataclass
