@@ -6,6 +6,7 @@ multiple of `ALIGNMENT`. All numbers are little-endian. `sampler.formats.generat
 the parts of the C header and of the Fortran module that follow from it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -232,22 +233,20 @@ def field_offset(name: str) -> int:
 
 def layout_text() -> str:
     """Field lists of a binary table as two blocks of text, for the page on the format."""
-    offsets = {
-        array.name: str(field_offset(f"at_{array.name}")) for array in (*ARRAYS, *SPIN_ARRAYS)
-    }
-    rows = [("offset", "field", "type", "meaning")]
+    fields = [("offset", "field", "type", "meaning")]
     for field in HEADER:
         kind = field.dtype.strip("<") + (f" x {field.count}" if field.count > 1 else "")
         if not field.name.startswith("at_"):
-            rows.append((str(field_offset(field.name)), field.name, kind, field.meaning))
-    lists = [("at", "array", "type and shape", "meaning")]
+            fields.append((str(field_offset(field.name)), field.name, kind, field.meaning))
+    arrays = [("at", "array", "type and shape", "meaning")]
     for array in (*ARRAYS, *SPIN_ARRAYS):
         kind = f"{array.dtype.strip('<')} [{', '.join(map(str, array.dims))}]"
-        lists.append((offsets[array.name], array.name, kind, array.meaning))
-    return _block(rows) + "\n" + _block(lists)
+        place = field_offset(f"at_{array.name}")
+        arrays.append((str(place), array.name, kind, array.meaning))
+    return _block(fields) + "\n" + _block(arrays)
 
 
-def _block(rows: list[tuple[str, ...]]) -> str:
+def _block(rows: Sequence[tuple[str, ...]]) -> str:
     """Rows as a block of text in columns."""
     widths = [max(len(row[k]) for row in rows) for k in range(3)]
     lines = ["  ".join((*map(str.ljust, row, widths), row[3])) for row in rows]
