@@ -1,7 +1,4 @@
-"""Command lines as documents and help pages show them, parsed by the programs themselves.
-
-Nothing is run: options, their types and the number of arguments are checked, and no more.
-"""
+"""Command lines in documents and help pages, parsed by the programs themselves; nothing is run."""
 
 import contextlib
 import shlex
@@ -17,8 +14,7 @@ PROGRAMS = {"tablegen": tablegen, "sampler": sampler}
 
 def logical_lines(text):
     """Lines of a shell text: continued ones joined, comments and blank lines left out."""
-    joined = text.replace("\\\n", " ")
-    lines = (line.strip() for line in joined.splitlines())
+    lines = (line.strip() for line in text.replace("\\\n", " ").splitlines())
     return [line for line in lines if line and not line.startswith("#")]
 
 
@@ -34,18 +30,7 @@ def _words_of_program(words):
 
 
 def calls(text):
-    """Calls of our programs in a shell text, as lists of words.
-
-    Parameters
-    ----------
-    text : str
-        Lines of a shell; several commands of a line may be joined with ``&&`` or ``;``.
-
-    Returns
-    -------
-    list of list of str
-        Each begins with the name of the program.
-    """
+    """Calls of our programs in a shell text, each a list of words that begins with the program."""
     found = []
     for line in logical_lines(text):
         reader = shlex.shlex(line, posix=True, punctuation_chars="&;|<>")
@@ -61,15 +46,9 @@ def calls(text):
 
 
 def parse(words, folder):
-    """Let a program parse a call as if it stood in a folder.
+    """Let a program parse a call in a folder; raises `click.ClickException` if it is refused.
 
-    The folders into which the call would write are made, for the programs refuse to write into one
-    that is missing.
-
-    Raises
-    ------
-    click.ClickException
-        If the program refuses it.
+    The folders of its outputs are made, for the programs refuse to write into a missing one.
     """
     for word in words[1:]:
         if not word.startswith("-") and not Path(word).is_absolute():

@@ -11,44 +11,24 @@ from command_lines import PROGRAMS, calls, logical_lines, parse
 COMMANDS = {(name,): program for name, program in PROGRAMS.items()}
 COMMANDS |= {(n, c): command for n, cli in PROGRAMS.items() for c, command in cli.commands.items()}
 
-every_page = pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
 
-
-def page_of(path, flag="--help"):
+@pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+def test_help_says_what_each_option_does_and_its_examples_are_accepted(path, tmp_path):
     program, *words = path
-    shown = CliRunner().invoke(PROGRAMS[program], [*words, flag], prog_name=program)
-    assert (shown.exit_code, shown.stderr) == (0, "")
-    return shown.stdout
-
-
-@every_page
-def test_examples_are_of_the_command_and_accepted(path, tmp_path):
-    page = page_of(path)
-    assert page_of(path, "-h") == page
-    text = re.search(r"^ *Examples:\n(.*?)(?:\n\s*\n|\Z)", page, re.M | re.S)[1]
-    found = calls(text)
-    assert found
-    # no line of the examples is anything else
-    assert len(found) == len(logical_lines(text))
+    pages = [
+        CliRunner().invoke(PROGRAMS[program], [*words, flag], prog_name=program)
+        for flag in ("--help", "-h")
+    ]
+    assert {(page.exit_code, page.stderr) for page in pages} == {(0, "")}
+    text = pages[0].stdout
+    assert pages[1].stdout == text
+    assert max(map(len, text.splitlines())) <= 100
+    command = COMMANDS[path]
+    assert command.help
+    assert all(isinstance(p, click.Argument) or p.help for p in command.params)
+    examples = re.search(r"^ *Examples:\n(.*?)(?:\n\s*\n|\Z)", text, re.M | re.S)[1]
+    found = calls(examples)
+    assert 0 < len(found) == len(logical_lines(examples))
     for words in found:
         assert tuple(words[: len(path)]) == path
         parse(words, tmp_path)
-
-
-@every_page
-def test_says_what_the_command_and_each_option_does(path):
-    assert COMMANDS[path].help
-    for option in COMMANDS[path].params:
-        assert option.help or isinstance(option, click.Argument), option.name
-
-
-@every_page
-def test_fits_a_terminal(path):
-    assert max(map(len, page_of(path).splitlines())) <= 100
-
-
-@pytest.mark.parametrize("program", PROGRAMS)
-def test_list_of_commands_is_whole(program):
-    _, listed = page_of((program,)).split("Commands:")
-    assert "..." not in listed
-    assert all(f"  {name} " in listed for name in PROGRAMS[program].commands)

@@ -6,6 +6,7 @@ multiple of `ALIGNMENT`. All numbers are little-endian. `sampler.formats.generat
 the parts of the C header and of the Fortran module that follow from it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +98,7 @@ ARRAYS = (
         "first mixture component of each class of rebounds",
     ),
     StoredArray("components", "<i2", (*_NODES, "n_components", "stride"), _RECORDS, extra=8),
-    StoredArray("spans", "<f8", (*_CELLS, 2), "least quantile of a cell, and size of its steps"),
+    StoredArray("spans", "<f8", (*_CELLS, 2), "least quantile of the cell, and size of a step"),
     StoredArray(
         "quantiles", "<u2", (*_CELLS, "n_knots", 4),
         "steps of the quantiles at the four nodes of a cell",
@@ -115,23 +116,23 @@ SPIN_ARRAYS = (
         "shape_ratios", "<f8", ("n_shapes", 2), "b/a and c/b of all their grains; 0: they are drawn"
     ),
     StoredArray("roots", "<i4", ("n_shapes",), "first node of their trees"),
-    StoredArray("node_axis", "<i1", ("n_nodes",), "what a node compares"),
-    StoredArray("node_cut", "<f8", ("n_nodes",), "from here on values belong to the second child"),
+    StoredArray("node_axis", "<i1", ("n_nodes",), "quantity that a node compares"),
+    StoredArray("node_cut", "<f8", ("n_nodes",), "values from here on go to the second child"),
     StoredArray(
         "node_child", "<i4", ("n_nodes", 2), "a later node, or -1 - the number of a leaf"
     ),
-    StoredArray("inputs", "<f4", (_LEAVES, 2 * N_INPUTS), "middles, then factors, of the inputs"),
+    StoredArray("inputs", "<f4", (_LEAVES, 2 * N_INPUTS), "centres of the inputs, then scales"),
     StoredArray(
-        "spin_spans", "<f4", (_LEAVES, N_OUTCOMES, 2), "least quantile, and size of the steps"
+        "spin_spans", "<f4", (_LEAVES, N_OUTCOMES, 2), "least quantile, and size of a step"
     ),
     StoredArray(
         "spin_quantiles", "<u2", (_LEAVES, N_OUTCOMES, "n_spin_knots"), "steps of the quantiles"
     ),
     StoredArray(
-        "group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS), "gates of the groups; 1/512"
+        "group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS), "gates of the groups, 1/512"
     ),
     StoredArray(
-        "gates", "<i2", (_LEAVES, N_GROUPS, N_FEATURES, GROUP_SIZE), "gates of the experts; 1/512"
+        "gates", "<i2", (_LEAVES, N_GROUPS, N_FEATURES, GROUP_SIZE), "gates of the experts, 1/512"
     ),
     StoredArray(
         "experts", "<i2", (_LEAVES, N_EXPERTS, EXPERT_STRIDE),
@@ -155,13 +156,13 @@ COUNTS = {
     "n_channels": "channels of a component",
     "n_marginals": "channels with quantile functions",
     "n_columns": "variables of the state that the table gives",
-    "stride": "numbers of the record of a component",
+    "stride": "numbers in the record of a component",
     "flags": f"{SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; else 0",
 }
 
 #: The same of the spin law.
 SPIN_COUNTS = {
-    "n_shapes": "shapes of particles in the spin law; 0: there is none, and what follows is 0",
+    "n_shapes": "shapes of the spin law; 0: no spin law, and zeros from here on",
     "n_nodes": "nodes of their trees",
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",
@@ -184,18 +185,18 @@ _FIRST_HEADER = (
     Field("pair", f"S{PAIR_BYTES + 1}", 1, "name of the material pair, UTF-8, zeros behind it"),
     *(Field(name, "<u4", 1, meaning) for name, meaning in COUNTS.items()),
     Field("channels", "i1", MOST_NAMES, "channel of each row of a factor; -1 from n_channels on"),
-    Field("marginals", "i1", MOST_NAMES, "its quantile function, 0, 1, ...; -1: it has none"),
+    Field("marginals", "i1", MOST_NAMES, "number of its quantile function; -1: none"),
     Field("columns", "i1", MOST_NAMES, "variables of the state; -1 from n_columns on"),
     Field("alpha_offset", "<i4", 1, "number of the first node in alpha_coordinate"),
     Field("speed_offset", "<i4", 1, "number of the first node in speed_coordinate"),
     Field("alpha_first", "<f8", 1, "smallest impact angle, rad"),
     Field("alpha_last", "<f8", 1, "largest impact angle, rad"),
-    Field("alpha_origin", "<f8", 1, "impact angle at the begin of alpha_coordinate, rad"),
-    Field("alpha_scale", "<f8", 1, "entries of alpha_coordinate per rad; 0: it is one angle"),
+    Field("alpha_origin", "<f8", 1, "impact angle at the start of alpha_coordinate, rad"),
+    Field("alpha_scale", "<f8", 1, "entries of alpha_coordinate per rad; 0: one angle only"),
     Field("speed_first", "<f8", 1, "smallest impact speed, m/s"),
     Field("speed_last", "<f8", 1, "largest impact speed, m/s"),
-    Field("speed_origin", "<f8", 1, "impact speed at the begin of speed_coordinate, m/s"),
-    Field("speed_scale", "<f8", 1, "entries of speed_coordinate per m/s; 0: it is one speed"),
+    Field("speed_origin", "<f8", 1, "impact speed at the start of speed_coordinate, m/s"),
+    Field("speed_scale", "<f8", 1, "entries of speed_coordinate per m/s; 0: one speed only"),
     Field("variate_max", "<f8", 1, "mixture variate of the last knot; the first is its negative"),
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in ARRAYS),
 )
@@ -210,7 +211,7 @@ HEADER = (
         "spin_coordinate",
         "<f8",
         2,
-        "k times the n-th power of the largest V_e, and n, of exp(-k V_e^n)",
+        "k V_e^n of the largest V_e, and n",
     ),
     Field("aspect", "<f8", 8, "laws of b/a and c/b: mean, deviation, probabilities of the ends"),
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
@@ -231,13 +232,22 @@ def field_offset(name: str) -> int:
 
 
 def layout_text() -> str:
-    """Field lists of a binary table as Markdown, for the page on the format."""
-    lines = ["| offset | field | type | meaning |", "|---|---|---|---|"]
+    """Field lists of a binary table as two blocks of text, for the page on the format."""
+    fields = [("offset", "field", "type", "meaning")]
     for field in HEADER:
         kind = field.dtype.strip("<") + (f" x {field.count}" if field.count > 1 else "")
-        lines.append(f"| {field_offset(field.name)} | `{field.name}` | {kind} | {field.meaning} |")
-    lines += ["", "| array | type | shape | meaning |", "|---|---|---|---|"]
+        if not field.name.startswith("at_"):
+            fields.append((str(field_offset(field.name)), field.name, kind, field.meaning))
+    arrays = [("at", "array", "type and shape", "meaning")]
     for array in (*ARRAYS, *SPIN_ARRAYS):
-        shape = ", ".join(str(dim) for dim in array.dims)
-        lines.append(f"| `{array.name}` | {array.dtype.strip('<')} | {shape} | {array.meaning} |")
-    return "\n".join(lines) + "\n"
+        kind = f"{array.dtype.strip('<')} [{', '.join(map(str, array.dims))}]"
+        place = field_offset(f"at_{array.name}")
+        arrays.append((str(place), array.name, kind, array.meaning))
+    return _block(fields) + "\n" + _block(arrays)
+
+
+def _block(rows: Sequence[tuple[str, ...]]) -> str:
+    """Rows as a block of text in columns."""
+    widths = [max(len(row[k]) for row in rows) for k in range(3)]
+    lines = ["  ".join((*map(str.ljust, row, widths), row[3])) for row in rows]
+    return "```text\n" + "\n".join(lines) + "\n```\n"

@@ -44,9 +44,8 @@ def spin_text() -> str:
 
 
 def quantiles_text() -> str:
-    """Bounds of the quantiles of each channel as a Markdown table."""
-    rows = [f"| {name} | ({low:g}, {high:g}) |" for name, (low, high) in QUANTILES.items()]
-    return "\n".join(["| channel | quantiles in |", "|---|---|", *rows]) + "\n"
+    """Bounds of the quantiles of each channel as an indented block."""
+    return "".join(f"    {name} ({low:g}, {high:g})\n" for name, (low, high) in QUANTILES.items())
 
 
 def attributes_text() -> str:
