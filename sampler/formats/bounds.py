@@ -2,7 +2,7 @@
 
 Within these bounds every draw is finite and physical, and every table fits into a binary table.
 They lie far beyond what a table can mean. The readers of table files take them through
-`sampler.formats.layout`, the reader in C through `sampler.formats.generated`.
+`sampler.formats.layout`, the reader in C through `sampler.formats.generated_code`.
 """
 
 import re
