@@ -100,7 +100,7 @@ def first_not_finite(*arrays: FloatArray) -> int:
 
 
 class ParticleRun:
-    """Particles at one condition; arguments as for `tablegen.simulation.simulate.simulate_condition`."""
+    """Particles at one condition; arguments as for `simulate_condition`."""
 
     def __init__(
         self,
