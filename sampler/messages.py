@@ -1,6 +1,6 @@
 """Rows that a batch refused or moved to the edge of the table: their messages and their number.
 
-A batch reports a row and a code; the argument to blame is found here, from those of the row.
+A batch reports a row and a code. The argument to blame is found from the arguments of the row.
 """
 
 import math

@@ -300,8 +300,8 @@ class Table(LawAtConditions, Counting):
             given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
         call = self._call(given, "omega", omega, grain, Keys(seed, index, hit, rng, size))
         after = Rebound(np.empty((*call.shape, 3)), np.empty((*call.shape, 3)))
-        velocities, spins = (array.reshape(call.rows.n, 3) for array in after)
-        report = library.rebound(self._table, call.rows, velocities, spins, as_threads(threads))
+        flat = (array.reshape(call.rows.n, 3) for array in after)
+        report = library.rebound(self._table, call.rows, *flat, as_threads(threads))
         self._finish(self._header, call, report, 3)
         return after
 

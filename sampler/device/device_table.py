@@ -1,6 +1,6 @@
 """A table on a GPU: draws and rebounds of arrays that live there."""
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from sampler.errors import OK, refuse
 from sampler.formats.image import Image, header_of
 from sampler.library import Report
 from sampler.messages import Counting, Counts
-
-if TYPE_CHECKING:
-    from sampler.table import Table
 
 #: Threads of a block, and most blocks for each multiprocessor: larger arrays are taken in turns.
 _THREADS = 128
@@ -49,7 +46,7 @@ class DeviceTable(Counting):
         As of `Table`, of the draws on the device.
     """
 
-    def __init__(self, table: "Table", image: Image, dtype: str) -> None:
+    def __init__(self, table: Any, image: Image, dtype: str) -> None:
         options = program.options(dtype)
         self._cupy = cupy = program.cupy_with_gpu()
         self.columns, self.outside, self.dtype = table.columns, table.outside, dtype
