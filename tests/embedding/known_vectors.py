@@ -53,9 +53,9 @@ def answer(table, kind, given, keys):
     return sampler.rough_rebound(table.handle, *impact, *keys, out, omega), out
 
 
-def check_vectors(program, tolerance, vectors=VECTORS):
+def check_vectors(program, *tolerance, vectors=VECTORS):
     """Run a program like vectors.c on the vectors of every table, those of a folder."""
     for name in TABLES:
         files = VECTORS / f"{name}.rbt", vectors / f"{name}.txt"
         cases = len(files[1].read_text(encoding="ascii").splitlines())
-        assert toolchain.run(program, *files, tolerance) == f"{cases} cases\n"
+        assert toolchain.run(program, *files, *tolerance) == f"{cases} cases\n"
