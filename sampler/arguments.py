@@ -238,11 +238,11 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     return wanted
 
 
-def _flat(array: NDArray[Any], shape: Shape, tail: Shape) -> NDArray[Any]:
+def _flat(library: Any, array: Any, shape: Shape, tail: Shape) -> Any:
     """Make rows of an array, shape (n, *tail), or (1, *tail) where one row stands for all."""
     if array.size != math.prod(tail) and array.shape != shape + tail:
-        array = np.broadcast_to(array, shape + tail)
-    return np.ascontiguousarray(array).reshape(-1, *tail)
+        array = library.broadcast_to(array, shape + tail)
+    return library.ascontiguousarray(array).reshape(-1, *tail)
 
 
 # -- calls -----------------------------------------------------------------------------------------
@@ -294,7 +294,17 @@ class Call(NamedTuple):
         return values[row if len(values) > 1 else 0]
 
 
-def broadcast(arguments: Mapping[str, ArrayLike], keys: Keys, fresh: bool = False) -> Call:
+class HostArrays:
+    """Arrays that arguments become: those of numpy. `sampler.device` has others."""
+
+    library: Any = np
+    reals = staticmethod(as_rows_of)
+    keys = staticmethod(as_keys)
+
+
+def broadcast(
+    arguments: Mapping[str, ArrayLike], keys: Keys, fresh: bool = False, arrays_of: Any = HostArrays
+) -> Call:
     """Make rows of arguments and of their keys.
 
     A generator gives one 64-bit number, which is the seed; rows are numbered from 0, and hit is 0.
@@ -305,12 +315,12 @@ def broadcast(arguments: Mapping[str, ArrayLike], keys: Keys, fresh: bool = Fals
         If an argument has a wrong type or shape.
     """
     keys = keys.checked()
-    arrays: dict[str, NDArray[Any]] = {n: as_rows_of(n, v) for n, v in arguments.items()}
+    arrays: dict[str, Any] = {n: arrays_of.reals(n, v) for n, v in arguments.items()}
     tails: dict[str, Shape] = {name: (3,) if name in VECTORS else () for name in arrays}
     shapes = {name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()}
     if keys.rng is None:
-        hit = as_keys("hit", 0 if keys.hit is None else keys.hit, 32)
-        index = as_keys("index", keys.index, 64)
+        hit = arrays_of.keys("hit", 0 if keys.hit is None else keys.hit, 32)
+        index = arrays_of.keys("index", keys.index, 64)
         seed = as_seed(keys.seed)
         shape = common_shape(shapes | {"hit": hit.shape, "index": index.shape})
     else:
@@ -319,7 +329,8 @@ def broadcast(arguments: Mapping[str, ArrayLike], keys: Keys, fresh: bool = Fals
         hit, index = np.zeros(1, dtype=np.uint32), np.arange(math.prod(shape), dtype=np.uint64)
         index = index.reshape(shape)
     arrays |= {"index": index, "hit": hit}
-    rows = {name: _flat(array, shape, tails.get(name, ())) for name, array in arrays.items()}
+    library = arrays_of.library
+    rows = {n: _flat(library, array, shape, tails.get(n, ())) for n, array in arrays.items()}
     return Call(shape, Rows(math.prod(shape), seed, rows, fresh))
 
 

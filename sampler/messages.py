@@ -1,17 +1,21 @@
-"""Messages on a row that a batch refused or moved to the edge of the table.
+"""Rows that a batch refused or moved to the edge of the table: their messages and their number.
 
 A batch reports a row and a code. The argument to blame is found from the arguments of the row.
 """
 
 import math
+import threading
+import warnings
 from typing import Any
 
 import numpy as np
 
 from sampler import errors
 from sampler.arguments import MAX_ROUGHNESS, Call, place, told_apart
+from sampler.errors import InputError, OutsideTableWarning
 from sampler.formats.binary_layout import SPEED_INDEPENDENT
 from sampler.formats.bounds import ANY_SPEED, INERTIA, LEAST_RATIO, ROUNDING
+from sampler.library import Report
 
 _LEAVES = "one that lets the particle leave the wall"
 
@@ -36,6 +40,54 @@ _IMPACTS = _CONDITIONS | {
     errors.TILT_NOT_FOUND: ("roughness", _LEAVES),
     errors.CASCADE_NOT_ENDED: ("roughness", _LEAVES),
 }
+
+
+class Counts:
+    """Numbers of draws outside a table, and of draws that extrapolate its laws."""
+
+    def __init__(self) -> None:
+        self.clamped = self.extrapolated = 0
+        self._lock = threading.Lock()
+
+    def add(self, clamped: int, extrapolated: int) -> bool:
+        """Add to the counts, from any thread; tell whether the first clamped draw is among them."""
+        with self._lock:
+            first = self.clamped == 0 and clamped > 0
+            self.clamped += clamped
+            self.extrapolated += extrapolated
+        return first
+
+    def __reduce__(self) -> tuple[type["Counts"], tuple[()]]:
+        return Counts, ()
+
+
+class Counting:
+    """The part that `Table` and `DeviceTable` share: bad rows are refused, clamped ones counted."""
+
+    outside: str
+    _counts: Counts
+
+    @property
+    def clamped(self) -> int:
+        """Number of draws so far that lay outside the table and were moved to its edge."""
+        return self._counts.clamped
+
+    @property
+    def extrapolated(self) -> int:
+        """Number of draws so far with an impact speed outside the file's ``valid_speed``."""
+        return self._counts.extrapolated
+
+    def _finish(self, header: Any, call: Call, report: Report, stacklevel: int) -> None:
+        """Refuse the first bad row of a call, or count its rows outside the table."""
+        clamped, bad = report.clamped_row, report.bad_row
+        if clamped >= 0 and self.outside == "raise" and not 0 <= bad < clamped:
+            raise InputError(outside_message(header, call, clamped))
+        if bad >= 0:
+            raise InputError(row_message(call, bad, report.code))
+        if self._counts.add(report.clamped, report.extrapolated):
+            told = outside_warning(header, call, clamped, report.clamped)
+            # of the line that drew
+            warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)
 
 
 def row_message(call: Call, row: int, code: int) -> str:

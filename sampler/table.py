@@ -1,8 +1,6 @@
 """A loaded table: checked input in, rebound states out."""
 
 import os
-import threading
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -24,14 +22,14 @@ from sampler.arguments import (
     check_grain_word,
     place,
 )
-from sampler.errors import InputError, OutsideTableWarning, TableError, refuse
+from sampler.errors import InputError, TableError, refuse
 from sampler.files import find_table
 from sampler.formats.bounds import ROUNDING
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import header_of, table_image
 from sampler.law import LawAtConditions
-from sampler.library import OpenTable, Report
-from sampler.messages import outside_message, outside_warning, row_message, speed_limits
+from sampler.library import OpenTable
+from sampler.messages import Counting, Counts, speed_limits
 from sampler.population import population_grains
 
 if TYPE_CHECKING:
@@ -39,54 +37,6 @@ if TYPE_CHECKING:
 
 #: Number of states that are copied sooner than their conditions are looked at.
 _SOONER_COPIED = 10_000
-
-
-class Counts:
-    """Numbers of draws outside a table, and of draws that extrapolate its laws."""
-
-    def __init__(self) -> None:
-        self.clamped = self.extrapolated = 0
-        self._lock = threading.Lock()
-
-    def add(self, clamped: int, extrapolated: int) -> bool:
-        """Add to the counts, from any thread; tell whether the first clamped draw is among them."""
-        with self._lock:
-            first = self.clamped == 0 and clamped > 0
-            self.clamped += clamped
-            self.extrapolated += extrapolated
-        return first
-
-    def __reduce__(self) -> tuple[type["Counts"], tuple[()]]:
-        return Counts, ()
-
-
-class Counting:
-    """The part that `Table` and `DeviceTable` share: bad rows are refused, clamped ones counted."""
-
-    outside: str
-    _counts: Counts
-
-    @property
-    def clamped(self) -> int:
-        """Number of draws so far that lay outside the table and were moved to its edge."""
-        return self._counts.clamped
-
-    @property
-    def extrapolated(self) -> int:
-        """Number of draws so far with an impact speed outside the file's ``valid_speed``."""
-        return self._counts.extrapolated
-
-    def _finish(self, header: Any, call: Call, report: Report, stacklevel: int) -> None:
-        """Refuse the first bad row of a call, or count its rows outside the table."""
-        clamped, bad = report.clamped_row, report.bad_row
-        if clamped >= 0 and self.outside == "raise" and not 0 <= bad < clamped:
-            raise InputError(outside_message(header, call, clamped))
-        if bad >= 0:
-            raise InputError(row_message(call, bad, report.code))
-        if self._counts.add(report.clamped, report.extrapolated):
-            told = outside_warning(header, call, clamped, report.clamped)
-            # of the line that drew
-            warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)
 
 
 class Table(LawAtConditions, Counting):

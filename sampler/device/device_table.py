@@ -4,17 +4,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sampler.arguments import Keys, Rebound, Rows, asks_spin_law
-from sampler.device.program import bits, cupy_with_gpu, options, source
-from sampler.device.rows import device_rows, row_on_host
-from sampler.drawing.threads import Report, merge
-from sampler.errors import InputError
-from sampler.formats.bounds import TableArrays
-from sampler.inputs.counts import Counting, Counts
-from sampler.messages import row_message
+from sampler.arguments import Keys, Rebound, broadcast
+from sampler.device import program
+from sampler.errors import OK, refuse
+from sampler.formats.image import Image, header_of
+from sampler.library import Report
+from sampler.messages import Counting, Counts
 
-#: Threads of a block, and blocks for each multiprocessor of the device at most: the rows of larger
-#: arrays are taken in turns.
+#: Threads of a block, and most blocks for each multiprocessor: larger arrays are taken in turns.
 _THREADS = 128
 _BLOCKS = 32
 
@@ -29,49 +26,36 @@ class DeviceTable(Counting):
     """A rebound table on a GPU, from `Table.to_device`.
 
     Its functions take arrays of CuPy, numbers and numpy arrays, and return arrays of CuPy. They
-    draw the states of `Table` for the same keys: with the same bits, but where functions of the
-    device's own (``atan2``, ``cos``, ``sin``, ``log``) differ in the last digits. A call waits for
-    the device once, to learn whether a row was refused.
-
-    It has been compiled, and its kernels tested on the host; it was never run on a GPU.
+    draw the states of `Table` for the same keys, with the same bits but where the device's
+    ``atan2``, ``cos``, ``sin`` and ``log`` differ in the last digits. A call waits for the device
+    once, to learn whether a row was refused. It was tested on the host, never run on a GPU.
 
     Parameters
     ----------
-    image : bytes
-        The binary table.
-    arrays : TableArrays
-        The table that the image was made of.
-    columns : tuple of str
-    outside : {"clamp", "raise"}
-        As of `Table`.
+    table : Table
+    image : uint8 array
+        The bytes of its binary table.
     dtype : {"float64", "float32"}
         Type of the numbers of all arrays.
 
     Attributes
     ----------
     columns, outside, dtype
-        As they were given.
+        As of `Table`, and as given.
     clamped, extrapolated : int
         As of `Table`, of the draws on the device.
     """
 
-    def __init__(
-        self,
-        image: bytes,
-        arrays: TableArrays,
-        columns: tuple[str, ...],
-        outside: str,
-        dtype: str,
-    ) -> None:
-        chosen = options(dtype)
-        self._cupy = cupy = cupy_with_gpu()
-        self.columns, self.outside, self.dtype = columns, outside, dtype
-        self._arrays, self._counts = arrays, Counts()
+    def __init__(self, table: Any, image: Image, dtype: str) -> None:
+        options = program.options(dtype)
+        self._cupy = cupy = program.cupy_with_gpu()
+        self.columns, self.outside, self.dtype = table.columns, table.outside, dtype
+        self._table, self._header, self._counts = table, header_of(image), Counts()
         self._device = cupy.cuda.Device()
-        self._module = cupy.RawModule(code=source(), options=chosen)
-        self._image = cupy.asarray(np.frombuffer(image, np.uint8))
+        self._module = cupy.RawModule(code=program.source(), options=options)
+        self._image = cupy.asarray(image)
         self._blocks = _BLOCKS * self._device.attributes["MultiProcessorCount"]
-        self._tables = {grain: self._table(grain) for grain in ("own", "fresh")}
+        self._tables = {grain: self._as_argument(grain) for grain in ("own", "fresh")}
 
     def __repr__(self) -> str:
         return f"<sampler.DeviceTable on device {self._device.id}, {self.dtype}>"
@@ -92,8 +76,7 @@ class DeviceTable(Counting):
         Parameters
         ----------
         alpha1, speed, spin, seed, index, hit
-            As for `Table.sample`: arrays of CuPy, or what numpy takes; all broadcast. Keys of type
-            uint64 and uint32 are taken as they are, others are looked through.
+            As for `Table.sample`: arrays of CuPy, or what numpy takes; all broadcast.
         grain : {"own", "fresh"}
             As for `Table.sample`; no grains can be given.
 
@@ -108,11 +91,10 @@ class DeviceTable(Counting):
             As `Table.sample`.
         """
         arguments = {"alpha1": alpha1, "speed": speed}
-        rows, spins = self._rows(arguments, "spin", spin, grain, Keys(seed, index, hit))
-        values = [rows.values.get(name) for name in ("alpha1", "speed", "spin")]
-        states = self._empty(*rows.shape, len(self.columns))
-        kernel = "rbt_spin_draw_kernel" if spins else "rbt_draw_kernel"
-        self._launch(kernel, grain, rows, values, [states])
+        call = self._call(arguments, "spin", spin, grain, Keys(seed, index, hit))
+        states = self._empty(*call.shape, len(self.columns))
+        kernel = "rbt_spin_draw_kernel" if "spin" in call.rows.arrays else "rbt_draw_kernel"
+        self._launch(kernel, grain, call, ("alpha1", "speed", "spin"), [states])
         return states
 
     def rebound(
@@ -134,7 +116,7 @@ class DeviceTable(Counting):
         Parameters
         ----------
         velocity, normal, half_size, omega, wall_velocity, roughness
-            As for `Table.rebound`: arrays of CuPy, or what numpy takes; all broadcast.
+            As for `Table.rebound`; arrays as for `sample`.
         grain, seed, index, hit
             As for `sample`.
 
@@ -142,30 +124,25 @@ class DeviceTable(Counting):
         -------
         Rebound
             ``velocity, omega``: cupy.ndarray, shape (..., 3), of the type `dtype`.
-
-        Raises
-        ------
-        InputError
-            As `Table.rebound`.
         """
         arguments = {"velocity": velocity, "normal": normal, "half_size": half_size}
         others = {"wall_velocity": wall_velocity, "roughness": roughness}
         arguments |= {name: values for name, values in others.items() if values is not None}
-        rows, spins = self._rows(arguments, "omega", omega, grain, Keys(seed, index, hit))
-        names = ("velocity", "normal", "half_size", "wall_velocity", "roughness", "omega")
-        after = [self._empty(*rows.shape, 3) for _ in range(2)]
-        smooth = "rbt_spin_rebound_kernel" if spins else "rbt_rebound_kernel"
+        call = self._call(arguments, "omega", omega, grain, Keys(seed, index, hit))
+        after = [self._empty(*call.shape, 3) for _ in range(2)]
+        smooth = "rbt_spin_rebound_kernel" if "omega" in call.rows.arrays else "rbt_rebound_kernel"
         kernel = smooth if roughness is None else "rbt_rough_rebound_kernel"
-        self._launch(kernel, grain, rows, [rows.values.get(name) for name in names], after)
+        names = ("velocity", "normal", "half_size", "wall_velocity", "roughness", "omega")
+        self._launch(kernel, grain, call, names, after)
         return Rebound(*after)
 
     def _empty(self, *shape: int) -> Any:
-        """Array for results."""
+        """Make an array for results."""
         with self._device:
             return self._cupy.empty(shape, self.dtype)
 
-    def _table(self, grain: str) -> Any:
-        """Bytes of the table that kernels take by value, made on the device from the image."""
+    def _as_argument(self, grain: str) -> Any:
+        """Make the table that kernels take by value, on the device from the image."""
         with self._device:
             made = self._cupy.zeros(_MOST_BYTES, np.uint8)
             arguments = self._image, np.uint64(self._image.size), np.int32(grain == "own"), made
@@ -173,51 +150,42 @@ class DeviceTable(Counting):
             found = self._cupy.asnumpy(made)
         return found[8 : 8 + int(found[:8].view(np.uint64)[0])].copy()
 
-    def _rows(
+    def _call(
         self, arguments: dict[str, Any], name: str, spin: Any, grain: Any, keys: Keys
-    ) -> tuple[Rows, bool]:
-        """Rows of a call, and whether it draws from the spin law."""
+    ) -> program.DeviceCall:
+        """Make rows of the arguments of a call, with the spin where it counts."""
         if not isinstance(grain, str):
-            raise InputError(f"grain: got {type(grain).__name__}, allowed: 'own', 'fresh'")
-        spins = asks_spin_law(self._arrays, name, spin, grain)
-        if spins:
+            refuse("grain", type(grain).__name__, "'own', 'fresh'")
+        if self._table.asks_spin_law(name, spin, grain):
             arguments = arguments | {name: np.zeros(3) if spin is None else spin}
         with self._device:
-            return device_rows(self._cupy, arguments, keys, self.dtype), spins
+            there = program.DeviceArrays(self._cupy, self.dtype)
+            return program.DeviceCall(*broadcast(arguments, keys, arrays_of=there))
 
     def _launch(
-        self, kernel: str, grain: str, rows: Rows, values: list[Any], results: list[Any]
+        self,
+        kernel: str,
+        grain: str,
+        call: program.DeviceCall,
+        names: tuple[str, ...],
+        results: list[Any],
     ) -> None:
-        """Run a kernel over all rows; refuse the first bad row, or count what is outside."""
+        """Run a kernel over all rows; refuse the first bad row, or count the rows outside."""
+        rows, arrays = call.rows, call.rows.arrays
         if rows.n == 0:
             return
-        seed, index, hit = rows.keys
-        named: dict[str, Any] = {**rows.values, "index": index, "hit": hit}
-        single = sum(bits()[name] for name, array in named.items() if len(array) == 1)
+        bits = program.bits()
+        single = sum(bits[name] for name, array in arrays.items() if len(array) == 1)
+        given = [arrays.get(name) for name in names]
+        keys = np.uint64(rows.seed), arrays["index"], arrays["hit"]
         blocks = min(-(-rows.n // _THREADS), self._blocks)
         with self._device:
-            report = self._cupy.asarray(np.array([_NONE, _NONE, 0, 0], np.uint64))
-            self._module.get_function(kernel)(
-                (blocks,),
-                (_THREADS,),
-                (
-                    *(self._tables[grain], np.uint64(rows.n), np.uint32(single), *values),
-                    *(seed, index, hit, *results, report),
-                ),
-            )
-            self._tell(rows, [int(number) for number in self._cupy.asnumpy(report)])
-
-    def _tell(self, rows: Rows, found: list[int]) -> None:
-        """Refuse or count what a launch reports."""
-        bad, clamped_row, clamped, extrapolated = found
-        bad_row, code = (-1, 0) if bad == _NONE else (bad // 256, -(bad % 256))
-        first = -1 if clamped_row == _NONE else clamped_row
-        report = merge(
-            [Report(bad_row, code, first, clamped, extrapolated)], self.outside == "raise"
-        )
-        if report.bad_row >= 0:
-            row = row_on_host(self._cupy, rows, report.bad_row)
-            raise InputError(row_message(row, report.bad_row, report.code))
-        if report.clamped:
-            rows = row_on_host(self._cupy, rows, report.clamped_row)
-        self._counts.add(self._arrays, rows, report, self.outside, 5)
+            found = self._cupy.asarray(np.array([_NONE, _NONE, 0, 0], np.uint64))
+            table = self._tables[grain], np.uint64(rows.n), np.uint32(single)
+            arguments = (*table, *given, *keys, *results, found)
+            self._module.get_function(kernel)((blocks,), (_THREADS,), arguments)
+            bad, clamped_row, clamped, extrapolated = (int(x) for x in self._cupy.asnumpy(found))
+            bad_row, code = (-1, OK) if bad == _NONE else (bad // 256, -(bad % 256))
+            first = -1 if clamped_row == _NONE else clamped_row
+            report = Report(bad_row, code, first, clamped, extrapolated)
+            self._finish(self._header, call, report, 4)

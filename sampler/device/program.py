@@ -1,10 +1,24 @@
-"""The program that a GPU runs: the C header and its kernels, as CuPy compiles them."""
+"""What a GPU runs and reads: the C header with its kernels, and the arguments of calls.
+
+Arrays that live on the device stay there; numbers and numpy arrays are checked on the host.
+"""
 
 import re
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
-from sampler.errors import InputError
+import numpy as np
+
+from sampler.arguments import (
+    Call,
+    as_keys,
+    as_rows_of,
+    check_keys,
+    check_kind,
+    check_vector,
+    keys_of,
+)
+from sampler.errors import InputError, refuse
 from sampler.files import include_directory
 
 #: Types that numbers on the device can have, and their names in C.
@@ -13,37 +27,30 @@ REALS = {"float64": "double", "float32": "float"}
 
 @cache
 def source() -> str:
-    """Text of the program, whole: CuPy keeps what it compiled by this text."""
+    """Read the text of the program, whole: CuPy keeps what it compiled by this text."""
     folder = include_directory()
-    texts = [
-        (folder / name).read_text(encoding="utf-8")
-        for name in ("rebound_sampler.h", "rebound_device.h")
-    ]
+    names = ("rebound_sampler.h", "rebound_device.h")
+    texts = [(folder / name).read_text(encoding="utf-8") for name in names]
     return "".join(["#define REBOUND_SAMPLER_IMPLEMENTATION\n", *texts])
 
 
 @cache
 def bits() -> dict[str, int]:
-    """Bit of each argument of which one row stands for all, from the program."""
+    """Find in the program the bit of each argument of which one row may stand for all."""
     found = re.findall(r"#define RBT_ONE_(\w+) (\d+)u", source())
     return {name.lower(): int(bit) for name, bit in found}
 
 
 def options(dtype: str) -> tuple[str, ...]:
-    """Options of the compiler: the type of numbers; no fused products, for the bits of the host.
-
-    Parameters
-    ----------
-    dtype : {"float64", "float32"}
+    """Give the options of the compiler: the type of numbers; no fused products, as on the host.
 
     Raises
     ------
     InputError
-        If it is another.
+        If `dtype` is none of `REALS`.
     """
     if not isinstance(dtype, str) or dtype not in REALS:
-        allowed = ", ".join(f"'{name}'" for name in REALS)
-        raise InputError(f"dtype: got {dtype!r}, allowed: {allowed}")
+        refuse("dtype", repr(dtype), ", ".join(f"'{name}'" for name in REALS))
     return ("-fmad=false", f"-DRBT_REAL={REALS[dtype]}")
 
 
@@ -55,10 +62,43 @@ def cupy_with_gpu() -> Any:
         allowed = "after: pip install 'rebound-tables[cuda]'"
         raise InputError(f"to_device: CuPy is not installed, allowed {allowed}") from None
     try:
-        devices = cupy.cuda.runtime.getDeviceCount()
-        reason = ""
+        devices, reason = cupy.cuda.runtime.getDeviceCount(), ""
     except RuntimeError as error:  # CuPy's, where there is no driver or no device
         devices, reason = 0, f" ({str(error).partition(':')[0]})"
     if devices == 0:
-        raise InputError(f"to_device: got no GPU{reason}, allowed: one that CuPy can use")
+        refuse("to_device", f"no GPU{reason}", "one that CuPy can use")
     return cupy
+
+
+class DeviceArrays(NamedTuple):
+    """Arrays that arguments become on the device; see `sampler.arguments.HostArrays`."""
+
+    library: Any
+    dtype: str
+
+    def reals(self, name: str, values: Any) -> Any:
+        """Coerce real numbers, or vectors where the name is that of one."""
+        if not isinstance(values, self.library.ndarray):
+            return self.library.asarray(as_rows_of(name, values).astype(self.dtype))
+        check_kind(name, values, "fiu", "real numbers")
+        check_vector(name, values.shape)
+        return values.astype(self.dtype, copy=False)
+
+    def keys(self, name: str, values: Any, bits: int) -> Any:
+        """Coerce keys; signed integers on the device are searched for a negative one."""
+        if not isinstance(values, self.library.ndarray):
+            return self.library.asarray(as_keys(name, values, bits))
+        kind = np.dtype(f"u{bits // 8}")
+        if values.dtype != kind:
+            check_kind(name, values, "iu", keys_of(bits))
+            check_keys(name, values, bits)
+        return values.astype(kind, copy=False)
+
+
+class DeviceCall(Call):
+    """Arguments of a call in arrays of the device; messages copy the row that they name."""
+
+    def at(self, name: str, row: int) -> Any:
+        """Give an argument of a row, on the host."""
+        values = self.rows.arrays[name]
+        return values[row if len(values) > 1 else 0].get().astype(np.float64)

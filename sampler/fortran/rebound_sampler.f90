@@ -64,6 +64,8 @@ module rebound_sampler
 
   type, bind(c) :: c_impacts
     type(c_ptr) :: velocity, normal, half_size, wall_velocity, index, hit, omega, roughness
+    type(c_ptr) :: grain = c_null_ptr  ! those of the keys
+    integer(c_int) :: fresh_grains = 0
   end type c_impacts
 
   interface

@@ -6,22 +6,15 @@ import toolchain
 
 import sampler
 from sampler.formats.image import write_binary_table
+from sampler.library import library as loaded
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "sampler"))
 
 
 @pytest.fixture(scope="session")
-def library(tmp_path_factory):
-    """The functions of the header, optimised for this processor."""
-    return toolchain.header_library(
-        tmp_path_factory.mktemp("library"), ["-O3", "-march=native", toolchain.ONE_COPY]
-    )
-
-
-@pytest.fixture(scope="module")
-def shipped():
-    """The shipped table, with its own count of clamped draws."""
-    return sampler.load("corundum-steel")
+def library():
+    """The library that Python draws with."""
+    return toolchain.declared(loaded()._name)
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ import ctypes
 import hashlib
 import itertools
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -30,7 +30,7 @@ class ndarray:  # noqa: N801  (CuPy's name)
     """An array that numpy does not take by mistake."""
 
     def __init__(self, host):
-        self.host = host
+        self.host = np.asarray(host)
 
     def __array__(self, *_, **__):
         raise TypeError("Implicit conversion to a NumPy array is not allowed.")
@@ -40,38 +40,23 @@ class ndarray:  # noqa: N801  (CuPy's name)
             raise AttributeError(name)
         return getattr(self.host, name)
 
-    def __len__(self):
-        return len(self.host)
+    def get(self):
+        return self.host.copy()
 
-    def __getitem__(self, key):
-        return ndarray(self.host[key])
 
-    def __lt__(self, other):
-        return ndarray(self.host < other)
+def _method(name):
+    def method(self, *arguments, **keywords):
+        given = [getattr(value, "host", value) for value in arguments]
+        found = getattr(self.host, name)(*given, **keywords)
+        return found if name in _OF_PYTHON else ndarray(found)
 
-    def __gt__(self, other):
-        return ndarray(self.host > other)
+    return method
 
-    def __or__(self, other):
-        return ndarray(self.host | other.host)
 
-    def __bool__(self):
-        return bool(self.host)
-
-    def __int__(self):
-        return int(self.host)
-
-    def any(self):
-        return ndarray(np.asarray(self.host.any()))
-
-    def argmax(self):
-        return ndarray(np.asarray(self.host.argmax()))
-
-    def astype(self, dtype, copy=True):
-        return ndarray(self.host.astype(dtype, copy=copy))
-
-    def reshape(self, *shape):
-        return ndarray(self.host.reshape(*shape))
+_OF_PYTHON = ("__len__", "__bool__", "__int__")
+_OF_ARRAYS = ("__getitem__", "__lt__", "__gt__", "__or__", "any", "argmax", "astype", "reshape")
+for _name in (*_OF_PYTHON, *_OF_ARRAYS):
+    setattr(ndarray, _name, _method(_name))
 
 
 def asarray(values):
@@ -79,7 +64,7 @@ def asarray(values):
 
 
 def asnumpy(array):
-    return array.host.copy()
+    return array.get()
 
 
 def empty(shape, dtype):
@@ -99,20 +84,11 @@ def ascontiguousarray(array):
     return ndarray(np.ascontiguousarray(array.host))
 
 
-class Device:
+class Device(nullcontext):
     """A device of one multiprocessor."""
 
     id = 0
     attributes = {"MultiProcessorCount": 1}  # noqa: RUF012
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-    def synchronize(self):
-        pass
 
 
 def as_argument(value):
@@ -123,10 +99,8 @@ def as_argument(value):
         assert value.host.flags.c_contiguous
         return ctypes.c_void_p(value.host.ctypes.data)
     if isinstance(value, np.ndarray):  # a structure by value
-        kind = type(
-            "structure", (ctypes.Structure,), {"_fields_": [("b", ctypes.c_byte * value.nbytes)]}
-        )
-        return kind.from_buffer_copy(value)
+        fields = [("b", ctypes.c_byte * value.nbytes)]
+        return type("structure", (ctypes.Structure,), {"_fields_": fields}).from_buffer_copy(value)
     return {4: ctypes.c_uint32, 8: ctypes.c_uint64}[value.nbytes](int(value))
 
 
@@ -145,35 +119,27 @@ class RawModule:
     def get_function(self, name):
         library = self._compiled()
         function = getattr(library, name)
+        words = ("gridDim", "blockDim", "blockIdx", "threadIdx")
+        dims, blocks, block, thread = (ctypes.c_uint.in_dll(library, word) for word in words)
 
-        def launch(grid, block, arguments):
+        def launch(grid, threads, arguments):
             arguments = [as_argument(value) for value in arguments]
-            RawModule.launches.append((name, *grid, *block))
-            place = {
-                word: ctypes.c_uint.in_dll(library, word)
-                for word in ("gridDim", "blockDim", "blockIdx", "threadIdx")
-            }
-            place["gridDim"].value, place["blockDim"].value = *grid, *block
-            for k, j in itertools.product(range(*grid), range(*block)):
-                place["blockIdx"].value, place["threadIdx"].value = k, j
+            RawModule.launches.append((name, *grid, *threads))
+            dims.value, blocks.value = *grid, *threads
+            for block.value, thread.value in itertools.product(range(*grid), range(*threads)):
                 function(*arguments)
 
         return launch
 
     def _compiled(self):
         digest = hashlib.sha256(f"{self.code}{self.flags}".encode()).hexdigest()[:16]
-        if digest in self.libraries:
-            return self.libraries[digest]
-        source = self.folder / f"program-{digest}.cpp"
-        source.write_text(self.code)
-        flags = ["-O1", "-fPIC", "-shared", *self.flags]
-        program = toolchain.build_on_host(source, source.with_suffix(".so"), flags)
-        self.libraries[digest] = ctypes.CDLL(str(program))
+        if digest not in self.libraries:
+            source = self.folder / f"program-{digest}.cpp"
+            source.write_text(self.code)
+            flags = ["-O1", "-fPIC", "-shared", *self.flags]
+            program = toolchain.build_on_host(source, source.with_suffix(".so"), flags)
+            self.libraries[digest] = ctypes.CDLL(str(program))
         return self.libraries[digest]
 
 
-def device_count():
-    return 1
-
-
-cuda = SimpleNamespace(Device=Device, runtime=SimpleNamespace(getDeviceCount=device_count))
+cuda = SimpleNamespace(Device=Device, runtime=SimpleNamespace(getDeviceCount=lambda: 1))

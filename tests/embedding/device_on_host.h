@@ -1,10 +1,7 @@
 /* Device code on the host: put before rebound_sampler.h (g++ -include device_on_host.h), it makes
    rebound_device.h a source of C++ whose kernels run thread by thread, in loops over the grid. Compile
    with -DRBTI_GPU -ffp-contract=off, which take the way of a device through the draw, and its bits. */
-
-#ifndef DEVICE_ON_HOST_H
-#define DEVICE_ON_HOST_H
-
+#pragma once
 #include <cstdlib>
 #include <cstring>
 
@@ -18,20 +15,10 @@ struct place {
 } gridDim, blockDim, blockIdx, threadIdx;
 }
 
-static inline void atomicMin(unsigned long long *least, unsigned long long value)
-{
-    *least = value < *least ? value : *least;
-}
-
-static inline void atomicAdd(unsigned long long *sum, unsigned long long value)
-{
-    *sum += value;
-}
-
-static inline void atomicXor(unsigned long long *bits, unsigned long long value)
-{
-    *bits ^= value;
-}
+using counter = unsigned long long;
+static inline void atomicMin(counter *least, counter x) { *least = x < *least ? x : *least; }
+static inline void atomicAdd(counter *sum, counter x) { *sum += x; }
+static inline void atomicXor(counter *bits, counter x) { *bits ^= x; }
 
 /* The first thread, and the next one, until none is left. */
 static inline bool first_thread(unsigned blocks, unsigned threads)
@@ -64,5 +51,3 @@ static inline int host_malloc(void **memory, size_t size)
 #define RBT_DEVICE_MALLOC(memory, size) host_malloc(memory, size)
 #define RBT_DEVICE_COPY(to, from, size) (std::memcpy(to, from, size) == nullptr)
 #define RBT_DEVICE_FREE(memory) (std::free(memory), 0)
-
-#endif

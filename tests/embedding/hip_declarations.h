@@ -1,10 +1,6 @@
-/* What HIP's own headers declare of what rebound_sampler.h and rebound_device.h use, so that clang
-   compiles them for a device of AMD where HIP is not installed: put before all else (clang++ -include).
-   Functions without a body stay calls, of a library that is not there. */
-
-#ifndef HIP_DECLARATIONS_H
-#define HIP_DECLARATIONS_H
-
+/* What rebound_sampler.h and rebound_device.h use of HIP's own headers, so that clang compiles them for
+   a device of AMD where HIP is not installed: put before all else (clang++ -include). */
+#pragma once
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -14,23 +10,14 @@
 #define __global__ __attribute__((global))
 
 #define HIP_FUNCTION(name) __device__ double name(double);
-HIP_FUNCTION(atan)
-HIP_FUNCTION(cos)
-HIP_FUNCTION(erfc)
-HIP_FUNCTION(exp)
-HIP_FUNCTION(log)
-HIP_FUNCTION(sin)
-HIP_FUNCTION(tan)
-#undef HIP_FUNCTION
+HIP_FUNCTION(atan) HIP_FUNCTION(cos) HIP_FUNCTION(erfc) HIP_FUNCTION(exp)
+HIP_FUNCTION(log) HIP_FUNCTION(sin) HIP_FUNCTION(tan)
 __device__ double atan2(double, double);
 
 #define HIP_BUILTIN(type, name)                                                                    \
     __device__ static inline type name(type x) { return __builtin_##name(x); }
-HIP_BUILTIN(double, fabs)
-HIP_BUILTIN(double, floor)
-HIP_BUILTIN(double, sqrt)
-HIP_BUILTIN(float, sqrtf)
-#undef HIP_BUILTIN
+HIP_BUILTIN(double, fabs) HIP_BUILTIN(double, floor)
+HIP_BUILTIN(double, sqrt) HIP_BUILTIN(float, sqrtf)
 
 __device__ static inline void *memcpy(void *to, const void *from, size_t size)
 {
@@ -54,5 +41,3 @@ int hipMalloc(void **, size_t);
 int hipMemcpy(void *, const void *, size_t, int);
 int hipFree(void *);
 static const int hipMemcpyDefault = 4;
-
-#endif

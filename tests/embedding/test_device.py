@@ -1,113 +1,224 @@
-"""Device code: CUDA and HIP compile it without a warning, its kernels give the vectors' states.
+"""Draws on a GPU are those of the table and refuse what it refuses; compilers for GPUs take them.
 
-There need be no GPU: the kernels run in loops of the host, from the same source. Where there is
-one, the same vectors run on it.
+Where there is no CuPy with a GPU, a stand-in, `cupy_on_host`, runs the same kernels on the host.
 """
 
+import ctypes
 import re
-import shutil
-import subprocess
+import sys
 from pathlib import Path
 
+import cupy_on_host
+import numpy as np
 import pytest
 import toolchain
-from known_vectors import VECTORS, check_vectors
 
+import sampler
+from sampler.device.program import options, source
+from sampler.errors import InputError, OutsideTableWarning
+
+pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 HERE = Path(__file__).resolve().parent
-SOURCE = HERE / "device_vectors.cu"
-KERNELS = toolchain.IMPLEMENTATION + '#include "rebound_device.h"\n'
+VECTORS = HERE.parent / "vectors"
+N = 300
+RNG = np.random.default_rng(1)
+KEYS = {
+    "index": RNG.integers(0, 2**64, N, dtype=np.uint64),
+    "hit": RNG.integers(0, 2**32, N, dtype=np.uint32),
+    "seed": 5,
+}
+CONDITIONS = {"alpha1": RNG.uniform(0.4, 1.2, N), "speed": RNG.uniform(55.0, 115.0, N)} | KEYS
+IMPACTS = {
+    "velocity": RNG.uniform([20.0, -90.0, -9.0], [80.0, -60.0, 9.0], (N, 3)),
+    "normal": np.array([0.0, 2.0, 0.1]),
+    "half_size": RNG.uniform(1e-6, 1e-4, N),
+} | KEYS
+KERNELS = {
+    *("rbt_table_kernel", "rbt_draw_kernel", "rbt_spin_draw_kernel", "rbt_rebound_kernel"),
+    *("rbt_spin_rebound_kernel", "rbt_rough_rebound_kernel"),
+}
 
-#: Lowest architecture of CUDA 13, those of the A100 and of the H100.
-ARCHITECTURES = ("sm_75", "sm_80", "sm_90")
+
+@pytest.fixture(scope="module", autouse=True)
+def cupy(tmp_path_factory):
+    """CuPy, or the stand-in for it."""
+    try:
+        import cupy
+
+        found = cupy.cuda.runtime.getDeviceCount() > 0
+    except (ImportError, RuntimeError):
+        found = False
+    if found:
+        yield cupy
+        return
+    with cupy_on_host.in_place_of_cupy(tmp_path_factory.mktemp("programs")) as cupy:
+        yield cupy
 
 
-@pytest.mark.processor
+def load(name, **keywords):
+    return sampler.load(VECTORS / f"{name}.h5", **keywords)
+
+
+def there(cupy, given):
+    """The same arguments, arrays on the device."""
+    return {k: cupy.asarray(v) if isinstance(v, np.ndarray) else v for k, v in given.items()}
+
+
+def same(cupy, found, expected, error=0.0):
+    """Check an array of the device; a GPU's functions differ from the host's in the last digits."""
+    assert isinstance(found, cupy.ndarray)
+    assert (found.shape, found.dtype) == (expected.shape, expected.dtype)
+    allowed = max(error, 0.0 if cupy is cupy_on_host else 1e-5) * np.abs(expected).max(initial=0.0)
+    np.testing.assert_allclose(cupy.asnumpy(found), expected, rtol=0.0, atol=allowed)
+
+
+@pytest.mark.parametrize("name", ["full", "plane", "all-eight", "works", "pruned"])
+def test_draws_have_the_bits_of_the_table(cupy, name):
+    table = load(name)
+    same(cupy, table.to_device().sample(**there(cupy, CONDITIONS)), table.sample(**CONDITIONS))
+
+
+@pytest.mark.parametrize("grain", ["own", "fresh"])
+def test_draws_with_spin_have_the_bits_of_the_table(cupy, grain):
+    table = load("spin")
+    given = CONDITIONS | {"spin": RNG.standard_normal((N, 3))}
+    found = table.to_device().sample(**there(cupy, given), grain=grain)
+    same(cupy, found, table.sample(**given, grain=grain))
+    spheres = load("spin", population={"shapes": {"sphere": 1.0}})
+    same(cupy, spheres.to_device().sample(**there(cupy, CONDITIONS)), spheres.sample(**CONDITIONS))
+
+
 @pytest.mark.parametrize(
-    ("compiler", "level"),
-    [("g++", "-O1"), pytest.param("clang++", "-O1", marks=pytest.mark.study)],
+    "more",
+    [
+        {},
+        {"wall_velocity": np.array([1.0, 5.0, 0.0]), "omega": RNG.standard_normal((N, 3)) * 1e6},
+        {"roughness": RNG.uniform(0.0, 0.3, N)},
+        {"roughness": 0.1, "omega": RNG.standard_normal((N, 3)) * 1e6},
+    ],
 )
-def test_kernels_on_the_host_have_the_bits_of_the_vectors(compiler, level, tmp_path):
-    check_vectors(toolchain.build_on_host(SOURCE, tmp_path / "vectors", [level], compiler), 0)
-
-
-def test_a_wrong_kernel_is_found(tmp_path):
-    """One that forgets the hit in the keys."""
-    changed = tmp_path / "device_vectors.cu"
-    text = (toolchain.INCLUDE / "rebound_device.h").read_text(encoding="utf-8")
-    (tmp_path / "rebound_device.h").write_text(text.replace("hit[rbti_row(", "0 & hit[rbti_row("))
-    shutil.copy(SOURCE, changed)
-    program = toolchain.build_on_host(changed, tmp_path / "vectors", [f"-I{HERE}", "-O0"])
-    files = VECTORS / "full.rbt", VECTORS / "full.txt"
-    assert "case 2 fails" in toolchain.run(program, *files, 0, status=1)
-
-
-def build_for_a_device(folder, architecture):
-    """Program whose vectors run on a GPU; functions of libc in device code would not be found."""
-    program = folder / "vectors"
-    toolchain.compile_with("nvcc", [f"-arch={architecture}", f"-I{HERE}", SOURCE], program)
-    return program
-
-
-def test_compiles_with_nvcc(tmp_path):
-    # as far as PTX, which is a half of the time; test_registers does the rest
-    build_for_a_device(tmp_path, "compute_75")
-
-
-@pytest.mark.study  # ten seconds of nvcc; test_examples.py runs the example's kernels
-def test_without_a_gpu_the_example_says_so(tmp_path, shipped_file):
-    """It compiles with nvcc, and ends with one line where there is no device."""
-    source, program = toolchain.INCLUDE / "particles.cu", tmp_path / "particles"
-    toolchain.compile_with("nvcc", ["-arch=sm_75", source], program)
-    if has_gpu():
-        pytest.skip("there is a GPU")
-    command = [program, shipped_file, "10", "2"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    line = "device: there is none, or it has no room for the table\n"
-    assert (done.returncode, done.stdout, done.stderr) == (2, "", line)
-
-
-def has_gpu():
-    """Whether the driver of NVIDIA knows a device."""
-    smi = shutil.which("nvidia-smi")
-    return bool(smi) and subprocess.run([smi, "-L"], capture_output=True).returncode == 0
-
-
-def test_vectors_on_a_gpu(tmp_path):
-    if not has_gpu():
-        pytest.skip("no GPU of NVIDIA on this machine")
-    # CUDA's library has a logarithm, sine and cosine of its own, whose last digit may turn that of
-    # a number in single precision
-    check_vectors(build_for_a_device(tmp_path, "sm_75"), 1e-6)
-
-
-@pytest.mark.study  # half a minute, for what only a compiler or a kernel's size can change
-@pytest.mark.parametrize("architecture", ARCHITECTURES)
-def test_registers(architecture, tmp_path):
-    """Kernels spill no registers, but for that of rough walls. Prints what each takes (``-s``)."""
-    source = tmp_path / "kernels.cu"
-    source.write_text(KERNELS)
-    command = [toolchain.require("nvcc"), "-std=c++17", "-fmad=false", f"-arch={architecture}"]
-    command += [f"-I{toolchain.INCLUDE}", "-Xptxas", "-v", "-cubin", "-o", tmp_path / "cubin"]
-    done = subprocess.run([*command, source], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    found = re.findall(
-        r"entry function '(\w+)'.*?(\d+) bytes stack frame, (\d+) bytes spill stores.*?"
-        r"Used (\d+) registers",
-        done.stdout + done.stderr,
-        re.S,
+def test_rebounds_are_those_of_the_table(cupy, more):
+    table, given = load("spin"), IMPACTS | more
+    pairs = zip(
+        table.to_device().rebound(**there(cupy, given)), table.rebound(**given), strict=True
     )
-    assert len(found) == 6
-    for name, stack, spilled, registers in found:
-        print(f"{architecture} {name}: {registers} registers, {stack} B stack, {spilled} B spilled")
-        assert int(spilled) <= (64 if "rough" in name else 0), name
+    for found, expected in pairs:
+        # last digits of the C library's functions reach features in single precision
+        same(cupy, found, expected, 1e-5 if "omega" in more else 1e-11)
+
+
+def test_numbers_in_single_precision_are_rounded_once(cupy):
+    table = load("full")
+    given = CONDITIONS | {k: CONDITIONS[k].astype(np.float32) for k in ("alpha1", "speed")}
+    found = table.to_device("float32").sample(**there(cupy, given))
+    same(cupy, found, table.sample(**given).astype(np.float32))
+
+
+def test_shapes(cupy):
+    """Arguments broadcast and may lie on the host; there may be none, or more than threads."""
+    table = load("plane")
+    device = table.to_device()
+    for alpha1, index in (([[0.5], [0.9]], [3, 4, 5]), (0.5, np.arange(4200)), ([], 0)):
+        given = {"alpha1": alpha1, "speed": 100.0, "seed": 1, "index": index}
+        same(cupy, device.sample(**given), table.sample(**given))
+    one = device.rebound([60.0, -60.0, 0.0], [0.0, 1.0, 0.0], 1e-5, seed=1, index=2)
+    assert one.velocity.shape == one.omega.shape == (3,)
+
+
+def test_draws_outside_are_counted_and_told_once(cupy):
+    table, given = load("full"), CONDITIONS | {"speed": CONDITIONS["speed"].copy()}
+    given["speed"][[7, 30]] = 500.0
+    device = table.to_device()
+    with pytest.warns(OutsideTableWarning, match="2 draws") as told:
+        [device.sample(**there(cupy, given)) for _ in range(2)]
+    table.sample(**given)
+    assert (len(told), device.clamped, device.extrapolated) == (1, 4, 2 * table.extrapolated)
+
+
+@pytest.mark.parametrize(
+    ("call", "name", "value", "outside"),
+    [
+        ("sample", "alpha1", np.nan, "clamp"), ("sample", "speed", 500.0, "raise"),
+        ("sample", "index", -1, "clamp"), ("sample", "hit", 2**32, "clamp"),
+        ("rebound", "velocity", 60.0, "clamp"), ("rebound", "roughness", 0.6, "clamp"),
+    ],
+)  # fmt: skip
+def test_a_device_refuses_what_the_table_refuses(cupy, call, name, value, outside):
+    """With the same line, which names the row."""
+    given = {
+        "sample": {"alpha1": np.full(5, 0.5), "speed": np.full(5, 99.0)},
+        "rebound": {"velocity": np.tile([60.0, -60.0, 0.0], (5, 1)), "roughness": np.zeros(5)}
+        | {"normal": [0.0, 1.0, 0.0], "half_size": 1e-5},
+    }[call] | {"index": np.arange(5), "hit": np.zeros(5, np.int64), "seed": 1}
+    given[name][3] = value
+    table, lines = load("full", outside=outside), []
+    for drawer, arguments in ((table, given), (table.to_device(), there(cupy, given))):
+        with pytest.raises(InputError) as refused:
+            getattr(drawer, call)(**arguments)
+        lines.append(str(refused.value))
+    assert lines[0] == lines[1]
+    assert re.match(f"{name}: got .* at index 3, allowed", lines[0])
+
+
+def test_only_a_device_refuses(monkeypatch):
+    table = load("full")
+    with pytest.raises(InputError, match=r"^dtype: got 'float16', allowed: 'float64', 'float32'$"):
+        table.to_device("float16")
+    with pytest.raises(InputError, match=r"^grain: got ndarray, allowed: 'own', 'fresh'$"):
+        table.to_device().sample(0.5, 100.0, seed=1, index=0, grain=np.zeros(3))
+    monkeypatch.setattr(sys.modules["cupy"].cuda.runtime, "getDeviceCount", lambda: 0)
+    with pytest.raises(InputError, match=r"^to_device: got no GPU, allowed: one that CuPy can"):
+        table.to_device()
+    monkeypatch.setitem(sys.modules, "cupy", None)
+    with pytest.raises(InputError, match=r"^to_device: CuPy is not installed, allowed after: pip"):
+        table.to_device()
+
+
+def test_a_wrong_kernel_is_found(cupy, monkeypatch):
+    """One that forgets the hit in the keys."""
+    wrong = source().replace("hit[rbti_row(", "0 & hit[rbti_row(")
+    monkeypatch.setattr("sampler.device.program.source", lambda: wrong)
+    with pytest.raises(AssertionError):
+        test_draws_have_the_bits_of_the_table(cupy, "full")
+
+
+def test_nvrtc_compiles_it_as_cupy_does():
+    """NVIDIA's run-time compiler needs no GPU."""
+    path = toolchain.wheel_file("nvidia-cuda-nvrtc", "lib/libnvrtc.so.13")
+    if path is None:
+        pytest.skip("no NVRTC on this machine: pip install '.[cuda-test]'")
+    library, program, size = ctypes.CDLL(str(path)), ctypes.c_void_p(), ctypes.c_size_t()
+    create = library.nvrtcCreateProgram
+    assert create(ctypes.byref(program), source().encode(), b"program.cu", 0, None, None) == 0
+    words = [word.encode() for word in (*options("float64"), "-arch=compute_75")]
+    given = (ctypes.c_char_p * len(words))(*words)
+    status, found = library.nvrtcCompileProgram(program, len(words), given), []
+    for name in ("ProgramLog", "PTX"):
+        getattr(library, f"nvrtcGet{name}Size")(program, ctypes.byref(size))
+        buffer = ctypes.create_string_buffer(size.value + 1)
+        getattr(library, f"nvrtcGet{name}")(program, buffer)
+        found.append(buffer.value.decode())
+    messages, code = found
+    assert (status, messages.strip("\n ")) == (0, "")
+    assert set(re.findall(r"\.entry (\w+)", code)) == KERNELS
+    assert ".extern .func" not in code  # nothing of libc
+    draw = re.search(r"\.entry rbt_draw_kernel\(.*?\n\}\n", code, re.S).group()
+    assert "st.local" not in draw  # it keeps its numbers in registers
+
+
+def test_nvcc_compiles_the_example(tmp_path):
+    example = toolchain.INCLUDE / "particles.cu"
+    toolchain.compile_with(
+        "nvcc", ["-arch=compute_75", "-ptx", example], tmp_path / "particles.ptx"
+    )
 
 
 @pytest.mark.parametrize("real", ["double", pytest.param("float", marks=pytest.mark.study)])
-def test_compiles_for_amd_with_clang(real, tmp_path):
-    source = tmp_path / "kernels.cpp"
-    source.write_text(KERNELS)
+def test_clang_compiles_it_for_amd(real, tmp_path):
+    text = toolchain.IMPLEMENTATION + '#include "rebound_device.h"\n'
+    (tmp_path / "kernels.cpp").write_text(text)
     flags = ["-x", "hip", "--cuda-device-only", "-nogpuinc", "-nogpulib", "--offload-arch=gfx90a"]
     flags += ["-O1", "-S", f"-DRBT_REAL={real}", "-include", HERE / "hip_declarations.h"]
-    toolchain.compile_with("clang++", [*flags, source], tmp_path / "kernels.s")
-    text = (tmp_path / "kernels.s").read_text()
-    assert len(re.findall(r"\.amdhsa_kernel rbt_\w+_kernel", text)) == 6
+    toolchain.compile_with("clang++", [*flags, tmp_path / "kernels.cpp"], tmp_path / "kernels.s")
+    made = (tmp_path / "kernels.s").read_text()
+    assert set(re.findall(r"\.amdhsa_kernel (\w+)", made)) == KERNELS

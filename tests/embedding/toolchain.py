@@ -1,13 +1,10 @@
-"""Compilers of this machine, and programs built with the header and the module of `sampler`."""
+"""Compilers of this machine, programs built with the header, and its functions in Python."""
 
 import ctypes
-import hashlib
 import os
 import shutil
 import subprocess
-import tempfile
 from contextlib import contextmanager
-from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -15,25 +12,26 @@ import numpy as np
 import pytest
 
 from sampler.files import include_directory
+from sampler.library import _Conditions as Conditions
+from sampler.library import _Impacts as Impacts
+from sampler.library import _Report as Report
 
 INCLUDE = include_directory()
 MODULE = INCLUDE / "rebound_sampler.f90"
 IMPLEMENTATION = '#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_sampler.h"\n'
-WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow"]
-FORTRAN_WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wimplicit-interface"]
 
-#: gcc compiles functions for one kind of processor only, in half of the time; those of a batch have
-#: copies for several, which `test_c_header.test_vectors` runs.
+#: gcc compiles functions for one kind of processor only, in half of the time.
 ONE_COPY = "-DRBT_NO_CLONES"
 
+_WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow"]
 _VARIABLES = {"gcc": "CC", "g++": "CXX", "gfortran": "FC"}
 _FLAGS = {
-    "gcc": ["-std=c99", "-Wstrict-prototypes"],
-    "clang": ["-std=c99"],
-    "g++": ["-std=c++17"],
-    "clang++": ["-std=c++17"],
-    "nvcc": ["-std=c++17", "-fmad=false"],
-    "gfortran": ["-std=f2008"],
+    "gcc": ["-std=c99", "-Wstrict-prototypes", *_WARNINGS],
+    "clang": ["-std=c99", *_WARNINGS],
+    "g++": ["-std=c++17", *_WARNINGS],
+    "clang++": ["-std=c++17", *_WARNINGS],
+    "nvcc": ["-std=c++17", "-fmad=false", "-Werror", "all-warnings"],
+    "gfortran": ["-std=f2008", *_WARNINGS[:4], "-Wimplicit-interface"],
 }
 
 
@@ -56,59 +54,19 @@ def wheel_file(package, end):
 
 
 def require(compiler):
-    """Path of a compiler; skips the test, saying so, where there is none."""
+    """Path of a compiler; skips the test where there is none."""
     path = find(compiler)
     if path is None:
         pytest.skip(f"no {compiler} on this machine")
     return path
 
 
-#: Builds that are kept for the other processes and runs of the tests.
-_BUILDS = Path(tempfile.gettempdir()) / f"rebound-tables-builds-{os.getuid()}"
-
-
 def compile_with(compiler, arguments, output):
-    """Run a compiler, or take what it made of the same texts before; its messages are the failure.
-
-    What is kept is found by the compiler's version, the flags and the texts of all sources and of
-    what lies beside them.
-    """
-    others = {"nvcc": ["-Werror", "all-warnings"], "gfortran": FORTRAN_WARNINGS}
-    warnings = others.get(compiler, WARNINGS)
-    words = [*_FLAGS[compiler], *warnings, f"-I{INCLUDE}", *map(str, arguments)]
-    command = [require(compiler), *words, "-o", str(output)]
-    kept = None if compiler == "gfortran" else _BUILDS / _digest(command[0], words)
-    if kept is None or not kept.exists():
-        run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-        assert run.returncode == 0, f"{' '.join(command)}\n{run.stderr}"
-    if kept is None:
-        return
-    if kept.exists():
-        shutil.copy(kept, output)
-        return
-    _BUILDS.mkdir(mode=0o700, exist_ok=True)
-    unfinished = _BUILDS / f"{kept.name}-{os.getpid()}"
-    shutil.copy(output, unfinished)
-    unfinished.replace(kept)
-
-
-def _digest(compiler, words):
-    """What a build depends on."""
-    sources = [Path(word) for word in words if Path(word).is_file()]
-    folders = {INCLUDE, *(source.parent for source in sources)}
-    found = hashlib.sha256(_version(compiler).encode())
-    for word in words:
-        found.update(b"a source" if Path(word) in sources else word.encode() + b"\n")
-    beside = (path for folder in sorted(folders) for path in sorted(folder.glob("*.[ch]")))
-    for path in [*sources, *beside]:
-        found.update(path.read_bytes())
-    return found.hexdigest()
-
-
-@cache
-def _version(compiler):
-    """What a compiler says of itself."""
-    return subprocess.run([compiler, "--version"], capture_output=True, text=True).stdout
+    """Run a compiler; its messages are the failure."""
+    words = [require(compiler), *_FLAGS[compiler], f"-I{INCLUDE}", *map(str, arguments)]
+    command = [*words, "-o", str(output)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, f"{' '.join(command)}\n{done.stderr}"
 
 
 def build(compiler, sources, program, flags=()):
@@ -118,15 +76,16 @@ def build(compiler, sources, program, flags=()):
     return Path(program)
 
 
-def build_on_host(source, program, flags=(), compiler="g++"):
+def build_on_host(source, program, flags=()):
     """Build a program for a GPU as one whose kernels the host runs, and return its path."""
     header = Path(__file__).resolve().parent / "device_on_host.h"
     options = ["-include", header, "-DRBTI_GPU", "-ffp-contract=off", *flags]
-    return build(compiler, [source], program, options)
+    return build("g++", [source], program, options)
 
 
 def build_fortran(sources, folder, flags=()):
     """Build a Fortran program with the module and the header, and return its path."""
+    require("gfortran")
     (folder / "library.c").write_text(IMPLEMENTATION)
     compile_with("gcc", ["-O2", ONE_COPY, "-c", folder / "library.c"], folder / "library.o")
     objects = [MODULE, *sources, folder / "library.o"]
@@ -135,81 +94,53 @@ def build_fortran(sources, folder, flags=()):
 
 def run(program, *arguments, status=0, **environment):
     """Run a program and return what it prints."""
-    done = subprocess.run(
-        [str(program), *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-        env=os.environ | environment,
-    )
+    words = [str(program), *map(str, arguments)]
+    environment = os.environ | environment
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300, env=environment)
     assert done.returncode == status, done.stdout + done.stderr
     return done.stdout
 
 
-class Report(ctypes.Structure):
-    """What a batch reports."""
-
-    _fields_ = [
-        (name, ctypes.c_size_t) for name in ("row", "clamped_row", "clamped", "extrapolated")
-    ]
-
-
-class Impacts(ctypes.Structure):
-    """What a batch of rebounds is given."""
-
-    _fields_ = [
-        (name, ctypes.c_void_p)
-        for name in (
-            *("velocity", "normal", "half_size", "wall_velocity", "index", "hit", "omega"),
-            "roughness",
-        )
-    ]
-
-
-def header_library(folder, flags=()):
-    """Shared library of nothing but the header."""
-    (folder / "library.c").write_text(IMPLEMENTATION)
-    return load_library(folder / "library.c", flags)
-
-
-def load_library(source, flags=(), compiler="gcc"):
+def load_library(source, flags=()):
     """Build a shared library with the functions of the header, and declare them to Python."""
     path = Path(source).with_suffix(".so")
-    compile_with(compiler, [*flags, "-fPIC", "-shared", source, "-lm"], path)
+    compile_with("gcc", [*flags, "-fPIC", "-shared", source, "-lm"], path)
+    return declared(path)
+
+
+def declared(path):
+    """Load a library and declare the functions of the header, which take numpy arrays."""
     library = ctypes.CDLL(str(path))
-    reals, integers = _array(np.float64), _array(np.int32)
-    table, size, seed = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64
-    keys = seed, _array(np.uint64), _array(np.uint32)
-    report = ctypes.POINTER(Report)
+    reals, integers, singles = map(_array, (np.float64, np.int32, np.float32))
+    table, size, seed, real = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64, ctypes.c_double
+    key, keys = (seed, seed, ctypes.c_uint32), (seed, _array(np.uint64), _array(np.uint32))
+    report, after, motion = ctypes.POINTER(Report), (reals, reals), (reals, reals, real, reals)
     for name, arguments in {
         "rbt_open": (ctypes.c_char_p, ctypes.POINTER(table)),
         "rbt_open_memory": (ctypes.c_void_p, size, ctypes.POINTER(table)),
         "rbt_close": (table,),
-        "rbt_draw_batch": (table, size, reals, reals, reals, *keys, reals, report),
-        "rbt_rebound": (
-            table, reals, reals, ctypes.c_double, reals, reals, seed, seed, ctypes.c_uint32, reals,
-            reals,
-        ),
-        "rbt_rough_rebound": (
-            table, reals, reals, ctypes.c_double, reals, ctypes.c_double, reals, seed, seed,
-            ctypes.c_uint32, reals, reals,
-        ),
-        "rbt_wall_tilt": (*4 * [ctypes.c_double], reals),
-        "rbt_draw": (
-            table, ctypes.c_double, ctypes.c_double, reals, seed, seed, ctypes.c_uint32, reals,
-        ),
-        "rbt_grain": (table, seed, seed, ctypes.c_uint32, reals),
-        "rbt_keep_grains": (table, ctypes.c_int),
-        "rbt_has_spin_law": (table,),
-        "rbt_valid_speed": (table, reals),
-        "rbt_rebound_batch": (table, size, ctypes.POINTER(Impacts), seed, reals, reals, report),
-        "rbt_components": (table, integers),
         "rbt_strerror": (ctypes.c_int,),
         "rbt_pair": (table,),
         "rbt_alpha_range": (table, reals),
         "rbt_speed_range": (table, reals),
-    }.items():  # fmt: skip
+        "rbt_valid_speed": (table, reals),
+        "rbt_components": (table, integers),
+        "rbt_has_spin_law": (table,),
+        "rbt_keep_grains": (table, ctypes.c_int),
+        "rbt_grain": (table, *key, reals),
+        "rbt_fresh_grain": (table, *key, reals),
+        "rbt_grains_batch": (table, size, *keys[:2], reals),
+        "rbt_draw": (table, real, real, reals, *key, reals),
+        "rbt_draw_grain": (table, real, real, reals, reals, *key, reals),
+        "rbt_draw_all": (table, real, real, *key, reals),
+        "rbt_draw_batch": (table, size, reals, reals, reals, *keys, reals, report),
+        "rbt_sample_batch": (table, size, ctypes.POINTER(Conditions), seed, reals, singles, report),
+        "rbt_rebound": (table, *motion, reals, *key, *after),
+        "rbt_rough_rebound": (table, *motion, real, reals, *key, *after),
+        "rbt_rebound_grain": (table, *motion, real, reals, reals, *key, *after),
+        "rbt_rebound_batch": (table, size, ctypes.POINTER(Impacts), seed, *after, report),
+        "rbt_wall_tilt": (real, real, real, real, reals),
+    }.items():
         getattr(library, name).argtypes = arguments
     library.rbt_pair.restype = library.rbt_strerror.restype = ctypes.c_char_p
     return library
@@ -240,11 +171,3 @@ def opened(library, path):
         yield table
     finally:
         library.rbt_close(table)
-
-
-def random_conditions(n, seed=1):
-    """Angles, speeds (one in five outside of the small tables), indices and hits."""
-    rng = np.random.default_rng(seed)
-    alpha1, speed = rng.uniform(0.3, 0.5 * np.pi, n), rng.uniform(45.0, 125.0, n)
-    index = rng.integers(0, 2**64, n, dtype=np.uint64)
-    return alpha1, speed, index, rng.integers(0, 2**32, n, dtype=np.uint32)

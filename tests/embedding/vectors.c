@@ -1,8 +1,8 @@
 /* Known-answer vectors through the C header: vectors TABLE.rbt VECTORS.txt TOLERANCE
 
-   Compiled as C and as C++. A tolerance of 0 asks for the same bits from every draw; rebounds, which
-   call atan2, cos and sin of the C library, may differ in the last digits. Prints the number of
-   cases, or the first case that fails. */
+   Compiled as C and as C++. A tolerance of 0 asks for the same bits from every draw; rebounds call
+   atan2, cos and sin of the C library, and may differ in the last digits. Prints the number of
+   cases, or the first case that fails. The lines are those of tests/vectors/make_vectors.py. */
 
 #define REBOUND_SAMPLER_IMPLEMENTATION
 #include "rebound_sampler.h"
@@ -15,21 +15,45 @@
 /* a last digit of an angle may turn the last digit of a feature, in single precision */
 #define SPIN_ROUNDING 1e-5
 
-static int next_numbers(char **text, int n, double *numbers)
-{
-    for (int k = 0; k < n; k++) {
-        char *end;
-        numbers[k] = strtod(*text, &end);
-        if (end == *text)
-            return 0;
-        *text = end;
-    }
-    return 1;
-}
+typedef struct vector_case {
+    double given[14], expected[RBT_VALUES];
+    uint64_t seed, index;
+    uint32_t hit;
+    int code, draws, rough, spins;
+} vector_case;
 
-static uint64_t next_integer(char **text)
+static int read_case(char *text, vector_case *c)
 {
-    return strtoull(*text, text, 10);
+    static const struct {
+        const char *word;
+        int draws, rough, spins;
+    } kinds[] = {{"draw", 1, 0, 0},      {"rebound", 0, 0, 0},      {"rough-rebound", 0, 1, 0},
+                 {"spin-draw", 1, 0, 1}, {"spin-rebound", 0, 0, 1}, {"spin-rough", 0, 1, 1}};
+    char *end = strchr(text, ' ');
+    size_t kind = 0;
+    memset(c, 0, sizeof *c);
+    if (end == NULL)
+        return 0;
+    *end = 0;
+    while (kind < 6 && strcmp(text, kinds[kind].word) != 0)
+        kind++;
+    if (kind == 6)
+        return 0;
+    c->draws = kinds[kind].draws;
+    c->rough = kinds[kind].rough;
+    c->spins = kinds[kind].spins;
+    const int n = (c->draws ? 2 : 10) + c->rough + 3 * c->spins;
+    text = end + 1;
+    for (int k = 0; k < n; k++)
+        c->given[k] = strtod(text, &text);
+    c->seed = strtoull(text, &text, 10);
+    c->index = strtoull(text, &text, 10);
+    c->hit = (uint32_t)strtoull(text, &text, 10);
+    c->code = (int)strtol(text, &text, 10);
+    /* a table without the work of the impulses has 0 for it, and no numbers in the line */
+    for (int k = 0; k < RBT_VALUES && *text == ' '; k++)
+        c->expected[k] = strtod(text, &text);
+    return *text == '\n';
 }
 
 /* Whether results are as expected, or untouched where the code is an error. */
@@ -52,94 +76,93 @@ static void set_untouched(int n, double *values)
         values[k] = UNTOUCHED;
 }
 
-/* `moved` is the same table at another address. */
-static int check_draw(const rbt_table *table, const rbt_table *moved, char *text, double tolerance)
+/* Columns of the table, in both precisions, by rbt_sample_batch. */
+static int check_columns(const rbt_table *table, const vector_case *c, double tolerance)
 {
-    double condition[2], expected[RBT_VALUES] = {0}, values[RBT_VALUES], state[6], row[6];
-    if (!next_numbers(&text, 2, condition))
-        return 0;
-    const uint64_t seed = next_integer(&text), index = next_integer(&text);
-    const uint32_t hit = (uint32_t)next_integer(&text);
-    const int code = (int)strtol(text, &text, 10);
-    /* a table without the work of the impulses gives 0 for it */
-    if (!next_numbers(&text, 8, expected) ||
-        (*text == ' ' && !next_numbers(&text, RBT_VALUES - 8, expected + 8)))
-        return 0;
-    set_untouched(RBT_VALUES, values);
-    set_untouched(6, state);
-    set_untouched(6, row);
+    double states[RBT_VALUES], expected[RBT_VALUES], rounded[RBT_VALUES], found[RBT_VALUES];
+    float singles[RBT_VALUES];
+    int columns[RBT_VALUES];
+    const int n = rbt_components(table, columns);
+    rbt_conditions given;
     rbt_report report;
-    const int codes[3] = {
-        rbt_draw_all(table, condition[0], condition[1], seed, index, hit, values),
-        rbt_draw(moved, condition[0], condition[1], NULL, seed, index, hit, state),
-        rbt_draw_batch(table, 1, condition, condition + 1, NULL, seed, &index, &hit, row, &report),
-    };
-    return codes[0] == code && codes[1] == code && codes[2] == code &&
-           report.row == (code < 0 ? 0u : 1u) && report.clamped == (code > 0 ? 1u : 0u) &&
-           report.clamped_row == (code > 0 ? 0u : 1u) &&
-           agree(code, RBT_VALUES, values, expected, tolerance) &&
-           agree(code, 6, state, expected, tolerance) && agree(code, 6, row, expected, tolerance);
-}
-
-/* spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6 */
-static int check_spin_draw(const rbt_table *table, const rbt_table *moved, char *text,
-                           double tolerance)
-{
-    double given[5], expected[6], state[6], row[6];
-    if (!next_numbers(&text, 5, given))
-        return 0;
-    const uint64_t seed = next_integer(&text), index = next_integer(&text);
-    const uint32_t hit = (uint32_t)next_integer(&text);
-    const int code = (int)strtol(text, &text, 10);
-    if (!next_numbers(&text, 6, expected))
-        return 0;
-    set_untouched(6, state);
-    set_untouched(6, row);
+    memset(&given, 0, sizeof given);
+    given.alpha1 = c->given;
+    given.speed = c->given + 1;
+    given.spin = c->spins ? c->given + 2 : NULL;
+    given.index = &c->index;
+    given.hit = &c->hit;
+    set_untouched(RBT_VALUES, states);
+    for (int k = 0; k < n; k++) {
+        singles[k] = (float)UNTOUCHED;
+        expected[k] = c->expected[columns[k]];
+        rounded[k] = (double)(float)expected[k];
+    }
     const int codes[2] = {
-        rbt_draw(moved, given[0], given[1], given + 2, seed, index, hit, state),
-        rbt_draw_batch(table, 1, given, given + 1, given + 2, seed, &index, &hit, row, NULL),
+        rbt_sample_batch(table, 1, &given, c->seed, states, NULL, &report),
+        rbt_sample_batch(table, 1, &given, c->seed, NULL, singles, NULL),
     };
-    return codes[0] == code && codes[1] == code && agree(code, 6, state, expected, tolerance) &&
-           agree(code, 6, row, expected, tolerance);
+    for (int k = 0; k < n; k++)
+        found[k] = (double)singles[k];
+    return codes[0] == c->code && codes[1] == c->code &&
+           agree(c->code, n, states, expected, tolerance) &&
+           agree(c->code, n, found, rounded, tolerance) && report.row == (c->code < 0 ? 0u : 1u) &&
+           report.clamped == (c->code > 0 ? 1u : 0u) && report.clamped_row == 1u - report.clamped;
 }
 
-/* [spin-]rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 [OMEGA*3] SEED INDEX HIT CODE
-   VELOCITY*3 OMEGA*3; rough-rebound and spin-rough have ROUGHNESS behind the velocity of the wall. */
-static int check_rebound(const rbt_table *table, int rough, int spins, char *text, double tolerance)
+/* `moved` is the same table at another address. */
+static int check_draw(const rbt_table *table, const rbt_table *moved, const vector_case *c,
+                      double tolerance)
 {
-    double given[14], expected[6], result[6], row[6];
-    if (!next_numbers(&text, 10 + (rough ? 1 : 0) + (spins ? 3 : 0), given))
-        return 0;
-    const uint64_t seed = next_integer(&text), index = next_integer(&text);
-    const uint32_t hit = (uint32_t)next_integer(&text);
-    const int code = (int)strtol(text, &text, 10);
-    if (!next_numbers(&text, 6, expected))
-        return 0;
-    const double *velocity = given, *normal = given + 3, *wall_velocity = given + 7;
-    const double *roughness = rough ? given + 10 : NULL;
-    const double *omega = spins ? given + 10 + (rough ? 1 : 0) : NULL;
-    set_untouched(6, result);
-    const int got = rough ? rbt_rough_rebound(table, velocity, normal, given[6], wall_velocity,
-                                              *roughness, omega, seed, index, hit, result, result + 3)
-                          : rbt_rebound(table, velocity, normal, given[6], wall_velocity, omega, seed,
-                                        index, hit, result, result + 3);
+    const double alpha1 = c->given[0], speed = c->given[1], *spin = c->spins ? c->given + 2 : NULL;
+    double values[RBT_VALUES], states[3][6];
+    int codes[3], holds = check_columns(table, c, tolerance);
+    set_untouched(18, states[0]);
+    codes[0] = rbt_draw(moved, alpha1, speed, spin, c->seed, c->index, c->hit, states[0]);
+    codes[1] =
+        rbt_draw_grain(table, alpha1, speed, spin, NULL, c->seed, c->index, c->hit, states[1]);
+    codes[2] = rbt_draw_batch(table, 1, &alpha1, &speed, spin, c->seed, &c->index, &c->hit,
+                              states[2], NULL);
+    for (int k = 0; k < 3; k++)
+        holds = holds && codes[k] == c->code && agree(c->code, 6, states[k], c->expected, tolerance);
+    set_untouched(RBT_VALUES, values);
+    if (!spin)
+        holds = holds &&
+                rbt_draw_all(table, alpha1, speed, c->seed, c->index, c->hit, values) == c->code &&
+                agree(c->code, RBT_VALUES, values, c->expected, tolerance);
+    return holds;
+}
+
+static int check_rebound(const rbt_table *table, const vector_case *c, double tolerance)
+{
+    const double *v = c->given, *normal = v + 3, *wall = v + 7;
+    const double *roughness = c->rough ? v + 10 : NULL;
+    const double *omega = c->spins ? v + 10 + c->rough : NULL, tilt = roughness ? *roughness : 0.0;
+    double after[3][6];
+    int codes[3], holds = 1;
     rbt_impacts impacts;
     memset(&impacts, 0, sizeof impacts);
-    impacts.velocity = velocity;
+    impacts.velocity = v;
     impacts.normal = normal;
-    impacts.half_size = given + 6;
-    impacts.wall_velocity = wall_velocity;
+    impacts.half_size = v + 6;
+    impacts.wall_velocity = wall;
     impacts.roughness = roughness;
     impacts.omega = omega;
-    impacts.index = &index;
-    impacts.hit = &hit;
-    set_untouched(6, row);
-    if (rbt_rebound_batch(table, 1, &impacts, seed, row, row + 3, NULL) != got ||
-        !agree(got, 3, row, result, tolerance) || !agree(got, 3, row + 3, result + 3, tolerance))
-        return 0;
-    tolerance = fmax(tolerance, spins ? SPIN_ROUNDING : rough ? ROUGH_ROUNDING : LIBRARY_ROUNDING);
-    return got == code && agree(code, 3, result, expected, tolerance) &&
-           agree(code, 3, result + 3, expected + 3, tolerance);
+    impacts.index = &c->index;
+    impacts.hit = &c->hit;
+    set_untouched(18, after[0]);
+    codes[0] = c->rough ? rbt_rough_rebound(table, v, normal, v[6], wall, tilt, omega, c->seed,
+                                            c->index, c->hit, after[0], after[0] + 3)
+                        : rbt_rebound(table, v, normal, v[6], wall, omega, c->seed, c->index,
+                                      c->hit, after[0], after[0] + 3);
+    codes[1] = rbt_rebound_grain(table, v, normal, v[6], wall, tilt, omega, NULL, c->seed, c->index,
+                                 c->hit, after[1], after[1] + 3);
+    codes[2] = rbt_rebound_batch(table, 1, &impacts, c->seed, after[2], after[2] + 3, NULL);
+    for (int k = 0; k < 3; k++)
+        holds = holds && codes[k] == c->code && agree(c->code, 6, after[k], after[0], tolerance);
+    tolerance =
+        fmax(tolerance, c->spins ? SPIN_ROUNDING : c->rough ? ROUGH_ROUNDING : LIBRARY_ROUNDING);
+    return holds && agree(c->code, 3, after[0], c->expected, tolerance) &&
+           agree(c->code, 3, after[0] + 3, c->expected + 3, tolerance);
 }
 
 int main(int argc, char **argv)
@@ -163,30 +186,16 @@ int main(int argc, char **argv)
     const rbt_table moved = rbt_moved(table, copy);
     const double tolerance = strtod(argv[3], NULL);
     char line[1024];
-    int cases = 0, failed = 0;
-    while (!failed && fgets(line, sizeof line, file)) {
-        int holds = 0;
-        if (strncmp(line, "draw ", 5) == 0)
-            holds = check_draw(table, &moved, line + 5, tolerance);
-        else if (strncmp(line, "rebound ", 8) == 0)
-            holds = check_rebound(table, 0, 0, line + 8, tolerance);
-        else if (strncmp(line, "spin-draw ", 10) == 0)
-            holds = check_spin_draw(table, &moved, line + 10, tolerance);
-        else if (strncmp(line, "spin-rebound ", 13) == 0)
-            holds = check_rebound(table, 0, 1, line + 13, tolerance);
-        else if (strncmp(line, "rough-rebound ", 14) == 0)
-            holds = check_rebound(table, 1, 0, line + 14, tolerance);
-        else if (strncmp(line, "spin-rough ", 11) == 0)
-            holds = check_rebound(table, 1, 1, line + 11, tolerance);
-        failed = !holds;
+    int cases = 0, holds = 1;
+    while (holds && fgets(line, sizeof line, file)) {
+        vector_case c;
+        holds = read_case(line, &c) && (c.draws ? check_draw(table, &moved, &c, tolerance)
+                                                : check_rebound(table, &c, tolerance));
         cases++;
-        if (failed)
-            printf("case %d fails: %s", cases, line);
     }
     fclose(file);
     rbt_close(table);
     free(memory);
-    if (!failed)
-        printf("%d cases\n", cases);
-    return failed;
+    printf(holds ? "%d cases\n" : "case %d fails\n", cases);
+    return !holds;
 }

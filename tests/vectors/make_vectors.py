@@ -9,12 +9,16 @@ with one case a line, numbers as hexadecimal floating point:
     rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 SEED INDEX HIT CODE VELOCITY*3 OMEGA*3
     rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE ...
 
-Lines of a table without the work of the impulses, which is 0 then, do not have it. The file
-spin.txt, of a table with a spin law, has other lines: `tests/embedding/spin_vectors.py`.
+Lines of a table without the work of the impulses, which is 0 then, do not have it. The table spin,
+with a spin law, has other lines, in which SPIN and OMEGA are those before the impact:
+
+    spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6
+    spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE ...
+    spin-rough VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS OMEGA*3 SEED INDEX HIT ...
 
 With an error code nothing may be written, and the values are 0. The tests of Python, C, C++ and
-Fortran read these files. The draw in Python, which makes them, is compared with an independent one
-in tests/sampler; run this script again only when the draw is meant to change.
+Fortran read these files. The draw that makes them is compared with an independent one in
+tests/sampler; run this script again only when the draw is meant to change.
 """
 
 import itertools
@@ -22,26 +26,21 @@ import math
 import sys
 from pathlib import Path
 
-import numpy as np
-
 HERE = Path(__file__).resolve().parent
 TESTS = HERE.parent
 sys.path[:0] = map(str, (HERE.parents[1], TESTS, TESTS / "sampler", TESTS / "embedding"))
 
-from sampler.drawing.frames import rebound  # noqa: E402
-from sampler.drawing.kernel import draw  # noqa: E402
-from small_tables import SMALL_TABLES, plane  # noqa: E402  (folders of the tests)
+from known_vectors import answer  # noqa: E402  (folders of the tests)
+from small_tables import SMALL_TABLES, plane  # noqa: E402
 from spin_tables import with_spin_law  # noqa: E402
-from spin_vectors import spin_lines  # noqa: E402
 
-from sampler.formats.channels import VARIABLES  # noqa: E402
 from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.formats.image import write_binary_table  # noqa: E402
 from sampler.table import Table  # noqa: E402
-from tablegen.model.roughness import rough_rebound  # noqa: E402
 
 MOST = 2**64 - 1
 NAN, INFINITE = math.nan, math.inf
+REST, UP = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 KEYS = ((0, 0, 0), (7, 123, 4), (MOST, MOST, 2**32 - 1), (1, 2**32, 1), (2**32, 5, 0))
 
 
@@ -115,57 +114,82 @@ def rough_conditions(table):
     ]
 
 
+#: Angle, speed and spin: at zero spin, on both sides of the plane, outside, and what is refused.
+SPIN_DRAWS = (
+    (0.5, 100.0, (0.0, 0.0, 0.0)), (0.5, 100.0, (-0.0, 1e-9, 0.0)), (0.1, 60.0, (0.3, -1.0, -0.8)),
+    (0.1, 60.0, (-0.3, 1.0, -0.8)), (1.2, 250.0, (4.0, 3.0, 2.0)), (0.5 * math.pi, 20.0, (0, 0, 9)),
+    (1.0, 1e-3, (1e4, -2e4, 1e4)), (1.0, 1e-3, (1.0, 1.0, 1.0)), (1e-3, 900.0, (0.1, 0.2, 0.3)),
+    (NAN, 100.0, REST), (0.5, 100.0, (NAN, 0, 0)), (0.5, 100.0, (0, INFINITE, 0)),
+    (0.5, 100.0, (0, 0, 1e160)), (0.0, 100.0, REST), (0.0, 100.0, (NAN, 0, 0)), (0.5, 0.0, REST),
+)  # fmt: skip
+
+#: Velocity, normal, half-size, velocity of the wall, angular velocity.
+SPIN_REBOUNDS = (
+    ((80.0, -60.0, 0.0), UP, 2e-5, REST, (0.0, 0.0, -4e6)),
+    ((80.0, -60.0, 0.0), UP, 2e-5, REST, REST),
+    ((10.0, 90.0, -20.0), (0.3, -2.0, 0.7), 1e-3, (3.0, -4.0, 5.0), (1e5, -2e5, 3e4)),
+    ((0.0, -100.0, 0.0), UP, 1.0, REST, (50.0, 60.0, -70.0)),  # normal impact: uniform azimuth
+    ((80.0, -60.0, 0.0), UP, 2e-5, REST, (NAN, 0.0, 0.0)),
+    ((80.0, 60.0, 0.0), UP, 2e-5, REST, (NAN, 0.0, 0.0)),
+    ((80.0, 60.0, 0.0), UP, 2e-5, REST, (1.0, 0.0, 0.0)),
+    ((80.0, -60.0, 0.0), REST, 2e-5, REST, (1.0, 0.0, 0.0)),
+)
+
+#: Velocity, normal, half-size, velocity of the wall, roughness, angular velocity.
+SPIN_ROUGH = tuple(
+    (*impact[:4], roughness, impact[4])
+    for impact, roughness in zip(
+        SPIN_REBOUNDS, (0.1, 0.3, 0.5, 0.2, 0.1, 0.1, 0.6, 0.1), strict=True
+    )
+)
+
+
 def hexadecimal(numbers):
-    """Numbers that every language reads back to the same bits."""
+    """Write numbers that every language reads back to the same bits."""
     return " ".join(float(x).hex() for x in numbers)
 
 
+def flat(condition):
+    """Put the numbers of a condition, some of them vectors, in one list."""
+    return [float(x) for part in condition for x in (part if isinstance(part, tuple) else (part,))]
+
+
+def lines(table, kind, conditions):
+    """Write the lines of a kind: each condition with each of the keys."""
+    for condition, keys in itertools.product(conditions, KEYS):
+        given = flat(condition)
+        code, values = answer(table, kind, given, keys)
+        if kind == "draw" and "work_shear" not in table.columns:
+            values = values[:8]
+        text = " ".join(str(key) for key in keys)
+        yield f"{kind} {hexadecimal(given)} {text} {code} {hexadecimal(values)}\n"
+
+
 def cases(table):
-    """Lines of the file of vectors."""
-    for (alpha1, speed), keys in itertools.product(draw_conditions(table), KEYS):
-        values = np.zeros(len(VARIABLES) if "work_shear" in table.columns else 8)
-        code = draw(table.arrays, alpha1, speed, *keys_of(keys), values)
-        yield f"draw {hexadecimal((alpha1, speed))} {text_of(keys)} {code} {hexadecimal(values)}"
-    for condition, keys in itertools.product(rebound_conditions(table), KEYS):
-        velocity, normal, half_size, wall = condition
-        out = np.zeros(6)
-        code = rebound(table.arrays, velocity, normal, half_size, wall, *keys_of(keys), out)
-        given = hexadecimal((*velocity, *normal, half_size, *wall))
-        out = out if code >= 0 else np.zeros(6)
-        yield f"rebound {given} {text_of(keys)} {code} {hexadecimal(out)}"
-    for condition, keys in itertools.product(rough_conditions(table), KEYS):
-        velocity, normal, half_size, wall, _ = condition
-        out = np.zeros(6)
-        code = rough_rebound(table.arrays, *condition, *keys_of(keys), out)
-        given = hexadecimal((*velocity, *normal, half_size, *wall, condition[-1]))
-        out = out if code >= 0 else np.zeros(6)
-        yield f"rough-rebound {given} {text_of(keys)} {code} {hexadecimal(out)}"
-
-
-def keys_of(keys):
-    """Keys as the kernels take them."""
-    return np.uint64(keys[0]), np.uint64(keys[1]), np.uint32(keys[2])
-
-
-def text_of(keys):
-    """Keys as decimal numbers."""
-    return " ".join(str(key) for key in keys)
-
-
-def write(name, contents, lines):
-    """Write the three files of a table."""
-    write_table(HERE / f"{name}.h5", contents)
-    write_binary_table(HERE / f"{name}.rbt", contents)
-    (HERE / f"{name}.txt").write_text("".join(lines), encoding="ascii")
+    """Write all lines of a table."""
+    kinds = {
+        "draw": draw_conditions(table),
+        "rebound": rebound_conditions(table),
+        "rough-rebound": rough_conditions(table),
+    }
+    if table.has_spin:
+        kinds = {
+            "spin-draw": SPIN_DRAWS,
+            "spin-rebound": SPIN_REBOUNDS,
+            "spin-rough": SPIN_ROUGH,
+        }
+    for kind, conditions in kinds.items():
+        yield from lines(table, kind, conditions)
 
 
 def main():
     """Write all files."""
-    for name, make in SMALL_TABLES.items():
-        contents = make()
-        write(name, contents, [f"{line}\n" for line in cases(Table(contents))])
-    spin = with_spin_law(plane(), codes=(0, 4), depth=0)
-    write("spin", spin, spin_lines(spin))
+    tables = {name: make() for name, make in SMALL_TABLES.items()}
+    tables["spin"] = with_spin_law(plane(), codes=(0, 4), depth=0)
+    for name, contents in tables.items():
+        write_table(HERE / f"{name}.h5", contents)
+        write_binary_table(HERE / f"{name}.rbt", contents)
+        (HERE / f"{name}.txt").write_text("".join(cases(Table(contents))), encoding="ascii")
 
 
 if __name__ == "__main__":

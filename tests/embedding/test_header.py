@@ -1,0 +1,150 @@
+"""The C header as programs use it: several files, codes and their texts, memory, older tables."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import toolchain
+from known_vectors import VECTORS
+
+import sampler
+from sampler.errors import CODES
+from sampler.formats.binary_layout import HEADER_DTYPE, field_offset
+
+IMPLEMENTATION = toolchain.IMPLEMENTATION
+
+
+def build_main(folder, body, before="", flags=()):
+    """Build a program with the header and a main function of these statements."""
+    source = folder / "main.c"
+    main = f"int main(int argc, char **argv)\n{{\n(void)argc; (void)argv;\n{body}}}\n"
+    source.write_text(f"{before}{IMPLEMENTATION}#include <stdio.h>\n{main}")
+    return toolchain.build("gcc", [source], folder / "main", [*flags, toolchain.ONE_COPY])
+
+
+def test_two_files_of_one_program(tmp_path):
+    (tmp_path / "library.c").write_text(IMPLEMENTATION)
+    (tmp_path / "user.c").write_text(
+        '#include "rebound_sampler.h"\n#include <stdio.h>\n'
+        "int main(void) { return puts(rbt_strerror(RBT_ERR_NO_MEMORY)) < 0; }\n"
+    )
+    sources = [tmp_path / "library.c", tmp_path / "user.c"]
+    program = toolchain.build("gcc", sources, tmp_path / "two", [toolchain.ONE_COPY])
+    assert toolchain.run(program) == "memory: not enough for this table\n"
+
+
+def test_texts_of_all_codes(library):
+    for code in CODES:
+        assert library.rbt_strerror(code.number).decode() == code.text
+    assert library.rbt_strerror(-99) == b"unknown code"
+
+
+def test_header_of_the_file_is_that_of_python(tmp_path):
+    names = HEADER_DTYPE.names
+    offsets = "".join(f'    printf("%zu\\n", offsetof(rbti_header, {name}));\n' for name in names)
+    program = build_main(tmp_path, f'{offsets}    printf("%zu\\n", sizeof(rbti_header));\n')
+    expected = [field_offset(name) for name in names] + [HEADER_DTYPE.itemsize]
+    assert [int(line) for line in toolchain.run(program).split()] == expected
+
+
+def test_an_ignored_code_is_a_warning(tmp_path):
+    with pytest.raises(AssertionError, match="warn_unused_result"):
+        build_main(tmp_path, "    rbt_table *table;\n    rbt_open(argv[1], &table);\n")
+
+
+@pytest.mark.parametrize("flags", ["-DRBT_NO_MMAP", "-O1"])
+def test_memory_is_taken_and_returned_as_the_program_says(flags, tmp_path):
+    before = """#include <stdlib.h>
+static int quota, balance;
+static void *take(size_t size) { return quota-- > 0 ? balance++, malloc(size) : NULL; }
+static void give(void *memory) { balance -= memory != NULL; free(memory); }
+#define RBT_MALLOC take
+#define RBT_FREE give
+"""
+    body = """    for (int most = 0; most < 3; most++) {
+        rbt_table *table;
+        quota = most;
+        const int code = rbt_open(argv[1], &table);
+        rbt_close(table);
+        printf("%d %d ", code, balance);
+    }
+"""
+    program = build_main(tmp_path, body, before, [flags])
+    needed = 2 if flags == "-DRBT_NO_MMAP" else 1  # the file and the table, or the table only
+    expected = "".join("-12 0 " if most < needed else "0 0 " for most in range(3))
+    assert toolchain.run(program, VECTORS / "full.rbt") == expected
+
+
+def test_queries(library):
+    columns, ends = np.zeros(10, np.int32), np.zeros(2)
+    with toolchain.opened(library, VECTORS / "plane.rbt") as table:
+        assert library.rbt_components(table, columns) == 3
+        assert columns.tolist() == [0, 1, 5, *[-1] * 7]
+        assert library.rbt_components(table, None) == 3
+        assert library.rbt_pair(table) == b"made-up"
+        library.rbt_alpha_range(table, ends)
+        np.testing.assert_array_equal(ends, np.deg2rad([20.0, 70.0]))
+        library.rbt_speed_range(table, ends)
+        np.testing.assert_array_equal(ends, [50.0, 120.0])
+    for name, spin, valid in (("spin", 1, [50.0, 300.0]), ("full", 0, [1e-300, 1e300])):
+        with toolchain.opened(library, VECTORS / f"{name}.rbt") as table:
+            assert library.rbt_has_spin_law(table) == spin
+            library.rbt_valid_speed(table, ends)
+            assert ends.tolist() == valid
+
+
+def test_a_file_of_version_1_0_gives_the_states_that_it_gave(library):
+    old, found = VECTORS.parent / "data" / "full-1.0.rbt", np.zeros((2, 500, 6))
+    rng = np.random.default_rng(1)
+    alpha1, speed = rng.uniform(0.3, 1.5, 500), rng.uniform(45.0, 125.0, 500)
+    keys = 5, rng.integers(0, 2**64, 500, dtype=np.uint64), np.arange(500, dtype=np.uint32)
+    for path, states in zip((old, VECTORS / "full.rbt"), found, strict=True):
+        with toolchain.opened(library, path) as table:
+            assert library.rbt_has_spin_law(table) == 0
+            library.rbt_draw_batch(table, 500, alpha1, speed, None, *keys, states, None)
+    np.testing.assert_array_equal(*found)
+    assert old.read_bytes()[10:12] == b"\0\0"
+
+
+def test_tilt_of_a_profile(library):
+    tilt = np.full(1, 7.0)
+    for lengths in ((2e-6, 3e-6, 2e-5, 1e-6), (2e-6, 3e-6, 2e-5, 1.0), (0.0, 0.0, 1.0, 1.0)):
+        assert library.rbt_wall_tilt(*lengths, tilt) == 0
+        assert tilt[0] == sampler.wall_tilt(*lengths)
+    tilt[0] = 7.0
+    for lengths, code in {
+        (np.nan, 1.0, 9.0, 1.0): -1,
+        (1.0, 1.0, 9.0, np.inf): -1,
+        (-1.0, 1.0, 9.0, 1.0): -8,
+        (1.0, 1.0, 0.0, 1.0): -8,
+        (25.0, 1.0, 10.0, 5.0): -8,
+    }.items():
+        assert library.rbt_wall_tilt(*lengths, tilt) == code
+    assert tilt[0] == 7.0
+
+
+def test_memory_that_is_not_aligned(library):
+    good, table = (VECTORS / "full.rbt").read_bytes(), toolchain.ctypes.c_void_p()
+    data = np.zeros(len(good) + 128, np.uint8)
+    start = -data.ctypes.data % 64
+    for shift, code in ((0, 0), (8, -20)):
+        place = data[start + shift : start + shift + len(good)]
+        place[:] = np.frombuffer(good, np.uint8)
+        got = library.rbt_open_memory(place.ctypes.data, len(good), toolchain.ctypes.byref(table))
+        assert got == code
+        library.rbt_close(table)
+
+
+def test_a_table_that_was_read_is_not_the_file(tmp_path):
+    """Without memory maps a file may be cut short while it is open."""
+    (tmp_path / "library.c").write_text(IMPLEMENTATION)
+    flags = ["-O1", "-DRBT_NO_MMAP", toolchain.ONE_COPY]
+    library, path = toolchain.load_library(tmp_path / "library.c", flags), tmp_path / "t.rbt"
+    path.write_bytes((VECTORS / "full.rbt").read_bytes())
+    states = np.zeros((2, 6))
+    with toolchain.opened(library, path) as table:
+        for state in states:
+            assert library.rbt_draw(table, 0.7, 100.0, None, 5, 6, 7, state) == 0
+            path.write_bytes(bytes(100))
+    np.testing.assert_array_equal(*states)
+    assert toolchain.open_code(library, Path("/none"))[0] == -10
