@@ -1,18 +1,16 @@
-"""A particle loop in numba on all processors: gas drives particles from plate to plate.
+"""Numba particle loop with spin on all processors: gas carries particles from plate to plate.
 
-    python docs/examples/particles.py corundum-steel 100000 20 0.05
+    python docs/examples/particles.py corundum-steel 100000 20 --roughness 0.05
 
-takes a table (a name or a file), the number of particles and of the walls that each hits, and the
-roughness of the plates, rad; it does what sampler/c/particles.c does, with the same digest.
+``sampler/c/particles.c`` and ``sampler/fortran/particles.f90`` do the same, with the same digest.
 """
 
+import argparse
 import sys
 import time
-from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 import sampler
 from sampler import rough_rebound
@@ -22,37 +20,35 @@ AT_REST = (0.0, 0.0, 0.0)
 
 
 @numba.njit
-def bounce(arrays, kept, velocity, normal, roughness, particle, hit, out):
-    """Rebound one particle; return the status."""
+def bounce(table, has_spin, velocity, normal, roughness, particle, hit, out):
+    """Rebound one particle whose spin is in out[3:]; return the status."""
     v = (velocity[0], velocity[1], velocity[2])
     impact = (v, normal, HALF_SIZE, AT_REST, roughness)
-    # compiled for one of both: no spin is kept where the table has no law for it
-    if kept is None:
-        return rough_rebound(arrays, *impact, SEED, particle, hit, out)
-    before = (out[3], out[4], out[5])
-    return rough_rebound(arrays, *impact, SEED, particle, hit, out, before)
+    if has_spin is None:  # a table without a spin law: numba compiles this branch alone
+        return rough_rebound(table, *impact, SEED, particle, hit, out)
+    omega = (out[3], out[4], out[5])
+    return rough_rebound(table, *impact, SEED, particle, hit, out, omega)
 
 
 @numba.njit(parallel=True)
-def follow(arrays, kept, roughness, hits, velocity, omega, digests):
-    """Send particles through all their wall hits; return how many failed or were clamped."""
+def follow(table, has_spin, roughness, hits, velocity, omega, digests):
+    """Send each particle through its hits; return the numbers of failed and clamped ones."""
     failed, clamped = 0, 0
     for k in numba.prange(len(velocity)):
-        out = np.zeros(6)
+        out = np.zeros(6)  # velocity and angular velocity after the last wall
         digest = np.uint64(0)
         for met in range(hits):
-            # lower and upper plate take turns
-            side = 1.0 if met % 2 == 0 else -1.0
+            side = 1.0 if met % 2 == 0 else -1.0  # lower and upper plate take turns
             plate = (0.0, side, 0.0)
-            status = bounce(arrays, kept, velocity[k], plate, roughness, k, met, out)
+            status = bounce(table, has_spin, velocity[k], plate, roughness, k, met, out)
             if status < sampler.OK:
                 failed += 1
                 break
-            clamped += status
+            clamped += status & sampler.CLAMPED
             velocity[k], omega[k] = out[:3], out[3:]
             for bits in out.view(np.uint64):
                 digest ^= bits
-            # on the way to the other plate drag makes up most of the difference from the gas
+            # on the way to the other plate drag removes 0.8 of the slip
             gas = (150.0, 80.0 * side, 0.0)
             for axis in range(3):
                 velocity[k, axis] += 0.8 * (gas[axis] - velocity[k, axis])
@@ -60,45 +56,42 @@ def follow(arrays, kept, roughness, hits, velocity, omega, digests):
     return failed, clamped
 
 
-def start(particles: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Velocities and spins of particles before their first wall."""
+def start(particles):
+    """Return velocities and spins of particles before their first wall."""
     velocity = np.tile([150.0, -80.0, 0.0], (particles, 1))
     return velocity, np.zeros_like(velocity)
 
 
-def run(
-    table: sampler.Table, particles: int, hits: int, roughness: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int, Any]:
-    """Velocities and spins after all walls, the digest, and how many failed and were clamped."""
+def run(table, particles, hits, roughness):
+    """Return velocities and spins after all walls, the digest, and (failed, clamped)."""
     velocity, omega = start(particles)
     digests = np.zeros(particles, dtype=np.uint64)
-    kept = True if table.has_spin else None
-    counts = follow(table.arrays, kept, roughness, hits, velocity, omega, digests)
+    has_spin = True if table.has_spin else None
+    counts = follow(table.handle, has_spin, roughness, hits, velocity, omega, digests)
     return velocity, omega, int(np.bitwise_xor.reduce(digests)), counts
 
 
-def main() -> int:
-    """Print what became of the particles."""
-    if len(sys.argv) not in (4, 5):
-        print("usage: particles.py TABLE PARTICLES HITS [ROUGHNESS]", file=sys.stderr)
-        return 2
-    table = sampler.load(sys.argv[1])
-    particles, hits = int(sys.argv[2]), int(sys.argv[3])
-    roughness = float(sys.argv[4]) if len(sys.argv) == 5 else 0.0
-    run(table, 1, 1, roughness)  # compiles
+def main(arguments=None):
+    """Run the loop and print a summary; return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("table", help="name of a table, or path of a .h5 file")
+    parser.add_argument("particles", type=int)
+    parser.add_argument("hits", type=int, help="walls that each particle hits")
+    parser.add_argument("--roughness", type=float, default=0.0, help="of the plates, rad")
+    args = parser.parse_args(arguments)
+    table = sampler.load(args.table)
+    run(table, 1, 1, args.roughness)  # compiles
     begin = time.perf_counter()
-    velocity, omega, digest, (failed, clamped) = run(table, particles, hits, roughness)
-    seconds = time.perf_counter() - begin
-    along, spin = velocity[:, 0].mean(), omega[:, 2].mean()
-    print(
-        f"mean velocity along the plates {along:.3f} m/s, mean spin {spin:.4g} rad/s, "
-        f"failed {failed}"
+    velocity, omega, digest, (failed, clamped) = run(
+        table, args.particles, args.hits, args.roughness
     )
-    rate = particles * hits / seconds
+    rate = args.particles * args.hits / (time.perf_counter() - begin)
+    print(
+        f"mean velocity along the plates {velocity[:, 0].mean():.3f} m/s, "
+        f"mean spin {omega[:, 2].mean():.4g} rad/s, failed {failed}, clamped {clamped}"
+    )
     print(f"{rate:.3g} rebounds per second on {numba.get_num_threads()} threads")
     print(f"digest {digest:016X}")
-    if clamped:
-        print(f"{clamped} rebounds lay outside the table and took its nearest condition")
     return 1 if failed else 0
 
 
