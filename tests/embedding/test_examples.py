@@ -66,7 +66,7 @@ def test_particles(numba_loop, program, tables, name, particles, hits, roughness
     table, file = tables[name]
     velocity, omega, digest, (failed, clamped) = numba_loop(table, particles, hits, roughness)
     assert failed == 0
-    assert (clamped > 0) == (name == "plane")
+    assert clamped > 0 or name != "plane"
     for threads in (1, 2):
         arguments = file, particles, hits, roughness
         printed = toolchain.run(program, *arguments, OMP_NUM_THREADS=str(threads))
