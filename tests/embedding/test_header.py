@@ -9,7 +9,6 @@ from known_vectors import VECTORS
 
 import sampler
 from sampler.errors import CODES
-from sampler.formats.binary_layout import HEADER_DTYPE, field_offset
 
 IMPLEMENTATION = toolchain.IMPLEMENTATION
 
@@ -37,14 +36,6 @@ def test_texts_of_all_codes(library):
     for code in CODES:
         assert library.rbt_strerror(code.number).decode() == code.text
     assert library.rbt_strerror(-99) == b"unknown code"
-
-
-def test_header_of_the_file_is_that_of_python(tmp_path):
-    names = HEADER_DTYPE.names
-    offsets = "".join(f'    printf("%zu\\n", offsetof(rbti_header, {name}));\n' for name in names)
-    program = build_main(tmp_path, f'{offsets}    printf("%zu\\n", sizeof(rbti_header));\n')
-    expected = [field_offset(name) for name in names] + [HEADER_DTYPE.itemsize]
-    assert [int(line) for line in toolchain.run(program).split()] == expected
 
 
 def test_an_ignored_code_is_a_warning(tmp_path):
