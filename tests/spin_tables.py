@@ -102,9 +102,3 @@ def with_spin_law(contents: TableContents, seed: int = 1, **size: int) -> TableC
     """Table with a random spin law beside its own."""
     datasets = dict(contents.datasets) | spin_datasets(seed, **size)
     return replace(contents, datasets=datasets, valid_speed=(50.0, 300.0))
-
-
-def without_spin_law(contents: TableContents) -> TableContents:
-    """Table without its spin law."""
-    kept = {path: values for path, values in contents.datasets.items() if path[:4] != "spin"}
-    return replace(contents, datasets=kept)
