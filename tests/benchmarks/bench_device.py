@@ -22,7 +22,6 @@ import numpy as np
 import sampler
 from sampler.device.program import REALS, cupy_with_gpu
 from sampler.errors import InputError
-from sampler.formats.binary_layout import HEADER_DTYPE
 from sampler.formats.bounds import (
     EXPERT_STRIDE,
     GROUP_SIZE,
@@ -31,7 +30,7 @@ from sampler.formats.bounds import (
     N_INPUTS,
     N_OUTCOMES,
 )
-from sampler.formats.image import binary_table
+from sampler.formats.image import header_of, table_image
 
 PIECE = 16  # bytes of one read
 
@@ -66,11 +65,10 @@ def pieces_of(numbers: int, size: int) -> int:
     return -(-numbers * size // PIECE)
 
 
-def runs_of_a_draw(table: sampler.Table) -> list[int]:
+def runs_of_a_draw(header: Any) -> list[int]:
     """Runs that a draw without spin reads: alias, record, spans, and quantiles of each channel."""
-    arrays = table.arrays
-    quantiles = [1] * arrays.n_marginals
-    return [1, pieces_of(arrays.stride, 2), pieces_of(2 * arrays.n_marginals, 8), *quantiles]
+    marginals = int(header["n_marginals"])
+    return [1, pieces_of(int(header["stride"]), 2), pieces_of(2 * marginals, 8), *[1] * marginals]
 
 
 def runs_of_a_spin_draw() -> list[int]:
@@ -91,16 +89,17 @@ def calls(table: sampler.Table, cupy: Any, count: int, dtype: str) -> dict[str, 
     up, at_rest = cupy.asarray(np.array([0.0, 1.0, 0.0], dtype)), cupy.asarray(np.zeros(3, dtype))
     keys = {"seed": 7, "index": cupy.asarray(np.arange(count, dtype=np.uint64))}
     keys["hit"] = cupy.asarray(np.zeros(count, np.uint32))
-    image, columns = binary_table(table.contents, table.arrays), len(table.columns)
-    end = int(np.frombuffer(image, HEADER_DTYPE, 1)["at_shape_codes"][0]) or len(image)
+    image, columns = table_image(table.contents), len(table.columns)
+    header = header_of(image)
+    end = int(header["at_shape_codes"]) or len(image)
     found = {
         "without spin": {
-            "gather": gather(cupy, image[:end], runs_of_a_draw(table), columns, count, dtype),
+            "gather": gather(cupy, image[:end], runs_of_a_draw(header), columns, count, dtype),
             "draw": lambda: device.sample(alpha, v, **keys),
             "rebound": lambda: device.rebound(moving, up, 1e-5, **keys),
         }
     }
-    if table.has_spin:
+    if table.contents.has_spin:
         found["with spin"] = {
             "gather": gather(cupy, image[end:], runs_of_a_spin_draw(), columns, count, dtype),
             "draw": lambda: device.sample(alpha, v, spin=spin, **keys),
@@ -109,7 +108,7 @@ def calls(table: sampler.Table, cupy: Any, count: int, dtype: str) -> dict[str, 
     return found
 
 
-def gather(cupy: Any, memory: bytes, runs: list[int], numbers: int, count: int, dtype: str) -> Call:
+def gather(cupy: Any, memory: Any, runs: list[int], numbers: int, count: int, dtype: str) -> Call:
     """Launch of a gather kernel, which ends when the device has."""
     options = ("-fmad=false", f"-DRBT_REAL={REALS[dtype]}")
     kernel = cupy.RawModule(code=GATHER, options=options).get_function("gather")

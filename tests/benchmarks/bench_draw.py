@@ -46,6 +46,9 @@ class Conditions:
         self.index = rng.integers(0, 2**64, n, dtype=np.uint64)
         self.hit = np.zeros(n, np.uint32)
         self.spin = rng.standard_normal((n, 3))
+        along, down = self.speed * np.cos(self.alpha1), -self.speed * np.sin(self.alpha1)
+        self.velocity = np.stack([along, down, np.zeros(n)], axis=1)
+        self.omega = self.spin * self.speed[:, None] / 1e-5
         self.states = np.empty((n, len(table.columns)))
         self.singles = np.empty((n, len(table.columns)), np.float32)
 
@@ -59,11 +62,16 @@ def python_draws(table: sampler.Table, c: Conditions) -> dict[str, Draw]:
     def sample(out, **spin):
         return lambda: table.sample(c.alpha1, c.speed, **keys, out=out, **spin)
 
+    def rebound(**spin):
+        return lambda: table.rebound(c.velocity, [0.0, 1.0, 0.0], 1e-5, **keys, **spin)
+
     return {
         BOOTSTRAP: lambda: rows[rng.integers(0, ROWS, c.index.size)],
         "Python, Table.sample": sample(c.states),
         "Python, Table.sample, float32": sample(c.singles),
         "Python, Table.sample, spin": sample(c.states, spin=c.spin),
+        "Python, Table.rebound": rebound(),
+        "Python, Table.rebound, spin": rebound(omega=c.omega),
     }
 
 

@@ -19,17 +19,19 @@ from harness import ROOT
 _PYTHON = (sys.executable, "-c")
 _DRAW = "import sampler; t = sampler.load('corundum-steel-compact')"
 _ONE = "seed=1, index=[0])"
+_IMPACT = "[1.0, -90.0, 0.0], [0, 1, 0], 1e-5"
 _CONDITION = ("--alpha", "45", "--speed", "200", "--count", "1000", "--seed", "1")
 _TABLEGEN, _SAMPLER = (sys.executable, "-m", "tablegen"), (sys.executable, "-m", "sampler")
 _SHAPE = ("--pair", "corundum-steel", "--shape", "mixture")
 PROGRAMS = {
     "tablegen --help": (*_TABLEGEN, "--help"),
     "import tablegen": (*_PYTHON, "import tablegen"),
-    "import numba, h5py": (*_PYTHON, "import numba, h5py"),
+    "import numpy, h5py": (*_PYTHON, "import numpy, h5py"),
     "table.sample": (*_PYTHON, f"{_DRAW}; t.sample(0.5, 100.0, {_ONE}"),
-    "table.rebound": (
+    "table.rebound": (*_PYTHON, f"{_DRAW}; t.rebound({_IMPACT}, {_ONE}"),
+    "spinning, rough wall": (
         *_PYTHON,
-        f"{_DRAW}; t.rebound([1.0, -90.0, 0.0], [0, 1, 0], 1e-5, {_ONE}",
+        f"{_DRAW}; t.rebound({_IMPACT}, omega=[0, 0, 1e5], roughness=0.1, {_ONE}",
     ),
     "sampler draw": (*_SAMPLER, "draw", "corundum-steel", *_CONDITION, "--output", "draws.npz"),
     "tablegen inspect": (*_TABLEGEN, "inspect", "corundum-steel"),
