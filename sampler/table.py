@@ -142,7 +142,7 @@ class Table(LawAtConditions, Counting):
     @property
     def nbytes(self) -> int:
         """Memory that the table takes."""
-        return self._table.image.nbytes + sum(a.nbytes for a in self._small.values())
+        return int(self._table.image.nbytes)
 
     @property
     def alpha_range(self) -> tuple[float, float]:

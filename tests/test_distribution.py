@@ -168,7 +168,7 @@ def test_a_light_installation_has_the_runtime_only(light):
     words = ("-m", "pip", "list", "--format=json")
     listed = json.loads(call(light.programs / "python", *words, folder=light.work))
     names = {package["name"] for package in listed} - {"pip", "setuptools", "rebound-tables"}
-    assert names == {"click", "h5py", "lazy-loader", "numpy"}
+    assert names == {"click", "h5py", "lazy-loader", "numpy", "packaging"}
 
 
 def test_a_light_installation_draws_exports_and_lists(light):

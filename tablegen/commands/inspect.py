@@ -56,7 +56,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
     that the configuration allows, or None if it cannot be read. ``worst`` has the largest ones in
     ``accuracy``, or None if nothing was measured.
     """
-    from sampler import Table
+    from sampler.formats.image import table_image
 
     accuracy = {
         path.removeprefix("accuracy/"): values
@@ -77,7 +77,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "software_version": contents.software_version,
         "content_sha256": contents.content_sha256,
         "processors": list(contents.processors),
-        "bytes_in_memory": Table(contents).nbytes,
+        "bytes_in_memory": table_image(contents).nbytes,
         "declared": _declared(contents.config),
         "worst": worst_stored(accuracy),
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},

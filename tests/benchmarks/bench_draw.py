@@ -45,7 +45,7 @@ class Conditions:
         self.speed = rng.uniform(*table.speed_range, n)
         self.index = rng.integers(0, 2**64, n, dtype=np.uint64)
         self.hit = np.zeros(n, np.uint32)
-        self.spin = rng.standard_normal((n, 3))
+        self.spin = rng.uniform(-1.0, 1.0, (n, 3))
         along, down = self.speed * np.cos(self.alpha1), -self.speed * np.sin(self.alpha1)
         self.velocity = np.stack([along, down, np.zeros(n)], axis=1)
         self.omega = self.spin * self.speed[:, None] / 1e-5
