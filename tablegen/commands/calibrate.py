@@ -9,9 +9,9 @@ import click
 from sampler import options
 from sampler.files import json_text, write_bytes, write_text
 from sampler.options import DONE
-from tablegen.commands import bounded, measured_options
-from tablegen.commands.bounded import CONFIG
+from tablegen.commands import shared
 from tablegen.commands.generate import resumable
+from tablegen.commands.shared import CONFIG
 from tablegen.config.defaults import CALIBRATE_COUNT
 
 #: Options that may be followed by several values, and the form of those after the first.
@@ -43,7 +43,7 @@ class _ManyValues(options.Command):
         "    --hold-out 45 --json fit.json --picture fit.png",
     ),
 )
-@click.argument("measured", type=measured_options.MEASURED, metavar="F.csv|NAME")
+@click.argument("measured", type=shared.MEASURED, metavar="F.csv|NAME")
 @click.option(
     "--pair",
     required=True,
@@ -61,7 +61,7 @@ class _ManyValues(options.Command):
 )
 @click.option(
     "--hold-out",
-    type=bounded.ANGLE,
+    type=shared.ANGLE,
     multiple=True,
     metavar="DEG ...",
     help="Angles whose rows are predicted and not used.",
@@ -75,15 +75,15 @@ class _ManyValues(options.Command):
     help="Particles of each shape at each row.",
 )
 @options.seed("Seed of the particles and of the random starts.")
-@measured_options.speed("Impact speed of rows that state none.")
-@measured_options.wall_tilt(
+@shared.speed("Impact speed of rows that state none.")
+@shared.wall_tilt(
     "Roughness of the wall, standard deviation of the tilt of its facets; or the start of the "
     "search for it."
 )
 @click.option("--resume", is_flag=True, help="Use the simulations of an interrupted run.")
 @click.option("--discard", is_flag=True, help="Remove the simulations of an interrupted run.")
 @options.json_file("Write everything.")
-@measured_options.picture("Draw fit and residuals.")
+@shared.picture("Draw fit and residuals.")
 @options.threads
 @options.progress
 def calibrate(

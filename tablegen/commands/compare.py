@@ -8,8 +8,8 @@ import click
 from sampler import options
 from sampler.files import write_bytes, write_text
 from sampler.options import DONE, note
-from tablegen.commands import measured_options
-from tablegen.commands.bounded import CONFIG
+from tablegen.commands import shared
+from tablegen.commands.shared import CONFIG
 from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 
@@ -28,7 +28,7 @@ from tablegen.model.shape_codes import SHAPE_NAMES
 @click.option(
     "--measured",
     required=True,
-    type=measured_options.MEASURED,
+    type=shared.MEASURED,
     metavar="F.csv|NAME",
     help="Measured rebounds: tables/MEASUREMENTS.md describes the file.",
 )
@@ -41,10 +41,8 @@ from tablegen.model.shape_codes import SHAPE_NAMES
     help="Particles of each shape at each condition.",
 )
 @options.seed("Seed of the simulation.")
-@measured_options.speed(
-    "Impact speed of the rows that state none; needed if the restitution depends on it."
-)
-@measured_options.wall_tilt("Standard deviation of the tilt of the facets of a rough wall.")
+@shared.speed("Impact speed of the rows that state none; needed if the restitution depends on it.")
+@shared.wall_tilt("Standard deviation of the tilt of the facets of a rough wall.")
 @click.option(
     "--shape",
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),
@@ -52,7 +50,7 @@ from tablegen.model.shape_codes import SHAPE_NAMES
 )
 @options.threads
 @options.json_file("Write every number.")
-@measured_options.picture("Draw means, with bands of one standard deviation, against the angle.")
+@shared.picture("Draw means, with bands of one standard deviation, against the angle.")
 @options.progress
 def compare(
     pair: str,

@@ -9,7 +9,7 @@ import click
 
 from sampler import options
 from sampler.options import DONE, note
-from tablegen.commands.bounded import CONFIG
+from tablegen.commands.shared import CONFIG
 from tablegen.commands.validate import print_verdict
 from tablegen.config.defaults import GENERATE_CONDITIONS
 

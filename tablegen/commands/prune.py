@@ -9,7 +9,7 @@ from sampler import options
 from sampler.errors import InputError
 from sampler.formats.channels import VARIABLES
 from sampler.options import DONE, note
-from tablegen.commands.bounded import CONFIG
+from tablegen.commands.shared import CONFIG
 
 if TYPE_CHECKING:
     from tablegen.config.config import Config

@@ -11,8 +11,8 @@ from sampler.errors import InputError
 from sampler.files import find_file, json_text, write_arrays, write_text
 from sampler.formats.channels import STATE
 from sampler.options import DONE, note
-from tablegen.commands import bounded
-from tablegen.commands.bounded import CONFIG
+from tablegen.commands import shared
+from tablegen.commands.shared import CONFIG
 from tablegen.config.defaults import MIXTURE
 from tablegen.model.shape_codes import SHAPE_NAMES
 
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     metavar="MESH",
     help="Instead of a shape: the convex hull of an STL, OBJ or PLY file.",
 )
-@click.option("--alpha", required=True, type=bounded.ANGLE, metavar="DEG", help="Impact angle.")
-@click.option("--speed", required=True, type=bounded.SPEED, metavar="M_S", help="Impact speed.")
+@click.option("--alpha", required=True, type=shared.ANGLE, metavar="DEG", help="Impact angle.")
+@click.option("--speed", required=True, type=shared.SPEED, metavar="M_S", help="Impact speed.")
 @click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
 @click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
 @click.option("--output", type=options.OUTPUT, metavar="F.npz", help="Write every rebound.")
@@ -53,10 +53,10 @@ if TYPE_CHECKING:
     metavar="F.json",
     help="Write statistics; without --output, memory does not grow with the count.",
 )
-@click.option("--aspect", type=bounded.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
+@click.option("--aspect", type=shared.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
 @click.option(
     "--spin",
-    type=bounded.SPIN,
+    type=shared.SPIN,
     nargs=3,
     default=(0.0, 0.0, 0.0),
     metavar="WX WY WZ",

@@ -7,8 +7,8 @@ import click
 from sampler import options
 from sampler.files import write_text
 from sampler.options import DONE, MISSED
-from tablegen.commands import bounded
-from tablegen.commands.bounded import CONFIG
+from tablegen.commands import shared
+from tablegen.commands.shared import CONFIG
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.model.shape_codes import SHAPE_NAMES
 
@@ -36,18 +36,18 @@ from tablegen.model.shape_codes import SHAPE_NAMES
 @click.option("--shape", type=click.Choice(SHAPE_NAMES), multiple=True, help="Only this shape.")
 @click.option(
     "--aspect",
-    type=bounded.RATIO,
+    type=shared.RATIO,
     nargs=2,
     multiple=True,
     metavar="BA CB",
     help="Only these b/a and c/b.",
 )
 @click.option(
-    "--alpha", type=bounded.ANGLE, multiple=True, metavar="DEG", help="Only this impact angle."
+    "--alpha", type=shared.ANGLE, multiple=True, metavar="DEG", help="Only this impact angle."
 )
-@click.option("--speed", type=bounded.SPEED, multiple=True, metavar="M_S", help="Only this speed.")
+@click.option("--speed", type=shared.SPEED, multiple=True, metavar="M_S", help="Only this speed.")
 @click.option(
-    "--spin", type=bounded.SPIN, multiple=True, metavar="WZ", help="Only this spin, times a/V."
+    "--spin", type=shared.SPIN, multiple=True, metavar="WZ", help="Only this spin, times a/V."
 )
 @options.threads
 @options.json_file("Write every case.")

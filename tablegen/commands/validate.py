@@ -10,7 +10,7 @@ from sampler import options
 from sampler.errors import InputError
 from sampler.files import json_text, write_text
 from sampler.options import DONE, MISSED
-from tablegen.commands import bounded
+from tablegen.commands import shared
 from tablegen.config.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ Spin = tuple[float, float, float]
 )
 @click.option(
     "--spin",
-    type=bounded.SPIN,
+    type=shared.SPIN,
     nargs=3,
     multiple=True,
     metavar="WX WY WZ",
@@ -102,7 +102,7 @@ def validate(
     """
     from tablegen.accuracy.validate import validate as compare
     from tablegen.evidence.page import validation_page
-    from tablegen.tables.stored_accuracy import check_store, store_accuracy
+    from tablegen.tables.assembly import check_store, store_accuracy
 
     at = _conditions(alpha, speed, spin)
     if store:

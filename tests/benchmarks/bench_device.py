@@ -99,7 +99,7 @@ def calls(table: sampler.Table, cupy: Any, count: int, dtype: str) -> dict[str, 
             "rebound": lambda: device.rebound(moving, up, 1e-5, **keys),
         }
     }
-    if table.contents.has_spin:
+    if table.has_spin:
         found["with spin"] = {
             "gather": gather(cupy, image[end:], runs_of_a_spin_draw(), columns, count, dtype),
             "draw": lambda: device.sample(alpha, v, spin=spin, **keys),

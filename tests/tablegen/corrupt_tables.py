@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from sampler.formats.bounds import MIXTURE_SCALE
 from sampler.formats.hdf5 import TableContents
 from tablegen.config.config import parse_config
-from tablegen.fitting.fixed_point import MIXTURE_SCALE
 
 #: Datasets that have the two node dimensions in front.
 NODE_DATASETS = (

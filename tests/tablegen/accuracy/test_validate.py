@@ -33,7 +33,7 @@ from tablegen.accuracy.accuracy_text import validation_notes, validation_tables
 from tablegen.accuracy.descriptive import Profile
 from tablegen.accuracy.validate import validate
 from tablegen.config.metric_table import METRICS, SPIN_PRESETS, worst_stored
-from tablegen.tables.stored_accuracy import check_store, store_accuracy
+from tablegen.tables.assembly import check_store, store_accuracy
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 

@@ -1,4 +1,4 @@
-"""Options of both `compare` and `calibrate`: measured rebounds and a picture."""
+"""Types and options that several commands share: configurations, measurements, bounded numbers."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,8 +8,11 @@ import click
 
 from sampler import options
 from sampler.errors import InputError
-from sampler.options import Named
-from tablegen.commands import bounded
+from sampler.options import Named, Number
+from tablegen.model import model_bounds as bounds
+
+#: Name of a material pair or a scene, or the path of its file.
+CONFIG = Named(".toml")
 
 #: Name or path of a file of measurements.
 MEASURED = Named(".csv")
@@ -20,9 +23,19 @@ KINDS = (".png", ".pdf", ".svg")
 Decorator = Callable[[Any], Any]
 
 
+def _within(allowed: bounds.Bounds) -> Number:
+    return Number(allowed.words, allowed.low, allowed.high)
+
+
+ANGLE = _within(bounds.ALPHA_DEG)
+SPEED = _within(bounds.SPEED)
+RATIO = _within(bounds.ASPECT)
+SPIN = _within(bounds.SPIN)
+
+
 def speed(text: str) -> Decorator:
     """Add ``--speed``, of rows that state none."""
-    return click.option("--speed", type=bounded.SPEED, metavar="M_S", help=text)
+    return click.option("--speed", type=SPEED, metavar="M_S", help=text)
 
 
 def wall_tilt(text: str) -> Decorator:
