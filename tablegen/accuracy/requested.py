@@ -5,7 +5,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from sampler.errors import InputError
-from tablegen.config.messages import complaint
+from tablegen.config.complaints import complaint
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
 from tablegen.config.targets import SpinTargets
 

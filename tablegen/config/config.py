@@ -17,6 +17,7 @@ from sampler.errors import InputError
 from sampler.files import find_config, find_file
 from sampler.formats.bounds import GROUP_SIZE, N_GROUPS
 from sampler.formats.channels import STATE, VARIABLES
+from tablegen.config.complaints import MISSING, complaint, refusal, shown
 from tablegen.config.field_types import (
     AngleRange,
     ComponentNames,
@@ -26,7 +27,6 @@ from tablegen.config.field_types import (
     SpeedRange,
 )
 from tablegen.config.mesh import read_mesh
-from tablegen.config.messages import MISSING, complaint, refusal, shown
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.config.scenes import Tree, merged, parse_toml

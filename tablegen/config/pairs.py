@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, field_validator, model_validator
 
+from tablegen.config.complaints import refusal
 from tablegen.config.field_types import Increasing, Line, Name, Positive, Record, SpeedRange, Text
-from tablegen.config.messages import refusal
 from tablegen.model import contact_laws as kernels
 from tablegen.model.float_array import FloatArray
 

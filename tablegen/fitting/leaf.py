@@ -18,7 +18,10 @@ from sampler.formats.bounds import (
     N_OUTCOMES,
     SCORE_MAX,
 )
-from tablegen.fitting.coordinates import (
+from tablegen.fitting.experts import Experts, fit_experts
+from tablegen.fitting.marginals import normal_scores
+from tablegen.fitting.resolution import SpinSizes
+from tablegen.fitting.spin_coordinates import (
     SpeedCoordinate,
     coordinates,
     features,
@@ -26,9 +29,6 @@ from tablegen.fitting.coordinates import (
     outcomes,
     used_features,
 )
-from tablegen.fitting.experts import Experts, fit_experts
-from tablegen.fitting.marginals import normal_scores
-from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
 from tablegen.model.float_array import FloatArray
 

@@ -16,7 +16,6 @@ from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
 from tablegen.config.pairs import ExponentialRestitution
-from tablegen.fitting.coordinates import SpeedCoordinate, coordinates, folded
 from tablegen.fitting.law_conditions import (
     Range,
     draw_ratios,
@@ -26,6 +25,7 @@ from tablegen.fitting.law_conditions import (
 )
 from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes, spin_sizes
+from tablegen.fitting.spin_coordinates import SpeedCoordinate, coordinates, folded
 from tablegen.fitting.tree import Tree, grow, joined
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel

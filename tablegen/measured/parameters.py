@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sampler.errors import InputError
+from tablegen.config.complaints import shown
 from tablegen.config.config import Config
-from tablegen.config.messages import shown
 from tablegen.config.population import FixedAspect, TruncatedNormalAspect
 from tablegen.config.scenes import Tree, merged
-from tablegen.measured.coordinates import (
+from tablegen.measured.search_coordinates import (
     DESCENDING,
     LOGARITHM,
     PLAIN,

@@ -13,7 +13,7 @@ import numpy as np
 
 from sampler.errors import InputError
 from sampler.files import commented_fields, find_measurements
-from tablegen.config.messages import shown
+from tablegen.config.complaints import shown
 from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements, Moments
 from tablegen.model.model_bounds import ALPHA_DEG, SPEED
 

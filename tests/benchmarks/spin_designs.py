@@ -17,7 +17,9 @@ from sampler.formats.bounds import SCORE_MAX
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.accuracy.metrics import DISTANCES, ks_distances
 from tablegen.config.config import load_config
-from tablegen.fitting.coordinates import (
+from tablegen.fitting.leaf import LeafArrays
+from tablegen.fitting.resolution import SPIN_SIZES
+from tablegen.fitting.spin_coordinates import (
     CONDITION_SIGNS,
     OUTCOME_SIGNS,
     coordinates,
@@ -25,8 +27,6 @@ from tablegen.fitting.coordinates import (
     folded,
     outcomes,
 )
-from tablegen.fitting.leaf import LeafArrays
-from tablegen.fitting.resolution import SPIN_SIZES
 from tablegen.fitting.spin_law import ShapeConditions, conditions_task, leaf_task, speed_coordinate
 from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
 from tablegen.fitting.tree import Tree, find_leaves

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tablegen.fitting.coordinates import features
 from tablegen.fitting.expectation import (
     add_densities,
     find_curvatures,
@@ -11,6 +10,7 @@ from tablegen.fitting.expectation import (
     softmax,
 )
 from tablegen.fitting.experts import Experts, expectation, fit_experts
+from tablegen.fitting.spin_coordinates import features
 
 RNG = np.random.default_rng(6)
 

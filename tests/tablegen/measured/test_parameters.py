@@ -5,8 +5,8 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen import load_config
-from tablegen.measured.coordinates import SHARES, bernstein
 from tablegen.measured.parameters import allowed_names, default_names, make_parameters
+from tablegen.measured.search_coordinates import SHARES, bernstein
 from tablegen.measured.trials import TrialPairs
 
 CORUNDUM = load_config("corundum-steel")

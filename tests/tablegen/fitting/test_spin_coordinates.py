@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tablegen.fitting.coordinates import (
+from tablegen.fitting.spin_coordinates import (
     CONDITION_SIGNS,
     OUTCOME_SIGNS,
     SpeedCoordinate,
