@@ -493,6 +493,7 @@ extern "C" {
     !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #if defined(__clang__) && __clang_major__ >= 18
 #define RBTI_CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#define RBTI_APART_CLONES RBTI_CLONES static /* clang inlines none anyway */
 #elif !defined(__clang__) && defined(__GNUC__) && __GNUC__ >= 12
 #define RBTI_CLONES                                                                                \
     __attribute__((optimize("O3", "fp-contract=off"),                                              \
@@ -501,6 +502,9 @@ extern "C" {
 #endif
 #ifndef RBTI_CLONES
 #define RBTI_CLONES
+#endif
+#ifndef RBTI_APART_CLONES
+#define RBTI_APART_CLONES RBTI_CLONES RBTI_APART
 #endif
 
 #if defined(__GNUC__) && !defined(RBTI_GPU)
@@ -1663,11 +1667,10 @@ RBTI_INLINE RBT_DEVICE rbti_grains rbti_own_grains(const rbt_table *table, uint6
     return own;
 }
 
-RBTI_CLONES
-RBTI_APART RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1, double speed,
-                                         const double *given_spin, uint64_t seed,
-                                         const rbti_grains *grains, uint64_t index, uint32_t hit,
-                                         double *state)
+RBTI_APART_CLONES RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1,
+                                                double speed, const double *given_spin,
+                                                uint64_t seed, const rbti_grains *grains,
+                                                uint64_t index, uint32_t hit, double *state)
 {
     const double none[3] = {0.0, 0.0, 0.0}, *spin = given_spin ? given_spin : none;
     const int status = rbti_spin_status(table, alpha1, speed, spin[0], spin[1], spin[2]);
