@@ -243,7 +243,8 @@ def draw(
         over that energy, all of which draws with a spin leave out.
     spin : tuple of three float, optional
         Angular velocity before the impact times a/V, wall frame: then the rebound is drawn from the
-        spin law, also where the spin is zero. None: from the law of particles without spin.
+        spin law, also where the spin is zero. None: from the law of particles without spin, which
+        is of the table's own grains: give zeros if it was loaded with another population.
     grain : tuple of three float, optional
         Shape code, b/a and c/b, from the spin law too; for example a fresh one at each hit, from
         `sampler.grain`. None: with a spin, the particle's own, which it keeps from hit to hit.
