@@ -13,12 +13,13 @@ from sampler.arguments import (
     Grain,
     Keys,
     Rebound,
+    as_reals_up_to,
     as_threads,
     broadcast,
     check_grain_word,
     place,
 )
-from sampler.errors import ROUGHNESS_NOT_USABLE, InputError
+from sampler.errors import InputError
 from sampler.formats.channels import STATE
 from sampler.library import processors
 from tablegen.config.config import Config, ModelSettings
@@ -182,7 +183,7 @@ class DirectModel:
             "omega": np.zeros(3) if omega is None else omega,
         }
         if roughness is not None:
-            given["roughness"] = roughness
+            given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
         numbers = tuple(particles.array(name) for name in _IMPACT)
         keys_of_rows = particles.lab_keys
@@ -240,8 +241,7 @@ class DirectModel:
         """
         call = particles.call
         states = np.empty((call.rows.n, 6))
-        if rough := "roughness" in call.rows.arrays:
-            _check_roughness(call)
+        rough = "roughness" in call.rows.arrays
 
         def work(part: slice) -> Failure | None:
             conditions = np.empty((part.stop - part.start, CONDITION_SIZE))
@@ -275,11 +275,3 @@ class DirectModel:
         unused = np.empty(n, dtype=np.int64), kind, np.empty((n, 2))
         law, population, _ = self.arrays
         return simulate_batch(law, population, conditions, particles.keys(part), states, *unused)
-
-
-def _check_roughness(call: Call) -> None:
-    """Refuse the first roughness out of range."""
-    roughness = call.rows.arrays["roughness"]
-    refused = ~((roughness >= 0.0) & (roughness <= MAX_ROUGHNESS))
-    if refused.any():
-        raise failure_of(call, Failure(int(refused.argmax()), ROUGHNESS_NOT_USABLE))
