@@ -7,11 +7,11 @@ import click
 
 from sampler import options
 from sampler.files import write_bytes, write_text
+from sampler.formats.shape_codes import SHAPE_NAMES
 from sampler.options import DONE, note
 from tablegen.commands import shared
 from tablegen.commands.shared import CONFIG
 from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
-from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 @click.command(

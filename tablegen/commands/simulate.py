@@ -10,11 +10,11 @@ from sampler import options
 from sampler.errors import InputError
 from sampler.files import find_file, json_text, write_arrays, write_text
 from sampler.formats.channels import STATE
+from sampler.formats.shape_codes import SHAPE_NAMES
 from sampler.options import DONE, note
 from tablegen.commands import shared
 from tablegen.commands.shared import CONFIG
 from tablegen.config.defaults import MIXTURE
-from tablegen.model.shape_codes import SHAPE_NAMES
 
 if TYPE_CHECKING:
     from tablegen.config.population import Population

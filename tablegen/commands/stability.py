@@ -6,11 +6,11 @@ import click
 
 from sampler import options
 from sampler.files import write_text
+from sampler.formats.shape_codes import SHAPE_NAMES
 from sampler.options import DONE, MISSED
 from tablegen.commands import shared
 from tablegen.commands.shared import CONFIG
 from tablegen.config.defaults import STABILITY_COUNT
-from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 @click.command(

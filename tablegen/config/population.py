@@ -10,13 +10,13 @@ from pydantic import AfterValidator, Field, ValidationError, create_model, model
 from scipy.special import ndtr
 
 from sampler.errors import InputError
+from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.config.complaints import refusal, shown
 from tablegen.config.defaults import MIXTURE
 from tablegen.config.field_types import AspectPair, AspectRange, Line, Record
 from tablegen.config.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
 from tablegen.config.support_map_builder import SLACK
 from tablegen.model.model_bounds import ASPECT
-from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.model.shapes import FIRST_MESH, MeshArguments, longest_list
 
 #: Least probability that the range of a truncated normal law must hold. Below it the normal

@@ -5,9 +5,9 @@ from dataclasses import astuple, dataclass
 from itertools import product
 
 from sampler.errors import InputError
+from sampler.formats.shape_codes import SHAPE_NAMES
 from tablegen.config.config import Config
 from tablegen.config.population import Population
-from tablegen.model.shape_codes import SHAPE_NAMES
 
 _RATIOS = (1.0, 0.999, 0.5, 0.05, 0.02)
 

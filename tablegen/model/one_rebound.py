@@ -151,7 +151,7 @@ def grain(arrays, seed, index, hit):
     Returns
     -------
     tuple of three float
-        Shape code (`tablegen.model.shape_codes`; FIRST_MESH + k of `tablegen.model.shapes` for the
+        Shape code (`sampler.formats.shape_codes`; FIRST_MESH + k of `tablegen.model.shapes` for the
         mesh number k of the population), b/a and c/b.
     """
     seed, index, hit = _keys(seed, index, hit)

@@ -20,14 +20,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sampler.formats.shape_codes import FIRST_MESH as FIRST_MESH
+from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.model.jit import (
     inline_kernel,
     kernel,
     no_refcount_inline_kernel,
     no_refcount_kernel,
 )
-from tablegen.model.shape_codes import FIRST_MESH as FIRST_MESH
-from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.simd import extract, fma, load, maximum, sqrt, store, store_lane, width
 
 ELLIPSOID, PRISM = SHAPE_CODES["ellipsoid"], SHAPE_CODES["prism"]

@@ -37,7 +37,7 @@ class Simulation:
     state: NDArray[np.float64]
     #: (n,): number of collisions of each rebound.
     collisions: NDArray[np.int64]
-    #: (n,): codes of `tablegen.model.shape_codes.SHAPE_CODES`.
+    #: (n,): codes of `sampler.formats.shape_codes.SHAPE_CODES`.
     shape: NDArray[np.int64]
     #: (n, 2): b / a and c / b.
     aspect: NDArray[np.float64]

@@ -11,8 +11,8 @@ import argparse
 import harness  # noqa: F401  (makes the imports from a checkout possible)
 from tolerances import FINEST, curve
 
+from sampler.formats.shape_codes import SHAPE_NAMES
 from tablegen.config.config import load_config
-from tablegen.model.shape_codes import SHAPE_NAMES
 
 
 def main() -> None:

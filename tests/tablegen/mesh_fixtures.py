@@ -7,8 +7,8 @@ import trimesh
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
-from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.shapes import MAX_VERTICES, NO_MAP, shaped_body
 from tablegen.simulation.simulate import make_condition, simulate_condition
 

@@ -24,8 +24,8 @@ from tiny_tables import TINY
 
 import sampler
 from sampler.formats.hdf5 import write_table
+from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
-from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")

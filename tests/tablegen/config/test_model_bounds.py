@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sampler.errors import InputError
+from sampler.formats.shape_codes import SHAPE_NAMES
 from tablegen.config.config import load_config
 from tablegen.model import model_bounds as bounds
-from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")

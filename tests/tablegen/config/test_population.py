@@ -9,10 +9,10 @@ from scipy.special import ndtri
 from scipy.stats import truncnorm
 
 from sampler.errors import InputError
+from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.config.config import load_config
 from tablegen.config.population import FixedAspect, ShapeWeights
 from tablegen.model import shapes
-from tablegen.model.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.model.shapes import FIRST_MESH
 
 POPULATION = load_config("corundum-steel").population

@@ -10,6 +10,7 @@ import pytest
 from motion_fixtures import PAIR, POPULATION
 from scipy.interpolate import RegularGridInterpolator
 
+from sampler.formats.shape_codes import SHAPE_NAMES
 from tablegen.config.pairs import MaterialPair
 from tablegen.model.audit import ANGULAR, ENERGY, NORMAL, TANGENTIAL
 from tablegen.model.contact_laws import (
@@ -30,7 +31,6 @@ from tablegen.model.contact_laws import (
     tabulated_coefficient,
 )
 from tablegen.model.jit import kernel
-from tablegen.model.shape_codes import SHAPE_NAMES
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 # called from Python here

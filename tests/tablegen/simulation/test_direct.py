@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 import sampler
 import tablegen
 from sampler.errors import InputError
+from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.model.audit import AUDIT_SIZE, PENETRATION
 from tablegen.model.impacts import CONDITION_SIZE, wall_conditions
 from tablegen.model.particle_run import simulate_audited
 from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM
-from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.model.shapes import FIRST_MESH
 from tablegen.simulation.batches import BATCH
 from tablegen.simulation.direct import DirectModel

@@ -9,13 +9,13 @@ from scipy.stats import binom, kstest, truncnorm
 
 import tablegen
 from sampler.errors import InputError
+from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.accuracy.streaming_statistics import simulate_statistics
 from tablegen.config.config import load_config
 from tablegen.evidence.stability import run_case
 from tablegen.evidence.stability_cases import Case
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.particle_run import simulate_batch
-from tablegen.model.shape_codes import SHAPE_CODES
 from tablegen.simulation.batches import BATCH, NotFiniteError
 from tablegen.simulation.simulate import check_impact_angle, make_condition, simulate_condition
 
