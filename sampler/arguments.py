@@ -25,8 +25,11 @@ MAX_ROUGHNESS = 0.5
 #: at every hit, drawn by (seed, index, hit). An array (..., 3): shape code, b/a, c/b.
 Grain = Literal["own", "fresh"] | ArrayLike
 
-#: Arguments whose last axis has three numbers: the components of a vector, or a grain.
-VECTORS = ("velocity", "normal", "wall_velocity", "spin", "omega", "grain")
+#: Numbers on the last axis of some arguments: the components of a vector, a grain, a quaternion.
+VECTORS = {
+    **dict.fromkeys(("velocity", "normal", "wall_velocity", "spin", "omega", "grain"), 3),
+    "orientation": 4,
+}
 
 _KEYS = "seed=, index= and hit=, or rng= and size= in their place"
 
@@ -111,8 +114,9 @@ def as_rows_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 def check_vector(name: str, shape: Shape) -> None:
     """Refuse the shape of an argument that is no vector where its name is that of one."""
-    if name in VECTORS and shape[-1:] != (3,):
-        refuse(name, f"shape {shape}", "(3,) or (..., 3)")
+    length = VECTORS.get(name)
+    if length is not None and shape[-1:] != (length,):
+        refuse(name, f"shape {shape}", f"({length},) or (..., {length})")
 
 
 def _integers(name: str, values: ArrayLike, allowed: str) -> NDArray[Any]:
@@ -316,7 +320,7 @@ def broadcast(
     """
     keys = keys.checked()
     arrays: dict[str, Any] = {n: arrays_of.reals(n, v) for n, v in arguments.items()}
-    tails: dict[str, Shape] = {name: (3,) if name in VECTORS else () for name in arrays}
+    tails: dict[str, Shape] = {name: (VECTORS[name],) if name in VECTORS else () for name in arrays}
     shapes = {name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()}
     if keys.rng is None:
         hit = arrays_of.keys("hit", 0 if keys.hit is None else keys.hit, 32)

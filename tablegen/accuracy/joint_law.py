@@ -23,10 +23,10 @@ from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
     Impacts,
+    depart,
     effective_speed,
     energy_factor,
     occurring_impacts,
-    simulated,
 )
 
 #: Impacts a side at first, factor at each further look, and limit: two million take two gigabytes.
@@ -106,9 +106,8 @@ def _side(
     impacts = occurring_impacts(config, model, seed, index, threads)
     factor = energy_factor(impacts.spin)[:, None]
     conditions = [np.sqrt(impacts.alpha1), effective_speed(impacts), impacts.spin / factor]
-    states = simulated(model, impacts, seed, threads) if draw is None else draw(impacts)
-    grains = model.grains(seed, impacts.index)
-    return _Side(impacts, np.column_stack(conditions), grains, states / factor)
+    states = depart(model, impacts, seed, threads).states if draw is None else draw(impacts)
+    return _Side(impacts, np.column_stack(conditions), impacts.grain, states / factor)
 
 
 def _estimates(

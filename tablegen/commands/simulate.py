@@ -62,6 +62,11 @@ if TYPE_CHECKING:
     metavar="WX WY WZ",
     help="Angular velocity before the impact, times a/V.",
 )
+@click.option(
+    "--omega",
+    type=click.Choice(["mean", "departure"]),
+    help="Angular velocities: means over free tumbling, or of the instant; by default as the pair.",
+)
 @options.threads
 @options.progress
 def simulate(
@@ -76,6 +81,7 @@ def simulate(
     statistics_file: Path | None,
     aspect: tuple[float, float] | None,
     spin: tuple[float, float, float],
+    omega: str | None,
     threads: int | None,
     progress: bool,
 ) -> int:
@@ -92,7 +98,9 @@ def simulate(
     config = load_config(find_file("--pair", pair, ".toml"))
     population = _chosen_particles(config.population, shape, particle, aspect)
     numerics = config.model.contact_resolution, config.model.tolerance
-    condition = make_condition(math.radians(alpha), speed, spin, *numerics)
+    condition = make_condition(
+        math.radians(alpha), speed, spin, *numerics, omega or config.domain.omega
+    )
     if warning := config.pair.extrapolation(speed):
         note("tablegen", warning)
     task = config.pair, population, condition, count

@@ -175,6 +175,7 @@ def make_statistics(
     normal impact. `tick` is called with 1 for each sample.
     """
     samples: dict[tuple[str, str, float], SampleStatistics] = {}
+    departing = config.with_changes({"domain": {"omega": "departure"}})  # as in the paper
     (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
     spheres, sphere_deg = config.population.restricted_to("sphere"), {}
     for i, alpha_deg in enumerate(ANGLES):
@@ -183,7 +184,7 @@ def make_statistics(
         for k, shape in enumerate(SHAPES):
             particles, stream = config.population.restricted_to(shape), i * len(SHAPES) + k
             made = simulate(
-                config, alpha1, SPEED, size, seed=seed, stream=stream, population=particles
+                departing, alpha1, SPEED, size, seed=seed, stream=stream, population=particles
             )
             samples[DIRECT, shape, alpha_deg] = sample_statistics_of(
                 DIRECT, shape, alpha_deg, made.state, made.collisions, made.energy[:, 1]

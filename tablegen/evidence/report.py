@@ -43,7 +43,7 @@ from tablegen.evidence.methods import (
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import occurring_impacts, simulated
+from tablegen.simulation.impact_chains import Impacts, depart, occurring_impacts
 from tablegen.simulation.simulate import simulate
 
 #: Purposes of random numbers, apart from those of the benchmarks.
@@ -256,8 +256,12 @@ def measure_spinning(
     share, model = share_inside(config, seed), DirectModel(config)
     pilot = np.arange(int(budget.timed / max(share, 0.01)), dtype=np.uint64)
     impacts = occurring_impacts(config, model, seed, pilot, 1)
+
+    def simulated(impacts: Impacts, threads: int | None) -> FloatArray:
+        return depart(model, impacts, seed, threads).states
+
     draws: dict[str, Callable[[int | None], Draw]] = {
-        "direct simulation": lambda threads: partial(simulated, model, seed=seed, threads=threads),
+        "direct simulation": lambda threads: partial(simulated, threads=threads),
         "table, without spin": lambda threads: drawn_from(table, seed, threads, spin=False),
     }
     if table.has_spin:

@@ -1,10 +1,11 @@
 """Conditions to which the spin law is fitted: impacts that occur, and all others.
 
-The impacts that occur are the later ones of chains, simulated with the particle's own grain: on the
-wall of the last impact, as on the outside of a bend, or on the opposite one, as in a channel. Half
-of the chains keep their geometry and depart at the angle at which they left; the others change
-walls and angles at random, as a gas and a curved wall make them. Conditions spread over the whole
-domain cover everything else.
+The impacts that occur are the later ones of chains, simulated with the particle's own grain and
+orientation: on the wall of the last impact, as on the outside of a bend, on the opposite one, as in
+a channel, and on walls of any direction. Half of the chains keep their kind of wall. All others are
+of particles that have just left a wall, too: the size of their spin and their speed are scaled, as
+a gas does, and they meet a wall of any direction. So a spin and the orientations that go with it
+are always those of tumbling bodies.
 """
 
 import math
@@ -15,19 +16,34 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from sampler.formats.bounds import INERTIA, N_CONDITIONS
+from sampler.formats.bounds import INERTIA
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import Config
 from tablegen.config.population import FixedAspect, Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import MOST_TURNED, SPEED
-from tablegen.simulation.impact_chains import Impacts, energy_factor, next_impacts, speeds_measured
+from tablegen.model.shapes import inertia
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import (
+    Departures,
+    Impacts,
+    depart,
+    energy_factor,
+    first_impacts,
+    meet,
+    next_impacts,
+    speeds_measured,
+)
 
 #: Share of the conditions that come from chains, and hits of a chain.
 _CHAINS, _HITS = 0.5, 6
 
-#: Largest spin over V_e/a of conditions spread over the domain; none is above sqrt(3/2) = 1.2247.
-_MOST_SPIN = 1.21
+#: Kinds of walls in chains: the first of `tablegen.simulation.impact_chains.WALLS`.
+_KINDS = 3
+
+#: Sizes of the spin over V/a that the law covers; conditions go a little beyond.
+SPIN_RANGE = (0.0, 10.0)
+_BEYOND = 1.25
 
 #: Impacts of chains with a larger spin over V/a, or a lower speed [m/s], are left out.
 _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
@@ -45,9 +61,6 @@ FASTEST = 2.0
 #: Share of the grains with ratios spread evenly over their range, for other populations.
 _EVEN = 0.5
 
-#: Simulates rebounds: conditions (n, 5), grains (n, 3) and number of the hit, to states (n, 6).
-Rebound = Callable[[FloatArray, FloatArray, int], FloatArray]
-
 
 class Range(NamedTuple):
     """Impacts that are covered: angles [rad], V_e [m/s], and speeds V at which chains begin."""
@@ -63,25 +76,24 @@ class Range(NamedTuple):
         low, high = config.domain.speed
         return cls((first, last), (low, FASTEST * high), speeds_measured(config))
 
-    def holds(self, conditions: FloatArray) -> NDArray[np.bool_]:
-        """Tell which conditions (n, 5) are covered, (n,)."""
-        alpha, speed, spin = conditions[:, 0], conditions[:, 1], conditions[:, 2:]
-        effective = speed * energy_factor(spin)
+    def holds(self, impacts: Impacts) -> NDArray[np.bool_]:
+        """Tell which impacts are covered, (n,)."""
+        effective = impacts.speed * energy_factor(impacts.spin)
         return (
-            (self.alpha[0] <= alpha)
-            & (alpha <= self.alpha[1])
+            (self.alpha[0] <= impacts.alpha1)
+            & (impacts.alpha1 <= self.alpha[1])
             & (self.speed[0] <= effective)
             & (effective <= self.speed[1])
-            & (speed > _SLOWEST)
-            & (np.sum(spin * spin, axis=1) < _FASTEST_SPIN**2)
+            & (impacts.speed > _SLOWEST)
+            & (np.sum(impacts.spin**2, axis=1) < _FASTEST_SPIN**2)
         )
 
 
-def _possible(conditions: FloatArray) -> FloatArray:
+def possible(impacts: Impacts) -> Impacts:
     """Raise angles and speeds to the least that the direct model simulates."""
-    steepest = _TURNED * np.sqrt(np.sum(conditions[:, 2:] ** 2, axis=1))
-    alpha = np.minimum(np.maximum(conditions[:, 0], steepest), math.pi / 2.0)
-    return np.column_stack([alpha, np.maximum(conditions[:, 1], _LEAST_SPEED), conditions[:, 2:]])
+    steepest = _TURNED * np.sqrt(np.sum(impacts.spin**2, axis=1))
+    alpha = np.minimum(np.maximum(impacts.alpha1, steepest), math.pi / 2.0)
+    return impacts._replace(alpha1=alpha, speed=np.maximum(impacts.speed, _LEAST_SPEED))
 
 
 def ratio_range(population: Population, shape_code: int) -> FloatArray:
@@ -95,6 +107,30 @@ def ratio_range(population: Population, shape_code: int) -> FloatArray:
     if isinstance(aspect, FixedAspect):
         return np.array([[value, value] for value in aspect.values])
     return np.array([aspect.range, aspect.range])
+
+
+def inertia_coefficients(population: Population, shape_code: int) -> tuple[float, float]:
+    """Find g_1 and g_3 of the grains of a shape or mesh.
+
+    With the ratios beta = b/a and gamma = c/b their largest moment of inertia is
+    g_1 (1 + beta^2) m a^2, and their smallest g_3 beta^2 (1 + gamma^2) m a^2.
+    """
+    if shape_code < FIRST_MESH:
+        largest = float(inertia(shape_code, 1.0, 1.0, population.truncation)[2])
+        return 0.5 * largest, 0.5 * largest
+    meshes = population.kernel_arguments().meshes
+    moments = meshes.moments[shape_code - FIRST_MESH]
+    b, c = meshes.sizes[shape_code - FIRST_MESH, :2]
+    return float(moments.max() / (1.0 + b * b)), float(moments.min() / (b * b + c * c))
+
+
+def least_inertia(population: Population) -> float:
+    """Find the smallest principal moment of inertia over m a^2 of any grain of a population."""
+    found = []
+    for code in population.kernel_arguments().shape_codes:
+        (b, _), (c, _) = ratio_range(population, int(code))
+        found.append(inertia_coefficients(population, int(code))[1] * b * b * (1.0 + c * c))
+    return float(min(found))
 
 
 def draw_ratios(
@@ -128,78 +164,104 @@ def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
     return np.clip(np.where(rng.random(count) < 1.0 / 3.0, root, even), low, high)
 
 
-def still_conditions(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw conditions without spin, (count, 5)."""
-    alpha, speed = _angles(domain, count, rng), _speeds(*domain.speed, count, rng)
-    return np.column_stack([alpha, speed, np.zeros((count, 3))])
+def still_impacts(domain: Range, grains: FloatArray, rng: np.random.Generator) -> Impacts:
+    """Draw impacts without spin of some grains (n, 3)."""
+    n = len(grains)
+    alpha, speed = _angles(domain, n, rng), _speeds(*domain.speed, n, rng)
+    return first_impacts(alpha, speed, grains, np.arange(n, dtype=np.uint64))
 
 
-def spread_conditions(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw conditions over the whole domain, with spins of any direction, (count, 5)."""
-    size = rng.uniform(0.0, _MOST_SPIN, count)
-    direction = rng.standard_normal((count, 3))
-    direction /= np.sqrt(np.sum(direction**2, axis=1))[:, None]
-    share = np.sqrt(1.0 - INERTIA * size * size)
-    alpha, speed = _angles(domain, count, rng), _speeds(*domain.speed, count, rng) * share
-    return _possible(np.column_stack([alpha, speed, (size / share)[:, None] * direction]))
-
-
-def _following(
-    conditions: FloatArray, states: FloatArray, opposite: NDArray[np.bool_]
-) -> FloatArray:
-    """Impacts that follow rebounds without forces between, (n, 5)."""
-    none = np.zeros(len(conditions), dtype=np.uint64), np.zeros(len(conditions), dtype=np.uint32)
-    before = Impacts(conditions[:, 0], conditions[:, 1], conditions[:, 2:], *none)
-    after = next_impacts(before, states, opposite)
-    return np.column_stack([after.alpha1, after.speed, after.spin])
-
-
-def chain_conditions(
-    domain: Range, grains: FloatArray, rebound: Rebound, rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray]:
+def chain_impacts(
+    model: DirectModel,
+    domain: Range,
+    grains: FloatArray,
+    seed: Callable[[int], int],
+    rng: np.random.Generator,
+) -> tuple[Impacts, Departures]:
     """Simulate a chain for each grain (m, 3), until it leaves the domain.
 
-    Returns the conditions (n, 5) of the second to the last hit, and the grains (n, 3) of each.
+    ``seed`` gives that of each hit. Returns the second to the last impacts of all chains, and all
+    departures.
     """
+    impacts = still_impacts(domain, grains, rng)
     count = len(grains)
-    conditions = still_conditions(domain, count, rng)
-    conditions[:, 1] = rng.uniform(*domain.first_speed, count)
-    keeps, opposite = rng.random(count) < 0.5, rng.random(count) < 0.5
-    found = [(np.empty((0, N_CONDITIONS)), np.empty((0, 3)))]
+    impacts = impacts._replace(speed=rng.uniform(*domain.first_speed, count))
+    kind, keeps = rng.integers(0, _KINDS, count), rng.random(count) < 0.5
+    met, left = [impacts.of(slice(0, 0))], []
     for hit in range(1, _HITS):
-        if not len(grains):
+        departures = depart(model, impacts, seed(hit), threads=1)
+        left.append(departures)
+        walls = np.where(keeps, kind, rng.integers(0, _KINDS, len(keeps)))
+        impacts = next_impacts(model, departures, walls, rng.random((len(keeps), 3)))
+        good = domain.holds(impacts)
+        impacts, keeps, kind = possible(impacts.of(good)), keeps[good], kind[good]
+        met.append(impacts)
+        if not good.any():
             break
-        states = rebound(conditions, grains, hit)
-        walls = np.where(keeps, opposite, rng.random(len(keeps)) < 0.5)
-        conditions = _following(conditions, states, walls)
-        other = ~keeps & (rng.random(len(keeps)) < 0.5)
-        conditions[other, 0] = rng.uniform(*domain.alpha, int(other.sum()))
-        good = domain.holds(conditions)
-        conditions, grains = _possible(conditions[good]), grains[good]
-        keeps, opposite = keeps[good], opposite[good]
-        found.append((conditions, grains))
-    parts, owners = zip(*found, strict=True)
-    return np.concatenate(parts), np.concatenate(owners)
+    return joined_impacts(met), joined_departures(left)
 
 
-def spinning_conditions(
+def spread_impacts(
+    model: DirectModel,
+    domain: Range,
+    departures: Departures,
+    count: int,
+    rng: np.random.Generator,
+) -> Impacts:
+    """Draw impacts over the whole domain, of particles that have just left a wall.
+
+    The spin over V_e/a is uniform in size, and the wall has any direction.
+    """
+    rows = rng.integers(0, len(departures.states), count)
+    departures = departures.of(rows)
+    most = _BEYOND * SPIN_RANGE[1]
+    size = rng.uniform(0.0, most / math.sqrt(1.0 + INERTIA * most**2), count)
+    share = np.sqrt(1.0 - INERTIA * size * size)
+    speed = np.linalg.norm(departures.states[:, :3], axis=1)
+    turning = np.linalg.norm(departures.states[:, 3:], axis=1)
+    scale = size / share * speed / np.maximum(turning, 1e-9)
+    states = departures.states * np.repeat(np.column_stack([np.ones(count), scale]), 3, axis=1)
+    alpha = _angles(domain, count, rng)
+    impacts = meet(model, departures._replace(states=states), alpha, rng.random((count, 2)))
+    return possible(impacts._replace(speed=_speeds(*domain.speed, count, rng) * share))
+
+
+def spinning_impacts(
+    model: DirectModel,
     domain: Range,
     population: Population,
     shape_code: int,
     count: int,
-    rebound: Rebound,
+    seed: Callable[[int], int],
     rng: np.random.Generator,
-) -> tuple[FloatArray, FloatArray]:
-    """Draw conditions (n, 5) with spin in random order, and the grains (n, 3) that meet them.
+) -> Impacts:
+    """Draw impacts with spin in random order.
 
     There are about ``count``, and fewer if chains leave the domain.
     """
     chains = math.ceil(_CHAINS * count / (_HITS - 1.0))
-    spread = count - math.floor(_CHAINS * count)
-    ratios = draw_ratios(population, shape_code, chains + spread, rng)
-    grains = np.column_stack([np.full(len(ratios), float(shape_code)), ratios])
-    met, owners = chain_conditions(domain, grains[:chains], rebound, rng)
-    conditions = np.concatenate([met, spread_conditions(domain, spread, rng)])
-    grains = np.concatenate([owners, grains[chains:]])
-    order = rng.permutation(len(conditions))
-    return conditions[order], grains[order]
+    grains = grains_of(population, shape_code, chains, rng)
+    met, departures = chain_impacts(model, domain, grains, seed, rng)
+    spread = spread_impacts(model, domain, departures, count - math.floor(_CHAINS * count), rng)
+    both = joined_impacts([met, spread])
+    return both.of(rng.permutation(len(both.index)))
+
+
+def grains_of(
+    population: Population, shape_code: int, count: int, rng: np.random.Generator
+) -> FloatArray:
+    """Draw grains of a shape, (count, 3)."""
+    ratios = draw_ratios(population, shape_code, count, rng)
+    return np.column_stack([np.full(count, float(shape_code)), ratios])
+
+
+def joined_impacts(parts: list[Impacts]) -> Impacts:
+    """Put impacts one after another."""
+    return Impacts._make(map(np.concatenate, zip(*parts, strict=True)))
+
+
+def joined_departures(parts: list[Departures]) -> Departures:
+    """Put departures one after another."""
+    impacts = joined_impacts([part.impacts for part in parts])
+    states, turned = (np.concatenate([part[k] for part in parts]) for k in (1, 2))
+    return Departures(impacts, states, turned)

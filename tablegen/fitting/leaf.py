@@ -49,11 +49,15 @@ _LARGEST = np.iinfo(np.int16).max
 
 
 class Rebounds(NamedTuple):
-    """Rebounds of n particles: conditions (n, 5), ratios (n, 2) and states (n, 6)."""
+    """Rebounds of n particles.
+
+    Conditions (n, 5), ratios (n, 2), states (n, 6), and E (n,), the most energy before.
+    """
 
     conditions: FloatArray
     ratios: FloatArray
     states: FloatArray
+    energy: FloatArray
 
 
 class LeafArrays(NamedTuple):
@@ -71,7 +75,7 @@ class LeafArrays(NamedTuple):
 def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> tuple[FloatArray, FloatArray]:
     """Compute inputs (n, 7) and outcomes (n, 6) of rebounds."""
     q, signs = folded(coordinates(rebounds.conditions, speed))
-    found = outcomes(rebounds.states, rebounds.conditions[:, 2:]) * signs
+    found = outcomes(rebounds.states, rebounds.energy) * signs
     return np.hstack([q, rebounds.ratios]), found
 
 

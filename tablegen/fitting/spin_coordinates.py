@@ -1,8 +1,9 @@
 """Conditions and outcomes of the spin law as the numbers that are fitted.
 
-With spin s = a Omega / V before the impact, f = sqrt(1 + 2/3 |s|^2) and V_e = f V, every impact
-lies in a bounded domain: no body of half-size a has a moment of inertia above 2/3 m a^2, so
-m V_e^2 / 2 bounds the energy, V_e the speed after the impact, and |s| / f is below sqrt(3/2).
+With spin s = a Omega / V before the impact, f = sqrt(1 + 2/3 |s|^2) and V_e = f V, every condition
+lies in a bounded domain: |s| / f is below sqrt(3/2). No body of half-size a has a moment of inertia
+above 2/3 m a^2, and a grain with the largest moment j_1 m a^2 has at most the energy m V^2 E / 2,
+E = 1 + j_1 |s|^2, which bounds its speed after the impact.
 """
 
 from typing import NamedTuple
@@ -52,13 +53,13 @@ def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
     )
 
 
-def outcomes(states: FloatArray, spin: FloatArray) -> FloatArray:
-    """Compute the outcomes x of rebounds from states (n, 6) and spins before the impact (n, 3).
+def outcomes(states: FloatArray, energy: FloatArray) -> FloatArray:
+    """Compute the outcomes x of rebounds from states (n, 6) and energies E before, (n,).
 
-    Velocities over V_e become w / sqrt(1 - |w|^2), so that only the positive normal velocity is
-    bounded. Angular velocities are times a / V_e.
+    Velocities over V sqrt(E) become w / sqrt(1 - |w|^2), so that only the positive normal velocity
+    is bounded. Angular velocities are times a / (V sqrt(E)).
     """
-    scaled = states / energy_factor(spin)[:, None]
+    scaled = states / np.sqrt(energy)[:, None]
     rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), _LEAST_REST)
     return np.column_stack([scaled[:, :3] / np.sqrt(rest)[:, None], scaled[:, 3:]])
 

@@ -5,6 +5,7 @@ numbers are keyed by the seed of the configuration and the key of the task.
 """
 
 import math
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,11 +18,13 @@ from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, s
 from tablegen.config.config import Config
 from tablegen.config.pairs import ExponentialRestitution
 from tablegen.fitting.law_conditions import (
+    SPIN_RANGE,
     Range,
-    draw_ratios,
+    grains_of,
+    inertia_coefficients,
     ratio_range,
-    spinning_conditions,
-    still_conditions,
+    spinning_impacts,
+    still_impacts,
 )
 from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes, spin_sizes
@@ -29,6 +32,7 @@ from tablegen.fitting.spin_coordinates import SpeedCoordinate, coordinates, fold
 from tablegen.fitting.tree import Tree, grow, joined
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import Impacts, depart
 
 #: Speed coordinate where the law of restitution has none of this form: its exponent, and the part
 #: of the largest V_e at which it is 1/2.
@@ -37,24 +41,32 @@ _EXPONENT, _HALF_WAY = 0.5, 0.2
 #: Number of conditions without spin over the rebounds of a leaf.
 _STILL = 0.5
 
+#: Angles [rad] by which particles tumble on before each rebound of a fit.
+_TUMBLED = 3.0, 15.0
+
 
 class LeafConditions(NamedTuple):
-    """Conditions (n, 5) and ratios (n, 2) of a leaf, float32, and which are in it, (n,) bool."""
+    """Conditions of a leaf, float32, and which are in it, (n,) bool.
+
+    Conditions (n, 5), ratios (n, 2), and quaternions (n, 4) from body to wall axes; zeros: random.
+    """
 
     conditions: NDArray[np.float32]
     ratios: NDArray[np.float32]
+    orientation: NDArray[np.float32]
     inside: NDArray[np.bool_]
 
 
 class ShapeConditions(NamedTuple):
     """Conditions of the leaves of a shape, one leaf after another, and the tree of the leaves.
 
-    The first three are those of `LeafConditions`; ``starts`` (leaves + 1,) is where each leaf
+    The first four are those of `LeafConditions`; ``starts`` (leaves + 1,) is where each leaf
     begins; the others are those of `Tree`.
     """
 
     conditions: NDArray[np.float32]
     ratios: NDArray[np.float32]
+    orientation: NDArray[np.float32]
     inside: NDArray[np.bool_]
     starts: NDArray[np.int64]
     axis: NDArray[np.int8]
@@ -69,7 +81,9 @@ class ShapeConditions(NamedTuple):
     def of_leaf(self, number: int) -> LeafConditions:
         """Conditions of one leaf."""
         part = slice(self.starts[number], self.starts[number + 1])
-        return LeafConditions(self.conditions[part], self.ratios[part], self.inside[part])
+        return LeafConditions(
+            self.conditions[part], self.ratios[part], self.orientation[part], self.inside[part]
+        )
 
 
 def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
@@ -116,6 +130,10 @@ def _covered(config: Config, codes: list[int]) -> dict[str, NDArray[Any]]:
         "spin/speed_coordinate": np.array(speed_coordinate(config)),
         "spin/alpha_range_deg": np.array(config.domain.alpha_deg),
         "spin/speed_range": np.array(Range.of(config).speed),
+        "spin/spin_range": np.array(SPIN_RANGE),
+        "spin/shape_inertia": np.array(
+            [inertia_coefficients(config.population, code) for code in codes]
+        ),
     }
 
 
@@ -146,22 +164,6 @@ def speed_coordinate(config: Config) -> SpeedCoordinate:
     return SpeedCoordinate(math.log(2.0) / half**_EXPONENT, _EXPONENT)
 
 
-def _simulated(
-    config: Config, conditions: FloatArray, grains: FloatArray, stream: int
-) -> FloatArray:
-    """States (n, 6) after rebounds of given grains."""
-    return DirectModel(config).sample(
-        conditions[:, 0],
-        conditions[:, 1],
-        spin=conditions[:, 2:],
-        grain=grains,
-        seed=config.table.seed,
-        index=np.arange(len(conditions), dtype=np.uint64),
-        hit=stream,
-        threads=1,
-    )
-
-
 def _stream(key: str, number: int = 0) -> int:
     """Stream of random numbers of a task, below 2**32 and apart from those of nodes."""
     return (2**31 + stable_number(key, 31) + number) % 2**32
@@ -169,40 +171,43 @@ def _stream(key: str, number: int = 0) -> int:
 
 def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str) -> Arrays:
     """Draw the conditions of the leaves of a shape, and grow their tree: `ShapeConditions`."""
-    watch, domain = Stopwatch(), Range.of(config)
+    watch, domain, population = Stopwatch(), Range.of(config), config.population
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
-
-    def rebound(conditions: FloatArray, grains: FloatArray, hit: int) -> FloatArray:
-        return _simulated(config, conditions, grains, _stream(key, hit))
-
-    spinning, grains = spinning_conditions(
-        domain, config.population, shape_code, sizes.conditions, rebound, rng
+    spinning = spinning_impacts(
+        DirectModel(config),
+        domain,
+        population,
+        shape_code,
+        sizes.conditions,
+        partial(_stream, key),
+        rng,
     )
     count = math.ceil(_STILL * sizes.rebounds) * sizes.still_leaves
-    still = still_conditions(domain, count, rng)
-    still_ratios = draw_ratios(config.population, shape_code, count, rng)
+    still = still_impacts(domain, grains_of(population, shape_code, count, rng), rng)
     watch.stage("simulation")
-    first, parts = _grown(config, still, still_ratios, sizes.still_leaves, sizes.rebounds)
-    second, others = _grown(config, spinning, grains[:, 1:], sizes.leaves, sizes.rebounds)
+    first, parts = _grown(config, still, sizes.still_leaves, sizes.rebounds)
+    second, others = _grown(config, spinning, sizes.leaves, sizes.rebounds)
     tree, parts = joined(first, len(parts), second), [*parts, *others]
-    met, ratios, inside = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    met, ratios, turned, inside = (np.concatenate(column) for column in zip(*parts, strict=True))
     starts = np.cumsum([0, *(len(part.inside) for part in parts)])
-    whole = ShapeConditions(met, ratios, inside, starts, *tree)
+    whole = ShapeConditions(met, ratios, turned, inside, starts, *tree)
     watch.stage("fit")
     return {**whole._asdict(), SECONDS: watch.seconds}
 
 
 def _grown(
-    config: Config, conditions: FloatArray, ratios: FloatArray, leaves: int, most: int
+    config: Config, impacts: Impacts, leaves: int, most: int
 ) -> tuple[Tree, list[LeafConditions]]:
-    """Tree of conditions, and at most ``most`` conditions of each leaf."""
+    """Tree of impacts, and at most ``most`` conditions of each leaf."""
+    conditions = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin])
     q, _ = folded(coordinates(conditions, speed_coordinate(config)))
     tree, found = grow(q, leaves)
     parts = []
     for leaf in found:
         rows = leaf.rows[:most]
-        own = conditions[rows].astype("f4"), ratios[rows].astype("f4")
-        parts.append(LeafConditions(*own, leaf.inside[:most]))
+        columns = conditions[rows], impacts.grain[rows, 1:], impacts.orientation[rows]
+        met, ratios, turned = (column.astype("f4") for column in columns)
+        parts.append(LeafConditions(met, ratios, turned, leaf.inside[:most]))
     return tree, parts
 
 
@@ -210,17 +215,21 @@ def leaf_task(
     config: Config, shape_code: int, place: LeafConditions, sizes: SpinSizes, key: str
 ) -> Arrays:
     """Simulate rebounds at the conditions of a leaf, and fit it: `LeafArrays`."""
-    watch = Stopwatch()
+    watch, model = Stopwatch(), DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
+    largest, _ = inertia_coefficients(config.population, shape_code)
 
     def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
         # each condition about equally often, in random order
         order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
-        met, drawn = place.conditions[order].astype("f8"), place.ratios[order].astype("f8")
+        met, ratios, turned = (column[order].astype("f8") for column in place[:3])
         # pi/2 in single precision is above pi/2
         met[:, 0] = np.minimum(met[:, 0], math.pi / 2.0)
-        grains = np.column_stack([np.full(len(met), float(shape_code)), drawn])
-        return Rebounds(met, drawn, _simulated(config, met, grains, _stream(key, number)))
+        grains = np.column_stack([np.full(len(met), float(shape_code)), ratios])
+        impacts = Impacts(met[:, 0], met[:, 1], met[:, 2:], turned, grains, *_keys(len(met)))
+        states = depart(model, _turned(model, impacts, rng), _stream(key, number), threads=1).states
+        energy = 1.0 + largest * (1.0 + ratios[:, 0] ** 2) * np.sum(met[:, 2:] ** 2, axis=1)
+        return Rebounds(met, ratios, states, energy)
 
     around = rebounds(np.arange(len(place.conditions)), 0)
     within = rebounds(np.flatnonzero(place.inside), 1)
@@ -230,3 +239,18 @@ def leaf_task(
         leaf = fit_leaf(around, within, speed_coordinate(config), sizes, rng)
     watch.stage("fit")
     return {**leaf._asdict(), SECONDS: watch.seconds}
+
+
+def _keys(count: int) -> tuple[NDArray[np.uint64], NDArray[np.uint32]]:
+    """Index and hit of rebounds whose seed is their own."""
+    return np.arange(count, dtype=np.uint64), np.zeros(count, dtype=np.uint32)
+
+
+def _turned(model: DirectModel, impacts: Impacts, rng: np.random.Generator) -> Impacts:
+    """Tumble on: a condition that is simulated again has another orientation."""
+    if not impacts.orientation.any():
+        return impacts
+    size = np.linalg.norm(impacts.spin, axis=1)
+    time = rng.uniform(*_TUMBLED, len(size)) / np.maximum(size, 1e-9)
+    turned, _ = model.tumble(impacts.orientation, impacts.spin, impacts.grain, 1.0, time)
+    return impacts._replace(orientation=turned)

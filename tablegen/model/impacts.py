@@ -1,7 +1,7 @@
 """Conditions of impacts: one as a record, many as rows of an array, checked row by row.
 
-A row has eight numbers, the fields of `Condition` in their order, the spin as three; so the
-conditions of WIDTH particles are eight lanes (see `tablegen.model.simd`), and the kernels of a
+A row has nine numbers, the fields of `Condition` in their order, the spin as three; so the
+conditions of WIDTH particles are nine lanes (see `tablegen.model.simd`), and the kernels of a
 rebound take a record of floats or of lanes.
 
 Impacts are given in the frame of the wall or in the lab frame, by arrays with a row for each
@@ -39,7 +39,10 @@ from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.simd import WIDTH, lane_array, load, store
 
 #: Numbers of a condition.
-CONDITION_SIZE = 8
+CONDITION_SIZE = 9
+
+#: Place of `Condition.instant` among them.
+INSTANT = 8
 
 #: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
 GRAZING = 0.0087
@@ -54,7 +57,8 @@ class Condition(NamedTuple):
     ``cosine`` and ``sine`` of the impact angle, which are the velocity before the impact,
     ``speed`` [m/s], ``spin``: angular velocity before the impact in wall axes times a / V,
     ``resolution``: smallest rebound speed of a contact point over V, ``tolerance``: truncation of
-    the flight series.
+    the flight series, ``instant``: 0 if angular velocities, before and after, are means over free
+    tumbling, 1 if they are those of an instant.
     """
 
     cosine: float
@@ -63,6 +67,7 @@ class Condition(NamedTuple):
     spin: tuple[float, float, float]
     resolution: float
     tolerance: float
+    instant: float
 
 
 @inline_kernel
@@ -76,11 +81,12 @@ def angle_turned(sine, spin):
 def impact_condition(cosine, sine, speed, spin, numerics):
     """Condition of an impact, with numerical parameters that shrink at grazing and with many turns.
 
-    ``numerics``: resolution of contacts and tolerance of flights, as the configuration has them.
+    ``numerics``: resolution of contacts, tolerance of flights, and whether angular velocities are
+    those of an instant, as the configuration has them.
     """
     resolution = numerics[0] * min(1.0, sine / GRAZING)
     tolerance = numerics[1] / max(1.0, angle_turned(sine, spin) / MANY_TURNS)
-    return Condition(cosine, sine, speed, spin, resolution, tolerance)
+    return Condition(cosine, sine, speed, spin, resolution, tolerance, numerics[2])
 
 
 @inline_kernel
@@ -92,10 +98,11 @@ def translates(condition):
 
 @no_refcount_inline_kernel
 def condition_of(values):
-    """Condition from its eight numbers: of one particle, (8,), or of lanes, (8, WIDTH)."""
+    """Condition from its nine numbers: of one particle, (9,), or of lanes, (9, WIDTH)."""
     spin = load(values, 3), load(values, 4), load(values, 5)
     cosine, sine, speed = load(values, 0), load(values, 1), load(values, 2)
-    return Condition(cosine, sine, speed, spin, load(values, 6), load(values, 7))
+    numerics = load(values, 6), load(values, 7), load(values, 8)
+    return Condition(cosine, sine, speed, spin, *numerics)
 
 
 @no_refcount_inline_kernel
@@ -106,10 +113,11 @@ def put_condition(condition, values, row):
     for k in range(3):
         values[row, 3 + k] = condition.spin[k]
     values[row, 6], values[row, 7] = condition.resolution, condition.tolerance
+    values[row, 8] = condition.instant
 
 
 def one_row(condition: Condition) -> NDArray[np.float64]:
-    """Array (1, 8) of a condition that all particles have."""
+    """Array (1, 9) of a condition that all particles have."""
     values = np.empty((1, CONDITION_SIZE))
     put_condition(condition, values, 0)
     return values
@@ -204,7 +212,7 @@ def lab_condition(impact, omega, keys, numerics):
 def wall_conditions(alpha1, speed, spin, numerics, values, start):
     """Conditions of impacts in the frame of the wall: first bad row, or -1, and its code.
 
-    ``alpha1`` and ``speed`` are (n,) or (1,), ``spin`` (n, 3) or (1, 3); ``values`` (m, 8) gets
+    ``alpha1`` and ``speed`` are (n,) or (1,), ``spin`` (n, 3) or (1, 3); ``values`` (m, 9) gets
     the conditions of the rows from ``start`` on.
     """
     lanes = lane_array(3)

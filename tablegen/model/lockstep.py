@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tablegen.model.contact import contact_point
-from tablegen.model.impacts import CONDITION_SIZE, condition_of, translates
+from tablegen.model.impacts import CONDITION_SIZE, INSTANT, condition_of, translates
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.rebound import (
     COLLISION_ALARM,
@@ -63,7 +63,7 @@ class LaneSlots(NamedTuple):
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
     ``properties`` (10, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
-    so far, energies that the normal and the tangential impulses took; ``condition`` (8, WIDTH) as
+    so far, energies that the normal and the tangential impulses took; ``condition`` (9, WIDTH) as
     in `tablegen.model.impacts`; ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`;
     ``point`` (3, WIDTH): contact points; ``result`` (10, WIDTH): states and energies of particles
     that have left; ``particle`` (WIDTH,): the index of the particle in each slot.
@@ -195,12 +195,12 @@ def _collide(law, body, slots, touching):
 
 @no_refcount_kernel
 def _retire(body, slots, finished, outcome):
-    """Store states, energies and collisions of the particles that have left."""
+    """Store states, axes, energies and collisions of the particles that have left."""
     motion, result = slots.motion, slots.result
-    state, collisions, energy = outcome
+    state, collisions, energy, axes = outcome
     u, v, w = load_three(motion, U)
     store_three(result, 0, (u, v, w))
-    store_three(result, 3, wall_spin(motion))
+    store_three(result, 3, wall_spin(body.moments, load(slots.condition, INSTANT), motion))
     initial = load(slots.properties, INITIAL)
     store(result, ENERGIES, 0.5 * (u * u + v * v + w * w) / initial)
     store(result, ENERGIES + 1, rotational_energy(body.moments, motion) / initial)
@@ -210,7 +210,7 @@ def _retire(body, slots, finished, outcome):
         if extract(finished, slot):
             i = slots.particle[slot]
             for k in range(6):
-                state[i, k] = result[k, slot]
+                state[i, k], axes[i, k] = result[k, slot], motion[3 + k, slot]
             for k in range(energy.shape[1]):
                 energy[i, k] = result[ENERGIES + k, slot]
             collisions[i] = int(slots.properties[COLLISIONS, slot])
@@ -231,7 +231,7 @@ def follow(law, population, conditions, drawn, code, no_map, members, slots, out
 
     ``drawn``: wall axes n and x in body axes (n, 6) and kind (n, 3) of all particles; ``code``:
     shape code, FIRST_MESH + k of mesh k; ``no_map``: an empty one; ``members`` (m,): the rows of
-    the particles of this shape; ``outcome``: state, collisions and energies, as of
+    the particles of this shape; ``outcome``: state, collisions, energies and axes, as of
     `tablegen.model.particle_run.simulate_batch`, in which the rows of ``members`` are written.
     """
     support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map

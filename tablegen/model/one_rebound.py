@@ -13,7 +13,7 @@ from numba.core.imputils import impl_ret_borrowed
 
 from sampler.errors import OK
 from tablegen.model.elementary import cosine_and_sine
-from tablegen.model.frames import to_lab
+from tablegen.model.frames import cross, dot, to_lab
 from tablegen.model.impacts import allowed_angle, lab_condition, wall_condition
 from tablegen.model.jit import (
     inline_kernel,
@@ -21,14 +21,25 @@ from tablegen.model.jit import (
     no_refcount_kernel,
     operation,
 )
+from tablegen.model.orientation import (
+    free_turn,
+    impact_frame,
+    lab_quaternion,
+    moments_of,
+    rotation_status,
+    to_body,
+    turning_status,
+)
 from tablegen.model.particle_run import follow_one
-from tablegen.model.random_particles import draw_grain, draw_orientation, grain_fits
-from tablegen.model.rebound import LEFT, MOTION_SIZE, U, V, W, wall_spin
+from tablegen.model.random_particles import (
+    GRAIN_NOT_USABLE,
+    draw_grain,
+    draw_orientation,
+    grain_fits,
+)
+from tablegen.model.rebound import LEFT, MOTION_SIZE, U, V, W, present_spin
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import MAX_VERTICES, SupportMap
-
-#: Status code: shape code or ratios that are those of no grain.
-GRAIN_NOT_USABLE = -102
 
 #: Status code: still in contact after `tablegen.model.rebound.COLLISION_ALARM` collisions.
 STILL_IN_CONTACT = -103
@@ -39,6 +50,9 @@ _POINT = 2 * MOTION_SIZE
 _SERIES = _POINT + 3
 _COUNT = _SERIES + 9 * (ORDER + 1)
 _CANDIDATES = _COUNT + 1
+
+#: Axes of the wall frame in itself.
+_WALL = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def _argument(name, fits, allowed):
@@ -68,6 +82,7 @@ def _is_vector(given):
 
 _seed, _index, _hit = _key("seed"), _key("index"), _key("hit")
 _out = _argument("out", _is_vector, "a writable float64 array of one dimension")
+_orientation = _argument("orientation", _is_vector, "a writable float64 array of one dimension")
 _work = _argument(
     "work",
     lambda given: _is_vector(given) and given.layout == "C",
@@ -79,12 +94,13 @@ class DirectArrays(NamedTuple):
     """Laws, particles and numerical parameters, for kernels; of `tablegen.DirectModel`.
 
     ``law``: `LawArguments`. ``population``: `PopulationArguments`. ``numerics``: resolution of
-    contacts and tolerance of flights.
+    contacts, tolerance of flights, and 0 where angular velocities are means over free tumbling, 1
+    where they are those of an instant.
     """
 
     law: Any
     population: Any
-    numerics: tuple[float, float]
+    numerics: tuple[float, float, float]
 
 
 @inline_kernel
@@ -111,28 +127,49 @@ def _keys(seed, index, hit):
     return np.uint64(_seed(seed)), np.uint64(_index(index)), np.uint32(_hit(hit))
 
 
+@no_refcount_inline_kernel
+def _turn_to_wall(quaternion, frame, keys, motion):
+    """Write the wall axes in body axes of an orientation, drawn where it is zero; a status."""
+    if quaternion == (0.0, 0.0, 0.0, 0.0):
+        draw_orientation(keys[0], keys[1], keys[2], motion)
+        return OK
+    n, x = to_body(quaternion, frame[1]), to_body(quaternion, frame[0])
+    for k in range(3):
+        motion[3 + k], motion[6 + k] = n[k], x[k]
+    return rotation_status(quaternion)
+
+
 @no_refcount_kernel
-def _follow(arrays, condition, grain, keys, work, out):
-    """Write the state of a particle after its rebound; a status."""
+def _follow(arrays, condition, grain, orientation, frame, keys, work, out):
+    """Write the state and the orientation of a particle after its rebound; a status."""
     population, motion = arrays.population, work[:MOTION_SIZE]
     if not grain_fits(population, grain[0], grain[1], grain[2]):
         return GRAIN_NOT_USABLE
-    draw_orientation(keys[0], keys[1], keys[2], motion)
+    quaternion = orientation[0], orientation[1], orientation[2], orientation[3]
+    status = _turn_to_wall(quaternion, frame, keys, motion)
+    if status != OK:
+        return status
     kind = int(grain[0]), float(grain[1]), float(grain[2])
     storage = _storage(population, work)
-    status, _, _ = follow_one(arrays.law, population, condition, kind, motion, storage, work[:0])
+    status, _, spin, _ = follow_one(
+        arrays.law, population, condition, kind, motion, storage, work[:0]
+    )
     if status != LEFT:
         return STILL_IN_CONTACT
     out[0], out[1], out[2] = motion[U], motion[V], motion[W]
-    out[3], out[4], out[5] = wall_spin(motion)
+    out[3], out[4], out[5] = spin
+    n, x = (motion[3], motion[4], motion[5]), (motion[6], motion[7], motion[8])
+    orientation[0], orientation[1], orientation[2], orientation[3] = lab_quaternion(n, x, frame)
     return OK
 
 
 @no_refcount_inline_kernel
-def _check_sizes(arrays, work, out):
+def _check_sizes(arrays, orientation, work, out):
     """Refuse arrays that are too short."""
     if out.size < 6:
         raise ValueError("out: got fewer than 6 numbers, allowed: shape (6,)")
+    if orientation.size < 4:
+        raise ValueError("orientation: got fewer than 4 numbers, allowed: shape (4,)")
     if work.size < work_size(arrays.population):
         raise ValueError("work: got too few numbers, allowed: the model's work_size or more")
 
@@ -159,7 +196,7 @@ def grain(arrays, seed, index, hit):
 
 
 @no_refcount_kernel
-def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
+def draw(arrays, alpha1, speed, spin, grain, orientation, seed, index, hit, work, out):
     """State of one particle after its rebound; callable from the user's own compiled code.
 
     Parameters
@@ -174,6 +211,9 @@ def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
         Angular velocity before the impact times a/V, wall frame.
     grain : tuple of three float
         Shape code, b/a and c/b, for example from `grain`.
+    orientation : float64 array, shape (4,), read and written
+        Quaternion, scalar first, from body axes to the wall frame; `tumble` turns it between walls.
+        Zeros: uniformly random by the keys, as of a particle that has not met a wall.
     seed, index, hit : int
         Keys of the random orientation.
     work : contiguous float64 array, shape (n,)
@@ -186,7 +226,7 @@ def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
     int
         `OK` (0), or a negative code, and nothing is written: those of `sampler.draw`,
         `TURNS_TOO_OFTEN` (-101), `GRAIN_NOT_USABLE` (-102), `STILL_IN_CONTACT` (-103),
-        `OUT_OF_BOUNDS` (-104).
+        `OUT_OF_BOUNDS` (-104), `ORIENTATION_NOT_USABLE` (-105).
 
     Raises
     ------
@@ -195,11 +235,12 @@ def draw(arrays, alpha1, speed, spin, grain, seed, index, hit, work, out):
         the code that calls is compiled.
     """
     keys, space, out = _keys(seed, index, hit), _work(work), _out(out)
-    _check_sizes(arrays, space, out)
+    turned = _orientation(orientation)
+    _check_sizes(arrays, turned, space, out)
     cosine_sine = cosine_and_sine(allowed_angle(alpha1))
     status, condition = wall_condition(alpha1, cosine_sine, speed, spin, arrays.numerics)
     if status == OK:
-        status = _follow(arrays, condition, grain, keys, space, out)
+        status = _follow(arrays, condition, grain, turned, _WALL, keys, space, out)
     return status
 
 
@@ -212,6 +253,7 @@ def rebound(
     wall_velocity,
     omega,
     grain,
+    orientation,
     seed,
     index,
     hit,
@@ -234,6 +276,8 @@ def rebound(
         Angular velocity before the impact, rad/s.
     grain, seed, index, hit, work
         As for `draw`.
+    orientation
+        As for `draw`, but from body axes to the lab.
     out : float64 array, shape (6,), written
         Velocity in m/s, then angular velocity in rad/s.
 
@@ -248,11 +292,59 @@ def rebound(
         As `draw`.
     """
     keys, space, out = _keys(seed, index, hit), _work(work), _out(out)
-    _check_sizes(arrays, space, out)
+    turned = _orientation(orientation)
+    _check_sizes(arrays, turned, space, out)
     impact = velocity, normal, half_size, wall_velocity
     status, condition = lab_condition(impact, omega, keys, arrays.numerics)
     if status == OK:
-        status = _follow(arrays, condition, grain, keys, space, out)
+        frame = impact_frame(impact, keys)
+        status = _follow(arrays, condition, grain, turned, frame, keys, space, out)
     if status == OK:
         to_lab(impact, keys, out)
     return status
+
+
+@no_refcount_kernel
+def tumble(arrays, orientation, omega, grain, time, work):
+    """Turn a particle between walls by free rotation; callable from compiled code.
+
+    Parameters
+    ----------
+    arrays : DirectArrays
+        `arrays` of a `tablegen.DirectModel`.
+    orientation : float64 array, shape (4,), read and written
+        Quaternion, scalar first, from body axes to the lab.
+    omega : tuple of three float
+        Angular velocity, as after `rebound`, rad/s.
+    grain : tuple of three float
+        Shape code, b/a and c/b.
+    time : float
+        Of the flight, s, 0 or more.
+    work
+        As for `draw`.
+
+    Returns
+    -------
+    status : int
+        `OK` (0), or a negative code as of `draw`, and nothing is written.
+    omega : tuple of three float
+        Angular velocity after the flight: the same, unless it is that of an instant.
+    """
+    population, space, turned = arrays.population, _work(work), _orientation(orientation)
+    quaternion = turned[0], turned[1], turned[2], turned[3]
+    status = turning_status(population, grain, omega, time, quaternion)
+    if status != OK:
+        return status, omega
+    motion, series = space[:MOTION_SIZE], space[_SERIES:_COUNT].reshape(9, ORDER + 1)
+    moments = moments_of(population, grain[0], grain[1], grain[2])
+    spin = present_spin(moments, arrays.numerics[2], to_body(quaternion, omega))
+    lab = to_body(quaternion, _WALL[1]), to_body(quaternion, _WALL[0])
+    for k in range(3):
+        motion[k], motion[3 + k], motion[6 + k] = spin[k], lab[0][k], lab[1][k]
+    free_turn(moments, motion, series, time, arrays.numerics[1])
+    n, x = (motion[3], motion[4], motion[5]), (motion[6], motion[7], motion[8])
+    turned[0], turned[1], turned[2], turned[3] = lab_quaternion(n, x, _WALL)
+    if arrays.numerics[2] > 0.0:
+        w = motion[0], motion[1], motion[2]
+        omega = dot(w, x), dot(w, n), dot(w, cross(x, n))
+    return OK, omega

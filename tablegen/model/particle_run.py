@@ -57,9 +57,9 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
 
     ``drawn``: shape code, b / a and c / b; ``motion`` (13,): the orientation, and on return the
     motion after the rebound; ``storage``: arrays for vertices and their number, an empty map, and
-    the work space of `rebound`. Returns the status, the number of collisions and, over the kinetic
-    energy before, translational and rotational energy after the rebound and the energies that the
-    normal and the tangential impulses took.
+    the work space of `rebound`. Returns the status, the number of collisions, the angular velocity
+    in wall axes and, over the kinetic energy before, translational and rotational energy after the
+    rebound and the energies that the normal and the tangential impulses took.
     """
     shape, ba, cb = drawn
     candidates, counts, no_map, work = storage
@@ -73,20 +73,24 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
     status, collisions, taken = rebound(law, condition, body, motion, work, audit)
     translational = 0.5 * (motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2) / initial
     rotational = rotational_energy(body.moments, motion) / initial
-    return status, collisions, (translational, rotational, taken[0] / initial, taken[1] / initial)
+    energies = translational, rotational, taken[0] / initial, taken[1] / initial
+    return status, collisions, wall_spin(body.moments, condition.instant, motion), energies
 
 
 @kernel
-def simulate_batch(law, population, conditions, keys, state, collisions, kind, energy):
+def simulate_batch(law, population, conditions, keys, axes, state, collisions, kind, energy):
     """Simulate particles, WIDTH at a time.
 
     Parameters
     ----------
     law : LawArguments
     population : PopulationArguments
-    conditions : (n, 8) or (1, 8) float64
+    conditions : (n, 9) or (1, 9) float64
         Impact condition of each particle, or of all (`tablegen.model.impacts`).
     keys : ParticleKeys
+    axes : (n, 6) float64
+        Wall axes n and x in body axes. Output: as a particle leaves; input where the keys say that
+        orientations are given.
     state : (n, 6) float64
         Output: velocities over V, angular velocities times a / V, wall axes.
     collisions : (n,) int64
@@ -103,12 +107,11 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
     int
         Row of the first particle that did not finish, or -1.
     """
-    axes = np.empty((state.shape[0], 6))
     draw_particles(population, keys, axes, kind)
     codes = FIRST_MESH + population.meshes.resolutions.size
     order, starts = _sorted_by_shape(kind, codes)
     slots, no_map = make_slots(max(MAX_VERTICES, population.meshes.longest)), empty_map()
-    drawn, outcome = (axes, kind), (state, collisions, energy)
+    drawn, outcome = (axes, kind), (state, collisions, energy, axes)
     for code in range(codes):
         members = order[starts[code] : starts[code + 1]]
         unfinished = follow(
@@ -121,12 +124,14 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
 
 
 @kernel
-def simulate_audited(law, population, conditions, keys, state, collisions, kind, energy, audit):
+def simulate_audited(
+    law, population, conditions, keys, axes, state, collisions, kind, energy, audit
+):
     """Simulate as `simulate_batch`, one particle at a time, every collision and flight checked.
 
     ``audit`` (AUDIT_SIZE,) gets the largest violation of each law.
     """
-    axes, motion = np.empty((state.shape[0], 6)), np.empty(MOTION_SIZE)
+    motion = np.empty(MOTION_SIZE)
     draw_particles(population, keys, axes, kind)
     candidates = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
     storage = candidates, np.zeros(1, dtype=np.int64), empty_map(), workspace()
@@ -135,13 +140,15 @@ def simulate_audited(law, population, conditions, keys, state, collisions, kind,
         for k in range(6):
             motion[3 + k] = axes[i, k]
         drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
-        status, collisions[i], energies = follow_one(
+        status, collisions[i], spin, energies = follow_one(
             law, population, condition, drawn, motion, storage, audit
         )
         if status != LEFT:
             return i
         state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
-        state[i, 3], state[i, 4], state[i, 5] = wall_spin(motion)
+        state[i, 3], state[i, 4], state[i, 5] = spin
+        for k in range(6):
+            axes[i, k] = motion[3 + k]
         for k in range(energy.shape[1]):
             energy[i, k] = energies[k]
     _merge_mesh_codes(kind)

@@ -43,6 +43,9 @@ SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 #: The hit whose random numbers make the grain that a particle keeps.
 OWN_GRAIN = np.uint32(0)
 
+#: Status code: shape code or ratios that are those of no grain.
+GRAIN_NOT_USABLE = -102
+
 #: Bounds of the ratios as plain numbers, which kernels take.
 _LEAST, _MOST = ASPECT.low, ASPECT.high
 
@@ -145,13 +148,14 @@ class ParticleKeys(NamedTuple):
 
     ``seed`` and ``particle`` (uint64) identify the particle, ``hit`` (uint32) its rebound, which
     gives the orientation. ``grain`` (uint32) is the hit whose random numbers give the shape and its
-    ratios; it is empty where the grains are given.
+    ratios; it is empty where the grains are given. ``oriented``: whether orientations are given.
     """
 
     seed: np.uint64
     particle: NDArray[np.uint64]
     hit: NDArray[np.uint32]
     grain: NDArray[np.uint32]
+    oriented: bool = False
 
 
 def keys_of_run(seed: int, stream: int, first: int, count: int) -> ParticleKeys:
@@ -170,7 +174,7 @@ def draw_particles(population, keys, axes, kind):
     population : PopulationArguments
     keys : ParticleKeys
     axes : (n, 6) float64
-        Output: wall axes n and x in body axes.
+        Output: wall axes n and x in body axes; unchanged where orientations are given.
     kind : (n, 3) float64
         Output: shape code, b / a, c / b; unchanged where the grains are given.
     """
@@ -186,10 +190,11 @@ def draw_particles(population, keys, axes, kind):
             u = _mixed_numbers(keys.seed, item(keys.particle, k), hit, grain)
             for j in range(6):
                 words[j, i] = u[j]
-        set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
-        for i in range(count):
-            for j in range(6):
-                axes[start + i, j] = motion[3 + j, i]
+        if not keys.oriented:
+            set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
+            for i in range(count):
+                for j in range(6):
+                    axes[start + i, j] = motion[3 + j, i]
         if given:
             continue
         store(ratio, 0, aspect_ratio(population.aspect, 0, load(words, 0)))

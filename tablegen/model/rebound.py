@@ -9,9 +9,11 @@ The motion is kept in one array so that every piece of the model reads the same 
     9:12 velocity of the centre in wall axes (u, v, w)
     12   height of the centre over the wall
 
-The angular velocity changes in flight (the body tumbles), so the state after a rebound needs an
-instant: it is the one at which the centre is `CLEARANCE` above the bounding radius of the particle,
-where no point of it can touch the wall any more.
+The angular velocity W changes in flight (the body tumbles), but the angular momentum L = J W and
+the rotational energy T do not. Angular velocities before and after a rebound are by default the
+mean M over that tumbling, (2T/L^2) L. With the orientation it gives L = M M^2 / (M . J^-1 M) back.
+On request they are those of an instant: before, as the centre passes the bounding radius of the
+particle; after, as it passes `CLEARANCE` above it, where no point can touch the wall any more.
 
 `collide` and `fly` are the two steps of a rebound; they take the arrays of one particle or
 of lanes (see `tablegen.model.simd`). `rebound` follows one particle by them, step by step and
@@ -86,11 +88,28 @@ def _dot(a, b):
 
 
 @no_refcount_inline_kernel
-def wall_spin(motion):
-    """Angular velocity in wall axes."""
+def wall_spin(moments, instant, motion):
+    """Angular velocity in wall axes: the mean over free tumbling, or where told that of now."""
     x, n, z = _wall_axes(motion)
     w = load_three(motion, 0)
+    momentum = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
+    square = _dot(momentum, momentum)
+    turns = square > 0.0
+    scale = select(turns, _dot(momentum, w) / select(turns, square, 1.0), 0.0)
+    mean = momentum[0] * scale, momentum[1] * scale, momentum[2] * scale
+    w = select_three(instant > 0.0, w, mean)
     return _dot(w, x), _dot(w, n), _dot(w, z)
+
+
+@inline_kernel
+def present_spin(moments, instant, spin):
+    """Angular velocity now in body axes, from the mean over free tumbling or from itself."""
+    over = spin[0] / moments[0], spin[1] / moments[1], spin[2] / moments[2]
+    share = _dot(spin, over)
+    turns = share > 0.0
+    scale = select(turns, _dot(spin, spin) / select(turns, share, 1.0), 0.0)
+    now = over[0] * scale, over[1] * scale, over[2] * scale
+    return select_three(instant > 0.0, spin, now)
 
 
 @inline_kernel
@@ -284,8 +303,13 @@ def approach(condition, body, motion, where=True):
     """
     x, n, z = _wall_axes(motion)
     s_x, s_y, s_z = condition.spin
-    for i in range(3):
-        store(motion, i, select(where, s_x * x[i] + s_y * n[i] + s_z * z[i], load(motion, i)))
+    spin = (
+        s_x * x[0] + s_y * n[0] + s_z * z[0],
+        s_x * x[1] + s_y * n[1] + s_z * z[1],
+        s_x * x[2] + s_y * n[2] + s_z * z[2],
+    )
+    spin = present_spin(body.moments, condition.instant, spin)
+    store_three(motion, 0, select_three(where, spin, load_three(motion, 0)))
     velocity = condition.cosine, -condition.sine, 0.0 * condition.sine
     store_three(motion, U, select_three(where, velocity, load_three(motion, U)))
     height, still = body.bounding_radius, where & translates(condition)

@@ -129,7 +129,15 @@ class ParticleRun:
         particle has too many collisions.
         """
         keys = keys_of_run(*self._keys, first, len(state))
-        arguments = (*self._shared, keys, state, collisions, kind, energy)
+        arguments = (
+            *self._shared,
+            keys,
+            np.empty((len(state), 6)),
+            state,
+            collisions,
+            kind,
+            energy,
+        )
         audit = np.zeros(AUDIT_SIZE if self._audited else 0)
         stuck = simulate_audited(*arguments, audit) if self._audited else simulate_batch(*arguments)
         if stuck >= 0:

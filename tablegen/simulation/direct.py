@@ -1,8 +1,9 @@
 """Direct rebounds of particles that each have their own velocity, spin and grain."""
 
+import math
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,6 @@ from sampler.arguments import (
     Call,
     Grain,
     Keys,
-    Rebound,
     as_reals_up_to,
     as_threads,
     broadcast,
@@ -29,6 +29,7 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import CONDITION_SIZE, lab_conditions, states_to_lab, wall_conditions
 from tablegen.model.model_bounds import ASPECT
 from tablegen.model.one_rebound import DirectArrays, work_size
+from tablegen.model.orientation import axes_from, orientations_from, tumble_all
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import first_misfit
 from tablegen.simulation.batches import first_not_finite, in_slices
@@ -38,11 +39,39 @@ from tablegen.simulation.rough_walls import RoughImpacts, rough_rebounds
 #: Arguments that make an impact in the lab frame.
 _IMPACT = ("velocity", "normal", "half_size", "wall_velocity")
 
+#: An impact whose frame is the lab frame.
+_WALL = (
+    np.array([[1.0, -1.0, 0.0]]),
+    np.array([[0.0, 1.0, 0.0]]),
+    np.ones(1),
+    np.zeros((1, 3)),
+)
+
+
+class DirectRebound(NamedTuple):
+    """Result of `DirectModel.rebound`.
+
+    Attributes
+    ----------
+    velocity, omega
+        As of `sampler.table.Rebound`.
+    orientation : float64 array, shape (..., 4)
+        Quaternion as the particle leaves, scalar first and not negative, from body axes to the lab.
+    """
+
+    velocity: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    orientation: NDArray[np.float64]
+
 
 class DirectModel:
     """Rebounds by direct simulation, with the methods of `sampler.Table` that draw them.
 
-    A grain is a shape and its ratios b/a and c/b.
+    A grain is a shape and its ratios b/a and c/b. Between walls it tumbles, and meets the next one
+    in the orientation that it then has: `rebound` takes and returns orientations, and `tumble`
+    turns them. Angular velocities are means over free tumbling, (2T/L^2) L, which together with the
+    orientation determine a rotation; with ``domain.omega = "departure"`` they are those of the
+    instant.
 
     Parameters
     ----------
@@ -65,7 +94,8 @@ class DirectModel:
     columns = STATE
 
     def __init__(self, config: Config, population: Population | None = None) -> None:
-        self._take(config.pair, population or config.population, config.model)
+        instant = config.domain.omega == "departure"
+        self._take(config.pair, population or config.population, config.model, instant)
 
     @classmethod
     def of_parts(
@@ -73,15 +103,17 @@ class DirectModel:
     ) -> "DirectModel":
         """Make a model of laws, particles and numerical parameters without a configuration."""
         model = cls.__new__(cls)
-        model._take(pair, population, numerics)
+        model._take(pair, population, numerics, instant=False)
         return model
 
-    def _take(self, pair: MaterialPair, population: Population, numerics: ModelSettings) -> None:
+    def _take(
+        self, pair: MaterialPair, population: Population, numerics: ModelSettings, instant: bool
+    ) -> None:
         """Keep laws, particles and numerical parameters as kernels take them."""
         self.arrays = DirectArrays(
             pair.kernel_arguments(),
             population.kernel_arguments(),
-            (numerics.contact_resolution, numerics.tolerance),
+            (numerics.contact_resolution, numerics.tolerance, float(instant)),
         )
         self.work_size: int = work_size(self.arrays.population)
 
@@ -92,6 +124,7 @@ class DirectModel:
         *,
         spin: ArrayLike | None = None,
         grain: Grain = "own",
+        orientation: ArrayLike | None = None,
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
@@ -112,6 +145,9 @@ class DirectModel:
             "own": a particle has the same grain at every hit, drawn from the population by
             (seed, index). "fresh": it has another one at every hit, drawn by (seed, index, hit).
             An array: shape code, b/a and c/b of each particle, as `grains` returns them.
+        orientation : array, shape (..., 4), optional
+            Quaternion from body axes to the wall frame, scalar first; uniformly random if left out.
+            That is right for a particle that does not spin, and only roughly for one that does.
 
         Returns
         -------
@@ -127,10 +163,12 @@ class DirectModel:
             If a particle is still in contact after 10**8 collisions.
         """
         given = {"alpha1": alpha1, "speed": speed, "spin": np.zeros(3) if spin is None else spin}
+        if orientation is not None:
+            given["orientation"] = orientation
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
         alpha1, speed, spins = map(particles.array, ("alpha1", "speed", "spin"))
         fill = partial(wall_conditions, alpha1, speed, spins, self.arrays.numerics)
-        states = self._simulated(particles, threads, fill)
+        states, _ = self._simulated(particles, threads, fill, _WALL)
         return states.reshape(*particles.call.shape, 6)
 
     def rebound(
@@ -141,6 +179,7 @@ class DirectModel:
         *,
         omega: ArrayLike | None = None,
         grain: Grain = "own",
+        orientation: ArrayLike | None = None,
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
@@ -149,7 +188,7 @@ class DirectModel:
         wall_velocity: ArrayLike | None = None,
         roughness: ArrayLike | None = None,
         threads: int | None = None,
-    ) -> Rebound:
+    ) -> DirectRebound:
         """Rebound particles from a wall, in the lab frame.
 
         Parameters
@@ -158,17 +197,20 @@ class DirectModel:
             As for `sampler.Table.rebound`.
         grain, seed, index, hit, rng, size, threads
             As for `sample`.
+        orientation : array, shape (..., 4), optional
+            Quaternion as the centre is the bounding radius away from the wall, from body axes to
+            the lab, scalar first; uniformly random if left out, as for `sample`.
         roughness : float or array, shape (...), optional
             Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
             a smooth wall if left out. The facets are those of `sampler.Table.rebound` with the same
-            keys. A particle that leaves one into the wall hits again with its new spin and the
-            same grain.
+            keys. A particle that leaves one into the wall hits again with its new spin, its
+            orientation and the same grain.
 
         Returns
         -------
-        Rebound
-            ``velocity, omega``, both of shape (..., 3), m/s and rad/s. At exactly normal impact the
-            direction along the wall is uniform.
+        DirectRebound
+            ``velocity, omega``, both of shape (..., 3), m/s and rad/s, and ``orientation``, shape
+            (..., 4). At exactly normal impact the direction along the wall is uniform.
 
         Raises
         ------
@@ -182,6 +224,8 @@ class DirectModel:
             "wall_velocity": np.zeros(3) if wall_velocity is None else wall_velocity,
             "omega": np.zeros(3) if omega is None else omega,
         }
+        if orientation is not None:
+            given["orientation"] = orientation
         if roughness is not None:
             given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
@@ -191,9 +235,66 @@ class DirectModel:
             lab_conditions, numbers, particles.array("omega"), keys_of_rows, self.arrays.numerics
         )
         finish = partial(states_to_lab, numbers, keys_of_rows)
-        states = self._simulated(particles, threads, fill, finish)
-        parts = (states[:, :3], states[:, 3:])
-        return Rebound(*(part.copy().reshape(*particles.call.shape, 3) for part in parts))
+        states, turned = self._simulated(particles, threads, fill, numbers, finish)
+        parts = (states[:, :3].copy(), states[:, 3:].copy(), turned)
+        shape = particles.call.shape
+        return DirectRebound(*(part.reshape(*shape, part.shape[1]) for part in parts))
+
+    def tumble(
+        self,
+        orientation: ArrayLike,
+        omega: ArrayLike,
+        grain: ArrayLike,
+        half_size: ArrayLike,
+        time: ArrayLike,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Turn particles by free rotation between walls.
+
+        Parameters
+        ----------
+        orientation : array, shape (..., 4)
+            Quaternions as `rebound` returns them.
+        omega : array, shape (..., 3)
+            Angular velocities as `rebound` returns them, rad/s, lab frame.
+        grain : array, shape (..., 3)
+            As `grains` returns them.
+        half_size : array, shape (...)
+            Largest half-sizes a, m. Free rotation is the same for any.
+        time : array, shape (...)
+            Of the flight, s; a particle may turn by at most 1e6 rad.
+
+        Returns
+        -------
+        orientation : float64 array, shape (..., 4)
+            After the flight.
+        omega : float64 array, shape (..., 3)
+            As before; with ``domain.omega = "departure"`` that of the instant after the flight.
+
+        Raises
+        ------
+        InputError
+            If an input has a wrong type or shape or is not allowed. Names the first row.
+        """
+        given = {
+            "orientation": orientation,
+            "omega": omega,
+            "grain": grain,
+            "half_size": as_reals_up_to("half_size", half_size, math.inf, " m"),
+            "time": time,
+        }
+        call = broadcast(given, Keys(0, 0))
+        particles = Particles(call, OWN, None)
+        n = call.rows.n
+        turned, spins = (
+            np.array(np.broadcast_to(particles.array(name), (n, width)))
+            for name, width in (("orientation", 4), ("omega", 3))
+        )
+        _, population, numerics = self.arrays
+        others = particles.array("grain"), spins, particles.array("time"), turned
+        row, code = tumble_all(population, numerics, *others)
+        if row >= 0:
+            raise failure_of(call, Failure(row, code))
+        return turned.reshape(*call.shape, 4), spins.reshape(*call.shape, 3)
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
         """Return the grains that particles keep, (..., 3), as `sampler.Table.grains`.
@@ -232,15 +333,18 @@ class DirectModel:
         particles: Particles,
         threads: int | None,
         fill: Callable[..., Any],
+        impacts: tuple[NDArray[Any], ...],
         finish: Callable[..., Any] | None = None,
-    ) -> FloatArray:
-        """Simulate all rows in threads, (n, 6); raise the error of the first that fails.
+    ) -> tuple[FloatArray, FloatArray]:
+        """Simulate all rows in threads; raise the error of the first that fails.
 
         `fill` writes conditions from a row on and returns the first bad row, or -1, and its code;
-        `finish` turns states from a row on into another frame.
+        `impacts` are velocity, normal, half-size and wall velocity, whose frames orientations are
+        given in; `finish` turns states from a row on into another frame. Returns states (n, 6) and
+        orientations (n, 4).
         """
         call = particles.call
-        states = np.empty((call.rows.n, 6))
+        states, turned = np.empty((call.rows.n, 6)), np.empty((call.rows.n, 4))
         rough = "roughness" in call.rows.arrays
 
         def work(part: slice) -> Failure | None:
@@ -249,12 +353,15 @@ class DirectModel:
             if row >= 0:
                 return Failure(row, code)
             if rough:
-                impacts = RoughImpacts.of_rows(particles, part, self.arrays)
-                row, code = rough_rebounds(self.arrays, particles.seed, impacts, states[part])
+                found = RoughImpacts.of_rows(particles, part, self.arrays)
+                both = states[part], turned[part]
+                row, code = rough_rebounds(self.arrays, particles.seed, found, *both)
+                row += part.start if row >= 0 else 0
             else:
-                row, code = self._smooth(particles, part, conditions, states[part]), 0
+                failure = self._smooth(particles, part, impacts, conditions, states, turned)
+                row, code = failure
             if row >= 0:
-                return Failure(part.start + row, code)
+                return Failure(row, code)
             if finish is not None and not rough:
                 finish(states[part], part.start)
             return None
@@ -265,13 +372,30 @@ class DirectModel:
         bad = first_not_finite(states)
         if bad >= 0:
             raise RuntimeError(f"the particle at {place(bad, call.shape)} is not finite")
-        return states
+        return states, turned
 
     def _smooth(
-        self, particles: Particles, part: slice, conditions: FloatArray, states: FloatArray
-    ) -> int:
-        """Simulate some rows on smooth walls; return the first that never leaves, or -1."""
-        n, kind = len(states), particles.kind(part)
-        unused = np.empty(n, dtype=np.int64), kind, np.empty((n, 2))
+        self,
+        particles: Particles,
+        part: slice,
+        impacts: tuple[NDArray[Any], ...],
+        conditions: FloatArray,
+        states: FloatArray,
+        turned: FloatArray,
+    ) -> Failure:
+        """Simulate some rows on smooth walls; return the first that fails, or -1."""
+        n, lab_keys = part.stop - part.start, particles.lab_keys
+        axes = np.empty((n, 6))
+        if "orientation" in particles.call.rows.arrays:
+            given = particles.array("orientation")
+            row, code = axes_from(given, impacts, lab_keys, axes, part.start)
+            if row >= 0:
+                return Failure(row, code)
+        unused = np.empty(n, dtype=np.int64), particles.kind(part), np.empty((n, 2))
         law, population, _ = self.arrays
-        return simulate_batch(law, population, conditions, particles.keys(part), states, *unused)
+        how = law, population, conditions, particles.keys(part)
+        stuck = simulate_batch(*how, axes, states[part], *unused)
+        if stuck >= 0:
+            return Failure(part.start + stuck, 0)
+        orientations_from(axes, impacts, lab_keys, turned[part], part.start)
+        return Failure(-1, 0)

@@ -12,6 +12,7 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import OUT_OF_BOUNDS, TURNS_TOO_OFTEN
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.one_rebound import DirectArrays
+from tablegen.model.orientation import ORIENTATION_NOT_USABLE
 from tablegen.model.random_particles import OWN_GRAIN, ParticleKeys, draw_grains
 from tablegen.simulation.batches import unfinished
 
@@ -52,7 +53,7 @@ class Particles(NamedTuple):
         """Return the keys of some rows."""
         made_at = rows_of(self.made_at, part) if self.given is None else self.made_at[:0]
         index, hit = rows_of(self.array("index"), part), rows_of(self.array("hit"), part)
-        return ParticleKeys(self.seed, index, hit, made_at)
+        return ParticleKeys(self.seed, index, hit, made_at, "orientation" in self.call.rows.arrays)
 
     def kind(self, part: slice) -> FloatArray:
         """Return the given grains of some rows, or an array that a kernel fills with drawn ones."""
@@ -83,7 +84,7 @@ def failure_of(call: Call, failure: Failure) -> Exception:
     if code == 0:
         return unfinished(f"the particle at {at}")
     if code == OUT_OF_BOUNDS:
-        unnamed = ("normal", "half_size", "index", "hit", "grain")
+        unnamed = ("normal", "half_size", "index", "hit", "grain", "orientation")
         names = [name for name in arrays if name not in unnamed]
         got = "; ".join(f"{name} {_numbers(np.atleast_1d(call.at(name, row)))}" for name in names)
         return InputError(
@@ -95,6 +96,11 @@ def failure_of(call: Call, failure: Failure) -> Exception:
         return InputError(
             f"{name}: got {_numbers(call.at(name, row))} at {at}, allowed: at most "
             f"{MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), before the first contact"
+        )
+    if code == ORIENTATION_NOT_USABLE:
+        return InputError(
+            f"orientation: got {_numbers(call.at('orientation', row))} at {at}, allowed: a "
+            "quaternion of four finite numbers, not all 0"
         )
     return InputError(row_message(call, row, code))
 

@@ -1,45 +1,76 @@
-"""Chains of impacts: the conditions at which particles meet one wall after another.
+"""Chains of impacts: particles that meet one wall after another, and keep grain and orientation.
 
-Nothing acts on a particle between two walls, and it keeps its grain. The next wall is either the
-same one again, met at the angle of the departure, as on the outside of a bend, or the opposite one,
-as in a channel.
+Nothing acts on a particle between two walls but a gas that may turn its velocity: it tumbles freely
+and meets the next wall in the orientation that it then has. The statistics there do not depend on
+the length of the flight from 1.5 half-sizes on, so that short random flights stand for any.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from sampler.formats.bounds import INERTIA
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
 
+#: The next wall of a particle. "same": the one it left, met at the angle of the departure, as on
+#: the outside of a bend. "opposite": parallel to it, as in a channel. "any": met at an angle
+#: uniform in `ANY_ANGLES` in a random plane, as in a cyclone or a row of blades. "corner":
+#: perpendicular to the wall it left and to its velocity along it.
+WALLS = ("same", "opposite", "any", "corner")
+
+#: Angles [rad] at which walls of any direction are met.
+ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
+
+#: Lengths of flights over a, and the most that a particle turns on one, rad.
+_PATHS, _MOST_TURNED = (5.0, 15.0), 300.0
+
 #: Hits from which impacts are taken, in equal shares; before the first hit no particle spins.
 HITS = (2, 3, 4, 5, 6)
 
 #: Key of the random numbers, next to the seed.
-_KEY = 2**31 + 1
+_KEY = 2**31 + 16
 
 #: Largest spin, times a/V; less than one particle in a hundred thousand has more.
 _MOST_SPIN = 100.0
 
 
 class Impacts(NamedTuple):
-    """Impacts of n particles, one each."""
+    """Impacts of n particles, one each, in the axes of the wall; the unit of length is a."""
 
     #: (n,): angles [rad] from the wall, speeds V [m/s].
     alpha1: FloatArray
     speed: FloatArray
-    #: (n, 3): spin before the impact times a/V, wall axes.
+    #: (n, 3): mean angular velocity before the impact times a/V.
     spin: FloatArray
+    #: (n, 4): quaternions from body axes to wall axes; zeros: not yet known, uniformly random.
+    orientation: FloatArray
+    #: (n, 3): shape code, b/a and c/b.
+    grain: FloatArray
     #: (n,): keys of the particles; `hit` counts the walls met before.
     index: NDArray[np.uint64]  # type: ignore[assignment]  # hides tuple.index
     hit: NDArray[np.uint32]
 
-    def of(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "Impacts":
+    def of(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Impacts":
         """Select some of the particles."""
         return Impacts._make(array[rows] for array in self)
+
+
+class Departures(NamedTuple):
+    """Particles after an impact, in the axes of the wall that they left."""
+
+    impacts: Impacts
+    #: (n, 6): states; velocities over V, angular velocities times a/V.
+    states: FloatArray
+    #: (n, 4): quaternions from body axes to wall axes.
+    orientation: FloatArray
+
+    def of(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Departures":
+        """Select some of the particles."""
+        return Departures(self.impacts.of(rows), self.states[rows], self.orientation[rows])
 
 
 def effective_speed(impacts: Impacts) -> FloatArray:
@@ -52,29 +83,123 @@ def energy_factor(spin: FloatArray) -> FloatArray:
     return np.sqrt(1.0 + INERTIA * np.square(spin).sum(axis=1))
 
 
-def next_impacts(before: Impacts, state: FloatArray, opposite: NDArray[np.bool_]) -> Impacts:
-    """Compute the impacts that follow, in the axes of the next wall.
+def depart(
+    model: DirectModel, impacts: Impacts, seed: int, threads: int | None = None
+) -> Departures:
+    """Simulate impacts directly, with the grains and orientations that they have."""
+    n = len(impacts.index)
+    velocity = impacts.speed[:, None] * _towards(impacts.alpha1)
+    keys: dict[str, Any] = {
+        "seed": seed,
+        "index": impacts.index,
+        "hit": impacts.hit,
+        "threads": threads,
+    }
+    given: dict[str, Any] = {"omega": impacts.spin * impacts.speed[:, None], "grain": impacts.grain}
+    if impacts.hit.size and impacts.orientation.any():
+        given["orientation"] = impacts.orientation
+    # wall axes: at exactly normal impact the frame of `rebound` is turned at random, and then the
+    # law is symmetric about the normal
+    after = model.rebound(velocity, np.array([0.0, 1.0, 0.0]), np.ones(n), **given, **keys)
+    states = np.hstack([after.velocity, after.omega]) / impacts.speed[:, None]
+    return Departures(impacts, states, after.orientation)
 
-    `state` (n, 6) are the states after the impacts before. `opposite` (n,) says whether the next
-    wall is the opposite one; else it is the same again.
+
+def _towards(alpha1: FloatArray) -> FloatArray:
+    """Make unit vectors of velocities that meet the wall y = 0 at some angles, (n, 3)."""
+    sine = np.minimum(np.sin(alpha1), 1.0)
+    return np.column_stack([np.sqrt(1.0 - sine * sine), -sine, np.zeros(len(alpha1))])
+
+
+def next_impacts(
+    model: DirectModel, departures: Departures, walls: NDArray[np.intp], uniform: FloatArray
+) -> Impacts:
+    """Let particles tumble to their next walls; returns the impacts in the axes of those.
+
+    ``walls`` (n,) are places in `WALLS`; ``uniform`` (n, 3) random numbers from 0 to 1: flight,
+    angle and plane.
     """
-    u, v, w = state[:, 0], state[:, 1], state[:, 2]
-    along = np.hypot(u, w)
-    speed = np.hypot(along, v)
-    # the direction along the wall; any, if there is none
-    x = np.divide(u, along, out=np.ones_like(u), where=along > 0.0)
-    z = np.divide(w, along, out=np.zeros_like(w), where=along > 0.0)
-    # the opposite wall reverses y, and z = x cross y with it
-    side = np.where(opposite, -1.0, 1.0)
-    spin = np.column_stack(
-        [
-            state[:, 3] * x + state[:, 5] * z,
-            side * state[:, 4],
-            side * (state[:, 5] * x - state[:, 3] * z),
-        ]
+    low, high = ANY_ANGLES
+    direction = _direction(departures)
+    normal = _normals_at(direction, low + (high - low) * uniform[:, 1], uniform[:, 2])
+    same, opposite, _, corner = (walls == k for k in range(len(WALLS)))
+    normal[same | opposite] = np.where(same, 1.0, -1.0)[same | opposite, None] * [0.0, 1.0, 0.0]
+    along = direction * [1.0, 0.0, 1.0]
+    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
+    normal[corner] = -along[corner]
+    direction = np.where(same[:, None], direction * [1.0, -1.0, 1.0], direction)
+    return _arrive(model, departures, direction, normal, uniform[:, 0])
+
+
+def meet(
+    model: DirectModel, departures: Departures, alpha1: FloatArray, uniform: FloatArray
+) -> Impacts:
+    """Let particles tumble to walls that they meet at given angles [rad], in random planes.
+
+    ``uniform`` (n, 2) are random numbers from 0 to 1: flight and plane.
+    """
+    direction = _direction(departures)
+    normal = _normals_at(direction, alpha1, uniform[:, 1])
+    return _arrive(model, departures, direction, normal, uniform[:, 0])._replace(alpha1=alpha1)
+
+
+def _direction(departures: Departures) -> FloatArray:
+    """Directions of motion, (n, 3)."""
+    velocity = departures.states[:, :3]
+    return velocity / np.linalg.norm(velocity, axis=1)[:, None]
+
+
+def _arrive(
+    model: DirectModel,
+    departures: Departures,
+    direction: FloatArray,
+    normal: FloatArray,
+    flight: FloatArray,
+) -> Impacts:
+    """Tumble over random flights, and turn to the axes of walls with some normals (n, 3)."""
+    before, states, orientation = departures
+    speed = np.linalg.norm(states[:, :3], axis=1)
+    spin = states[:, 3:] / speed[:, None]
+    path = _PATHS[0] + (_PATHS[1] - _PATHS[0]) * flight
+    path = np.minimum(path, _MOST_TURNED / np.maximum(np.linalg.norm(spin, axis=1), 1e-300))
+    turned, _ = model.tumble(orientation, spin, before.grain, 1.0, path)
+    frame = _frame(direction, normal)
+    rotated = Rotation.from_matrix(frame) * Rotation.from_quat(turned, scalar_first=True)
+    sine = -np.einsum("ni,ni->n", direction, normal)
+    return before._replace(
+        alpha1=np.arctan2(sine, np.sqrt(np.maximum(1.0 - sine * sine, 0.0))),
+        speed=before.speed * speed,
+        spin=np.einsum("nij,nj->ni", frame, spin),
+        orientation=rotated.as_quat(scalar_first=True, canonical=True),
+        hit=before.hit + np.uint32(1),
     )
-    alpha1, hit = np.arctan2(v, along), before.hit + np.uint32(1)
-    return Impacts(alpha1, before.speed * speed, spin / speed[:, None], before.index, hit)
+
+
+def _normals_at(direction: FloatArray, alpha1: FloatArray, plane: FloatArray) -> FloatArray:
+    """Find normals (n, 3) of walls that particles meet at some angles [rad], in random planes."""
+    first = _perpendicular(direction)
+    azimuth = 2.0 * np.pi * plane[:, None]
+    side = np.cos(azimuth) * first + np.sin(azimuth) * np.cross(direction, first)
+    return np.cos(alpha1)[:, None] * side - np.sin(alpha1)[:, None] * direction
+
+
+def _perpendicular(vectors: FloatArray) -> FloatArray:
+    """Find unit vectors perpendicular to unit vectors, (n, 3)."""
+    axis = np.where(np.abs(vectors[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
+    found = np.cross(vectors, axis)
+    return found / np.linalg.norm(found, axis=1)[:, None]
+
+
+def _frame(direction: FloatArray, normal: FloatArray) -> FloatArray:
+    """Axes x, y, z of the impacts, the rows of (n, 3, 3) matrices."""
+    along = direction - np.einsum("ni,ni->n", direction, normal)[:, None] * normal
+    size = np.linalg.norm(along, axis=1)
+    # any direction along the wall, if there is none
+    along = np.where((size > 1e-9)[:, None], along, _perpendicular(normal))
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    along -= np.einsum("ni,ni->n", along, normal)[:, None] * normal
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    return np.stack([along, normal, np.cross(along, normal)], axis=1)
 
 
 def speeds_measured(config: Config) -> tuple[float, float]:
@@ -85,16 +210,27 @@ def speeds_measured(config: Config) -> tuple[float, float]:
     return (low, high) if low < high else (first, last)
 
 
-def first_impacts(config: Config, seed: int, index: NDArray[np.uint64]) -> Impacts:
-    """Draw first impacts: no spin, angles and speeds uniform over the table's range.
+def first_impacts(
+    alpha1: FloatArray, speed: FloatArray, grain: FloatArray, index: NDArray[np.uint64]
+) -> Impacts:
+    """Make first impacts: no spin, and an orientation that is still to be drawn."""
+    n = len(index)
+    hit = np.zeros(n, dtype=np.uint32)
+    return Impacts(alpha1, speed, np.zeros((n, 3)), np.zeros((n, 4)), grain, index, hit)
 
-    `index` has consecutive keys of the particles.
+
+def uniform_numbers(seed: int, index: NDArray[np.uint64], hit: int) -> FloatArray:
+    """Draw four numbers from 0 to 1 for each of some particles at a hit, the same in any call.
+
+    The indices ascend.
     """
-    n, share = len(index), _uniform(seed, index)
-    low, high = np.radians(config.domain.alpha_deg)
-    slow, fast = speeds_measured(config)
-    alpha1, speed = low + (high - low) * share[:, 0], slow + (fast - slow) * share[:, 1]
-    return Impacts(alpha1, speed, np.zeros((n, 3)), index, np.zeros(n, dtype=np.uint32))
+    if not index.size:
+        return np.empty((0, 4))
+    bits = np.random.Philox(key=[seed % 2**64, _KEY + hit])
+    bits.advance(int(index[0]))  # a step gives four numbers
+    count = int(index[-1] - index[0]) + 1
+    rows = (index - index[0]).astype(np.intp)
+    return np.random.Generator(bits).random((count, 4))[rows]
 
 
 def occurring_impacts(
@@ -106,30 +242,29 @@ def occurring_impacts(
 ) -> Impacts:
     """Simulate chains of a configuration with its model, and take one impact from each.
 
-    Half of the particles meet the same wall again and again, half the opposite one each time; each
-    gives its impact number 2, 3, 4, 5 or 6. A particle that has left the table's range of angles,
-    or is slower by its effective speed, gives none. `index` has consecutive keys of the particles.
+    A third of the particles meets each of the first three `WALLS` again and again; each gives its
+    impact number 2, 3, 4, 5 or 6. First angles and speeds are uniform over the table's range, as
+    far as the law was measured. A particle that has left the table's range of angles, or is slower
+    by its effective speed, gives none. The indices ascend.
     """
-    impacts = first_impacts(config, seed, index)
-    opposite = _uniform(seed, index)[:, 2] < 0.5
+    share = uniform_numbers(seed, index, 0)
+    low, high = np.radians(config.domain.alpha_deg)
+    slow, fast = speeds_measured(config)
+    alpha1, speed = low + (high - low) * share[:, 0], slow + (fast - slow) * share[:, 1]
+    impacts = first_impacts(alpha1, speed, model.grains(seed, index), index)
+    walls = np.minimum((share[:, 2] * 3.0).astype(np.intp), 2)
     wanted = np.array(HITS)[index % np.uint64(len(HITS))]
     taken: list[Impacts] = []
     for number in range(2, max(HITS) + 1):
-        impacts = next_impacts(impacts, simulated(model, impacts, seed, threads), opposite)
+        departures = depart(model, impacts, seed, threads)
+        numbers = uniform_numbers(seed, impacts.index, number)
+        impacts = next_impacts(model, departures, walls, numbers)
         inside = _inside(config, impacts)
         taken.append(impacts.of(inside & (wanted == number)))
         going = inside & (wanted > number)
-        impacts, opposite, wanted = impacts.of(going), opposite[going], wanted[going]
+        impacts, walls, wanted = impacts.of(going), walls[going], wanted[going]
     found = Impacts._make(map(np.concatenate, zip(*taken, strict=True)))
     return found.of(np.argsort(found.index))
-
-
-def simulated(
-    model: DirectModel, impacts: Impacts, seed: int, threads: int | None = None
-) -> FloatArray:
-    """Simulate impacts directly with the particles' own grains: states (n, 6)."""
-    alpha1, speed, spin, index, hit = impacts
-    return model.sample(alpha1, speed, spin=spin, seed=seed, index=index, hit=hit, threads=threads)
 
 
 def _inside(config: Config, impacts: Impacts) -> NDArray[np.bool_]:
@@ -138,10 +273,3 @@ def _inside(config: Config, impacts: Impacts) -> NDArray[np.bool_]:
     turning = np.abs(impacts.spin).max(axis=1, initial=0.0)
     angles: NDArray[np.bool_] = (low <= impacts.alpha1) & (impacts.alpha1 <= high)
     return angles & (effective_speed(impacts) >= slowest) & (turning <= _MOST_SPIN)
-
-
-def _uniform(seed: int, index: NDArray[np.uint64]) -> FloatArray:
-    """Draw three numbers from 0 to 1 for each of consecutive particles, the same in any call."""
-    bits = np.random.Philox(key=[seed % 2**64, _KEY])
-    bits.advance(int(index[0]))  # a step gives four numbers, of which the last is not used
-    return np.random.Generator(bits).random((len(index), 4))[:, :3]

@@ -1,7 +1,7 @@
 """Direct rebounds from rough walls: from facet to facet until a particle leaves.
 
 The facets are those that `tablegen.model.roughness` draws with the same keys. A bounce begins with
-the spin after the one before, and all bounces of a hit have one grain.
+the spin and the orientation after the one before, and all bounces of a hit have one grain.
 """
 
 from typing import Any, NamedTuple
@@ -13,6 +13,7 @@ from sampler.errors import CASCADE_NOT_ENDED, OK
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import CONDITION_SIZE, lab_conditions, states_to_lab
 from tablegen.model.one_rebound import DirectArrays
+from tablegen.model.orientation import axes_from, orientations_from
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys
 from tablegen.model.roughness import MAX_BOUNCES, facet_normals, mark_leaving, seed_of_bounce
@@ -36,6 +37,8 @@ class RoughImpacts(NamedTuple):
     index: NDArray[np.uint64]  # type: ignore[assignment]  # hides tuple.index
     hit: NDArray[np.uint32]
     grains: FloatArray
+    #: Quaternions (m, 4), or (m, 0): drawn by the keys.
+    orientation: FloatArray
 
     @classmethod
     def of_rows(cls, particles: Particles, part: slice, arrays: DirectArrays) -> "RoughImpacts":
@@ -58,25 +61,34 @@ class RoughImpacts(NamedTuple):
             index=taken("index"),
             hit=taken("hit"),
             grains=particles.grains(arrays, part),
+            orientation=taken("orientation")
+            if "orientation" in particles.call.rows.arrays
+            else np.empty((part.stop - part.start, 0)),
         )
 
 
 def rough_rebounds(
-    arrays: DirectArrays, seed: np.uint64, impacts: RoughImpacts, states: FloatArray
+    arrays: DirectArrays,
+    seed: np.uint64,
+    impacts: RoughImpacts,
+    states: FloatArray,
+    orientation: FloatArray,
 ) -> tuple[int, int]:
     """Rebound particles from rough walls; every impact on the mean wall must be possible.
 
-    Writes velocities [m/s] and angular velocities [rad/s] in the lab frame to `states` (m, 6).
-    Returns the first row that failed, or -1, and its code: 0 if it never left a facet.
+    Writes velocities [m/s] and angular velocities [rad/s] in the lab frame to `states` (m, 6), and
+    quaternions to `orientation` (m, 4). Returns the first row that failed, or -1, and its code: 0
+    if it never left a facet.
     """
     rows = np.arange(len(states))
     for bounce in range(MAX_BOUNCES):
         # compiled code takes an int of Python for a signed number
         key = np.uint64(seed_of_bounce(seed, bounce))
-        row, code = _bounce(arrays, key, impacts, out := np.empty((len(rows), 6)))
+        turned = np.empty((len(rows), 4))
+        row, code = _bounce(arrays, key, impacts, out := np.empty((len(rows), 6)), turned)
         if row >= 0:
             return int(rows[row]), code
-        states[rows] = out
+        states[rows], orientation[rows] = out, turned
         leaving = np.empty(len(rows), dtype=np.bool_)
         mark_leaving(out, impacts.normal, leaving)
         states[rows[leaving], :3] += impacts.wall_velocity[leaving]
@@ -84,15 +96,22 @@ def rough_rebounds(
         if len(stays) == 0:
             return -1, OK
         rows = rows[stays]
-        moved = impacts._replace(moving=out[:, :3], omega=out[:, 3:])
+        moved = impacts._replace(moving=out[:, :3], omega=out[:, 3:], orientation=turned)
         impacts = RoughImpacts._make(array[stays] for array in moved)
     return int(rows[0]), CASCADE_NOT_ENDED
 
 
 def _bounce(
-    arrays: DirectArrays, seed: np.uint64, impacts: RoughImpacts, out: FloatArray
+    arrays: DirectArrays,
+    seed: np.uint64,
+    impacts: RoughImpacts,
+    out: FloatArray,
+    turned: FloatArray,
 ) -> tuple[int, int]:
-    """Rebound each particle once, from its facet; return the first row that failed and its code."""
+    """Rebound each particle once, from its facet; return the first row that failed and its code.
+
+    Writes states to `out` (m, 6) and quaternions to `turned` (m, 4).
+    """
     count, still = len(out), np.zeros((1, 3))
     keys = seed, impacts.index, impacts.hit
     facets = np.empty((count, 3))
@@ -105,9 +124,17 @@ def _bounce(
     if row >= 0:
         return row, code
     unused = np.empty(count, dtype=np.int64), impacts.grains.copy(), np.empty((count, 2))
-    particles = ParticleKeys(*keys, _NO_GRAIN_KEYS)
-    stuck = simulate_batch(arrays.law, arrays.population, conditions, particles, out, *unused)
+    oriented, axes = impacts.orientation.shape[1] > 0, np.empty((count, 6))
+    if oriented:
+        given = np.ascontiguousarray(impacts.orientation)
+        row, code = axes_from(given, numbers, keys, axes, 0)
+        if row >= 0:
+            return row, code
+    particles = ParticleKeys(*keys, _NO_GRAIN_KEYS, oriented)
+    how = arrays.law, arrays.population, conditions, particles
+    stuck = simulate_batch(*how, axes, out, *unused)
     if stuck >= 0:
         return stuck, 0
+    orientations_from(axes, numbers, keys, turned, 0)
     states_to_lab(numbers, keys, out, 0)
     return -1, OK

@@ -33,7 +33,8 @@ _ROUNDING = 1e-15
 class Simulation:
     """Rebounds of n particles at one impact condition."""
 
-    #: (n, 6): u, v, w over V and omega_x, omega_y, omega_z times a / V, in the wall frame.
+    #: (n, 6): u, v, w over V and omega_x, omega_y, omega_z times a / V, in the wall frame. Angular
+    #: velocities are means over the free tumbling, unless ``domain.omega`` says otherwise.
     state: NDArray[np.float64]
     #: (n,): number of collisions of each rebound.
     collisions: NDArray[np.int64]
@@ -79,6 +80,7 @@ def make_condition(
     spin: Sequence[float] = (0.0, 0.0, 0.0),
     resolution: float = CONTACT_RESOLUTION,
     tolerance: float = TOLERANCE,
+    omega: str = "mean",
 ) -> Condition:
     """Check an impact condition and convert it to the form that kernels take.
 
@@ -94,13 +96,16 @@ def make_condition(
     tolerance : float
         Truncation of the flight series. It is tighter for a particle that turns many times before
         its first contact.
+    omega : {"mean", "departure"}
+        Whether angular velocities, before and after, are means over free tumbling or those of an
+        instant.
     """
     alpha1 = check_impact_angle(alpha1)
     speed = bounds.SPEED.checked("speed", speed)
     resolution = bounds.CONTACT_RESOLUTION.checked("contact_resolution", resolution)
     tolerance = bounds.TOLERANCE.checked("tolerance", tolerance)
     cosine, sine = cosine_and_sine(alpha1)
-    numerics = resolution, tolerance
+    numerics = resolution, tolerance, float(omega == "departure")
     return impact_condition(cosine, sine, speed, _check_spin(spin, alpha1, sine), numerics)
 
 
@@ -214,7 +219,7 @@ def simulate(
     return simulate_condition(
         config.pair,
         population or config.population,
-        make_condition(alpha1, speed, spin, *numerics),
+        make_condition(alpha1, speed, spin, *numerics, config.domain.omega),
         count,
         seed=seed,
         stream=stream,
