@@ -6,9 +6,16 @@ from typing import Any, NamedTuple
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, limits, verdict_words
 from tablegen.accuracy.joint_law import JointComparison
+from tablegen.accuracy.later_hits import LaterHit
 from tablegen.accuracy.measure import LawAccuracy
 from tablegen.accuracy.validate import ValidatedLaw, Validation
-from tablegen.config.metric_table import METRICS, errors_text, little_declared, spin_errors_text
+from tablegen.config.metric_table import (
+    METRICS,
+    errors_text,
+    little_declared,
+    metric_of,
+    spin_errors_text,
+)
 from tablegen.presentation import table_lines
 
 _CERTAINTY = (
@@ -66,7 +73,7 @@ def law_tables(
     measured: LawAccuracy, declared: Any, asked: Any = None, together: int | None = None
 ) -> list[TextTable]:
     """Make the tables of all comparisons of a law; arguments as for `accuracy_table`."""
-    spin = "Spin law, at spinning conditions"
+    spin = "Spin law, without spin, with the own grain"
     between = spin if measured.prefix else "Distances to direct simulation"
     found = {between: measured.comparisons, "At the nodes that looked worst": measured.nodes}
     tables = [
@@ -78,7 +85,27 @@ def law_tables(
         allowed = declared.joint, asked.joint if asked else None
         caption = "Spin law, over the impacts of chains"
         tables.append(accuracy_table([measured.joint], *allowed, together, caption))
+    for caption, later in (("cells of conditions", measured.cells), ("chains", measured.hits)):
+        if later:
+            tables.append(later_table(f"Spin law, {caption}", later, declared, together))
     return tables
+
+
+def later_table(
+    caption: str, later: Sequence[LaterHit], declared: Any, together: int | None = None
+) -> TextTable:
+    """Make the table of later hits: the worst by each limit, and what is declared."""
+    rows = []
+    for limit in later[0].estimates:
+        metric = metric_of(limit)
+        worst = max(later, key=lambda one: one.estimates[limit].value)
+        low, high = limits(limit, worst.estimates[limit], together or len(later))
+        middle = sorted(one.estimates[limit].value for one in later)[len(later) // 2]
+        numbers = worst.estimates[limit].value, low, high, middle, getattr(declared, limit)
+        texts = map(metric.text, numbers)
+        rows.append([limit.replace("_", " "), *texts, worst.place.replace(" degrees", "°")])
+    head = ["", "largest", "error at least", "error at most", "median", "declared", "largest at"]
+    return TextTable(f"{caption}, {len(later)} comparisons", head, rows)
 
 
 def detail_table(comparison: Comparison) -> TextTable:
@@ -142,11 +169,14 @@ def validation_notes(validation: Validation) -> list[str]:
             f"Looked at {_conditions(law)} that you chose, and at nothing else of the table."
         )
     if spin is not None:
-        chosen = "that you chose" if screening is None else "evenly spread"
-        lines.append(f"Looked at the spin law at {_conditions(spin)} {chosen}.")
+        lines.append(
+            f"Looked at the spin law without spin at {_conditions(spin)}, in "
+            f"{len(spin.measured.cells)} cells of conditions and after {len(spin.measured.hits)} "
+            "hits of chains."
+        )
         if spin.measured.joint is not None:
             lines.append(_joint_line(spin.measured.joint))
-        elif screening is not None:
+        else:
             lines.append("No chains of impacts were compared: they leave the table's range.")
     lines += [f"Seed {seed}: --seed {seed} makes the same validation again.", _CERTAINTY]
     if little := little_declared(validation.law.declared.model_dump()):
@@ -170,9 +200,9 @@ def _joint_line(joint: JointComparison) -> str:
         return f"{middle} ({low} to {high})"
 
     return (
-        "The chains: impacts 2 to 6 on one wall and between opposite walls, each particle with "
-        f"its own grain; median (1 to 99 %): angle {range_of('alpha_deg', 1)} degrees, speed "
-        f"{range_of('speed', 1)} m/s, spin {range_of('spin', 2)} V/a. The classifier sees "
+        "The chains: impacts 2 to 6 on one wall, between opposite walls and on walls of any "
+        "direction, each particle with its own grain and orientation; median (1 to 99 %): angle "
+        f"{range_of('alpha_deg', 1)} degrees, speed {range_of('speed', 1)} m/s, spin {range_of('spin', 2)} V/a. The classifier sees "
         "condition, grain and outcome; without the grain its AUC is "
         f"{METRICS['auc'].text(joint.auc_without_grain.value)}."
     )

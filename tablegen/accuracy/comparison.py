@@ -6,7 +6,6 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from sampler.formats.channels import STATE
-from tablegen.accuracy.conditions import Spin
 from tablegen.accuracy.descriptive import Profile, profile
 from tablegen.accuracy.metrics import as_sample
 from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
@@ -21,16 +20,13 @@ class Measured:
     speed: float
     #: Distances by metric.
     estimates: dict[str, Estimate]
-    #: Spin before the impact times a/V, wall axes; None: first-impact law, without spin.
-    spin: Spin | None = field(default=None, kw_only=True)
+    #: Whether particles had their own grain, by the spin law; else the first-impact law.
+    own: bool = field(default=False, kw_only=True)
 
     @property
     def place(self) -> str:
         """The condition in words."""
-        place = f"{self.alpha_deg:.2f} degrees, {self.speed:.1f} m/s"
-        if self.spin is None:
-            return place
-        return f"{place}, spin ({', '.join(f'{part:.2f}' for part in self.spin)})"
+        return f"{self.alpha_deg:.2f} degrees, {self.speed:.1f} m/s"
 
     def distances(self) -> dict[str, float | list[float]]:
         """Give the distances of the samples by metric, noise included; lists are by variable."""
@@ -55,7 +51,7 @@ class Comparison(Measured):
         return {
             "alpha_deg": self.alpha_deg,
             "speed": self.speed,
-            **({} if self.spin is None else {"spin": self.spin}),
+            "own": self.own,
             **self.distances(),
             "table": asdict(self.table),
             "direct": asdict(self.direct),
@@ -72,12 +68,12 @@ def compare(
     speed: float,
     seed: int = 0,
     variables: tuple[str, ...] = STATE,
-    spin: Spin | None = None,
+    own: bool = False,
 ) -> Comparison:
     """Compare draws (n, d) from a table with simulated states (m, d) at one condition.
 
-    The impact angle is in degrees from the wall, the speed in m/s, the spin times a/V. The seed
-    selects the projection directions and the classifier. ``variables`` names the d columns.
+    The impact angle is in degrees from the wall, the speed in m/s. The seed selects the projection
+    directions and the classifier. ``variables`` names the d columns; ``own``: see `Measured`.
     """
     table, direct = as_sample("table", table_state, 4), as_sample("direct", direct_state, 4)
     return Comparison(
@@ -88,5 +84,5 @@ def compare(
         direct=profile(direct, variables),
         variables=variables,
         states=min(len(table), len(direct)),
-        spin=spin,
+        own=own,
     )

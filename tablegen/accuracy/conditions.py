@@ -8,13 +8,7 @@ from scipy.stats import qmc
 
 from sampler.errors import InputError
 from sampler.table import Table
-from tablegen.config.config import Config
-from tablegen.config.defaults import GENERATE_SPIN_CONDITIONS
 from tablegen.model.float_array import FloatArray
-from tablegen.simulation.impact_chains import energy_factor, speeds_measured
-
-#: Spin before an impact times a/V, wall axes.
-Spin = tuple[float, float, float]
 
 #: Least distance of a condition from a node, as a share of the distance between nodes.
 _MARGIN = 0.2
@@ -22,22 +16,21 @@ _MARGIN = 0.2
 #: Largest number of conditions whose spread over the plane is optimised; more would take seconds.
 _OPTIMISED = 256
 
-#: Range of angles [degrees] and largest spin [V/a] of spinning conditions.
-_ANGLES_DEG = (5.0, 85.0)
-_MOST_SPIN = 2.0
+#: Angles over the largest, of the last two conditions of particles with their own grain.
+_STEEP = (0.96, 0.99)
 
-#: Purposes of the random numbers, next to the seed.
-_KEY, _SPIN_KEY = 2**31, 2**31 + 2
+#: Purpose of the random numbers, next to the seed.
+_KEY = 2**31
 
 
 class Place(NamedTuple):
-    """Impact condition at which a table is compared with direct simulation."""
+    """Impact condition, without spin, at which a table is compared with direct simulation."""
 
     #: Impact angle [degrees] and speed [m/s].
     alpha_deg: float
     speed: float
-    #: None: first-impact law, of particles without spin.
-    spin: Spin | None = None
+    #: Whether particles have their own grain, by the spin law; else the first-impact law.
+    own: bool = False
 
 
 def pick_conditions(table: Table, count: int, seed: int) -> list[Place]:
@@ -68,32 +61,18 @@ def _between_nodes(u: FloatArray, nodes: FloatArray) -> FloatArray:
     return low + width * (_MARGIN + (1.0 - 2.0 * _MARGIN) * (value - low) / width)
 
 
-def pick_spin_conditions(config: Config, count: int, seed: int) -> list[Place]:
-    """Choose conditions of spinning particles, evenly spread and sorted by angle.
+def pick_own_conditions(table: Table, count: int, seed: int) -> list[Place]:
+    """Choose conditions as `pick_conditions` for particles with their own grain.
 
-    The conditions are a Latin hypercube over the angle from 5 to 85 degrees, the speeds at which
-    the law of restitution was measured, the size of the spin up to 2 V/a and its direction. The
-    domain of the configuration limits angles and speeds further.
+    The last two are nearly normal impacts, where the law changes fastest.
     """
-    if count == 0:
-        return []
-    rng = np.random.default_rng([seed, _SPIN_KEY])
-    points = qmc.LatinHypercube(5, seed=rng).random(count)
-    points = points[np.argsort(points[:, 0])]
-    low, high = (float(np.clip(end, *config.domain.alpha_deg)) for end in _ANGLES_DEG)
-    slow, fast = speeds_measured(config)
-    size, y, turn = _MOST_SPIN * points[:, 2], 2.0 * points[:, 3] - 1.0, 2.0 * np.pi * points[:, 4]
-    radius = np.sqrt(1.0 - y * y)
-    spins = size[:, None] * np.column_stack([radius * np.cos(turn), y, radius * np.sin(turn)])
-    return [
-        Place(low + (high - low) * a, slow + (fast - slow) * v, (x, y, z))
-        for a, v, (x, y, z) in zip(*points[:, :2].T.tolist(), spins.tolist(), strict=True)
+    places = [place._replace(own=True) for place in pick_conditions(table, count, seed + 1)]
+    last = min(90.0, float(table.alpha_nodes_deg[-1]))
+    steep = [last * share for share in _STEEP][-min(count, len(_STEEP)) :] if count else []
+    return places[: len(places) - len(steep)] + [
+        place._replace(alpha_deg=alpha)
+        for place, alpha in zip(places[len(places) - len(steep) :], steep, strict=True)
     ]
-
-
-def spin_conditions_beside(conditions: int) -> int:
-    """Give the number of spinning conditions at which a new table is measured, from the others."""
-    return min(GENERATE_SPIN_CONDITIONS, 3 * conditions)
 
 
 def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
@@ -101,26 +80,16 @@ def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
     if not places:
         raise InputError("at: got no condition, allowed: one or more")
     for place in places:
-        for name, value, (low, high), unit in _ranges(table, place):
+        for value, (name, (low, high), unit) in zip(place, _ranges(table), strict=False):
             if not low <= value <= high:
                 raise InputError(
                     f"{name}: got {value:.9g} {unit}, allowed: {low:g} to {high:g} {unit}, which "
-                    f"the {'table' if place.spin is None else 'spin law'} covers"
+                    "the table covers"
                 )
-    return [Place(float(p.alpha_deg), float(p.speed), p.spin) for p in places]
+    return [Place(float(p.alpha_deg), float(p.speed)) for p in places]
 
 
-def _ranges(table: Table, place: Place) -> Iterator[tuple[str, float, FloatArray, str]]:
-    """Name, value, range and unit of the numbers of a condition that have a range."""
-    if place.spin is None:
-        yield "alpha", place.alpha_deg, table.alpha_nodes_deg[[0, -1]], "degrees"
-        yield "speed", place.speed, table.speed_nodes[[0, -1]], "m/s"
-        return
-    if not table.has_spin:
-        raise InputError("at: got a spin, allowed: none, the table has no spin law")
-    spin = np.asarray(place.spin, dtype=np.float64)
-    if spin.shape != (3,) or not np.isfinite(spin).all():
-        raise InputError(f"spin: got {place.spin}, allowed: three finite numbers")
-    effective, contents = place.speed * float(energy_factor(spin[None])[0]), table.contents
-    yield "alpha", place.alpha_deg, contents["spin/alpha_range_deg"], "degrees"
-    yield "speed with the spin's energy", effective, contents["spin/speed_range"], "m/s"
+def _ranges(table: Table) -> Iterator[tuple[str, FloatArray, str]]:
+    """Name, range and unit of the numbers of a condition."""
+    yield "alpha", table.alpha_nodes_deg[[0, -1]], "degrees"
+    yield "speed", table.speed_nodes[[0, -1]], "m/s"

@@ -14,7 +14,7 @@ from scipy.stats import norm
 
 from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.config.config import AccuracyTargets
-from tablegen.config.metric_table import METRICS
+from tablegen.config.metric_table import METRICS, metric_of
 from tablegen.config.targets import JointTargets, SpinTargets
 
 #: Probability that a table that has the accuracy is said to miss it, over all distances, conditions
@@ -70,7 +70,7 @@ def _deviations(comparisons: int) -> tuple[float, float]:
 
 def limits(name: str, estimate: Estimate, comparisons: int) -> tuple[float, float]:
     """Compute the confidence limits of a distance; ``comparisons`` are judged together."""
-    metric, (down, up) = METRICS[name], _deviations(comparisons)
+    metric, (down, up) = metric_of(name), _deviations(comparisons)
     low = estimate.held_out - down * estimate.held_out_error
     high = estimate.value + up * estimate.standard_error
     return float(np.clip(low, metric.least, metric.most)), float(min(high, metric.most))
@@ -104,7 +104,7 @@ def judge(
     """
     count = together or len(measured)
     lines: dict[str, list[str]] = {HOLDS: [], MISSED: [], UNDECIDED: []}
-    for name in METRICS:
+    for name in measured[0].estimates if measured else ():
         if not all(name in c.estimates for c in measured):
             continue
         allowed = getattr(targets, name)

@@ -130,7 +130,7 @@ def drawn_from(table: Table, seed: int, threads: int | None = None, *, spin: boo
     """
 
     def draw(impacts: Impacts) -> FloatArray:
-        given: dict[str, Any] = {"spin": impacts.spin} if spin else {}
+        given: dict[str, Any] = {"spin": impacts.spin, "grain": impacts.grain} if spin else {}
         keys: dict[str, Any] = {"seed": seed, "index": impacts.index, "hit": impacts.hit}
         return table.sample(impacts.alpha1, impacts.speed, threads=threads, **keys, **given)
 

@@ -16,10 +16,11 @@ from tablegen.accuracy.comparison import Comparison, compare
 from tablegen.accuracy.conditions import Place
 from tablegen.accuracy.decision import LOOKS, Judged, Targets, Verdict, judge, undecided_metrics
 from tablegen.accuracy.joint_law import JointComparison, compare_chains, drawn_from
+from tablegen.accuracy.later_hits import LaterHit, later_hits
 from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import Config
-from tablegen.config.metric_table import JOINT, METRICS
+from tablegen.config.metric_table import JOINT, LATER, METRICS
 from tablegen.config.targets import SpinTargets
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar, thread_pool
@@ -38,9 +39,9 @@ _MOST_SAMPLES = 4_000_000
 #: First stream of measurements; nodes use those below.
 FIRST_STREAM = 2**31
 
-#: First number of spinning conditions; other conditions have those below, and nodes those from
-#: 2**30 on.
-FIRST_SPINNING = 2**29
+#: First number of conditions of particles with their own grain; other conditions have those below,
+#: and nodes those from 2**30 on.
+FIRST_OWN = 2**29
 
 _Piece = TypeVar("_Piece")
 _Result = TypeVar("_Result")
@@ -87,10 +88,10 @@ class ComparedCondition:
         """Draw and simulate states; a larger count begins with the same states."""
         alpha1, speed, index = np.radians(self.place.alpha_deg), self.place.speed, np.arange(count)
         shared: dict[str, Any] = {"seed": self.seed, "threads": 1}
-        if self.place.spin is not None:
-            shared["spin"] = self.place.spin
         stream = FIRST_STREAM + self.number
         direct = simulate(self.config, alpha1, speed, count, stream=stream, **shared)
+        if self.place.own:
+            shared["spin"] = np.zeros(3)
         drawn = self.table.sample(alpha1, speed, hit=self.number, index=index, **shared)
         return drawn, simulated_variables(direct, self.table.columns)
 
@@ -100,9 +101,9 @@ class ComparedCondition:
         At further looks the classifier learns from as many states as before, and is tested with
         more.
         """
-        seed, (alpha_deg, speed, spin) = self.seed % 2**32, self.place
+        seed, (alpha_deg, speed, own) = self.seed % 2**32, self.place
         both = self.states(samples)
-        found = compare(*both, alpha_deg, speed, seed, self.table.columns, spin)
+        found = compare(*both, alpha_deg, speed, seed, self.table.columns, own)
         trained = min(samples, METRICS["auc"].trial_states or samples) // 2
         again = Settings(seed, classified=None, trained=trained)
         for look in range(1, LOOKS):
@@ -125,15 +126,15 @@ def measure(
     targets: Targets | None = None,
     progress: bool = False,
 ) -> list[Comparison]:
-    """Compare a table with direct simulation at conditions that all have a spin, or all have none.
+    """Compare a table with direct simulation at conditions of one law.
 
     There are ``samples`` states a side, by default as many as the accuracy needs. Undecided
     distances are measured again with three times, then nine times as many. ``targets`` is the
     accuracy asked for, by default the declared one. ``progress`` shows a bar on standard error.
     """
     allowed = targets or config.accuracy
-    spinning = any(place.spin is not None for place in places)
-    first, words = (FIRST_SPINNING, "spinning") if spinning else (0, "validating")
+    own = any(place.own for place in places)
+    first, words = (FIRST_OWN, "own grain") if own else (0, "validating")
     work = [ComparedCondition(table, config, c, seed, first + k) for k, c in enumerate(places)]
     count = samples or sample_size(allowed)
     with bar(progress, "condition", total=len(work), desc=words) as counted:
@@ -144,12 +145,15 @@ def measure(
 class LawAccuracy:
     """Everything measured of one law of a table: the first-impact law or the spin law."""
 
-    #: At conditions between nodes, or at spinning conditions.
+    #: At conditions between nodes; those of a spin law are without spin.
     comparisons: list[Comparison]
     #: At the nodes that looked worst; none for a spin law.
     nodes: tuple[Comparison, ...] = ()
     #: Over the impacts of chains; None for the first-impact law, or if not measured.
     joint: JointComparison | None = None
+    #: In cells of conditions, and after the hits of chains; none for the first-impact law.
+    cells: tuple[LaterHit, ...] = ()
+    hits: tuple[LaterHit, ...] = ()
     #: "spin " for the spin law: beginning of the lines of a verdict.
     prefix: str = ""
 
@@ -161,7 +165,8 @@ class LawAccuracy:
     @property
     def count(self) -> int:
         """Number of comparisons."""
-        return len(self.measured) + (self.joint is not None)
+        joint = self.joint is not None
+        return len(self.measured) + joint + len(self.cells) + len(self.hits)
 
     def estimates(self) -> dict[str, list[Estimate]]:
         """Give all estimates of each limit; limits over chains are named ``joint_``."""
@@ -169,12 +174,17 @@ class LawAccuracy:
         for comparison in self.measured:
             for name, estimate in comparison.estimates.items():
                 found.setdefault(name, []).append(estimate)
+        for later in (*self.cells, *self.hits):
+            for name, estimate in later.estimates.items():
+                found.setdefault(name, []).append(estimate)
         joint = self.joint.estimates if self.joint else {}
         return found | {f"{JOINT}{name}": [estimate] for name, estimate in joint.items()}
 
     def judged(self, targets: Any, together: int) -> Verdict:
         """Hold everything against an accuracy; see `tablegen.accuracy.decision.judge`."""
         verdict = judge(self.measured, targets, together, self.prefix)
+        for later in (self.cells, self.hits):
+            verdict += judge(later, targets, together, self.prefix)
         if self.joint is None:
             return verdict
         joint: list[Judged] = [self.joint]
@@ -189,22 +199,39 @@ def measure_spin(
     seed: int,
     samples: int | None = None,
     targets: SpinTargets | None = None,
-    joint: bool = True,
+    later: bool = True,
     progress: bool = False,
 ) -> LawAccuracy:
-    """Compare a spin law with direct simulation at some conditions and over chains of impacts.
+    """Compare a spin law with direct simulation that keeps the orientation of a grain.
 
-    Arguments are those of `measure`; ``joint`` says whether to measure over chains.
+    Without spin at some conditions, over the impacts of chains, in cells of conditions and at every
+    hit of chains. Arguments are those of `measure`; ``later`` says whether to measure later hits.
     """
     targets = targets or config.spin_targets
     how: dict[str, Any] = {"seed": seed, "samples": samples}
     found = measure(table, config, places, targets=targets, progress=progress, **how)
-    over = None
-    if joint:
-        with threadpool_limits(limits=1), bar(progress, total=1, desc="chains") as counted:
-            over = compare_chains(drawn_from(table, seed), config, targets=targets.joint, **how)
-            counted.update()
-    return LawAccuracy(found, joint=over, prefix="spin ")
+    if not later:
+        return LawAccuracy(found, prefix="spin ")
+    with threadpool_limits(limits=1), bar(progress, total=1, desc="impacts of chains") as counted:
+        over = compare_chains(drawn_from(table, seed), config, targets=targets.joint, **how)
+        counted.update()
+    if over is None:
+        return LawAccuracy(found, prefix="spin ")
+    cells, hits = measure_later(table, config, seed, samples, progress)
+    return LawAccuracy(found, joint=over, cells=cells, hits=hits, prefix="spin ")
+
+
+def measure_later(
+    table: Table, config: Config, seed: int, samples: int | None = None, progress: bool = False
+) -> tuple[tuple[LaterHit, ...], tuple[LaterHit, ...]]:
+    """Compare later hits in cells of conditions and in chains: `tablegen.accuracy.later_hits`."""
+    draw = drawn_from(table, seed, threads=1)
+    work = later_hits(draw, config, seed, samples)
+    with bar(progress, "comparison", total=len(work), desc="later hits") as counted:
+        found = in_threads(lambda compared: compared(), work, counted.update)
+    whole = [later for part in found for later in part]
+    cells = tuple(later for later in whole if "cell_ks" in later.estimates)
+    return cells, tuple(later for later in whole if "chain_ks" in later.estimates)
 
 
 def spin_accuracy_datasets(measured: LawAccuracy | None) -> dict[str, NDArray[np.float64]]:
@@ -214,11 +241,14 @@ def spin_accuracy_datasets(measured: LawAccuracy | None) -> dict[str, NDArray[np
     columns: dict[str, list[Any]] = {
         "alpha_deg": [c.alpha_deg for c in comparisons],
         "speed": [c.speed for c in comparisons],
-        "spin": [c.spin for c in comparisons],
+        "spin": [(0.0, 0.0, 0.0)] * len(comparisons),
         **{name: [c.distances()[name] for c in comparisons] for name in METRICS},
         "joint_ks": [joint.estimates["ks"].by_variable] if joint else [],
         "joint_auc": [joint.estimates["auc"].value] if joint else [],
     }
+    for limit in LATER:
+        part = () if measured is None else (*measured.cells, *measured.hits)
+        columns[limit] = [x.estimates[limit].value for x in part if limit in x.estimates]
     wide = {"spin": 3, "ks": len(STATE), "joint_ks": len(STATE)}
     found = {name: np.array(values, dtype=np.float64) for name, values in columns.items()}
     return {

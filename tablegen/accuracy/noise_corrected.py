@@ -99,6 +99,20 @@ def ks_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
     )
 
 
+def ratio_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
+    """Estimate how far the ratio of two means of positive numbers, (n,) and (m,), is from 1."""
+    (learn_a, test_a), (learn_b, test_b) = _halves(table), _halves(direct)
+    error = float(np.hypot(*(x.std() / (x.mean() * np.sqrt(len(x))) for x in (table, direct))))
+    learned, tested = (a.mean() / b.mean() - 1.0 for a, b in ((learn_a, learn_b), (test_a, test_b)))
+    return Estimate(
+        value=float(abs(table.mean() / direct.mean() - 1.0)),
+        standard_error=error,
+        held_out=float(np.sign(learned) * tested),
+        held_out_error=error * np.sqrt(2.0),
+        noise=error * np.sqrt(2.0 / np.pi),
+    )
+
+
 def correlation_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
     """Estimate the largest error of a correlation, from (n, d) and (m, d) states.
 

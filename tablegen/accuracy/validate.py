@@ -15,10 +15,9 @@ from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import (
     Place,
-    Spin,
     check_conditions,
     pick_conditions,
-    pick_spin_conditions,
+    pick_own_conditions,
 )
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Verdict, judged_record, limits
 from tablegen.accuracy.joint_law import JointComparison
@@ -26,8 +25,8 @@ from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin
 from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
 from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config.config import AccuracyTargets, Config, stored_config
-from tablegen.config.defaults import VALIDATE_CONDITIONS, VALIDATE_SPIN_CONDITIONS
-from tablegen.config.metric_table import JOINT, METRICS, worst_spin_stored, worst_stored
+from tablegen.config.defaults import VALIDATE_CONDITIONS
+from tablegen.config.metric_table import metric_of, worst_spin_stored, worst_stored
 from tablegen.config.targets import SpinTargets
 
 #: Bits of a random seed: few enough to type.
@@ -54,11 +53,10 @@ class ValidatedLaw:
         """Give the errors that are above the worst stored ones by more than noise."""
         found = {}
         for name, estimates in self.measured.estimates().items():
-            metric = name.removeprefix(JOINT)
-            least = max(limits(metric, estimate, together)[0] for estimate in estimates)
+            least = max(limits(name, estimate, together)[0] for estimate in estimates)
             stored = (self.stored or {}).get(name, least)
             # noise may take the stored distance below that of equal laws
-            if least > max(stored, METRICS[metric].least):
+            if least > max(stored, metric_of(name).least):
                 found[name] = least
         return found
 
@@ -78,7 +76,9 @@ class ValidatedLaw:
         }
         if isinstance(self.asked, AccuracyTargets):
             return common | {"nodes": [record(c, self.asked) for c in found.nodes]}
-        return common | {"joint": found.joint and record(found.joint, self.asked.joint)}
+        later = [later.to_dict() for later in (*found.cells, *found.hits)]
+        joint = found.joint and record(found.joint, self.asked.joint)
+        return common | {"joint": joint, "later": later}
 
 
 @dataclass(frozen=True)
@@ -156,24 +156,23 @@ def validate(
     name_or_path: str | Path,
     *,
     conditions: int = VALIDATE_CONDITIONS,
-    spin_conditions: int = VALIDATE_SPIN_CONDITIONS,
     seed: int | None = None,
     samples: int | None = None,
     accuracy: str | None = None,
-    at: Sequence[tuple[float, float] | tuple[float, float, Spin]] | None = None,
+    at: Sequence[tuple[float, float]] | None = None,
     progress: bool = False,
 ) -> Validation:
     """Compare a table with new direct simulation: every node coarsely, some conditions finely.
 
-    A spin law is compared at spinning conditions and over the impacts that occur in chains.
+    A spin law is compared without spin, over the impacts of chains, in cells of conditions and at
+    every hit of chains, with direct simulation that keeps the orientation of a grain.
 
     Parameters
     ----------
     name_or_path : str or Path
         Name of a table that comes with the package, or path of a .h5 file.
-    conditions, spin_conditions : int
-        Number of conditions between nodes, 1 or more, and of spinning conditions; 0 leaves out the
-        spin law.
+    conditions : int
+        Number of conditions between nodes, 1 or more, for each law.
     seed : int, optional
         Selects the conditions and all random numbers, 0 to 2**64 - 1; random by default.
     samples : int, optional
@@ -182,9 +181,9 @@ def validate(
     accuracy : str, optional
         Accuracy that the table is held against: a preset, "compact", "standard" or "fine", or
         limits such as "ks=0.01,spin_auc=0.6". By default the declared accuracy.
-    at : sequence of (alpha_deg, speed) or (alpha_deg, speed, spin), optional
-        Only these conditions, angles in degrees, speeds in m/s and spins times a/V; nodes and
-        chains are not tested then.
+    at : sequence of (alpha_deg, speed), optional
+        Only these conditions of the first-impact law, degrees and m/s; neither nodes nor the spin
+        law are tested then.
     progress : bool
         Show progress bars on standard error.
 
@@ -196,7 +195,6 @@ def validate(
     """
     seed = secrets.randbits(_SEED_BITS) if seed is None else seed
     as_integer("conditions", conditions, 1, 2**63 - 1, "1 or more")
-    as_integer("spin_conditions", spin_conditions, 0, 2**63 - 1, "0 or more")
     as_integer("samples", 1000 if samples is None else samples, 1000, 2**63 - 1, "1000 or more")
     as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
     # read once, so that the checksum is that of the measured contents
@@ -210,21 +208,17 @@ def validate(
     screening, suspects = None, []
     if at is None:
         places = pick_conditions(table, conditions, seed)
-        spinning = pick_spin_conditions(config, spin_conditions if table.has_spin else 0, seed)
+        own = pick_own_conditions(table, conditions if table.has_spin else 0, seed)
         screening = screen(table, config, asked, samples=min(SAMPLES, samples or SAMPLES), **how)
         suspects = [Place(*node) for node in screening.suspects]
     else:
-        chosen = check_conditions(table, [Place(*place) for place in at])
-        places = [place for place in chosen if place.spin is None]
-        spinning = [place for place in chosen if place.spin is not None]
+        places, own = check_conditions(table, [Place(*place) for place in at]), []
     how["samples"] = samples
     found = measure(table, config, [*places, *suspects], targets=asked, **how)
     law = LawAccuracy(found[: len(places)], tuple(found[len(places) :]))
     spin = None
-    if spinning:
-        over = measure_spin(
-            table, config, spinning, targets=asked_spin, joint=screening is not None, **how
-        )
+    if own:
+        over = measure_spin(table, config, own, targets=asked_spin, **how)
         stored = worst_spin_stored(contents.datasets)
         spin = ValidatedLaw(over, config.spin_targets, asked_spin, stored)
     return Validation(

@@ -8,8 +8,6 @@ GENERATE_CONDITIONS = 8
 VALIDATE_CONDITIONS = 8
 
 #: The same for a spin law.
-GENERATE_SPIN_CONDITIONS = 24
-VALIDATE_SPIN_CONDITIONS = 24
 
 #: Particles of one case of the stability study.
 STABILITY_COUNT = 16

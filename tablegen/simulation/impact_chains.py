@@ -112,12 +112,15 @@ def _towards(alpha1: FloatArray) -> FloatArray:
 
 
 def next_impacts(
-    model: DirectModel, departures: Departures, walls: NDArray[np.intp], uniform: FloatArray
+    model: DirectModel | None,
+    departures: Departures,
+    walls: NDArray[np.intp],
+    uniform: FloatArray,
 ) -> Impacts:
     """Let particles tumble to their next walls; returns the impacts in the axes of those.
 
-    ``walls`` (n,) are places in `WALLS`; ``uniform`` (n, 3) random numbers from 0 to 1: flight,
-    angle and plane.
+    ``walls`` (n,) are places in `WALLS`; ``uniform`` (n, 3 or more) random numbers from 0 to 1:
+    flight, angle and plane. Without a model orientations are not followed, and are zeros.
     """
     low, high = ANY_ANGLES
     direction = _direction(departures)
@@ -150,7 +153,7 @@ def _direction(departures: Departures) -> FloatArray:
 
 
 def _arrive(
-    model: DirectModel,
+    model: DirectModel | None,
     departures: Departures,
     direction: FloatArray,
     normal: FloatArray,
@@ -160,17 +163,19 @@ def _arrive(
     before, states, orientation = departures
     speed = np.linalg.norm(states[:, :3], axis=1)
     spin = states[:, 3:] / speed[:, None]
-    path = _PATHS[0] + (_PATHS[1] - _PATHS[0]) * flight
-    path = np.minimum(path, _MOST_TURNED / np.maximum(np.linalg.norm(spin, axis=1), 1e-300))
-    turned, _ = model.tumble(orientation, spin, before.grain, 1.0, path)
     frame = _frame(direction, normal)
-    rotated = Rotation.from_matrix(frame) * Rotation.from_quat(turned, scalar_first=True)
+    if model is not None:
+        path = _PATHS[0] + (_PATHS[1] - _PATHS[0]) * flight
+        path = np.minimum(path, _MOST_TURNED / np.maximum(np.linalg.norm(spin, axis=1), 1e-300))
+        turned, _ = model.tumble(orientation, spin, before.grain, 1.0, path)
+        rotated = Rotation.from_matrix(frame) * Rotation.from_quat(turned, scalar_first=True)
+        orientation = rotated.as_quat(scalar_first=True, canonical=True)
     sine = -np.einsum("ni,ni->n", direction, normal)
     return before._replace(
         alpha1=np.arctan2(sine, np.sqrt(np.maximum(1.0 - sine * sine, 0.0))),
         speed=before.speed * speed,
         spin=np.einsum("nij,nj->ni", frame, spin),
-        orientation=rotated.as_quat(scalar_first=True, canonical=True),
+        orientation=orientation,
         hit=before.hit + np.uint32(1),
     )
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from tablegen.accuracy.conditions import spin_conditions_beside
 from tablegen.config.config import Config
 from tablegen.fitting.resolution import LADDER, resolution, spin_sizes
 from tablegen.tables.axes import first_grid
@@ -71,9 +70,9 @@ def estimate(cache: NodeCache, conditions: int = 0) -> Cost:
     trial = time_of(
         lambda: cache.errors(size, [place], lambda p, found: error_of(found, config.accuracy, p))
     )
-    spinning = spin_conditions_beside(conditions) if config.spin else 0
+    own = conditions if config.spin else 0
     leaves, rebounds = _spin_law(config)
-    besides = _MEASURED * (conditions + spinning) * trial
+    besides = _MEASURED * (conditions + own) * trial
     besides += _LEAF_REBOUND * rebounds * node / size.samples
     if config.table.components is None:
         besides += _PROBES * (node + trial)

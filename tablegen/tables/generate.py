@@ -14,8 +14,7 @@ from sampler.table import Table
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import (
     pick_conditions,
-    pick_spin_conditions,
-    spin_conditions_beside,
+    pick_own_conditions,
 )
 from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin, spin_accuracy_datasets
 from tablegen.checkpoints import CheckpointStore, TaskRunner, software
@@ -125,9 +124,8 @@ def generate(
         measured = accuracy_datasets(comparisons, len(contents.variables))
         spin = None
         if contents.has_spin and conditions > 0:
-            few = spin_conditions_beside(conditions)
-            spinning = pick_spin_conditions(config, few, _MEASURE_SEED)
-            spin = measure_spin(table, config, spinning, **how)
+            own = pick_own_conditions(table, conditions, _MEASURE_SEED)
+            spin = measure_spin(table, config, own, **how)
             measured |= spin_accuracy_datasets(spin)
         contents = replace(contents, datasets={**contents.datasets, **measured})
         write_table(path, contents)
