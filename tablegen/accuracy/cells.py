@@ -23,6 +23,7 @@ from tablegen.simulation.impact_chains import (
     depart,
     meet,
     occurring_impacts,
+    with_spins,
 )
 
 #: Ends of the cells: impact angles [degrees] and sizes of the spin [V/a]. Effective speeds are
@@ -107,12 +108,8 @@ def _some_impacts(
     rng: np.random.Generator,
 ) -> Impacts:
     """Draw impacts in a cell, as many as have the direction."""
-    taken = departures.of(rng.integers(0, len(departures.states), count))
     size = _between(cell.size, count, rng)
-    speed = np.linalg.norm(taken.states[:, :3], axis=1)
-    turning = np.maximum(np.linalg.norm(taken.states[:, 3:], axis=1), 1e-9)
-    scale = np.column_stack([np.ones(count), size * speed / turning])
-    taken = taken._replace(states=taken.states * np.repeat(scale, 3, axis=1))
+    taken = with_spins(departures, size, rng)
     alpha = np.radians(rng.uniform(*cell.alpha_deg, count))
     impacts = meet(model, taken, np.minimum(alpha, 0.5 * np.pi), rng.random((count, 2)))
     effective = _between(cell.speed, count, rng)

@@ -20,6 +20,7 @@ from sampler.formats.bounds import INERTIA
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import Config
 from tablegen.config.population import FixedAspect, Population
+from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import MOST_TURNED, SPEED
 from tablegen.model.shapes import inertia
@@ -33,6 +34,7 @@ from tablegen.simulation.impact_chains import (
     meet,
     next_impacts,
     speeds_measured,
+    with_spins,
 )
 
 #: Share of the conditions that come from chains, and hits of a chain.
@@ -41,8 +43,7 @@ _CHAINS, _HITS = 0.5, 6
 #: Kinds of walls in chains: the first of `tablegen.simulation.impact_chains.WALLS`.
 _KINDS = 3
 
-#: Sizes of the spin over V/a that the law covers; conditions go a little beyond.
-SPIN_RANGE = (0.0, 10.0)
+#: Largest spin of conditions over the largest that the law covers.
 _BEYOND = 1.25
 
 #: Impacts of chains with a larger spin over V/a, or a lower speed [m/s], are left out.
@@ -210,19 +211,17 @@ def spread_impacts(
 ) -> Impacts:
     """Draw impacts over the whole domain, of particles that have just left a wall.
 
-    The spin over V_e/a is uniform in size, and the wall has any direction.
+    The size of tau is uniform (`tablegen.fitting.spin_coordinates`), and the wall has any
+    direction.
     """
-    rows = rng.integers(0, len(departures.states), count)
-    departures = departures.of(rows)
-    most = _BEYOND * SPIN_RANGE[1]
-    size = rng.uniform(0.0, most / math.sqrt(1.0 + INERTIA * most**2), count)
-    share = np.sqrt(1.0 - INERTIA * size * size)
-    speed = np.linalg.norm(departures.states[:, :3], axis=1)
-    turning = np.linalg.norm(departures.states[:, 3:], axis=1)
-    scale = size / share * speed / np.maximum(turning, 1e-9)
-    states = departures.states * np.repeat(np.column_stack([np.ones(count), scale]), 3, axis=1)
+    most = (_BEYOND * SPIN_RANGE[1]) ** 2
+    square = rng.uniform(0.0, math.sqrt(most / math.sqrt(1.0 + most)), count) ** 4
+    # tau^4 = s^4 / (1 + s^2)
+    size = np.sqrt(0.5 * (square + np.sqrt(square * (square + 4.0))))
+    share = 1.0 / np.sqrt(1.0 + INERTIA * size * size)
+    taken = with_spins(departures, size, rng)
     alpha = _angles(domain, count, rng)
-    impacts = meet(model, departures._replace(states=states), alpha, rng.random((count, 2)))
+    impacts = meet(model, taken, alpha, rng.random((count, 2)))
     return possible(impacts._replace(speed=_speeds(*domain.speed, count, rng) * share))
 
 

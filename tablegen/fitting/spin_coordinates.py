@@ -1,9 +1,9 @@
 """Conditions and outcomes of the spin law as the numbers that are fitted.
 
-With spin s = a Omega / V before the impact, f = sqrt(1 + 2/3 |s|^2) and V_e = f V, every condition
-lies in a bounded domain: |s| / f is below sqrt(3/2). No body of half-size a has a moment of inertia
-above 2/3 m a^2, and a grain with the largest moment j_1 m a^2 has at most the energy m V^2 E / 2,
-E = 1 + j_1 |s|^2, which bounds its speed after the impact.
+With spin s = a Omega / V before the impact, no body of half-size a has a moment of inertia above
+2/3 m a^2, and so no more energy than m V_e^2 / 2, V_e = V sqrt(1 + 2/3 |s|^2). A grain with the
+largest moment j_1 m a^2 has at most m V^2 E / 2, E = 1 + j_1 |s|^2. That bounds its speed after the
+impact.
 """
 
 from typing import NamedTuple
@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from sampler.formats.bounds import N_CONDITIONS
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.impact_chains import energy_factor
+
+#: Sizes of the spin over V/a that a law covers.
+SPIN_RANGE = (0.0, 10.0)
 
 #: Signs of the outcomes, and of the numbers of a condition, under reflection in the impact plane.
 OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
@@ -39,16 +42,22 @@ class SpeedCoordinate(NamedTuple):
 
 
 def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
-    """Compute the coordinates q of impacts: sqrt(alpha1), that of V_e, and the spin over V_e/a.
+    """Compute the coordinates q of impacts: sqrt(alpha1), that of V_e, and tau of the spin.
 
-    Conditions, (n, 5), are the impact angle [rad], V [m/s] and the spin over V/a in wall axes.
+    Conditions, (n, 5), are the impact angle [rad], V [m/s] and the spin s over V/a in wall axes.
+    tau = s / (1 + |s|^2)^(1/4) is s where that is small, and grows with the root of a large one, on
+    which a law depends less. Larger spins than `SPIN_RANGE` have the tau of the largest.
     """
-    factor = energy_factor(conditions[:, 2:])
+    spin = conditions[:, 2:]
+    square = np.sum(spin * spin, axis=1)
+    most = SPIN_RANGE[1] ** 2
+    scale = np.sqrt(np.where(square > most, most / np.maximum(square, most), 1.0))
+    scale /= (1.0 + np.minimum(square, most)) ** 0.25
     return np.column_stack(
         [
             np.sqrt(conditions[:, 0]),
-            speed.of(conditions[:, 1] * factor),
-            conditions[:, 2:] / factor[:, None],
+            speed.of(conditions[:, 1] * energy_factor(spin)),
+            spin * scale[:, None],
         ]
     )
 

@@ -18,7 +18,6 @@ from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, s
 from tablegen.config.config import Config
 from tablegen.config.pairs import ExponentialRestitution
 from tablegen.fitting.law_conditions import (
-    SPIN_RANGE,
     Range,
     grains_of,
     inertia_coefficients,
@@ -28,7 +27,12 @@ from tablegen.fitting.law_conditions import (
 )
 from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes, spin_sizes
-from tablegen.fitting.spin_coordinates import SpeedCoordinate, coordinates, folded
+from tablegen.fitting.spin_coordinates import (
+    SPIN_RANGE,
+    SpeedCoordinate,
+    coordinates,
+    folded,
+)
 from tablegen.fitting.tree import Tree, grow, joined
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel

@@ -11,8 +11,7 @@ from tablegen.model.float_array import FloatArray
 #: Number of the axis |sigma|^2 in a tree.
 _SPIN_AXIS = N_CONDITIONS
 
-#: Unit of width on each axis: about the width of the domain, but two fifths of it for the speed,
-#: on which a law depends less.
+#: Unit of width on each axis: about the width of the domain, or what a law depends on as much.
 _WIDTHS = np.array([1.16, 1.9, 2.44, 2.44, 2.44])
 
 #: Distance beyond a cut, over the width of the cut leaf, up to which conditions are fitted too.

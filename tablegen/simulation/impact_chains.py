@@ -28,6 +28,10 @@ ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
 #: Lengths of flights over a, and the most that a particle turns on one, rad.
 _PATHS, _MOST_TURNED = (5.0, 15.0), 300.0
 
+#: Logarithm of the ratio of spins that are nearly equal, and the share of departures whose spins
+#: are so large that they hardly occur.
+_NEARLY, _RARE = 0.2, 0.02
+
 #: Hits from which impacts are taken, in equal shares; before the first hit no particle spins.
 HITS = (2, 3, 4, 5, 6)
 
@@ -144,6 +148,30 @@ def meet(
     direction = _direction(departures)
     normal = _normals_at(direction, alpha1, uniform[:, 1])
     return _arrive(model, departures, direction, normal, uniform[:, 0])._replace(alpha1=alpha1)
+
+
+def with_spins(departures: Departures, size: FloatArray, rng: np.random.Generator) -> Departures:
+    """Take departures with spins of some sizes over the V/a after the wall, (n,).
+
+    Orientations go with the spins that walls make, and a large spin goes with others than a small
+    one. So each is that of a particle whose spin was nearly as large, scaled to the size; for sizes
+    that hardly occur, that of one with a large spin.
+    """
+    own = spin_sizes_after(departures)
+    order = np.argsort(own, kind="stable")
+    wanted = size * np.exp(rng.uniform(-_NEARLY, _NEARLY, len(size)))
+    rank = np.searchsorted(own[order], wanted)
+    rare = int((1.0 - _RARE) * len(own))
+    rank = np.where(rank < rare, rank, rng.integers(rare, len(own), len(size)))
+    taken, own = departures.of(order[rank]), own[order[rank]]
+    scale = np.column_stack([np.ones(len(size)), size / np.maximum(own, 1e-9)])
+    return taken._replace(states=taken.states * np.repeat(scale, 3, axis=1))
+
+
+def spin_sizes_after(departures: Departures) -> FloatArray:
+    """Sizes of the spins after a wall, over the V/a after it, (n,)."""
+    states = departures.states
+    return np.linalg.norm(states[:, 3:], axis=1) / np.linalg.norm(states[:, :3], axis=1)
 
 
 def _direction(departures: Departures) -> FloatArray:
