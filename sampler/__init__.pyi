@@ -4,6 +4,7 @@ from .arguments import wall_tilt as wall_tilt
 from .device.device_table import DeviceTable as DeviceTable
 from .errors import CASCADE_NOT_ENDED as CASCADE_NOT_ENDED
 from .errors import CLAMPED as CLAMPED
+from .errors import EXTRAPOLATED as EXTRAPOLATED
 from .errors import GRAIN_NOT_KNOWN as GRAIN_NOT_KNOWN
 from .errors import HALF_SIZE_NOT_POSITIVE as HALF_SIZE_NOT_POSITIVE
 from .errors import NO_SPIN_LAW as NO_SPIN_LAW

@@ -297,6 +297,11 @@ class Call(NamedTuple):
         values = self.rows.arrays[name]
         return values[row if len(values) > 1 else 0]
 
+    def place(self, row: int) -> str:
+        """Name a row in a message: where it stands in the arrays, and its particle."""
+        where = place(row, self.shape).replace("index", "row")
+        return f"{where}, particle {int(self.at('index', row))}"
+
 
 class HostArrays:
     """Arrays that arguments become: those of numpy. `sampler.device` has others."""

@@ -1,6 +1,7 @@
 """Errors that a user can cause, each one line: the field, what was given, what is allowed.
 
-The codes of draws and rebounds, in every language, are `OK`, `CLAMPED` and the negative ones below.
+Draws and rebounds return, in every language, a sum of the flags `CLAMPED` and `EXTRAPOLATED`, or one of
+the negative codes below.
 """
 
 from typing import NamedTuple, NoReturn
@@ -17,7 +18,12 @@ class Code(NamedTuple):
 #: Codes of draws, then of files.
 CODES = (
     Code("OK", 0, "fine"),
-    Code("CLAMPED", 1, "alpha1 or speed outside the table: its nearest condition was used"),
+    Code(
+        "CLAMPED",
+        1,
+        "angle or speed outside the table, whose nearest condition was used, or a spin beyond it",
+    ),
+    Code("EXTRAPOLATED", 2, "a speed at which the material pair was not measured"),
     Code("ERR_NOT_FINITE", -1, "arguments: allowed: finite numbers, speeds below 1e150 m/s"),
     Code(
         "ERR_NOT_APPROACHING",
@@ -116,11 +122,12 @@ CODES = (
     ),
 )
 
-#: Codes by name: 0 is fine, positive a remark, negative an error with nothing written.
+#: Codes by name: 0 is fine, positive a flag, negative an error with nothing written.
 STATUS = {code.name.removeprefix("ERR_"): code.number for code in CODES}
 
 OK = STATUS["OK"]
 CLAMPED = STATUS["CLAMPED"]
+EXTRAPOLATED = STATUS["EXTRAPOLATED"]
 NOT_FINITE = STATUS["NOT_FINITE"]
 NOT_APPROACHING = STATUS["NOT_APPROACHING"]
 SPEED_NOT_POSITIVE = STATUS["SPEED_NOT_POSITIVE"]
@@ -145,7 +152,7 @@ class TableError(InputError):
 
 
 class OutsideTableWarning(UserWarning):
-    """Draws lay outside a table and were moved to its edge; given once a table, at the first."""
+    """Draws lay outside a table; given once a table, at the first."""
 
 
 def refuse(name: str, got: object, allowed: str) -> NoReturn:

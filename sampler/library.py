@@ -36,7 +36,10 @@ _VARIABLE = "REBOUND_SAMPLER_LIBRARY"
 class _Report(ctypes.Structure):
     """``rbt_report``."""
 
-    _fields_ = tuple((name, c_size_t) for name in ("row", "clamped_row", "clamped", "extrapolated"))
+    _fields_ = (
+        *((name, c_size_t) for name in ("row", "clamped_row", "clamped")),
+        *((name, c_size_t) for name in ("extrapolated", "extrapolated_row")),
+    )
 
 
 class _Conditions(ctypes.Structure):
@@ -258,7 +261,7 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Report:
 
     def part(ends: tuple[int, int]) -> Report:
         start, end = ends
-        report = _Report(end - start, end - start, 0, 0)
+        report = _Report()
         if start > first_bad[0] or end == start:
             return Report(-1, OK, -1, 0, 0)
 

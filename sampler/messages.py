@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from sampler import errors
-from sampler.arguments import MAX_ROUGHNESS, Call, place, told_apart
+from sampler.arguments import MAX_ROUGHNESS, Call, told_apart
 from sampler.errors import InputError, OutsideTableWarning
-from sampler.formats.binary_layout import SPEED_INDEPENDENT
+from sampler.formats.binary_layout import OTHER_POPULATION, SPEED_INDEPENDENT
 from sampler.formats.bounds import ANY_SPEED, INERTIA, LEAST_RATIO, ROUNDING
 from sampler.library import Report
 
@@ -69,7 +69,7 @@ class Counting:
 
     @property
     def clamped(self) -> int:
-        """Number of draws so far that lay outside the table and were moved to its edge."""
+        """Number of draws so far that lay outside the table, in angle, speed or spin."""
         return self._counts.clamped
 
     @property
@@ -110,11 +110,11 @@ def row_message(call: Call, row: int, code: int) -> str:
     given = ", ".join(
         told_apart(float(x), math.pi / 2.0) for x in np.atleast_1d(call.at(name, row))
     )
-    return f"{name}: got {given} at {place(row, call.shape)}, allowed: {allowed}"
+    return f"{name}: got {given} at {call.place(row)}, allowed: {allowed}"
 
 
 def outside_message(header: Any, call: Call, row: int) -> str:
-    """Write the message on a row whose condition lies outside the table.
+    """Write the message on a row that lies outside the table.
 
     Parameters
     ----------
@@ -123,28 +123,33 @@ def outside_message(header: Any, call: Call, row: int) -> str:
     call, row
         As for `row_message`.
     """
-    at = place(row, call.shape)
-    arrays = call.rows.arrays
-    spins = "spin" in arrays or "omega" in arrays or "grain" in arrays
-    found = _outside_spin_law(header, call, row) if spins else _outside_nodes(header, call, row)
+    at = call.place(row)
+    found = (_outside_spin_law if _spins(header, call) else _outside_nodes)(header, call, row)
     if found is None:
         return (
             f"roughness: got a facet or a further bounce outside of the table at {at}, "
             "allowed: none with outside='raise'"
         )
-    name, value, (low, high), unit = found
+    name, value, (low, high), unit, note = found
     return (
-        f"{name}: got {told_apart(value, low, high)} at {at}, allowed: "
-        f"from {low:.9g} to {high:.9g} {unit}, the range of the table"
+        f"{name}: got {told_apart(value, low, high)}{unit} at {at}, allowed: "
+        f"{low:.9g} to {high:.9g}{unit}{note}, the range of the table"
     )
 
 
+def _spins(header: Any, call: Call) -> bool:
+    """Tell whether a call draws from the spin law."""
+    given = not {"spin", "omega", "grain"}.isdisjoint(call.rows.arrays)
+    own = "velocity" in call.rows.arrays and header["n_shapes"] > 0 and not call.rows.fresh
+    return bool(given or own or header["flags"] & OTHER_POPULATION)
+
+
 def outside_warning(header: Any, call: Call, row: int, clamped: int) -> str:
-    """Write the warning on the first draws of a table that were moved to its edge."""
+    """Write the warning on the first draws outside of a table."""
     return (
         f"{outside_message(header, call, row)}; {clamped} draw{'s' * (clamped > 1)} of this "
-        "call took the nearest condition of the table instead. table.clamped goes on counting, "
-        "without further warnings"
+        "call lay outside: angle and speed took the nearest condition of the table instead. "
+        "table.clamped goes on counting, without further warnings"
     )
 
 
@@ -160,30 +165,64 @@ def speed_limits(header: Any) -> tuple[float, float]:
     return float(header["speed_first"]), float(header["speed_last"])
 
 
-#: Argument, value, ends of the range and unit.
-_Outside = tuple[str, float, tuple[float, float], str]
+#: Argument, value, ends of the range, unit, and what the range is at.
+_Outside = tuple[str, float, tuple[float, float], str, str]
+
+
+def _outside_angle(call: Call, alpha1: float, ends: Any) -> _Outside | None:
+    """Give the impact angle, in degrees, where it is outside of its range."""
+    first, last = float(ends[0]), float(ends[1])
+    if not is_outside(alpha1, (first, last)):
+        return None
+    # written as rounded as the unit's conversion is
+    low, high = (float(f"{math.degrees(end):.12g}") for end in (first, last))
+    if "velocity" in call.rows.arrays:
+        return "velocity", math.degrees(alpha1), (low, high), " deg", " from the wall"
+    return "alpha1", math.degrees(alpha1), (low, high), " deg", ""
+
+
+def _speed_name(call: Call) -> str:
+    return "velocity" if "velocity" in call.rows.arrays else "speed"
 
 
 def _outside_nodes(header: Any, call: Call, row: int) -> _Outside | None:
-    """Find the argument outside the law of particles that arrive without spin."""
+    """Find what lies outside the law of first impacts."""
     alpha1, speed = _condition(call, row)
-    angles = float(header["alpha_first"]), float(header["alpha_last"])
-    if is_outside(alpha1, angles):
-        return "alpha1", alpha1, angles, "rad"
     speeds = speed_limits(header)
-    return ("speed", speed, speeds, "m/s") if is_outside(speed, speeds) else None
+    found = _outside_angle(call, alpha1, (header["alpha_first"], header["alpha_last"]))
+    if found is None and is_outside(speed, speeds):
+        found = _speed_name(call), speed, speeds, " m/s", ""
+    return found
 
 
 def _outside_spin_law(header: Any, call: Call, row: int) -> _Outside | None:
-    """Find the argument outside the spin law, whose speed is V_e."""
+    """Find what lies outside the spin law, of speeds V_e, in terms of what was given."""
     alpha1, speed = _condition(call, row)
-    angles, speeds = ((float(x), float(y)) for x, y in (header["spin_alpha"], header["spin_speed"]))
-    if is_outside(alpha1, angles):
-        return "alpha1", alpha1, angles, "rad"
-    effective = speed * math.sqrt(1.0 + INERTIA * _spin_squared(call, row, speed))
-    if is_outside(effective, speeds):
-        return "speed", effective, speeds, "m/s of V (1 + 2/3 |spin|^2)^(1/2)"
-    return None
+    found = _outside_angle(call, alpha1, header["spin_alpha"])
+    if found is not None:
+        return found
+    low, high = (float(x) for x in header["spin_speed"])
+    size = math.sqrt(_spin_squared(call, row, speed))
+    factor = math.sqrt(1.0 + INERTIA * size**2)
+    per_spin = speed  # of the unit in which the spin was given
+    if "velocity" in call.rows.arrays:
+        per_spin = speed / float(call.at("half_size", row))
+    least, most = (float(x) for x in header["spin_size"])
+    if is_outside(size, (least, most)):
+        if "spin" in call.rows.arrays:
+            return "spin", size, (least, most), "", " in size"
+        return "omega", size * per_spin, (least * per_spin, most * per_spin), " rad/s", ""
+    if not is_outside(speed * factor, (low, high)):
+        return None
+    if "omega" not in call.rows.arrays:
+        note = " with this spin" if size > 0.0 else ""
+        return _speed_name(call), speed, (low / factor, high / factor), " m/s", note
+    turning = INERTIA * (size * speed) ** 2  # the part of V_e^2 that stays where V changes
+    if turning > high**2:
+        most = high / math.sqrt(INERTIA) / speed * per_spin
+        return "omega", size * per_spin, (0.0, most), " rad/s", ""
+    speeds = math.sqrt(max(low**2 - turning, 0.0)), math.sqrt(high**2 - turning)
+    return "velocity", speed, speeds, " m/s", " with this angular velocity" * (size > 0.0)
 
 
 def _condition(call: Call, row: int) -> tuple[float, float]:

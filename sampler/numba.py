@@ -243,8 +243,7 @@ def draw(
         over that energy, all of which draws with a spin leave out.
     spin : tuple of three float, optional
         Angular velocity before the impact times a/V, wall frame: then the rebound is drawn from the
-        spin law, also where the spin is zero. None: from the law of particles without spin, which
-        is of the table's own grains: give zeros if it was loaded with another population.
+        spin law, also where the spin is zero. None: from the law of first impacts, of any grain.
     grain : tuple of three float, optional
         Shape code, b/a and c/b, from the spin law too; for example a fresh one at each hit, from
         `sampler.grain`. None: with a spin, the particle's own, which it keeps from hit to hit.
@@ -252,8 +251,9 @@ def draw(
     Returns
     -------
     int
-        `OK` (0); `CLAMPED` (1) if the condition lay outside the table and the nearest one on
-        its edge was used; else one of the negative codes of `sampler.errors`, with nothing written.
+        A sum of flags: `CLAMPED` (1), angle, speed or spin outside the table, and `EXTRAPOLATED`
+        (2), a speed at which the pair was not measured. Else one of the negative codes of
+        `sampler.errors`, with nothing written. So an error is ``status < 0``.
 
     Raises
     ------
@@ -311,8 +311,8 @@ def rebound(
     out : float64 array, shape (6,), written
         Velocity in m/s, then angular velocity in rad/s.
     omega : tuple of three float, optional
-        Angular velocity before the impact, rad/s: then the rebound is drawn from the spin law, also
-        where it is zero. None: from the law of particles without spin.
+        Angular velocity before the impact, rad/s. None: not spinning, the same as zeros; of a table
+        without a spin law, from the law of first impacts.
 
     Returns
     -------
@@ -356,7 +356,7 @@ def rough_rebound(
     Returns
     -------
     int
-        As `draw`; `CLAMPED` if any bounce of this hit was outside.
+        As `draw`, with the flags of any bounce of this hit.
 
     Raises
     ------

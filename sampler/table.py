@@ -20,7 +20,6 @@ from sampler.arguments import (
     as_threads,
     broadcast,
     check_grain_word,
-    place,
 )
 from sampler.errors import InputError, TableError, refuse
 from sampler.files import find_table
@@ -51,7 +50,8 @@ class Table(LawAtConditions, Counting):
     contents : TableContents
     outside : {"clamp", "raise"}
         What to do with an angle or speed outside the table: use the nearest that it has, count it
-        in `clamped` and warn of the first (`OutsideTableWarning`), or raise `InputError`.
+        in `clamped` and warn of the first (`OutsideTableWarning`), or raise `InputError`. A spin
+        beyond what the table covers is drawn with as it is; all else is the same.
     population : mapping, optional
         Other particles than those that the table was generated for; see `load`.
 
@@ -193,12 +193,12 @@ class Table(LawAtConditions, Counting):
             Impact speed V in m/s, > 0. All arrays broadcast, as in numpy.
         spin : array, shape (..., 3), optional
             Angular velocity before the impact times a/V, in the frame of the wall: then the draw is
-            from the spin law, which also knows the grain. Left out, from the law of particles that
-            arrive without spin, of any grain: who follows particles gives zeros at their first hit.
+            from the spin law, which also knows the grain. Left out, from the law of first impacts,
+            of any grain: who follows particles gives zeros at their first hit.
         grain : "own", "fresh" or array, shape (..., 3)
             "own": with a spin, a particle has the same grain at every hit, drawn by (seed, index),
             as `grains` returns it. "fresh": another one at every hit, drawn by (seed, index, hit).
-            An array: shape code, b/a and c/b of each. The last two without a spin: a spin of zeros.
+            An array: shape code, b/a and c/b of each, which do not spin if no spin is given.
         seed : int
             Seed of the run, uint64.
         index : int or array of int
@@ -269,8 +269,12 @@ class Table(LawAtConditions, Counting):
         half_size : float or array, shape (...)
             Largest half-size a of the particle, m.
         omega : array, shape (..., 3), optional
-            Angular velocity before the impact, rad/s, lab frame; as `spin` of `sample`.
-        grain, seed, index, hit, rng, size, threads
+            Angular velocity before the impact, rad/s, lab frame. Left out: not spinning, the same
+            as zeros.
+        grain : "own", "fresh" or array, shape (..., 3)
+            As for `sample`. "fresh" without `omega`, as any table without a spin law: the law of
+            first impacts.
+        seed, index, hit, rng, size, threads
             As for `sample`.
         wall_velocity : array, shape (..., 3), optional
             Velocity of the wall at the point of contact, m/s; at rest if left out.
@@ -356,8 +360,8 @@ class Table(LawAtConditions, Counting):
 
         return DeviceTable(self, self._table.image, dtype)
 
-    def asks_spin_law(self, name: str, spin: Any, grain: Grain) -> bool:
-        """Tell whether a call draws from the spin law.
+    def check_spin(self, name: str, spin: Any, grain: Grain) -> None:
+        """Refuse a spin or a grain that the table has no law for.
 
         Parameters
         ----------
@@ -372,13 +376,10 @@ class Table(LawAtConditions, Counting):
             If the table has no spin law for it, or the grain is an unknown word.
         """
         check_grain_word(grain)
-        own = isinstance(grain, str) and grain == "own"
-        if spin is None and own and self.population is None:
-            return False
-        if not self.has_spin:
+        given = spin is not None or not isinstance(grain, str)
+        if given and not self.has_spin:
             asked = "grain" if spin is None else name
             refuse(asked, "one", "none, for the table has no spin law")
-        return True
 
     def _call(
         self,
@@ -389,9 +390,9 @@ class Table(LawAtConditions, Counting):
         keys: Keys,
     ) -> Call:
         """Make rows of the arguments of a call, with the spin and the grain where they count."""
-        if not self.asks_spin_law(name, spin, grain):
-            return broadcast(given, keys)
-        given = given | {name: np.zeros(3) if spin is None else spin}
+        self.check_spin(name, spin, grain)
+        if spin is not None:
+            given = given | {name: spin}
         if isinstance(grain, str):
             return broadcast(given, keys, fresh=grain == "fresh")
         call = broadcast(given | {"grain": grain}, keys)
@@ -410,7 +411,7 @@ class Table(LawAtConditions, Counting):
             got = ", ".join(f"{x:.9g}" for x in given[row])
             shapes = ", ".join(str(code) for code in codes)
             allowed = f"a shape code of the table ({shapes}), and b/a and c/b that were simulated"
-            refuse("grain", f"{got} at {place(row, call.shape)}", allowed)
+            refuse("grain", f"{got} at {call.place(row)}", allowed)
 
     def _writes_safely(self, call: Call, states: NDArray[Any]) -> bool:
         """Tell whether draws may go straight to the user's array.
@@ -420,7 +421,8 @@ class Table(LawAtConditions, Counting):
         """
         arrays = call.rows.arrays
         # a draw with a spin can be refused for more reasons than are looked at here
-        if states.size <= _SOONER_COPIED or "spin" in arrays:
+        spins = "spin" in arrays or "grain" in arrays or self.population is not None
+        if states.size <= _SOONER_COPIED or spins:
             return False
         if any(np.may_share_memory(states, values) for values in arrays.values()):
             return False
@@ -460,7 +462,8 @@ def load(
         ``aspect``: the law of b/a and c/b, {"distribution": "truncated-normal", "mean": 0.8,
         "standard_deviation": 0.2, "range": [0.5, 1.0]} or {"distribution": "fixed", "values":
         [0.8, 0.7]}. What is left out is as in the table; shapes that are not named have no weight.
-        Then all draws are from the spin law, those without a spin at spin zero.
+        Then all draws are from the spin law: the law of first impacts is that of particles that do
+        not spin, with another grain at each hit.
 
     Returns
     -------

@@ -61,7 +61,7 @@ static __device__ void follow(const rbt_table *table, unsigned long long index, 
             end->failed++;
             return;
         }
-        end->clamped += code == RBT_CLAMPED;
+        end->clamped += (code & RBT_CLAMPED) != 0;
         end->digest ^= digest_of(v) ^ digest_of(omega);
         /* on the way to the other plate drag makes up most of the difference from the gas */
         for (int k = 0; k < 3; k++)

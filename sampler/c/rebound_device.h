@@ -60,7 +60,7 @@ typedef struct rbt_device_report {
     unsigned long long bad;          /* first row with an error, times 256, less its code */
     unsigned long long clamped_row;  /* first clamped row */
     unsigned long long clamped;      /* number of clamped rows */
-    unsigned long long extrapolated; /* number of rows with a speed outside of rbt_valid_speed */
+    unsigned long long extrapolated; /* number of rows with RBT_EXTRAPOLATED */
 } rbt_device_report;
 
 /* Arguments of which one row stands for all: bits of `single`. */
@@ -90,19 +90,18 @@ RBTI_PART void rbti_vector(const RBT_REAL *array, unsigned long long row, double
 }
 
 /* Count a row in what one thread has found. */
-RBTI_PART void rbti_count_row(const rbt_table *table, int code, unsigned long long row,
-                              double speed, rbt_device_report *found)
+RBTI_PART void rbti_count_row(int code, unsigned long long row, rbt_device_report *found)
 {
     if (code < RBT_OK) {
         const unsigned long long bad = row * 256u + (unsigned)-code;
         found->bad = bad < found->bad ? bad : found->bad;
         return;
     }
-    if (code == RBT_CLAMPED) {
+    if (code & RBT_CLAMPED) {
         found->clamped_row = row < found->clamped_row ? row : found->clamped_row;
         found->clamped++;
     }
-    found->extrapolated += speed < table->valid_speed[0] || speed > table->valid_speed[1];
+    found->extrapolated += (code & RBT_EXTRAPOLATED) != 0;
 }
 
 /* Add what one thread has found; mostly there is nothing. */
@@ -159,17 +158,17 @@ RBTI_PART void rbti_draw_rows(const rbt_table *table, unsigned long long n, uint
     rbt_device_report found = {~0ull, ~0ull, 0, 0};
     RBT_EACH_ROW(k, n)
     {
-        const double v = (double)speed[rbti_row(single, RBT_ONE_SPEED, k)];
         const int code = rbti_draw_row(
-            table, (double)alpha1[rbti_row(single, RBT_ONE_ALPHA1, k)], v, spin,
+            table, (double)alpha1[rbti_row(single, RBT_ONE_ALPHA1, k)],
+            (double)speed[rbti_row(single, RBT_ONE_SPEED, k)], spin,
             rbti_row(single, RBT_ONE_SPIN, k), seed, index[rbti_row(single, RBT_ONE_INDEX, k)],
             hit[rbti_row(single, RBT_ONE_HIT, k)], states + (size_t)table->n_columns * k);
-        rbti_count_row(table, code, k, v, &found);
+        rbti_count_row(code, k, &found);
     }
     rbti_add_to_report(&found, report);
 }
 
-/* Draws of particles that arrive without spin; `spin` is not read. */
+/* Draws from the law of first impacts; `spin` is not read. */
 RBT_KERNEL rbt_draw_kernel(RBTI_DRAW_PARAMETERS)
 {
     (void)spin;
@@ -201,14 +200,6 @@ typedef struct rbti_device_impact {
     uint64_t seed, index;
     uint32_t hit;
 } rbti_device_impact;
-
-/* Impact speed as rbt_rebound has it, m/s. */
-RBTI_PART double rbti_impact_speed(const rbti_device_impact *of)
-{
-    double relative[3];
-    rbti_combine(1.0, of->velocity, -1.0, of->wall, relative);
-    return sqrt(rbti_dot(relative, relative));
-}
 
 /* Rebound one row: the code. */
 RBTI_PART int rbti_rebound_row(const rbt_table *table, const rbti_device_impact *of, int rough,
@@ -254,13 +245,12 @@ RBTI_PART void rbti_rebound_rows(
         of.hit = hit[rbti_row(single, RBT_ONE_HIT, k)];
         const int code = rbti_rebound_row(table, &of, roughness != (const RBT_REAL *)0,
                                           omega != (const RBT_REAL *)0, k, new_velocity, new_omega);
-        rbti_count_row(table, code, k, rbti_impact_speed(&of), &found);
+        rbti_count_row(code, k, &found);
     }
     rbti_add_to_report(&found, report);
 }
 
-/* Rebounds from smooth walls of particles that arrive without spin; neither `roughness` nor `omega` is
-   read. */
+/* Rebounds from smooth walls of particles that do not spin; neither `roughness` nor `omega` is read. */
 RBT_KERNEL rbt_rebound_kernel(RBTI_REBOUND_PARAMETERS)
 {
     (void)roughness;
@@ -347,7 +337,7 @@ static inline void rbt_device_free(void *copy)
         (void)RBT_DEVICE_FREE(copy);
 }
 
-/* What a launch of n rows says, as rbt_draw_batch would: RBT_OK, RBT_CLAMPED, or the code of the first
+/* What a launch of n rows says, as rbt_draw_batch would: RBT_OK, flags, or the code of the first
    row with an error, and its number in *row (else n). The report was copied to the host. Unlike in a
    batch, rows behind one with an error are done, and counted. */
 static inline int rbt_device_code(const rbt_device_report *report, unsigned long long n,
@@ -356,7 +346,7 @@ static inline int rbt_device_code(const rbt_device_report *report, unsigned long
     *row = report->bad == ~0ull ? n : report->bad / 256u;
     if (report->bad != ~0ull)
         return -(int)(report->bad % 256u);
-    return report->clamped > 0 ? RBT_CLAMPED : RBT_OK;
+    return (report->clamped > 0) * RBT_CLAMPED | (report->extrapolated > 0) * RBT_EXTRAPOLATED;
 }
 
 #endif

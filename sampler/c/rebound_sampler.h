@@ -30,11 +30,12 @@
    arguments that allocates nothing. Any number of threads may use one table at once; rbt_open and
    rbt_close of one table must not run beside other calls with it.
 
-   Return values: 0 is fine, positive is fine with a remark, negative is an error with nothing
-   written. Nothing is printed. RBT_CLAMPED, the one remark, says that angle or speed lay outside
-   the table, and that its nearest condition was drawn: count these codes (a batch counts them in
-   rbt_report.clamped) and tell your user, as particles.c does. A table of a law that does not depend
-   on the speed covers every speed.
+   Return values: negative is an error with nothing written; else a sum of flags, 0 if there is none.
+   RBT_CLAMPED: angle or speed lay outside the table, and its nearest condition was drawn, or the spin
+   was larger than what the table covers. RBT_EXTRAPOLATED: the material pair was not measured at that
+   speed (rbt_valid_speed). Test for an error with code < 0 and for a flag with code & RBT_CLAMPED; count
+   both, as rbt_report does, and tell your user. Nothing is printed. A table of a law that does not
+   depend on the speed covers every speed.
 
    Part of rebound-tables; MIT licence. */
 
@@ -96,6 +97,7 @@ extern "C" {
 #define RBT_VERSION_MINOR 1
 #define RBT_OK 0
 #define RBT_CLAMPED 1
+#define RBT_EXTRAPOLATED 2
 #define RBT_ERR_NOT_FINITE (-1)
 #define RBT_ERR_NOT_APPROACHING (-2)
 #define RBT_ERR_SPEED_NOT_POSITIVE (-3)
@@ -179,8 +181,7 @@ RBT_API RBT_DEVICE void rbt_alpha_range(const rbt_table *table, double range[2])
 RBT_API RBT_DEVICE void rbt_speed_range(const rbt_table *table, double range[2]);
 
 /* Impact speeds, m/s, at which the law of the material pair was measured: beyond them it is
-   extrapolated, which a batch counts in rbt_report.extrapolated. {1e-300, 1e300} if the table does
-   not say. */
+   extrapolated. {1e-300, 1e300} if the table does not say. */
 RBT_API RBT_DEVICE void rbt_valid_speed(const rbt_table *table, double range[2]);
 
 /* Whether the table has a spin law, the law of particles that arrive spinning, which depends on their
@@ -188,7 +189,8 @@ RBT_API RBT_DEVICE void rbt_valid_speed(const rbt_table *table, double range[2])
 RBT_API RBT_DEVICE int rbt_has_spin_law(const rbt_table *table);
 
 /* Whether a particle keeps its grain from hit to hit, the one of (seed, index), as it does unless told
-   otherwise; with 0 it has another one at each hit. Must not run beside other calls with the table. */
+   otherwise; with 0 it has another one at each hit, and a rebound without omega is from the law of first
+   impacts. Must not run beside other calls with the table. */
 RBT_API RBT_DEVICE void rbt_keep_grains(rbt_table *table, int kept);
 
 /* Grain with which a particle meets a wall in the spin law: code of the shape (0 ellipsoid, 1 prism,
@@ -216,10 +218,10 @@ RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table);
 
    alpha1: impact angle from the wall, in (0, pi/2]. speed: impact speed V > 0. spin: angular
    velocity before the impact times a/V, in the frame of the impact, three numbers; NULL: the law of
-   particles that arrive without spin. (seed, index, hit): seed of the run, identity of the particle,
+   first impacts, of particles of any grain that do not spin. (seed, index, hit): seed of the run, identity of the particle,
    and how many walls it has met before; they select the random numbers.
 
-   RBT_OK, RBT_CLAMPED, or RBT_ERR_NOT_FINITE, RBT_ERR_NOT_APPROACHING,
+   RBT_OK, flags, or RBT_ERR_NOT_FINITE, RBT_ERR_NOT_APPROACHING,
    RBT_ERR_SPEED_NOT_POSITIVE, RBT_ERR_NO_SPIN_LAW. */
 RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed,
                                 const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
@@ -239,21 +241,22 @@ RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, doubl
 
 #ifndef RBT_DEVICE_ONLY
 
-/* Report of a batch. Rows count from 0; `row` and `clamped_row` are the number of rows if there
-   is none. Counts are of the rows before the error if there is one. */
+/* Report of a batch. Rows count from 0; a row that there is none of is the number of rows. Counts are
+   of the rows before the error if there is one. */
 typedef struct rbt_report {
-    size_t row;          /* first row with an error */
-    size_t clamped_row;  /* first clamped row */
-    size_t clamped;      /* number of clamped rows */
-    size_t extrapolated; /* number of rows with a speed outside of rbt_valid_speed */
+    size_t row;              /* first row with an error */
+    size_t clamped_row;      /* first row with RBT_CLAMPED */
+    size_t clamped;          /* number of them */
+    size_t extrapolated;     /* number of rows with RBT_EXTRAPOLATED */
+    size_t extrapolated_row; /* first of them */
 } rbt_report;
 
 /* Draw n states, row by row into states[6 * n]: the same as n calls of rbt_draw with (alpha1[k],
    speed[k], spin + 3 k, seed, index[k], hit[k]), and faster, because many draws wait for memory
    together. spin has 3 n numbers, or is NULL.
 
-   RBT_OK, RBT_CLAMPED if any row was clamped, or the code of the first row with an error; then
-   rows before it may be written, rows from it on are not. `report` may be NULL. */
+   RBT_OK, the flags of any row, or the code of the first row with an error; then rows before it may be
+   written, rows from it on are not. `report` may be NULL. */
 RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha1,
                            const double *speed, const double *spin, uint64_t seed,
                            const uint64_t *index, const uint32_t *hit, double *states,
@@ -265,7 +268,7 @@ typedef struct rbt_conditions {
     const double *alpha1;  /* n: impact angles from the wall, rad */
     const double *speed;   /* n: impact speeds V, m/s */
     const double *spin;    /* 3 n: angular velocities before the impact times a/V; NULL: the law of
-                              particles that arrive without spin */
+                              first impacts, of any grain */
     const double *grain;   /* 3 n: shape code, b/a and c/b; NULL: the grains of the keys */
     const uint64_t *index; /* n: identities of the particles */
     const uint32_t *hit;   /* n: how many walls they have met before */
@@ -285,9 +288,10 @@ RBT_API int rbt_sample_batch(const rbt_table *table, size_t n, const rbt_conditi
    velocity, wall_velocity: of particle and wall at the contact, m/s; a wall_velocity of NULL is a
    wall at rest. normal: from the wall into the gas, any length but zero. half_size: largest
    half-size a of the particle, 1e-30 m or more. omega: angular velocity before the impact, rad/s;
-   NULL: the law of particles that arrive without spin. new_velocity, new_omega: velocity, m/s, and
-   angular velocity, rad/s, after the rebound; they may be velocity and omega themselves. At exactly
-   normal impact the direction along the wall is uniform.
+   NULL: the particle does not spin, the same as zeros; but with rbt_keep_grains(table, 0), and of a
+   table without a spin law, from the law of first impacts, of any grain. new_velocity, new_omega:
+   velocity, m/s, and angular velocity, rad/s, after the rebound; they may be velocity and omega
+   themselves. At exactly normal impact the direction along the wall is uniform.
 
    Codes as rbt_draw; also RBT_ERR_NORMAL_NOT_USABLE, RBT_ERR_HALF_SIZE_NOT_POSITIVE. */
 RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity[3],
@@ -315,10 +319,10 @@ RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double di
    roughness: standard deviation of the tilt of facets, rad, from 0, a smooth wall, to 0.5. The
    particle meets a facet whose normal is tilted at random in the plane of incidence, as it sees
    them: by their projected area, none in the shadow of others. A particle that a facet sends back into the
-   wall meets further facets within the same hit, with the spin that the one before has left if omega is
-   given. normal is that of the mean wall; all others as rbt_rebound.
+   wall meets further facets within the same hit, with the spin that the one before has left. normal is
+   that of the mean wall; all others as rbt_rebound.
 
-   Codes as rbt_rebound; RBT_CLAMPED if any facet was met outside the table. Also
+   Codes as rbt_rebound, with the flags of any facet. Also
    RBT_ERR_ROUGHNESS_NOT_USABLE; RBT_ERR_TILT_NOT_FOUND and RBT_ERR_CASCADE_NOT_ENDED, with
    probabilities below 1e-50 and 1e-30 a hit. */
 RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double velocity[3],
@@ -349,8 +353,8 @@ typedef struct rbt_impacts {
     const double *wall_velocity; /* 3 n: of the wall at the contact, m/s; NULL: walls at rest */
     const uint64_t *index;       /* n: identities of the particles */
     const uint32_t *hit;         /* n: how many walls they have met before */
-    const double *omega;         /* 3 n: angular velocities before the impact, rad/s; NULL: the law of
-                                    particles that arrive without spin */
+    const double *omega;         /* 3 n: angular velocities before the impact, rad/s; NULL: as zeros,
+                                    but with fresh grains the law of first impacts */
     const double *roughness;     /* n: standard deviations of the tilt of facets, rad, 0 to 0.5; NULL:
                                     smooth walls */
     const double *grain;         /* 3 n: shape code, b/a and c/b; NULL: the grains of the keys. With
@@ -363,8 +367,8 @@ typedef struct rbt_impacts {
    new_velocity and new_omega have 3 n numbers; they may be impacts->velocity and impacts->omega. Any
    number of threads may share out the rows of an array: each calls with its part of the arrays.
 
-   RBT_OK, RBT_CLAMPED if any row was clamped, or the code of the first row with an error; then the
-   rows before it are written, and rows from it on are not. `report` may be NULL. */
+   RBT_OK, the flags of any row, or the code of the first row with an error; then the rows before it
+   are written, and rows from it on are not. `report` may be NULL. */
 RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impacts *impacts,
                               uint64_t seed, double *new_velocity, double *new_omega,
                               rbt_report *report);
@@ -385,11 +389,13 @@ typedef struct rbt_axis {
 typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots; /* 0 shapes: no law */
     int32_t fresh_grains; /* whether a particle has another grain at each hit */
+    int32_t for_first;    /* whether it stands for the law of first impacts, of another population */
+    double least_spin, most_spin; /* squares of the sizes of the spin that it covers */
     double alpha_first, alpha_last, alpha_low, alpha_high;
     double speed_first, speed_last, speed_low, speed_high, speed_scale, speed_exponent;
     double aspect[8];
     const int32_t *shape_codes;
-    const double *shape_shares, *shape_ratios;
+    const double *shape_shares, *shape_ratios, *shape_inertia; /* the last may be NULL */
     const int32_t *roots;
     const int8_t *node_axis;
     const double *node_cut;
@@ -403,7 +409,7 @@ typedef struct rbt_spin_law {
 struct rbt_table {
     rbt_axis alpha, speed;
     rbt_spin_law spin;
-    double valid_speed[2];
+    double valid_speed[2], least_inertia;
     double variate_max, variate_scale;
     int32_t n_knots, n_components, n_classes, n_channels, n_marginals, n_columns, stride;
     int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
@@ -601,16 +607,24 @@ typedef struct rbti_draws {
     double channels[RBTI_CHANNELS * RBTI_BLOCK];
 } rbti_draws;
 
+/* RBT_EXTRAPOLATED at a speed at which the pair was not measured, else 0. */
+RBTI_INLINE RBT_DEVICE int rbti_extrapolates(const rbt_table *table, double speed)
+{
+    const int off = (speed < table->valid_speed[0]) | (speed > table->valid_speed[1]);
+    return off * RBT_EXTRAPOLATED;
+}
+
 RBTI_INLINE RBT_DEVICE int rbti_status(const rbt_table *table, double alpha1, double speed)
 {
     if (!(rbti_finite(alpha1) && rbti_finite(speed)))
         return RBT_ERR_NOT_FINITE;
+    const int flags = rbti_extrapolates(table, speed);
     if (alpha1 >= table->alpha.low && alpha1 <= table->alpha.high && speed >= table->speed.low &&
         speed <= table->speed.high)
-        return RBT_OK;
+        return flags;
     if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
         return RBT_ERR_NOT_APPROACHING;
-    return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_CLAMPED;
+    return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_CLAMPED | flags;
 }
 
 /* Uniform number in (0, 1) from a random word. */
@@ -925,18 +939,20 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, in
 }
 
 /* Channels to variables of the state, as tables/FORMAT.md gives them: the first six, or all ten, of
-   `count` draws. */
-RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
+   `count` draws; `least` is the smallest moment of inertia. */
+RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables, double least,
                                            const rbti_draws *d, double *states)
 {
     const double *v = d->channels, *u_hat = v + m, *omega_z = v + 2 * m, *w_hat = v + 3 * m;
     const double *omega_x = v + 4 * m, *omega_y = v + 5 * m;
     const double *energy_hat = v + 6 * m, *collisions = v + 7 * m, *normal_hat = v + 8 * m;
     double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, rest[RBTI_BLOCK] RBTI_ALIGNED;
-    double normal[RBTI_BLOCK] RBTI_ALIGNED;
+    double normal[RBTI_BLOCK] RBTI_ALIGNED, left[RBTI_BLOCK] RBTI_ALIGNED;
+    double shorter[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
     {
         const double n = normal_hat[r], square = n * n, fourth = square * square;
+        const double x = omega_x[r], y = omega_y[r], z = omega_z[r];
         const double after_v = (1.0 - v[r]) * (1.0 + v[r]);
         /* the factor is exactly 1 where a table has no works */
         const double after_n = after_v * ((1.0 - n) * (1.0 + n) * (1.0 + square + fourth));
@@ -944,23 +960,26 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
         rest[r] = after_n * ((1.0 - u_hat[r]) * (1.0 + u_hat[r]));
         u[r] = u_hat[r] * sqrt(after_n);
         w[r] = w_hat[r] * sqrt(rest[r]);
+        left[r] = rest[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r]));
+        /* no rotation with more energy than is there, whatever the quantiles are; mostly exactly 1 */
+        const double energy = left[r] + normal[r], turns = least * (x * x + y * y + z * z);
+        shorter[r] = sqrt(energy / (turns > energy ? turns : energy));
     }
     for (size_t r = 0; r < count; r++) {
         double *state = states + (size_t)variables * r;
         state[0] = u[r];
         state[1] = v[r];
         state[2] = w[r];
-        state[3] = omega_x[r];
-        state[4] = omega_y[r];
-        state[5] = omega_z[r];
+        state[3] = omega_x[r] * shorter[r];
+        state[4] = omega_y[r] * shorter[r];
+        state[5] = omega_z[r] * shorter[r];
         if (variables > 6) {
-            const double left = rest[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r]));
-            state[6] = energy_hat[r] * left;
+            state[6] = energy_hat[r] * left[r];
             state[7] = floor(collisions[r]);
             state[8] = normal[r];
             /* shares that a table has are above 0 */
             const int works = normal_hat[r] > 0.0 && energy_hat[r] > 0.0;
-            state[9] = works ? (1.0 - energy_hat[r]) * left : 0.0;
+            state[9] = works ? (1.0 - energy_hat[r]) * left[r] : 0.0;
         }
     }
 }
@@ -986,7 +1005,7 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     for (int32_t row = 0; row < n; row++)
         if (table->marginals[row] >= 0)
             rbti_fill_place(m, table, row, d);
-    rbti_to_states(m, count, variables, d, states);
+    rbti_to_states(m, count, variables, table->least_inertia, d, states);
 }
 
 #ifndef RBT_DEVICE_ONLY
@@ -1060,7 +1079,8 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
      4      rbti_choose_expert   a group, then an expert of it, with weights exp(gates . features)
      5      rbti_fill_scores     mean and factor of the expert: scores of six normals
      6      rbti_find_knots, rbti_fill_outcomes  bounded scores to outcomes by the leaf's quantiles
-     7      rbti_to_spin_states  outcomes to the state; |v| < V_e whatever the outcomes are
+     7      rbti_to_spin_states  outcomes to the state, with no more energy than before, whatever the
+                                 outcomes are
 
    Steps 3 to 6 are in single precision. Coefficients of a leaf or an expert that are multiplied by the
    features of a draw lie side by side in the table, and are taken draw by draw. */
@@ -1073,7 +1093,8 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
 typedef struct rbti_spin_draws {
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK];
     double inputs[(RBTI_INPUTS + 1) * RBTI_BLOCK];
-    double factor[RBTI_BLOCK], turn[RBTI_BLOCK]; /* V_e / V; -1 for the mirror image */
+    double factor[RBTI_BLOCK], turn[RBTI_BLOCK]; /* root of the energy before; -1: mirror image */
+    double smallest[RBTI_BLOCK];                 /* moment of inertia of the grain, over m a^2 */
     uint32_t words[8 * RBTI_BLOCK];
     int32_t shape[RBTI_BLOCK], leaf[RBTI_BLOCK], group[RBTI_BLOCK], expert[RBTI_BLOCK];
     float features[RBTI_FEATURES * RBTI_BLOCK];
@@ -1094,17 +1115,20 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_status(const rbt_table *table, double alpha
     if (!(rbti_finite(alpha1) && rbti_finite(speed)))
         return RBT_ERR_NOT_FINITE;
     const double factor = rbti_spin_factor(x, y, z), effective = speed * factor;
+    const double square = x * x + y * y + z * z;
     const int finite = rbti_finite(factor) && rbti_finite(effective);
+    const int flags = rbti_extrapolates(table, speed);
     if (finite && law->n_shapes > 0 && alpha1 >= law->alpha_low && alpha1 <= law->alpha_high &&
-        effective >= law->speed_low && effective <= law->speed_high)
-        return RBT_OK;
+        effective >= law->speed_low && effective <= law->speed_high &&
+        square >= law->least_spin && square <= law->most_spin)
+        return flags;
     if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
         return RBT_ERR_NOT_APPROACHING;
     if (speed <= 0.0)
         return RBT_ERR_SPEED_NOT_POSITIVE;
     if (law->n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
-    return finite ? RBT_CLAMPED : RBT_ERR_NOT_FINITE;
+    return finite ? RBT_CLAMPED | flags : RBT_ERR_NOT_FINITE;
 }
 
 RBTI_INLINE RBT_DEVICE double rbti_horner(const double c[8], double x)
@@ -1317,11 +1341,28 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
     }
 }
 
+/* Moments of inertia of the grains over m a^2, the smallest and the largest: those of the file, else
+   the bounds 0 and 2/3, which hold for every grain. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
+                                              rbti_spin_draws *d, double *largest)
+{
+    const double *ratios = d->inputs + RBTI_RATIO * m;
+    RBTI_EACH_DRAW(r)
+    {
+        const double *of = law->shape_inertia ? law->shape_inertia + 2 * d->shape[r] : NULL;
+        const double b = ratios[r] * ratios[r], c = ratios[m + r] * ratios[m + r];
+        largest[r] = of ? of[0] * (1.0 + b) : RBTI_INERTIA;
+        d->smallest[r] = of ? of[1] * b * (1.0 + c) : 0.0;
+    }
+}
+
 /* Conditions of the mirror image with sigma_x >= 0. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
 {
     double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
+    double largest[RBTI_BLOCK] RBTI_ALIGNED;
     const double first = law->alpha_first, last = law->alpha_last;
+    rbti_fill_moments(m, law, d, largest);
     RBTI_EACH_DRAW(r)
     {
         const double sx = d->spin[r], sy = d->spin[m + r], sz = d->spin[2 * m + r];
@@ -1337,7 +1378,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
         inputs[3 * m + r] = ty;
         inputs[4 * m + r] = tz;
         inputs[RBTI_SQUARE * m + r] = tx * tx + ty * ty + tz * tz;
-        d->factor[r] = factor;
+        d->factor[r] = sqrt(1.0 + largest[r] * (sx * sx + sy * sy + sz * sz));
         d->turn[r] = turn;
     }
     rbti_fill_speed_coordinate(m, law, effective, inputs + m);
@@ -1609,7 +1650,9 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, const rbt_spin_law *law
     }
 }
 
-/* Outcomes to states of `count` draws: speeds stay below V_e whatever the outcomes are. */
+/* Outcomes to states of `count` draws. With E, the square of `factor`, the most energy that the grain
+   can have before, E / (1 + |p|^2) is left for the rotation after: an angular velocity with more is
+   shortened. */
 RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, const rbt_table *table,
                                                 const rbti_spin_draws *d, double *states)
 {
@@ -1619,13 +1662,17 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, const rb
         const float *outcomes = d->outcomes + r;
         const double p = (double)outcomes[0], q = (double)outcomes[m];
         const double s = (double)outcomes[2 * m], factor = d->factor[r], turn = d->turn[r];
-        const double scale = factor / sqrt(1.0 + (p * p + q * q + s * s));
+        const double x = (double)outcomes[3 * m], y = (double)outcomes[4 * m];
+        const double z = (double)outcomes[5 * m], whole = 1.0 + (p * p + q * q + s * s);
+        const double scale = factor / sqrt(whole);
+        const double turns = d->smallest[r] * (x * x + y * y + z * z) * whole;
+        const double turning = factor / sqrt(turns > 1.0 ? turns : 1.0);
         values[r] = p * scale;
         values[m + r] = q * scale;
         values[2 * m + r] = turn * s * scale;
-        values[3 * m + r] = turn * factor * (double)outcomes[3 * m];
-        values[4 * m + r] = turn * factor * (double)outcomes[4 * m];
-        values[5 * m + r] = factor * (double)outcomes[5 * m];
+        values[3 * m + r] = turn * turning * x;
+        values[4 * m + r] = turn * turning * y;
+        values[5 * m + r] = turning * z;
     }
     for (size_t k = 0; k < 6; k++) {
         const int held = (int)(table->held >> k & 1u);
@@ -1741,7 +1788,10 @@ RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const rbt_condit
         const double effective = v * rbti_spin_factor(x, y, z);
         const int off_alpha = (a < law->alpha_low) + (a > law->alpha_high);
         const int off_speed = (effective < law->speed_low) + (effective > law->speed_high);
-        outside |= off_alpha | off_speed | (1 - rbti_finite(a) * rbti_finite(effective));
+        const double square = x * x + y * y + z * z;
+        const int off_spin = (square < law->least_spin) + (square > law->most_spin);
+        outside |= off_alpha | off_speed | off_spin;
+        outside |= 1 - rbti_finite(a) * rbti_finite(effective);
         d->alpha1[r] = a;
         d->speed[r] = v;
         d->spin[r] = x;
@@ -1763,13 +1813,27 @@ RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const rbt_condit
             }
             return r;
         }
-        if (status == RBT_CLAMPED && report->clamped++ == 0)
+        if ((status & RBT_CLAMPED) && report->clamped++ == 0)
             report->clamped_row = first + r;
     }
     return most;
 }
 
 #endif
+
+/* One draw from the law of first impacts: of the nodes, or of the spin law where it stands for that. */
+RBTI_INLINE RBT_DEVICE int rbti_first_draw(const rbt_table *table, double alpha1, double speed,
+                                           uint64_t seed, uint64_t key, uint64_t index,
+                                           uint32_t hit, int variables, double *state)
+{
+    const rbti_grains any = {NULL, key, 1};
+    if (!table->spin.for_first)
+        return rbti_draw(table, alpha1, speed, seed, index, hit, variables, state);
+    const int code = rbti_spin_draw(table, alpha1, speed, NULL, seed, &any, index, hit, state);
+    for (int k = 6; k < variables && code >= RBT_OK; k++)
+        state[k] = 0.0;
+    return code;
+}
 
 RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed,
                                 const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
@@ -1778,7 +1842,7 @@ RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double sp
     const rbti_grains own = rbti_own_grains(table, seed);
     if (spin)
         return rbti_spin_draw(table, alpha1, speed, spin, seed, &own, index, hit, state);
-    return rbti_draw(table, alpha1, speed, seed, index, hit, 6, state);
+    return rbti_first_draw(table, alpha1, speed, seed, seed, index, hit, 6, state);
 }
 
 RBT_API RBT_DEVICE int rbt_draw_grain(const rbt_table *table, double alpha1, double speed,
@@ -1795,7 +1859,7 @@ RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, doubl
                                     uint64_t seed, uint64_t index, uint32_t hit,
                                     double values[RBT_VALUES])
 {
-    return rbti_draw(table, alpha1, speed, seed, index, hit, RBT_VALUES, values);
+    return rbti_first_draw(table, alpha1, speed, seed, seed, index, hit, RBT_VALUES, values);
 }
 
 #ifndef RBT_DEVICE_ONLY
@@ -1830,19 +1894,33 @@ RBTI_INLINE size_t rbti_conditions(const rbt_table *table, const double *alpha1,
             }
             return r;
         }
-        if (status == RBT_CLAMPED && report->clamped++ == 0)
+        if ((status & RBT_CLAMPED) && report->clamped++ == 0)
             report->clamped_row = first + r;
     }
     return most;
 }
 
-/* How many of some speeds lie where the law of the pair is extrapolated. */
-RBTI_INLINE size_t rbti_extrapolated(const rbt_table *table, const double *speed, size_t count)
+/* Count the rows from one on at whose speeds the law of the pair is extrapolated. */
+RBTI_INLINE void rbti_count_extrapolated(const rbt_table *table, const double *speed, size_t first,
+                                         size_t count, rbt_report *report)
 {
     size_t outside = 0;
     for (size_t r = 0; r < count; r++)
-        outside += (speed[r] < table->valid_speed[0]) | (speed[r] > table->valid_speed[1]);
-    return outside;
+        outside += rbti_extrapolates(table, speed[r]) != 0;
+    for (size_t r = 0; r < count && outside > 0 && report->extrapolated == 0; r++)
+        if (rbti_extrapolates(table, speed[r])) {
+            report->extrapolated_row = first + r;
+            break;
+        }
+    report->extrapolated += outside;
+}
+
+/* What a batch returns: the code of its error, else the flags of its rows. */
+RBTI_INLINE int rbti_batch_code(int code, const rbt_report *found)
+{
+    return code < RBT_OK ? code
+                         : (found->clamped > 0) * RBT_CLAMPED |
+                               (found->extrapolated > 0) * RBT_EXTRAPOLATED;
 }
 
 /* Rows that a batch writes: the first six variables, or columns of the table, in one precision. */
@@ -1885,8 +1963,8 @@ RBTI_INLINE size_t rbti_sample_spins(const rbt_table *table, const rbt_condition
                                      size_t first, size_t most, uint64_t seed, double *states,
                                      int *code, rbt_report *report)
 {
-    const rbti_grains grains = {given->grain ? given->grain + 3 * first : NULL, seed,
-                                given->fresh_grains || table->spin.fresh_grains};
+    const int any = given->fresh_grains || table->spin.fresh_grains || !given->spin;
+    const rbti_grains grains = {given->grain ? given->grain + 3 * first : NULL, seed, any};
     rbti_spin_draws draws RBTI_ALIGNED;
     const size_t count = rbti_spin_conditions(table, given, first, most, &draws, code, report);
     if (count > 0)
@@ -1914,9 +1992,9 @@ RBTI_CLONES
 static int rbti_sample_rows(const rbt_table *table, size_t n, const rbt_conditions *given,
                             uint64_t seed, const rbti_output *out, rbt_report *report)
 {
-    rbt_report found = {n, n, 0, 0};
+    rbt_report found = {n, n, 0, 0, n};
     int code = RBT_OK;
-    const int spins = given->spin || given->grain;
+    const int spins = given->spin || given->grain || table->spin.for_first;
     for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
         const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
         double values[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
@@ -1930,11 +2008,11 @@ static int rbti_sample_rows(const rbt_table *table, size_t n, const rbt_conditio
                                       &found);
         if (out->columns)
             rbti_put(out, first, count, variables, values);
-        found.extrapolated += rbti_extrapolated(table, given->speed + first, count);
+        rbti_count_extrapolated(table, given->speed + first, first, count, &found);
     }
     if (report)
         *report = found;
-    return code == RBT_OK && found.clamped > 0 ? RBT_CLAMPED : code;
+    return rbti_batch_code(code, &found);
 }
 
 RBT_API int rbt_draw_batch(const rbt_table *table, size_t n, const double *alpha1,
@@ -2122,6 +2200,13 @@ RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double s
         velocity[k] += impact->wall[k];
 }
 
+/* Whether a rebound without angular velocity is a first impact, of any grain; else the particle meets
+   the wall as its own grain, with a spin of zeros. */
+RBTI_INLINE RBT_DEVICE int rbti_is_first(const rbt_table *table, const rbti_grains *grains)
+{
+    return !grains->given && (grains->fresh || table->spin.n_shapes == 0);
+}
+
 /* rbt_rebound of a particle with one of these grains. */
 RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double velocity[3],
                                         const double normal[3], double half_size,
@@ -2136,11 +2221,12 @@ RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double vel
         code = rbti_to_spin(&impact, omega, spin);
     if (code != RBT_OK)
         return code;
-    if (omega || grains->given)
+    if (omega || !rbti_is_first(table, grains))
         code = rbti_spin_draw(table, impact.alpha1, impact.speed, omega ? spin : NULL, seed,
                               grains, index, hit, state);
     else
-        code = rbti_draw(table, impact.alpha1, impact.speed, seed, index, hit, 6, state);
+        code = rbti_first_draw(table, impact.alpha1, impact.speed, seed, grains->seed, index, hit,
+                               6, state);
     if (code >= RBT_OK)
         rbti_leave(&impact, state, new_velocity, new_omega);
     return code;
@@ -2283,25 +2369,28 @@ RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
     return rbti_dot(c->moving, c->e_y) > 0.0;
 }
 
-/* Bounces from a number on until the particle leaves, each with random numbers of its own. */
+/* Bounces from a number on until the particle leaves, each with random numbers of its own; the first
+   is a first impact if `any`, later ones have the spin that the one before has left, if there is a
+   law for it. */
 RBTI_APART RBT_DEVICE int rbti_bounces(const rbt_table *table, rbti_cascade *c, uint32_t bounce,
-                                       int spins, uint64_t seed, const rbti_grains *grains,
+                                       int any, uint64_t seed, const rbti_grains *grains,
                                        uint64_t index, uint32_t hit)
 {
-    int worst = RBT_OK;
+    int flags = RBT_OK;
     for (; bounce < RBTI_MAX_BOUNCES; bounce++) {
         const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
         double facet[3];
         int code = rbti_meet_facet(c, key, index, hit, facet);
         if (code == RBT_OK)
             code = rbti_rebound(table, c->moving, facet, c->half_size, NULL,
-                                spins ? c->turning : NULL, key, grains, index, hit, c->moving,
+                                any ? NULL : c->turning, key, grains, index, hit, c->moving,
                                 c->turning);
         if (code < RBT_OK)
             return code;
-        worst = code > worst ? code : worst;
+        any = any && table->spin.n_shapes == 0;
+        flags |= code;
         if (rbti_has_left(c))
-            return worst;
+            return flags;
     }
     return RBT_ERR_CASCADE_NOT_ENDED;
 }
@@ -2336,7 +2425,8 @@ RBTI_INLINE RBT_DEVICE int rbti_any_rebound(const rbt_table *table, const double
     rbti_cascade c;
     int code = rbti_begin(velocity, normal, half_size, wall_velocity, roughness, omega, &c);
     if (code == RBT_OK)
-        code = rbti_bounces(table, &c, 0, omega || grains->given, seed, grains, index, hit);
+        code = rbti_bounces(table, &c, 0, !omega && rbti_is_first(table, grains), seed, grains,
+                            index, hit);
     if (code >= RBT_OK)
         rbti_end(&c, new_velocity, new_omega);
     return code;
@@ -2377,12 +2467,6 @@ typedef struct rbti_rows {
     int rough[RBTI_BLOCK];
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], states[6 * RBTI_BLOCK];
 } rbti_rows;
-
-/* Whether the particles of some impacts are drawn from the spin law. */
-RBTI_INLINE int rbti_spins(const rbt_impacts *impacts)
-{
-    return impacts->omega || impacts->grain;
-}
 
 /* Grains of some impacts from row k on. */
 RBTI_INLINE rbti_grains rbti_grains_of(const rbt_table *table, const rbt_impacts *impacts, size_t k,
@@ -2429,7 +2513,7 @@ static int rbti_meet_row(const rbt_impacts *impacts, size_t k, uint64_t seed, si
     return code;
 }
 
-/* RBT_OK, or RBT_CLAMPED where the first impact of a row that was drawn lies outside the table. */
+/* Flags of the first impact of a row that was drawn. */
 static int rbti_row_status(const rbt_table *table, const rbti_rows *rows, int spins, size_t r)
 {
     const double *spin = rows->spin + 3 * r;
@@ -2453,12 +2537,21 @@ static int rbti_leave_row(const rbt_table *table, const rbt_impacts *impacts, si
     rbti_leave(&rows->met[r], state, c->moving, c->turning);
     if (!rbti_has_left(c)) {
         const rbti_grains grains = rbti_grains_of(table, impacts, k, seed);
-        code = rbti_bounces(table, c, 1, rbti_spins(impacts), seed, &grains, impacts->index[k],
-                            impacts->hit[k]);
+        code = rbti_bounces(table, c, 1, table->spin.n_shapes == 0, seed, &grains,
+                            impacts->index[k], impacts->hit[k]);
     }
     if (code >= RBT_OK)
         rbti_end(c, velocity, omega);
     return code;
+}
+
+/* Count the flags of a row. */
+static void rbti_count_flags(int flags, size_t row, rbt_report *report)
+{
+    if ((flags & RBT_CLAMPED) && report->clamped++ == 0)
+        report->clamped_row = row;
+    if ((flags & RBT_EXTRAPOLATED) && report->extrapolated++ == 0)
+        report->extrapolated_row = row;
 }
 
 /* Rebounds of a block of rows from one on: how many, and the code of the one behind them. */
@@ -2467,7 +2560,8 @@ static size_t rbti_rebound_block(const rbt_table *table, size_t first, size_t mo
                                  double *new_velocity, double *new_omega, int *code,
                                  rbt_report *report)
 {
-    const int spins = rbti_spins(impacts);
+    const rbti_grains grains = rbti_grains_of(table, impacts, first, seed);
+    const int spins = impacts->omega || !rbti_is_first(table, &grains);
     const rbti_output out = {rows->states, NULL, NULL, 6, 6};
     const rbt_conditions drawn_at = {rows->alpha1,
                                      rows->speed,
@@ -2486,17 +2580,17 @@ static size_t rbti_rebound_block(const rbt_table *table, size_t first, size_t mo
     *code = drawn < RBT_OK ? drawn : *code;
     for (; r < part.row; r++) {
         const size_t k = first + r;
-        const int status = part.clamped > 0 ? rbti_row_status(table, rows, spins, r) : RBT_OK;
+        const int status = part.clamped + part.extrapolated > 0
+                               ? rbti_row_status(table, rows, spins || table->spin.for_first, r)
+                               : RBT_OK;
         const int left = rbti_leave_row(table, impacts, k, seed, r, rows, new_velocity + 3 * k,
                                         new_omega + 3 * k);
         if (left < RBT_OK) {
             *code = left;
             break;
         }
-        if ((status == RBT_CLAMPED || left == RBT_CLAMPED) && report->clamped++ == 0)
-            report->clamped_row = k;
+        rbti_count_flags(status | left, k, report);
     }
-    report->extrapolated += rbti_extrapolated(table, rows->speed, r);
     return r;
 }
 
@@ -2504,22 +2598,16 @@ static size_t rbti_rebound_block(const rbt_table *table, size_t first, size_t mo
 static int rbti_rebound_row(const rbt_table *table, const rbt_impacts *impacts, uint64_t seed,
                             double *new_velocity, double *new_omega, rbt_report *report)
 {
-    const double still[3] = {0.0, 0.0, 0.0}, *v = impacts->velocity;
-    const double *wall = impacts->wall_velocity ? impacts->wall_velocity : still;
     const rbti_grains grains = rbti_grains_of(table, impacts, 0, seed);
-    double relative[3], speed;
-    rbti_combine(1.0, v, -1.0, wall, relative);
-    speed = sqrt(rbti_dot(relative, relative));
-    const int code = rbti_any_rebound(table, v, impacts->normal, impacts->half_size[0],
-                                      impacts->wall_velocity,
+    const int code = rbti_any_rebound(table, impacts->velocity, impacts->normal,
+                                      impacts->half_size[0], impacts->wall_velocity,
                                       impacts->roughness ? impacts->roughness[0] : 0.0,
                                       impacts->omega, seed, &grains, impacts->index[0],
                                       impacts->hit[0], new_velocity, new_omega);
     if (report) {
-        report->row = code < RBT_OK ? 0 : 1;
-        report->clamped = code == RBT_CLAMPED;
-        report->clamped_row = code == RBT_CLAMPED ? 0 : 1;
-        report->extrapolated = code < RBT_OK ? 0 : rbti_extrapolated(table, &speed, 1);
+        const rbt_report none = {code < RBT_OK ? 0 : 1, 1, 0, 0, 1};
+        *report = none;
+        rbti_count_flags(code < RBT_OK ? RBT_OK : code, 0, report);
     }
     return code;
 }
@@ -2529,7 +2617,7 @@ RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impact
                               rbt_report *report)
 {
     rbti_rows rows;
-    rbt_report found = {n, n, 0, 0};
+    rbt_report found = {n, n, 0, 0, n};
     int code = RBT_OK;
     if (n == 1)
         return rbti_rebound_row(table, impacts, seed, new_velocity, new_omega, report);
@@ -2542,7 +2630,7 @@ RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impact
     }
     if (report)
         *report = found;
-    return code == RBT_OK && found.clamped > 0 ? RBT_CLAMPED : code;
+    return rbti_batch_code(code, &found);
 }
 
 /* -- SHA-256 (FIPS 180-4) ---------------------------------------------------------------------- */
@@ -2641,6 +2729,8 @@ typedef struct rbti_header {
     uint64_t at_shape_codes, at_shape_shares, at_shape_ratios, at_roots, at_node_axis,
         at_node_cut, at_node_child, at_inputs, at_spin_spans, at_spin_quantiles, at_group_gates,
         at_gates, at_experts;
+    double least_inertia, spin_size[2];
+    uint64_t at_shape_inertia;
 } rbti_header;
 /* end header */
 
@@ -2649,15 +2739,18 @@ typedef struct rbti_header {
 #define RBTI_MAJOR 1
 #define RBTI_MOST_BYTES 0x80000000u
 #define RBTI_SPEED_INDEPENDENT 1u
+#define RBTI_OTHER_POPULATION 2u
 #define RBTI_FIRST_MIRRORED 3
 #define RBTI_END_MIRRORED 6
 /* channels (bits) from which each variable is made */
 #define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80, 0x101, 0x14b}
 #define RBTI_FIRST_HEADER_BYTES 432
+#define RBTI_SECOND_HEADER_BYTES 680
 /* least and largest value; see sampler/formats/bounds.py */
 #define RBTI_ALPHA_BOUNDS 1.7453292519925846e-11, 1.5707963267964675
 #define RBTI_SPEED_BOUNDS 1e-09, 1000000000.0
 #define RBTI_ANY_SPEED_BOUNDS 1e-300, 1e+300
+#define RBTI_ANY_SPIN_BOUNDS 0.0, 1e+150
 #define RBTI_VARIATE_BOUNDS 0.001, 1000000.0
 #define RBTI_SPIN_SPEED_BOUNDS 1e-09, 1000000000.0
 #define RBTI_SPEED_COORDINATE_BOUNDS 1e-06, 1000.0
@@ -2665,6 +2758,7 @@ typedef struct rbti_header {
 #define RBTI_MOST_NUMBER 1000000.0
 #define RBTI_NUMBER_ROUNDING 0.02002
 #define RBTI_MOST_SPEED_SCALE 1e+30
+#define RBTI_LEAST_V 1e-15
 #define RBTI_MOST_CUT 1000.0
 #define RBTI_MOST_MIDDLE 1000.0f
 #define RBTI_MOST_SCALE 10000.0f
@@ -2713,6 +2807,8 @@ typedef struct rbti_header {
     DO(group_gates, spin.group_gates, int16_t, h->n_leaves, (uint64_t)23 * 8, 0)                   \
     DO(gates, spin.gates, int16_t, h->n_leaves, (uint64_t)8 * 23 * 16, 0)                          \
     DO(experts, spin.experts, int16_t, h->n_leaves, (uint64_t)128 * 160, 8)
+#define RBTI_INERTIA_ARRAYS(DO)                                                                    \
+    DO(shape_inertia, spin.shape_inertia, double, h->n_shapes, (uint64_t)2, 0)
 /* end checks */
 
 /* End a function with a code where something does not hold. */
@@ -2743,23 +2839,25 @@ static uint64_t rbti_nodes(const rbti_header *header)
     return (uint64_t)header->n_alpha * header->n_speed;
 }
 
-/* Size of a header: that of version 1.0 is shorter. */
-static size_t rbti_header_bytes(const rbti_header *header)
-{
-    return header->minor > 0 ? sizeof *header : RBTI_FIRST_HEADER_BYTES;
-}
-
 #endif
 
-/* Header of an image; one of version 1.0 has no spin law, and does not say which speeds are valid. */
+/* Size of a header: those of versions 1.0, and 1.1 and 1.2, are shorter. */
+static RBT_DEVICE size_t rbti_header_bytes(const rbti_header *header)
+{
+    return header->minor > 2   ? sizeof *header
+           : header->minor > 0 ? RBTI_SECOND_HEADER_BYTES
+                               : RBTI_FIRST_HEADER_BYTES;
+}
+
+/* Header of an image, and what older ones do not say: any speed and any spin is valid. */
 static RBT_DEVICE void rbti_read_header(const char *image, rbti_header *header)
 {
-    const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
+    const double speeds[2] = {RBTI_ANY_SPEED_BOUNDS}, spins[2] = {RBTI_ANY_SPIN_BOUNDS};
     memset(header, 0, sizeof *header);
     memcpy(header, image, RBTI_FIRST_HEADER_BYTES);
-    memcpy(header->valid_speed, any, sizeof any);
-    if (header->minor > 0)
-        memcpy(header, image, sizeof *header);
+    memcpy(header->valid_speed, speeds, sizeof speeds);
+    memcpy(header->spin_size, spins, sizeof spins);
+    memcpy(header, image, rbti_header_bytes(header));
 }
 
 #ifndef RBT_DEVICE_ONLY
@@ -2880,6 +2978,8 @@ static int rbti_check_offsets(const rbti_header *h)
     RBTI_ARRAYS(RBTI_DO)
     if (h->n_shapes > 0) {
         RBTI_SPIN_ARRAYS(RBTI_DO)
+        if (h->at_shape_inertia > 0)
+            RBTI_INERTIA_ARRAYS(RBTI_DO)
     }
 #undef RBTI_DO
     return RBT_OK;
@@ -2902,6 +3002,12 @@ static int rbti_range_holds(double first, double last, double least, double larg
            last <= largest;
 }
 
+/* Whether a number is finite and within bounds. */
+static int rbti_within(double x, double least, double most)
+{
+    return rbti_finite(x) && least <= x && x <= most;
+}
+
 static int rbti_check_axes(const rbt_table *table)
 {
     const double variate[2] = {RBTI_VARIATE_BOUNDS}, most = table->variate_max;
@@ -2910,13 +3016,8 @@ static int rbti_check_axes(const rbt_table *table)
     RBTI_NEED(rbti_finite(most) && variate[0] <= most && most <= variate[1], RBT_ERR_AXES);
     RBTI_NEED(rbti_range_holds(table->valid_speed[0], table->valid_speed[1], 0.0, 1e300),
               RBT_ERR_AXES);
+    RBTI_NEED(rbti_within(table->least_inertia, 0.0, RBTI_INERTIA), RBT_ERR_AXES);
     return RBT_OK;
-}
-
-/* Whether a number is finite and within bounds. */
-static int rbti_within(double x, double least, double most)
-{
-    return rbti_finite(x) && least <= x && x <= most;
 }
 
 /* Ranges of the spin law. */
@@ -2927,6 +3028,7 @@ static int rbti_check_spin_axes(const rbt_spin_law *law)
               RBT_ERR_AXES);
     RBTI_NEED(rbti_range_holds(law->speed_first, law->speed_last, RBTI_SPIN_SPEED_BOUNDS),
               RBT_ERR_AXES);
+    RBTI_NEED(rbti_range_holds(law->least_spin, law->most_spin, 0.0, 1.1e300), RBT_ERR_AXES);
     RBTI_NEED(rbti_within(law->speed_scale, 0.0, RBTI_MOST_SPEED_SCALE) &&
                   rbti_within(law->speed_exponent, bounds[0], bounds[1]),
               RBT_ERR_AXES);
@@ -3050,6 +3152,8 @@ static int rbti_check_grains(const rbt_spin_law *law)
                        rbti_within(ratios[1], RBTI_LEAST_RATIO, 1.0)),
                   RBT_ERR_GRAINS);
     }
+    for (int32_t k = 0; k < 2 * law->n_shapes && law->shape_inertia; k++)
+        RBTI_NEED(law->shape_inertia[k] > 0.0 && law->shape_inertia[k] <= 1.0, RBT_ERR_GRAINS);
     RBTI_NEED(share == 1.0, RBT_ERR_GRAINS);
     for (int k = 0; k < 8; k += 4) {
         const double *of = law->aspect + k;
@@ -3097,7 +3201,8 @@ static int rbti_check_leaves(const rbt_spin_law *law)
     return RBT_OK;
 }
 
-/* Every outcome within bounds; that of v is not negative, and positive from the second knot on. */
+/* Every outcome within bounds; that of v is not negative, and from the second knot on so far above 0
+   that no draw of v is rounded to it. */
 static int rbti_check_outcomes(const rbt_spin_law *law)
 {
     const double bounds[2] = {RBTI_OUTCOME_BOUNDS}, slack = 1.0 + 1e-6;
@@ -3110,7 +3215,7 @@ static int rbti_check_outcomes(const rbt_spin_law *law)
         RBTI_NEED(rbti_within(least, of_v ? 0.0 : bounds[0], bounds[1]) &&
                       rbti_within(step, 0.0, bounds[1]) && least + step * 65535.0 <= bounds[1] * slack,
                   RBT_ERR_SPANS);
-        RBTI_NEED(!of_v || least + step * (double)steps[1] > 0.0, RBT_ERR_SPANS);
+        RBTI_NEED(!of_v || least + step * (double)steps[1] >= RBTI_LEAST_V, RBT_ERR_SPANS);
         for (size_t m = 1; m < knots; m++)
             falls |= steps[m] < steps[m - 1];
         RBTI_NEED(!falls, RBT_ERR_QUANTILES);
@@ -3179,6 +3284,9 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->speed_high = law->speed_last * (1.0 + RBTI_ROUNDING);
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
+    law->for_first = (h->flags & RBTI_OTHER_POPULATION) != 0;
+    law->least_spin = h->spin_size[0] * h->spin_size[0] * (1.0 - RBTI_ROUNDING);
+    law->most_spin = h->spin_size[1] * h->spin_size[1] * (1.0 + RBTI_ROUNDING);
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }
 
@@ -3208,6 +3316,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     for (uint32_t k = 0; k < h->n_columns; k++)
         table->held |= 1u << h->columns[k];
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
+    table->least_inertia = h->least_inertia;
     rbti_fill_spin_law(&table->spin, h);
     for (uint32_t row = 0; row < RBTI_NAMES; row++) {
         const int channel = h->channels[row];
@@ -3227,6 +3336,8 @@ static RBT_DEVICE void rbti_point(rbt_table *table, const rbti_header *h, const 
     RBTI_ARRAYS(RBTI_DO)
     if (h->n_shapes > 0) {
         RBTI_SPIN_ARRAYS(RBTI_DO)
+        if (h->at_shape_inertia > 0)
+            RBTI_INERTIA_ARRAYS(RBTI_DO)
     }
 #undef RBTI_DO
 }
@@ -3375,8 +3486,9 @@ RBT_API const char *rbt_strerror(int code)
     } texts[] = {
 /* begin texts */
         {RBT_OK, "fine"},
-        {RBT_CLAMPED, "alpha1 or speed outside the table: its nearest condition was "
-         "used"},
+        {RBT_CLAMPED, "angle or speed outside the table, whose nearest condition was "
+         "used, or a spin beyond it"},
+        {RBT_EXTRAPOLATED, "a speed at which the material pair was not measured"},
         {RBT_ERR_NOT_FINITE, "arguments: allowed: finite numbers, speeds below 1e150 m/s"},
         {RBT_ERR_NOT_APPROACHING, "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed:"
          " towards the wall, (velocity - wall_velocity) . normal < 0"},
@@ -3427,6 +3539,8 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_GRAIN_NOT_KNOWN, "grain: allowed: a shape of the spin law, and b/a and c/b from "
          "0.001 to 1"},
 /* end texts */
+        {RBT_CLAMPED | RBT_EXTRAPOLATED, "outside the table, and at a speed at which its pair was not "
+         "measured"},
     };
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
         if (texts[k].code == code)

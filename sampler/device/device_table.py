@@ -156,11 +156,13 @@ class DeviceTable(Counting):
         """Make rows of the arguments of a call, with the spin where it counts."""
         if not isinstance(grain, str):
             refuse("grain", type(grain).__name__, "'own', 'fresh'")
-        if self._table.asks_spin_law(name, spin, grain):
-            arguments = arguments | {name: np.zeros(3) if spin is None else spin}
+        self._table.check_spin(name, spin, grain)
+        if spin is not None:
+            arguments = arguments | {name: spin}
         with self._device:
             there = program.DeviceArrays(self._cupy, self.dtype)
-            return program.DeviceCall(*broadcast(arguments, keys, arrays_of=there))
+            fresh = grain == "fresh"
+            return program.DeviceCall(*broadcast(arguments, keys, fresh, arrays_of=there))
 
     def _launch(
         self,

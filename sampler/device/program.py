@@ -101,4 +101,5 @@ class DeviceCall(Call):
     def at(self, name: str, row: int) -> Any:
         """Give an argument of a row, on the host."""
         values = self.rows.arrays[name]
-        return values[row if len(values) > 1 else 0].get().astype(np.float64)
+        found = values[row if len(values) > 1 else 0].get()
+        return found if name == "index" else found.astype(np.float64)

@@ -28,9 +28,7 @@ MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Version of the C and Fortran library: that of the package.
 LIBRARY_VERSION = (0, 1)
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (1, 2)
-#: Minor version of what is written of a table without the work of the impulses.
-MINOR_WITHOUT_WORKS = 1
+BINARY_VERSION = (1, 3)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
@@ -141,8 +139,19 @@ SPIN_ARRAYS = (
     ),
 )  # fmt: skip
 
+#: Of files that say it (version 1.3); without it the offset is 0.
+INERTIA_ARRAYS = (
+    StoredArray(
+        "shape_inertia", "<f8", ("n_shapes", 2),
+        "g1, g3 of the largest and smallest moments of inertia; offset 0: none",
+    ),
+)  # fmt: skip
+
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
+#: Flag of a table in memory with other particles than it was made for: the law of first impacts is
+#: the spin law of particles that do not spin, with another grain at each hit.
+OTHER_POPULATION = 2
 
 #: What is counted; `sampler.formats.bounds.LENGTHS` bounds the dimensions of arrays.
 COUNTS = {
@@ -157,7 +166,8 @@ COUNTS = {
     "n_marginals": "channels with quantile functions",
     "n_columns": "variables of the state that the table gives",
     "stride": "numbers in the record of a component",
-    "flags": f"{SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; else 0",
+    "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
+    f"{OTHER_POPULATION}: no law of first impacts, the spin law has to stand for it",
 }
 
 #: The same of the spin law.
@@ -172,12 +182,7 @@ SPIN_COUNTS = {
 _FIRST_HEADER = (
     Field("magic", "S8", 1, "89 52 42 54 0D 0A 1A 0A"),
     Field("major", "<u2", 1, f"version, {BINARY_VERSION[0]}"),
-    Field(
-        "minor",
-        "<u2",
-        1,
-        f"version, {BINARY_VERSION[1]}; without work_normal and work_shear {MINOR_WITHOUT_WORKS}",
-    ),
+    Field("minor", "<u2", 1, f"version, {BINARY_VERSION[1]}"),
     Field("header_bytes", "<u4", 1, "size of this header"),
     Field("file_bytes", "<u8", 1, f"size of the file, below {MOST_BYTES}"),
     Field("sha256", "u1", 32, "checksum of the file without these 32 bytes"),
@@ -201,7 +206,8 @@ _FIRST_HEADER = (
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in ARRAYS),
 )
 
-HEADER = (
+#: The header of versions 1.1 and 1.2.
+_SECOND_HEADER = (
     *_FIRST_HEADER,
     Field("valid_speed", "<f8", 2, "impact speeds between which the pair's law was measured, m/s"),
     *(Field(name, "<u4", 1, meaning) for name, meaning in SPIN_COUNTS.items()),
@@ -217,11 +223,21 @@ HEADER = (
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
 )
 
+HEADER = (
+    *_SECOND_HEADER,
+    Field("least_inertia", "<f8", 1, "smallest moment of inertia of any grain over m a^2; or 0"),
+    Field("spin_size", "<f8", 2, "sizes of the spin a |Omega| / V that the spin law covers"),
+    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in INERTIA_ARRAYS),
+)
+
 #: The header as numpy reads it: packed, and every field naturally aligned.
 HEADER_DTYPE = np.dtype([(f.name, f.dtype, (f.count,) if f.count > 1 else ()) for f in HEADER])
 
-#: Size of the header of version 1.0.
-FIRST_HEADER_BYTES = sum(np.dtype(f.dtype).itemsize * f.count for f in _FIRST_HEADER)
+#: Sizes of the headers of version 1.0, and of 1.1 and 1.2.
+FIRST_HEADER_BYTES, SECOND_HEADER_BYTES = (
+    sum(np.dtype(f.dtype).itemsize * f.count for f in fields)
+    for fields in (_FIRST_HEADER, _SECOND_HEADER)
+)
 
 
 def field_offset(name: str) -> int:
@@ -239,7 +255,7 @@ def layout_text() -> str:
         if not field.name.startswith("at_"):
             fields.append((str(field_offset(field.name)), field.name, kind, field.meaning))
     arrays = [("at", "array", "type and shape", "meaning")]
-    for array in (*ARRAYS, *SPIN_ARRAYS):
+    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS):
         kind = f"{array.dtype.strip('<')} [{', '.join(map(str, array.dims))}]"
         place = field_offset(f"at_{array.name}")
         arrays.append((str(place), array.name, kind, array.meaning))

@@ -99,9 +99,9 @@ def record_stride(channels: int) -> int:
 
 # -- the spin law --------------------------------------------------------------------------------
 #
-# Outcomes are (p_u, p_v, p_w, omega_x, omega_y, omega_z). The velocities over V_e are
-# p / sqrt(1 + |p|^2): whatever p is, the speed stays below V_e, and a positive p_v leaves the wall.
-# The angular velocities are times a/V_e.
+# Outcomes are (p_u, p_v, p_w, omega_x, omega_y, omega_z). With f^2 = 1 + j1 |spin|^2, the most energy
+# before, the velocities over V are f p / sqrt(1 + |p|^2): whatever p is, some energy is left for the
+# rotation, and a positive p_v leaves the wall. The angular velocities are times a/(f V).
 
 #: Conditions: sqrt(alpha1), the speed's coordinate, and the three components of a Omega / V_e.
 N_CONDITIONS = 5
@@ -115,6 +115,16 @@ N_FACTORS = N_OUTCOMES * (N_OUTCOMES + 1) // 2
 #: Largest moment of inertia of a body of mass 1 and half-size 1, and so the weight of the spin in
 #: the effective speed V_e = V sqrt(1 + INERTIA |spin|^2): no particle can leave faster.
 INERTIA = 2.0 / 3.0
+
+#: Smallest moment of inertia over m a^2 of any grain, and coefficients of the moments of a shape.
+LEAST_INERTIA, INERTIA_COEFFICIENT = (0.0, INERTIA), (1e-9, 1.0)
+
+#: Sizes of the spin a |Omega| / V that a law can cover; and of one that does not say, whose squares
+#: are numbers.
+SPIN_SIZE, ANY_SPIN = (0.0, 1e6), (0.0, 1e150)
+
+#: Least p_v at the second knot, in a binary table: a draw of v is not rounded to 0.
+LEAST_V = 1e-15
 
 #: Squared spin a Omega / V_e below which the root of a tree takes a particle not to spin.
 NO_SPIN = 1e-12

@@ -13,7 +13,14 @@ from sampler.errors import InputError
 from sampler.files import data_directory, write_text
 from sampler.formats.binary_layout import layout_text
 from sampler.formats.bounds import QUANTILES
-from sampler.formats.layout import ATTRIBUTES, DATASETS, OPTIONAL_ATTRIBUTES, SPIN_DATASETS, Dataset
+from sampler.formats.layout import (
+    ATTRIBUTES,
+    DATASETS,
+    INERTIA_DATASETS,
+    OPTIONAL_ATTRIBUTES,
+    SPIN_DATASETS,
+    Dataset,
+)
 
 #: File name of the page, in the folder of the tables.
 PAGE = "FORMAT.md"
@@ -40,7 +47,7 @@ def datasets_text() -> str:
 
 def spin_text() -> str:
     """Datasets of the spin law as a Markdown table."""
-    return _list_of(SPIN_DATASETS)
+    return _list_of(SPIN_DATASETS + INERTIA_DATASETS)
 
 
 def quantiles_text() -> str:

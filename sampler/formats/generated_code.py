@@ -19,9 +19,12 @@ from sampler.formats.binary_layout import (
     COUNTS,
     FIRST_HEADER_BYTES,
     HEADER,
+    INERTIA_ARRAYS,
     LIBRARY_VERSION,
     MAGIC,
     MOST_BYTES,
+    OTHER_POPULATION,
+    SECOND_HEADER_BYTES,
     SPEED_INDEPENDENT,
     SPIN_ARRAYS,
     SPIN_COUNTS,
@@ -31,12 +34,14 @@ from sampler.formats.binary_layout import (
 from sampler.formats.bounds import (
     ALPHA_DEG,
     ANY_SPEED,
+    ANY_SPIN,
     EXPERT_STRIDE,
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
     INERTIA,
     LEAST_RATIO,
+    LEAST_V,
     LENGTHS,
     MEAN_UNIT,
     MOST_CUT,
@@ -157,11 +162,13 @@ def checked_constants() -> str:
         f"#define RBTI_MAJOR {BINARY_VERSION[0]}",
         f"#define RBTI_MOST_BYTES {MOST_BYTES:#x}u",
         f"#define RBTI_SPEED_INDEPENDENT {SPEED_INDEPENDENT}u",
+        f"#define RBTI_OTHER_POPULATION {OTHER_POPULATION}u",
         f"#define RBTI_FIRST_MIRRORED {FIRST_MIRRORED}",
         f"#define RBTI_END_MIRRORED {END_MIRRORED}",
         "/* channels (bits) from which each variable is made */",
         f"#define RBTI_NEEDS {{{needs}}}",
         f"#define RBTI_FIRST_HEADER_BYTES {FIRST_HEADER_BYTES}",
+        f"#define RBTI_SECOND_HEADER_BYTES {SECOND_HEADER_BYTES}",
         *_bounds(),
         "/* DO(dimension, least, most) */",
         *_macro("RBTI_DIMENSIONS", _dimensions(COUNTS)),
@@ -169,6 +176,7 @@ def checked_constants() -> str:
         "/* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */",
         *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
         *_macro("RBTI_SPIN_ARRAYS", [_array_arguments(array) for array in SPIN_ARRAYS]),
+        *_macro("RBTI_INERTIA_ARRAYS", [_array_arguments(array) for array in INERTIA_ARRAYS]),
     ]
     return "\n".join(lines) + "\n"
 
@@ -180,6 +188,7 @@ def _bounds() -> list[str]:
         "ALPHA": (low * (1.0 - ROUNDING), high * (1.0 + ROUNDING)),
         "SPEED": SPEED,
         "ANY_SPEED": ANY_SPEED,
+        "ANY_SPIN": ANY_SPIN,
         "VARIATE": VARIATE_MAX,
         "SPIN_SPEED": SPIN_SPEED,
         "SPEED_COORDINATE": SPEED_COORDINATE,
@@ -195,6 +204,7 @@ def _bounds() -> list[str]:
         f"#define RBTI_MOST_NUMBER {MOST_NUMBER!r}",
         f"#define RBTI_NUMBER_ROUNDING {NUMBER_ROUNDING * _REST!r}",
         f"#define RBTI_MOST_SPEED_SCALE {MOST_SPEED_SCALE!r}",
+        f"#define RBTI_LEAST_V {LEAST_V!r}",
         f"#define RBTI_MOST_CUT {MOST_CUT!r}",
         f"#define RBTI_MOST_MIDDLE {MOST_MIDDLE!r}f",
         f"#define RBTI_MOST_SCALE {MOST_SCALE!r}f",
@@ -224,7 +234,7 @@ def _array_arguments(array: StoredArray) -> str:
     elif rows == "h->n_cells":
         rows = "rbti_cells(h)"
     member = array.name.replace("_coordinate", ".coordinate")
-    if array in SPIN_ARRAYS:
+    if array in (*SPIN_ARRAYS, *INERTIA_ARRAYS):
         member = f"spin.{array.name.removeprefix('spin_')}"
     product = " * ".join([f"(uint64_t){rest[0]}", *rest[1:]]) if rest else "1"
     return f"{array.name}, {member}, {_c_type(array.dtype)}, {rows}, {product}, {array.extra}"

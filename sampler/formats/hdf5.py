@@ -23,6 +23,7 @@ from sampler.errors import InputError, TableError, shortened
 from sampler.files import check_input, write_bytes
 from sampler.formats import checks
 from sampler.formats.bounds import (
+    LEAST_INERTIA,
     LINE_CHARACTERS,
     PAIR_BYTES,
     QUANTILES,
@@ -40,6 +41,7 @@ from sampler.formats.layout import (
     GROUP,
     OPTIONAL_ATTRIBUTES,
     SECOND_VERSION,
+    THIRD_VERSION,
     Dataset,
     layout_of,
 )
@@ -138,6 +140,16 @@ def _check_valid_speed(speeds: tuple[float, float] | None) -> None:
         raise TableError(f"valid_speed: got {_shown(speeds)}, allowed: {meaning}")
 
 
+def _check_rotation(omega: str, least: float, later: bool) -> None:
+    """Refuse what no angular velocity or moment of inertia is."""
+    allowed = "'mean'" if later else "'mean', 'departure'"
+    if not isinstance(omega, str) or omega not in (("mean",) if later else ("mean", "departure")):
+        raise TableError(f"omega: got {_shown(omega)}, allowed: {allowed}")
+    if type(least) is not float or not LEAST_INERTIA[0] <= least <= LEAST_INERTIA[1]:
+        meaning = OPTIONAL_ATTRIBUTES["least_inertia"][1]
+        raise TableError(f"least_inertia: got {_shown(least)}, allowed: {meaning}")
+
+
 def _coerced(dataset: Dataset, values: Any) -> Array:
     """Values in the type of the file; refuses what would not survive the change."""
     target = np.dtype(dataset.dtype)
@@ -185,8 +197,8 @@ class TableContents:
     Attributes
     ----------
     datasets : mapping from path to array
-        All of `DATASETS`, with a spin law also of `SPIN_DATASETS`, and no other; floating-point
-        arrays are rounded to the file's type.
+        All of `DATASETS`, with a spin law also of `SPIN_DATASETS` and, unless it is from an older
+        file, of `INERTIA_DATASETS`; floating-point arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
     variables, channels, processors : tuple of str
@@ -195,6 +207,10 @@ class TableContents:
         Whether rebounds do not depend on the speed.
     valid_speed : tuple of two float, optional
         Speeds, m/s, between which the laws of the pair were measured.
+    omega : {"departure", "mean"}
+        What the angular velocity of a state is: at departure, or the mean over free tumbling.
+    least_inertia : float
+        Smallest moment of inertia over m a^2 of any grain; 0: not known.
 
     Raises
     ------
@@ -212,11 +228,14 @@ class TableContents:
     speed_independent: bool = False
     processors: tuple[str, ...] = ()
     valid_speed: tuple[float, float] | None = None
+    omega: str = "departure"
+    least_inertia: float = 0.0
 
     def __post_init__(self) -> None:
         names = ("pair", "config", "software_version", "seed")
         _check_attributes({name: getattr(self, name) for name in names}, self.processors)
         _check_valid_speed(self.valid_speed)
+        _check_rotation(self.omega, self.least_inertia, "spin/shape_inertia" in self.datasets)
         layout = layout_of(self.datasets)
         known = [dataset.path for dataset in layout]
         for path in self.datasets:
@@ -256,8 +275,10 @@ class TableContents:
     @property
     def _version(self) -> tuple[int, int]:
         """Least minor version of the format that has all that is held."""
-        if has_works(self.variables):
+        if self.omega == "mean" or self.least_inertia > 0.0:
             return FORMAT_VERSION
+        if has_works(self.variables):
+            return THIRD_VERSION
         later = self.has_spin or self.valid_speed is not None
         return SECOND_VERSION if later else FIRST_VERSION
 
@@ -269,6 +290,10 @@ class TableContents:
             optional["processors"] = "\n".join(self.processors)
         if self.valid_speed is not None:
             optional["valid_speed"] = "{:.17g} {:.17g}".format(*self.valid_speed)
+        if self.omega != "departure":
+            optional["omega"] = self.omega
+        if self.least_inertia > 0.0:
+            optional["least_inertia"] = self.least_inertia
         return optional | {
             "format": FORMAT,
             "format_version": list(self._version),
@@ -402,6 +427,8 @@ def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -
         speed_independent="speed_independent" in attributes,
         processors=() if processors is None else tuple(processors.split("\n")),
         valid_speed=_speeds_of(attributes.get("valid_speed")),
+        omega=attributes.get("omega", "departure"),
+        least_inertia=attributes.get("least_inertia", 0.0),
     )
 
 

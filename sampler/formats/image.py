@@ -19,15 +19,17 @@ from sampler.formats.binary_layout import (
     ARRAYS,
     BINARY_VERSION,
     HEADER_DTYPE,
+    INERTIA_ARRAYS,
     MAGIC,
-    MINOR_WITHOUT_WORKS,
     MOST_BYTES,
+    OTHER_POPULATION,
     SPEED_INDEPENDENT,
     SPIN_ARRAYS,
     field_offset,
 )
 from sampler.formats.bounds import (
     ANY_SPEED,
+    ANY_SPIN,
     EXPERT_STRIDE,
     LANES,
     MOST_SPEED_SCALE,
@@ -36,7 +38,7 @@ from sampler.formats.bounds import (
     N_OUTCOMES,
     record_stride,
 )
-from sampler.formats.channels import CHANNELS, MOST_NAMES, VARIABLES, has_works
+from sampler.formats.channels import CHANNELS, MOST_NAMES, VARIABLES
 from sampler.formats.grain_law import GrainLaw, grain_law
 from sampler.formats.hdf5 import TableContents
 
@@ -88,7 +90,8 @@ def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Imag
     ----------
     contents : TableContents
     grains : GrainLaw, optional
-        Grains of another population; by default those of the file.
+        Grains of another population, for which the law of first impacts then does not stand; by
+        default those of the file.
 
     Returns
     -------
@@ -106,8 +109,10 @@ def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Imag
         law = grains if grains is not None else grains_of_file(contents)
         stored |= _spin_arrays(contents, law)
         _fill_spin_fields(header, contents, law)
+    if grains is not None:
+        header["flags"] |= OTHER_POPULATION
     end = HEADER_DTYPE.itemsize
-    for array in (*ARRAYS, *SPIN_ARRAYS):
+    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS):
         if array.name in stored:
             header[f"at_{array.name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
             end = start + stored[array.name].nbytes
@@ -150,8 +155,8 @@ def _header(contents: TableContents) -> Any:
     """Fill the header but for offsets, size, checksum and the spin law."""
     header = np.zeros((), HEADER_DTYPE)
     header["magic"], header["pair"] = MAGIC, contents.pair.encode()
-    header["major"], minor = BINARY_VERSION
-    header["minor"] = minor if has_works(contents.variables) else MINOR_WITHOUT_WORKS
+    header["major"], header["minor"] = BINARY_VERSION
+    header["least_inertia"] = contents.least_inertia
     header["header_bytes"] = HEADER_DTYPE.itemsize
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
     channels, held = contents.channels, contents.marginals
@@ -313,13 +318,15 @@ def _fill_spin_fields(header: Any, contents: TableContents, grains: GrainLaw) ->
     header["spin_speed"] = contents["spin/speed_range"]
     header["spin_coordinate"] = scale, float(exponent)
     header["aspect"] = grains.aspect.reshape(-1)
+    header["spin_size"] = contents.datasets.get("spin/spin_range", ANY_SPIN)
 
 
 def _spin_arrays(contents: TableContents, grains: GrainLaw) -> dict[str, NDArray[Any]]:
     """Arrange the arrays of the spin law; those by shape are of the shapes that grains have."""
     spans, quantiles = _pack_spin_quantiles(contents["spin/quantiles"])
     held = np.searchsorted(contents["spin/shape_codes"], grains.shape_codes)
-    return {
+    own = [path for path in ("spin/shape_inertia",) if path in contents.datasets]
+    return {path.removeprefix("spin/"): contents[path][held] for path in own} | {
         "shape_codes": grains.shape_codes.astype(np.int32),
         "shape_shares": grains.cumulative_weights,
         "shape_ratios": grains.fixed_ratios,

@@ -13,6 +13,8 @@ from sampler.formats.bounds import (
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
+    INERTIA_COEFFICIENT,
+    LEAST_INERTIA,
     LEAST_RATIO,
     LINE_CHARACTERS,
     MEAN_UNIT,
@@ -32,6 +34,7 @@ from sampler.formats.bounds import (
     SCORE_MAX,
     SPEED,
     SPEED_COORDINATE,
+    SPIN_SIZE,
     SPIN_SPEED,
     VARIATE_MAX,
 )
@@ -39,11 +42,13 @@ from sampler.formats.checks import Check
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
-FORMAT_VERSION = (1, 2)
+FORMAT_VERSION = (1, 3)
 #: What is written where nothing of a later minor version is held: older readers know all of it.
-#: The second has the spin law and the range of speeds, the third the work of the impulses.
+#: The second has the spin law and the range of speeds, the third the work of the impulses, the
+#: fourth what Omega is and the moments of inertia.
 FIRST_VERSION = (1, 0)
 SECOND_VERSION = (1, 1)
+THIRD_VERSION = (1, 2)
 
 
 @dataclass(frozen=True)
@@ -476,11 +481,34 @@ SPIN_DATASETS = (
     ),
 )
 
+#: Of spin laws from version 1.3 on, both or none.
+INERTIA_DATASETS = (
+    Dataset(
+        "spin/shape_inertia",
+        "<f8",
+        ("n_shapes", 2),
+        "1",
+        "coefficients g1, g3: moments of inertia over m a^2 of a grain with beta = b/a, "
+        "gamma = c/b, largest g1 (1 + beta^2), smallest g3 beta^2 (1 + gamma^2)",
+        (checks.within(*INERTIA_COEFFICIENT),),
+    ),
+    Dataset(
+        "spin/spin_range",
+        "<f8",
+        (2,),
+        "1",
+        "smallest and largest size of the spin, a |Omega| / V, of the law",
+        (checks.within(*SPIN_SIZE), checks.non_decreasing),
+    ),
+)
+
 
 def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
     """Give the datasets that a table with these paths must have, with or without a spin law."""
-    held = any(path.startswith((GROUP, ACCURACY)) for path in paths)
-    return DATASETS + SPIN_DATASETS if held else DATASETS
+    given = set(paths)
+    held = any(path.startswith((GROUP, ACCURACY)) for path in given)
+    later = not given.isdisjoint(dataset.path for dataset in INERTIA_DATASETS)
+    return DATASETS + SPIN_DATASETS * held + INERTIA_DATASETS * later
 
 
 #: Root attributes that some files have, and what they hold.
@@ -494,6 +522,17 @@ OPTIONAL_ATTRIBUTES: Mapping[str, tuple[type, str]] = {
         str,
         "two numbers: speeds in m/s between which the laws of the pair were measured; draws at "
         "others are extrapolations; missing where nothing is known, and in older files",
+    ),
+    "omega": (
+        str,
+        "what the angular velocity of a state is: mean, over the free tumbling that follows, or "
+        "departure, at that instant; missing in older files: departure; mean where there is "
+        "spin/shape_inertia",
+    ),
+    "least_inertia": (
+        float,
+        "smallest principal moment of inertia over m a^2 of any grain of the population, "
+        f"{LEAST_INERTIA[0]:g} to {LEAST_INERTIA[1]:.3g}; missing, in older files: 0",
     ),
     "processors": (
         str,

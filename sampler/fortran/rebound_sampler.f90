@@ -29,13 +29,13 @@ module rebound_sampler
   ! `python -m sampler.formats.generated_code`.
   ! begin constants
   integer(c_int), parameter, public :: &
-      RBT_OK = 0, RBT_CLAMPED = 1, RBT_ERR_NOT_FINITE = -1, RBT_ERR_NOT_APPROACHING = -2, &
-      RBT_ERR_SPEED_NOT_POSITIVE = -3, RBT_ERR_NORMAL_NOT_USABLE = -4, &
-      RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, RBT_ERR_TILT_NOT_FOUND = -6, &
-      RBT_ERR_CASCADE_NOT_ENDED = -7, RBT_ERR_ROUGHNESS_NOT_USABLE = -8, &
-      RBT_ERR_NO_SPIN_LAW = -9, RBT_ERR_NOT_OPENED = -10, RBT_ERR_NOT_READ = -11, &
-      RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, RBT_ERR_FORMAT = -14, &
-      RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
+      RBT_OK = 0, RBT_CLAMPED = 1, RBT_EXTRAPOLATED = 2, RBT_ERR_NOT_FINITE = -1, &
+      RBT_ERR_NOT_APPROACHING = -2, RBT_ERR_SPEED_NOT_POSITIVE = -3, &
+      RBT_ERR_NORMAL_NOT_USABLE = -4, RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, &
+      RBT_ERR_TILT_NOT_FOUND = -6, RBT_ERR_CASCADE_NOT_ENDED = -7, &
+      RBT_ERR_ROUGHNESS_NOT_USABLE = -8, RBT_ERR_NO_SPIN_LAW = -9, RBT_ERR_NOT_OPENED = -10, &
+      RBT_ERR_NOT_READ = -11, RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, &
+      RBT_ERR_FORMAT = -14, RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
       RBT_ERR_DIMENSIONS = -18, RBT_ERR_NAMES = -19, RBT_ERR_OFFSETS = -20, RBT_ERR_AXES = -21, &
       RBT_ERR_COORDINATES = -22, RBT_ERR_NORMALS = -23, RBT_ERR_ALIAS = -24, &
       RBT_ERR_CLASSES = -25, RBT_ERR_COMPONENTS = -26, RBT_ERR_SPANS = -27, &
@@ -56,10 +56,11 @@ module rebound_sampler
     integer(c_size_t) :: clamped_row = 0  ! first clamped row
     integer(c_size_t) :: clamped = 0      ! number of clamped rows
     integer(c_size_t) :: extrapolated = 0 ! number of rows with a speed outside of rbt_valid_speed
+    integer(c_size_t) :: extrapolated_row = 0  ! first of them
   end type rbt_report
 
   type, bind(c) :: c_report
-    integer(c_size_t) :: row, clamped_row, clamped, extrapolated
+    integer(c_size_t) :: row, clamped_row, clamped, extrapolated, extrapolated_row
   end type c_report
 
   type, bind(c) :: c_impacts
@@ -507,6 +508,7 @@ contains
     report%extrapolated = found%extrapolated
     if (found%row < n) report%row = found%row + 1
     if (found%clamped_row < n) report%clamped_row = found%clamped_row + 1
+    if (found%extrapolated_row < n) report%extrapolated_row = found%extrapolated_row + 1
   end function fortran_report
 
   ! Copy of a text of C, which ends with a null character.
