@@ -99,6 +99,22 @@ int Foam::reboundTable::rebound
 }
 
 
+Foam::vector Foam::reboundTable::spinAfter
+(
+    const vector& omega,
+    const scalar time,
+    const scalar inertia,
+    const scalar d,
+    const scalar rho,
+    const scalar mu
+)
+{
+    vector after;
+    rbt_spin_after(&omega[0], time, inertia, d, rho, mu, nullptr, &after[0]);
+    return after;
+}
+
+
 const char* Foam::reboundTable::message(const int code)
 {
     return rbt_strerror(code);
