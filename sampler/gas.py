@@ -5,13 +5,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.arguments import as_reals, as_rows_of, place
-from sampler.errors import refuse
+from sampler.arguments import _check_lengths, as_reals, as_rows_of
 
 Reals = NDArray[np.float64]
 
 #: Over the torque of Stokes, from this Reynolds number on: A + B sqrt(Re).
 _FROM, _A, _B = 32.0, 128.4 / (64.0 * math.pi), 12.9 / (64.0 * math.pi)
+_AT_REST = (0.0, 0.0, 0.0)
 
 
 def gas_torque(
@@ -19,11 +19,9 @@ def gas_torque(
     diameter: ArrayLike,
     density: ArrayLike,
     viscosity: ArrayLike,
-    gas_rotation: ArrayLike = (0.0, 0.0, 0.0),
+    gas_rotation: ArrayLike = _AT_REST,
 ) -> Reals:
     """Compute the torque of the gas on spinning particles, N m.
-
-    Arguments broadcast as in numpy.
 
     Parameters
     ----------
@@ -40,21 +38,16 @@ def gas_torque(
     -------
     float64 array, shape (..., 3)
 
-    Raises
-    ------
-    InputError
-        If a diameter, density or viscosity is not a finite number above 0.
-
     Notes
     -----
-    The torque is that on a sphere that turns in a gas at rest: Stokes', pi viscosity diameter^3
-    slip with slip = gas_rotation - omega, below Re = density diameter^2 |slip| / viscosity = 32;
-    from there on times (12.9 sqrt(Re) + 128.4) / (64 pi), which jumps by 0.2 % at 32. It holds up to
-    Re = 1000; beyond, the same formula extrapolates, to the law of a laminar boundary layer.
-    Source: Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980) 257-279, in the form of Crowe,
-    Schwarzkopf, Sommerfeld & Tsuji, "Multiphase Flows with Droplets and Particles".
+    It is the torque on a sphere: that of Stokes, pi viscosity diameter^3 slip with slip =
+    gas_rotation - omega, where Re = density diameter^2 |slip| / viscosity is below 32; beyond
+    times (12.9 sqrt(Re) + 128.4) / (64 pi), which jumps by 0.2 % at 32. It holds up to Re = 1000;
+    beyond, the formula extrapolates. Source: Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980)
+    257-279, in the form of Crowe, Schwarzkopf, Sommerfeld & Tsuji, "Multiphase Flows with Droplets
+    and Particles".
     """
-    slip, reynolds, stokes = _slip(omega, diameter, density, viscosity, gas_rotation)
+    slip, reynolds, stokes = _slip(omega, gas_rotation, diameter, density, viscosity)
     law = np.where(reynolds < _FROM, 1.0, _A + _B * np.sqrt(reynolds))
     return (stokes * law)[..., None] * slip
 
@@ -66,26 +59,14 @@ def spin_after(
     diameter: ArrayLike,
     density: ArrayLike,
     viscosity: ArrayLike,
-    gas_rotation: ArrayLike = (0.0, 0.0, 0.0),
+    gas_rotation: ArrayLike = _AT_REST,
 ) -> Reals:
-    """Compute the angular velocity that `gas_torque` leaves after a time, rad/s.
+    """Compute the angular velocity that `gas_torque` leaves after a time [s], rad/s.
 
-    The solution is exact: time steps of any size give the same, and none overshoots.
-
-    Parameters
-    ----------
-    omega, diameter, density, viscosity, gas_rotation
-        As of `gas_torque`.
-    time : float or array, shape (...)
-        s, not negative.
-    inertia : float or array, shape (...)
-        Moment of inertia, kg m2; mass diameter^2 / 10 for a sphere.
-
-    Returns
-    -------
-    float64 array, shape (..., 3)
+    The solution is exact: time steps of any size give the same, and none overshoots. `inertia` is
+    the moment of inertia, kg m2: mass diameter^2 / 10 for a sphere. All others as of `gas_torque`.
     """
-    slip, reynolds, stokes = _slip(omega, diameter, density, viscosity, gas_rotation)
+    slip, reynolds, stokes = _slip(omega, gas_rotation, diameter, density, viscosity)
     times = stokes / _checked("inertia", inertia) * _checked("time", time, least=0.0)
     # root' = -(A + B root) root / 2 in relaxation times of Stokes, until root^2 = 32
     root, last = np.sqrt(np.maximum(reynolds, _FROM)), math.sqrt(_FROM)
@@ -97,26 +78,17 @@ def spin_after(
 
 
 def _slip(
-    omega: ArrayLike,
-    diameter: ArrayLike,
-    density: ArrayLike,
-    viscosity: ArrayLike,
-    gas_rotation: ArrayLike,
+    omega: ArrayLike, gas_rotation: ArrayLike, *others: ArrayLike
 ) -> tuple[Reals, Reals, Reals]:
-    """Rotation of the gas less that of the particle, its Reynolds number, and Stokes' torque."""
+    """Rotation of the gas less that of the particle, its Reynolds number, and pi mu d^3."""
     slip = as_reals("gas_rotation", gas_rotation) - as_rows_of("omega", omega)
     size = np.sqrt(slip[..., 0] ** 2 + slip[..., 1] ** 2 + slip[..., 2] ** 2)
-    d, mu = _checked("diameter", diameter), _checked("viscosity", viscosity)
-    return slip, _checked("density", density) * d * d * size / mu, np.pi * mu * d * d * d
+    d, rho, mu = map(_checked, ("diameter", "density", "viscosity"), others)
+    return slip, rho * d * d * size / mu, np.pi * mu * d * d * d
 
 
 def _checked(name: str, values: ArrayLike, least: float = math.ulp(0.0)) -> Reals:
-    """Coerce real numbers, and refuse the first that is not finite or below the least."""
+    """Coerce finite real numbers, positive ones unless `least` is 0; raises `InputError`."""
     array = as_reals(name, values)
-    refused = ~((array >= least) & np.isfinite(array))
-    if refused.any():
-        k = int(refused.argmax())
-        where = f" at {place(k, array.shape)}" if array.ndim else ""
-        allowed = "a finite number, 0 or more" if least == 0.0 else "a finite number above 0"
-        refuse(name, f"{float(array.flat[k]):.9g}{where}", allowed)
+    _check_lengths(name, array, least)
     return array

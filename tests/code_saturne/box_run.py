@@ -15,7 +15,7 @@ CONDITIONS = tuple(
 )
 SEED = 7
 HALF_SIZE = 25e-6
-#: Moment of inertia of a particle [kg m2]; its diameter, and density and viscosity of the box's gas.
+#: Moment of inertia of a particle [kg m2]; its diameter, and the gas's density and viscosity.
 INERTIA, GAS = 0.1 * 3950.0 * np.pi / 6 * 50e-6**5, (50e-6, 1.17862, 1.83337e-5)
 
 

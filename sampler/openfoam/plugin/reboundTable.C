@@ -101,17 +101,11 @@ int Foam::reboundTable::rebound
 
 Foam::vector Foam::reboundTable::spinAfter
 (
-    const vector& omega,
-    const scalar time,
-    const scalar inertia,
-    const scalar d,
-    const scalar rho,
-    const scalar mu
+    vector omega, scalar time, scalar inertia, scalar d, scalar rho, scalar mu
 )
 {
-    vector after;
-    rbt_spin_after(&omega[0], time, inertia, d, rho, mu, nullptr, &after[0]);
-    return after;
+    rbt_spin_after(&omega[0], time, inertia, d, rho, mu, nullptr, &omega[0]);
+    return omega;
 }
 
 
