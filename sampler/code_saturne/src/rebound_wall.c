@@ -169,7 +169,8 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     if (!(kept[REBOUND_STEP] >= 1.0))
         bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
                   "allowed: a call of rebound_wall_new in cs_user_lagr_in");
-    memcpy(spin, kept + REBOUND_OMEGA, sizeof omega);
+    for (int k = 0; k < 3; k++)
+        spin[k] = settings.spin ? kept[REBOUND_OMEGA + k] : 0.0;
     fly(particles, p_id, -rest, spin); /* the whole time step is behind it, but for the rest */
     const int code = rbt_rough_rebound(table, velocity, normal, settings.half_size * diameter, NULL,
                                        roughness, settings.spin ? spin : NULL, settings.seed,
