@@ -22,6 +22,8 @@ from .files import data_directory as data_directory
 from .formats.hdf5 import TableContents as TableContents
 from .formats.hdf5 import read_table as read_table
 from .formats.hdf5 import write_table as write_table
+from .gas import gas_torque as gas_torque
+from .gas import spin_after as spin_after
 from .numba import draw as draw
 from .numba import grain as grain
 from .numba import rebound as rebound

@@ -21,7 +21,7 @@ def _mirror(velocity, omega, rows, axes):
     omega[rows, axes] *= -1.0
 
 
-def fly(start, end, box, rebound, decay=0.0, symmetry_axes=()):
+def fly(start, end, box, rebound, slow=lambda omega, time: omega, symmetry_axes=()):
     """Follow particles that begin without spin.
 
     Parameters
@@ -35,8 +35,8 @@ def fly(start, end, box, rebound, decay=0.0, symmetry_axes=()):
     rebound : callable
         Of (rows, normal, velocity, omega, hits), the particles that meet a wall and normals into
         the gas, to velocity and omega after it.
-    decay : float
-        Rate [1/s] at which the gas slows the spin down.
+    slow : callable
+        Of (omega, time) to the angular velocity that the gas leaves after a time [s].
     symmetry_axes : sequence of {0, 1, 2}, optional
         Axes whose two walls are symmetry planes.
 
@@ -54,11 +54,11 @@ def fly(start, end, box, rebound, decay=0.0, symmetry_axes=()):
         time, axis, upper = _next_wall(position, velocity, *box)
         going = np.flatnonzero(time < left)
         if going.size == 0:
-            return velocity, omega * np.exp(-decay * left)[:, None], hits
+            return velocity, slow(omega, left), hits
         time, axis, upper = time[going], axis[going], upper[going]
         position[going] += velocity[going] * time[:, None]
         left[going] -= time
-        omega[going] *= np.exp(-decay * time)[:, None]
+        omega[going] = slow(omega[going], time)
         # on the wall exactly, so that the next wall is another one
         position[going, axis] = np.where(upper, box[1][axis], box[0][axis])
         met = ~np.isin(axis, symmetry_axes)

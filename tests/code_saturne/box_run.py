@@ -6,6 +6,8 @@ import numpy as np
 import saturne_run
 from free_flight import fly
 
+import sampler
+
 #: Impact angles [rad] and speeds [m/s] of the first hit, as in cs_user_box.c.
 CONDITIONS = tuple(
     (np.radians(alpha_deg), speed)
@@ -13,8 +15,8 @@ CONDITIONS = tuple(
 )
 SEED = 7
 HALF_SIZE = 25e-6
-#: Rate [1/s] at which gas slows the spin of a sphere down, 60 mu / (rho d^2), of the box's gas.
-DECAY = 60.0 * 1.83337e-5 / (3950.0 * 50e-6**2)
+#: Moment of inertia of a particle [kg m2]; its diameter, and the gas's density and viscosity.
+INERTIA, GAS = 0.1 * 3950.0 * np.pi / 6 * 50e-6**5, (50e-6, 1.17862, 1.83337e-5)
 
 
 class Particles(NamedTuple):
@@ -83,6 +85,11 @@ def rebound(table, hits, seed=SEED, **keys):
         hit=hits.hit,
         **keys,
     )
+
+
+def slow(gas_torque):
+    """The action of the box's gas on spins, `slow` of `free_flight.fly`."""
+    return lambda omega, time: sampler.spin_after(omega, time, INERTIA / gas_torque, *GAS)
 
 
 def replay(table, started, end, seed=SEED, seen=None, **flight):

@@ -118,9 +118,10 @@ def test_the_gas_slows_the_spin_down(work, table, tmp_path):
     folder = saturne_run.run(work, tmp_path / "gas", 100, **given)
     started = box_run.read_particles(folder, "start")
     ended = box_run.read_particles(folder, "end")
-    velocity, omega, _ = box_run.replay(table, started, 100 * STEP, decay=2 * box_run.DECAY)
-    # a spin that differs in its last bits, where many were added up, moves a draw more often
-    assert share_off(ended, velocity, omega) <= 10 * FEW
+    velocity, omega, _ = box_run.replay(table, started, 100 * STEP, slow=box_run.slow(2))
+    # of two walls in one time step the second is met at another time, since the tracker starts
+    # beside the first: 1.2 %, and a quarter of that with a quarter of the step
+    assert share_off(ended, velocity, omega) <= 20 * FEW
     kept, _, _ = box_run.replay(table, started, 100 * STEP)
     assert np.mean(np.abs(kept - velocity).max(axis=1) > 1e-2) > 0.2
 
@@ -186,4 +187,5 @@ def test_an_impact_outside_the_table_can_end_the_run(work, tmp_path):
     with pytest.raises(saturne_run.SaturneError) as refusal:
         saturne_run.run(work, tmp_path / "run", 400, step=STEP, particles=COUNT, text=text)
     assert "out_of_range: got an impact at (" in str(refusal.value)
-    assert "m/s, allowed: 0.5 to 90 deg, 5 to 300 m/s" in str(refusal.value)
+    assert "m/s, spin (" in str(refusal.value)
+    assert "rad/s, allowed: 0.5 to 90 deg, 5 to 300 m/s" in str(refusal.value)

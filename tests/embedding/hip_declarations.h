@@ -11,7 +11,7 @@
 
 #define HIP_FUNCTION(name) __device__ double name(double);
 HIP_FUNCTION(atan) HIP_FUNCTION(cos) HIP_FUNCTION(erfc) HIP_FUNCTION(exp)
-HIP_FUNCTION(log) HIP_FUNCTION(sin) HIP_FUNCTION(tan)
+HIP_FUNCTION(expm1) HIP_FUNCTION(log) HIP_FUNCTION(sin) HIP_FUNCTION(tan)
 __device__ double atan2(double, double);
 
 #define HIP_BUILTIN(type, name)                                                                    \

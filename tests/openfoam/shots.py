@@ -141,7 +141,7 @@ def states(shots, fields):
     return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])
 
 
-def replay(table, started, end, decay=0.0, symmetry_axes=(), roughness=None):
+def replay(table, started, end, roughness=None, **flight):
     """Follow parcels through the box in Python; arguments and result as of `free_flight.fly`."""
 
     def at_wall(rows, normal, velocity, omega, hits):
@@ -150,4 +150,4 @@ def replay(table, started, end, decay=0.0, symmetry_axes=(), roughness=None):
         return rebound(table, velocity, normal, omega, roughness=roughness, **keys)
 
     start, box = (started.position, started.velocity), (LOWER, UPPER)
-    return fly(start, end, box, at_wall, decay, symmetry_axes)
+    return fly(start, end, box, at_wall, **flight)

@@ -2,7 +2,6 @@
 
    Part of rebound-tables; MIT licence. */
 
-#include <math.h>
 #include <stdio.h>
 
 #if defined(HAVE_MPI)
@@ -11,8 +10,6 @@
 
 #include "bft_error.h"
 #include "bft_mem.h"
-#include "cs_field.h"
-#include "cs_math.h"
 #include "cs_parall.h"
 #include "cs_restart.h"
 #include "cs_time_step.h"
@@ -53,16 +50,6 @@ void rebound_wall_new(cs_lagr_particle_set_t *particles, const cs_lnum_t particl
         for (int k = REBOUND_HITS; k < REBOUND_ATTRIBUTES; k++)
             kept[k] = 0.0;
     }
-}
-
-double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
-                               double gas_torque)
-{
-    const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
-    const double mass = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
-    const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
-    const double mu = cs_glob_lagr_extra_module->viscl->val[cell];
-    return gas_torque * 60.0 * mu * cs_math_pi * d / (6.0 * mass); /* 60 mu / (rho d^2) */
 }
 
 /* Read one user attribute of all particles. */

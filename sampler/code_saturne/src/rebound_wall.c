@@ -11,6 +11,7 @@
 #include "bft_mem.h"
 #include "bft_printf.h"
 #include "cs_boundary_zone.h"
+#include "cs_field.h"
 #include "cs_lagr_event.h"
 #include "cs_math.h"
 #include "cs_mesh.h"
@@ -102,12 +103,16 @@ static double *kept_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id)
            rebound_wall_attribute();
 }
 
-/* Let the gas act on the spin for a time [s], which may be negative; bounded against overflow. */
+/* Let the gas act on the spin for a time [s], which may be negative. */
 static void fly(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double time, double omega[3])
 {
-    const double rate = rebound_particles_decay(particles, p_id, settings.gas_torque);
-    for (int k = 0; k < 3; k++)
-        omega[k] *= exp(CS_MIN(-rate * time, 300.0));
+    const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double inertia = 0.1 * cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS) * d * d;
+    const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
+    const cs_lagr_extra_module_t *gas = cs_glob_lagr_extra_module;
+    if (settings.gas_torque > 0.0)
+        rbt_spin_after(omega, time, inertia / settings.gas_torque, d, gas->cromf->val[cell],
+                       gas->viscl->val[cell], NULL, omega);
 }
 
 void rebound_wall_flight(void)
@@ -150,13 +155,13 @@ static void mirror(const double normal[3], cs_real_t vector[3])
         vector[k] -= twice * normal[k];
 }
 
-/* Draw the rebound of a particle, `rest` before the end of the time step [s]. Returns a code of
-   rebound_sampler.h; below 0, nothing has changed. */
+/* Draw the rebound of a particle, `rest` before the end of the time step [s]; `spin` becomes that
+   before it. Returns a code of rebound_sampler.h; below 0, nothing else has changed. */
 static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
-                double rest, cs_real_t velocity[3])
+                double rest, cs_real_t velocity[3], double spin[3])
 {
     double *kept = kept_of(particles, p_id);
-    double before[3], omega[3];
+    double omega[3];
     const uint64_t identity = ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
     const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
     const double roughness = rebound_settings_roughness(&settings, diameter);
@@ -164,10 +169,11 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     if (!(kept[REBOUND_STEP] >= 1.0))
         bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
                   "allowed: a call of rebound_wall_new in cs_user_lagr_in");
-    memcpy(before, kept + REBOUND_OMEGA, sizeof before);
-    fly(particles, p_id, -rest, before); /* the whole time step is behind it, but for the rest */
+    for (int k = 0; k < 3; k++)
+        spin[k] = settings.spin ? kept[REBOUND_OMEGA + k] : 0.0;
+    fly(particles, p_id, -rest, spin); /* the whole time step is behind it, but for the rest */
     const int code = rbt_rough_rebound(table, velocity, normal, settings.half_size * diameter, NULL,
-                                       roughness, settings.spin ? before : NULL, settings.seed,
+                                       roughness, settings.spin ? spin : NULL, settings.seed,
                                        identity, (uint32_t)kept[REBOUND_HITS], velocity, omega);
     if (code < RBT_OK)
         return code;
@@ -175,20 +181,21 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     memcpy(kept + REBOUND_OMEGA, omega, sizeof omega);
     kept[REBOUND_HITS] += 1.0;
     counts[0]++;
-    counts[1] += code == RBT_CLAMPED;
+    counts[1] += (code & RBT_CLAMPED) != 0;
     counts[2] += speed < valid_speed[0] || speed > valid_speed[1];
     return code;
 }
 
-static void refuse(const cs_real_t velocity[3], int code)
+static void refuse(const cs_real_t velocity[3], const double spin[3], int code)
 {
     double alpha[2], speed[2];
     rbt_alpha_range(table, alpha);
     rbt_speed_range(table, speed);
     bft_error(__FILE__, __LINE__, 0, "%s: out_of_range: got an impact at (%g, %g, %g) m/s, "
-              "allowed: %g to %g deg, %g to %g m/s (%s)", REBOUND_SETTINGS_FILE, velocity[0],
-              velocity[1], velocity[2], alpha[0] * 180.0 / cs_math_pi,
-              alpha[1] * 180.0 / cs_math_pi, speed[0], speed[1], rbt_strerror(code));
+              "spin (%g, %g, %g) rad/s, allowed: %g to %g deg, %g to %g m/s (%s)",
+              REBOUND_SETTINGS_FILE, velocity[0], velocity[1], velocity[2], spin[0], spin[1],
+              spin[2], alpha[0] * 180.0 / cs_math_pi, alpha[1] * 180.0 / cs_math_pi, speed[0],
+              speed[1], rbt_strerror(code < RBT_OK ? code : RBT_CLAMPED));
 }
 
 /* Set the new velocity, and turn the rest of the path, given as it would go on behind the wall.
@@ -199,11 +206,12 @@ static void rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const dou
     const double before[3] = {velocity[0], velocity[1], velocity[2]};
     const double speed = cs_math_3_norm(velocity);
     const double rest = speed > 0.0 ? cs_math_3_norm(path) / speed : 0.0;
-    const int code = draw(particles, p_id, normal, rest, velocity);
+    double spin[3];
+    const int code = draw(particles, p_id, normal, rest, velocity, spin);
     if (code == RBT_ERR_NOT_APPROACHING || code == RBT_ERR_SPEED_NOT_POSITIVE) {
         mirror(normal, path);
-    } else if (code < RBT_OK || (code == RBT_CLAMPED && settings.refuse_outside)) {
-        refuse(before, code);
+    } else if (code < RBT_OK || ((code & RBT_CLAMPED) && settings.refuse_outside)) {
+        refuse(before, spin, code);
     } else {
         for (int k = 0; k < 3; k++)
             path[k] = rest * velocity[k];

@@ -62,7 +62,7 @@ typedef struct {
     int spin;             /* whether particles keep their spin */
     int refuse_outside;   /* whether an impact outside the table ends the run */
     double half_size;     /* largest half-size of a grain over the particle's diameter */
-    double gas_torque;    /* of the gas on a spinning grain, over that on a sphere */
+    double gas_torque;    /* of the gas on a spinning grain, over that on a sphere; 0: none */
     double tilt_deg;      /* standard deviation of the tilt of facets; 0: smooth walls */
     double ra, rq, rsm;   /* or the profile of the wall, m; rsm 0: none */
 } rebound_settings_t;
@@ -74,10 +74,6 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings);
 
 /* Standard deviation [rad] of the tilt that a particle of a diameter [m] meets; 0: smooth walls. */
 double rebound_settings_roughness(const rebound_settings_t *settings, double diameter);
-
-/* Rate [1/s] at which the gas slows the spin of a particle down. */
-double rebound_particles_decay(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
-                               double gas_torque);
 
 /* Read our user attributes from the files of a restart. */
 void rebound_particles_resume(int first_attribute);

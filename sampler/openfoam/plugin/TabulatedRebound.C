@@ -136,14 +136,17 @@ void Foam::TabulatedRebound<CloudType>::refuse
 (
     const parcelType& p,
     const vector& U,
+    const vector& omega,
     const polyPatch& pp,
-    const char* why
+    const int code
 ) const
 {
     FatalErrorInFunction
         << "parcel (origProc, origId) = (" << p.origProc() << ", " << p.origId() << "), wall "
-        << pp.name() << ": got velocity " << U << " m/s relative to the wall, allowed: "
-        << table_->range().c_str() << " (" << why << ")" << exit(FatalError);
+        << pp.name() << ": got velocity " << U << " m/s relative to the wall and spin " << omega
+        << " rad/s, allowed: " << table_->range().c_str() << " ("
+        << reboundTable::message(code < 0 ? code : reboundTable::clamped) << ")"
+        << exit(FatalError);
 }
 
 
@@ -312,16 +315,16 @@ bool Foam::TabulatedRebound<CloudType>::correct
         identity, countHit(p)
     );
 
-    if (code < 0 || (code == reboundTable::clamped && refuseOutside_))
+    if (code < 0 || ((code & reboundTable::clamped) && refuseOutside_))
     {
-        refuse(p, Urelative, pp, reboundTable::message(code));
+        refuse(p, Urelative, before, pp, code);
     }
 
     // A plane or wedge case cannot move a parcel out of its plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());
 
     ++counts_.hits;
-    if (code == reboundTable::clamped) ++counts_.clamped;
+    if (code & reboundTable::clamped) ++counts_.clamped;
     if (table_->extrapolates(mag(Urelative))) ++counts_.extrapolated;
 
     if (keepsSpin_ || (givesSpin_ && spinOf::ofMomentum))

@@ -99,6 +99,16 @@ int Foam::reboundTable::rebound
 }
 
 
+Foam::vector Foam::reboundTable::spinAfter
+(
+    vector omega, scalar time, scalar inertia, scalar d, scalar rho, scalar mu
+)
+{
+    rbt_spin_after(&omega[0], time, inertia, d, rho, mu, nullptr, &omega[0]);
+    return omega;
+}
+
+
 const char* Foam::reboundTable::message(const int code)
 {
     return rbt_strerror(code);
