@@ -1388,13 +1388,18 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
 {
     double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
     double largest[RBTI_BLOCK] RBTI_ALIGNED;
-    const double first = law->alpha_first, last = law->alpha_last;
+    const double first = law->alpha_first, last = law->alpha_last, most = law->most_spin;
+    const int by_root = law->shape_inertia != NULL; /* from version 1.3 on */
     rbti_fill_moments(m, law, d, largest);
     RBTI_EACH_DRAW(r)
     {
         const double sx = d->spin[r], sy = d->spin[m + r], sz = d->spin[2 * m + r];
         const double factor = rbti_spin_factor(sx, sy, sz), turn = sx < 0.0 ? -1.0 : 1.0;
-        const double tx = turn * sx / factor, ty = turn * sy / factor, tz = sz / factor;
+        const double square = sx * sx + sy * sy + sz * sz, held = square < most ? square : most;
+        /* the coordinate of a spin beyond the law is that of the largest */
+        const double beyond = square > most ? sqrt(square / most) : 1.0;
+        const double divisor = by_root ? sqrt(sqrt(1.0 + held)) * beyond : factor;
+        const double tx = turn * sx / divisor, ty = turn * sy / divisor, tz = sz / divisor;
         double angle = d->alpha1[r] > first ? d->alpha1[r] : first;
         angle = angle < last ? angle : last;
         double speed = d->speed[r] * factor;
@@ -1405,7 +1410,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
         inputs[3 * m + r] = ty;
         inputs[4 * m + r] = tz;
         inputs[RBTI_SQUARE * m + r] = tx * tx + ty * ty + tz * tz;
-        d->factor[r] = sqrt(1.0 + largest[r] * (sx * sx + sy * sy + sz * sz));
+        d->factor[r] = sqrt(1.0 + largest[r] * square);
         d->turn[r] = turn;
     }
     rbti_fill_speed_coordinate(m, law, effective, inputs + m);

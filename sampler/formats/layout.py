@@ -481,7 +481,9 @@ SPIN_DATASETS = (
     ),
 )
 
-#: Of spin laws from version 1.3 on, both or none.
+_KS, _ENERGY = "largest Kolmogorov-Smirnov distance", "error of the mean translational energy"
+
+#: Of spin laws from version 1.3 on, all or none.
 INERTIA_DATASETS = (
     Dataset(
         "spin/shape_inertia",
@@ -499,6 +501,27 @@ INERTIA_DATASETS = (
         "1",
         "smallest and largest size of the spin, a |Omega| / V, of the law",
         (checks.within(*SPIN_SIZE), checks.non_decreasing),
+    ),
+    *(
+        Dataset(
+            f"spin_accuracy/{name}",
+            "<f8",
+            (dim,),
+            "1",
+            f"{what} against direct simulation that keeps the orientation, {where}",
+        )
+        for name, dim, what, where in (
+            ("cell_ks", "n_cells", _KS, "by cell of conditions"),
+            ("cell_energy", "n_cells", _ENERGY, "by cell of conditions"),
+            ("chain_ks", "n_chained", _KS, "after each hit of chains"),
+            ("chain_energy", "n_chained", _ENERGY, "after each hit of chains"),
+            (
+                "chain_spin",
+                "n_chained",
+                "error of the mean squared spin",
+                "after each hit of chains",
+            ),
+        )
     ),
 )
 

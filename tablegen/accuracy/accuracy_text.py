@@ -202,7 +202,8 @@ def _joint_line(joint: JointComparison) -> str:
     return (
         "The chains: impacts 2 to 6 on one wall, between opposite walls and on walls of any "
         "direction, each particle with its own grain and orientation; median (1 to 99 %): angle "
-        f"{range_of('alpha_deg', 1)} degrees, speed {range_of('speed', 1)} m/s, spin {range_of('spin', 2)} V/a. The classifier sees "
+        f"{range_of('alpha_deg', 1)} degrees, speed {range_of('speed', 1)} m/s, spin "
+        f"{range_of('spin', 2)} V/a. The classifier sees "
         "condition, grain and outcome; without the grain its AUC is "
         f"{METRICS['auc'].text(joint.auc_without_grain.value)}."
     )

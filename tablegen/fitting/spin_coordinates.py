@@ -52,7 +52,7 @@ def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
     square = np.sum(spin * spin, axis=1)
     most = SPIN_RANGE[1] ** 2
     scale = np.sqrt(np.where(square > most, most / np.maximum(square, most), 1.0))
-    scale /= (1.0 + np.minimum(square, most)) ** 0.25
+    scale /= np.sqrt(np.sqrt(1.0 + np.minimum(square, most)))
     return np.column_stack(
         [
             np.sqrt(conditions[:, 0]),

@@ -17,6 +17,7 @@ from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.accuracy.validate import Validation
 from tablegen.config.config import Config
+from tablegen.fitting.law_conditions import least_inertia
 from tablegen.fitting.marginals import rounded_quantiles, variate_knots
 from tablegen.fitting.node import NodeArrays, fitted_channels
 from tablegen.tables.axes import Axes
@@ -96,6 +97,8 @@ def assemble(
         channels=fitted_channels(config).names,
         speed_independent=not config.pair.restitution.depends_on_speed,
         valid_speed=config.pair.restitution.valid_speed,
+        omega=config.domain.omega,
+        least_inertia=least_inertia(config.population),
     )
 
 
