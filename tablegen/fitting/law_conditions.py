@@ -38,7 +38,7 @@ from tablegen.simulation.impact_chains import (
 )
 
 #: Share of the conditions that come from chains, and hits of a chain.
-_CHAINS, _HITS = 0.5, 6
+_CHAINS, _HITS = 0.55, 6
 
 #: Kinds of walls in chains: the first of `tablegen.simulation.impact_chains.WALLS`.
 _KINDS = 3
@@ -158,11 +158,11 @@ def _speeds(low: float, high: float, count: int, rng: np.random.Generator) -> Fl
 
 
 def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Angles; a third are uniform in the square root, the others are uniform."""
+    """Draw angles; half are uniform in the square root, the others are uniform."""
     low, high = domain.alpha
     root = rng.uniform(math.sqrt(low), math.sqrt(high), count) ** 2
     even = rng.uniform(low, high, count)
-    return np.clip(np.where(rng.random(count) < 1.0 / 3.0, root, even), low, high)
+    return np.clip(np.where(rng.random(count) < 0.5, root, even), low, high)
 
 
 def still_impacts(domain: Range, grains: FloatArray, rng: np.random.Generator) -> Impacts:

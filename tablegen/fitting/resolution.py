@@ -65,8 +65,8 @@ class SpinSizes(NamedTuple):
 
 #: Sizes by preset of the accuracy.
 SPIN_SIZES = {
-    "compact": SpinSizes(16, 4, 8, 8, 120_000, 65),
-    "standard": SpinSizes(38, 6, 8, 16, 240_000, 97),
+    "compact": SpinSizes(20, 10, 8, 8, 120_000, 65),
+    "standard": SpinSizes(44, 20, 8, 16, 200_000, 97),
     "fine": SpinSizes(96, 12, 8, 16, 480_000, 129),
 }
 

@@ -12,7 +12,7 @@ from tablegen.model.float_array import FloatArray
 _SPIN_AXIS = N_CONDITIONS
 
 #: Unit of width on each axis: about the width of the domain, or what a law depends on as much.
-_WIDTHS = np.array([1.16, 1.9, 2.44, 2.44, 2.44])
+_WIDTHS = np.array([0.9, 1.9, 2.44, 2.44, 2.44])
 
 #: Distance beyond a cut, over the width of the cut leaf, up to which conditions are fitted too.
 _MARGIN = 0.08
