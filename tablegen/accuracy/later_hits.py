@@ -33,7 +33,7 @@ from tablegen.simulation.impact_chains import (
 #: First impacts of the chains [degrees], hits, and particles a side.
 FIRST_DEG = (10.0, 30.0, 50.0, 75.0)
 HITS = 6
-CHAIN_SAMPLES = 50_000
+CHAIN_SAMPLES = 100_000
 
 #: States a side in a cell, and particles that have left a wall.
 CELL_SAMPLES = 20_000

@@ -1,6 +1,7 @@
 """Stand-ins for tables with a spin law, whose law is direct simulation itself: right and wrong.
 
-They say what a test of spin laws must accept, and what it must refuse.
+They say what a test of spin laws must accept, and what it must refuse. A draw knows no orientation,
+so that of a stand-in is uniform: nearly right at the impacts of chains, and wrong along chains.
 """
 
 import numpy as np
@@ -15,11 +16,12 @@ class DirectTable:
         self.model, self.changed, self.grain = DirectModel(config), changed, grain
         self.columns = self.model.columns
 
-    def sample(self, alpha1, speed, *, spin=None, seed, index, hit, threads=None):
+    def sample(self, alpha1, speed, *, spin=None, grain=None, seed, index, hit, threads=None):
         """As `sampler.Table.sample`."""
         spin = np.zeros(3) if spin is None else self.changed(np.array(spin))
         keys = {"seed": seed, "index": index, "hit": hit, "threads": threads}
-        return self.model.sample(alpha1, speed, spin=spin, grain=self.grain, **keys)
+        own = self.grain if grain is None or self.grain == "fresh" else grain
+        return self.model.sample(alpha1, speed, spin=spin, grain=own, **keys)
 
 
 def turned(spin):

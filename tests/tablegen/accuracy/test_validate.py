@@ -188,8 +188,9 @@ SPINNING = TINY.with_changes({"spin": True})
 
 #: Accuracy of a right spin law with few states.
 WIDE = "spin_ks=0.08,spin_sliced_wasserstein=0.2,spin_correlation_error=0.4,spin_auc=0.7"
-WIDE += ",spin_joint_ks=0.08,spin_joint_auc=0.56"
-HOW = {"conditions": 1, "spin_conditions": 2, "samples": 2000, "seed": 1, "accuracy": WIDE}
+WIDE += ",spin_joint_ks=0.08,spin_joint_auc=0.56,spin_cell_ks=0.3,spin_cell_energy=0.5"
+WIDE += ",spin_chain_ks=0.3,spin_chain_energy=0.6,spin_chain_spin=0.6"
+HOW = {"conditions": 1, "samples": 2000, "seed": 1, "accuracy": WIDE}
 
 
 @pytest.fixture
@@ -221,22 +222,24 @@ class TestSpinLaw:
         assert (found.spin.asked.ks, plain.spin) == (0.08, None)
         assert found.spin.declared.ks == SPIN_PRESETS["standard"]["ks"]
         assert [line for line in found.missed + found.undecided if line[:4] == "spin"] == []
-        assert found.together == plain.together + 3
+        spin = found.spin.measured
+        later = len(spin.cells) + len(spin.hits)
+        assert found.together == plain.together + 2 + later
+        assert later > 24
         assert found.law.measured == plain.law.measured
         record = json.loads(json.dumps(found.to_dict(), allow_nan=False))["spin"]
         assert record["asked"]["joint_auc"] == 0.56
         assert record["joint"]["estimates"]["auc"]["verdict"] == "holds"
-        spins = [list(c.spin) for c in found.spin.measured.comparisons]
-        assert [condition["spin"] for condition in record["conditions"]] == spins
-        assert len(validation_tables(found)) == 4
+        assert len(record["later"]) == later
+        assert all(condition["own"] for condition in record["conditions"])
+        assert len(validation_tables(found)) == 6
         # stored beside the other accuracy, and kept where nothing of it is measured again
         store_accuracy(path, found)
         after = read_table(path)
         joint = found.spin.measured.joint.estimates
-        assert after["spin_accuracy/spin"].tolist() == spins
+        assert after["spin_accuracy/spin"].tolist() == [[0.0, 0.0, 0.0]]
+        assert after["spin_accuracy/cell_ks"].shape == (len(spin.cells),)
         assert after["spin_accuracy/joint_ks"].tolist() == [list(joint["ks"].by_variable)]
-        store_accuracy(path, validate(path, **QUICK, spin_conditions=0))
-        assert read_table(path)["spin_accuracy/joint_auc"].tolist() == [joint["auc"].value]
 
     @pytest.mark.parametrize("name", ["sign of spin_z turned", "fresh grains for kept ones"])
     def test_wrong_law_is_missed(self, spinning, name):
@@ -244,19 +247,8 @@ class TestSpinLaw:
         assert any(line.startswith("spin joint_auc: ") for line in found.missed)
         assert all(line.startswith("spin ") for line in found.missed)
 
-    def test_chosen_conditions(self, spinning, tiny):
-        spin = (0.0, 0.0, -1.0)
-        found = validate(spinning(), at=[(40.0, 100.0, spin), (41.0, 100.0)], **HOW)
-        assert found.screening is None
-        assert [c.alpha_deg for c in found.law.measured.measured] == [41.0]
-        (comparison,) = found.spin.measured.comparisons
-        assert comparison.place == "40.00 degrees, 100.0 m/s, spin (0.00, 0.00, -1.00)"
-        assert found.spin.measured.joint is None
-        with pytest.raises(InputError, match="at: got a spin, allowed: none, the table has no"):
-            validate(tiny.path, at=[(40.0, 100.0, spin)], **HOW)
-
     def test_command(self, run, refused, spinning, tiny, tmp_path):
-        words = ("--conditions", 1, "--spin-conditions", 2, "--samples", 2000, "--seed", 1)
+        words = ("--conditions", 1, "--samples", 2000, "--seed", 1)
         page = tmp_path / "v.html"
         ended = run("validate", spinning(), *words, "--accuracy", WIDE, "--html", page, "--quiet")
         assert (ended.status, ended.err) == (DONE, "")
@@ -265,9 +257,8 @@ class TestSpinLaw:
         ended = run("validate", spinning("spin ignored"), *words, "--quiet")
         assert ended.status == MISSED
         assert "\nmissed: spin joint_ks: 0." in ended.out
-        spins = ("--spin", 0, 0, 1, "--spin", 0, 0, 2, "--spin", 0, 0, 0)
-        line = refused("validate", tiny.path, "--alpha", 40, "--alpha", 41, "--speed", 100, *spins)
-        assert line.startswith("--alpha and --speed: got 2 and 1, allowed: as many of both, or")
+        line = refused("validate", tiny.path, "--alpha", 40, "--alpha", 41)
+        assert line.startswith("--alpha and --speed: got 2 and 0, allowed: as many of both, or")
 
 
 class TestStore:
