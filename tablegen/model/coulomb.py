@@ -58,7 +58,8 @@ HALVINGS = 53
 FLAT = 1e-9
 
 #: Pieces after which a path that has not ended is given up. It is an alarm, not a cap: the impulse
-#: is NaN, and the caller must raise. `tests/benchmarks/bench_coulomb.py` met at most 130.
+#: is NaN, and the caller must raise. The longest path met in some million rebounds had 150 pieces;
+#: of blades with ratios of 0.02, 279.
 PIECE_ALARM = 100_000
 
 
