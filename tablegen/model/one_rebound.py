@@ -30,8 +30,7 @@ from tablegen.model.shapes import MAX_VERTICES, SupportMap
 #: Status code: shape code or ratios that are those of no grain.
 GRAIN_NOT_USABLE = -102
 
-#: Status code: still in contact after `tablegen.model.rebound.COLLISION_ALARM` collisions, or
-#: `tablegen.model.coulomb.PIECE_ALARM` pieces of one.
+#: Status code: still in contact after `tablegen.model.rebound.COLLISION_ALARM` collisions.
 STILL_IN_CONTACT = -103
 
 #: Parts of the work space: motion now and before, a contact point, the series of a flight, a count
