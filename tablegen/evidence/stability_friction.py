@@ -14,6 +14,7 @@ from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import keys_of_run
 from tablegen.progress import bar
 from tablegen.simulation.batches import in_slices
+from tablegen.simulation.direct import DirectModel
 
 #: Static and dynamic coefficients, and restitutions; None is the pair's own law.
 COEFFICIENTS = (
@@ -97,9 +98,7 @@ def _run_law(
     changes = {"resistance": source | {"law": "coulomb", "static": static, "dynamic": dynamic}}
     if e is not None:
         changes["restitution"] = source | {"law": "constant", "value": e}
-    config = config.with_changes({"pair": changes})
-    numerics = config.model.contact_resolution, config.model.tolerance
-    shared = config.pair.kernel_arguments(), config.population.kernel_arguments()
+    arrays = DirectModel(config.with_changes({"pair": changes})).arrays
     rng = np.random.default_rng(seed)
     alpha, speed = np.radians(rng.uniform(0.5, 90.0, count)), rng.uniform(5.0, 300.0, count)
     spin = rng.standard_normal((count, 3))
@@ -109,9 +108,10 @@ def _run_law(
         start, n = time.perf_counter(), part.stop - part.start
         conditions, state, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
         collisions, energy = np.zeros(n, dtype=np.int64), np.empty((n, 2))
-        wall_conditions(alpha, speed, spin, numerics, conditions, part.start)
+        wall_conditions(alpha, speed, spin, arrays.numerics, conditions, part.start)
         keys = keys_of_run(seed, 0, part.start, n)
-        stuck = simulate_batch(*shared, conditions, keys, state, collisions, kind, energy)
+        given = arrays.law, arrays.population, conditions, keys
+        stuck = simulate_batch(*given, state, collisions, kind, energy)
         found: dict[str, Any] = {"cost": time.perf_counter() - start}
         if stuck >= 0:  # of the others of the slice nothing is known
             return found | {"unfinished": part.start + stuck}
