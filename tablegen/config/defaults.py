@@ -12,6 +12,9 @@ VALIDATE_CONDITIONS = 8
 #: Particles of one case of the stability study.
 STABILITY_COUNT = 16
 
+#: Particles under one law of Coulomb friction in the stability study; the quick one has 5 %.
+STABILITY_FRICTION = 20_000
+
 #: Particles of each shape at each angle of the paper's figures.
 FIGURES_COUNT, FIGURES_QUICK_COUNT = 200_000, 20_000
 

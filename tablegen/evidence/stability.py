@@ -17,6 +17,7 @@ from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.evidence.stability_cases import Case
+from tablegen.evidence.stability_friction import FrictionOutcome, run_friction
 from tablegen.model import audit
 from tablegen.progress import bar, thread_pool
 from tablegen.simulation.batches import NotFiniteError
@@ -69,6 +70,9 @@ class Outcome:
     #: Run time of a rebound on one thread [s]; None if not measured.
     cost: float | None = None
 
+    def __str__(self) -> str:
+        return str(self.case)
+
     @property
     def failures(self) -> dict[str, str]:
         """Failures of the model by kind, a line each."""
@@ -102,11 +106,13 @@ class Study:
     seed: int
     count: int
     outcomes: tuple[Outcome, ...]
+    #: Random impacts under Coulomb's law, if they were asked for.
+    friction: tuple[FrictionOutcome, ...] = ()
 
     @property
-    def failed(self) -> tuple[Outcome, ...]:
+    def failed(self) -> tuple[Outcome | FrictionOutcome, ...]:
         """Outcomes in which the model failed."""
-        return tuple(outcome for outcome in self.outcomes if outcome.failures)
+        return tuple(outcome for outcome in self.outcomes + self.friction if outcome.failures)
 
     @property
     def holds(self) -> bool:
@@ -116,6 +122,7 @@ class Study:
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and names, for JSON: degrees, m/s and s."""
         data = {name: value for name, value in vars(self).items() if name != "outcomes"}
+        data["friction"] = [outcome.to_dict() for outcome in self.friction]
         cases = [outcome.to_dict() for outcome in self.outcomes]
         version = {"software_version": sampler.__version__}
         return {**version, **data, "holds": self.holds, "cases": cases}
@@ -212,6 +219,7 @@ def run_study(
     cases: Sequence[Case],
     *,
     count: int = STABILITY_COUNT,
+    friction: int = 0,
     seed: int = 1,
     threads: int | None = None,
     progress: bool = False,
@@ -226,6 +234,8 @@ def run_study(
     cases : sequence of Case
     count : int
         Particles in a case.
+    friction : int
+        Particles under each law of Coulomb friction (`tablegen.evidence.stability_friction`).
     seed : int
         0 to 2**64 - 1.
     threads : int, optional
@@ -271,7 +281,8 @@ def run_study(
             counted.update()
     outcomes = tuple(done[number] for number in range(len(cases)))
     pair, resolution = config.pair_name, numerics.contact_resolution
-    return Study(pair, resolution, numerics.tolerance, seed, count, outcomes)
+    rubbed = run_friction(config, friction, seed, threads, progress) if friction else ()
+    return Study(pair, resolution, numerics.tolerance, seed, count, outcomes, rubbed)
 
 
 def _seconds(config: Config, case: Case, count: int, seed: int) -> float:

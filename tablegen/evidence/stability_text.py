@@ -9,6 +9,7 @@ from sampler.files import json_text
 from tablegen.evidence.page import Block, DataTable, Headline, Section
 from tablegen.evidence.stability import Outcome, Study
 from tablegen.evidence.stability_cases import FORMS, Case
+from tablegen.evidence.stability_friction import FrictionOutcome
 
 #: Quantities whose worst is shown: head, attribute of `Outcome` or `Figures`, and which is worst.
 _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
@@ -24,6 +25,10 @@ _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
 )
 HEAD = ("cases of", "cases", "particles", "failed", "mean us", *(q[0] for q in _QUANTITIES))
 WORST_HEAD = ("quantity", "value", "case")
+FRICTION_HEAD = (
+    *("static", "dynamic", "particles", "laws failed", "mean us"),
+    *("coll.", "growth", "least v+"),
+)
 
 LEGEND = (
     "*: every case is outside the speeds at which the restitution law was measured. us:",
@@ -98,10 +103,34 @@ def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
     return rows
 
 
+def friction_rows(outcomes: Sequence[FrictionOutcome]) -> list[list[str]]:
+    """Cells by static and dynamic coefficient, over the restitutions."""
+    groups: dict[tuple[float, float], list[FrictionOutcome]] = {}
+    for outcome in outcomes:
+        groups.setdefault((outcome.static, outcome.dynamic), []).append(outcome)
+    rows = []
+    for coefficients, members in groups.items():
+        count = sum(o.rebounds for o in members)
+        failed = sum(bool(o.failures) for o in members)
+        cost = 1e6 * sum(o.cost * o.rebounds for o in members) / count
+        growths = [o.growth for o in members if o.growth is not None]
+        least = [o.least_velocity for o in members if o.least_velocity is not None]
+        rows.append(
+            [
+                *(f"{coefficient:g}" for coefficient in coefficients),
+                *(f"{count:,}", f"{failed}", f"{cost:.3g}"),
+                f"{max(o.most_collisions for o in members)}",
+                f"{max(growths):.2g}" if growths else "-",
+                f"{min(least):.2g}" if least else "-",
+            ]
+        )
+    return rows
+
+
 def failure_lines(study: Study) -> list[str]:
     """One line for each of the first failed cases, with the seed that repeats it."""
     lines = [
-        f"failed: {outcome.case} (seed {outcome.seed}): {'; '.join(outcome.failures.values())}"
+        f"failed: {outcome} (seed {outcome.seed}): {'; '.join(outcome.failures.values())}"
         for outcome in study.failed[:_LISTED]
     ]
     more = len(study.failed) - len(lines)
@@ -111,7 +140,7 @@ def failure_lines(study: Study) -> list[str]:
 def study_section(study: Study, folded: bool = False) -> Section:
     """Verdict, counts, groups and worst cases of a study."""
     outcomes = study.outcomes
-    failures = Counter(kind for outcome in outcomes for kind in outcome.failures)
+    failures = Counter(kind for outcome in study.failed for kind in outcome.failures)
     counts = (
         f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases, cases with "
         f"failures: {', '.join(f'{n} {kind}' for kind, n in failures.items()) or 'none'}."
@@ -129,6 +158,9 @@ def study_section(study: Study, folded: bool = False) -> Section:
         "\n".join(LEGEND),
         DataTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
     ]
+    if study.friction:
+        caption = "Coulomb friction: random impacts of the whole population at restitutions 0 to 1"
+        blocks.append(DataTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
     return Section(f"Stability of the direct model: {study.pair}", blocks, folded)
 
 

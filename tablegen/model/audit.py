@@ -19,8 +19,11 @@ AUDIT_SIZE = 7
 #: Step over the least impulse that could turn or stop the slide.
 _STEP = 0.02
 
-#: Slide over the contact speed that counts as rest.
+#: Slide over the contact speed that counts as rest, and its turning that counts as none.
 _REST = 1e-11
+
+#: Share of a slide to rest that a step takes.
+_SHORT = 1.0 - 1e-6
 
 #: Number of secant steps to the end of compression.
 _SECANTS = 8
@@ -169,6 +172,22 @@ def _least_work(friction, mobility, state, holds, after, h):
 
 
 @kernel
+def _straight_step(rates, state, left, size):
+    """Length of a step in which a slide keeps its direction, or 0 if it turns.
+
+    It ends where the normal velocity is zero, and short of rest. A slide near rest whose direction
+    is settled may grow too slowly for small steps.
+    """
+    slide = math.hypot(state[0], state[2])
+    along = (rates[0] * state[0] + rates[2] * state[2]) / slide
+    across = (rates[2] * state[0] - rates[0] * state[2]) / slide
+    if abs(across) * left > _REST * size:
+        return 0.0
+    h = left if along >= 0.0 else min(left, _SHORT * slide / -along)
+    return min(h, -state[1] / rates[1]) if state[1] < 0.0 < rates[1] else h
+
+
+@kernel
 def followed(static, dynamic, mobility, velocity, impulse):
     """Contact velocity (u, v, w), work and least work at a normal impulse, by small steps.
 
@@ -190,6 +209,13 @@ def followed(static, dynamic, mobility, velocity, impulse):
             push = _REST * size / math.hypot(xy, yz) if slips else 0.0
             state = push * xy, state[1], push * yz, state[3]
             slide = _REST * size
+        rates = _rates(dynamic, mobility, state, holds)
+        straight = 0.0 if holds else _straight_step(rates, state, left, size)
+        if straight > 0.0:
+            u, v, w, work = _moved(state, straight, rates)
+            state = u, v, w, work + 0.5 * straight * straight * rates[1]
+            left, least = left - straight, min(least, state[3])
+            continue
         h = left if holds else min(left, _STEP * slide / rate)
         after = _stepped(dynamic, mobility, state, holds, h)
         if state[1] < 0.0 < after[1]:

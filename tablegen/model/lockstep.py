@@ -22,6 +22,7 @@ from tablegen.model.rebound import (
     approach,
     collide,
     fly,
+    has_no_impulse,
     rotational_energy,
     wall_spin,
 )
@@ -190,7 +191,7 @@ def _collide(law, body, slots, touching):
         store(slots.properties, TAKEN + k, load(slots.properties, TAKEN + k) + taken[k])
     count = load(slots.properties, COLLISIONS) + select(touching, 1.0, 0.0)
     store(slots.properties, COLLISIONS, count)
-    return count > COLLISION_ALARM
+    return (count > COLLISION_ALARM) | has_no_impulse(taken)
 
 
 @no_refcount_kernel

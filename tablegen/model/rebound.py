@@ -212,6 +212,12 @@ def collide(law, speed, resolution, moments, point, motion, series, where=True):
     return select(where, taken, 0.0), select(where, rest, 0.0)
 
 
+@inline_kernel
+def has_no_impulse(taken):
+    """Whether a collision did not end (`tablegen.model.coulomb.PIECE_ALARM`), from its energies."""
+    return logical_not(taken[1] == taken[1])
+
+
 @no_refcount_kernel
 def fly(body, tolerance, motion, series, where):
     """Move ``motion`` along one flight series: to the next contact, off the wall, or to its end.
@@ -286,6 +292,8 @@ def rebound(law, condition, body, motion, work, audit):
         numbers = condition.speed, condition.resolution
         taken = collide(law, *numbers, body.moments, point, motion, series)
         normal, shear = normal + taken[0], shear + taken[1]
+        if has_no_impulse(taken):
+            return UNFINISHED, collisions, taken
         touches = False
         collisions += 1
         if audit.size > 0:

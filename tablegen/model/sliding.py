@@ -43,6 +43,9 @@ REACH = 3.0
 #: Relative Newton step that is rounding.
 ROUNDING = 1e-14
 
+#: Turning, over the largest rate of the sliding velocity, that is rounding.
+ACROSS_ROUNDING = 1e-15
+
 #: Rows of the coefficients: the tangential velocity, its modulus, the normal impulse, the normal
 #: velocity, the work of the normal impulse.
 SLIDE_X, SLIDE_Z, SLIDE, IMPULSE, NORMAL_VELOCITY, WORK = range(6)
@@ -136,7 +139,9 @@ def straight_piece(friction, mobility, velocity, size):
     to_rest = slide / select(stops, -along, 1.0)
     stops = stops & (to_rest < length)
     length = select(stops, to_rest, length)
-    turns = logical_not(rests) & (abs(across) * length > PATH_TOLERANCE * size)
+    rate = abs(axy) + abs(ayz) + friction.dynamic * (axx + azz)
+    least = maximum(PATH_TOLERANCE * size, ACROSS_ROUNDING * rate * length)
+    turns = logical_not(rests) & (abs(across) * length > least)
     return Line((along * e_x, rate_v, along * e_z), length, stops), turns
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.coulomb import PIECE_ALARM
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import Condition, one_row
 from tablegen.model.particle_run import simulate_audited, simulate_batch
@@ -76,10 +77,10 @@ def in_slices(
 
 
 def unfinished(particle: str) -> RuntimeError:
-    """Make the error for a particle, in words, that has too many collisions."""
+    """Make the error for a particle, in words, that does not leave the wall."""
     return RuntimeError(
-        f"{particle} is still in contact after {COLLISION_ALARM:,} collisions; "
-        "a larger contact_resolution ends its chain"
+        f"{particle} is still in contact after {COLLISION_ALARM:,} collisions, or "
+        f"{PIECE_ALARM:,} pieces of one; a larger contact_resolution ends a chain of collisions"
     )
 
 

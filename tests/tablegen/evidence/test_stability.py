@@ -10,9 +10,18 @@ from command_line import DONE, MISSED
 from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.evidence import stability as module
+from tablegen.evidence import stability_friction as friction
 from tablegen.evidence.stability import Outcome, Study, read_study, run_case, run_study
 from tablegen.evidence.stability_cases import FORMS, FULL, QUICK, Case, Grid
-from tablegen.evidence.stability_text import GOOD, HEAD, group_rows, study_json, worst_rows
+from tablegen.evidence.stability_friction import FrictionOutcome, run_friction
+from tablegen.evidence.stability_text import (
+    GOOD,
+    HEAD,
+    failure_lines,
+    group_rows,
+    study_json,
+    worst_rows,
+)
 from tablegen.model import audit as entries
 from tablegen.simulation.simulate import Simulation, make_condition, simulate_condition
 
@@ -154,7 +163,9 @@ def test_cases_keep_their_order_and_repeat_alone_with_their_seeds(made):
 
 def test_study_comes_back_from_its_json(made, tmp_path):
     bare = replace(made.outcomes[0], figures=None, cost=None, unfinished=3)
-    made, path = replace(made, outcomes=(*made.outcomes, bare)), tmp_path / "stability.json"
+    friction = FrictionOutcome(1.0, 1.0, None, 1, 9, -1, 2, None, None, 0, 1e-5)
+    made = replace(made, outcomes=(*made.outcomes, bare), friction=(friction,))
+    path = tmp_path / "stability.json"
     path.write_text(study_json(made))
     assert read_study(path) == made
     for text in ("", "[]", "{}", '{"cases": [{"shape": "prism"}]}'):
@@ -187,13 +198,49 @@ def test_groups_count_their_cases_and_keep_the_worst(made):
     assert [bool(case["failures"]) for case in data["cases"]] == [False] * 4 + [True] * 2
 
 
+def test_friction_of_any_strength_is_simulated_and_its_failures_are_named(monkeypatch):
+    made = run_friction(CONFIG, 30, seed=5, threads=1)
+    assert len({(o.static, o.dynamic, o.restitution) for o in made}) == len(made) == 44
+    assert not any(outcome.failures for outcome in made)
+    # elastic contacts without much friction lose little, plastic ones much
+    assert -1e-2 < next(o.growth for o in made if (o.dynamic, o.restitution) == (0.1, 1.0)) < 0.0
+    again = run_friction(CONFIG, 30, seed=5, threads=2)
+    assert [replace(o, cost=0.0) for o in again] == [replace(o, cost=0.0) for o in made]
+    right = friction.simulate_batch
+
+    def spoiled(row, column, value):
+        def simulate(*arguments):
+            stuck = right(*arguments)
+            (arguments[-4] if column < 6 else arguments[-1])[row, column % 6] = value
+            return stuck
+
+        return simulate
+
+    for wrong, complaint in (
+        (lambda *_: 17, "particle 17 is unfinished"),
+        (spoiled(3, 5, np.nan), "particle 3 is not finite"),
+        (spoiled(3, 1, 0.0), "a particle leaves with v+ = 0 V, allowed: above 0"),
+        (spoiled(4, 6, 1.5), "energy grows by "),
+    ):
+        monkeypatch.setattr(friction, "simulate_batch", wrong)
+        made = run_friction(CONFIG, 30, seed=5, threads=1)
+        assert all(complaint in "; ".join(o.failures.values()) for o in made)
+        study = Study("x", 1.0, 1.0, 5, 6, (), made)
+        assert not study.holds
+        line = f"failed: Coulomb 0.1, 0.1, e = 0 (seed 5): {complaint}"
+        assert failure_lines(study)[0].startswith(line)
+
+
 def test_good_model_is_status_0(run, tmp_path):
     record, page = tmp_path / "s.json", tmp_path / "s.html"
-    ended = run("stability", "demo", *FEW, "--json", record, "--html", page)
+    words = (*FEW, "--friction", 5)
+    ended = run("stability", "demo", *words, "--json", record, "--html", page)
     assert (ended.status, ended.err) == (DONE, "")
     assert "48 particles in 16 cases, cases with failures: none" in ended.out
     data = json.loads(record.read_text())
     assert (data["holds"], data["pair"], len(data["cases"])) == (True, "corundum-steel", 16)
+    assert {law["rebounds"] for law in data["friction"]} == {5}
+    assert "Coulomb friction: random impacts" in ended.out
     assert GOOD in ended.out
     assert GOOD in page.read_text()
     # the seed repeats a case by simulation
@@ -261,3 +308,9 @@ def test_quick_study_and_spins_of_50_hold():
     for cases, count in ((QUICK.cases(), 16), (grid.cases(), 8)):
         study = run_study(CONFIG, list(cases), count=count, seed=3)
         assert study.holds, [str(outcome.case) for outcome in study.failed]
+
+
+@pytest.mark.study
+def test_a_million_rebounds_at_each_coefficient_of_friction_end():
+    made = run_friction(CONFIG, 250_000)
+    assert not any(outcome.failures for outcome in made), [str(o) for o in made if o.failures]

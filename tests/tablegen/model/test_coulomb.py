@@ -5,15 +5,21 @@ import math
 import contact_law_samples as samples
 import numpy as np
 import pytest
-from motion_fixtures import POPULATION
+from motion_fixtures import CONFIG, POPULATION
 from test_collision import mobility_tuple, random_impacts
 
+import tablegen
+from tablegen import DirectModel
 from tablegen.config.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE, NORMAL, TANGENTIAL, audit_collision, followed
-from tablegen.model.coulomb import Ending, coulomb_impulse
+from tablegen.model.coulomb import PIECE_ALARM, Ending, coulomb_impulse
+from tablegen.model.one_rebound import STILL_IN_CONTACT
+from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.rotation import ORDER
 from tablegen.model.sliding import Friction
 from tablegen.simulation.simulate import make_condition, simulate_condition
+
+COULOMB_1 = samples.SOURCE | {"law": "coulomb", "static": 1.0, "dynamic": 1.0}
 
 #: A resolution that no contact falls below.
 NO_FLOOR = 1e-12
@@ -77,6 +83,45 @@ def test_rare_collisions_are_those_of_small_steps(case):
     assert miss_of_small_steps(matrix, velocity, friction, friction, 0.5, 1e-6) <= 1e-9
 
 
+#: Mobility and velocity of contacts whose rebounds did not end, or hardly.
+CREEPS = (
+    (
+        *(2.837983603186416, -1.848029441445208, -1.6549393767362575),
+        *(5.342501005504098, -0.15334846180559186, 3.8195153913094897),
+    ),
+    (0.3053817284871628, -0.5802466723623405, 0.0453622081920772),
+)
+FALLS_AT_LAST = (
+    (
+        *(2.8887772889168817, -0.8266990594663597, -0.011596226429955836),
+        *(1.563621887442887, -0.6164315374817615, 2.9143518945270133),
+    ),
+    (0.0021247529568432233, -0.0010162544057655265, 0.0006266332894869497),
+)
+
+
+@pytest.mark.parametrize("excess", [0.0, 1e-9, 1e-5, 1e-3])
+def test_a_slide_that_nearly_dies_grows_again_in_the_direction_that_it_can_keep(excess):
+    # it falls to 2e-13 of the contact speed, and the pull of the wall is larger than friction by
+    # up to 1e-3; the case found was 3.9e-4
+    matrix, velocity = matrix_of(CREEPS[0]), np.array(CREEPS[1])
+    pull = np.linalg.solve(matrix[::2, ::2], matrix[::2, 1])
+    friction = float(np.linalg.norm(pull)) / (1.0 + excess)
+    assert miss_of_small_steps(matrix, velocity, friction, friction, 0.24, 1e-3) <= 1e-9
+    assert miss_of_small_steps(matrix, velocity, 1.0, 1.0, 0.24, 1e-3) <= 1e-9
+
+
+def test_no_collision_ends_below_the_resolution_unless_it_is_elastic():
+    # the velocity falls on the last piece before rest, far below the resolution; it ended there,
+    # and the bounces of 2e-6 that followed were a hundred thousand
+    matrix, velocity = matrix_of(FALLS_AT_LAST[0]), np.array(FALLS_AT_LAST[1])
+    made, taken = collision(matrix, velocity, 3.0, 0.0, 1e-3)
+    bounce = (velocity + matrix @ made)[1]
+    assert bounce == pytest.approx(1e-3, rel=1e-12) or abs(taken) < 1e-18
+    assert bounce > 1e-4
+    assert miss_of_small_steps(matrix, velocity, 3.0, 3.0, 0.0, 1e-3) <= 1e-9 * 2.4e-3
+
+
 def test_another_friction_is_seen():
     entries, velocity, friction = RARE["slips anew"]
     matrix = matrix_of(entries)
@@ -138,6 +183,40 @@ def test_lanes_have_the_bits_of_single_particles_and_pass_the_audit(alpha_deg):
         lanes = simulate_condition(*given, condition, 40, seed=3)
         np.testing.assert_array_equal(lanes.state, single.state)
         assert single.audit.max() < 1e-9
+
+
+@pytest.mark.parametrize(("alpha_deg", "spin"), [(62.0, (0.0, 0.0, 0.0)), (10.0, (0.5, -1.0, 1.0))])
+def test_rebounds_end_where_the_pull_of_the_wall_is_near_the_friction(alpha_deg, spin):
+    # of the second condition some 6 did not, and particle 11659 of the first
+    config = CONFIG.with_changes({"pair": {"resistance": COULOMB_1}})
+    keys = {"seed": 5, "index": np.arange(9700, 11700), "threads": 1}
+    made = DirectModel(config).sample(math.radians(alpha_deg), 200.0, spin=spin, **keys)
+    assert (made[:, 1] > 0.0).all()
+
+
+def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):
+    model = DirectModel(CONFIG.with_changes({"pair": {"resistance": COULOMB_1}}))
+    broken = model.arrays.law._replace(factor=math.nan)
+    model.arrays = model.arrays._replace(law=broken)
+    still = f"is still in contact after {COLLISION_ALARM:,} collisions, or {PIECE_ALARM:,} pieces"
+    with pytest.raises(RuntimeError, match=f"the particle at index [012] {still}"):
+        model.sample(0.5, 100.0, seed=1, index=range(3))
+    given = [10.0, -20.0, 0.0], [0.0, 1.0, 0.0], 1e-5
+    for roughness in (None, 0.1):
+        with pytest.raises(RuntimeError, match=f"the particle at index [012] {still}"):
+            model.rebound(*given, seed=1, index=range(3), roughness=roughness)
+    grain, work, out = (1.0, 0.8, 0.7), np.empty(model.work_size), np.zeros(6)
+    none = (0.0, 0.0, 0.0)
+    assert tablegen.draw(model.arrays, 0.5, 100.0, none, grain, 1, 2, 0, work, out) == (
+        STILL_IN_CONTACT
+    )
+    assert not out.any()
+    monkeypatch.setattr(MaterialPair, "kernel_arguments", lambda _: broken)
+    for audited in (False, True):
+        with pytest.raises(RuntimeError, match=f"particle [012] of seed 3, stream 0 {still}"):
+            simulate_condition(
+                CONFIG.pair, POPULATION, make_condition(0.5, 100.0), 3, seed=3, audited=audited
+            )
 
 
 def test_audit_reports_another_friction_and_another_restitution():

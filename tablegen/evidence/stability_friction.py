@@ -1,0 +1,140 @@
+"""Coulomb friction of any strength: random impacts of the whole population, each checked."""
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from sampler.library import processors
+from tablegen.config.config import Config
+from tablegen.model.impacts import CONDITION_SIZE, wall_conditions
+from tablegen.model.particle_run import simulate_batch
+from tablegen.model.random_particles import keys_of_run
+from tablegen.progress import bar
+from tablegen.simulation.batches import in_slices
+from tablegen.simulation.direct import DirectModel
+
+#: Static and dynamic coefficients, and restitutions; None is the pair's own law.
+COEFFICIENTS = (
+    *((mu, mu) for mu in (0.1, 0.3, 0.6, 1.0, 1.5, 3.0, 10.0, 100.0)),
+    *((0.6, 0.3), (1.5, 1.0), (100.0, 10.0)),
+)
+RESTITUTIONS = (0.0, 0.5, 1.0, None)
+
+#: Energy that a rebound may gain, over that before.
+MOST_GAIN = 1e-9
+
+
+@dataclass(frozen=True)
+class FrictionOutcome:
+    """Rebounds under one law, at 0.5 to 90 degrees and 5 to 300 m/s, half with up to 2 V/a."""
+
+    static: float
+    dynamic: float
+    restitution: float | None
+    #: Of the conditions and the particles, whose indices are the rows.
+    seed: int
+    rebounds: int
+    #: First row that is not finite or is still in contact at the alarm, or -1.
+    not_finite: int
+    unfinished: int
+    #: Largest gain of energy over that before, smallest v+ [V]; of slices that finished.
+    growth: float | None
+    least_velocity: float | None
+    most_collisions: int
+    #: Run time of a rebound on one thread [s].
+    cost: float
+
+    def __str__(self) -> str:
+        e = "the pair's restitution" if self.restitution is None else f"e = {self.restitution:g}"
+        return f"Coulomb {self.static:g}, {self.dynamic:g}, {e}"
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Failures of the model by kind, a line each."""
+        found = {}
+        if self.not_finite >= 0:
+            found["not finite"] = f"particle {self.not_finite} is not finite"
+        if self.unfinished >= 0:
+            found["unfinished"] = f"particle {self.unfinished} is unfinished"
+        if self.growth is not None and self.growth > MOST_GAIN:
+            found["growing energy"] = f"energy grows by {self.growth:.3g}, allowed: {MOST_GAIN:g}"
+        if self.least_velocity is not None and self.least_velocity <= 0.0:
+            velocity = f"v+ = {self.least_velocity:.3g} V"
+            found["not leaving"] = f"a particle leaves with {velocity}, allowed: above 0"
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON."""
+        return {**asdict(self), "failures": list(self.failures.values())}
+
+
+def run_friction(
+    config: Config,
+    count: int,
+    seed: int = 1,
+    threads: int | None = None,
+    progress: bool = False,
+) -> tuple[FrictionOutcome, ...]:
+    """Rebound ``count`` particles of the population under each Coulomb law."""
+    laws = [(*pair, e) for pair in COEFFICIENTS for e in RESTITUTIONS]
+    outcomes = []
+    with bar(progress, "law", total=len(laws), desc="Coulomb friction") as counted:
+        for number, law in enumerate(laws):
+            one = (seed + number) % 2**64
+            outcomes.append(_run_law(config, law, count, one, threads or processors()))
+            counted.update()
+    return tuple(outcomes)
+
+
+def _run_law(
+    config: Config, law: tuple[float, float, float | None], count: int, seed: int, threads: int
+) -> FrictionOutcome:
+    """Rebound particles at random conditions under one law, and check each."""
+    static, dynamic, e = law
+    source = {"source": "stability study"}
+    changes = {"resistance": source | {"law": "coulomb", "static": static, "dynamic": dynamic}}
+    if e is not None:
+        changes["restitution"] = source | {"law": "constant", "value": e}
+    arrays = DirectModel(config.with_changes({"pair": changes})).arrays
+    rng = np.random.default_rng(seed)
+    alpha, speed = np.radians(rng.uniform(0.5, 90.0, count)), rng.uniform(5.0, 300.0, count)
+    spin = rng.standard_normal((count, 3))
+    spin *= (rng.uniform(-2.0, 2.0, count).clip(0.0) / np.linalg.norm(spin, axis=1))[:, None]
+
+    def work(part: slice) -> dict[str, Any]:
+        start, n = time.perf_counter(), part.stop - part.start
+        conditions, state, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
+        collisions, energy = np.zeros(n, dtype=np.int64), np.empty((n, 2))
+        wall_conditions(alpha, speed, spin, arrays.numerics, conditions, part.start)
+        keys = keys_of_run(seed, 0, part.start, n)
+        given = arrays.law, arrays.population, conditions, keys
+        stuck = simulate_batch(*given, state, collisions, kind, energy)
+        found: dict[str, Any] = {"cost": time.perf_counter() - start}
+        if stuck >= 0:  # of the others of the slice nothing is known
+            return found | {"unfinished": part.start + stuck}
+        finite = np.isfinite(np.column_stack([state, energy])).all(axis=1)
+        if not finite.all():
+            return found | {"not_finite": part.start + int(np.argmin(finite))}
+        growth, least = float(energy.sum(axis=1).max()) - 1.0, float(state[:, 1].min())
+        most = int(collisions.max())
+        return found | {"growth": growth, "least_velocity": least, "most_collisions": most}
+
+    parts = [found for _, found in in_slices(work, count, threads)]
+
+    def over(choose: Callable[..., Any], name: str, default: Any) -> Any:
+        return choose((part[name] for part in parts if name in part), default=default)
+
+    return FrictionOutcome(
+        *law,
+        seed=seed,
+        rebounds=count,
+        not_finite=over(min, "not_finite", -1),
+        unfinished=over(min, "unfinished", -1),
+        growth=over(max, "growth", None),
+        least_velocity=over(min, "least_velocity", None),
+        most_collisions=over(max, "most_collisions", 0),
+        cost=sum(part["cost"] for part in parts) / count,
+    )
