@@ -111,7 +111,7 @@ def _run_law(
         wall_conditions(alpha, speed, spin, arrays.numerics, conditions, part.start)
         keys = keys_of_run(seed, 0, part.start, n)
         given = arrays.law, arrays.population, conditions, keys
-        stuck = simulate_batch(*given, state, collisions, kind, energy)
+        stuck = simulate_batch(*given, np.empty((n, 6)), state, collisions, kind, energy)
         found: dict[str, Any] = {"cost": time.perf_counter() - start}
         if stuck >= 0:  # of the others of the slice nothing is known
             return found | {"unfinished": part.start + stuck}
