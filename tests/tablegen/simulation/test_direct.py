@@ -185,7 +185,7 @@ class TestExtremes:
         state, kind, energy = np.empty((1500, 6)), np.empty((1500, 3)), np.empty((1500, 2))
         collisions, audit = np.empty(1500, dtype=np.int64), np.zeros(AUDIT_SIZE)
         law, population = CONFIG.pair.kernel_arguments(), CROWD.kernel_arguments()
-        arrays = (state, collisions, kind, energy, audit)
+        arrays = (np.empty((1500, 6)), state, collisions, kind, energy, audit)
         run = (law, population, conditions, keys_of_run(3, 0, 0, 1500))
         assert simulate_audited(*run, *arrays) == -1
         # relative to the largest energy, 0.5 + spin^2 / 3
