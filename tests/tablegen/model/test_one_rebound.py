@@ -52,9 +52,7 @@ def test_bits_are_those_of_eight_at_a_time(oriented, omega_is):
     turned = rng.normal(size=(1000, 4)) if oriented else np.zeros((1000, 4))
     keys = {"seed": 7, "index": range(1000), "hit": 3, "grain": grain}
     keys |= {"orientation": turned.copy()} if oriented else {}
-    status, after = track(
-        model.arrays, velocity, normal, omega, oriented, turned, model.work_size
-    )
+    status, after = track(model.arrays, velocity, normal, omega, oriented, turned, model.work_size)
     assert (status == OK).all()
     expected = model.rebound(velocity, normal, 1e-5, omega=omega, **keys)
     grains = [tablegen.grain(model.arrays, 7, k, 0 if oriented else 3) for k in range(1000)]

@@ -228,7 +228,11 @@ REFUSED = [
     (WALL, {"alpha1": [0.5, 1.6]}, "alpha1: got 1.6 at index 1, allowed: above 0, at most pi/2"),
     (WALL, {"alpha1": np.nan}, "alpha1: got nan at index 0, allowed: finite numbers"),
     (WALL, {"speed": [1.0, 0.0]}, "speed: got 0 at index 1, allowed: above 0 m/s"),
-    (WALL, {"orientation": [1.0, 0.0, 0.0]}, "orientation: got shape (3,), allowed: (4,) or (..., "),
+    (
+        WALL,
+        {"orientation": [1.0, 0.0, 0.0]},
+        "orientation: got shape (3,), allowed: (4,) or (..., ",
+    ),
     (
         LAB,
         {"orientation": np.eye(2, 4, -1)},
