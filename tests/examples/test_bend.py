@@ -72,9 +72,9 @@ def test_the_table_is_direct_simulation_over_many_walls(models):
     """
     found = {}
     for seed, name in enumerate(("direct simulation", "table", "spheres")):
-        impacts = bend.follow(models[name], (150.0, 30e-6), 400, seed=seed)
+        impacts = bend.follow(models[name], (150.0, 30e-6), 1000, seed=seed)
         assert impacts.hit.max() >= 3
-        values, errors = bend.by_place(impacts, 400, np.array([0.0, 1.0]), 150.0)
+        values, errors = bend.by_place(impacts, 1000, np.array([0.0, 1.0]), 150.0)
         found[name] = values[[3, 5], 0], errors[[3, 5], 0]
     direct, error = found["direct simulation"]
     for name, agrees in (("table", True), ("spheres", False)):
