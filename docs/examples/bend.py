@@ -3,8 +3,7 @@
     python docs/examples/bend.py --figure docs/bend_impacts.png
 
 A plane duct of 0.1 m turns by 90 degrees; its gas is a free vortex in the bend. Drag is that of
-Schiller and Naumann; spins decay as in Stokes flow. No law of erosion is applied: its exponents
-belong to a material, and all such laws start from these numbers.
+Schiller and Naumann; spins decay as in Stokes flow. Laws of erosion start from these numbers.
 """
 
 import argparse
@@ -94,36 +93,39 @@ def follow(rebound, gas, count, seed):
     """Follow particles with one of `many_hits.make_models`; return `Impacts` on the outer wall."""
     h = STEP * (OUTER - INNER) / gas[0]
     decay = 10.0 / 3.0 * 18.0 * VISCOSITY / (PARTICLE_DENSITY * gas[1] ** 2)
-    inlet = INNER + (OUTER - INNER) * np.random.default_rng(seed).random(count)
-    x, v = np.stack((np.full(count, -BEFORE), inlet)), np.tile([[gas[0]], [0.0], [0.0]], count)
+    records, rng = [], np.random.default_rng(seed)
+    x = np.stack((np.full(count, -BEFORE), INNER + (OUTER - INNER) * rng.random(count)))
+    v = np.tile([[gas[0]], [0.0], [0.0]], count)
     omega, index, hits = np.zeros((3, count)), np.arange(count), np.zeros(count, int)
-    records = []
+    turned, since = rng.normal(size=(4, count)), np.zeros(count)  # orientation; time of flight, s
     with tqdm(total=count, unit="particle", leave=False) as progress:
         while len(index):
             end, end_v = step(gas, x, v, h)
             flown, behind = np.full(len(index), h), np.flatnonzero(~is_inside(end))
             flown[behind] = hit_times(gas, x[:, behind], v[:, behind], h)
             end[:, behind], end_v[:, behind] = step(gas, x[:, behind], v[:, behind], flown[behind])
-            omega *= np.exp(-decay * flown)
+            omega, since = omega * np.exp(-decay * flown), since + flown
             r, normal = across(end[:, behind]), np.zeros((3, len(behind)))
             outer = r > MIDDLE
             normal[:2] = np.where(outer, -1.0, 1.0) * np.maximum(end[:, behind], 0.0) / r
             speed = np.linalg.norm(end_v[:, behind], axis=0)
             into = -(end_v[:, behind] * normal).sum(axis=0)
-            # a particle that hardly moves into the wall slides: it loses that velocity
-            slides = into < SLIDES * gas[0]
+            slides = into < SLIDES * gas[0]  # and loses this velocity
             end_v[:, behind[slides]] += ((into + SLIDES * gas[0]) * normal)[:, slides]
             rows, met = behind[~slides], outer & ~slides
             angle = np.arcsin(np.minimum(into / speed, 1.0))
             who = index[behind[met]] * GROUPS // count, hits[behind[met]]
             records.append((*who, along(end[:, behind[met]]), speed[met], angle[met]))
-            keys = {"seed": seed, "index": index[rows], "hit": hits[rows]}
-            after = rebound(end_v[:, rows].T, normal[:, ~slides].T, omega[:, rows].T, **keys)
-            end_v[:, rows], omega[:, rows] = after.velocity.T, after.omega.T
-            hits[rows] += 1
+            # torque scales omega alone: so long a free flight with this omega turns as far
+            time = np.expm1(decay * since[rows]) / decay
+            given = end_v[:, rows].T, normal[:, ~slides].T, omega[:, rows].T, turned[:, rows].T
+            after = rebound(*given, time, seed=seed, index=index[rows], hit=hits[rows])
+            end_v[:, rows], omega[:, rows], turned[:, rows] = (part.T for part in after)
+            hits[rows], since[rows] = hits[rows] + 1, 0.0
             inside = (end[0] >= -BEFORE) & (end[1] > -BEHIND)
             progress.update(len(index) - inside.sum())
-            x, v, omega, index, hits = (a[..., inside] for a in (end, end_v, omega, index, hits))
+            kept = (end, end_v, omega, turned, since, index, hits)
+            x, v, omega, turned, since, index, hits = (a[..., inside] for a in kept)
     return Impacts(*map(np.concatenate, zip(*records, strict=True)))
 
 
@@ -159,8 +161,8 @@ def draw_wall(figure, walls, edges):
             look = dict(zip(("color", "marker", "linestyle"), LOOKS[model], strict=True))
             axes.errorbar(middles, values[k], errors[k], label=model, markersize=3, **look)
         axes.set(ylim=(0.0, None), xlim=edges[[0, -1]], title=title, xlabel="along the duct [m]")
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    lines = panels[0, 0].get_legend_handles_labels()
+    figure.legend(*lines, loc="outside lower center", ncols=len(walls))
 
 
 def print_wall(walls):
@@ -182,12 +184,11 @@ def main(arguments=None):
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     table = sampler.load(args.table)
     models = make_models(table, tablegen.parse_config(table.config, args.table))
-    edges = TURN / 12 * np.arange(23)  # 12 cells in the bend, 10 behind it
-    whole, cells = {}, {}
+    whole, cells, edges = {}, {}, TURN / 12 * np.arange(23)  # 12 cells in the bend, 10 behind it
     for number, (name, rebound) in enumerate(models.items()):
         impacts = follow(rebound, (SPEED, args.diameter), args.count, seed=1000 + number)
-        given = impacts, args.count
-        whole[name], cells[name] = (by_place(*given, e, SPEED) for e in (edges[[0, -1]], edges))
+        whole[name] = by_place(impacts, args.count, edges[[0, -1]], SPEED)
+        cells[name] = by_place(impacts, args.count, edges, SPEED)
     print_wall(whole)
     if args.figure:
         figure = plt.figure(figsize=(13.0, 7.0), layout="constrained")

@@ -2,9 +2,9 @@
 
     python docs/examples/dusty_gas.py --figure docs/dusty_gas.png
 
-Compares the density of particles that have bounced: spheres, direct simulation of every rebound,
-and draws from the table; all keep their spin. The gas is a potential flow along x. Lengths are in
-body radii R, velocities in stream speeds U, times in R/U.
+Compares the density of particles that have bounced: spheres, direct simulation with tumbling from
+wall to wall, and draws from the table; all keep their spin. The gas is a potential flow along x.
+Lengths are in body radii R, velocities in stream speeds U, times in R/U.
 """
 
 import argparse
@@ -22,8 +22,7 @@ import sampler
 import tablegen
 
 GAS_DENSITY, VISCOSITY, PARTICLE_DENSITY, BODY_RADIUS, SPEED = 1.16, 1.85e-5, 3950.0, 0.1, 200.0
-STEP, LONGEST = 0.04, 100.0  # time step, and time after which a particle is given up
-BAND = 2.0  # half-width or radius of the band of particles
+STEP, LONGEST, BAND = 0.04, 100.0, 2.0  # time step and limit; half-width of the band of particles
 LEFT, PITCH, COLUMNS, ROWS = -2.5, 0.025, 160, 80  # cells of the density: x, distance from the axis
 BATCHES, SEED = 64, 1  # parts of a run, whose scatter shows the effect of chance
 AT_REST = (0.0, 0.0, 0.0)
@@ -54,8 +53,7 @@ def acceleration(gas, p):
 def step(gas, p, h):
     """Position and velocity after a time h, by the midpoint rule."""
     x, y, z, u, v, w = p
-    ax, ay, az = acceleration(gas, p)
-    t = 0.5 * h
+    (ax, ay, az), t = acceleration(gas, p), 0.5 * h
     um, vm, wm = u + t * ax, v + t * ay, w + t * az
     ax, ay, az = acceleration(gas, (x + t * u, y + t * v, z + t * w, um, vm, wm))
     return x + h * um, y + h * vm, z + h * wm, u + h * ax, v + h * ay, w + h * az
@@ -72,15 +70,17 @@ def hit_time(gas, p, h):
 
 
 @numba.njit
-def simulated(arrays, v, normal, half_size, omega, keys, work, out):
-    """Rebound by direct simulation, with the particle's own grain; return the status."""
-    grain = tablegen.grain(arrays, SEED, keys[0], 0)
-    impact = (v, normal, half_size, AT_REST)
-    return tablegen.rebound(arrays, *impact, omega, grain, SEED, *keys, work, out)
+def simulated(arrays, v, normal, half_size, omega, turning, keys, work, out):
+    """Tumble from the last wall, if any, then rebound by direct simulation; return the status."""
+    grain, (turned, time) = tablegen.grain(arrays, SEED, keys[0], 0), turning
+    if keys[1] > 0 and tablegen.tumble(arrays, turned, omega, grain, time, work)[0] < 0:
+        return -1
+    impact = (v, normal, half_size, AT_REST, omega, grain, turned, SEED)
+    return tablegen.rebound(arrays, *impact, *keys, work, out)
 
 
 @numba.njit
-def drawn(arrays, v, normal, half_size, omega, keys, work, out):
+def drawn(arrays, v, normal, half_size, omega, turning, keys, work, out):
     """Rebound drawn from the table: all that a flow code needs; return the status."""
     return sampler.rebound(arrays, v, normal, half_size, AT_REST, SEED, *keys, out, omega)
 
@@ -91,21 +91,25 @@ def follow(wall, arrays, gas, half_size, first, starts, work, field):
     hits, decay = np.zeros(len(starts), np.int64), 10.0 / 3.0 * gas.response
     for k in range(len(starts)):
         p, out = (starts[k, 0], starts[k, 1], starts[k, 2], 1.0, 0.0, 0.0), np.zeros(6)
+        turned, since = np.zeros(4), 0.0  # orientation, at first any; time since the last wall
         for _ in range(int(LONGEST / STEP)):
             left, end = STEP, step(gas, p, STEP)
             while hits[k] >= 0 and radius(gas, end) < 1.0:
                 flown = hit_time(gas, p, left)
                 p, left = step(gas, p, flown), left - flown
                 out[3:] *= math.exp(-decay * flown)
+                # torque scales omega alone: so long a free flight with this omega turns as far
+                time = math.expm1(decay * (since + flown)) / decay * BODY_RADIUS / SPEED
                 normal = (p[0], p[1], (gas.dimension - 2) * p[2])
-                velocity = (SPEED * p[3], SPEED * p[4], SPEED * p[5])
-                omega, keys = (out[3], out[4], out[5]), (first + k, hits[k])
-                status = wall(arrays, velocity, normal, half_size, omega, keys, work, out)
+                v = (SPEED * p[3], SPEED * p[4], SPEED * p[5])
+                omega, keys, since = (out[3], out[4], out[5]), (first + k, hits[k]), 0.0
+                status = wall(arrays, v, normal, half_size, omega, (turned, time), keys, work, out)
                 hits[k] = hits[k] + 1 if status >= 0 else -1
                 p = (p[0], p[1], p[2], out[0] / SPEED, out[1] / SPEED, out[2] / SPEED)
                 end = step(gas, p, left)
             p = end
             out[3:] *= math.exp(-decay * left)
+            since += left
             distance = math.hypot(p[1], (gas.dimension - 2) * p[2])
             column, row = math.floor((p[0] - LEFT) / PITCH), math.floor(distance / PITCH)
             if hits[k] > 0 and 0 <= column < COLUMNS and row < ROWS:
@@ -118,8 +122,7 @@ def follow(wall, arrays, gas, half_size, first, starts, work, field):
 def run(body, wall, arrays, work_size, stokes, count):
     """Run `count` particles; return the counts of each batch by cell, and the hits of each."""
     diameter = math.sqrt(18.0 * VISCOSITY * stokes * BODY_RADIUS / (SPEED * PARTICLE_DENSITY))
-    reynolds = GAS_DENSITY * SPEED * diameter / VISCOSITY
-    gas = Gas(3 if body == "sphere" else 2, 1.0 / stokes, reynolds)
+    gas = Gas(2 + (body == "sphere"), 1.0 / stokes, GAS_DENSITY * SPEED * diameter / VISCOSITY)
     phase, a, b = np.random.default_rng(SEED).random((3, count))
     y, z = 2.0 * a - 1.0, 0.0 * b
     if body == "sphere":
@@ -152,8 +155,7 @@ def difference(one, other):
     one, other = (np.nansum(field.reshape(shape), axis=(2, 4)) for field in (one, other))
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (100, BATCHES))
     chance = np.abs(np.tensordot(signs, one - other, 1)).sum(axis=(1, 2)).mean()
-    found, total = np.abs((one - other).sum(axis=0)).sum(), 0.5 * (one + other).sum()
-    return found / total, chance / total
+    return np.array([np.abs((one - other).sum(axis=0)).sum(), chance]) * 2.0 / (one + other).sum()
 
 
 def draw(fields, path):
@@ -170,7 +172,7 @@ def draw(fields, path):
 
 
 def main(arguments=None):
-    """Run all models, and print how far densities are from those of direct simulation."""
+    """Run all models; print who hits, and how far densities are off those of direct simulation."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
     parser.add_argument("--stokes", type=float, default=100.0, help="Stokes number, with R")
@@ -178,9 +180,8 @@ def main(arguments=None):
     parser.add_argument("--figure", metavar="F.png")
     args = parser.parse_args(arguments)
     table = sampler.load(args.table)
-    config = tablegen.parse_config(table.config, args.table)
+    direct = tablegen.DirectModel(config := tablegen.parse_config(table.config, args.table))
     spheres = tablegen.DirectModel(config, config.population.restricted_to("sphere"))
-    direct = tablegen.DirectModel(config)
     models = {"direct simulation": (simulated, direct.arrays, direct.work_size)}
     models["table"] = (drawn, table.handle, 1)
     models["spheres"] = (simulated, spheres.arrays, spheres.work_size)
@@ -188,11 +189,9 @@ def main(arguments=None):
     for body, name in [(body, name) for body in ("cylinder", "sphere") for name in models]:
         counts, hits = run(body, *models[name], args.stokes, count)
         fields[body, name] = density(body, counts, count)
-        off, chance = difference(fields[body, name], fields[body, "direct simulation"])
-        print(
-            f"{body}, {name}: {np.mean(hits > 0):.4f} hit, {np.mean(hits > 1):.4f} twice; ", end=""
-        )
-        print(f"density {off:.2%} from direct simulation ({chance:.2%} by chance)")
+        off, luck = difference(fields[body, name], fields[body, "direct simulation"])
+        met, again = np.mean(hits > 0), np.mean(hits > 1)
+        print(f"{body}, {name}: {met:.4f} hit, {again:.4f} twice; off {off:.2%}, chance {luck:.2%}")
     if args.figure:
         draw({key: field.sum(axis=0) for key, field in fields.items()}, args.figure)
 

@@ -2,11 +2,12 @@
 
     python docs/examples/many_hits.py --figure docs/many_hits.png
 
-Direct simulation, whose particles keep spin and grain, is the reference. The table is drawn from
-with the spin before each hit and without it; spheres rebound regularly. Particles meet the same
-wall again at the angle at which they left it, as on the outside of a bend, or fly straight between
-two opposite walls. Printed after each hit: mean speed, translational energy over that of direct
-simulation, and Kolmogorov-Smirnov distances to direct simulation, with the effect of chance.
+Direct simulation is the reference: its particles keep grain, spin and orientation, and tumble from
+wall to wall. The table is drawn from with the spin before each hit and without it; spheres rebound
+regularly. Particles meet the same wall again at the angle at which they left it, as on the outside
+of a bend; the opposite wall; walls of any direction; or the wall ahead, as in a corner. Printed
+after each hit: mean speed, translational energy over that of direct simulation, and
+Kolmogorov-Smirnov distances to direct simulation, with the effect of chance.
 """
 
 import argparse
@@ -29,73 +30,93 @@ LOOKS = {
     "table without spin": ("#0072b2", "^", "--"),
     "spheres": ("#777777", "x", "-."),
 }
-#: Observed after each hit; spins times a/V, of the speed V after the hit.
+WALLS = ("one wall", "opposite walls", "any direction", "corner")
+#: Observed after each hit; spins times a/V, of the speed V after the hit, z across its plane.
 QUANTITIES = ("speed", "angle", "spin", "spin z")
 #: Largest half-size, m. It cancels: spins are compared times a/V.
 HALF_SIZE = 2e-5
 
 
 def make_models(table, config):
-    """Return by name the four functions (velocity, normal, omega, **keys) -> Rebound."""
-    grains = tablegen.DirectModel(config)
-    spheres = tablegen.DirectModel(config, config.population.restricted_to("sphere"))
+    """Return by name the four models of a wall.
 
-    def model(source, spin):
-        def rebound(velocity, normal, omega, **keys):
-            before = {"omega": omega} if spin else {}
-            return source.rebound(velocity, normal, HALF_SIZE, **before, **keys)
+    They are functions (velocity, normal, omega, orientation, time, **keys) -> velocity, omega,
+    orientation, where ``time`` [s] has passed since the particle left the wall before.
+    """
+
+    def simulated(direct):
+        def rebound(velocity, normal, omega, orientation, time, **keys):
+            grain = direct.grains(keys["seed"], keys["index"])
+            turned, omega = direct.tumble(orientation, omega, grain, HALF_SIZE, time)
+            given = {"omega": omega, "orientation": turned, **keys}
+            return direct.rebound(velocity, normal, HALF_SIZE, **given)
 
         return rebound
 
-    made = (model(grains, True), model(table, True), model(table, False), model(spheres, True))
+    def with_spin(velocity, normal, omega, orientation, time, **keys):
+        return *table.rebound(velocity, normal, HALF_SIZE, omega=omega, **keys), orientation
+
+    def without_spin(velocity, normal, omega, orientation, time, **keys):
+        law = {"grain": "fresh"} if table.has_spin else {}  # as if every impact were the first
+        return *table.rebound(velocity, normal, HALF_SIZE, **law, **keys), orientation
+
+    spheres = tablegen.DirectModel(config, config.population.restricted_to("sphere"))
+    made = (simulated(tablegen.DirectModel(config)), with_spin, without_spin, simulated(spheres))
     models = dict(zip(LOOKS, made, strict=True))
     if not table.has_spin:
         del models["table"]
     return models
 
 
+def next_wall(walls, velocity, normal, rng):
+    """Velocities before the next hit, and normals of the walls, all (n, 3)."""
+    into = (velocity * normal).sum(axis=1)[:, None]
+    if walls == "one wall":
+        return velocity - 2.0 * into * normal, normal
+    if walls == "opposite walls":
+        return velocity, -normal
+    if walls == "corner":
+        along = velocity - into * normal
+        return velocity, -along / np.linalg.norm(along, axis=1)[:, None]
+    ahead = velocity / np.linalg.norm(velocity, axis=1)[:, None]
+    side = np.cross(ahead, rng.normal(size=velocity.shape))  # in a random plane
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    angle = np.radians(rng.uniform(5.0, 85.0, (len(velocity), 1)))
+    return velocity, np.cos(angle) * side - np.sin(angle) * ahead
+
+
 def follow(rebound, walls, alpha_deg, speed, count, hits, seed):
-    """Follow particles through a chain of hits.
+    """Follow particles, with one of `make_models`, through a chain of hits of one of `WALLS`.
 
-    Parameters
-    ----------
-    rebound : callable
-        One of `make_models`.
-    walls : {"one wall", "opposite walls"}
-    alpha_deg, speed : float
-        Angle (degrees) and speed (m/s) of the first impact, which is without spin.
-    count, hits, seed : int
-
-    Returns
-    -------
-    float64 array, shape (hits, 4, count)
-        `QUANTITIES` after each hit: m/s, degrees, V/a, V/a.
+    The first impact, at an angle in degrees and a speed in m/s, is without spin. Returns
+    `QUANTITIES` after each hit, in m/s, degrees, V/a, V/a, (hits, 4, count).
     """
-    alpha = math.radians(alpha_deg)
+    alpha, rng = math.radians(alpha_deg), np.random.default_rng(seed)
     velocity = np.tile(speed * np.array([math.cos(alpha), -math.sin(alpha), 0.0]), (count, 1))
-    omega, normal = np.zeros((count, 3)), np.array([0.0, 1.0, 0.0])
+    normal = np.tile([0.0, 1.0, 0.0], (count, 1))
+    # quaternions of four normal numbers, of any length, are uniform orientations
+    omega, turned, time = np.zeros((count, 3)), rng.normal(size=(count, 4)), 0.0
     found = np.empty((hits, len(QUANTITIES), count))
     for hit in range(hits):
         keys = {"seed": seed, "index": np.arange(count), "hit": hit}
-        velocity, omega = rebound(velocity, normal, omega, **keys)
+        across = np.cross(velocity, normal)
+        across /= np.linalg.norm(across, axis=1)[:, None] + 1e-300
+        velocity, omega, turned = rebound(velocity, normal, omega, turned, time, **keys)
         speeds = np.linalg.norm(velocity, axis=1)
-        angle = np.degrees(np.arcsin(np.minimum(velocity @ normal / speeds, 1.0)))
+        angle = np.arcsin(np.minimum((velocity * normal).sum(axis=1) / speeds, 1.0))
         spin = HALF_SIZE / speeds[:, None] * omega
-        found[hit] = speeds, angle, np.linalg.norm(spin, axis=1), spin[:, 2]
-        if walls == "one wall":
-            velocity = velocity * [1.0, -1.0, 1.0]
-        else:
-            normal = -normal
+        sizes = np.linalg.norm(spin, axis=1), (spin * across).sum(axis=1)
+        found[hit] = speeds, np.degrees(angle), *sizes
+        # any path of more than 1.5 half-sizes gives the same law
+        time = HALF_SIZE * rng.uniform(5.0, 15.0, count) / speeds
+        velocity, normal = next_wall(walls, velocity, normal, rng)
     return found
 
 
 def compare(found, direct):
     """Compare one hit of a model with direct simulation, both (4, count).
 
-    Returns
-    -------
-    tuple
-        Ratio of the mean energies, its standard error, and the KS distances of `QUANTITIES`.
+    Returns the ratio of mean energies, its standard error, and KS distances of `QUANTITIES`.
     """
     energies = found[0] ** 2, direct[0] ** 2
     ratio = energies[0].mean() / energies[1].mean()
@@ -119,11 +140,10 @@ def print_chain(name, found):
 
 def draw(chains, speed, path):
     """Draw the mean speed after each hit; the band holds 80 % of direct simulation."""
-    size = (3.4 * len(chains) + 0.4, 3.6)
-    figure, panels = plt.subplots(
-        1, len(chains), figsize=size, sharey=True, squeeze=False, layout="constrained"
-    )
-    for axes, (name, (means, band)) in zip(panels[0], chains.items(), strict=True):
+    columns = len(chains) // 2
+    look = {"figsize": (3.4 * columns + 0.4, 6.8), "sharey": True, "squeeze": False}
+    figure, panels = plt.subplots(2, columns, layout="constrained", **look)
+    for axes, (name, (means, band)) in zip(panels.ravel(), chains.items(), strict=True):
         hits = np.arange(len(band[0]) + 1)
         axes.fill_between(hits[1:], *band, color="#dddddd", linewidth=0)
         for model, of_model in means.items():
@@ -132,7 +152,7 @@ def draw(chains, speed, path):
         axes.set(yscale="log", xlabel="after hit", xticks=hits)
         axes.set_title(name, loc="left")
         axes.yaxis.set_major_formatter("{x:g}")
-    panels[0, 0].set_ylabel("mean speed [m/s]")
+    figure.supylabel("mean speed [m/s]")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     figure.savefig(path, dpi=110)
@@ -140,9 +160,7 @@ def draw(chains, speed, path):
 
 def main(arguments=None):
     """Run the chains; return the exit status."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
     parser.add_argument("--alpha", nargs="+", type=float, default=[15.0, 45.0], metavar="DEG")
     parser.add_argument("--speed", type=float, default=250.0, metavar="M_S", help="at first")
@@ -155,12 +173,10 @@ def main(arguments=None):
     table = sampler.load(args.table)
     models = make_models(table, tablegen.parse_config(table.config, args.table))
     scale = math.sqrt(2.0 / args.count)
-    print(
-        f"{args.count:,} particles a model; two samples of one law have a KS of "
-        f"{scale * kstwobign.mean():.4f} on average, and one in a thousand above "
-        f"{scale * kstwobign.isf(1e-3):.4f}."
-    )
-    cases = [(walls, alpha) for walls in ("one wall", "opposite walls") for alpha in args.alpha]
+    mean, rare = scale * kstwobign.mean(), scale * kstwobign.isf(1e-3)
+    print(f"{args.count:,} particles a model; two samples of one law have a KS of {mean:.4f} on")
+    print(f"average, and one in a thousand above {rare:.4f}.")
+    cases = [(walls, alpha) for walls in WALLS for alpha in args.alpha]
     chains, runs = {}, tqdm(total=len(cases) * len(models), unit="chain")
     for walls, alpha in cases:
         found = {}

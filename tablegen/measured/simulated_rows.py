@@ -116,4 +116,4 @@ class SimulatedRows:
         velocity = speed * np.array([math.cos(alpha), -math.sin(alpha), 0.0])
         normal = (0.0, 1.0, 0.0)
         rebound = model.rebound(velocity, normal, 1.0, roughness=self._roughness, **keys)
-        return variables_of(np.hstack(rebound) / speed)
+        return variables_of(np.hstack([rebound.velocity, rebound.omega]) / speed)

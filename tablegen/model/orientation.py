@@ -24,6 +24,8 @@ from tablegen.model.simd import (
     load_three,
     maximum,
     minimum,
+    select,
+    select_three,
     sqrt,
     store_three,
 )
@@ -140,17 +142,29 @@ def orientations_from(axes, impacts, keys, orientation, start):
 def free_turn(moments, motion, series, time, tolerance):
     """Turn the axes and the angular velocity of ``motion`` (13,) by free rotation over a time.
 
-    ``series`` (9, ORDER + 1) is work space. The tolerance of flights shrinks with many turns.
+    ``series`` (9, ORDER + 1) is work space. The tolerance of flights shrinks with many turns. Lanes
+    that have arrived stay as they are, so that none depends on the others.
     """
     w = load_three(motion, 0)
-    turned = sqrt(dot(w, w)) * time
-    tolerance = tolerance / maximum(turned / MANY_TURNS, 1.0)
-    left = time
-    while any_lane(left > 0.0):
+    rate = sqrt(dot(w, w))
+    # in units of 1 / rate powers of any angular velocity are numbers
+    scale = select(rate > 0.0, rate, 1.0)
+    store_three(motion, 0, (w[0] / scale, w[1] / scale, w[2] / scale))
+    left = rate * time
+    tolerance = tolerance / maximum(left / MANY_TURNS, 1.0)
+    going = left > 0.0
+    while any_lane(going):
         expand(moments, motion, series)
-        span = maximum(minimum(series_span(series, tolerance), left), 0.0)
+        span = select(going, minimum(series_span(series, tolerance), left), 0.0)
+        w, n, x = load_three(motion, 0), load_three(motion, 3), load_three(motion, 6)
         evaluate(moments, series, span, motion)
+        store_three(motion, 0, select_three(going, load_three(motion, 0), w))
+        store_three(motion, 3, select_three(going, load_three(motion, 3), n))
+        store_three(motion, 6, select_three(going, load_three(motion, 6), x))
         left = left - span
+        going = left > 0.0
+    w = load_three(motion, 0)
+    store_three(motion, 0, (w[0] * scale, w[1] * scale, w[2] * scale))
 
 
 @no_refcount_inline_kernel

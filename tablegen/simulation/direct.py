@@ -290,7 +290,7 @@ class DirectModel:
             for name, width in (("orientation", 4), ("omega", 3))
         )
         _, population, numerics = self.arrays
-        others = particles.array("grain"), spins, particles.array("time"), turned
+        others = self._checked_grains(call), spins, particles.array("time"), turned
         row, code = tumble_all(population, numerics, *others)
         if row >= 0:
             raise failure_of(call, Failure(row, code))

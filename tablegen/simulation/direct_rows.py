@@ -91,6 +91,11 @@ def failure_of(call: Call, failure: Failure) -> Exception:
             f"{names[0]}: got {got} at {at}, allowed: an impact at {ALPHA_DEG.words} and "
             f"{SPEED.words}, with a spin of {SPIN.words}"
         )
+    if code == TURNS_TOO_OFTEN and "time" in arrays:
+        return InputError(
+            f"time: got {call.at('time', row):.9g} with omega {_numbers(call.at('omega', row))} at "
+            f"{at}, allowed: 0 or more, and |omega| time at most {MOST_TURNED:g} rad"
+        )
     if code == TURNS_TOO_OFTEN:
         name = "omega" if "omega" in arrays else "spin"
         return InputError(

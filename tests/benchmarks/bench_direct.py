@@ -26,12 +26,14 @@ HALF_SIZE = 1e-5
 @numba.njit
 def one_by_one(arrays, velocity, omega, index, work, after):
     """Rebound the particles as a user's tracker does."""
-    still, up = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    still, up, turned = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), np.empty(4)
     for k in range(len(velocity)):
         v = velocity[k, 0], velocity[k, 1], velocity[k, 2]
         w = omega[k, 0], omega[k, 1], omega[k, 2]
         grain = tablegen.grain(arrays, 1, index[k], 0)
-        tablegen.rebound(arrays, v, up, HALF_SIZE, still, w, grain, 1, index[k], 0, work, after[k])
+        turned[:] = 0.0  # random, by the keys
+        impact = (v, up, HALF_SIZE, still, w, grain, turned)
+        tablegen.rebound(arrays, *impact, 1, index[k], 0, work, after[k])
 
 
 def ways(conditions: int, particles: int, spinning: bool) -> dict[str, Callable[[], object]]:

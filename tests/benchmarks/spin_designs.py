@@ -17,6 +17,7 @@ from sampler.formats.bounds import SCORE_MAX
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.accuracy.metrics import DISTANCES, ks_distances
 from tablegen.config.config import load_config
+from tablegen.fitting.law_conditions import inertia_coefficients
 from tablegen.fitting.leaf import LeafArrays
 from tablegen.fitting.resolution import SPIN_SIZES
 from tablegen.fitting.spin_coordinates import (
@@ -89,7 +90,9 @@ def rebounds():
             arrays = leaf_task(CONFIG, prism, whole.of_leaf(number), sizes, f"leaf {number}")
             leaf = LeafArrays(**{name: arrays[name] for name in LeafArrays._fields})
             grains, states = simulated("prism", condition, 5)
-            direct = outcomes(states, np.tile(condition[2:], (COUNT, 1))) * signs
+            largest, _ = inertia_coefficients(CONFIG.population, prism)
+            moment = largest * (1.0 + grains[:, 1] ** 2)
+            direct = outcomes(states, 1.0 + moment * np.sum(condition[2:] ** 2)) * signs
             table = drawn(leaf, condition, grains[:, 1:])
             errors = (f"{n} {np.max(d(table, direct, 100, 0)):.4f}" for n, d in DISTANCES.items())
             print(count, condition.round(2), *errors, flush=True)

@@ -59,14 +59,18 @@ def test_models_of_the_wall_are_those_of_python_and_the_table_has_the_law(table,
     direct = DirectModel(config)
     impact = (70.0, -60.0, 20.0), (0.6, 0.8, 0.0), 2e-5
     keys = {"omega": (2e6, -3e6, 4e6), "seed": dusty_gas.SEED, "index": 7, "hit": 2}
+    left, grain = (0.1, 0.5, -0.7, 0.5), direct.grains(dusty_gas.SEED, 7)
+    met, _ = direct.tumble(left, keys["omega"], grain, impact[2], 2e-5)
     models = {
-        dusty_gas.simulated: (direct.arrays, direct.rebound(*impact, **keys)),
+        dusty_gas.simulated: (direct.arrays, direct.rebound(*impact, orientation=met, **keys)),
         dusty_gas.drawn: (table.handle, table.rebound(*impact, **keys)),
     }
     for wall, (arrays, expected) in models.items():
         out, work = np.empty(6), np.empty(direct.work_size)
-        assert wall(arrays, *impact, keys["omega"], (7, 2), work, out) == 0
-        np.testing.assert_allclose(out, np.concatenate(expected), rtol=1e-9)
+        turning = (np.array(left), 2e-5)
+        assert wall(arrays, *impact, keys["omega"], turning, (7, 2), work, out) == 0
+        np.testing.assert_allclose(out, np.concatenate(expected[:2]), rtol=1e-9)
+    np.testing.assert_array_equal(turning[0], left)  # the table has no use for it
     dusty_gas.main(["--count", "3200"])
     found = re.findall(r"([\d.]+)%", capsys.readouterr().out)
     off, chance = np.array(found, float).reshape(6, 2).T

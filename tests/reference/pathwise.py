@@ -31,10 +31,12 @@ def follow(population, condition, count, seed, changes=None):
 
     ``condition``: alpha1 [degrees], speed [m/s], spin, contact resolution; ``changes``: fields of
     `Law` and `Setup`, and "truncation". Returns the model's simulation, and the reference's states
-    (n, 6) and collisions (n,).
+    (n, 6) and collisions (n,). Angular velocities are those of an instant.
     """
     alpha_deg, speed, spin, resolution = condition
-    fast_condition = make_condition(np.radians(alpha_deg), speed, spin, resolution)
+    fast_condition = make_condition(
+        np.radians(alpha_deg), speed, spin, resolution, omega="departure"
+    )
     fast = simulate_condition(CONFIG.pair, population, fast_condition, count, seed=seed)
     settings = Setup(np.radians(alpha_deg), speed, spin, resolution)._asdict()
     settings |= LAW._asdict() | {"truncation": TRUNCATION} | (changes or {})

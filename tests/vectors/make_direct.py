@@ -2,8 +2,9 @@
 
     python tests/vectors/make_direct.py
 
-writes direct.txt, and direct-coulomb.txt under Coulomb friction, beside itself, one particle a
-line, numbers as hexadecimal floating point:
+writes direct.txt, with angular velocities of an instant, and direct-coulomb.txt, under Coulomb
+friction and with mean ones, beside itself, one particle a line, numbers as hexadecimal floating
+point:
 
     ALPHA_DEG SPEED SPIN*3 INDEX COLLISIONS STATE*6
 
@@ -20,11 +21,13 @@ from tablegen.simulation.simulate import simulate
 
 FOLDER = Path(__file__).parent
 
-#: Changes of the shipped pair, by file.
+#: Changes of the shipped pair's configuration, by file.
 PAIRS = {
-    "direct.txt": {},
+    "direct.txt": {"domain": {"omega": "departure"}},
     "direct-coulomb.txt": {
-        "resistance": {"law": "coulomb", "static": 0.4, "dynamic": 0.3, "source": "an example"}
+        "pair": {
+            "resistance": {"law": "coulomb", "static": 0.4, "dynamic": 0.3, "source": "an example"}
+        }
     },
 }
 CONDITIONS = (
@@ -40,7 +43,7 @@ COUNT, SEED = 20, 7
 
 def simulated(name, alpha_deg, speed, spin):
     """Rebounds of the shipped pair's population, by the laws of a file."""
-    config = load_config("corundum-steel").with_changes({"pair": PAIRS[name]})
+    config = load_config("corundum-steel").with_changes(PAIRS[name])
     return simulate(config, np.radians(alpha_deg), speed, COUNT, seed=SEED, spin=spin)
 
 

@@ -60,7 +60,8 @@ def rebound_of(body, rotation, alpha_deg):
     approach(condition, body, motion)
     status, collisions, _ = rebound(LAW, condition, body, motion, workspace(), np.empty(0))
     assert status == LEFT
-    return np.array([*motion[9:12], *wall_spin(motion)]), collisions
+    spin = wall_spin(body.moments, condition.instant, motion)
+    return np.array([*motion[9:12], *spin]), collisions
 
 
 def agree(first, second, alpha_deg, count=300):

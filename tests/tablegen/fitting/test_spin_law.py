@@ -14,7 +14,7 @@ from tablegen.config.mesh import MeshFile
 from tablegen.fitting.leaf import fit_leaf
 from tablegen.fitting.spin_law import speed_coordinate, spin_law
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import occurring_impacts, simulated
+from tablegen.simulation.impact_chains import depart, occurring_impacts
 from tablegen.tables.generate import generate
 
 pytestmark = pytest.mark.usefixtures("quick_measurement")
@@ -78,7 +78,7 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
     index = np.arange(6000, dtype=np.uint64)
     both = (occurring_impacts(config, model, 3, index + np.uint64(k)) for k in (0, 6000))
     impacts, others = (some.of(some.spin[:, 2] < -0.3) for some in both)
-    direct = simulated(model, others, 3)
+    direct = depart(model, others, 3).states
 
     def drawn(spin):
         keys = {"seed": 3, "index": impacts.index, "hit": impacts.hit}

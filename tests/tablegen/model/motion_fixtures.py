@@ -116,5 +116,5 @@ def run_rebound(condition, body, rotation, law=LAW):
     status, collisions, _ = rebound(law, condition, body, motion, workspace(), audit)
     assert status == LEFT
     energy = 0.5 * np.sum(motion[9:12] ** 2) + rotational_energy(body.moments, motion)
-    state = np.concatenate([motion[9:12], wall_spin(motion)])
+    state = np.concatenate([motion[9:12], wall_spin(body.moments, condition.instant, motion)])
     return Rebound(state, collisions, float(energy), audit)

@@ -8,7 +8,9 @@ from motion_fixtures import (
     PAIR,
     POPULATION,
     SHAPES,
+    angular_momentum_of,
     body_of,
+    energy_of,
     motion_of,
     random_rotations,
     rotation_of,
@@ -193,7 +195,17 @@ def test_a_particle_without_spin_starts_at_its_contact_and_another_at_its_boundi
     assert motion[HEIGHT] == lowest_depth(body, motion[3:6])
     np.testing.assert_array_equal(motion[0:3], 0.0)
     np.testing.assert_allclose(motion[9:12], [np.cos(0.3), -np.sin(0.3), 0.0], rtol=1e-15)
-    approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
+    approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0), omega="departure"), body, motion)
     assert motion[HEIGHT] == body.bounding_radius
     np.testing.assert_array_equal(rotation_of(motion), rotation)
     np.testing.assert_allclose(rotation @ motion[0:3], [1.0, 2.0, 3.0], rtol=1e-14)
+
+
+def test_the_mean_spin_before_a_rebound_is_2t_over_l2_times_l():
+    body = body_of("prism", 0.7, 0.5)
+    motion = motion_of(random_rotations(np.random.default_rng(49), 1)[0])
+    approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
+    momentum = angular_momentum_of(body.moments, motion)
+    mean = 2.0 * energy_of(body.moments, motion) / (momentum @ momentum) * momentum
+    np.testing.assert_allclose(mean, [1.0, 2.0, 3.0], rtol=1e-14)
+    assert np.abs(rotation_of(motion) @ motion[0:3] - mean).max() > 0.1

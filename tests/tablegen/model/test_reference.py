@@ -43,9 +43,10 @@ def disagreements(made, point):
 
     Angular velocities are means over the tumbling, or at departure where the point says so.
 
-    Means may differ by four standard errors of the difference plus 5e-4, shares of collisions by
-    0.5 percentage points, correlations by 0.01: at 400,000 particles each is four standard errors
-    of the difference or more, so with 27 numbers the false-alarm rate is below 2e-3 a condition.
+    Means and spreads may differ by four standard errors of the difference plus 5e-4, shares of
+    collisions by 0.5 percentage points, correlations by 0.01: at 400,000 particles each is four
+    standard errors of the difference or more, so with 33 numbers the false-alarm rate is below 3e-3
+    a condition.
     """
     lines = []
     if not point.get("departure"):
@@ -62,6 +63,10 @@ def disagreements(made, point):
     )
     miss = np.abs(made.state.mean(axis=0) - means) - (4.0 * error + 5e-4)
     lines += [f"mean {name}: {x:.5f} over" for name, x in zip(COLUMNS, miss, strict=True) if x > 0]
+    kurtosis = np.mean(((made.state - made.state.mean(axis=0)) / made.state.std(axis=0)) ** 4, 0)
+    miss = np.abs(made.state.std(axis=0) - deviations) - 5e-4
+    miss -= 2.0 * error * np.sqrt(kurtosis - 1.0)
+    lines += [f"std {name}: {x:.5f} over" for name, x in zip(COLUMNS, miss, strict=True) if x > 0]
     expected = np.array(list(point["collisions_percent"].values()))
     miss = np.abs(collision_shares(made.collisions) - expected) - 0.5
     lines += [f"share {i + 1}: {x:.3f} over" for i, x in enumerate(miss) if x > 0]

@@ -12,7 +12,7 @@ from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.model.audit import AUDIT_SIZE, PENETRATION
 from tablegen.model.impacts import CONDITION_SIZE, wall_conditions
-from tablegen.model.particle_run import simulate_audited
+from tablegen.model.particle_run import simulate_audited, simulate_batch
 from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.shapes import FIRST_MESH
@@ -40,6 +40,11 @@ def lab_impacts(n, seed=1):
     normal, velocity = rng.standard_normal((2, n, 3))
     velocity *= -50.0 * np.sign(np.einsum("nk,nk->n", velocity, normal))[:, None]
     return velocity, normal, rng.normal(0.0, 5e6, (n, 3))
+
+
+def quaternions(rotations):
+    """Rotations as quaternions, scalar first."""
+    return rotations.as_quat(scalar_first=True)
 
 
 class TestAgainstSimulate:
@@ -86,14 +91,16 @@ class TestKeys:
     def test_lab_frame_in_any_order(self):
         velocity, normal, omega = lab_impacts(400)
         keys = {"seed": 1, "index": np.arange(400), "hit": 2}
-        whole = CROWDED.rebound(velocity, normal, 1e-5, omega=omega, **keys)
+        turned = np.random.default_rng(3).normal(size=(400, 4))
+        whole = CROWDED.rebound(
+            velocity, normal, 1e-5, omega=omega, orientation=turned, threads=2, **keys
+        )
         for k in (0, 17, 399):
-            one = CROWDED.rebound(
-                velocity[k], normal[k], 1e-5, omega=omega[k], seed=1, index=k, hit=2
-            )
-            assert one.velocity.shape == one.omega.shape == (3,)
-            np.testing.assert_array_equal(one.velocity, whole.velocity[k])
-            np.testing.assert_array_equal(one.omega, whole.omega[k])
+            own = {"omega": omega[k], "orientation": turned[k], "index": k}
+            one = CROWDED.rebound(velocity[k], normal[k], 1e-5, seed=1, hit=2, **own)
+            assert [part.shape for part in one] == [(3,), (3,), (4,)]
+            for part, of_all in zip(one, whole, strict=True):
+                np.testing.assert_array_equal(part, of_all[k])
 
     def test_generators_and_shapes(self):
         one = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
@@ -133,7 +140,7 @@ class TestLabFrame:
         states = MODEL.sample(alpha, speed, spin=spin, **KEYS)
         velocity = speed[:, None] * np.column_stack([np.cos(alpha), -np.sin(alpha), 0.0 * alpha])
         scale = speed[:, None] / 2e-5
-        v, omega = MODEL.rebound(velocity, [0.0, 1.0, 0.0], 2e-5, omega=scale * spin, **KEYS)
+        v, omega, _ = MODEL.rebound(velocity, [0.0, 1.0, 0.0], 2e-5, omega=scale * spin, **KEYS)
         # last digits of the angle grow in a long chain of collisions
         assert np.quantile(np.abs(v / speed[:, None] - states[:, :3]), 0.99) < 1e-12
         assert np.abs(v / speed[:, None] - states[:, :3]).max() < 1e-6
@@ -142,17 +149,26 @@ class TestLabFrame:
     def test_turns_and_moves_with_the_wall(self):
         velocity, normal, omega = lab_impacts(500)
         turn, moves = Rotation.random(random_state=3), np.array([30.0, -200.0, 7.0])
-        v, after = MODEL.rebound(velocity, normal, 1e-5, omega=omega, **KEYS)
-        turned, spun = MODEL.rebound(
+        poses = Rotation.random(500, random_state=4)
+        v, after, left = MODEL.rebound(
+            velocity, normal, 1e-5, omega=omega, orientation=quaternions(poses), **KEYS
+        )
+        turned, spun, posed = MODEL.rebound(
             turn.apply(velocity) + moves,
             3.0 * turn.apply(normal),
             2e-5,
             omega=turn.apply(omega) / 2.0,
+            orientation=-3.0 * quaternions(turn * poses),
             wall_velocity=moves,
             **KEYS,
         )
         assert np.abs(turned - moves - turn.apply(v)).max() < 1e-5
         assert np.abs(2.0 * spun - turn.apply(after)).max() < 1.0
+        off = turn * Rotation.from_quat(left, scalar_first=True)
+        off *= Rotation.from_quat(posed, scalar_first=True).inv()
+        assert off.magnitude().max() < 1e-5
+        assert (posed[:, 0] >= 0.0).all()
+        np.testing.assert_allclose(np.linalg.norm(posed, axis=1), 1.0, rtol=1e-14)
         assert (np.einsum("nk,nk->n", v, normal) > 0.0).all()
 
     def test_spheres_obey_the_laws_of_impulse_and_energy(self):
@@ -160,7 +176,7 @@ class TestLabFrame:
         velocity, normal, omega = lab_impacts(500)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         sphere, a = (SHAPE_CODES["sphere"], 1.0, 1.0), 1e-5
-        v, after = MODEL.rebound(velocity, normal, a, omega=omega, grain=sphere, **KEYS)
+        v, after, _ = MODEL.rebound(velocity, normal, a, omega=omega, grain=sphere, **KEYS)
         torque = np.cross(-a * normal, v - velocity)
         np.testing.assert_allclose(0.4 * a**2 * (after - omega), torque, atol=1e-15)
         before = np.sum(velocity**2, axis=1) + 0.4 * a**2 * np.sum(omega**2, axis=1)
@@ -185,9 +201,10 @@ class TestExtremes:
         state, kind, energy = np.empty((1500, 6)), np.empty((1500, 3)), np.empty((1500, 2))
         collisions, audit = np.empty(1500, dtype=np.int64), np.zeros(AUDIT_SIZE)
         law, population = CONFIG.pair.kernel_arguments(), CROWD.kernel_arguments()
-        arrays = (state, collisions, kind, energy, audit)
+        axes = np.empty((1500, 6))
+        arrays = (state, collisions, kind, energy)
         run = (law, population, conditions, keys_of_run(3, 0, 0, 1500))
-        assert simulate_audited(*run, *arrays) == -1
+        assert simulate_audited(*run, axes, *arrays, audit) == -1
         # relative to the largest energy, 0.5 + spin^2 / 3
         assert audit.max() < 1e-12 * (spin**2).sum(axis=1).max()
         assert audit[PENETRATION] < 1e-9
@@ -195,6 +212,9 @@ class TestExtremes:
         # and they are the rebounds of the model, which follows eight at a time
         found = CROWDED.sample(alpha, speed, spin=spin, seed=3, index=range(1500))
         np.testing.assert_array_equal(found, state)
+        together = np.empty((1500, 6))
+        assert simulate_batch(*run, together, *arrays) == -1
+        np.testing.assert_array_equal(axes, together)
 
 
 WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5]}
@@ -208,6 +228,16 @@ REFUSED = [
     (WALL, {"alpha1": [0.5, 1.6]}, "alpha1: got 1.6 at index 1, allowed: above 0, at most pi/2"),
     (WALL, {"alpha1": np.nan}, "alpha1: got nan at index 0, allowed: finite numbers"),
     (WALL, {"speed": [1.0, 0.0]}, "speed: got 0 at index 1, allowed: above 0 m/s"),
+    (
+        WALL,
+        {"orientation": [1.0, 0.0, 0.0]},
+        "orientation: got shape (3,), allowed: (4,) or (..., ",
+    ),
+    (
+        LAB,
+        {"orientation": np.eye(2, 4, -1)},
+        "orientation: got 0, 0, 0, 0 at index 0, allowed: a quaternion of four finite numbers, not",
+    ),
     (WALL, {"spin": [1.0, 2.0]}, "spin: got shape (2,), allowed: (3,) or (..., 3)"),
     (
         WALL | {"alpha1": 1e-3},

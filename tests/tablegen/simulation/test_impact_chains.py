@@ -2,16 +2,20 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import kstest
 
 from tablegen.config.config import load_config
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
     HITS,
+    WALLS,
+    depart,
     effective_speed,
     first_impacts,
+    meet,
     next_impacts,
     occurring_impacts,
-    simulated,
     speeds_measured,
 )
 
@@ -19,39 +23,78 @@ CONFIG = load_config("corundum-steel")
 SLOW = CONFIG.with_changes({"domain": {"speed": [5.0, 300.0], "extrapolate": True}})
 MODEL = DirectModel(CONFIG)
 INDEX = np.arange(400, dtype=np.uint64)
-SIZE = 1e-5
 
 
 class TestNextImpact:
-    """In wall axes as in the lab frame, where the particle just flies on to the next wall."""
+    """Turned to the axes of the next wall, a particle flies, spins and lies as it did."""
 
-    @pytest.mark.parametrize("opposite", [False, True])
-    def test_is_that_of_the_lab_frame(self, opposite):
-        start = first_impacts(CONFIG, 3, INDEX)
-        speed, alpha = start.speed, start.alpha1
-        velocity = speed[:, None] * np.column_stack([np.cos(alpha), -np.sin(alpha), 0.0 * alpha])
-        keys = {"seed": 3, "index": INDEX}
-        up = np.array([0.0, 1.0, 0.0])
-        first = MODEL.rebound(velocity, up, SIZE, hit=0, **keys)
-        # flying on, a particle meets a wall above; to meet the one below again, it is turned back
-        if opposite:
-            normal, again, omega = -up, first.velocity, first.omega
-        else:
-            normal, again, omega = up, first.velocity * [1.0, -1.0, 1.0], first.omega
-        second = MODEL.rebound(again, normal, SIZE, omega=omega, hit=1, **keys)
-        there = next_impacts(start, simulated(MODEL, start, 3), np.full(len(INDEX), opposite))
-        after = simulated(MODEL, there, 3)
-        assert (there.hit == 1).all()
-        np.testing.assert_allclose(there.speed, np.linalg.norm(again, axis=1), rtol=1e-12)
-        # some rebounds of many collisions grow a rounding of the condition
-        close = np.isclose(
-            np.linalg.norm(after[:, :3], axis=1) * there.speed,
-            np.linalg.norm(second.velocity, axis=1),
-            rtol=1e-6,
+    @pytest.fixture(scope="class")
+    @classmethod
+    def departures(cls):
+        alpha = np.radians(np.linspace(0.5, 90.0, len(INDEX)))
+        start = first_impacts(alpha, np.full(len(INDEX), 200.0), MODEL.grains(3, INDEX), INDEX)
+        return depart(MODEL, start, 3)
+
+    def frames(self, departures, there, flight):
+        """Axes of the next walls, rows of matrices, in those of the wall that was left."""
+        _, states, orientation = departures
+        speed, omega = np.linalg.norm(states[:, :3], axis=1), states[:, 3:]
+        turned, _ = MODEL.tumble(
+            orientation, omega, departures.impacts.grain, 1.0, (5.0 + 10.0 * flight) / speed
         )
-        assert close.mean() > 0.97
-        along = np.abs(second.velocity @ normal)
-        assert np.isclose(after[close, 1] * there.speed[close], along[close], rtol=1e-5).all()
+        before, after = (
+            Rotation.from_quat(q, scalar_first=True) for q in (turned, there.orientation)
+        )
+        frames = (after * before.inv()).as_matrix()
+        spin = np.einsum("nij,nj->ni", frames, omega / speed[:, None])
+        np.testing.assert_allclose(there.spin, spin, atol=1e-9 * np.abs(spin).max())
+        np.testing.assert_allclose(there.speed, 200.0 * speed, rtol=1e-12)
+        np.testing.assert_array_equal(there.hit, 1)
+        np.testing.assert_array_equal(there.grain, departures.impacts.grain)
+        cosine, sine = np.cos(there.alpha1), np.sin(there.alpha1)
+        towards = np.column_stack([cosine, -sine, np.zeros(len(sine))])
+        direction = np.einsum("nji,nj->ni", frames, towards)
+        keys = {"orientation": turned, "grain": there.grain, "seed": 3, "index": INDEX, "hit": 1}
+        velocity = there.speed[:, None] * direction
+        lab = MODEL.rebound(velocity, frames[:, 1], 1.0, omega=200.0 * omega, **keys)
+        after = np.einsum("nij,nj->ni", frames, lab.velocity) / there.speed[:, None]
+        # in a long chain of collisions rounding grows
+        off = np.abs(after - depart(MODEL, there, 3).states[:, :3]).max(axis=1)
+        assert np.mean(off < 1e-6) > 0.97
+        return frames, direction, states[:, :3] / speed[:, None]
+
+    @pytest.mark.parametrize("walls", WALLS)
+    def test_is_that_of_the_lab_frame(self, departures, walls):
+        uniform = np.random.default_rng(1).random((len(INDEX), 3))
+        number = np.full(len(INDEX), WALLS.index(walls))
+        there = next_impacts(MODEL, departures, number, uniform)
+        frames, direction, left = self.frames(departures, there, uniform[:, 0])
+        normal, up = frames[:, 1], np.array([0.0, 1.0, 0.0])
+        left = left * [1.0, -1.0, 1.0] if walls == "same" else left
+        np.testing.assert_allclose(direction, left, atol=1e-7)
+        if walls in ("same", "opposite"):
+            side = 1.0 if walls == "same" else -1.0
+            np.testing.assert_allclose(normal, np.tile(side * up, (len(INDEX), 1)), atol=1e-12)
+        elif walls == "corner":
+            np.testing.assert_allclose(normal @ up, 0.0, atol=1e-12)
+            np.testing.assert_allclose(np.cross(normal, left) @ up, 0.0, atol=1e-7)
+        else:
+            angles = np.radians(5.0 + 80.0 * uniform[:, 1])
+            np.testing.assert_allclose(there.alpha1, angles, atol=1e-9)
+            # isotropic about the direction: false-alarm rate 1e-6
+            along = normal + np.sin(angles)[:, None] * left
+            side = along @ up / np.cos(angles) / np.linalg.norm(np.cross(left, up), axis=1)
+            assert kstest(np.arccos(np.clip(side, -1, 1)), "uniform", (0, np.pi)).pvalue > 1e-6
+
+    def test_walls_are_met_at_given_angles(self, departures):
+        alpha, uniform = (
+            np.radians(np.linspace(0.5, 90.0, len(INDEX))),
+            np.full((len(INDEX), 2), 0.3),
+        )
+        there = meet(MODEL, departures, alpha, uniform)
+        np.testing.assert_array_equal(there.alpha1, alpha)
+        _, direction, left = self.frames(departures, there, uniform[:, 0])
+        np.testing.assert_allclose(direction, left, atol=1e-7)
 
 
 class TestOccurring:

@@ -221,8 +221,8 @@ class TestNotFinite:
     def spoil(self, monkeypatch):
         """A NaN in the state of particle 3 and infinite energy of particle 5."""
 
-        def spoiled(law, population, conditions, keys, state, collisions, kind, energy):
-            arrays = (state, collisions, kind, energy)
+        def spoiled(law, population, conditions, keys, axes, state, collisions, kind, energy):
+            arrays = (axes, state, collisions, kind, energy)
             stuck = simulate_batch(law, population, conditions, keys, *arrays)
             if keys.particle[0] == 0:
                 state[3, 4], energy[5, 1] = np.nan, np.inf
