@@ -155,9 +155,6 @@ class Config(Record):
         if self.spin and others:
             allowed = f"false with {', '.join(others)} among the components, which it does not give"
             raise refusal("spin", self.spin, allowed)
-        if self.spin and self.domain.omega != "mean":
-            allowed = "'mean' with spin = true: a spin is given back at the next wall"
-            raise refusal("domain.omega", self.domain.omega, allowed)
         return self
 
     @model_validator(mode="after")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sampler.arguments import as_integer
+from sampler.errors import refuse
 from sampler.files import check_output
 from sampler.formats.hdf5 import write_table
 from sampler.table import Table
@@ -103,6 +104,9 @@ def generate(
     as_integer("conditions", conditions, 0, 2**63 - 1, "0 or more")
     if samples is not None:
         as_integer("samples", samples, 1000, 2**63 - 1, "1000 or more")
+    if config.spin and config.domain.omega != "mean":
+        allowed = "'mean' with spin = true, because a spin is given back at the next wall"
+        refuse("domain.omega", repr(config.domain.omega), allowed)
     path = check_output(output)
     fingerprint = f"{software()}\n{config.text}"
     with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
