@@ -85,6 +85,14 @@ class TestSimulate:
         np.testing.assert_array_equal(simulated(spin=spin, threads=3).state, expected.state)
         assert not np.array_equal(simulated(spin=spin, seed=2).state, expected.state)
 
+    def test_angular_velocities_are_those_of_the_pair_or_as_asked(self, simulated, tmp_path):
+        departing = config_file(tmp_path, domain={"omega": "departure"})
+        mean, departure = simulated().state, simulated(omega="departure").state
+        assert (np.abs(mean - departure).max(axis=0) > [-1, -1, -1, 0.1, 0.1, 0.1]).all()
+        np.testing.assert_array_equal(mean[:, :3], departure[:, :3])
+        np.testing.assert_array_equal(simulated(pair=departing).state, departure)
+        np.testing.assert_array_equal(simulated(pair=departing, omega="mean").state, mean)
+
     @pytest.mark.parametrize(
         "shape", ["sphere", "ellipsoid", "prism", "truncated-prism", "tetrahedron"]
     )

@@ -24,6 +24,7 @@ domain.components = ["omega_x", "omega_y", "omega_z", "collisions", "work_shear"
 domain.components: got ['omega_x', ... with work_normal or work_shear no collisions
 domain = {dimension = 2, components = ["u", "w"]} => domain.components: got ['u', 'w'], ... out w in
 spin = "yes" => spin: got 'yes', ... a valid boolean
+domain.omega = "now" => domain.omega: got 'now', ... 'mean' or 'departure'
 name = "a/b" => name: got 'a/b', ... letters, digits
 pair.wall = "  " => pair.wall: got '  ', ... not blank
 pair.resistance = "none" => pair.resistance: got 'none', ... object
