@@ -212,11 +212,11 @@ class TestCounts:
         """A slow impact of a fast spin is inside the law; one without much spin is clamped."""
         table.sample(0.5, 0.1, spin=(0.0, 0.0, 300.0), seed=1, index=0)
         assert table.clamped == 0
-        with pytest.warns(sampler.OutsideTableWarning, match=r"speed: got 0.1\d* at index 0"):
+        with pytest.warns(sampler.OutsideTableWarning, match=r"speed: got 0.1 m/s at row 0"):
             table.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
         assert table.clamped == 1
         strict = spinning_table(outside="raise")
-        with pytest.raises(InputError, match=r"from 5 to 600 m/s of V \(1 \+ 2/3"):
+        with pytest.raises(InputError, match=r"4.98\d* to 598.\d* m/s with this spin"):
             strict.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
 
     def test_a_table_without_valid_speed_counts_nothing(self):
@@ -227,15 +227,15 @@ class TestCounts:
 
 
 REFUSED = [
-    ({"spin": (0.0, np.nan, 0.0)}, "spin: got 0, nan, 0 at index 0, allowed: finite numbers"),
-    ({"spin": [[0.0] * 3, [np.inf] * 3]}, "spin: got inf, inf, inf at index 1"),
-    ({"spin": (1e200, 0.0, 0.0)}, "spin: got 1e+200, 0, 0 at index 0, allowed: a magnitude below"),
+    ({"spin": (0.0, np.nan, 0.0)}, "spin: got 0, nan, 0 at row 0 (particle 0), allowed: finite"),
+    ({"spin": [[0.0] * 3, [np.inf] * 3]}, "spin: got inf, inf, inf at row 1"),
+    ({"spin": (1e200, 0.0, 0.0)}, "spin: got 1e+200, 0, 0 at row 0 (particle 0), allowed: a"),
     ({"spin": (1.0, 2.0)}, "spin: got shape (2,), allowed: (3,) or (..., 3)"),
     ({"spin": "fast"}, "spin: got"),
     ({"spin": (0, 0, 0), "grain": "none"}, "grain: got 'none', allowed: 'own', 'fresh'"),
-    ({"spin": (0, 0, 0), "grain": (2, 0.8, 0.8)}, "grain: got 2, 0.8, 0.8 at index 0"),
-    ({"spin": (0, 0, 0), "grain": (1, 0.4, 0.8)}, "grain: got 1, 0.4, 0.8 at index 0"),
-    ({"spin": (0, 0, 0), "grain": (1, np.nan, 0.8)}, "grain: got 1, nan, 0.8 at index 0"),
+    ({"spin": (0, 0, 0), "grain": (2, 0.8, 0.8)}, "grain: got 2, 0.8, 0.8 at row 0"),
+    ({"spin": (0, 0, 0), "grain": (1, 0.4, 0.8)}, "grain: got 1, 0.4, 0.8 at row 0"),
+    ({"spin": (0, 0, 0), "grain": (1, np.nan, 0.8)}, "grain: got 1, nan, 0.8 at row 0"),
 ]
 
 
@@ -258,7 +258,7 @@ def test_a_table_without_spin_law_refuses():
     with pytest.raises(InputError, match=f"omega: {refused}"):
         table.rebound((0, -100, 0), (0, 1, 0), 1e-5, omega=(0, 0, 0), seed=1, index=0)
     with pytest.raises(InputError, match=f"grain: {refused}"):
-        table.sample(0.5, 100.0, grain="fresh", seed=1, index=0)
+        table.sample(0.5, 100.0, grain=(0, 1, 1), seed=1, index=0)
     with pytest.raises(InputError, match="population: got one"):
         sampler.Table(make_contents(), population={"shapes": {"prism": 1.0}})
     with pytest.raises(InputError, match="grains: asked for"):
