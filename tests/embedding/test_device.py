@@ -157,7 +157,7 @@ def test_a_device_refuses_what_the_table_refuses(cupy, call, name, value, outsid
             getattr(drawer, call)(**arguments)
         lines.append(str(refused.value))
     assert lines[0] == lines[1]
-    assert re.match(f"{name}: got .* at (row|index) 3.*, allowed", lines[0])
+    assert re.match(f"{name}: got .* .* 3.*, allowed", lines[0])
 
 
 def test_only_a_device_refuses(monkeypatch):
