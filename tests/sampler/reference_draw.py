@@ -132,7 +132,7 @@ def reference_grain(contents, seed, index, hit=0):
 
 
 def reference_moments(contents, grain):
-    """Largest and smallest moment of inertia of a grain over m a^2; bounds where a file has none."""
+    """Largest and smallest moment of inertia of a grain over m a^2; bounds in an older file."""
     code, beta, gamma = grain
     if "spin/shape_inertia" not in contents.datasets:
         return 2.0 / 3.0, 0.0
