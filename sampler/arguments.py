@@ -300,7 +300,7 @@ class Call(NamedTuple):
     def place(self, row: int) -> str:
         """Name a row in a message: where it stands in the arrays, and its particle."""
         where = place(row, self.shape).replace("index", "row")
-        return f"{where}, particle {int(self.at('index', row))}"
+        return f"{where} (particle {int(self.at('index', row))})"
 
 
 class HostArrays:

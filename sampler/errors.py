@@ -1,7 +1,7 @@
 """Errors that a user can cause, each one line: the field, what was given, what is allowed.
 
-Draws and rebounds return, in every language, a sum of the flags `CLAMPED` and `EXTRAPOLATED`, or one of
-the negative codes below.
+Draws and rebounds return, in every language, a sum of the flags `CLAMPED` and `EXTRAPOLATED`, or
+one of the negative codes below.
 """
 
 from typing import NamedTuple, NoReturn

@@ -132,8 +132,8 @@ def outside_message(header: Any, call: Call, row: int) -> str:
         )
     name, value, (low, high), unit, note = found
     return (
-        f"{name}: got {told_apart(value, low, high)}{unit} at {at}, allowed: "
-        f"{low:.9g} to {high:.9g}{unit}{note}, the range of the table"
+        f"{name}: got {told_apart(value, low, high, digits=6)}{unit} at {at}, allowed: "
+        f"{low:.6g} to {high:.6g}{unit}{note}, the range of the table"
     )
 
 
@@ -148,8 +148,8 @@ def outside_warning(header: Any, call: Call, row: int, clamped: int) -> str:
     """Write the warning on the first draws outside of a table."""
     return (
         f"{outside_message(header, call, row)}; {clamped} draw{'s' * (clamped > 1)} of this "
-        "call lay outside: angle and speed took the nearest condition of the table instead. "
-        "table.clamped goes on counting, without further warnings"
+        "call lay outside, and took the nearest angle and speed of the table. table.clamped goes "
+        "on counting, without further warnings"
     )
 
 

@@ -28,6 +28,9 @@ _NOT_MEASURED = {
     "joint_auc": np.zeros(0),
 }
 
+#: Coefficients of the moments of inertia of ellipsoids, prisms and spheres; others are made up.
+MOMENTS = {0: (0.2, 0.2), 1: (1 / 3, 1 / 3), 4: (0.2, 0.2)}
+
 
 def _trees(n_shapes: int, depth: int) -> dict[str, np.ndarray]:
     """For each shape a root that asks for spin, and a balanced tree behind it."""
@@ -84,6 +87,8 @@ def spin_datasets(seed: int = 1, *, codes=(0, 1, 3), depth: int = 2) -> dict[str
         "spin/speed_coordinate": np.array([0.1, 0.61]),
         "spin/alpha_range_deg": np.array([0.5, 90.0]),
         "spin/speed_range": np.array([5.0, 600.0]),
+        "spin/spin_range": np.array([0.0, 10.0]),
+        "spin/shape_inertia": np.array([MOMENTS.get(code, (0.25, 0.15)) for code in codes]),
         **trees,
         "spin/centre": np.tile(
             np.array([0.7, 0.3, 0.4, 0.0, 0.0, 0.75, 0.75], np.float32), (leaves, 1)
@@ -101,4 +106,12 @@ def spin_datasets(seed: int = 1, *, codes=(0, 1, 3), depth: int = 2) -> dict[str
 def with_spin_law(contents: TableContents, seed: int = 1, **size: int) -> TableContents:
     """Table with a random spin law beside its own."""
     datasets = dict(contents.datasets) | spin_datasets(seed, **size)
-    return replace(contents, datasets=datasets, valid_speed=(50.0, 300.0))
+    law = {"omega": "mean", "least_inertia": 0.01, "valid_speed": (50.0, 300.0)}
+    return replace(contents, datasets=datasets, **law)
+
+
+def older(contents: TableContents) -> TableContents:
+    """Table as one of version 1.1 has it, which knows no moments of inertia."""
+    later = ("spin/spin_range", "spin/shape_inertia")
+    datasets = {path: v for path, v in contents.datasets.items() if path not in later}
+    return replace(contents, datasets=datasets, omega="departure", least_inertia=0.0)

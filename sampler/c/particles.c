@@ -53,7 +53,7 @@ static fate follow(const rbt_table *table, long first, long particles, uint32_t 
     const size_t n = (size_t)(particles - first < BATCH ? particles - first : BATCH);
     fate end = {0.0, 0.0, 0, 0, 0};
     impacts.velocity = velocity;
-    impacts.omega = rbt_has_spin_law(table) ? omega : NULL; /* NULL: as if they did not spin */
+    impacts.omega = rbt_has_spin_law(table) ? omega : NULL;
     impacts.normal = normal;
     impacts.half_size = half_size;
     impacts.roughness = roughness; /* NULL would be smooth walls */

@@ -181,7 +181,7 @@ RBT_API RBT_DEVICE void rbt_alpha_range(const rbt_table *table, double range[2])
 RBT_API RBT_DEVICE void rbt_speed_range(const rbt_table *table, double range[2]);
 
 /* Impact speeds, m/s, at which the law of the material pair was measured: beyond them it is
-   extrapolated. {1e-300, 1e300} if the table does not say. */
+   extrapolated. {0, 1e300} if the table does not say. */
 RBT_API RBT_DEVICE void rbt_valid_speed(const rbt_table *table, double range[2]);
 
 /* Whether the table has a spin law, the law of particles that arrive spinning, which depends on their
@@ -2637,7 +2637,7 @@ static int rbti_rebound_row(const rbt_table *table, const rbt_impacts *impacts, 
                                       impacts->omega, seed, &grains, impacts->index[0],
                                       impacts->hit[0], new_velocity, new_omega);
     if (report) {
-        const rbt_report none = {code < RBT_OK ? 0 : 1, 1, 0, 0, 1};
+        const rbt_report none = {code >= RBT_OK, 1, 0, 0, 1};
         *report = none;
         rbti_count_flags(code < RBT_OK ? RBT_OK : code, 0, report);
     }
@@ -2884,7 +2884,7 @@ static RBT_DEVICE size_t rbti_header_bytes(const rbti_header *header)
 /* Header of an image, and what older ones do not say: any speed and any spin is valid. */
 static RBT_DEVICE void rbti_read_header(const char *image, rbti_header *header)
 {
-    const double speeds[2] = {RBTI_ANY_SPEED_BOUNDS}, spins[2] = {RBTI_ANY_SPIN_BOUNDS};
+    const double speeds[2] = {0.0, 1e300}, spins[2] = {RBTI_ANY_SPIN_BOUNDS};
     memset(header, 0, sizeof *header);
     memcpy(header, image, RBTI_FIRST_HEADER_BYTES);
     memcpy(header->valid_speed, speeds, sizeof speeds);

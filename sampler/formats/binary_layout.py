@@ -172,7 +172,7 @@ COUNTS = {
 
 #: The same of the spin law.
 SPIN_COUNTS = {
-    "n_shapes": "shapes of the spin law; 0: no spin law, and zeros from here on",
+    "n_shapes": "shapes of the spin law; 0: no spin law, whose fields are 0",
     "n_nodes": "nodes of their trees",
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",

@@ -176,7 +176,7 @@ def _header(contents: TableContents) -> Any:
     header["channels"] = _padded([CHANNELS.index(name) for name in channels])
     header["marginals"] = _padded([held.index(n) if n in held else -1 for n in channels])
     header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])
-    header["valid_speed"] = contents.valid_speed or ANY_SPEED
+    header["valid_speed"] = contents.valid_speed or (0.0, ANY_SPEED[1])
     alpha, span = contents["axes/alpha_deg"], contents["axes/alpha_span_deg"]
     _fill_axis(header, "alpha", np.deg2rad(alpha), np.deg2rad(span), contents)
     _fill_axis(header, "speed", contents["axes/speed"], contents["axes/speed_span"], contents)

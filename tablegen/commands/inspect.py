@@ -21,6 +21,9 @@ from tablegen.config.metric_table import (
 if TYPE_CHECKING:
     from sampler.formats.hdf5 import TableContents
 
+#: What the angular velocity of a state is, in words.
+_OMEGA = {"mean": "mean over free tumbling", "departure": "at the instant of departure"}
+
 
 @click.command(
     cls=options.Command,
@@ -70,6 +73,8 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "speed": contents["axes/speed"].tolist(),
         "speed_independent": contents.speed_independent,
         "valid_speed": contents.valid_speed and list(contents.valid_speed),
+        "omega": contents.omega,
+        "least_inertia": contents.least_inertia,
         "spin": _spin_law(contents),
         "mixture_components": contents["dependence/alias_probability"].shape[-1],
         "quantile_knots": contents["marginals/quantiles"].shape[-1],
@@ -106,6 +111,7 @@ def identity_text(contents: "TableContents") -> str:
         ("impact angle", f"{alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes"),
         ("speed", f"{speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}"),
         ("a draw gives", ", ".join(facts["components"])),
+        ("angular velocity", _OMEGA[facts["omega"]]),
         ("spin law", spin),
         ("mixture", f"{facts['mixture_components']} components a node"),
         ("quantile knots", facts["quantile_knots"]),

@@ -6,10 +6,12 @@ import toolchain
 from known_vectors import VECTORS
 
 SEED = 5
-#: Arrays of each law, and whether grains are fresh: without spin; with it and the keys' grain,
-#: a fresh one or a given one; of a given grain that does not spin.
+#: Arrays of each law, and whether grains are fresh: without spin, of rebounds the own grain or the
+#: law of first impacts; with it and the keys' grain, a fresh one or a given one; of a given grain
+#: that does not spin.
 LAWS = {
     "nodes": ((), 0),
+    "first": ((), 1),
     "own": (("spin",), 0),
     "fresh": (("spin",), 1),
     "given": (("spin", "grain"), 0),
@@ -77,7 +79,7 @@ def one_draw(library, table, arrays, law, k):
     values = np.zeros(10)
     alpha1, speed = arrays["alpha1"][k], arrays["speed"][k]
     key = SEED, int(arrays["index"][k]), int(arrays["hit"][k])
-    if law == "nodes":
+    if law in ("nodes", "first"):
         return library.rbt_draw_all(table, alpha1, speed, *key, values), values
     spin = arrays["spin"][k] if "spin" in arrays else None
     grain = one_grain(library, table, arrays, law, k)
@@ -91,15 +93,22 @@ def one_rebound(library, table, arrays, law, k):
     motion = arrays["velocity"][k], arrays["normal"][k], arrays["half_size"][k], wall
     roughness = arrays["roughness"][k] if "roughness" in arrays else 0.0
     grain = one_grain(library, table, arrays, law, k)
+    library.rbt_keep_grains(table, law != "first")
     code = library.rbt_rebound_grain(table, *motion, roughness, omega, grain, *key, *after)
+    library.rbt_keep_grains(table, 1)
     return code, after
 
 
-def check_report(report, codes):
-    """Check the report of a batch without an error."""
-    n, clamped = len(codes), np.flatnonzero(codes)
-    assert (report.row, report.clamped) == (n, clamped.size)
-    assert report.clamped_row == (clamped[0] if clamped.size else n)
+def check_report(report, codes, code):
+    """Check code and report of a batch without an error."""
+    n, flags = len(codes), np.array(codes, dtype=int)
+    assert (report.row, code) == (n, np.bitwise_or.reduce(flags))
+    for flag, row, count in (
+        (1, report.clamped_row, report.clamped),
+        (2, report.extrapolated_row, report.extrapolated),
+    ):
+        flagged = np.flatnonzero(flags & flag)
+        assert (row, count) == (flagged[0] if flagged.size else n, flagged.size)
 
 
 @pytest.mark.parametrize("n", [0, 1, 31, 33, 200])
@@ -120,8 +129,7 @@ def test_draws_are_those_one_by_one(library, name, law, n):
         assert library.rbt_sample_batch(table, n, given, SEED, None, singles, None) == code
         np.testing.assert_array_equal(states, expected)
         np.testing.assert_array_equal(singles, expected.astype(np.float32))
-        assert code == (sum(codes) > 0)
-        check_report(report, codes)
+        check_report(report, codes, code)
         library.rbt_valid_speed(table, ends)
         beyond = (arrays["speed"] < ends[0]) | (arrays["speed"] > ends[1])
         assert report.extrapolated == beyond.sum()
@@ -145,8 +153,7 @@ def test_rebounds_are_those_one_by_one(library, law, wall, rough, n):
         codes, expected = [c for c, _ in one_by_one], np.array([a for _, a in one_by_one])
         expected = expected.reshape(n, 2, 3).transpose(1, 0, 2)
         np.testing.assert_array_equal(after, expected)
-        assert code == (sum(codes) > 0)
-        check_report(report, codes)
+        check_report(report, codes, code)
         # results may take the place of arguments
         places = arrays["velocity"], arrays.get("omega", after[1])
         assert library.rbt_rebound_batch(table, n, given, SEED, *places, None) == code

@@ -14,6 +14,7 @@ from sampler.formats.binary_layout import (
     ARRAYS,
     FIRST_HEADER_BYTES,
     HEADER_DTYPE,
+    INERTIA_ARRAYS,
     SPIN_ARRAYS,
     field_offset,
 )
@@ -22,7 +23,7 @@ from sampler.formats.image import checksum, header_of, table_image
 GOOD = (VECTORS / "full.rbt").read_bytes()
 #: The same with a spin law: two shapes, the second a mesh, with four nodes and five leaves each.
 SPINNING = table_image(with_spin_law(full(), codes=(1, 6))).tobytes()
-DTYPES = {array.name: np.dtype(array.dtype) for array in (*ARRAYS, *SPIN_ARRAYS)}
+DTYPES = {array.name: np.dtype(array.dtype) for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS)}
 
 
 def field(name, value):
@@ -72,7 +73,13 @@ MALFORMED = {
         field("columns", [0, 1, 2, 3, 4, 7, -1, -1]),  # without its channels
     ],
     -20: [field("at_alias", 64), field("at_quantiles", 2**64 - 64), components_to_the_end],
-    -21: [field("alpha_first", np.nan), field("speed_last", 1.0), field("variate_max", 2e6)],
+    -21: [
+        field("least_inertia", 0.7),
+        field("least_inertia", np.nan),
+        field("alpha_first", np.nan),
+        field("speed_last", 1.0),
+        field("variate_max", 2e6),
+    ],
     -22: [field("alpha_offset", 1), number("speed_coordinate", 3, 0.0)],
     -23: [number("normals", 1000, np.nan)],
     -24: [number("alias", 44, 5)],
@@ -84,11 +91,19 @@ MALFORMED = {
 MALFORMED_SPIN = {
     -16: [cut(FIRST_HEADER_BYTES)],
     -18: [field("n_leaves", 0), field("n_shapes", 1025)],
-    -20: [field("at_experts", 448), field("n_nodes", 2**20)],
-    -21: [field("spin_alpha", [1.0, 0.5]), field("valid_speed", [10.0, np.nan])],
+    -20: [field("at_experts", 448), field("at_shape_inertia", 64), field("n_nodes", 2**20)],
+    -21: [
+        field("spin_alpha", [1.0, 0.5]),
+        field("valid_speed", [10.0, np.nan]),
+        field("spin_size", [2, 1]),
+    ],
     -27: [number("spin_spans", 8, -2e6), number("spin_quantiles", 34, 0)],
     -28: [number("spin_quantiles", 2, 65535)],
-    -29: [number("shape_codes", 0, -1), number("shape_shares", 1, 0.9)],
+    -29: [
+        number("shape_codes", 0, -1),
+        number("shape_shares", 1, 0.9),
+        number("shape_inertia", 3, 0.0),
+    ],
     -30: [number("roots", 1, 8), number("node_cut", 3, 2e3), number("node_child", 2, 1)],
     -31: [number("inputs", 6, np.nan), number("experts", 138, 0)],
 }

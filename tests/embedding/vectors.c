@@ -106,7 +106,10 @@ static int check_columns(const rbt_table *table, const vector_case *c, double to
     return codes[0] == c->code && codes[1] == c->code &&
            agree(c->code, n, states, expected, tolerance) &&
            agree(c->code, n, found, rounded, tolerance) && report.row == (c->code < 0 ? 0u : 1u) &&
-           report.clamped == (c->code > 0 ? 1u : 0u) && report.clamped_row == 1u - report.clamped;
+           report.clamped == (c->code >= 0 && (c->code & RBT_CLAMPED)) &&
+           report.extrapolated == (c->code >= 0 && (c->code & RBT_EXTRAPOLATED)) &&
+           report.clamped_row == 1u - report.clamped &&
+           report.extrapolated_row == 1u - report.extrapolated;
 }
 
 /* `moved` is the same table at another address. */

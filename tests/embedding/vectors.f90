@@ -97,9 +97,9 @@ contains
   end subroutine read_case
 
   function draw_holds() result(holds)
-    logical :: holds, outside
-    real(c_double) :: values(RBT_VALUES), state(6), states(6, 1), valid(2)
-    integer(c_int) :: codes(2)
+    logical :: holds
+    real(c_double) :: values(RBT_VALUES), state(6), states(6, 1)
+    integer(c_int) :: codes(2), flags
     type(rbt_report) :: report
 
     values = untouched
@@ -108,12 +108,13 @@ contains
     codes(1) = rbt_draw(table, given(1), given(2), seed, index_, hit, state, spin=omega)
     codes(2) = rbt_draw_batch(table, given(1:1), given(2:2), seed, [index_], [hit], states, report, &
         spin=omegas)
-    valid = rbt_valid_speed(table)
-    outside = code >= 0 .and. (given(2) < valid(1) .or. given(2) > valid(2))
+    flags = max(code, 0)
     holds = all(codes == code) .and. agree(state, expected(:6), 0.0_c_double) &
         .and. agree(states(:, 1), expected(:6), 0.0_c_double) &
-        .and. report%row == merge(1, 0, code < 0) .and. report%clamped == merge(1, 0, code > 0) &
-        .and. report%clamped_row == report%clamped .and. report%extrapolated == merge(1, 0, outside)
+        .and. report%row == merge(1, 0, code < 0) .and. report%clamped == iand(flags, RBT_CLAMPED) &
+        .and. report%clamped_row == report%clamped &
+        .and. report%extrapolated == iand(flags, RBT_EXTRAPOLATED) / RBT_EXTRAPOLATED &
+        .and. report%extrapolated_row == report%extrapolated
     if (associated(omega)) return
     codes(1) = rbt_draw_all(table, given(1), given(2), seed, index_, hit, values)
     holds = holds .and. codes(1) == code .and. agree(values, expected, 0.0_c_double)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE, SPIN_ARRAYS
+from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE, INERTIA_ARRAYS, SPIN_ARRAYS
 
 
 def read_binary(path):
@@ -14,7 +14,8 @@ def read_binary(path):
     header = np.frombuffer(data[: HEADER_DTYPE.itemsize], HEADER_DTYPE)[0]
     cells = max(int(header["n_alpha"]) - 1, 1) * max(int(header["n_speed"]) - 1, 1)
     arrays = {}
-    for array in ARRAYS + SPIN_ARRAYS if header["n_shapes"] else ARRAYS:
+    spin = (SPIN_ARRAYS + INERTIA_ARRAYS) * bool(header["n_shapes"])
+    for array in ARRAYS + spin:
         dims = (
             cells if d == "n_cells" else header[d] if isinstance(d, str) else d for d in array.dims
         )

@@ -103,6 +103,10 @@ def reference_draw(contents, alpha1, speed, words):
     u = c["u_hat"] * math.sqrt(1.0 - c["v"] ** 2 - normal)
     w = c["w_hat"] * math.sqrt(1.0 - c["v"] ** 2 - normal - u**2)
     left = 1.0 - c["v"] ** 2 - normal - u**2 - w**2
+    # no more energy of rotation than is left, of the grain with the smallest moment of inertia
+    turns = contents.least_inertia * sum(c[f"omega_{axis}"] ** 2 for axis in "xyz")
+    for axis in "xyz":
+        c[f"omega_{axis}"] *= math.sqrt((left + normal) / max(turns, left + normal))
     values = {**c, "u": u, "w": w, "collisions": math.floor(c["collisions"])}
     values["rotational_energy"] = c["energy_hat"] * left
     values |= {"work_normal": normal, "work_shear": left - values["rotational_energy"]}
@@ -125,6 +129,16 @@ def reference_grain(contents, seed, index, hit=0):
         bounded = min(max(drawn, 0.001), 1.0)
         ratios.append(contents["spin/ratio_range"][row, k, 0] if own else bounded)
     return code, *ratios
+
+
+def reference_moments(contents, grain):
+    """Largest and smallest moment of inertia of a grain over m a^2; bounds in an older file."""
+    code, beta, gamma = grain
+    if "spin/shape_inertia" not in contents.datasets:
+        return 2.0 / 3.0, 0.0
+    row = list(contents["spin/shape_codes"]).index(code)
+    g1, g3 = contents["spin/shape_inertia"][row]
+    return g1 * (1.0 + beta**2), g3 * beta**2 * (1.0 + gamma**2)
 
 
 def _leaf(contents, row, condition):
@@ -156,7 +170,11 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     alphas, speeds = np.deg2rad(contents["spin/alpha_range_deg"]), contents["spin/speed_range"]
     factor = math.sqrt(1.0 + 2.0 / 3.0 * sum(x * x for x in spin))
     turn = -1.0 if spin[0] < 0.0 else 1.0
-    sigma = np.array([turn * spin[0], turn * spin[1], spin[2]]) / factor
+    divisor, square = factor, sum(x * x for x in spin)
+    if "spin/spin_range" in contents.datasets:
+        most = contents["spin/spin_range"][1] ** 2
+        divisor = (1.0 + min(square, most)) ** 0.25 * math.sqrt(max(square / most, 1.0))
+    sigma = np.array([turn * spin[0], turn * spin[1], spin[2]]) / divisor
     k, n = contents["spin/speed_coordinate"]
     effective = min(max(speed * factor, speeds[0]), speeds[1])
     q = [math.sqrt(min(max(alpha1, alphas[0]), alphas[1])), math.exp(-k * effective**n), *sigma]
@@ -182,5 +200,9 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     bounded = z / np.sqrt(1.0 + z * z / 36.0)
     x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(6)])
     # 7. state
-    velocity = factor * x[:3] / math.sqrt(1.0 + x[:3] @ x[:3])
-    return np.array([*velocity, *(factor * x[3:])]) * [1.0, 1.0, turn, turn, turn, 1.0]
+    largest, smallest = reference_moments(contents, grain)
+    root = math.sqrt(1.0 + largest * sum(x * x for x in spin))
+    whole = 1.0 + x[:3] @ x[:3]
+    turning = root / math.sqrt(max(smallest * (x[3:] @ x[3:]) * whole, 1.0))
+    velocity = root / math.sqrt(whole) * x[:3]
+    return np.array([*velocity, *(turning * x[3:])]) * [1.0, 1.0, turn, turn, turn, 1.0]

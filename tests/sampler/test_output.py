@@ -34,7 +34,7 @@ def test_is_left_as_it_was_if_a_row_is_refused(table_path, count, threads, outsi
     given = {key: values[:count] for key, values in _conditions().items()}
     given[name][count - 1000] = value
     out = np.full((count, 6), 7.0)
-    with pytest.raises(InputError, match=f"{name}: got .* at index {count - 1000}, allowed"):
+    with pytest.raises(InputError, match=f"{name}: got .* at row {count - 1000} .*, allowed"):
         table.sample(**given, seed=1, index=range(count), threads=threads, out=out)
     assert (out == 7.0).all()
 

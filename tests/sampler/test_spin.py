@@ -2,11 +2,12 @@
 
 import copy
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from reference_draw import key_words, reference_grain, reference_spin_draw
-from spin_tables import with_spin_law
+from reference_draw import key_words, reference_draw, reference_grain, reference_spin_draw
+from spin_tables import MOMENTS, older, with_spin_law
 from synthetic_table import make_contents
 
 import sampler
@@ -102,7 +103,7 @@ class TestSample:
 
     def test_without_spin_nothing_changes(self, table):
         alpha1, speed, _ = conditions()
-        plain = sampler.Table(make_contents())
+        plain = sampler.Table(make_contents(least_inertia=CONTENTS.least_inertia))
         np.testing.assert_array_equal(
             table.sample(alpha1, speed, **KEYS), plain.sample(alpha1, speed, **KEYS)
         )
@@ -193,6 +194,32 @@ class TestRebound:
         close = np.isclose(found.omega / scale, states[:, 3:], rtol=0, atol=1e-4)
         assert close.all(axis=1).mean() > 0.98
 
+    @pytest.mark.parametrize("roughness", [None, 0.3])
+    def test_no_omega_is_a_spin_of_zeros_of_the_own_grain(self, table, roughness):
+        velocity, normal, _ = lab()
+        given = velocity, normal, 1e-5
+        zeros = table.rebound(*given, omega=np.zeros(3), roughness=roughness, **KEYS)
+        found = table.rebound(*given, roughness=roughness, **KEYS)
+        np.testing.assert_array_equal(np.hstack(found), np.hstack(zeros))
+        for k in range(0, N, 23):
+            keys, tilt = (5, int(INDEX[k]), int(HITS[k])), roughness or 0.0
+            impact = tuple(velocity[k]), tuple(normal[k]), 1e-5, None, tilt
+            assert sampler.rough_rebound(table.handle, *impact, *keys, OUT) >= 0
+            np.testing.assert_array_equal(OUT, np.hstack(zeros)[k])
+
+    def test_fresh_and_no_omega_is_a_first_impact(self, table):
+        velocity, normal, _ = lab()
+        plain = sampler.Table(make_contents(least_inertia=CONTENTS.least_inertia))
+        expected = plain.rebound(velocity, normal, 1e-5, **KEYS)
+        for drawer in (table, plain):
+            found = drawer.rebound(velocity, normal, 1e-5, grain="fresh", **KEYS)
+            np.testing.assert_array_equal(np.hstack(found), np.hstack(expected))
+        # on a rough wall, further bounces have the spin that the first has left
+        rough = table.rebound(velocity, normal, 1e-5, grain="fresh", roughness=0.4, **KEYS)
+        forgetful = plain.rebound(velocity, normal, 1e-5, roughness=0.4, **KEYS)
+        same = (np.hstack(rough) == np.hstack(forgetful)).all(axis=1)
+        assert 0.2 < same.mean() < 1.0
+
     def test_no_roughness_is_a_smooth_wall(self, table):
         velocity, normal, omega = lab()
         smooth = table.rebound(velocity, normal, 1e-5, omega=omega, **KEYS)
@@ -200,7 +227,108 @@ class TestRebound:
         np.testing.assert_array_equal(rough.velocity, smooth.velocity)
 
 
+def wild(seed):
+    """Table with quantiles that no particle has, at the bounds of what is accepted."""
+    rng, datasets = np.random.default_rng(seed), dict(CONTENTS.datasets)
+    shape = datasets["spin/quantiles"].shape
+    knots = np.sort(rng.standard_normal(shape) * 10.0 ** rng.uniform(-3, 5, (*shape[:2], 1)))
+    knots[:, 1] = np.sort(10.0 ** rng.uniform(-9, 3, (shape[0], shape[2])))
+    knots[::2, 1, 0] = 0.0
+    nodes = datasets["marginals/quantiles"].astype(np.float64)
+    nodes[..., [2, 4, 5], :] *= 10.0 ** rng.uniform(0, 6)
+    changed = {"spin/quantiles": knots.astype(np.float32), "marginals/quantiles": nodes}
+    return sampler.Table(replace(CONTENTS, datasets=datasets | changed, least_inertia=0.05))
+
+
+class TestEnergy:
+    """No draw has more energy than its own grain can have before, whatever the quantiles are."""
+
+    @pytest.mark.parametrize("seed", range(6))
+    def test_of_the_spin_law(self, seed):
+        table = wild(seed)
+        alpha1, speed, spin = conditions(seed)
+        spin *= 10.0 ** np.random.default_rng(seed).uniform(-3, 3, (N, 1))
+        for given in (spin, np.zeros((N, 3))):
+            states = table.sample(alpha1, speed, spin=given, **KEYS)
+            codes, beta, gamma = table.grains(5, INDEX).T
+            g1, g3 = np.array([MOMENTS.get(int(code), (0.25, 0.15)) for code in codes]).T
+            before = 1.0 + g1 * (1.0 + beta**2) * (given**2).sum(axis=1)
+            turning = g3 * beta**2 * (1.0 + gamma**2) * (states[:, 3:] ** 2).sum(axis=1)
+            after = (states[:, :3] ** 2).sum(axis=1) + turning
+            assert (after <= before * (1.0 + 1e-12)).all()
+            assert (after > 0.999 * before).any()  # the bound is met
+            assert (states[:, 1] > 0.0).all()
+
+    @pytest.mark.parametrize("seed", range(3))
+    def test_of_first_impacts(self, seed):
+        alpha1, speed, _ = conditions(seed)
+        states = wild(seed).sample(alpha1, speed, **KEYS)
+        after = (states[:, :3] ** 2).sum(axis=1) + 0.05 * (states[:, 3:] ** 2).sum(axis=1)
+        assert (after <= 1.0 + 1e-12).all()
+        assert (after > 1.0 - 1e-9).any()
+
+    @pytest.mark.parametrize("seed", range(2))
+    def test_as_the_specification_says(self, seed):
+        """Quantiles are 16-bit steps, so only what is shortened hard is compared: its size."""
+        table, (alpha1, speed, _) = wild(seed), conditions(seed)
+        states = table.sample(alpha1, speed, **KEYS)
+        for k in range(40):
+            words = key_words(5, int(INDEX[k]), int(HITS[k]))
+            expected = reference_draw(table.contents, alpha1[k], speed[k], words)
+            np.testing.assert_allclose(states[k], expected, atol=1e-3)
+
+    def test_older_files_have_the_bounds_of_any_grain(self):
+        table, (alpha1, speed, spin) = sampler.Table(older(CONTENTS)), conditions()
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        words = [key_words(5, int(i), int(h), 2) for i, h in zip(INDEX, HITS, strict=True)]
+        grains = [reference_grain(table.contents, 5, int(index)) for index in INDEX]
+        rows = zip(alpha1, speed, spin, grains, words, strict=True)
+        expected = np.array([reference_spin_draw(table.contents, *row) for row in rows])
+        assert np.median(np.abs(states - expected).max(axis=1)) < 1e-4
+        assert (states != spinning_table().sample(alpha1, speed, spin=spin, **KEYS)).any()
+
+
 class TestCounts:
+    def test_spins_beyond_the_law_are_counted_and_drawn_as_they_are(self, table):
+        spins = np.array([[0.0, 0.0, 9.9], [0.0, 7.2, 7.2], [15.0, 0.0, 0.0]])
+        with pytest.warns(
+            sampler.OutsideTableWarning, match=r"spin: got 10\.18\d* at row 1 .*0 to 10"
+        ):
+            states = table.sample(0.5, 40.0, spin=spins, seed=1, index=0)
+        assert table.clamped == 2
+        limits = CONTENTS.datasets | {"spin/spin_range": np.array([0.0, 1e3])}
+        wide = sampler.Table(replace(CONTENTS, datasets=limits))
+        np.testing.assert_array_equal(wide.sample(0.5, 40.0, spin=spins, seed=1, index=0), states)
+        assert wide.clamped == 0
+
+    @pytest.mark.parametrize(
+        ("velocity", "omega", "said"),
+        [
+            ((60, -0.1, 0), None, "velocity: got 0.0954929 deg{}0.5 to 90 deg from the wall, "),
+            ((0, -1, 0), None, "velocity: got 1 m/s{}5 to 600 m/s, "),
+            (
+                (0, -400, 0),
+                (6e7, 0, 0),
+                "velocity: got 400 m/s{}0 to 346.41 m/s with this angular velocity, ",
+            ),
+            ((0, -400, 0), (9e7, 0, 0), "omega: got 9e+07 rad/s{}0 to 7.34847e+07 rad/s, "),
+            ((0, -100, 0), (0, 2e8, 0), "omega: got 2e+08 rad/s{}0 to 1e+08 rad/s, "),
+        ],
+    )
+    def test_messages_of_rebounds_speak_of_what_was_given(self, velocity, omega, said):
+        strict = spinning_table(outside="raise")
+        with pytest.raises(InputError) as refused:
+            strict.rebound(velocity, (0, 1, 0), 1e-5, omega=omega, seed=1, index=77)
+        where = " at row 0 (particle 77), allowed: "
+        assert str(refused.value) == said.format(where) + "the range of the table"
+
+    def test_flags_of_single_draws_add_up(self, table):
+        for speed, spin, flags in (
+            (100.0, None, 0), (20.0, (0.0, 0.0, 0.1), sampler.EXTRAPOLATED),
+            (100.0, (0.0, 0.0, 11.0), sampler.CLAMPED), (2.0, (0.0, 0.0, 0.1), 3), (20.0, None, 3),
+        ):  # fmt: skip
+            assert sampler.draw(table.handle, 0.5, speed, 1, 2, 3, OUT, spin) == flags
+
     def test_extrapolated_are_not_clamped(self, table):
         table.sample(0.5, [20.0, 100.0, 49.0], spin=(0.0, 0.0, 1.0), seed=1, index=[0, 1, 2])
         assert (table.extrapolated, table.clamped) == (2, 0)
@@ -210,13 +338,13 @@ class TestCounts:
 
     def test_effective_speed_counts(self, table):
         """A slow impact of a fast spin is inside the law; one without much spin is clamped."""
-        table.sample(0.5, 0.1, spin=(0.0, 0.0, 300.0), seed=1, index=0)
+        table.sample(0.5, 1.0, spin=(0.0, 0.0, 9.0), seed=1, index=0)
         assert table.clamped == 0
-        with pytest.warns(sampler.OutsideTableWarning, match=r"speed: got 0.1\d* at index 0"):
+        with pytest.warns(sampler.OutsideTableWarning, match=r"speed: got 0.1 m/s at row 0"):
             table.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
         assert table.clamped == 1
         strict = spinning_table(outside="raise")
-        with pytest.raises(InputError, match=r"from 5 to 600 m/s of V \(1 \+ 2/3"):
+        with pytest.raises(InputError, match=r"4.98\d* to 598.\d* m/s with this spin"):
             strict.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
 
     def test_a_table_without_valid_speed_counts_nothing(self):
@@ -227,15 +355,15 @@ class TestCounts:
 
 
 REFUSED = [
-    ({"spin": (0.0, np.nan, 0.0)}, "spin: got 0, nan, 0 at index 0, allowed: finite numbers"),
-    ({"spin": [[0.0] * 3, [np.inf] * 3]}, "spin: got inf, inf, inf at index 1"),
-    ({"spin": (1e200, 0.0, 0.0)}, "spin: got 1e+200, 0, 0 at index 0, allowed: a magnitude below"),
+    ({"spin": (0.0, np.nan, 0.0)}, "spin: got 0, nan, 0 at row 0 (particle 0), allowed: finite"),
+    ({"spin": [[0.0] * 3, [np.inf] * 3]}, "spin: got inf, inf, inf at row 1"),
+    ({"spin": (1e200, 0.0, 0.0)}, "spin: got 1e+200, 0, 0 at row 0 (particle 0), allowed: a"),
     ({"spin": (1.0, 2.0)}, "spin: got shape (2,), allowed: (3,) or (..., 3)"),
     ({"spin": "fast"}, "spin: got"),
     ({"spin": (0, 0, 0), "grain": "none"}, "grain: got 'none', allowed: 'own', 'fresh'"),
-    ({"spin": (0, 0, 0), "grain": (2, 0.8, 0.8)}, "grain: got 2, 0.8, 0.8 at index 0"),
-    ({"spin": (0, 0, 0), "grain": (1, 0.4, 0.8)}, "grain: got 1, 0.4, 0.8 at index 0"),
-    ({"spin": (0, 0, 0), "grain": (1, np.nan, 0.8)}, "grain: got 1, nan, 0.8 at index 0"),
+    ({"spin": (0, 0, 0), "grain": (2, 0.8, 0.8)}, "grain: got 2, 0.8, 0.8 at row 0"),
+    ({"spin": (0, 0, 0), "grain": (1, 0.4, 0.8)}, "grain: got 1, 0.4, 0.8 at row 0"),
+    ({"spin": (0, 0, 0), "grain": (1, np.nan, 0.8)}, "grain: got 1, nan, 0.8 at row 0"),
 ]
 
 
@@ -258,7 +386,7 @@ def test_a_table_without_spin_law_refuses():
     with pytest.raises(InputError, match=f"omega: {refused}"):
         table.rebound((0, -100, 0), (0, 1, 0), 1e-5, omega=(0, 0, 0), seed=1, index=0)
     with pytest.raises(InputError, match=f"grain: {refused}"):
-        table.sample(0.5, 100.0, grain="fresh", seed=1, index=0)
+        table.sample(0.5, 100.0, grain=(0, 1, 1), seed=1, index=0)
     with pytest.raises(InputError, match="population: got one"):
         sampler.Table(make_contents(), population={"shapes": {"prism": 1.0}})
     with pytest.raises(InputError, match="grains: asked for"):
@@ -291,6 +419,15 @@ class TestPopulation:
         other = spinning_table(population={"shapes": {"prism": 1.0, "ellipsoid": 3.0}})
         still = other.sample(0.5, 100.0, spin=(0, 0, 0), seed=1, index=range(50))
         np.testing.assert_array_equal(other.sample(0.5, 100.0, seed=1, index=range(50)), still)
+        # the law of first impacts, of another grain at each hit, in every language
+        keys = {"seed": 1, "index": range(50), "hit": 3}
+        fresh = other.sample(0.5, 100.0, spin=(0, 0, 0), grain="fresh", **keys)
+        np.testing.assert_array_equal(other.sample(0.5, 100.0, **keys), fresh)
+        for k in range(50):
+            assert sampler.draw(other.handle, 0.5, 100.0, 1, k, 3, OUT) >= 0
+            np.testing.assert_array_equal(OUT, fresh[k])
+        impact = np.array([87.758256189, -47.942553860, 0.0]), (0, 1, 0), 1e-5
+        assert np.hstack(other.rebound(*impact, grain="fresh", **keys)).any(axis=1).all()
         shapes = other.grains(1, range(2000))[:, 0]
         assert set(shapes) == {0.0, 1.0}
         # 4.5 standard errors: false-alarm rate 7e-6

@@ -10,7 +10,7 @@ with one case a line, numbers as hexadecimal floating point:
     rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE ...
 
 Lines of a table without the work of the impulses, which is 0 then, do not have it. The table spin,
-with a spin law, has other lines, in which SPIN and OMEGA are those before the impact:
+with a spin law, also has other lines, in which SPIN and OMEGA are those before the impact:
 
     spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6
     spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE ...
@@ -177,6 +177,9 @@ def cases(table):
             "spin-draw": SPIN_DRAWS,
             "spin-rebound": SPIN_REBOUNDS,
             "spin-rough": SPIN_ROUGH,
+            # not spinning: as with zeros
+            "rebound": rebound_conditions(table)[:4],
+            "rough-rebound": rough_conditions(table)[:5],
         }
     for kind, conditions in kinds.items():
         yield from lines(table, kind, conditions)

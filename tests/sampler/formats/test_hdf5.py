@@ -299,6 +299,9 @@ REFUSED = {
         lambda f: f["axes/speed"].attrs.__setitem__("units", [1, 2]),
         r"axes/speed: units: got \[1, 2\], allowed: 'm s-1'",
     ),
+    "omega": (_attribute("omega", "now"), "omega: got 'now', allowed: 'mean', 'departure'"),
+    "inertia": (_attribute("least_inertia", 0.7), "least_inertia: got 0.7, allowed: .* 0 to 0.667"),
+    "inertia of nan": (_attribute("least_inertia", np.nan), "least_inertia: got nan"),
     "KS above 1": (_value("accuracy/ks", (1, 2), 1.2), r"accuracy/ks: got 1.2 at \[1, 2\]"),
 }
 

@@ -6,12 +6,27 @@ import math
 import numpy as np
 import pytest
 from binary_reader import read_binary
-from spin_tables import with_spin_law
+from spin_tables import older, with_spin_law
 from synthetic_table import make_contents
 
-from sampler.formats.binary_layout import ALIGNMENT, ARRAYS, HEADER_DTYPE, field_offset
+from sampler.formats.binary_layout import (
+    ALIGNMENT,
+    ARRAYS,
+    HEADER_DTYPE,
+    SECOND_HEADER_BYTES,
+    field_offset,
+)
 from sampler.formats.bounds import LANES
-from sampler.formats.image import expert_records, header_of, table_image, write_binary_table
+from sampler.formats.image import (
+    aligned,
+    checksum,
+    expert_records,
+    header_of,
+    table_image,
+    write_binary_table,
+)
+from sampler.library import OpenTable
+from sampler.table import Table
 
 pytestmark = pytest.mark.processor
 
@@ -77,6 +92,29 @@ def test_a_spin_law_is_in_the_file(contents, tmp_path):
     assert header["valid_speed"].tolist() == [50.0, 300.0]
     assert header["spin_speed"].tolist() == spinning["spin/speed_range"].tolist()
     assert header["aspect"].tolist() == spinning["spin/aspect"].ravel().tolist()
+    assert header["spin_size"].tolist() == [0.0, 10.0]
+    assert header["least_inertia"] == spinning.least_inertia
+    held = spinning["spin/shape_inertia"][[0, 2]]
+    assert arrays["shape_inertia"].tolist() == held.ravel().tolist()
+
+
+def test_headers_of_older_versions_are_read(contents):
+    """Of version 1.2: what lies behind its header is something else."""
+    alpha, keys = np.array([0.5, 0.8]), {"seed": 1, "index": [3, 4], "spin": (0.3, 0.0, -14.0)}
+    now = table_image(older(with_spin_law(contents)))
+    old = aligned(now.size)
+    old[:] = now
+    header_of(old)["minor"], header_of(old)["header_bytes"] = 2, SECOND_HEADER_BYTES
+    old[SECOND_HEADER_BYTES : HEADER_DTYPE.itemsize] = 0xFF
+    at = field_offset("sha256")
+    old[at : at + 32] = np.frombuffer(checksum(old), np.uint8)
+    states = []
+    for image in (now, old):
+        table = Table(older(with_spin_law(contents)))
+        table._table = OpenTable(image)
+        states.append(table.sample(alpha, 30.0, **keys))
+        assert table.clamped == 0
+    np.testing.assert_array_equal(*states)
 
 
 def test_equal_tables_give_equal_bytes(contents, written):
