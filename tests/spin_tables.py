@@ -26,6 +26,8 @@ _NOT_MEASURED = {
     "auc": np.zeros(0),
     "joint_ks": np.zeros((0, N_OUTCOMES)),
     "joint_auc": np.zeros(0),
+    **{f"cell_{name}": np.zeros(0) for name in ("ks", "energy")},
+    **{f"chain_{name}": np.zeros(0) for name in ("ks", "energy", "spin")},
 }
 
 #: Coefficients of the moments of inertia of ellipsoids, prisms and spheres; others are made up.

@@ -328,7 +328,7 @@ SPIN_DATASETS = (
         "|i1",
         ("n_nodes",),
         "1",
-        "what a node compares: 0 to 4 a condition, 5 the square of a Omega / V_e",
+        "what a node compares: 0 to 4 a condition, 5 the square of the coordinate of the spin",
         (checks.within(0, N_CONDITIONS),),
     ),
     Dataset(
