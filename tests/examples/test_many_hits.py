@@ -6,9 +6,6 @@ import many_hits
 import numpy as np
 import pytest
 
-from tablegen import DirectModel
-from tablegen.simulation.impact_chains import depart, first_impacts, next_impacts
-
 COUNT = 40_000
 
 
@@ -46,29 +43,6 @@ def test_quantities_after_each_hit_and_walls(walls, turn, angles):
         np.testing.assert_allclose(found[:, 1].T, np.tile(angles, (300, 1)))
     else:
         assert 5.0 <= found[1:, 1].min() < 7.0 < 83.0 < found[1:, 1].max() <= 85.0
-
-
-def test_direct_simulation_keeps_the_orientation(config, models):
-    """As by `tablegen.simulation.impact_chains`: within 4.5 standard errors, 1e-4 in all.
-
-    In uniform orientations the energy would be 4 % larger after three hits of opposite walls.
-    """
-    count, direct = 40_000, DirectModel(config)
-    alpha, speed = np.full(count, np.radians(38.0)), np.full(count, 240.0)
-    index = np.arange(count, dtype=np.uint64)
-    for number, walls in enumerate(("one wall", "opposite walls", "any direction", "corner")):
-        found = many_hits.follow(
-            models["direct simulation"], walls, 38.0, 240.0, count, 3, seed=number
-        )
-        impacts = first_impacts(alpha, speed, direct.grains(9, index), index)
-        for hit in range(3):
-            departures = depart(direct, impacts, 9)
-            after = impacts.speed * np.linalg.norm(departures.states[:, :3], axis=1)
-            ratio, error, _ = many_hits.compare(found[hit], np.tile(after, (4, 1)))
-            assert abs(ratio - 1.0) < 4.5 * error
-            uniform = np.random.default_rng(hit).random((count, 3))
-            impacts = next_impacts(direct, departures, np.full(count, number), uniform)
-        assert 4.5 * error < 0.035 or walls != "opposite walls"
 
 
 @pytest.mark.parametrize("walls", many_hits.WALLS)
