@@ -250,18 +250,8 @@ RBTI_PART void rbti_rebound_rows(
     rbti_add_to_report(&found, report);
 }
 
-/* Rebounds from smooth walls of particles that do not spin; neither `roughness` nor `omega` is read. */
+/* Rebounds from smooth walls; `roughness` is not read, and omega may be NULL. */
 RBT_KERNEL rbt_rebound_kernel(RBTI_REBOUND_PARAMETERS)
-{
-    (void)roughness;
-    (void)omega;
-    rbti_rebound_rows(&table, n, single, velocity, normal, half_size, wall_velocity,
-                      (const RBT_REAL *)0, (const RBT_REAL *)0, seed, index, hit, new_velocity,
-                      new_omega, report);
-}
-
-/* The same with the angular velocity that particles arrive with, omega[3 * n]. */
-RBT_KERNEL rbt_spin_rebound_kernel(RBTI_REBOUND_PARAMETERS)
 {
     (void)roughness;
     rbti_rebound_rows(&table, n, single, velocity, normal, half_size, wall_velocity,

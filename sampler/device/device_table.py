@@ -130,8 +130,7 @@ class DeviceTable(Counting):
         arguments |= {name: values for name, values in others.items() if values is not None}
         call = self._call(arguments, "omega", omega, grain, Keys(seed, index, hit))
         after = [self._empty(*call.shape, 3) for _ in range(2)]
-        smooth = "rbt_spin_rebound_kernel" if "omega" in call.rows.arrays else "rbt_rebound_kernel"
-        kernel = smooth if roughness is None else "rbt_rough_rebound_kernel"
+        kernel = "rbt_rebound_kernel" if roughness is None else "rbt_rough_rebound_kernel"
         names = ("velocity", "normal", "half_size", "wall_velocity", "roughness", "omega")
         self._launch(kernel, grain, call, names, after)
         return Rebound(*after)

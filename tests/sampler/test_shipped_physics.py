@@ -3,6 +3,7 @@
 import numba
 import numpy as np
 import pytest
+from spin_tables import energies
 
 import sampler
 
@@ -39,6 +40,21 @@ def _draw_and_count(draws):
 
 def test_a_million_draws():
     assert _draw_and_count(1_000_000) == 0
+
+
+@pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
+@pytest.mark.parametrize("name", ["corundum-steel", "corundum-steel-compact"])
+def test_spinning_particles_gain_no_energy(name):
+    table, rng, n = sampler.load(name), np.random.default_rng(21), 200_000
+    spin = rng.standard_normal((n, 3))
+    spin *= (rng.uniform(0.0, 10.0, n) * (rng.random(n) > 0.2) / np.linalg.norm(spin, axis=1))[
+        :, None
+    ]
+    impacts = np.radians(rng.uniform(0.5, 90.0, n)), rng.uniform(5.0, 300.0, n)
+    states = table.sample(*impacts, spin=spin, seed=1, index=range(n))
+    after, before = energies(table.contents, states, spin, table.grains(1, range(n)))
+    assert (after <= before * (1.0 + 1e-12)).all()
+    assert (states[:, 1] > 0.0).all()
 
 
 @pytest.mark.study

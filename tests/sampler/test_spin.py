@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw, reference_grain, reference_spin_draw
-from spin_tables import MOMENTS, older, with_spin_law
+from spin_tables import energies, older, with_spin_law
 from synthetic_table import make_contents
 
 import sampler
@@ -71,14 +71,6 @@ class TestSample:
         keys = {"seed": 5, "index": INDEX[part], "hit": HITS[part]}
         some = table.sample(alpha1[part], speed[part], spin=spin[part], **keys)
         np.testing.assert_array_equal(some, whole[part])
-
-    def test_physics_holds(self, table):
-        alpha1, speed, spin = conditions()
-        states = table.sample(alpha1, speed, spin=spin, **KEYS)
-        limit = 1.0 + 2.0 / 3.0 * (spin**2).sum(axis=1)
-        assert np.isfinite(states).all()
-        assert (states[:, 1] > 0.0).all()
-        assert ((states[:, :3] ** 2).sum(axis=1) < limit).all()
 
     def test_own_grain_is_the_one_given(self, table):
         alpha1, speed, spin = conditions()
@@ -250,11 +242,7 @@ class TestEnergy:
         spin *= 10.0 ** np.random.default_rng(seed).uniform(-3, 3, (N, 1))
         for given in (spin, np.zeros((N, 3))):
             states = table.sample(alpha1, speed, spin=given, **KEYS)
-            codes, beta, gamma = table.grains(5, INDEX).T
-            g1, g3 = np.array([MOMENTS.get(int(code), (0.25, 0.15)) for code in codes]).T
-            before = 1.0 + g1 * (1.0 + beta**2) * (given**2).sum(axis=1)
-            turning = g3 * beta**2 * (1.0 + gamma**2) * (states[:, 3:] ** 2).sum(axis=1)
-            after = (states[:, :3] ** 2).sum(axis=1) + turning
+            after, before = energies(CONTENTS, states, given, table.grains(5, INDEX))
             assert (after <= before * (1.0 + 1e-12)).all()
             assert (after > 0.999 * before).any()  # the bound is met
             assert (states[:, 1] > 0.0).all()
@@ -343,9 +331,6 @@ class TestCounts:
         with pytest.warns(sampler.OutsideTableWarning, match=r"speed: got 0.1 m/s at row 0"):
             table.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
         assert table.clamped == 1
-        strict = spinning_table(outside="raise")
-        with pytest.raises(InputError, match=r"4.98\d* to 598.\d* m/s with this spin"):
-            strict.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
 
     def test_a_table_without_valid_speed_counts_nothing(self):
         table = sampler.Table(make_contents())
