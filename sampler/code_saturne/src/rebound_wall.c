@@ -28,7 +28,6 @@
 static rebound_settings_t settings;
 static rbt_table *table = NULL;
 static int first_attribute = -1;
-static double valid_speed[2]; /* at which the law of the material pair was measured, m/s */
 static int *is_symmetry = NULL; /* of each zone that is ours; -1: not ours */
 static int n_zones = 0;
 static int resumed = 0;
@@ -52,7 +51,6 @@ static void check_models(void)
 void rebound_wall_model(void)
 {
     table = rebound_settings_read(&settings);
-    rbt_valid_speed(table, valid_speed);
     first_attribute = cs_glob_lagr_model->n_user_variables;
     cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
 }
@@ -182,7 +180,7 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     kept[REBOUND_HITS] += 1.0;
     counts[0]++;
     counts[1] += (code & RBT_CLAMPED) != 0;
-    counts[2] += speed < valid_speed[0] || speed > valid_speed[1];
+    counts[2] += (code & RBT_EXTRAPOLATED) != 0;
     return code;
 }
 

@@ -325,7 +325,7 @@ bool Foam::TabulatedRebound<CloudType>::correct
 
     ++counts_.hits;
     if (code & reboundTable::clamped) ++counts_.clamped;
-    if (table_->extrapolates(mag(Urelative))) ++counts_.extrapolated;
+    if (code & reboundTable::extrapolated) ++counts_.extrapolated;
 
     if (keepsSpin_ || (givesSpin_ && spinOf::ofMomentum))
     {

@@ -22,8 +22,6 @@ Foam::reboundTable::reboundTable(const fileName& path, const dictionary& coeffs)
             << "tableFile: got " << path << ", allowed: a file that `sampler export` wrote ("
             << rbt_strerror(code) << ")" << exit(FatalIOError);
     }
-
-    rbt_valid_speed(table_, validSpeed_);
 }
 
 
@@ -52,12 +50,6 @@ bool Foam::reboundTable::gives(const word& component) const
 bool Foam::reboundTable::hasSpinLaw() const
 {
     return rbt_has_spin_law(table_);
-}
-
-
-bool Foam::reboundTable::extrapolates(const scalar speed) const
-{
-    return speed < validSpeed_[0] || speed > validSpeed_[1];
 }
 
 
