@@ -14,6 +14,7 @@ from sampler.formats.bounds import (
     N_OUTCOMES,
 )
 from sampler.formats.hdf5 import TableContents
+from sampler.formats.layout import INERTIA_DATASETS
 
 #: What a table has whose spin law was not compared with anything.
 _NOT_MEASURED = {
@@ -126,6 +127,6 @@ def energies(contents: TableContents, states, spin, grains):
 
 def older(contents: TableContents) -> TableContents:
     """Table as one of version 1.1 has it, which knows no moments of inertia."""
-    later = ("spin/spin_range", "spin/shape_inertia")
+    later = {dataset.path for dataset in INERTIA_DATASETS}
     datasets = {path: v for path, v in contents.datasets.items() if path not in later}
     return replace(contents, datasets=datasets, omega="departure", least_inertia=0.0)
