@@ -248,9 +248,9 @@ class TestSpinLaw:
 
 @pytest.mark.study
 def test_shipped_table_holds_and_uniform_orientations_do_not():
-    """Minutes: a law of uniform orientations is refused along chains, by its energy."""
+    """Minutes: a law of uniform orientations is refused along chains, by its squared spin."""
     targets = CONFIG.spin_targets
     shipped = measured(sampler.load("corundum-steel"), 9, targets, None)
     assert verdict(shipped, targets).missed == []
     missed = verdict(measured(RIGHT, 9, targets, None), targets).missed
-    assert any(line.startswith("spin chain_energy: 0.") for line in missed)
+    assert any(line.startswith("spin chain_spin: 0.") for line in missed)

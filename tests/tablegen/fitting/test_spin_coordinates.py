@@ -1,5 +1,7 @@
 """Coordinates, features and outcomes of the spin law, within their bounds."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -29,7 +31,8 @@ def test_coordinates_are_bounded_for_any_spin(conditions):
     conditions[:, 2:] *= np.geomspace(1e-6, 1e6, N)[:, None]
     q = coordinates(conditions, SPEED)
     assert np.isfinite(q).all()
-    assert (np.sum(q[:, 2:] ** 2, axis=1) < 1.5 + 1e-9).all()
+    # |tau|^2 = |s|^2 / (1 + |s|^2)^(1/2) of the largest spin that a law covers
+    assert (np.sum(q[:, 2:] ** 2, axis=1) < 100.0 / math.sqrt(101.0) + 1e-9).all()
 
 
 def test_fold_is_the_reflection_in_the_impact_plane(conditions):

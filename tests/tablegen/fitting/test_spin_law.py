@@ -7,7 +7,7 @@ import pytest
 from mesh_fixtures import box
 from tiny_tables import ROUGH
 
-from sampler.formats.layout import SPIN_DATASETS
+from sampler.formats.layout import INERTIA_DATASETS, SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.checkpoints import TaskRunner
 from tablegen.config.mesh import MeshFile
@@ -31,7 +31,8 @@ def test_does_not_depend_on_the_workers():
 
     config = SPINNING.with_changes({"table": {"spin_leaves": 2}})
     one, two = made(config), made(config, threads=3)
-    assert one.keys() == {dataset.path for dataset in SPIN_DATASETS} == two.keys()
+    layout = (*SPIN_DATASETS, *INERTIA_DATASETS)
+    assert one.keys() == {dataset.path for dataset in layout} == two.keys()
     for path, values in one.items():
         np.testing.assert_array_equal(values, two[path])
     again = made(config.with_changes({"table": {"seed": 6}}))
@@ -75,8 +76,8 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
     config = SPINNING.with_changes(changes)
     table = generate(config, tmp_path / "t.h5", conditions=0).table
     model = DirectModel(config)
-    index = np.arange(6000, dtype=np.uint64)
-    both = (occurring_impacts(config, model, 3, index + np.uint64(k)) for k in (0, 6000))
+    index = np.arange(8000, dtype=np.uint64)
+    both = (occurring_impacts(config, model, 3, index + np.uint64(k)) for k in (0, 8000))
     impacts, others = (some.of(some.spin[:, 2] < -0.3) for some in both)
     direct = depart(model, others, 3).states
 

@@ -112,7 +112,9 @@ def test_bad_input_is_refused():
     for roughness in (-0.1, 0.51, np.nan):
         with pytest.raises(InputError, match=r"^roughness: got .* index 1, allowed: 0 to 0.5 rad$"):
             MODEL.rebound(VELOCITY, UP, HALF_SIZE, seed=1, index=[0, 1], roughness=[0.1, roughness])
-    with pytest.raises(InputError, match=r"^velocity: got .* at index 0, allowed: towards"):
+    with pytest.raises(
+        InputError, match=r"^velocity: got .* at row 0 \(particle \d+\), allowed: towards"
+    ):
         MODEL.rebound(-VELOCITY, UP, HALF_SIZE, seed=1, index=0, roughness=0.1)
 
 
