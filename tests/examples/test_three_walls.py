@@ -5,6 +5,7 @@ import numba
 import numpy as np
 import particles
 import pytest
+from scipy.stats import ks_2samp
 
 from tablegen import DirectModel
 
@@ -63,8 +64,12 @@ def test_particles_between_plates(table, config, spinning):
         turned, _ = model.tumble(left, turning, grain, particles.HALF_SIZE, time)
         turned = turned if spinning else None
     assert failed == 0
-    sizes = [
-        np.column_stack([v[:, 0], np.linalg.norm(w, axis=1)])
-        for v, w in ((velocity, omega), (moving, turning))
+    distances = [
+        ks_2samp(table_side, direct_side).statistic
+        for table_side, direct_side in (
+            (velocity[:, 0], moving[:, 0]),
+            (omega[:, 2], turning[:, 2]),
+        )
     ]
-    assert agree(*sizes, most=0.03).all() == spinning
+    # equal laws exceed 0.014 in one of 700
+    assert (max(distances) < 0.015 + 0.014) == spinning
