@@ -132,6 +132,6 @@ class TestRefusedBeforeAnyWork:
             "domain": {"extrapolate": True},
         }
         config = ROUGH.with_changes(elastic)
-        assert line(config).startswith("domain.components: got u, w, the same for all")
+        assert line(config).startswith("domain.components: got u, w, omega_y, the same")
         components = {"domain": {"components": ["v", "omega_x", "omega_z", "collisions"]}}
         rehearse(config.with_changes(components))
