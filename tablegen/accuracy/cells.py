@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 
 from sampler.formats.bounds import INERTIA
 from tablegen.config.config import Config
-from tablegen.fitting.law_conditions import FASTEST, possible
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
+    FASTEST,
     Departures,
     Impacts,
     depart,
     meet,
     occurring_impacts,
+    possible,
     with_spins,
 )
 

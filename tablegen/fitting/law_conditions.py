@@ -22,10 +22,10 @@ from tablegen.config.config import Config
 from tablegen.config.population import FixedAspect, Population
 from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.model.float_array import FloatArray
-from tablegen.model.model_bounds import MOST_TURNED, SPEED
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
+    FASTEST,
     Departures,
     Impacts,
     depart,
@@ -33,6 +33,7 @@ from tablegen.simulation.impact_chains import (
     first_impacts,
     meet,
     next_impacts,
+    possible,
     speeds_measured,
     with_spins,
 )
@@ -48,16 +49,6 @@ _BEYOND = 1.25
 
 #: Impacts of chains with a larger spin over V/a, or a lower speed [m/s], are left out.
 _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
-
-#: Least angle [rad] for each V/a of spin, with a margin: the direct model does not simulate
-#: particles that turn too often before they meet the wall.
-_TURNED = 2.0 * 1.01 / MOST_TURNED
-
-#: Least speed V [m/s], with a margin for rounding to single precision.
-_LEAST_SPEED = 1.001 * SPEED.low
-
-#: Largest V_e over the largest speed V: a spin of 2.1 V/a reaches it there.
-FASTEST = 2.0
 
 #: Share of the grains with ratios spread evenly over their range, for other populations.
 _EVEN = 0.5
@@ -88,13 +79,6 @@ class Range(NamedTuple):
             & (impacts.speed > _SLOWEST)
             & (np.sum(impacts.spin**2, axis=1) < _FASTEST_SPIN**2)
         )
-
-
-def possible(impacts: Impacts) -> Impacts:
-    """Raise angles and speeds to the least that the direct model simulates."""
-    steepest = _TURNED * np.sqrt(np.sum(impacts.spin**2, axis=1))
-    alpha = np.minimum(np.maximum(impacts.alpha1, steepest), math.pi / 2.0)
-    return impacts._replace(alpha1=alpha, speed=np.maximum(impacts.speed, _LEAST_SPEED))
 
 
 def ratio_range(population: Population, shape_code: int) -> FloatArray:

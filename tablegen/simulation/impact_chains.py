@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from sampler.formats.bounds import INERTIA
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
+from tablegen.model.model_bounds import MOST_TURNED, SPEED
 from tablegen.simulation.direct import DirectModel
 
 #: The next wall of a particle. "same": the one it left, met at the angle of the departure, as on
@@ -37,6 +38,16 @@ HITS = (2, 3, 4, 5, 6)
 
 #: Key of the random numbers, next to the seed.
 _KEY = 2**31 + 16
+
+#: Least angle [rad] for each V/a of spin, with a margin: the direct model does not simulate
+#: particles that turn too often before they meet the wall.
+_TURNED = 2.0 * 1.01 / MOST_TURNED
+
+#: Least speed V [m/s], with a margin for rounding to single precision.
+_LEAST_SPEED = 1.001 * SPEED.low
+
+#: Largest V_e over the largest speed V: a spin of 2.1 V/a reaches it there.
+FASTEST = 2.0
 
 #: Largest spin, times a/V; less than one particle in a hundred thousand has more.
 _MOST_SPIN = 100.0
@@ -233,6 +244,13 @@ def _frame(direction: FloatArray, normal: FloatArray) -> FloatArray:
     along -= np.einsum("ni,ni->n", along, normal)[:, None] * normal
     along /= np.linalg.norm(along, axis=1)[:, None]
     return np.stack([along, normal, np.cross(along, normal)], axis=1)
+
+
+def possible(impacts: Impacts) -> Impacts:
+    """Raise angles and speeds to the least that the direct model simulates."""
+    steepest = _TURNED * np.sqrt(np.sum(impacts.spin**2, axis=1))
+    alpha = np.minimum(np.maximum(impacts.alpha1, steepest), 0.5 * np.pi)
+    return impacts._replace(alpha1=alpha, speed=np.maximum(impacts.speed, _LEAST_SPEED))
 
 
 def speeds_measured(config: Config) -> tuple[float, float]:
