@@ -205,7 +205,9 @@ def test_nvrtc_compiles_it_as_cupy_does():
     assert set(re.findall(r"\.entry (\w+)", code)) == KERNELS
     assert ".extern .func" not in code  # nothing of libc
     draw = re.search(r"\.entry rbt_draw_kernel\(.*?\n\}\n", code, re.S).group()
-    assert "st.local" not in draw  # it keeps its numbers in registers
+    # it keeps its numbers in registers, but for the arguments of the spin law, which stands for
+    # first impacts of another population
+    assert draw.count("st.local") <= 16
 
 
 def test_nvcc_compiles_the_example(tmp_path):

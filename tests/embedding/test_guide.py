@@ -131,7 +131,7 @@ def test_shell(folder, expected):
     check_velocity(run_shell(build_c, folder), expected)
     if toolchain.find("gfortran"):
         check_velocity(run_shell(build_fortran, folder), expected)
-    assert "measured          at 24 conditions" in run_shell(choose, folder)
+    assert "measured          at 12 conditions" in run_shell(choose, folder)
     assert 0 < (folder / "plane.rbt").stat().st_size < len(written)
 
 

@@ -13,6 +13,7 @@ from sampler.formats.layout import ACCURACY, INERTIA_DATASETS, SPIN_DATASETS
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare
 from tablegen.accuracy.conditions import Place
+from tablegen.accuracy.decision import judge
 from tablegen.accuracy.joint_law import compare_chains, drawn_from
 from tablegen.accuracy.measure import (
     FIRST_OWN,
@@ -204,8 +205,9 @@ class TestSpinLaw:
 
     @pytest.mark.parametrize("name", WRONG)
     def test_wrong_laws_are_missed(self, name):
-        found = measured(DirectTable(CONFIG, *WRONG[name]))
-        assert any("joint_auc" in line or "cell_ks" in line for line in verdict(found).missed)
+        draw, limits = drawn_from(DirectTable(CONFIG, *WRONG[name]), 5), SPIN.joint
+        found = compare_chains(draw, CONFIG, seed=5, samples=20_000, targets=limits)
+        assert judge([found], limits, prefix="joint_").missed
 
     def test_more_impacts_are_taken_where_it_is_open(self):
         how, law = {"seed": 5, "samples": 1000}, drawn_from(RIGHT, 5)

@@ -20,7 +20,7 @@ def test_describes_the_table(run, tiny):
     for words in (
         "35 to 45 degrees, 2 nodes",
         "60 to 300 m/s, 2 nodes",
-        "angular velocity  at the instant of departure",
+        "angular velocity  mean over free tumbling",
         table.contents.content_sha256,
         f"AUC {table.accuracy['auc'].max():.3f}",
         "at most KS 0.1500, sliced Wasserstein 0.1500, correlation 0.3000, AUC 0.800",
