@@ -163,7 +163,6 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     const uint64_t identity = ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
     const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
     const double roughness = rebound_settings_roughness(&settings, diameter);
-    const double speed = cs_math_3_norm(velocity);
     if (!(kept[REBOUND_STEP] >= 1.0))
         bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
                   "allowed: a call of rebound_wall_new in cs_user_lagr_in");
