@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.bounds import INERTIA
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
@@ -21,6 +20,8 @@ from tablegen.simulation.impact_chains import (
     Departures,
     Impacts,
     depart,
+    energy_factor,
+    joined_impacts,
     meet,
     occurring_impacts,
     possible,
@@ -56,13 +57,6 @@ class Cell(NamedTuple):
             f"{a:g} to {b:g} degrees, {v:.3g} to {w:.3g} m/s, spin {s:g} to {t:g}, {self.direction}"
         )
 
-    @property
-    def middle(self) -> tuple[float, float, tuple[float, float, float]]:
-        """Angle [degrees], effective speed [m/s] and spin in the middle."""
-        alpha, speed, size = (float(np.sqrt(low * high)) for low, high in self[:3])
-        turn = dict(zip(DIRECTIONS, (-size, 0.0, size), strict=True))[self.direction]
-        return alpha, speed, (0.0, size if turn == 0.0 else 0.0, turn)
-
 
 def cells_of(config: Config) -> list[Cell]:
     """List the cells within the domain of a configuration."""
@@ -95,7 +89,7 @@ def cell_impacts(
     parts: list[Impacts] = []
     while sum(len(part.index) for part in parts) < count:
         parts.append(_some_impacts(model, departures, cell, count, rng))
-    found = Impacts._make(map(np.concatenate, zip(*parts, strict=True))).of(slice(0, count))
+    found = joined_impacts(parts).of(slice(0, count))
     # keys of their own: a departure may be taken more than once
     index = np.arange(len(found.index), dtype=np.uint64)
     return possible(found._replace(index=index))
@@ -114,7 +108,7 @@ def _some_impacts(
     alpha = np.radians(rng.uniform(*cell.alpha_deg, count))
     impacts = meet(model, taken, np.minimum(alpha, 0.5 * np.pi), rng.random((count, 2)))
     effective = _between(cell.speed, count, rng)
-    impacts = impacts._replace(speed=effective / np.sqrt(1.0 + INERTIA * size * size))
+    impacts = impacts._replace(speed=effective / energy_factor(impacts.spin))
     return impacts.of(_has(cell.direction, impacts.spin))
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tablegen.accuracy.cells import Cell, cell_departures, cell_impacts, cells_of
+from tablegen.accuracy.joint_law import Draw
 from tablegen.accuracy.noise_corrected import Estimate, ks_estimate, ratio_estimate
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
@@ -47,9 +48,6 @@ _GRAZING = 2e-4
 
 #: Key of the random numbers of cells, next to the seed.
 _CELLS = 2**31 + 3
-
-#: Function from impacts to the states (n, 6) after them.
-Draw = Callable[[Impacts], FloatArray]
 
 
 @dataclass(frozen=True)

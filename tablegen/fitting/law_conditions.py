@@ -31,6 +31,7 @@ from tablegen.simulation.impact_chains import (
     depart,
     energy_factor,
     first_impacts,
+    joined_impacts,
     meet,
     next_impacts,
     possible,
@@ -236,11 +237,6 @@ def grains_of(
     """Draw grains of a shape, (count, 3)."""
     ratios = draw_ratios(population, shape_code, count, rng)
     return np.column_stack([np.full(count, float(shape_code)), ratios])
-
-
-def joined_impacts(parts: list[Impacts]) -> Impacts:
-    """Put impacts one after another."""
-    return Impacts._make(map(np.concatenate, zip(*parts, strict=True)))
 
 
 def joined_departures(parts: list[Departures]) -> Departures:

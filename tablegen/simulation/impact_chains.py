@@ -261,6 +261,11 @@ def speeds_measured(config: Config) -> tuple[float, float]:
     return (low, high) if low < high else (first, last)
 
 
+def joined_impacts(parts: list[Impacts]) -> Impacts:
+    """Put impacts one after another."""
+    return Impacts._make(map(np.concatenate, zip(*parts, strict=True)))
+
+
 def first_impacts(
     alpha1: FloatArray, speed: FloatArray, grain: FloatArray, index: NDArray[np.uint64]
 ) -> Impacts:
@@ -314,7 +319,7 @@ def occurring_impacts(
         taken.append(impacts.of(inside & (wanted == number)))
         going = inside & (wanted > number)
         impacts, walls, wanted = impacts.of(going), walls[going], wanted[going]
-    found = Impacts._make(map(np.concatenate, zip(*taken, strict=True)))
+    found = joined_impacts(taken)
     return found.of(np.argsort(found.index))
 
 
