@@ -41,7 +41,7 @@ def gas_torque(
     Notes
     -----
     It is the torque on a sphere: that of Stokes, pi viscosity diameter^3 slip with slip =
-    gas_rotation - omega, where Re = density diameter^2 |slip| / viscosity is below 32; beyond
+    gas_rotation - omega, where Re = density diameter^2 ``|slip|`` / viscosity is below 32; beyond
     times (12.9 sqrt(Re) + 128.4) / (64 pi), which jumps by 0.2 % at 32. It holds up to Re = 1000;
     beyond, the formula extrapolates. Source: Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980)
     257-279, in the form of Crowe, Schwarzkopf, Sommerfeld & Tsuji, "Multiphase Flows with Droplets

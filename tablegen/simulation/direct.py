@@ -140,7 +140,7 @@ class DirectModel:
             As for `sampler.Table.sample`. `hit` selects the orientation.
         spin : array, shape (..., 3), optional
             Angular velocity before the impact times a/V, wall frame; none if left out. A particle
-            may turn by at most 1e6 rad before its first contact: 2 |spin| / sin(alpha1).
+            may turn by at most 1e6 rad before its first contact: ``2 |spin| / sin(alpha1)``.
         grain : "own", "fresh" or array, shape (..., 3)
             "own": a particle has the same grain at every hit, drawn from the population by
             (seed, index). "fresh": it has another one at every hit, drawn by (seed, index, hit).

@@ -1,0 +1,23 @@
+"""Documentation site: the pages of this repository, where they are.
+
+pip install ".[docs]" && sphinx-build -W -c docs . site
+"""
+
+from sampler.version import __version__
+
+project = "rebound-tables"
+release = version = __version__
+html_title = f"{project} {release}"
+root_doc = "docs/index"
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+include_patterns = ["*.md", "docs/*.md", "sampler/**.md", "tablegen/**.md", "tables/*.md"]
+myst_heading_anchors = 4
+autodoc_member_order = "bysource"
+autodoc_default_options = {"exclude-members": "model_config, model_post_init"}
+default_role = "py:obj"
+# fields of a record stand in its docstring or at the field
+napoleon_use_ivar = True
+# several records have a field of the same name
+suppress_warnings = ["ref.python"]
+html_theme = "furo"
+html_copy_source = False
