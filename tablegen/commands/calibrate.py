@@ -67,6 +67,13 @@ class _ManyValues(options.Command):
     help="Angles whose rows are predicted and not used.",
 )
 @click.option(
+    "--spreads",
+    type=click.Choice(["fit", "upper-bound", "ignore"]),
+    default="upper-bound",
+    show_default=True,
+    help="What measured spreads are for: simulated ones that are smaller may be as good.",
+)
+@click.option(
     "--count",
     type=options.COUNT,
     default=CALIBRATE_COUNT,

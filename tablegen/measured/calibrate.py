@@ -20,7 +20,14 @@ from tablegen.measured.pair_file import fitted_config, with_comments
 from tablegen.measured.parameters import SHAPES, WALL_TILT, default_names, make_parameters
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.result import Calibration, FittedNumber, Task
-from tablegen.measured.search import STAGES, Search, Stage, make_targets, most_particles_after
+from tablegen.measured.search import (
+    STAGES,
+    Search,
+    Spreads,
+    Stage,
+    make_targets,
+    most_particles_after,
+)
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.measured.trials import Evaluations, TrialPairs
 from tablegen.measured.uncertainty import errors_of_numbers, uncertainty_of_fit
@@ -54,6 +61,7 @@ def calibrate(
     *,
     free: Sequence[str] | None = None,
     hold_out: Sequence[float] = (),
+    spreads: Spreads = "upper-bound",
     count: int = CALIBRATE_COUNT,
     seed: int = 1,
     speed: float | None = None,
@@ -85,6 +93,10 @@ def calibrate(
         coefficients of both laws and the mean aspect ratio.
     hold_out : sequence of float
         Angles [degrees] whose rows are predicted and not used.
+    spreads : str
+        What measured spreads are for. "upper-bound": simulated ones may be smaller, because the
+        measured ones also hold those of size, speed and wall; "fit": they are followed like means;
+        "ignore".
     count : int
         Particles of each shape at each condition, 200 or more.
     seed : int
@@ -116,8 +128,9 @@ def calibrate(
     if not isinstance(measured, Measurements):
         checksum = hashlib.sha256(find_measurements(measured).read_bytes()).hexdigest()
         measured = read_measurements(measured)
-    names = tuple(default_names(start) if free is None else free)
     used, held = _split_rows(measured, hold_out)
+    means = sum(int(np.isfinite(m.mean[used]).sum()) for m in measured.moments.values())
+    names = tuple(default_names(start, means) if free is None else free)
     _check_spreads(measured, start, names, wall_tilt_deg)
     task = Task(
         measurements=measured,
@@ -129,6 +142,7 @@ def calibrate(
         speeds=impact_speeds(start.pair, measured, speed),
         speed=speed,
         wall_tilt_deg=wall_tilt_deg,
+        spreads=spreads,
         count=count,
         seed=seed,
         threads=threads,
@@ -212,7 +226,8 @@ def _fitted(
         counted.set_description_str("errors", refresh=False)
         x, slopes = used.search.settle(x)
         found = uncertainty_of_fit(used.measurements, used.search, x, slopes)
-        config = fitted_config(task.start, trials.changes(x), name, used.measurements)
+        speeds = task.speeds[task.used]
+        config = fitted_config(task.start, trials.changes(x), name, used.measurements, speeds)
         numbers = [
             *_numbers(used, config, x, found.covariance, held_out=False),
             *_numbers(held, config, x, found.covariance, held_out=True),
@@ -251,7 +266,8 @@ def _part(
     evaluations = Evaluations(
         trials, part.alpha_deg, speed, task.seed, task.threads, store, on_simulated
     )
-    return _Part(rows, part, Search(evaluations, make_targets(part, moments), task.count))
+    targets = make_targets(part, moments, task.spreads)
+    return _Part(rows, part, Search(evaluations, targets, task.count))
 
 
 def _numbers(

@@ -14,11 +14,13 @@ import numpy as np
 import tomli_w
 
 import sampler
+from sampler.formats.channels import STATE
 from tablegen.config.config import Config, parse_config
 from tablegen.config.scenes import Tree, merged
 from tablegen.measured.measurements import Measurements
 from tablegen.measured.parameters import WALL_TILT
 from tablegen.measured.result import Calibration, FittedNumber, Task
+from tablegen.model.float_array import FloatArray
 
 #: Characters of a comment line, and of a list of numbers on one line.
 _WIDTH, _LIST_WIDTH = 100, 80
@@ -30,8 +32,10 @@ _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
 _MOST_CORRELATIONS, _LEAST_CORRELATION = 12, 0.5
 
 
-def fitted_config(start: Config, changes: Tree, name: str, used: Measurements) -> Config:
-    """Lay fitted numbers over a pair.
+def fitted_config(
+    start: Config, changes: Tree, name: str, used: Measurements, speeds: FloatArray
+) -> Config:
+    """Lay fitted numbers over a pair, with the settings of a compact table with a spin law.
 
     The range of speeds of a fitted law of restitution is that of the rows, if all state one. The
     materials are those that the measurements name. The roughness has no place in the file.
@@ -56,10 +60,32 @@ def fitted_config(start: Config, changes: Tree, name: str, used: Measurements) -
         if np.isfinite(used.speed).all():
             ends = [float(used.speed.min()), float(used.speed.max())]
             pair["restitution"]["valid_speed"] = ends
-    valid, (first, last) = pair["restitution"].get("valid_speed"), tree["domain"]["speed"]
-    if valid is None or not valid[0] <= first <= last <= valid[1]:
-        tree["domain"] = {**tree["domain"], "extrapolate": True}
+    tree["domain"] = _domain(start, used, speeds, pair["restitution"].get("valid_speed"))
+    tree["spin"] = not set(start.domain.columns) - set(STATE)
+    tree["accuracy"] = {"preset": "compact"}
+    tree.pop("spin_accuracy", None)
+    nodes = ("alpha_nodes_deg", "speed_nodes")
+    tree["table"] = {k: v for k, v in tree.get("table", {}).items() if k not in nodes}
     return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
+
+
+def _domain(
+    start: Config, used: Measurements, speeds: FloatArray, valid: Sequence[float] | None
+) -> Tree:
+    """Choose what a table of the pair covers.
+
+    Its angles are those of the start pair and the measured ones: later hits have any angle, and a
+    law of contact holds for all. Without a dependence on the speed one stands for all.
+    """
+    domain = start.domain.model_dump(mode="json", exclude_none=True)
+    low, high = domain["alpha_deg"]
+    angles = used.alpha_deg
+    domain["alpha_deg"] = [min(low, float(angles.min())), max(high, float(angles.max()))]
+    if not start.pair.restitution.depends_on_speed:
+        domain["speed"] = [float(np.median(speeds))] * 2
+    first, last = domain["speed"]
+    domain["extrapolate"] = valid is None or not valid[0] <= first <= last <= valid[1]
+    return domain
 
 
 def _on_one_line(found: re.Match[str]) -> str:

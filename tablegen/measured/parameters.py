@@ -270,10 +270,20 @@ def allowed_names(config: Config) -> tuple[str, ...]:
     return (*_ranges(config), *together, *(f"{SHAPES}.{name}" for name in every))
 
 
-def default_names(config: Config) -> tuple[str, ...]:
-    """List the names that are free by default: both laws, and the mean aspect ratio."""
+def default_names(config: Config, means: int) -> tuple[str, ...]:
+    """List the names that are free by default: both laws and the mean aspect ratio.
+
+    Shapes and the spread of the ratios follow if there are more measured means than free numbers.
+    """
+    allowed = allowed_names(config)
     chosen = ("pair.", "population.aspect.mean", "population.aspect.values")
-    return tuple(name for name in allowed_names(config) if name.startswith(chosen))
+    names = [name for name in allowed if name.startswith(chosen)]
+    for name in (SHAPES, "population.aspect.standard_deviation"):
+        wider = [*names, name]
+        if name in allowed:
+            free = sum(len(part.labels) for part in make_parameters(config, wider))
+            names = wider if free < means else names
+    return tuple(names)
 
 
 def make_parameters(

@@ -8,6 +8,7 @@ import numpy as np
 from tablegen.checkpoints import software
 from tablegen.config.config import Config
 from tablegen.measured.measurements import SPREAD, Measurements
+from tablegen.measured.search import Spreads
 from tablegen.model.float_array import FloatArray
 
 
@@ -27,6 +28,7 @@ class Task:
     speeds: FloatArray
     speed: float | None
     wall_tilt_deg: float
+    spreads: Spreads
     count: int
     seed: int
     threads: int | None
@@ -37,7 +39,7 @@ class Task:
         m = self.measurements
         moments = [part for one in m.moments.values() for part in one]
         numbers = np.concatenate([m.alpha_deg, self.speeds, m.count, *moments]).tolist()
-        rest = (self.free, self.held, self.wall_tilt_deg, self.count, self.seed)
+        rest = (self.free, self.held, self.spreads, self.wall_tilt_deg, self.count, self.seed)
         return f"{software()}\n{self.start.text}\n{numbers}\n{rest}"
 
 

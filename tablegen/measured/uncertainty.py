@@ -49,7 +49,7 @@ class Problem:
     accuracy: FloatArray
     #: Whether the accuracy follows from a count of particles, (m,).
     counted: NDArray[np.bool_]
-    #: Covariances (m, m) of errors; zero for measured numbers without a count.
+    #: Covariances (m, m) of errors.
     measured: FloatArray
     simulated: FloatArray
 
@@ -99,8 +99,7 @@ def uncertainty(problem: Problem) -> Uncertainty:
             f"the pair does not follow the measurements: residuals are {scatter:.1f} times their "
             "errors, and standard errors are enlarged by that"
         )
-    uncounted = np.where(problem.counted, 0.0, problem.accuracy**2)
-    errors = factor**2 * (problem.measured + np.diag(uncounted)) + problem.simulated
+    errors = factor**2 * problem.measured + problem.simulated
     covariance = np.zeros((len(x), len(x)))
     if free.size:
         width = space.width[free]
@@ -163,17 +162,22 @@ def uncertainty_of_fit(
     targets, trials, count = search.targets, search.evaluations.trials, search.count
     variables = search.evaluations.rows(x).variables(count)
     measured, simulated = _covariances(targets, measurements, variables, trials.shares(x))
+    # means of few particles, and the accuracy that is assumed at least
+    short = targets.array("accuracy") ** 2 - np.diag(measured)
+    measured += np.diag(np.maximum(short, 0.0))
+    residual = search.residuals(x, count)
+    k = np.flatnonzero(search.counts(residual))
     return uncertainty(
         Problem(
             names=trials.labels,
             x=x,
             space=trials.space,
-            slopes=slopes,
-            residual=search.residuals(x, count),
-            accuracy=search.accuracy(x, count),
-            counted=targets.array("counted") > 0.0,
-            measured=measured,
-            simulated=simulated / count,
+            slopes=slopes[k],
+            residual=residual[k],
+            accuracy=search.accuracy(x, count)[k],
+            counted=targets.array("counted")[k] > 0.0,
+            measured=measured[np.ix_(k, k)],
+            simulated=simulated[np.ix_(k, k)] / count,
         )
     )
 
