@@ -2,13 +2,14 @@
 
 import re
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import click
 
 from sampler import options
 from sampler.files import json_text, write_bytes, write_text
-from sampler.options import DONE
+from sampler.options import DONE, MISSED, note
 from tablegen.commands import shared
 from tablegen.commands.generate import resumable
 from tablegen.commands.shared import CONFIG
@@ -115,15 +116,21 @@ def calibrate(
     from tablegen.measured.calibrate import calibrate as fit
     from tablegen.measured.pair_file import fit_lines
     from tablegen.measured.pictures import fit_picture
+    from tablegen.tables.cost import time_text
+
+    def say_cost(seconds: tuple[float, float]) -> None:
+        note("tablegen", f"about {time_text(*seconds)} of one processor")
 
     start = load_config(pair)
     with resumable(output):
-        made = fit(measured, start, output, free=free or None, **settings)
+        on_cost = say_cost if settings["progress"] else None
+        made = fit(measured, start, output, free=free or None, on_cost=on_cost, **settings)
     if json_file is not None:
         write_text(json_file, json_text(made.to_dict()))
     if picture is not None:
         write_bytes(picture, fit_picture(made, picture.name).data)
     for line in fit_lines(made):
         click.echo(line)
-    click.echo(f"{output}: the fitted pair {made.config.name}")
-    return DONE
+    click.echo(f"{output}: the fitted pair {made.config.name}; {process_time():.0f} s of CPU time")
+    click.echo(f"next: tablegen generate {output} --output {output.with_suffix('.h5')}")
+    return MISSED if made.missed else DONE

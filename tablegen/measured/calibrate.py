@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +39,12 @@ from tablegen.simulation.simulate import check_run
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200
 
+#: Most rows of a fit; two angles have 50 CPU seconds in eight rows, and these half an hour.
+_MOST_ROWS = 400
+
+#: Time of a search over that of its most particles at the speed of the start pair: least and most.
+_COST = 0.25, 1.5
+
 #: Angles [degrees] that differ by less are the same.
 _SAME_ANGLE = 1e-6
 
@@ -70,6 +77,7 @@ def calibrate(
     discard: bool = False,
     threads: int | None = None,
     progress: bool = False,
+    on_cost: Callable[[tuple[float, float]], object] | None = None,
 ) -> Calibration:
     """Fit free parameters of a material pair to measured rebounds, by least squares.
 
@@ -111,6 +119,8 @@ def calibrate(
         Default: one a processor. The result does not depend on it.
     progress : bool
         Show a progress bar on standard error.
+    on_cost : callable, optional
+        Is called with the least and the most processor seconds of the search before it begins.
 
     Returns
     -------
@@ -151,10 +161,10 @@ def calibrate(
     trials = TrialPairs(start, make_parameters(start, names, wall_tilt_deg), wall_tilt_deg)
     with threadpool_limits(limits=1, user_api="blas"):
         if path is None:
-            return _fitted(task, trials, None, "fitted", progress)
+            return _fitted(task, trials, None, "fitted", progress, on_cost)
         store = CheckpointStore(path, task.fingerprint, resume=resume, discard=discard)
         with store:
-            made = _fitted(task, trials, store, _pair_name(path), progress)
+            made = _fitted(task, trials, store, _pair_name(path), progress, on_cost)
             write_text(path, made.config.text)
             store.remove()
     return made
@@ -201,7 +211,12 @@ def _pair_name(path: Path) -> str:
 
 
 def _fitted(
-    task: Task, trials: TrialPairs, store: CheckpointStore | None, name: str, progress: bool
+    task: Task,
+    trials: TrialPairs,
+    store: CheckpointStore | None,
+    name: str,
+    progress: bool,
+    on_cost: Callable[[tuple[float, float]], object] | None,
 ) -> Calibration:
     """Search, and work out the result."""
     totals = [stage.most_particles(trials, task.count) for stage in STAGES]
@@ -217,6 +232,12 @@ def _fitted(
                 f"free: got {p} free numbers for {m} measured means and spreads in "
                 f"{len(used.rows)} rows, allowed: up to {m}"
             )
+
+        if on_cost is not None:
+            before = process_time()
+            used.search.evaluations.moments(trials.space.start, task.count)
+            each = (process_time() - before) / task.count
+            on_cost((_COST[0] * each * sum(totals), _COST[1] * each * sum(totals)))
 
         def begin(stage: Stage) -> None:
             counted.total = counted.n + sum(totals[STAGES.index(stage) :])
@@ -244,6 +265,7 @@ def _fitted(
         scatter=found.scatter,
         freedom=found.freedom,
         warnings=found.warnings,
+        of_means=(used.search.of_means(trials.space.start), used.search.of_means(x)),
         wall_tilt_deg=trials.wall_tilt_deg(x),
     )
     return replace(made, config=with_comments(made, task))
@@ -258,6 +280,9 @@ def _part(
 ) -> _Part:
     """Make the search of some rows."""
     part, speed = task.measurements.rows(rows), task.speeds[rows]
+    if len(rows) > _MOST_ROWS:
+        words = f"up to {_MOST_ROWS}: averages over ranges of angle and speed"
+        raise InputError(f"{part.name}: got {len(rows)} rows to fit, allowed: {words}")
     moments = None
     if rows:
         scenario = Scenario.of(task.start, task.wall_tilt_deg)
@@ -292,6 +317,8 @@ def _numbers(
             column=target.column,
             measured=target.measured,
             accuracy=float(target.accuracy),
+            allowed=float(target.allowed),
+            bound=target.bound,
             simulated=float(values[k]),
             chance=float(chances[k]),
             predicted=float(predicted[k]),

@@ -28,6 +28,9 @@ _WIDTH, _LIST_WIDTH = 100, 80
 #: List of numbers on several lines.
 _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
 
+#: Numbers that a verdict names at most.
+_NAMED = 3
+
 #: The largest correlations are listed: this number at most, and none below.
 _MOST_CORRELATIONS, _LEAST_CORRELATION = 12, 0.5
 
@@ -65,7 +68,8 @@ def fitted_config(
     tree["accuracy"] = {"preset": "compact"}
     tree.pop("spin_accuracy", None)
     nodes = ("alpha_nodes_deg", "speed_nodes")
-    tree["table"] = {k: v for k, v in tree.get("table", {}).items() if k not in nodes}
+    if "table" in tree:
+        tree["table"] = {k: v for k, v in tree["table"].items() if k not in nodes}
     return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
 
 
@@ -99,7 +103,11 @@ def with_comments(made: Calibration, task: Task) -> Config:
     """Put comments about a fit at the head of its pair."""
     sections = [
         _origin(made, task),
-        ["How closely it follows:", *_indented(_summary(made))],
+        [
+            "How closely it follows:",
+            *(line for verdict in _verdicts(made) for line in _wrapped(f"  {verdict}", "    ")),
+            *_indented(_summary(made)),
+        ],
         ["Fitted numbers:", *_indented(_parameters(made))],
     ]
     if correlations := _correlations(made):
@@ -117,7 +125,8 @@ def with_comments(made: Calibration, task: Task) -> Config:
 
 
 def fit_lines(made: Calibration) -> Iterator[str]:
-    """Write the fitted numbers, how closely the pair follows, and warnings."""
+    """Write the verdicts, the fitted numbers, how closely the pair follows, and warnings."""
+    yield from _verdicts(made)
     yield from _parameters(made)
     if np.isfinite(made.scatter):
         yield (
@@ -127,6 +136,36 @@ def fit_lines(made: Calibration) -> Iterator[str]:
     yield from _summary(made)
     for warning in made.warnings:
         yield f"warning: {warning}"
+
+
+def _verdicts(made: Calibration) -> list[str]:
+    """Write a line on the means and one on the spreads, and one if the start was better."""
+    pair = made.config.pair
+    laws = f"{pair.restitution.law} restitution and {pair.resistance.law} resistance"
+    lines = [_verdict("means", made.fitted(spreads=False), laws)]
+    spreads = made.fitted(spreads=True)
+    lines.append(_verdict("spreads", spreads, laws) if spreads else "spreads: not used")
+    start, end = made.of_means
+    if end > start:
+        lines.append(
+            f"the fit is worse in the means than its start: {end:.2f} and {start:.2f} times their "
+            "accuracies (root mean square)"
+        )
+    return lines
+
+
+def _verdict(kind: str, numbers: Sequence[FittedNumber], laws: str) -> str:
+    """Say which means, or spreads, are farther off than errors explain."""
+    worst = sorted(numbers, key=lambda number: -number.excess)
+    missed = [number for number in worst if number.excess > 1.0]
+    firsts = {number.column: number for number in reversed(worst)}
+    named = ", ".join(
+        f"{one.column} {one.residual:+.3f} at {one.alpha_deg:g} degrees ({one.allowed:.3g} allowed)"
+        for one in (missed[:_NAMED] or firsts.values())
+    )
+    if missed:
+        return f"{kind}: {laws} miss {len(missed)} of {len(numbers)}: {named}"
+    return f"{kind}: all {len(numbers)} held within errors; farthest off {named}"
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:

@@ -5,6 +5,7 @@ hold several numbers are freed together.
 """
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
@@ -284,6 +285,21 @@ def default_names(config: Config, means: int) -> tuple[str, ...]:
             free = sum(len(part.labels) for part in make_parameters(config, wider))
             names = wider if free < means else names
     return tuple(names)
+
+
+def in_words(config: Config, label: str) -> str:
+    """Say what a fitted number is: "resistance at 30 degrees" for ``pair.resistance.value[1]``."""
+    path, *places = re.split(r"\[|\]\[|\]", label.removesuffix("]"))
+    section, _, name = path.partition(".")[2].rpartition(".")
+    law = getattr(config.pair, section, None)
+    if law is not None and law.law == "tabulated":
+        speed = f" and {law.speed[int(places[1])]:g} m/s" if len(places) > 1 else ""
+        return f"{section} at {law.angle_deg[int(places[0])]:g} degrees{speed}"
+    if section == "shapes":
+        return f"share of shape {name}"
+    number = f" {places[0]}" if places else ""
+    section = {"aspect": "aspect ratio", "": "wall"}.get(section, section)
+    return f"{section} {name or 'roughness'}{number}".replace("_", " ")
 
 
 def make_parameters(

@@ -57,6 +57,9 @@ class FittedNumber:
     measured: float
     #: Standard error of the measured number: from its count, or assumed.
     accuracy: float
+    #: Largest residual that errors explain, and whether it is one-sided, of an upper bound.
+    allowed: float
+    bound: bool
     simulated: float
     #: Chance error of the simulated number.
     chance: float
@@ -68,6 +71,11 @@ class FittedNumber:
     def residual(self) -> float:
         """Simulated less measured number."""
         return self.simulated - self.measured
+
+    @property
+    def excess(self) -> float:
+        """Residual over the largest that errors explain."""
+        return (self.residual if self.bound else abs(self.residual)) / self.allowed
 
 
 @dataclass(frozen=True)
@@ -91,8 +99,20 @@ class Calibration:
     scatter: float
     freedom: int
     warnings: tuple[str, ...]
+    #: Root mean square of the residuals of the means over their accuracies: of start and fit.
+    of_means: tuple[float, float]
     #: Roughness of the wall, fitted or given.
     wall_tilt_deg: float
+
+    def fitted(self, spreads: bool) -> list[FittedNumber]:
+        """Collect the means, or the spreads, that the fit used."""
+        used = (number for number in self.numbers if not number.held_out)
+        return [number for number in used if number.column.endswith(SPREAD) == spreads]
+
+    @property
+    def missed(self) -> bool:
+        """Whether a mean is farther off than errors explain."""
+        return any(number.excess > 1.0 for number in self.fitted(spreads=False))
 
     def largest(self, held_out: bool = False) -> Mapping[str, FittedNumber]:
         """Find the number with the largest residual of each column."""
@@ -124,6 +144,7 @@ class Calibration:
             ],
             "correlation": [_plain(row) for row in self.correlation],
             "wall_tilt_deg": self.wall_tilt_deg,
+            "missed": self.missed,
             "scatter": _plain([self.scatter])[0],
             "degrees_of_freedom": self.freedom,
             "numbers": [asdict(number) | {"residual": number.residual} for number in self.numbers],

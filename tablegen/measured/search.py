@@ -19,7 +19,7 @@ SPREAD_FACTOR = 2.5
 
 #: Weight of a spread below its upper bound: of pairs that follow the means alike, that with the
 #: larger spreads is taken, or grains would be spheres, which follow means most easily.
-_BELOW = 0.1
+_BELOW = 0.15
 
 #: Distance of random starts from the given pair, over that of a random place of the search.
 _WAYS = (1.0, 0.6, 0.3)
@@ -63,6 +63,12 @@ class Target(NamedTuple):
     def column(self) -> str:
         """Name of the column of measurements."""
         return self.quantity + SPREAD * self.spread
+
+    @property
+    def allowed(self) -> float:
+        """Largest residual that errors explain: 2 assumed ones, or 3 by the count."""
+        floor = QUANTITIES[self.quantity].accuracy * (SPREAD_FACTOR if self.spread else 1.0)
+        return max(2.0 * floor, 3.0 * self.counted)
 
 
 class Targets(tuple[Target, ...]):
@@ -183,6 +189,12 @@ class Search:
         """Subtract the measured from the simulated numbers, (m,)."""
         values, _ = self.targets.pick(self.evaluations.moments(x, count))
         return values - self._measured
+
+    def of_means(self, x: FloatArray) -> float:
+        """Compute the root mean square of the residuals of the means over their accuracies."""
+        means = self.targets.array("spread") == 0.0
+        size = self.residuals(x, self.count)[means] / self._accuracy[means]
+        return float(np.sqrt(np.mean(size**2)))
 
     def counts(self, residual: FloatArray) -> NDArray[np.bool_]:
         """Tell which numbers (m,) are no upper bounds, or exceed theirs."""

@@ -16,7 +16,7 @@ from scipy.linalg import block_diag
 
 from tablegen.measured.measurements import Measurements
 from tablegen.measured.moments import covariances, influences
-from tablegen.measured.parameters import Space
+from tablegen.measured.parameters import Space, in_words
 from tablegen.measured.search import Search, Targets
 from tablegen.measured.trials import TrialPairs
 from tablegen.model.float_array import FloatArray
@@ -30,6 +30,9 @@ _SMALLEST = 1e-6
 
 #: Least component of a parameter that is named, and correlation of two that are.
 _NAMED, _CORRELATED = 0.3, 0.95
+
+#: Pairs of correlated parameters that are listed.
+_LISTED = 3
 
 #: Standard errors below this are the rounding of those at a bound.
 _NO_ERROR = 1e-7
@@ -78,9 +81,9 @@ def uncertainty(problem: Problem) -> Uncertainty:
     low, high = x <= space.low, x >= space.high
     free = np.flatnonzero(~(low | high))
     warnings = [
-        f"{problem.names[k]} is at its {'lower' if low[k] else 'upper'} bound, and has no standard "
-        "error"
-        for k in np.flatnonzero(low | high)
+        f"at the {side} bound, without a standard error: {', '.join(problem.names[k] for k in at)}"
+        for side, at in (("lower", np.flatnonzero(low)), ("upper", np.flatnonzero(high)))
+        if at.size
     ]
     freedom = len(problem.residual) - len(free)
     squares = float(np.sum((problem.residual / problem.accuracy) ** 2))
@@ -130,22 +133,25 @@ def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) 
         if value * _OPEN < factor:
             row = row * np.sign(row[np.argmax(np.abs(row))])
             named = [k for k in np.argsort(-np.abs(row)) if abs(row[k]) >= _NAMED]
-            terms = " ".join(f"{row[k]:+.2f} {names[k]}" for k in named)
-            found.append(
-                f"the data do not determine {terms.removeprefix('+')} (each over the width of its "
-                "search): fix one of them, or measure more"
-            )
+            more = " and ".join(names[k] for k in named if row[k] > 0.0)
+            less = " and ".join(names[k] for k in named if row[k] < 0.0)
+            change = f"more {more}" + (f" and less {less}" if less else "")
+            which = "one of them" if len(named) > 1 else "it"
+            found.append(f"the fit is as good with {change}: fix {which}, or measure more")
     return found
 
 
 def _correlated(covariance: FloatArray, names: Sequence[str]) -> list[str]:
     """Warn of pairs of parameters that the data do not separate."""
     correlation = correlations(covariance)
-    return [
-        f"{names[j]} and {names[k]} are correlated by {correlation[j, k]:+.2f}"
-        for j, k in combinations(range(len(names)), 2)
+    pairs = sorted(combinations(range(len(names)), 2), key=lambda pair: -abs(correlation[pair]))
+    said = [
+        f"{names[j]} and {names[k]} (correlation {correlation[j, k]:+.2f})"
+        for j, k in pairs
         if abs(correlation[j, k]) > _CORRELATED
     ]
+    more = f"; {len(said) - _LISTED} pairs more" if len(said) > _LISTED else ""
+    return [f"errors go together: {', '.join(said[:_LISTED])}{more}"] if said else []
 
 
 def correlations(covariance: FloatArray) -> FloatArray:
@@ -169,7 +175,7 @@ def uncertainty_of_fit(
     k = np.flatnonzero(search.counts(residual))
     return uncertainty(
         Problem(
-            names=trials.labels,
+            names=tuple(in_words(trials.config, label) for label in trials.labels),
             x=x,
             space=trials.space,
             slopes=slopes[k],
