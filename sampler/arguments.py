@@ -18,6 +18,9 @@ from sampler.library import Rows
 
 Shape = tuple[int, ...]
 
+#: Most draws of one call.
+MOST_DRAWS = 2**32
+
 #: Largest roughness, rad: beyond it a normal law of tilts describes no surface.
 MAX_ROUGHNESS = 0.5
 
@@ -213,7 +216,10 @@ def _as_size(size: Any) -> Shape:
         parts = tuple(size) if np.ndim(size) else (size,)
     except (TypeError, ValueError):
         parts = (size,)
-    return tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
+    shape = tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
+    if math.prod(shape) > MOST_DRAWS:
+        refuse("size", _shown(size), "2**32 draws at most in one call")
+    return shape
 
 
 def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
