@@ -9,7 +9,7 @@ import click
 
 from sampler import options
 from sampler.files import json_text, write_bytes, write_text
-from sampler.options import DONE, MISSED, note
+from sampler.options import DONE, MISSED
 from tablegen.commands import shared
 from tablegen.commands.generate import resumable
 from tablegen.commands.shared import CONFIG
@@ -116,15 +116,10 @@ def calibrate(
     from tablegen.measured.calibrate import calibrate as fit
     from tablegen.measured.pair_file import fit_lines
     from tablegen.measured.pictures import fit_picture
-    from tablegen.tables.cost import time_text
-
-    def say_cost(seconds: tuple[float, float]) -> None:
-        note("tablegen", f"about {time_text(*seconds)} of one processor")
 
     start = load_config(pair)
     with resumable(output):
-        on_cost = say_cost if settings["progress"] else None
-        made = fit(measured, start, output, free=free or None, on_cost=on_cost, **settings)
+        made = fit(measured, start, output, free=free or None, **settings)
     if json_file is not None:
         write_text(json_file, json_text(made.to_dict()))
     if picture is not None:

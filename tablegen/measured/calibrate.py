@@ -1,6 +1,7 @@
 """Calibration: fit a material pair to measured rebounds."""
 
 import hashlib
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,6 +36,7 @@ from tablegen.measured.uncertainty import errors_of_numbers, uncertainty_of_fit
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.simulate import check_run
+from tablegen.tables.cost import time_text
 
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200
@@ -77,7 +79,6 @@ def calibrate(
     discard: bool = False,
     threads: int | None = None,
     progress: bool = False,
-    on_cost: Callable[[tuple[float, float]], object] | None = None,
 ) -> Calibration:
     """Fit free parameters of a material pair to measured rebounds, by least squares.
 
@@ -118,9 +119,7 @@ def calibrate(
     threads : int, optional
         Default: one a processor. The result does not depend on it.
     progress : bool
-        Show a progress bar on standard error.
-    on_cost : callable, optional
-        Is called with the least and the most processor seconds of the search before it begins.
+        Say the cost before the search, and show a progress bar, on standard error.
 
     Returns
     -------
@@ -161,10 +160,10 @@ def calibrate(
     trials = TrialPairs(start, make_parameters(start, names, wall_tilt_deg), wall_tilt_deg)
     with threadpool_limits(limits=1, user_api="blas"):
         if path is None:
-            return _fitted(task, trials, None, "fitted", progress, on_cost)
+            return _fitted(task, trials, None, "fitted", progress)
         store = CheckpointStore(path, task.fingerprint, resume=resume, discard=discard)
         with store:
-            made = _fitted(task, trials, store, _pair_name(path), progress, on_cost)
+            made = _fitted(task, trials, store, _pair_name(path), progress)
             write_text(path, made.config.text)
             store.remove()
     return made
@@ -211,12 +210,7 @@ def _pair_name(path: Path) -> str:
 
 
 def _fitted(
-    task: Task,
-    trials: TrialPairs,
-    store: CheckpointStore | None,
-    name: str,
-    progress: bool,
-    on_cost: Callable[[tuple[float, float]], object] | None,
+    task: Task, trials: TrialPairs, store: CheckpointStore | None, name: str, progress: bool
 ) -> Calibration:
     """Search, and work out the result."""
     totals = [stage.most_particles(trials, task.count) for stage in STAGES]
@@ -233,11 +227,12 @@ def _fitted(
                 f"{len(used.rows)} rows, allowed: up to {m}"
             )
 
-        if on_cost is not None:
-            before = process_time()
-            used.search.evaluations.moments(trials.space.start, task.count)
-            each = (process_time() - before) / task.count
-            on_cost((_COST[0] * each * sum(totals), _COST[1] * each * sum(totals)))
+        before = process_time()
+        used.search.evaluations.moments(trials.space.start, task.count)
+        each = (process_time() - before) / task.count
+        if progress:
+            cost = time_text(*(part * each * sum(totals) for part in _COST))
+            counted.write(f"tablegen: about {cost} of one processor", file=sys.stderr)
 
         def begin(stage: Stage) -> None:
             counted.total = counted.n + sum(totals[STAGES.index(stage) :])
@@ -245,8 +240,8 @@ def _fitted(
 
         x = used.search.run(task.seed, begin)
         counted.set_description_str("errors", refresh=False)
-        x, slopes = used.search.settle(x)
-        found = uncertainty_of_fit(used.measurements, used.search, x, slopes)
+        x, *slopes = used.search.settle(x)
+        found = uncertainty_of_fit(used.measurements, used.search, x, *slopes)
         speeds = task.speeds[task.used]
         config = fitted_config(task.start, trials.changes(x), name, used.measurements, speeds)
         numbers = [

@@ -7,7 +7,6 @@ import re
 import textwrap
 import tomllib
 from collections.abc import Iterator, Sequence
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -30,9 +29,6 @@ _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
 
 #: Numbers that a verdict names at most.
 _NAMED = 3
-
-#: The largest correlations are listed: this number at most, and none below.
-_MOST_CORRELATIONS, _LEAST_CORRELATION = 12, 0.5
 
 
 def fitted_config(
@@ -110,8 +106,6 @@ def with_comments(made: Calibration, task: Task) -> Config:
         ],
         ["Fitted numbers:", *_indented(_parameters(made))],
     ]
-    if correlations := _correlations(made):
-        sections.append(["Their largest correlations:", *_indented(correlations)])
     for kind, held_out in (("used by the fit", False), ("held out, predicted", True)):
         rows = [number for number in made.numbers if number.held_out == held_out]
         if rows:
@@ -214,17 +208,6 @@ def _parameters(made: Calibration) -> list[str]:
     return lines
 
 
-def _correlations(made: Calibration) -> list[str]:
-    """Write the largest correlations between fitted numbers."""
-    pairs = [
-        (made.correlation[j, k], made.labels[j], made.labels[k])
-        for j, k in combinations(range(len(made.labels)), 2)
-        if abs(made.correlation[j, k]) >= _LEAST_CORRELATION
-    ]
-    pairs.sort(key=lambda pair: -abs(pair[0]))
-    return [f"{value:+.2f}  {one}, {other}" for value, one, other in pairs[:_MOST_CORRELATIONS]]
-
-
 def _rows(numbers: Sequence[FittedNumber]) -> list[str]:
     """Write the table of measured and simulated numbers."""
     lines = [
@@ -241,15 +224,12 @@ def _rows(numbers: Sequence[FittedNumber]) -> list[str]:
 
 
 def _summary(made: Calibration) -> list[str]:
-    """Write the largest residuals, and the simulated parts of the measured spreads."""
-    lines = []
-    for held_out, title in ((False, "largest residual"), (True, "largest residual, held out")):
-        for column, one in made.largest(held_out).items():
-            lines.append(
-                f"{title} of {column}: {one.residual:+.3f} at {one.alpha_deg:g} degrees "
-                f"(measured {one.measured:.3f}, simulated {one.simulated:.3f} +- "
-                f"{one.predicted:.3f})"
-            )
+    """Write the largest residuals of rows held out, and the simulated parts of measured spreads."""
+    lines = [
+        f"largest residual of {column}, held out: {one.residual:+.3f} at {one.alpha_deg:g} degrees "
+        f"(measured {one.measured:.3f}, simulated {one.simulated:.3f} +- {one.predicted:.3f})"
+        for column, one in made.largest(held_out=True).items()
+    ]
     for column, (least, most) in made.explained().items():
         lines.append(
             f"{column}: {least.simulated / least.measured:.0%} of the measured one at "

@@ -247,18 +247,17 @@ class Search:
         )
         return float(solved.cost), solved.x
 
-    def settle(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def settle(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Take the last steps of a search, by slopes with less chance in them.
 
         The cost of a fit is rough on the scale of the standard errors. The optimiser stops where
         its slopes, from one set of random numbers, find no way down. These are means of two sets.
-        Gives the coordinates (p,) and the slopes (m, p).
+        Gives the coordinates (p,), the slopes (m, p), and half of the difference of both sets.
         """
         evaluations, space, count = self.evaluations, self.evaluations.trials.space, self.count
         both = evaluations, evaluations.with_seed(evaluations.seed ^ _SEED_OF_SLOPES)
-        slopes: FloatArray = np.mean(
-            [one.slopes(x, count, self.targets.pick, central=True) for one in both], axis=0
-        )
+        one, other = (each.slopes(x, count, self.targets.pick, central=True) for each in both)
+        slopes = 0.5 * (one + other)
         accuracy, width = self.accuracy(x, count), space.width
         free = (x > space.low) & (x < space.high)
         residual = self.residuals(x, count)
@@ -274,7 +273,7 @@ class Search:
             if np.sum(left**2) > (1.0 + _TOLERATED) * np.sum(residual**2):
                 break
             x, residual = further, left
-        return self._on_bounds(x), slopes
+        return self._on_bounds(x), slopes, 0.5 * (one - other)
 
     def _on_bounds(self, x: FloatArray) -> FloatArray:
         """Move coordinates next to a bound, which the optimiser never reaches, onto it."""

@@ -3,7 +3,8 @@
 To first order the coordinates of the fit err by dx = G e, with the errors e of the residuals and
 the weighted pseudo-inverse G of their slopes (Gauss and Newton). So their covariance is
 G (D + S) G', with D of the measured and S of the simulated numbers. Means and spreads of one row
-come from the same particles, so their errors are correlated.
+come from the same particles, so their errors are correlated. Chance in the slopes A looks like
+information: A'A is too large by what two sets of random numbers differ.
 """
 
 from collections.abc import Sequence
@@ -25,6 +26,9 @@ from tablegen.model.float_array import FloatArray
 #: which the data leave it open.
 _OPEN = 0.5
 
+#: Most of the information of slopes that counts as chance, so that errors stay finite.
+_MOST_CHANCE = 0.5
+
 #: Least part of the largest singular value; smaller ones are rounding.
 _SMALLEST = 1e-6
 
@@ -43,10 +47,11 @@ class Problem:
     """A least-squares fit at its end, of m numbers by p coordinates."""
 
     names: tuple[str, ...]
-    #: Coordinates (p,), and derivatives (m, p) of the simulated numbers by them.
+    #: Coordinates (p,), and derivatives (m, p) of the simulated numbers by them, with their chance.
     x: FloatArray
     space: Space
     slopes: FloatArray
+    chance: FloatArray
     #: Simulated less measured numbers (m,), and their weights.
     residual: FloatArray
     accuracy: FloatArray
@@ -106,8 +111,11 @@ def uncertainty(problem: Problem) -> Uncertainty:
     covariance = np.zeros((len(x), len(x)))
     if free.size:
         width = space.width[free]
-        scaled = problem.slopes[:, free] * width / problem.accuracy[:, None]
-        inverse = _inverse(scaled)
+        scaled, chance = (
+            part[:, free] * width / problem.accuracy[:, None]
+            for part in (problem.slopes, problem.chance)
+        )
+        inverse = _inverse(scaled, chance)
         relative = errors / np.outer(problem.accuracy, problem.accuracy)
         unit = inverse @ relative @ inverse.T
         covariance[np.ix_(free, free)] = unit * np.outer(width, width)
@@ -117,11 +125,17 @@ def uncertainty(problem: Problem) -> Uncertainty:
     return Uncertainty(covariance, scatter, freedom, tuple(warnings))
 
 
-def _inverse(scaled: FloatArray) -> FloatArray:
-    """Compute a pseudo-inverse (p, m) that gives undetermined combinations huge errors."""
+def _inverse(scaled: FloatArray, chance: FloatArray) -> FloatArray:
+    """Compute the inverse (p, m) of A'A - C'C times A', of slopes A and their chance C.
+
+    Undetermined combinations get huge errors.
+    """
     left, values, right = np.linalg.svd(scaled, full_matrices=False)
     floor = max(_SMALLEST * float(values.max(initial=0.0)), 1e-300)
-    return np.asarray(right.T @ (left.T / np.maximum(values, floor)[:, None]))
+    basis = right.T / np.maximum(values, floor)
+    part = chance @ basis
+    shares, axes = np.linalg.eigh(part.T @ part)
+    return np.asarray(basis @ (axes / (1.0 - np.minimum(shares, _MOST_CHANCE))) @ axes.T @ left.T)
 
 
 def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) -> list[str]:
@@ -162,9 +176,13 @@ def correlations(covariance: FloatArray) -> FloatArray:
 
 
 def uncertainty_of_fit(
-    measurements: Measurements, search: Search, x: FloatArray, slopes: FloatArray
+    measurements: Measurements,
+    search: Search,
+    x: FloatArray,
+    slopes: FloatArray,
+    chance: FloatArray,
 ) -> Uncertainty:
-    """Compute the uncertainty of the coordinates at the end of a search."""
+    """Compute the uncertainty of the coordinates (and slopes) that `Search.settle` gives."""
     targets, trials, count = search.targets, search.evaluations.trials, search.count
     variables = search.evaluations.rows(x).variables(count)
     measured, simulated = _covariances(targets, measurements, variables, trials.shares(x))
@@ -179,6 +197,7 @@ def uncertainty_of_fit(
             x=x,
             space=trials.space,
             slopes=slopes[k],
+            chance=chance[k],
             residual=residual[k],
             accuracy=search.accuracy(x, count)[k],
             counted=targets.array("counted")[k] > 0.0,

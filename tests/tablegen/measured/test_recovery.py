@@ -3,11 +3,14 @@
 At 3.5 standard errors the false-alarm rate for each number is 5e-4, by the normal law.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic_measurements import SOURCE, measured_from
 
 from tablegen import calibrate, load_config
+from tablegen.measured import search
 
 ANGLES = (10.0, 25.0, 40.0, 55.0, 70.0, 85.0)
 
@@ -56,7 +59,10 @@ def test_known_parameters_are_found_again(spreads):
 
 @pytest.mark.study  # 80 calibrations, minutes
 @pytest.mark.parametrize("spreads", [False, True], ids=["means", "means-and-spreads"])
-def test_errors_of_forty_cases(spreads):
+def test_errors_of_forty_cases(spreads, monkeypatch):
+    # the accuracy assumed of measurements would hide errors that are too small
+    exact = {name: replace(one, accuracy=1e-5) for name, one in search.QUANTITIES.items()}
+    monkeypatch.setattr(search, "QUANTITIES", exact)
     rng = np.random.default_rng(11)
     found = []
     for case in range(40):
@@ -78,5 +84,5 @@ def test_errors_of_forty_cases(spreads):
     share = float((known < 2.0).mean())
     print(f"within two standard errors: {share:.3f} of {known.size} numbers")
     # 0.954 for normal errors; that of 40 cases varies by 0.02
-    assert share >= 0.9
+    assert share >= 0.95
     assert known.size >= 0.9 * sizes.size

@@ -19,6 +19,7 @@ def problem(slopes, residual=None, counted=True, accuracy=0.1, **changes):
         x=np.full(p, 0.5),
         space=Space(*(np.full(p, value) for value in (0.5, 0.0, 1.0, 0.0, 1.0, 0.1))),
         slopes=slopes,
+        chance=np.zeros_like(slopes),
         residual=np.zeros(M) if residual is None else residual,
         accuracy=np.full(M, accuracy),
         counted=np.full(M, counted),
@@ -53,6 +54,14 @@ def test_the_chance_of_the_simulation_counts():
     alone = uncertainty(problem(LINE)).covariance
     both = uncertainty(problem(LINE, simulated=3.0 * 0.01 * np.eye(M))).covariance
     np.testing.assert_allclose(both, 4.0 * alone, atol=1e-15)
+
+
+def test_chance_in_slopes_is_no_information():
+    slopes = np.full((M, 1), 2.0**0.5)
+    chance = np.where(np.arange(M) % 2, 0.6, -0.6)[:, None]
+    found = uncertainty(problem(slopes, chance=chance)).covariance
+    expected = 0.01 * M * 2.0 / (M * (2.0 - 0.36)) ** 2
+    np.testing.assert_allclose(found, [[expected]])
 
 
 def test_warnings_of_residuals_bounds_and_too_few_numbers():
