@@ -36,7 +36,6 @@ from tablegen.measured.uncertainty import errors_of_numbers, uncertainty_of_fit
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.simulate import check_run
-from tablegen.tables.cost import time_text
 
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200
@@ -228,11 +227,11 @@ def _fitted(
             )
 
         before = process_time()
-        used.search.evaluations.moments(trials.space.start, task.count)
+        used.search.evaluations.rows(trials.space.start).moments(task.count)
         each = (process_time() - before) / task.count
         if progress:
-            cost = time_text(*(part * each * sum(totals) for part in _COST))
-            counted.write(f"tablegen: about {cost} of one processor", file=sys.stderr)
+            low, high = (part * each * sum(totals) for part in _COST)
+            counted.write(f"tablegen: {low:.0f} to {high:.0f} s of CPU time", file=sys.stderr)
 
         def begin(stage: Stage) -> None:
             counted.total = counted.n + sum(totals[STAGES.index(stage) :])

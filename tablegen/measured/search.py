@@ -52,10 +52,8 @@ class Target(NamedTuple):
     #: Whether it is a standard deviation.
     spread: bool
     measured: float
-    #: Its standard error from the count of particles, 0 without a count; and that of the fit, which
-    #: is never less than an assumed one.
+    #: Its standard error from the count of particles; 0 without a count.
     counted: float
-    accuracy: float
     #: Whether smaller simulated numbers are as good.
     bound: bool = False
 
@@ -65,10 +63,19 @@ class Target(NamedTuple):
         return self.quantity + SPREAD * self.spread
 
     @property
+    def assumed(self) -> float:
+        """Least standard error that is assumed."""
+        return QUANTITIES[self.quantity].accuracy * (SPREAD_FACTOR if self.spread else 1.0)
+
+    @property
+    def accuracy(self) -> float:
+        """Standard error that weights the fit."""
+        return max(self.counted, self.assumed)
+
+    @property
     def allowed(self) -> float:
         """Largest residual that errors explain: 2 assumed ones, or 3 by the count."""
-        floor = QUANTITIES[self.quantity].accuracy * (SPREAD_FACTOR if self.spread else 1.0)
-        return max(2.0 * floor, 3.0 * self.counted)
+        return max(2.0 * self.assumed, 3.0 * self.counted)
 
 
 class Targets(tuple[Target, ...]):
@@ -95,26 +102,23 @@ def make_targets(
     """List all means and spreads of some measurements, row by row.
 
     With a count n a mean is accurate to s / sqrt(n), with the measured spread s or, if that is
-    missing, the simulated one; and a spread to s / sqrt(2 (n - 1)), as for a normal law. Neither is
-    more accurate than is assumed without a count. The out-of-plane angle has a spread only, because
-    by symmetry its mean is zero. The simulated moments are those of the same rows; None without
-    rows.
+    missing, the simulated one; and a spread to s / sqrt(2 (n - 1)), as for a normal law. The out-
+    of-plane angle has a spread only, because by symmetry its mean is zero. The simulated moments
+    are those of the same rows; None without rows.
     """
     found: list[Target] = []
     for row, count in enumerate(measurements.count):
-        for name, quantity in QUANTITIES.items():
+        for name in QUANTITIES:
             moments = measurements.moments[name]
             mean, std = float(moments.mean[row]), float(moments.std[row])
             size = std if std > 0.0 or simulated is None else float(simulated.std[name][row])
             if np.isfinite(mean) and name != "out_of_plane_deg":
                 counted = size / np.sqrt(count) if count > 1.0 else 0.0
-                accuracy = max(counted, quantity.accuracy)
-                found.append(Target(row, name, False, mean, counted, accuracy))
+                found.append(Target(row, name, False, mean, counted))
             if np.isfinite(std) and spreads != "ignore":
                 counted = size / np.sqrt(2.0 * (count - 1.0)) if count > 1.0 else 0.0
-                accuracy = max(counted, SPREAD_FACTOR * quantity.accuracy)
                 bound = spreads == "upper-bound"
-                found.append(Target(row, name, True, std, counted, accuracy, bound))
+                found.append(Target(row, name, True, std, counted, bound))
     return Targets(found)
 
 

@@ -186,9 +186,7 @@ def uncertainty_of_fit(
     targets, trials, count = search.targets, search.evaluations.trials, search.count
     variables = search.evaluations.rows(x).variables(count)
     measured, simulated = _covariances(targets, measurements, variables, trials.shares(x))
-    # means of few particles, and the accuracy that is assumed at least
-    short = targets.array("accuracy") ** 2 - np.diag(measured)
-    measured += np.diag(np.maximum(short, 0.0))
+    measured += np.diag(np.maximum(targets.array("assumed") ** 2 - np.diag(measured), 0.0))
     residual = search.residuals(x, count)
     k = np.flatnonzero(search.counts(residual))
     return uncertainty(
