@@ -18,9 +18,6 @@ from sampler.library import Rows
 
 Shape = tuple[int, ...]
 
-#: Most draws of one call.
-MOST_DRAWS = 2**32
-
 #: Largest roughness, rad: beyond it a normal law of tilts describes no surface.
 MAX_ROUGHNESS = 0.5
 
@@ -217,7 +214,7 @@ def _as_size(size: Any) -> Shape:
     except (TypeError, ValueError):
         parts = (size,)
     shape = tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
-    if math.prod(shape) > MOST_DRAWS:
+    if math.prod(shape) > 2**32:
         refuse("size", _shown(size), "2**32 draws at most in one call")
     return shape
 

@@ -99,11 +99,7 @@ def with_comments(made: Calibration, task: Task) -> Config:
     """Put comments about a fit at the head of its pair."""
     sections = [
         _origin(made, task),
-        [
-            "How closely it follows:",
-            *(line for verdict in _verdicts(made) for line in _wrapped(f"  {verdict}", "    ")),
-            *_indented(_summary(made)),
-        ],
+        [line for verdict in _verdicts(made) for line in _wrapped(verdict, "  ")],
         ["Fitted numbers:", *_indented(_parameters(made))],
     ]
     for kind, held_out in (("used by the fit", False), ("held out, predicted", True)):
@@ -127,23 +123,29 @@ def fit_lines(made: Calibration) -> Iterator[str]:
             f"residuals: {made.scatter:.2f} times the accuracy of the measured numbers "
             f"({made.freedom} degrees of freedom)"
         )
-    yield from _summary(made)
     for warning in made.warnings:
         yield f"warning: {warning}"
 
 
 def _verdicts(made: Calibration) -> list[str]:
-    """Write a line on the means and one on the spreads, and one if the start was better."""
+    """Say how closely a pair follows means, spreads, the start pair's means and rows held out."""
     pair = made.config.pair
     laws = f"{pair.restitution.law} restitution and {pair.resistance.law} resistance"
     lines = [_verdict("means", made.fitted(spreads=False), laws)]
     spreads = made.fitted(spreads=True)
     lines.append(_verdict("spreads", spreads, laws) if spreads else "spreads: not used")
+    if parts := [one.simulated / one.measured for one in spreads if one.measured > 0.0]:
+        lines[-1] += f"; {min(parts):.0%} to {max(parts):.0%} of the measured ones"
     start, end = made.of_means
     if end > start:
         lines.append(
             f"the fit is worse in the means than its start: {end:.2f} and {start:.2f} times their "
             "accuracies (root mean square)"
+        )
+    for column, one in made.largest(held_out=True).items():
+        lines.append(
+            f"largest residual of {column}, held out: {one.residual:+.3f} at {one.alpha_deg:g} "
+            f"degrees (simulated {one.simulated:.3f} +- {one.predicted:.3f})"
         )
     return lines
 
@@ -219,21 +221,5 @@ def _rows(numbers: Sequence[FittedNumber]) -> list[str]:
         lines.append(
             f"{one.alpha_deg:7.4g}  {speed:>7}  {one.column:21}  {one.measured:9.4f}  "
             f"{one.simulated:9.4f}  {one.residual:+9.4f}  {one.predicted:10.4f}"
-        )
-    return lines
-
-
-def _summary(made: Calibration) -> list[str]:
-    """Write the largest residuals of rows held out, and the simulated parts of measured spreads."""
-    lines = [
-        f"largest residual of {column}, held out: {one.residual:+.3f} at {one.alpha_deg:g} degrees "
-        f"(measured {one.measured:.3f}, simulated {one.simulated:.3f} +- {one.predicted:.3f})"
-        for column, one in made.largest(held_out=True).items()
-    ]
-    for column, (least, most) in made.explained().items():
-        lines.append(
-            f"{column}: {least.simulated / least.measured:.0%} of the measured one at "
-            f"{least.alpha_deg:g} degrees to {most.simulated / most.measured:.0%} at "
-            f"{most.alpha_deg:g}"
         )
     return lines

@@ -122,16 +122,6 @@ class Calibration:
             for column, numbers in columns.items()
         }
 
-    def explained(self) -> Mapping[str, tuple[FittedNumber, FittedNumber]]:
-        """Find the numbers with the least and the most simulated part of a measured spread."""
-        columns = _by_column(n for n in self.numbers if n.measured > 0.0)
-        found = {}
-        for column, numbers in columns.items():
-            if column.endswith(SPREAD):
-                numbers.sort(key=lambda number: number.simulated / number.measured)
-                found[column] = numbers[0], numbers[-1]
-        return found
-
     def to_dict(self) -> dict[str, object]:
         """Give everything as plain data for JSON; None: unknown."""
         names = ("name", "start", "value", "standard_error")
