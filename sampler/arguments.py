@@ -213,7 +213,10 @@ def _as_size(size: Any) -> Shape:
         parts = tuple(size) if np.ndim(size) else (size,)
     except (TypeError, ValueError):
         parts = (size,)
-    return tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
+    shape = tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
+    if math.prod(shape) > 2**32:
+        refuse("size", _shown(size), "2**32 draws at most in one call")
+    return shape
 
 
 def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:

@@ -2,13 +2,14 @@
 
 import re
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import click
 
 from sampler import options
 from sampler.files import json_text, write_bytes, write_text
-from sampler.options import DONE
+from sampler.options import DONE, MISSED
 from tablegen.commands import shared
 from tablegen.commands.generate import resumable
 from tablegen.commands.shared import CONFIG
@@ -67,6 +68,13 @@ class _ManyValues(options.Command):
     help="Angles whose rows are predicted and not used.",
 )
 @click.option(
+    "--spreads",
+    type=click.Choice(["fit", "upper-bound", "ignore"]),
+    default="upper-bound",
+    show_default=True,
+    help="What measured spreads are for: simulated ones that are smaller may be as good.",
+)
+@click.option(
     "--count",
     type=options.COUNT,
     default=CALIBRATE_COUNT,
@@ -118,5 +126,6 @@ def calibrate(
         write_bytes(picture, fit_picture(made, picture.name).data)
     for line in fit_lines(made):
         click.echo(line)
-    click.echo(f"{output}: the fitted pair {made.config.name}")
-    return DONE
+    click.echo(f"{output}: the fitted pair {made.config.name}; {process_time():.0f} s of CPU time")
+    click.echo(f"next: tablegen generate {output} --output {output.with_suffix('.h5')}")
+    return MISSED if made.missed else DONE

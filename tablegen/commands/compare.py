@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from sampler import options
-from sampler.files import write_bytes, write_text
+from sampler.files import json_text, write_bytes, write_text
 from sampler.formats.shape_codes import SHAPE_NAMES
 from sampler.options import DONE, note
 from tablegen.commands import shared
@@ -22,9 +22,10 @@ from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
         "tablegen compare corundum-steel --measured my-rig.csv --speed 100 \\",
         "    --json comparison.json --picture comparison.pdf",
         "tablegen compare my-pair.toml --measured kharaz-2001 --shape sphere",
+        "tablegen compare fit-a.toml fit-b.toml corundum-steel --measured my-rig.csv",
     ),
 )
-@click.argument("pair", type=CONFIG, metavar="PAIR|CONFIG.toml")
+@click.argument("pairs", type=CONFIG, metavar="PAIR|CONFIG.toml ...", nargs=-1, required=True)
 @click.option(
     "--measured",
     required=True,
@@ -53,7 +54,7 @@ from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
 @shared.picture("Draw means, with bands of one standard deviation, against the angle.")
 @options.progress
 def compare(
-    pair: str,
+    pairs: tuple[str, ...],
     measured: str,
     json_file: Path | None,
     picture: Path | None,
@@ -64,19 +65,24 @@ def compare(
     Means and standard deviations of the measured quantities: normal and tangential restitution,
     rebound angle, angle out of the impact plane, spin. Each has the chance error of the
     simulation; for rows with a count the deviation is also given in standard errors of both.
+    Several pairs are ranked, the nearest first, and a picture is that of the first.
     """
     from tablegen.config.config import load_config
     from tablegen.measured import compare as comparison
     from tablegen.measured.pictures import comparison_picture
 
-    config = load_config(pair)
-    found = comparison.compare(config, measured, **settings)
-    warnings = map(config.pair.extrapolation, sorted(set(found.speed.tolist())))
-    for warning in dict.fromkeys(filter(None, warnings)):
-        note("tablegen", warning)
-    click.echo(comparison.comparison_text(found))
+    found = []
+    for config in map(load_config, pairs):
+        found.append(comparison.compare(config, measured, **settings))
+        warnings = map(config.pair.extrapolation, sorted(set(found[-1].speed.tolist())))
+        for warning in dict.fromkeys(filter(None, warnings)):
+            note("tablegen", warning)
+    found.sort(key=lambda one: one.rms)
+    one = len(found) == 1
+    click.echo(comparison.comparison_text(*found) if one else comparison.ranking_text(found))
     if json_file:
-        write_text(json_file, comparison.comparison_json(found))
+        trees = [comparison.comparison_tree(one) for one in found]
+        write_text(json_file, json_text(trees[0] if one else {"ranking": trees}))
     if picture:
-        write_bytes(picture, comparison_picture(found, picture.name).data)
+        write_bytes(picture, comparison_picture(found[0], picture.name).data)
     return DONE

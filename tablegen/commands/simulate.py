@@ -87,7 +87,8 @@ def simulate(
 ) -> int:
     """Simulate rebounds directly.
 
-    Writes state, collisions, shape, aspect, energy and work of each, their statistics, or both.
+    Writes state, collisions, shape, mesh (its number, -1: none), aspect, energy and work of each,
+    their statistics, or both.
     """
     from tablegen.accuracy.streaming_statistics import simulate_statistics, statistics_of
     from tablegen.config.config import load_config
@@ -109,7 +110,7 @@ def simulate(
     else:
         result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
         statistics = statistics_of(result)
-        fields = ("state", "collisions", "shape", "aspect", "energy", "work")
+        fields = ("state", "collisions", "shape", "mesh", "aspect", "energy", "work")
         write_arrays(output, **{name: getattr(result, name) for name in fields}, columns=STATE)
     if statistics_file is not None:
         about: dict[str, object] = {"pair": config.pair_name, "shape": shape, "aspect": aspect}

@@ -1,9 +1,11 @@
 """Calibration: fit a material pair to measured rebounds."""
 
 import hashlib
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +22,14 @@ from tablegen.measured.pair_file import fitted_config, with_comments
 from tablegen.measured.parameters import SHAPES, WALL_TILT, default_names, make_parameters
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.result import Calibration, FittedNumber, Task
-from tablegen.measured.search import STAGES, Search, Stage, make_targets, most_particles_after
+from tablegen.measured.search import (
+    STAGES,
+    Search,
+    Spreads,
+    Stage,
+    make_targets,
+    most_particles_after,
+)
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.measured.trials import Evaluations, TrialPairs
 from tablegen.measured.uncertainty import errors_of_numbers, uncertainty_of_fit
@@ -30,6 +39,12 @@ from tablegen.simulation.simulate import check_run
 
 #: Fewest particles of each shape at each condition in the last stage of a search.
 _FEWEST = 200
+
+#: Most rows of a fit; two angles have 50 CPU seconds in eight rows, and these half an hour.
+_MOST_ROWS = 400
+
+#: Time of a search over that of its most particles at the speed of the start pair: least and most.
+_COST = 0.25, 1.5
 
 #: Angles [degrees] that differ by less are the same.
 _SAME_ANGLE = 1e-6
@@ -54,6 +69,7 @@ def calibrate(
     *,
     free: Sequence[str] | None = None,
     hold_out: Sequence[float] = (),
+    spreads: Spreads = "upper-bound",
     count: int = CALIBRATE_COUNT,
     seed: int = 1,
     speed: float | None = None,
@@ -85,6 +101,10 @@ def calibrate(
         coefficients of both laws and the mean aspect ratio.
     hold_out : sequence of float
         Angles [degrees] whose rows are predicted and not used.
+    spreads : str
+        What measured spreads are for. "upper-bound": simulated ones may be smaller, because the
+        measured ones also hold those of size, speed and wall; "fit": they are followed like means;
+        "ignore".
     count : int
         Particles of each shape at each condition, 200 or more.
     seed : int
@@ -98,7 +118,7 @@ def calibrate(
     threads : int, optional
         Default: one a processor. The result does not depend on it.
     progress : bool
-        Show a progress bar on standard error.
+        Say the cost before the search, and show a progress bar, on standard error.
 
     Returns
     -------
@@ -116,8 +136,9 @@ def calibrate(
     if not isinstance(measured, Measurements):
         checksum = hashlib.sha256(find_measurements(measured).read_bytes()).hexdigest()
         measured = read_measurements(measured)
-    names = tuple(default_names(start) if free is None else free)
     used, held = _split_rows(measured, hold_out)
+    means = sum(int(np.isfinite(m.mean[used]).sum()) for m in measured.moments.values())
+    names = tuple(default_names(start, means) if free is None else free)
     _check_spreads(measured, start, names, wall_tilt_deg)
     task = Task(
         measurements=measured,
@@ -129,6 +150,7 @@ def calibrate(
         speeds=impact_speeds(start.pair, measured, speed),
         speed=speed,
         wall_tilt_deg=wall_tilt_deg,
+        spreads=spreads,
         count=count,
         seed=seed,
         threads=threads,
@@ -204,15 +226,23 @@ def _fitted(
                 f"{len(used.rows)} rows, allowed: up to {m}"
             )
 
+        before = process_time()
+        used.search.evaluations.rows(trials.space.start).moments(task.count)
+        each = (process_time() - before) / task.count
+        if progress:
+            low, high = (part * each * sum(totals) for part in _COST)
+            counted.write(f"tablegen: {low:.0f} to {high:.0f} s of CPU time", file=sys.stderr)
+
         def begin(stage: Stage) -> None:
             counted.total = counted.n + sum(totals[STAGES.index(stage) :])
             counted.set_description_str(stage.name, refresh=False)
 
         x = used.search.run(task.seed, begin)
         counted.set_description_str("errors", refresh=False)
-        x, slopes = used.search.settle(x)
-        found = uncertainty_of_fit(used.measurements, used.search, x, slopes)
-        config = fitted_config(task.start, trials.changes(x), name, used.measurements)
+        x, *slopes = used.search.settle(x)
+        found = uncertainty_of_fit(used.measurements, used.search, x, *slopes)
+        speeds = task.speeds[task.used]
+        config = fitted_config(task.start, trials.changes(x), name, used.measurements, speeds)
         numbers = [
             *_numbers(used, config, x, found.covariance, held_out=False),
             *_numbers(held, config, x, found.covariance, held_out=True),
@@ -229,6 +259,7 @@ def _fitted(
         scatter=found.scatter,
         freedom=found.freedom,
         warnings=found.warnings,
+        of_means=(used.search.of_means(trials.space.start), used.search.of_means(x)),
         wall_tilt_deg=trials.wall_tilt_deg(x),
     )
     return replace(made, config=with_comments(made, task))
@@ -243,6 +274,9 @@ def _part(
 ) -> _Part:
     """Make the search of some rows."""
     part, speed = task.measurements.rows(rows), task.speeds[rows]
+    if len(rows) > _MOST_ROWS:
+        words = f"up to {_MOST_ROWS}: averages over ranges of angle and speed"
+        raise InputError(f"{part.name}: got {len(rows)} rows to fit, allowed: {words}")
     moments = None
     if rows:
         scenario = Scenario.of(task.start, task.wall_tilt_deg)
@@ -251,7 +285,8 @@ def _part(
     evaluations = Evaluations(
         trials, part.alpha_deg, speed, task.seed, task.threads, store, on_simulated
     )
-    return _Part(rows, part, Search(evaluations, make_targets(part, moments), task.count))
+    targets = make_targets(part, moments, task.spreads)
+    return _Part(rows, part, Search(evaluations, targets, task.count))
 
 
 def _numbers(
@@ -276,6 +311,8 @@ def _numbers(
             column=target.column,
             measured=target.measured,
             accuracy=float(target.accuracy),
+            allowed=float(target.allowed),
+            bound=target.bound,
             simulated=float(values[k]),
             chance=float(chances[k]),
             predicted=float(predicted[k]),

@@ -1,13 +1,12 @@
 """Comparison of simulated means and spreads with measured ones, as a record, text and JSON."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from sampler.files import json_text
 from tablegen.config.config import Config
 from tablegen.config.defaults import COMPARE_COUNT
 from tablegen.measured.measurements import QUANTITIES, Measurements, impact_speeds
@@ -16,6 +15,9 @@ from tablegen.measured.reader import read_measurements
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import table_lines
+
+#: Quantities by which pairs are ranked.
+_RANKED = ("e_n", "e_t")
 
 #: Heads of the columns of means, and of spreads.
 _HEAD = ("measured", "simulated", "+-", "diff", "in errors")
@@ -78,6 +80,12 @@ class MeasuredComparison:
     #: For each quantity that was measured.
     means: Mapping[str, Agreement]
     spreads: Mapping[str, Agreement]
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the deviations of all means of e_n and e_t; NaN without any."""
+        found = [self.means[name].deviation for name in _RANKED if name in self.means]
+        return float(np.sqrt(np.nanmean(np.square(np.concatenate([[np.nan], *found])))))
 
 
 def compare(
@@ -164,6 +172,18 @@ def _agreements(
     return means, spreads
 
 
+def ranking_text(found: Sequence[MeasuredComparison]) -> str:
+    """Write one table of several pairs in the given order."""
+    rows = []
+    for one in found:
+        parts = [one.means[name].rms if name in one.means else None for name in _RANKED]
+        cells = ["-" if x is None or math.isnan(x) else f"{x:.3f}" for x in (*parts, one.rms)]
+        rows.append([one.pair, *cells])
+    head = ("pair", *_RANKED, "both")
+    title = f"rms deviations of the means of {found[0].measured.name}, the nearest pair first"
+    return "\n".join([title, *(f"  {line}" for line in table_lines(head, rows))])
+
+
 def comparison_text(found: MeasuredComparison) -> str:
     """Write a table for each measured quantity."""
     shape = found.shape or "all shapes"
@@ -223,8 +243,8 @@ def _columns(agreement: Agreement, digits: int) -> list[list[str]]:
     ]
 
 
-def comparison_json(found: MeasuredComparison) -> str:
-    """Write everything as JSON; null: not measured, undefined or unknown."""
+def comparison_tree(found: MeasuredComparison) -> dict[str, Any]:
+    """Give everything as plain data for JSON; None: not measured, undefined or unknown."""
     summary = {
         name: {
             f"{part}_{measure}_deviation": getattr(agreements[name], measure)
@@ -233,20 +253,18 @@ def comparison_json(found: MeasuredComparison) -> str:
         }
         for name in found.means
     }
-    return json_text(
-        {
-            "pair": found.pair,
-            "shape": found.shape,
-            "measurements": found.measured.name,
-            "about": dict(found.measured.about),
-            "count": found.count,
-            "seed": found.seed,
-            "wall_tilt_deg": found.wall_tilt_deg,
-            "speed_independent": found.speed_independent,
-            "summary": summary,
-            "rows": [_row(found, row) for row in range(len(found.speed))],
-        }
-    )
+    return {
+        "pair": found.pair,
+        "shape": found.shape,
+        "measurements": found.measured.name,
+        "about": dict(found.measured.about),
+        "count": found.count,
+        "seed": found.seed,
+        "wall_tilt_deg": found.wall_tilt_deg,
+        "speed_independent": found.speed_independent,
+        "summary": summary,
+        "rows": [_row(found, row) for row in range(len(found.speed))],
+    }
 
 
 def _row(found: MeasuredComparison, row: int) -> dict[str, Any]:

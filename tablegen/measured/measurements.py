@@ -41,14 +41,18 @@ class Quantity:
     label: str
     #: Number of decimals in tables.
     digits: int = 3
-    #: Assumed standard error of a mean in a row without a count.
+    #: Least standard error assumed of a mean, and that of a row without a count.
     accuracy: float = 0.02
 
 
 #: Quantities by the name of their column.
 QUANTITIES: Mapping[str, Quantity] = {
-    "e_n": Quantity(1, "e_n, normal restitution v+/|v-|", r"normal restitution $v^+/|v^-|$"),
-    "e_t": Quantity(0, "e_t, tangential restitution u+/u-", r"tangential restitution $u^+/u^-$"),
+    "e_n": Quantity(
+        1, "e_n, normal restitution v+/|v-|", r"normal restitution $v^+/|v^-|$", accuracy=0.01
+    ),
+    "e_t": Quantity(
+        0, "e_t, tangential restitution u+/u-", r"tangential restitution $u^+/u^-$", accuracy=0.015
+    ),
     "rebound_angle_deg": Quantity(
         2, "rebound angle from the wall [degrees]", "rebound angle [°]", digits=2, accuracy=1.0
     ),

@@ -7,18 +7,19 @@ import re
 import textwrap
 import tomllib
 from collections.abc import Iterator, Sequence
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 import tomli_w
 
 import sampler
+from sampler.formats.channels import STATE
 from tablegen.config.config import Config, parse_config
 from tablegen.config.scenes import Tree, merged
 from tablegen.measured.measurements import Measurements
 from tablegen.measured.parameters import WALL_TILT
 from tablegen.measured.result import Calibration, FittedNumber, Task
+from tablegen.model.float_array import FloatArray
 
 #: Characters of a comment line, and of a list of numbers on one line.
 _WIDTH, _LIST_WIDTH = 100, 80
@@ -26,12 +27,14 @@ _WIDTH, _LIST_WIDTH = 100, 80
 #: List of numbers on several lines.
 _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
 
-#: The largest correlations are listed: this number at most, and none below.
-_MOST_CORRELATIONS, _LEAST_CORRELATION = 12, 0.5
+#: Numbers that a verdict names at most.
+_NAMED = 3
 
 
-def fitted_config(start: Config, changes: Tree, name: str, used: Measurements) -> Config:
-    """Lay fitted numbers over a pair.
+def fitted_config(
+    start: Config, changes: Tree, name: str, used: Measurements, speeds: FloatArray
+) -> Config:
+    """Lay fitted numbers over a pair, with the settings of a compact table with a spin law.
 
     The range of speeds of a fitted law of restitution is that of the rows, if all state one. The
     materials are those that the measurements name. The roughness has no place in the file.
@@ -56,10 +59,33 @@ def fitted_config(start: Config, changes: Tree, name: str, used: Measurements) -
         if np.isfinite(used.speed).all():
             ends = [float(used.speed.min()), float(used.speed.max())]
             pair["restitution"]["valid_speed"] = ends
-    valid, (first, last) = pair["restitution"].get("valid_speed"), tree["domain"]["speed"]
-    if valid is None or not valid[0] <= first <= last <= valid[1]:
-        tree["domain"] = {**tree["domain"], "extrapolate": True}
+    tree["domain"] = _domain(start, used, speeds, pair["restitution"].get("valid_speed"))
+    tree["spin"] = not set(start.domain.columns) - set(STATE)
+    tree["accuracy"] = {"preset": "compact"}
+    tree.pop("spin_accuracy", None)
+    nodes = ("alpha_nodes_deg", "speed_nodes")
+    if "table" in tree:
+        tree["table"] = {k: v for k, v in tree["table"].items() if k not in nodes}
     return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
+
+
+def _domain(
+    start: Config, used: Measurements, speeds: FloatArray, valid: Sequence[float] | None
+) -> Tree:
+    """Choose what a table of the pair covers.
+
+    Its angles are those of the start pair and the measured ones: later hits have any angle, and a
+    law of contact holds for all. Without a dependence on the speed one stands for all.
+    """
+    domain = start.domain.model_dump(mode="json", exclude_none=True)
+    low, high = domain["alpha_deg"]
+    angles = used.alpha_deg
+    domain["alpha_deg"] = [min(low, float(angles.min())), max(high, float(angles.max()))]
+    if not start.pair.restitution.depends_on_speed:
+        domain["speed"] = [float(np.median(speeds))] * 2
+    first, last = domain["speed"]
+    domain["extrapolate"] = valid is None or not valid[0] <= first <= last <= valid[1]
+    return domain
 
 
 def _on_one_line(found: re.Match[str]) -> str:
@@ -73,11 +99,9 @@ def with_comments(made: Calibration, task: Task) -> Config:
     """Put comments about a fit at the head of its pair."""
     sections = [
         _origin(made, task),
-        ["How closely it follows:", *_indented(_summary(made))],
+        [line for verdict in _verdicts(made) for line in _wrapped(verdict, "  ")],
         ["Fitted numbers:", *_indented(_parameters(made))],
     ]
-    if correlations := _correlations(made):
-        sections.append(["Their largest correlations:", *_indented(correlations)])
     for kind, held_out in (("used by the fit", False), ("held out, predicted", True)):
         rows = [number for number in made.numbers if number.held_out == held_out]
         if rows:
@@ -91,16 +115,53 @@ def with_comments(made: Calibration, task: Task) -> Config:
 
 
 def fit_lines(made: Calibration) -> Iterator[str]:
-    """Write the fitted numbers, how closely the pair follows, and warnings."""
+    """Write the verdicts, the fitted numbers, how closely the pair follows, and warnings."""
+    yield from _verdicts(made)
     yield from _parameters(made)
     if np.isfinite(made.scatter):
         yield (
             f"residuals: {made.scatter:.2f} times the accuracy of the measured numbers "
             f"({made.freedom} degrees of freedom)"
         )
-    yield from _summary(made)
     for warning in made.warnings:
         yield f"warning: {warning}"
+
+
+def _verdicts(made: Calibration) -> list[str]:
+    """Say how closely a pair follows means, spreads, the start pair's means and rows held out."""
+    pair = made.config.pair
+    laws = f"{pair.restitution.law} restitution and {pair.resistance.law} resistance"
+    lines = [_verdict("means", made.fitted(spreads=False), laws)]
+    spreads = made.fitted(spreads=True)
+    lines.append(_verdict("spreads", spreads, laws) if spreads else "spreads: not used")
+    if parts := [one.simulated / one.measured for one in spreads if one.measured > 0.0]:
+        lines[-1] += f"; {min(parts):.0%} to {max(parts):.0%} of the measured ones"
+    start, end = made.of_means
+    if end > start:
+        lines.append(
+            f"the fit is worse in the means than its start: {end:.2f} and {start:.2f} times their "
+            "accuracies (root mean square)"
+        )
+    for column, one in made.largest(held_out=True).items():
+        lines.append(
+            f"largest residual of {column}, held out: {one.residual:+.3f} at {one.alpha_deg:g} "
+            f"degrees (simulated {one.simulated:.3f} +- {one.predicted:.3f})"
+        )
+    return lines
+
+
+def _verdict(kind: str, numbers: Sequence[FittedNumber], laws: str) -> str:
+    """Say which means, or spreads, are farther off than errors explain."""
+    worst = sorted(numbers, key=lambda number: -number.excess)
+    missed = [number for number in worst if number.excess > 1.0]
+    firsts = {number.column: number for number in reversed(worst)}
+    named = ", ".join(
+        f"{one.column} {one.residual:+.3f} at {one.alpha_deg:g} degrees ({one.allowed:.3g} allowed)"
+        for one in (missed[:_NAMED] or firsts.values())
+    )
+    if missed:
+        return f"{kind}: {laws} miss {len(missed)} of {len(numbers)}: {named}"
+    return f"{kind}: all {len(numbers)} held within errors; farthest off {named}"
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:
@@ -149,17 +210,6 @@ def _parameters(made: Calibration) -> list[str]:
     return lines
 
 
-def _correlations(made: Calibration) -> list[str]:
-    """Write the largest correlations between fitted numbers."""
-    pairs = [
-        (made.correlation[j, k], made.labels[j], made.labels[k])
-        for j, k in combinations(range(len(made.labels)), 2)
-        if abs(made.correlation[j, k]) >= _LEAST_CORRELATION
-    ]
-    pairs.sort(key=lambda pair: -abs(pair[0]))
-    return [f"{value:+.2f}  {one}, {other}" for value, one, other in pairs[:_MOST_CORRELATIONS]]
-
-
 def _rows(numbers: Sequence[FittedNumber]) -> list[str]:
     """Write the table of measured and simulated numbers."""
     lines = [
@@ -171,24 +221,5 @@ def _rows(numbers: Sequence[FittedNumber]) -> list[str]:
         lines.append(
             f"{one.alpha_deg:7.4g}  {speed:>7}  {one.column:21}  {one.measured:9.4f}  "
             f"{one.simulated:9.4f}  {one.residual:+9.4f}  {one.predicted:10.4f}"
-        )
-    return lines
-
-
-def _summary(made: Calibration) -> list[str]:
-    """Write the largest residuals, and the simulated parts of the measured spreads."""
-    lines = []
-    for held_out, title in ((False, "largest residual"), (True, "largest residual, held out")):
-        for column, one in made.largest(held_out).items():
-            lines.append(
-                f"{title} of {column}: {one.residual:+.3f} at {one.alpha_deg:g} degrees "
-                f"(measured {one.measured:.3f}, simulated {one.simulated:.3f} +- "
-                f"{one.predicted:.3f})"
-            )
-    for column, (least, most) in made.explained().items():
-        lines.append(
-            f"{column}: {least.simulated / least.measured:.0%} of the measured one at "
-            f"{least.alpha_deg:g} degrees to {most.simulated / most.measured:.0%} at "
-            f"{most.alpha_deg:g}"
         )
     return lines

@@ -5,6 +5,7 @@ hold several numbers are freed together.
 """
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
@@ -270,10 +271,35 @@ def allowed_names(config: Config) -> tuple[str, ...]:
     return (*_ranges(config), *together, *(f"{SHAPES}.{name}" for name in every))
 
 
-def default_names(config: Config) -> tuple[str, ...]:
-    """List the names that are free by default: both laws, and the mean aspect ratio."""
+def default_names(config: Config, means: int) -> tuple[str, ...]:
+    """List the names that are free by default: both laws and the mean aspect ratio.
+
+    Shapes and the spread of the ratios follow if there are more measured means than free numbers.
+    """
+    allowed = allowed_names(config)
     chosen = ("pair.", "population.aspect.mean", "population.aspect.values")
-    return tuple(name for name in allowed_names(config) if name.startswith(chosen))
+    names = [name for name in allowed if name.startswith(chosen)]
+    for name in (SHAPES, "population.aspect.standard_deviation"):
+        wider = [*names, name]
+        if name in allowed:
+            free = sum(len(part.labels) for part in make_parameters(config, wider))
+            names = wider if free < means else names
+    return tuple(names)
+
+
+def in_words(config: Config, label: str) -> str:
+    """Say what a fitted number is: "resistance at 30 degrees" for ``pair.resistance.value[1]``."""
+    path, *places = re.split(r"\[|\]\[|\]", label.removesuffix("]"))
+    section, _, name = path.partition(".")[2].rpartition(".")
+    law = getattr(config.pair, section, None)
+    if law is not None and law.law == "tabulated":
+        speed = f" and {law.speed[int(places[1])]:g} m/s" if len(places) > 1 else ""
+        return f"{section} at {law.angle_deg[int(places[0])]:g} degrees{speed}"
+    if section == "shapes":
+        return f"share of shape {name}"
+    number = f" {places[0]}" if places else ""
+    section = {"aspect": "aspect ratio", "": "wall"}.get(section, section)
+    return f"{section} {name or 'roughness'}{number}".replace("_", " ")
 
 
 def make_parameters(

@@ -7,6 +7,7 @@ import csv
 import math
 import os
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -118,17 +119,19 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
 
 
 def _lines(text: str, file: str) -> list[_Line]:
-    """Split all lines but comments into cells; no cell spans several lines."""
+    """Split all lines but comments into cells; a quoted cell may span several lines."""
     found = []
-    for number, line in enumerate(text.split("\n"), start=1):
+    lines = enumerate((f"{line}\n" for line in text.split("\n")), start=1)
+    for number, line in lines:
         if not line.strip() or line.lstrip().startswith("#"):
             continue
+        rest = chain([line], (further for _, further in lines))
         try:
-            (cells,) = csv.reader([line], strict=True, skipinitialspace=True)
+            cells = next(csv.reader(rest, strict=True, skipinitialspace=True))
         except csv.Error as error:
             allowed = "cells with commas between them, quoted if they hold one"
             raise _Line(file, number, ()).refusal(f"got {error}", allowed) from None
-        found.append(_Line(file, number, [cell.strip() for cell in cells]))
+        found.append(_Line(file, number, [" ".join(cell.split()) for cell in cells]))
     return found
 
 
@@ -229,7 +232,8 @@ def _check_unique(rows: Sequence[_Line], numbers: Sequence[Mapping[str, float]])
         for quantity in QUANTITIES:
             if math.isnan(values[quantity]):
                 continue
-            first = seen.setdefault((quantity, alpha_deg, speed), row.number)
+            place = (quantity, round(alpha_deg, 6), speed and float(f"{speed:.9g}"))
+            first = seen.setdefault(place, row.number)
             if first != row.number:
                 at = f"{alpha_deg:g} degrees" + ("" if speed is None else f" and {speed:g} m/s")
                 only = f"that of line {first} only"

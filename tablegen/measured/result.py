@@ -8,6 +8,7 @@ import numpy as np
 from tablegen.checkpoints import software
 from tablegen.config.config import Config
 from tablegen.measured.measurements import SPREAD, Measurements
+from tablegen.measured.search import Spreads
 from tablegen.model.float_array import FloatArray
 
 
@@ -27,6 +28,7 @@ class Task:
     speeds: FloatArray
     speed: float | None
     wall_tilt_deg: float
+    spreads: Spreads
     count: int
     seed: int
     threads: int | None
@@ -37,7 +39,7 @@ class Task:
         m = self.measurements
         moments = [part for one in m.moments.values() for part in one]
         numbers = np.concatenate([m.alpha_deg, self.speeds, m.count, *moments]).tolist()
-        rest = (self.free, self.held, self.wall_tilt_deg, self.count, self.seed)
+        rest = (self.free, self.held, self.spreads, self.wall_tilt_deg, self.count, self.seed)
         return f"{software()}\n{self.start.text}\n{numbers}\n{rest}"
 
 
@@ -55,6 +57,9 @@ class FittedNumber:
     measured: float
     #: Standard error of the measured number: from its count, or assumed.
     accuracy: float
+    #: Largest residual that errors explain, and whether it is one-sided, of an upper bound.
+    allowed: float
+    bound: bool
     simulated: float
     #: Chance error of the simulated number.
     chance: float
@@ -66,6 +71,11 @@ class FittedNumber:
     def residual(self) -> float:
         """Simulated less measured number."""
         return self.simulated - self.measured
+
+    @property
+    def excess(self) -> float:
+        """Residual over the largest that errors explain."""
+        return (self.residual if self.bound else abs(self.residual)) / self.allowed
 
 
 @dataclass(frozen=True)
@@ -89,8 +99,20 @@ class Calibration:
     scatter: float
     freedom: int
     warnings: tuple[str, ...]
+    #: Root mean square of the residuals of the means over their accuracies: of start and fit.
+    of_means: tuple[float, float]
     #: Roughness of the wall, fitted or given.
     wall_tilt_deg: float
+
+    def fitted(self, spreads: bool) -> list[FittedNumber]:
+        """Collect the means, or the spreads, that the fit used."""
+        used = (number for number in self.numbers if not number.held_out)
+        return [number for number in used if number.column.endswith(SPREAD) == spreads]
+
+    @property
+    def missed(self) -> bool:
+        """Whether a mean is farther off than errors explain."""
+        return any(number.excess > 1.0 for number in self.fitted(spreads=False))
 
     def largest(self, held_out: bool = False) -> Mapping[str, FittedNumber]:
         """Find the number with the largest residual of each column."""
@@ -99,16 +121,6 @@ class Calibration:
             column: max(numbers, key=lambda number: abs(number.residual))
             for column, numbers in columns.items()
         }
-
-    def explained(self) -> Mapping[str, tuple[FittedNumber, FittedNumber]]:
-        """Find the numbers with the least and the most simulated part of a measured spread."""
-        columns = _by_column(n for n in self.numbers if n.measured > 0.0)
-        found = {}
-        for column, numbers in columns.items():
-            if column.endswith(SPREAD):
-                numbers.sort(key=lambda number: number.simulated / number.measured)
-                found[column] = numbers[0], numbers[-1]
-        return found
 
     def to_dict(self) -> dict[str, object]:
         """Give everything as plain data for JSON; None: unknown."""
@@ -122,6 +134,7 @@ class Calibration:
             ],
             "correlation": [_plain(row) for row in self.correlation],
             "wall_tilt_deg": self.wall_tilt_deg,
+            "missed": self.missed,
             "scatter": _plain([self.scatter])[0],
             "degrees_of_freedom": self.freedom,
             "numbers": [asdict(number) | {"residual": number.residual} for number in self.numbers],

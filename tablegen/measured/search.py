@@ -1,9 +1,10 @@
 """Least squares from several starts: many rough looks, a few short searches, one long one."""
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
@@ -12,9 +13,13 @@ from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.trials import Evaluations, TrialPairs
 from tablegen.model.float_array import FloatArray
 
-#: Assumed standard error of a spread without a count over that of a mean. A measured spread also
-#: holds those of size, speed, direction before the impact and wall, which the pair does not have.
+#: Least standard error assumed of a spread over that of a mean. A measured spread also holds those
+#: of size, speed, direction before the impact and wall, which the pair does not have.
 SPREAD_FACTOR = 2.5
+
+#: Weight of a spread below its upper bound: of pairs that follow the means alike, that with the
+#: larger spreads is taken, or grains would be spheres, which follow means most easily.
+_BELOW = 0.15
 
 #: Distance of random starts from the given pair, over that of a random place of the search.
 _WAYS = (1.0, 0.6, 0.3)
@@ -24,10 +29,6 @@ _FEWEST = 64
 
 #: Coordinates nearer to a bound than this part of the width of their search lie on it.
 _AT_BOUND = 1e-3
-
-#: Least accuracy over the assumed one. Better ones would stand for digits that neither experiment
-#: nor simulation has.
-_LEAST_PART = 1e-3
 
 #: The seed of the second set of random numbers for slopes differs by this.
 _SEED_OF_SLOPES = 0x510E
@@ -39,6 +40,10 @@ _LAST_STEPS, _TOLERATED = 4, 0.01
 _OPEN = 1e-2
 
 
+#: What measured spreads are for: numbers to follow, upper bounds, or nothing.
+Spreads = Literal["fit", "upper-bound", "ignore"]
+
+
 class Target(NamedTuple):
     """A measured mean or spread."""
 
@@ -47,14 +52,30 @@ class Target(NamedTuple):
     #: Whether it is a standard deviation.
     spread: bool
     measured: float
-    #: Its standard error, and whether that follows from a count of particles, or is assumed.
-    accuracy: float
-    counted: bool
+    #: Its standard error from the count of particles; 0 without a count.
+    counted: float
+    #: Whether smaller simulated numbers are as good.
+    bound: bool = False
 
     @property
     def column(self) -> str:
         """Name of the column of measurements."""
         return self.quantity + SPREAD * self.spread
+
+    @property
+    def assumed(self) -> float:
+        """Least standard error that is assumed."""
+        return QUANTITIES[self.quantity].accuracy * (SPREAD_FACTOR if self.spread else 1.0)
+
+    @property
+    def accuracy(self) -> float:
+        """Standard error that weights the fit."""
+        return max(self.counted, self.assumed)
+
+    @property
+    def allowed(self) -> float:
+        """Largest residual that errors explain: 2 assumed ones, or 3 by the count."""
+        return max(2.0 * self.assumed, 3.0 * self.counted)
 
 
 class Targets(tuple[Target, ...]):
@@ -75,30 +96,29 @@ class Targets(tuple[Target, ...]):
         return values, errors
 
 
-def make_targets(measurements: Measurements, simulated: SimulatedMoments | None) -> Targets:
+def make_targets(
+    measurements: Measurements, simulated: SimulatedMoments | None, spreads: Spreads
+) -> Targets:
     """List all means and spreads of some measurements, row by row.
 
     With a count n a mean is accurate to s / sqrt(n), with the measured spread s or, if that is
-    missing, the simulated one; and a spread to s / sqrt(2 (n - 1)), as for a normal law. These
-    accuracies only weight the fit: standard errors of parameters follow from the simulated law
-    (`tablegen.measured.uncertainty`). The out-of-plane angle has a spread only, because by symmetry
-    its mean is zero. The simulated moments are those of the same rows; None without rows.
+    missing, the simulated one; and a spread to s / sqrt(2 (n - 1)), as for a normal law. The out-
+    of-plane angle has a spread only, because by symmetry its mean is zero. The simulated moments
+    are those of the same rows; None without rows.
     """
     found: list[Target] = []
     for row, count in enumerate(measurements.count):
-        counted = bool(count > 1.0)
-        for name, quantity in QUANTITIES.items():
+        for name in QUANTITIES:
             moments = measurements.moments[name]
             mean, std = float(moments.mean[row]), float(moments.std[row])
             size = std if std > 0.0 or simulated is None else float(simulated.std[name][row])
             if np.isfinite(mean) and name != "out_of_plane_deg":
-                accuracy = size / np.sqrt(count) if counted else quantity.accuracy
-                found.append(Target(row, name, False, mean, accuracy, counted))
-            if np.isfinite(std):
-                accuracy = SPREAD_FACTOR * quantity.accuracy
-                if counted:
-                    accuracy = size / np.sqrt(2.0 * (count - 1.0))
-                found.append(Target(row, name, True, std, accuracy, counted))
+                counted = size / np.sqrt(count) if count > 1.0 else 0.0
+                found.append(Target(row, name, False, mean, counted))
+            if np.isfinite(std) and spreads != "ignore":
+                counted = size / np.sqrt(2.0 * (count - 1.0)) if count > 1.0 else 0.0
+                bound = spreads == "upper-bound"
+                found.append(Target(row, name, True, std, counted, bound))
     return Targets(found)
 
 
@@ -162,18 +182,31 @@ class Search:
     def __init__(self, evaluations: Evaluations, targets: Targets, count: int) -> None:
         self.evaluations, self.targets, self.count = evaluations, targets, count
         self._measured, self._accuracy = targets.array("measured"), targets.array("accuracy")
-        self._assumed = np.array([QUANTITIES[target.quantity].accuracy for target in targets])
+        self._bound = targets.array("bound") > 0.0
 
     def accuracy(self, x: FloatArray, count: int) -> FloatArray:
         """Compute the accuracy (m,) of a residual, with the chance error of the simulation."""
         _, errors = self.targets.pick(self.evaluations.moments(x, count))
-        both = np.hypot(self._accuracy, errors)
-        return np.asarray(np.maximum(both, _LEAST_PART * self._assumed))
+        return np.hypot(self._accuracy, errors)
 
     def residuals(self, x: FloatArray, count: int) -> FloatArray:
         """Subtract the measured from the simulated numbers, (m,)."""
         values, _ = self.targets.pick(self.evaluations.moments(x, count))
         return values - self._measured
+
+    def of_means(self, x: FloatArray) -> float:
+        """Compute the root mean square of the residuals of the means over their accuracies."""
+        means = self.targets.array("spread") == 0.0
+        size = self.residuals(x, self.count)[means] / self._accuracy[means]
+        return float(np.sqrt(np.mean(size**2)))
+
+    def counts(self, residual: FloatArray) -> NDArray[np.bool_]:
+        """Tell which numbers (m,) are no upper bounds, or exceed theirs."""
+        return ~self._bound | (residual > 0.0)
+
+    def weights(self, residual: FloatArray, accuracy: FloatArray) -> FloatArray:
+        """Compute the weights (m,) of residuals in the cost."""
+        return np.asarray(np.where(self.counts(residual), 1.0, _BELOW) / accuracy)
 
     def run(self, seed: int, on_stage: Callable[[Stage], None]) -> FloatArray:
         """Go through all stages, and give the best coordinates (p,).
@@ -196,11 +229,12 @@ class Search:
         count = stage.count(self.count)
 
         def weighted(y: FloatArray) -> FloatArray:
-            return self.residuals(y, count) / accuracy
+            residual = self.residuals(y, count)
+            return residual * self.weights(residual, accuracy)
 
         def slopes(y: FloatArray) -> FloatArray:
             plain = evaluations.slopes(y, count, self.targets.pick, stage.central)
-            return plain / accuracy[:, None]
+            return plain * self.weights(self.residuals(y, count), accuracy)[:, None]
 
         if stage.steps == 0:
             return 0.5 * float(np.sum(weighted(x) ** 2)), x
@@ -217,31 +251,33 @@ class Search:
         )
         return float(solved.cost), solved.x
 
-    def settle(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def settle(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Take the last steps of a search, by slopes with less chance in them.
 
         The cost of a fit is rough on the scale of the standard errors. The optimiser stops where
         its slopes, from one set of random numbers, find no way down. These are means of two sets.
-        Gives the coordinates (p,) and the slopes (m, p).
+        Gives the coordinates (p,), the slopes (m, p), and half of the difference of both sets.
         """
         evaluations, space, count = self.evaluations, self.evaluations.trials.space, self.count
         both = evaluations, evaluations.with_seed(evaluations.seed ^ _SEED_OF_SLOPES)
-        slopes: FloatArray = np.mean(
-            [one.slopes(x, count, self.targets.pick, central=True) for one in both], axis=0
-        )
+        one, other = (each.slopes(x, count, self.targets.pick, central=True) for each in both)
+        slopes = 0.5 * (one + other)
         accuracy, width = self.accuracy(x, count), space.width
         free = (x > space.low) & (x < space.high)
-        inverse = np.linalg.pinv(slopes[:, free] * width[free] / accuracy[:, None], rcond=_OPEN)
-        residual = self.residuals(x, count) / accuracy
+        residual = self.residuals(x, count)
+        weight = self.weights(residual, accuracy)
+        residual *= weight
+        inverse = np.linalg.pinv(slopes[:, free] * width[free] * weight[:, None], rcond=_OPEN)
         for _ in range(_LAST_STEPS):
             further = x.copy()
             further[free] -= width[free] * (inverse @ residual)
             further = np.clip(further, space.low, space.high)
-            left = self.residuals(further, count) / accuracy
+            left = self.residuals(further, count)
+            left *= self.weights(left, accuracy)
             if np.sum(left**2) > (1.0 + _TOLERATED) * np.sum(residual**2):
                 break
             x, residual = further, left
-        return self._on_bounds(x), slopes
+        return self._on_bounds(x), slopes, 0.5 * (one - other)
 
     def _on_bounds(self, x: FloatArray) -> FloatArray:
         """Move coordinates next to a bound, which the optimiser never reaches, onto it."""

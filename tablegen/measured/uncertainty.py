@@ -3,7 +3,8 @@
 To first order the coordinates of the fit err by dx = G e, with the errors e of the residuals and
 the weighted pseudo-inverse G of their slopes (Gauss and Newton). So their covariance is
 G (D + S) G', with D of the measured and S of the simulated numbers. Means and spreads of one row
-come from the same particles, so their errors are correlated.
+come from the same particles, so their errors are correlated. Chance in the slopes A looks like
+information: A'A is too large by what two sets of random numbers differ.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from scipy.linalg import block_diag
 
 from tablegen.measured.measurements import Measurements
 from tablegen.measured.moments import covariances, influences
-from tablegen.measured.parameters import Space
+from tablegen.measured.parameters import Space, in_words
 from tablegen.measured.search import Search, Targets
 from tablegen.measured.trials import TrialPairs
 from tablegen.model.float_array import FloatArray
@@ -25,11 +26,17 @@ from tablegen.model.float_array import FloatArray
 #: which the data leave it open.
 _OPEN = 0.5
 
+#: Most of the information of slopes that counts as chance, so that errors stay finite.
+_MOST_CHANCE = 0.5
+
 #: Least part of the largest singular value; smaller ones are rounding.
 _SMALLEST = 1e-6
 
 #: Least component of a parameter that is named, and correlation of two that are.
 _NAMED, _CORRELATED = 0.3, 0.95
+
+#: Pairs of correlated parameters that are listed.
+_LISTED = 3
 
 #: Standard errors below this are the rounding of those at a bound.
 _NO_ERROR = 1e-7
@@ -40,16 +47,17 @@ class Problem:
     """A least-squares fit at its end, of m numbers by p coordinates."""
 
     names: tuple[str, ...]
-    #: Coordinates (p,), and derivatives (m, p) of the simulated numbers by them.
+    #: Coordinates (p,), and derivatives (m, p) of the simulated numbers by them, with their chance.
     x: FloatArray
     space: Space
     slopes: FloatArray
+    chance: FloatArray
     #: Simulated less measured numbers (m,), and their weights.
     residual: FloatArray
     accuracy: FloatArray
     #: Whether the accuracy follows from a count of particles, (m,).
     counted: NDArray[np.bool_]
-    #: Covariances (m, m) of errors; zero for measured numbers without a count.
+    #: Covariances (m, m) of errors.
     measured: FloatArray
     simulated: FloatArray
 
@@ -78,9 +86,9 @@ def uncertainty(problem: Problem) -> Uncertainty:
     low, high = x <= space.low, x >= space.high
     free = np.flatnonzero(~(low | high))
     warnings = [
-        f"{problem.names[k]} is at its {'lower' if low[k] else 'upper'} bound, and has no standard "
-        "error"
-        for k in np.flatnonzero(low | high)
+        f"at the {side} bound, without a standard error: {', '.join(problem.names[k] for k in at)}"
+        for side, at in (("lower", np.flatnonzero(low)), ("upper", np.flatnonzero(high)))
+        if at.size
     ]
     freedom = len(problem.residual) - len(free)
     squares = float(np.sum((problem.residual / problem.accuracy) ** 2))
@@ -99,13 +107,15 @@ def uncertainty(problem: Problem) -> Uncertainty:
             f"the pair does not follow the measurements: residuals are {scatter:.1f} times their "
             "errors, and standard errors are enlarged by that"
         )
-    uncounted = np.where(problem.counted, 0.0, problem.accuracy**2)
-    errors = factor**2 * (problem.measured + np.diag(uncounted)) + problem.simulated
+    errors = factor**2 * problem.measured + problem.simulated
     covariance = np.zeros((len(x), len(x)))
     if free.size:
         width = space.width[free]
-        scaled = problem.slopes[:, free] * width / problem.accuracy[:, None]
-        inverse = _inverse(scaled)
+        scaled, chance = (
+            part[:, free] * width / problem.accuracy[:, None]
+            for part in (problem.slopes, problem.chance)
+        )
+        inverse = _inverse(scaled, chance)
         relative = errors / np.outer(problem.accuracy, problem.accuracy)
         unit = inverse @ relative @ inverse.T
         covariance[np.ix_(free, free)] = unit * np.outer(width, width)
@@ -115,11 +125,17 @@ def uncertainty(problem: Problem) -> Uncertainty:
     return Uncertainty(covariance, scatter, freedom, tuple(warnings))
 
 
-def _inverse(scaled: FloatArray) -> FloatArray:
-    """Compute a pseudo-inverse (p, m) that gives undetermined combinations huge errors."""
+def _inverse(scaled: FloatArray, chance: FloatArray) -> FloatArray:
+    """Compute the inverse (p, m) of A'A - C'C times A', of slopes A and their chance C.
+
+    Undetermined combinations get huge errors.
+    """
     left, values, right = np.linalg.svd(scaled, full_matrices=False)
     floor = max(_SMALLEST * float(values.max(initial=0.0)), 1e-300)
-    return np.asarray(right.T @ (left.T / np.maximum(values, floor)[:, None]))
+    basis = right.T / np.maximum(values, floor)
+    part = chance @ basis
+    shares, axes = np.linalg.eigh(part.T @ part)
+    return np.asarray(basis @ (axes / (1.0 - np.minimum(shares, _MOST_CHANCE))) @ axes.T @ left.T)
 
 
 def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) -> list[str]:
@@ -131,22 +147,25 @@ def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) 
         if value * _OPEN < factor:
             row = row * np.sign(row[np.argmax(np.abs(row))])
             named = [k for k in np.argsort(-np.abs(row)) if abs(row[k]) >= _NAMED]
-            terms = " ".join(f"{row[k]:+.2f} {names[k]}" for k in named)
-            found.append(
-                f"the data do not determine {terms.removeprefix('+')} (each over the width of its "
-                "search): fix one of them, or measure more"
-            )
+            more = " and ".join(names[k] for k in named if row[k] > 0.0)
+            less = " and ".join(names[k] for k in named if row[k] < 0.0)
+            change = f"more {more}" + (f" and less {less}" if less else "")
+            which = "one of them" if len(named) > 1 else "it"
+            found.append(f"the fit is as good with {change}: fix {which}, or measure more")
     return found
 
 
 def _correlated(covariance: FloatArray, names: Sequence[str]) -> list[str]:
     """Warn of pairs of parameters that the data do not separate."""
     correlation = correlations(covariance)
-    return [
-        f"{names[j]} and {names[k]} are correlated by {correlation[j, k]:+.2f}"
-        for j, k in combinations(range(len(names)), 2)
+    pairs = sorted(combinations(range(len(names)), 2), key=lambda pair: -abs(correlation[pair]))
+    said = [
+        f"{names[j]} and {names[k]} (correlation {correlation[j, k]:+.2f})"
+        for j, k in pairs
         if abs(correlation[j, k]) > _CORRELATED
     ]
+    more = f"; {len(said) - _LISTED} pairs more" if len(said) > _LISTED else ""
+    return [f"errors go together: {', '.join(said[:_LISTED])}{more}"] if said else []
 
 
 def correlations(covariance: FloatArray) -> FloatArray:
@@ -157,23 +176,31 @@ def correlations(covariance: FloatArray) -> FloatArray:
 
 
 def uncertainty_of_fit(
-    measurements: Measurements, search: Search, x: FloatArray, slopes: FloatArray
+    measurements: Measurements,
+    search: Search,
+    x: FloatArray,
+    slopes: FloatArray,
+    chance: FloatArray,
 ) -> Uncertainty:
-    """Compute the uncertainty of the coordinates at the end of a search."""
+    """Compute the uncertainty of the coordinates (and slopes) that `Search.settle` gives."""
     targets, trials, count = search.targets, search.evaluations.trials, search.count
     variables = search.evaluations.rows(x).variables(count)
     measured, simulated = _covariances(targets, measurements, variables, trials.shares(x))
+    measured += np.diag(np.maximum(targets.array("assumed") ** 2 - np.diag(measured), 0.0))
+    residual = search.residuals(x, count)
+    k = np.flatnonzero(search.counts(residual))
     return uncertainty(
         Problem(
-            names=trials.labels,
+            names=tuple(in_words(trials.config, label) for label in trials.labels),
             x=x,
             space=trials.space,
-            slopes=slopes,
-            residual=search.residuals(x, count),
-            accuracy=search.accuracy(x, count),
-            counted=targets.array("counted") > 0.0,
-            measured=measured,
-            simulated=simulated / count,
+            slopes=slopes[k],
+            chance=chance[k],
+            residual=residual[k],
+            accuracy=search.accuracy(x, count)[k],
+            counted=targets.array("counted")[k] > 0.0,
+            measured=measured[np.ix_(k, k)],
+            simulated=simulated[np.ix_(k, k)] / count,
         )
     )
 

@@ -26,7 +26,6 @@ from tablegen.model.rebound import (
 from tablegen.model.shapes import (
     FIRST_MESH,
     MAX_VERTICES,
-    MESH,
     empty_map,
     mesh_body,
     mesh_map,
@@ -96,8 +95,8 @@ def simulate_batch(law, population, conditions, keys, axes, state, collisions, k
     collisions : (n,) int64
         Output.
     kind : (n, 3) float64
-        Shape code, b / a, c / b. Output: the same, with one code for all meshes; input where
-        ``keys.grain`` is empty, with the code FIRST_MESH + k for mesh number k.
+        Shape code, with FIRST_MESH + k for mesh number k, b / a, c / b. Output, and input where
+        ``keys.grain`` is empty.
     energy : (n, 2) or (n, 4) float64
         Output: translational and rotational energy over the energy before the impact; with four
         columns also the energies that the normal and the tangential impulses took.
@@ -119,7 +118,6 @@ def simulate_batch(law, population, conditions, keys, axes, state, collisions, k
         )
         if unfinished >= 0:
             return unfinished
-    _merge_mesh_codes(kind)
     return -1
 
 
@@ -151,13 +149,4 @@ def simulate_audited(
             axes[i, k] = motion[3 + k]
         for k in range(energy.shape[1]):
             energy[i, k] = energies[k]
-    _merge_mesh_codes(kind)
     return -1
-
-
-@kernel
-def _merge_mesh_codes(kind):
-    """Replace the codes of single meshes by the one code of all meshes."""
-    for i in range(kind.shape[0]):
-        if kind[i, 0] >= FIRST_MESH:
-            kind[i, 0] = MESH

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from sampler.arguments import as_integer
 from sampler.errors import InputError
+from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.pairs import MaterialPair
@@ -40,6 +41,8 @@ class Simulation:
     collisions: NDArray[np.int64]
     #: (n,): codes of `sampler.formats.shape_codes.SHAPE_CODES`.
     shape: NDArray[np.int64]
+    #: (n,): numbers of meshes in the population, from 0; -1 for other shapes.
+    mesh: NDArray[np.int64]
     #: (n, 2): b / a and c / b.
     aspect: NDArray[np.float64]
     #: (n, 2): translational and rotational energy over the kinetic energy before the impact.
@@ -150,10 +153,12 @@ def simulate_condition(
         for part, violations in in_slices(work, count, workers):
             np.maximum(audit, violations, out=audit)
             counted.update(part.stop - part.start)
+    code = kind[:, 0].astype(np.int64)
     result = Simulation(
         state=state,
         collisions=collisions,
-        shape=kind[:, 0].astype(np.int64),
+        shape=np.minimum(code, SHAPE_CODES["mesh"]),
+        mesh=np.maximum(code - FIRST_MESH, -1),
         aspect=kind[:, 1:],
         energy=energies[:, :2],
         work=energies[:, 2:],

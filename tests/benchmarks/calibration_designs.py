@@ -1,32 +1,14 @@
-"""Experiments on how a calibration searches: those of tablegen/measured/EXPERIMENTS.md.
-
-Run ``python tests/benchmarks/calibration_designs.py NAME``, where NAME is one of
-
-steps      chance and bias of difference quotients, by step
-laws       largest residuals of the means of Grant & Tabakoff and of Forder, by law of resistance
-"""
-
-import sys
+"""Chance and bias of difference quotients, by step: tablegen/measured/EXPERIMENTS.md."""
 
 import numpy as np
 
 from tablegen.config.config import load_config
-from tablegen.measured.calibrate import calibrate
 from tablegen.measured.parameters import make_parameters
-from tablegen.measured.reader import read_measurements
 from tablegen.measured.trials import Evaluations, TrialPairs
 
 START = load_config("start-tabulated")
 LAWS = ("pair.restitution.value", "pair.resistance.value")
-MEAN, SHAPES = "population.aspect.mean", "population.shapes"
-
-#: Laws of resistance to start from; every number is freed. None: that of the start pair.
-RESISTANCES = {
-    "tabulated": None,
-    "exponential-orientation": {"strength": -1.0, "factor": 1.0},
-    "constant": {"value": 0.4},
-    "coulomb": {"static": 0.3, "dynamic": 0.3},
-}
+MEAN = "population.aspect.mean"
 
 
 def steps(count=500, seeds=20, sizes=(0.0003, 0.003, 0.03, 0.1)):
@@ -63,22 +45,5 @@ def pick(simulated):
     return values, np.zeros_like(values)
 
 
-def laws(count=1000, names=("grant-tabakoff-1975", "forder-1998")):
-    """Print how closely each law of resistance follows the published means, without spreads."""
-    for name in names:
-        measured = read_measurements(name)
-        for column in measured.moments.values():
-            column.std[:] = np.nan
-        for law, fields in RESISTANCES.items():
-            config, free = START, [*LAWS, MEAN, SHAPES]
-            if fields:
-                resistance = {"law": law, **fields, "source": "tried"}
-                config = START.with_changes({"pair": {"resistance": resistance}})
-                free[1:2] = [f"pair.resistance.{field}" for field in fields]
-            made = calibrate(measured, config, free=free, count=count)
-            worst = {c: (n.residual, n.alpha_deg) for c, n in made.largest().items()}
-            print(f"{name:20} {law:24} scatter {made.scatter:.2f} {worst}", flush=True)
-
-
 if __name__ == "__main__":
-    {"steps": steps, "laws": laws}[sys.argv[1]]()
+    steps()

@@ -112,6 +112,7 @@ KEYS = "allowed: seed=, index= and hit=, or rng= and size= in their place"
         ({"rng": 1}, "rng: got int, allowed: a numpy.random.Generator"),
         ({"rng": RNG, "size": -1}, "size: got -1, allowed: an integer or a tuple"),
         ({"rng": RNG, "size": (2, 1.5)}, "size: got 1.5, allowed: an integer or a tuple"),
+        ({"rng": RNG, "size": 10**13}, "size: got 10000000000000, allowed: 2**32 draws at most"),
         ({"rng": RNG, "size": "7"}, "size: got '7', allowed: an integer or a tuple"),
     ],
 )

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from command_line import DONE
+from command_line import MISSED
 from synthetic_measurements import shorten_searches, small_pair
 
 from tablegen.commands.calibrate import calibrate as command
@@ -32,8 +32,13 @@ def test_files(folder, run, monkeypatch):
     flags = ["--count", "200", "--free", "pair.restitution.value", "pair.resistance.value"]
     flags += ["--hold-out", "45", "--json", "fit.json", "--picture", "fit.svg"]
     ended = run(*WORDS, *flags)
-    assert (ended.status, ended.err) == (DONE, "")
-    assert "fitted.toml: the fitted pair fitted" in ended.out
+    assert (ended.status, ended.err) == (MISSED, "")
+    assert ended.out.startswith(
+        "means: constant restitution and constant resistance miss 3 of 4: e_n "
+    )
+    assert "\nspreads: not used\n" in ended.out
+    assert "fitted.toml: the fitted pair fitted; " in ended.out
+    assert ended.out.endswith("next: tablegen generate fitted.toml --output fitted.h5\n")
     assert "largest residual of e_n" in ended.out
     found = json.loads((folder / "fit.json").read_text())
     names = [one["name"] for one in found["parameters"]]

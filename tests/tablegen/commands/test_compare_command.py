@@ -5,8 +5,9 @@ import json
 import pytest
 from command_line import DONE
 
+from sampler.files import json_text
 from tablegen.config.config import load_config
-from tablegen.measured.compare import compare, comparison_json, comparison_text
+from tablegen.measured.compare import compare, comparison_text, comparison_tree
 
 GRANT = ("compare", "grant-tabakoff-1975", "--measured", "grant-tabakoff-1975", "--quiet")
 
@@ -21,8 +22,17 @@ def test_prints_and_writes_the_result_of_the_function(run, tmp_path):
     settings = {"count": 100, "seed": 4, "wall_tilt_deg": 3.0, "shape": "prism"}
     found = compare(config, "grant-tabakoff-1975", **settings)
     assert ended.out == comparison_text(found) + "\n"
-    assert json.loads(written.read_text()) == json.loads(comparison_json(found))
+    assert json.loads(written.read_text()) == json.loads(json_text(comparison_tree(found)))
     assert picture.read_bytes().startswith(b"<?xml")
+
+
+def test_ranks_several_pairs(run, tmp_path):
+    words = ("--count", 100, "--speed", 100, "--json", tmp_path / "c.json", "--quiet")
+    ended = run("compare", "corundum-steel", *GRANT[1:4], *words)
+    assert ended.status == DONE
+    names = [one["pair"] for one in json.loads((tmp_path / "c.json").read_text())["ranking"]]
+    assert names == ["grant-tabakoff-1975", "corundum-steel"]
+    assert [line.split()[0] for line in ended.out.splitlines()[-2:]] == names
 
 
 def test_says_that_the_law_is_extrapolated(run):

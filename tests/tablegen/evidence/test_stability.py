@@ -91,6 +91,7 @@ def simulation(audited, **changes):
         "state": np.tile([0.6, 0.3, 0.01, 0.1, -0.2, -0.4], (4, 1)),
         "collisions": np.arange(1, 5),
         "shape": np.ones(4, dtype=np.int64),
+        "mesh": np.full(4, -1),
         "aspect": np.tile(CASE.aspect, (4, 1)),
         "energy": np.tile([0.5, 0.2], (4, 1)),
         "work": np.tile([0.2, 0.1], (4, 1)),

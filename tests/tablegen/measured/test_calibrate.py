@@ -1,6 +1,7 @@
 """A calibration: its file, held-out rows, repetition, resuming, and refusals."""
 
 import json
+import re
 import tomllib
 from dataclasses import replace
 
@@ -31,6 +32,11 @@ def test_the_file_is_a_pair_that_says_how_it_was_made(tmp_path, measured):
     config = load_config(path)
     assert config == made.config
     assert config.name == "my-sand"
+    assert config.spin
+    assert config.accuracy == config.accuracy.model_validate({"preset": "compact"})
+    # the law does not depend on the speed; angles are those of the start pair
+    assert config.domain.speed == (100.0, 100.0)
+    assert config.domain.alpha_deg == (0.5, 90.0)
     text = path.read_text()
     tree = tomllib.loads(text)
     assert tree["pair"]["restitution"]["valid_speed"] == [100.0, 100.0]
@@ -87,7 +93,7 @@ def test_rows_without_speed_or_count(measured):
     assert made.config.pair.restitution.valid_speed is None
     assert made.config.domain.extrapolate
     # assumed for means and for spreads
-    assert {number.accuracy for number in made.numbers} == {0.02, 0.05}
+    assert {number.accuracy for number in made.numbers} == {0.01, 0.015, 0.025, 0.0375}
     assert np.isfinite(made.errors).all()
 
 
@@ -100,6 +106,30 @@ def test_a_fixed_law_keeps_its_source_and_roughness_is_found(measured, tmp_path)
     assert made.wall_tilt_deg < 3.0
     assert made.labels == ("wall_tilt_deg",)
     assert ("draw with roughness" in path.read_text()) == (made.wall_tilt_deg > 0.0)
+
+
+def test_spreads(measured):
+    def fitted(part, spreads):
+        moments = {n: Moments(m.mean, part * m.std) for n, m in measured.moments.items()}
+        made = fit(replace(measured, moments=moments), spreads=spreads)
+        return made, max([one.excess for one in made.fitted(spreads=True)], default=None)
+
+    above, excess = fitted(2.0, "upper-bound")
+    ignored, none = fitted(2.0, "ignore")
+    # an upper bound above what is simulated spoils no mean
+    assert not above.missed
+    assert excess <= 1.0
+    assert none is None
+    np.testing.assert_allclose(above.values, ignored.values, atol=0.03)
+    assert above.of_means[1] < 0.5 * above.of_means[0]
+    assert fitted(2.0, "fit")[1] > 1.0
+    assert fitted(0.5, "upper-bound")[1] > 1.0
+
+
+def test_a_cost_is_said_before(measured, capsys):
+    fit(measured, progress=True)
+    first = capsys.readouterr().err.splitlines()[0]
+    assert re.fullmatch(r"tablegen: [0-9]+ to [0-9]+ s of CPU time", first)
 
 
 @pytest.mark.parametrize(
@@ -126,6 +156,8 @@ def test_measurements_and_pairs_that_do_not_go_together(measured):
     spheres = small_pair(population={"shapes": weights | {"sphere": 1.0}})
     with pytest.raises(InputError, match=r"^e_n_std: got spreads, which spheres on a smooth wall"):
         fit(measured, spheres)
+    with pytest.raises(InputError, match=r"^synthetic: got 401 rows to fit, allowed: up to 400"):
+        fit(measured.rows([0] * 401))
     data = replace(measured, speed=np.full(4, np.nan))
     with pytest.raises(InputError, match=r"^speed: missing for 4 of 4 rows"):
         calibrate(data, load_config("corundum-steel"), count=200)

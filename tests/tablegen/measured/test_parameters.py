@@ -5,7 +5,7 @@ import pytest
 
 from sampler.errors import InputError
 from tablegen import load_config
-from tablegen.measured.parameters import allowed_names, default_names, make_parameters
+from tablegen.measured.parameters import allowed_names, default_names, in_words, make_parameters
 from tablegen.measured.search_coordinates import SHARES, bernstein
 from tablegen.measured.trials import TrialPairs
 
@@ -102,13 +102,25 @@ def test_coordinates_keep_rules_between_numbers():
 
 
 def test_default_names():
-    assert default_names(CORUNDUM) == (
+    assert default_names(CORUNDUM, 6) == (
         "pair.restitution.coefficient",
         "pair.restitution.exponent",
         "pair.resistance.strength",
         "pair.resistance.factor",
         "population.aspect.mean",
     )
+    # four shapes have three shares
+    assert default_names(CORUNDUM, 9)[5:] == ("population.shapes",)
+    assert "population.aspect.standard_deviation" in default_names(CORUNDUM, 10)
+
+
+def test_words():
+    labels = ["value[0]", "value[1][1]"]
+    table = with_law("restitution", LAWS["restitution"][3])
+    found = [in_words(table, f"pair.restitution.{label}") for label in labels]
+    assert found == ["restitution at 0 degrees", "restitution at 90 degrees and 100 m/s"]
+    assert in_words(table, "population.aspect.mean") == "aspect ratio mean"
+    assert in_words(table, "wall_tilt_deg") == "wall roughness"
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,8 @@ GOOD = """\
 alpha_deg, speed, e_n, e_n_std, e_t, omega_z, count, source, remarks
 30,100,0.5,0.1,0.7,-0.4,250,"Smith, 1999",first
 30,200,0.45,,0.7,,,Smith,
-90,100,.2,5e-2,,,,Smith,"with ""quotes"" in"
+90,100,.2,5e-2,,,,Smith,"with
+# ""quotes"" in"
 """
 
 
@@ -37,7 +38,7 @@ def test_a_file_is_read(tmp_path):
     assert np.isnan(found.moments["out_of_plane_deg"].mean).all()
     np.testing.assert_array_equal(found.count, [250.0, np.nan, np.nan])
     assert found.source[0] == "Smith, 1999"
-    assert found.remarks == ("first", "", 'with "quotes" in')
+    assert found.remarks == ("first", "", 'with # "quotes" in')
 
 
 def row(cells, columns="alpha_deg,speed,e_n,e_n_std,e_t,source"):
@@ -77,6 +78,7 @@ WRONG = [
         row("30,100,0.4,,,s\n# between\n30,100,0.5,,,s"),
         r": line 4, e_n: got a second value at 30 degrees and 100 m/s, allowed: that of line 2",
     ),
+    (row("20,,0.4,,,s\n20.0000000001,,0.5,,,s"), r": line 3, e_n: got a second value at 20 deg"),
 ]
 
 

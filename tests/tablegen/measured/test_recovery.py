@@ -3,11 +3,14 @@
 At 3.5 standard errors the false-alarm rate for each number is 5e-4, by the normal law.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic_measurements import SOURCE, measured_from
 
 from tablegen import calibrate, load_config
+from tablegen.measured import search
 
 ANGLES = (10.0, 25.0, 40.0, 55.0, 70.0, 85.0)
 
@@ -46,17 +49,20 @@ def test_known_parameters_are_found_again(spreads):
     free = LAWS if not spreads else (*LAWS, "population.aspect.mean")
     start = START if spreads else START.with_changes({"population": {"aspect": {"mean": 0.7}}})
     data = measured_from(config, (*ANGLES[::2], 85.0), 1000, seed=3, spreads=spreads)
-    made = calibrate(data, start, free=free, count=200, seed=5)
+    made = calibrate(data, start, free=free, spreads="fit", count=200, seed=5)
     assert np.abs(scores(truth, made)).max() < 3.5
     assert made.errors.max() < 0.5
     # another truth is refused
-    other = truth | {"values": (0.85, 0.6, 0.3)}
+    other = truth | {"values": (0.85, 0.65, 0.3)}
     assert np.abs(scores(other, made)).max() > 3.5
 
 
 @pytest.mark.study  # 80 calibrations, minutes
 @pytest.mark.parametrize("spreads", [False, True], ids=["means", "means-and-spreads"])
-def test_errors_of_forty_cases(spreads):
+def test_errors_of_forty_cases(spreads, monkeypatch):
+    # the accuracy assumed of measurements would hide errors that are too small
+    exact = {name: replace(one, accuracy=1e-5) for name, one in search.QUANTITIES.items()}
+    monkeypatch.setattr(search, "QUANTITIES", exact)
     rng = np.random.default_rng(11)
     found = []
     for case in range(40):
@@ -70,7 +76,7 @@ def test_errors_of_forty_cases(spreads):
         mean = 0.75 if spreads else truth["mean"]
         start = START.with_changes({"population": {"aspect": {"mean": mean}}})
         data = measured_from(pair(**truth), ANGLES, 2000, seed=1000 + case, spreads=spreads)
-        made = calibrate(data, start, free=free, count=2000, seed=case)
+        made = calibrate(data, start, free=free, spreads="fit", count=2000, seed=case)
         found.append(scores(truth, made))
         print(case, np.round(found[-1], 2), made.scatter, flush=True)
     sizes = np.abs(np.array(found))
@@ -78,5 +84,5 @@ def test_errors_of_forty_cases(spreads):
     share = float((known < 2.0).mean())
     print(f"within two standard errors: {share:.3f} of {known.size} numbers")
     # 0.954 for normal errors; that of 40 cases varies by 0.02
-    assert share >= 0.9
+    assert share >= 0.95
     assert known.size >= 0.9 * sizes.size
