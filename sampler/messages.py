@@ -212,7 +212,7 @@ def _outside_spin_law(header: Any, call: Call, row: int) -> _Outside | None:
         if "spin" in call.rows.arrays:
             return "spin", size, (least, most), "", " in size"
         return "omega", size * per_spin, (least * per_spin, most * per_spin), " rad/s", ""
-    if not is_outside(speed * factor, (low, high)):
+    if header["flags"] & SPEED_INDEPENDENT or not is_outside(speed * factor, (low, high)):
         return None
     if "omega" not in call.rows.arrays:
         note = " with this spin" if size > 0.0 else ""

@@ -3314,6 +3314,11 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->speed_last = h->spin_speed[1];
     law->speed_low = law->speed_first * (1.0 - RBTI_ROUNDING);
     law->speed_high = law->speed_last * (1.0 + RBTI_ROUNDING);
+    if (h->flags & RBTI_SPEED_INDEPENDENT) {
+        const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
+        law->speed_low = any[0];
+        law->speed_high = any[1];
+    }
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
     law->for_first = (h->flags & RBTI_OTHER_POPULATION) != 0;

@@ -60,7 +60,7 @@ class Cell(NamedTuple):
 
 def cells_of(config: Config) -> list[Cell]:
     """List the cells within the domain of a configuration."""
-    (first, last), (slow, fast) = config.domain.alpha_deg, config.domain.speed
+    (first, last), (slow, fast) = config.domain.alpha_deg, config.speeds
     ends = np.clip(ANGLES_DEG, first, last)
     angles = [(a, b) for a, b in pairwise(ends.tolist()) if a < b]
     middle = float(np.sqrt(slow * FASTEST * fast))

@@ -92,4 +92,5 @@ def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
 def _ranges(table: Table) -> Iterator[tuple[str, FloatArray, str]]:
     """Name, range and unit of the numbers of a condition."""
     yield "alpha", table.alpha_nodes_deg[[0, -1]], "degrees"
-    yield "speed", table.speed_nodes[[0, -1]], "m/s"
+    if not table.speed_independent:
+        yield "speed", table.speed_nodes[[0, -1]], "m/s"

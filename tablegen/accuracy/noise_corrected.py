@@ -16,6 +16,7 @@ from scipy import integrate, stats
 
 from tablegen.accuracy.metrics import (
     DIRECTIONS,
+    at_resolution,
     classifier_scores,
     correlations,
     largest_gap,
@@ -229,7 +230,8 @@ def estimated(
     settings: Settings,
     metrics: Iterable[str] = tuple(METRICS),
 ) -> dict[str, Estimate]:
-    """Estimate metrics of two samples (n, d) and (m, d), by name."""
+    """Estimate metrics of two samples (n, d) and (m, d) at `RESOLUTION`, by name."""
+    table, direct = at_resolution(table, 0), at_resolution(direct, 1)
     return {name: ESTIMATES[name](table, direct, settings) for name in metrics}
 
 

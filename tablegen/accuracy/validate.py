@@ -237,11 +237,13 @@ def _check_agreement(contents: TableContents, config: Config, origin: str) -> No
     def span(axis: str) -> str:
         return " to ".join(f"{end:.9g}" for end in contents[f"axes/{axis}"][[0, -1]].tolist())
 
-    domain = config.domain
+    domain, speeds = config.domain, "{:.9g} to {:.9g}".format(*config.domain.speed)
+    if contents.speed_independent:
+        speeds = span("speed")
     for field, got, allowed in (
         ("pair", contents.pair, config.pair_name),
         ("axes/alpha_deg", span("alpha_deg"), "{:.9g} to {:.9g}".format(*domain.alpha_deg)),
-        ("axes/speed", span("speed"), "{:.9g} to {:.9g}".format(*domain.speed)),
+        ("axes/speed", span("speed"), speeds),
         ("components", " ".join(contents.variables), " ".join(domain.columns)),
         ("spin law", "one" if contents.has_spin else "none", "one" if config.spin else "none"),
     ):

@@ -46,6 +46,10 @@ PLANE = ("u", "v", "omega_z")
 _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 
 
+#: Speed after the sixth wall over that before the first, or less.
+_SLOWED = 0.02
+
+
 class Domain(Record):
     """Impact angles (degrees from the wall) and speeds (m/s) that a table covers."""
 
@@ -183,6 +187,13 @@ class Config(Record):
         """Largest distances that the spin law declares."""
         preset = {"preset": self.accuracy.preset}
         return self.spin_accuracy or SpinTargets.model_validate(preset)
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Speeds [m/s] of the impacts that are followed; under a law without speed, slower ones."""
+        first, last = self.domain.speed
+        free = not self.pair.restitution.depends_on_speed
+        return (min(first, _SLOWED * last) if free else first), last
 
     def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
         """Compute the abscissa for interpolation in speed, that of the law of restitution."""

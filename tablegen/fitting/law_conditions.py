@@ -66,7 +66,7 @@ class Range(NamedTuple):
     def of(cls, config: Config) -> Self:
         """Find the range that the spin law of a configuration covers."""
         first, last = (min(math.radians(x), math.pi / 2.0) for x in config.domain.alpha_deg)
-        low, high = config.domain.speed
+        low, high = config.speeds
         return cls((first, last), (low, FASTEST * high), speeds_measured(config))
 
     def holds(self, impacts: Impacts) -> NDArray[np.bool_]:

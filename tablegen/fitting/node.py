@@ -37,6 +37,16 @@ _COARSE = 32
 _POINTS_PER_COMPONENT = 800
 
 
+#: Steepest impact [degrees] at which a node is simulated. At 90 degrees contacts that slide freely
+#: leave rounding dust, without the dependence between components that every other angle has; here
+#: it is there, and components differ by 2e-5 V.
+_STEEPEST = 89.999
+
+#: Noise that separates equal numbers before they are ranked: their order, from which dependence is
+#: fitted, would otherwise be that of rounding.
+_TIES = 1e-9
+
+
 class NodeArrays(NamedTuple):
     """Arrays of one node, as the table file stores them."""
 
@@ -130,8 +140,9 @@ def fit_node(
     """
     seed, stream = config.table.seed, node_stream(alpha_deg, speed)
     size, watch = size or resolution(config), watch or Stopwatch()
+    alpha1 = np.radians(min(alpha_deg, _STEEPEST))
     simulation = simulate(
-        config, np.radians(alpha_deg), speed, size.samples, seed=seed, stream=stream, threads=1
+        config, alpha1, speed, size.samples, seed=seed, stream=stream, threads=1
     )
     watch.stage("simulation")
     rng, fitted = np.random.Generator(np.random.Philox(key=[seed, stream])), fitted_channels(config)
@@ -162,7 +173,8 @@ def _fit_classes(
             quantiles.append(quantile_knots(channels, normal, fitted.mirror))
             continue
         part = channels[kind == k]
-        points = normal_scores(part, fitted.mirror)[: _POINTS_PER_COMPONENT * share]
+        apart = part + rng.uniform(-_TIES, _TIES, part.shape)
+        points = normal_scores(apart, fitted.mirror)[: _POINTS_PER_COMPONENT * share]
         mixture = fit_mixture(points, share, rng, fitted.signs, fitted.symmetric)
         packed = _packed(mixture, share)
         parts.append(packed._replace(weight=packed.weight * count[k]))

@@ -325,7 +325,7 @@ def occurring_impacts(
 
 def _inside(config: Config, impacts: Impacts) -> NDArray[np.bool_]:
     """Whether impacts are within a table's range."""
-    (low, high), slowest = np.radians(config.domain.alpha_deg), config.domain.speed[0]
+    (low, high), slowest = np.radians(config.domain.alpha_deg), config.speeds[0]
     turning = np.abs(impacts.spin).max(axis=1, initial=0.0)
     angles: NDArray[np.bool_] = (low <= impacts.alpha1) & (impacts.alpha1 <= high)
     return angles & (effective_speed(impacts) >= slowest) & (turning <= _MOST_SPIN)

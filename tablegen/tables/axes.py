@@ -89,12 +89,14 @@ def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
 
 
 def first_grid(config: Config) -> Grid:
-    """Nodes that a configuration names, or else a coarse grid."""
+    """Nodes that a configuration names, or else a coarse grid: of one speed if none matters."""
     domain, table = config.domain, config.table
     alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
     if alpha.size == 0:
         alpha = _equal_steps(np.sqrt, *domain.alpha_deg, _ANGLE_STEP)
-    if speed.size == 0:
+    if speed.size == 0 and not config.pair.restitution.depends_on_speed:
+        speed = np.array(domain.speed[1:])
+    elif speed.size == 0:
         axis = _speed_axis(config, *domain.speed)
         ends = axis(np.array(domain.speed))
         count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)

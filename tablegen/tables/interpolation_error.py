@@ -5,7 +5,7 @@ from threadpoolctl import threadpool_limits
 
 from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
-from tablegen.accuracy.metrics import DISTANCES
+from tablegen.accuracy.metrics import DISTANCES, at_resolution
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, stable_number
 from tablegen.config.config import AccuracyTargets, Config
@@ -86,6 +86,7 @@ def _distances(
     drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets, place: Place
 ) -> Arrays:
     """Measure the cheap metrics, then the expensive ones if they can decide."""
+    drawn, direct = at_resolution(drawn, 0), at_resolution(direct, 1)
 
     def distance(name: str, most: int | None) -> FloatArray:
         return np.asarray(DISTANCES[name](drawn[:most], direct[:most], _DIRECTIONS, 0))

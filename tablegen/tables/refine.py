@@ -143,9 +143,9 @@ def refine_grid(cache: NodeCache) -> RefinedGrid:
 def _choose_components(cache: NodeCache) -> Resolution:
     """Find the smallest mixture that leaves room for interpolation at every probe."""
     config = cache.config
-    low, high = np.sqrt(config.domain.alpha_deg)
+    (low, high), speeds = np.sqrt(config.domain.alpha_deg), first_grid(config).speed
     angles = dict.fromkeys(round(float((low + x * (high - low)) ** 2), 6) for x in _PROBES)
-    probes = [Place((a,), (v,)) for a in angles for v in dict.fromkeys(config.domain.speed)]
+    probes = [Place((a,), (v,)) for a in angles for v in sorted({speeds[0], speeds[-1]})]
     least = 0
     for rung, components in enumerate(LADDER):
         size = resolution(config, components)

@@ -16,7 +16,6 @@ from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import Config
 from tablegen.fitting.node import NodeArrays, fit_node
 from tablegen.fitting.resolution import Resolution, resolution
-from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import first_grid, make_axes
@@ -24,22 +23,20 @@ from tablegen.tables.axes import first_grid, make_axes
 #: Particles and mixture components of a rough node.
 _PARTICLES, _COMPONENTS = 400, 2
 
-#: Largest spread of a variable that counts as constant. Metrics would see its rounding in the file
-#: as another law.
+#: Largest spread of a variable that counts as constant.
 _SAME = 1e-5
 
 
 def rehearse(config: Config) -> None:
     """Refuse a configuration whose table would be refused.
 
-    Reasons are a constant variable, nodes that are too close, and any limit of the file format.
+    Reasons are a variable that is constant at every condition, nodes that are too close, and any limit of the file format.
     """
     grid, size = first_grid(config), resolution(config)
     axes = make_axes(config, grid)
     ends = [list(dict.fromkeys((nodes[0], nodes[-1]))) for nodes in grid]
     conditions = list(product(*ends))
-    for alpha_deg, speed in conditions:
-        _check_variables_vary(config, alpha_deg, speed)
+    _check_variables_vary(config, conditions)
     rough = [_rough_node(config, alpha_deg, speed, size) for alpha_deg, speed in conditions]
     count = len(grid.alpha_deg) * len(grid.speed)
     contents = assemble(config, axes, [rough[k % len(rough)] for k in range(count)])
@@ -49,19 +46,22 @@ def rehearse(config: Config) -> None:
         load(path)
 
 
-def _check_variables_vary(config: Config, alpha_deg: float, speed: float) -> None:
-    simulation = simulate(
-        config, np.radians(alpha_deg), speed, _PARTICLES, seed=config.table.seed, threads=1
-    )
+def _check_variables_vary(config: Config, conditions: list[tuple[float, float]]) -> None:
     # a table stores whole numbers exactly
-    names = [name for name in config.domain.columns if name != "collisions"]
-    values: FloatArray = simulated_variables(simulation, names) if names else np.empty((1, 0))
-    same = [n for n, spread in zip(names, np.ptp(values, axis=0), strict=True) if spread <= _SAME]
+    same = [name for name in config.domain.columns if name != "collisions"]
+    for alpha_deg, speed in conditions:
+        if not same:
+            return
+        simulation = simulate(
+            config, np.radians(alpha_deg), speed, _PARTICLES, seed=config.table.seed, threads=1
+        )
+        spread = np.ptp(simulated_variables(simulation, same), axis=0)
+        same = [name for name, width in zip(same, spread, strict=True) if width <= _SAME]
     if same:
         raise InputError(
-            f"domain.components: got {', '.join(same)}, the same for all particles at "
-            f"{alpha_deg:g} degrees and {speed:g} m/s, allowed: components that vary "
-            "(a formula gives the others), or other particles or laws"
+            f"domain.components: got {', '.join(same)}, the same for all particles at every "
+            "condition, allowed: components that vary (a formula gives the others), or other "
+            "particles or laws"
         )
 
 

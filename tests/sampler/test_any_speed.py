@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 from binary_reader import read_binary
+from spin_tables import with_spin_law
 
 import sampler
 from sampler import InputError, TableError
@@ -42,6 +43,16 @@ def test_every_speed_is_inside_and_has_the_draws_of_the_nearest(anywhere, table)
         free.rebound(velocity, [0, 1, 0], 1e-5, seed=1, index=0),
         table.rebound(velocity, [0, 1, 0], 1e-5, seed=1, index=0),
     )
+
+
+def test_no_speed_is_outside_the_spin_law(anywhere, contents):
+    free, bound = (sampler.Table(with_spin_law(of)) for of in (anywhere, contents))
+    given = {"spin": [0.3, 0.0, -0.5], "seed": 1, "index": range(8)}
+    with pytest.warns(sampler.OutsideTableWarning):
+        np.testing.assert_array_equal(
+            free.sample(0.7, SPEEDS, **given), bound.sample(0.7, SPEEDS, **given)
+        )
+    assert (free.clamped, bound.clamped) == (0, 3)
 
 
 def test_angles_are_outside_as_before(anywhere):
