@@ -1696,8 +1696,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
     }
 }
 
-/* Works of draws over m V^2 / 2: E times the sixth powers of two outcomes, both shortened where they
-   are more than translation and rotation leave of E. */
+/* Works of draws over m V^2 / 2: their sum is the share b of what translation and rotation leave of E,
+   and of it the normal work has the share a^6. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_works(size_t m, const rbti_spin_draws *d, double *works)
 {
     RBTI_EACH_DRAW(r)
@@ -1708,13 +1708,12 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_works(size_t m, const rbti_spin_draws *d, 
         const double x = (double)outcomes[3 * m], y = (double)outcomes[4 * m];
         const double z = (double)outcomes[5 * m], whole = 1.0 + (p * p + q * q + s * s);
         const double turns = d->smallest[r] * (x * x + y * y + z * z) * whole;
-        const double left = (1.0 - (turns > 1.0 ? 1.0 : turns)) / whole;
+        const double left = energy / whole * (1.0 - (turns > 1.0 ? 1.0 : turns));
         const double a = (double)outcomes[6 * m], b = (double)outcomes[7 * m];
-        const double normal = a * a * (a * a) * (a * a), shear = b * b * (b * b) * (b * b);
-        const double sum = normal + shear;
-        const double share = energy * (sum > left ? left / sum : 1.0);
-        works[r] = normal * share;
-        works[m + r] = shear * share;
+        const double sum = left * (b > 1.0 ? 1.0 : b < 0.0 ? 0.0 : b), cube = a * a * a;
+        const double share = cube * cube > 1.0 ? 1.0 : cube * cube;
+        works[r] = share * sum;
+        works[m + r] = (1.0 - share) * sum;
     }
 }
 

@@ -252,10 +252,7 @@ class TableContents:
             "n_columns": (len(self.variables), "one for each name"),
             "n_channels": (len(self.channels), "one for each name"),
             "n_marginals": (len(self.marginals), "one for each name"),
-            "n_outcomes": (
-                outcomes,
-                f"{N_OUTCOMES_WITH_WORKS} if there are works, else {N_OUTCOMES}",
-            ),
+            "n_outcomes": (outcomes, "8 with works, else 6"),
             "n_spin_factors": (outcomes * (outcomes + 1) // 2, "lower triangles"),
         }
         for dim, (needed, why) in named.items():

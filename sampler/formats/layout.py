@@ -402,8 +402,8 @@ SPIN_DATASETS = (
         "<f4",
         ("n_leaves", "n_outcomes", "n_spin_knots"),
         "1",
-        "outcomes p_u, p_v, p_w, omega_x, omega_y, omega_z, and of a law with works the roots of "
-        "work_normal and work_shear, at equal steps of the bounded score, "
+        "outcomes p_u, p_v, p_w, omega_x, omega_y, omega_z, and of a law with works a and b of "
+        "both, at equal steps of the bounded score, "
         f"from -{SCORE_MAX:g} to {SCORE_MAX:g}; angular velocities times a/V_e",
         (checks.within(*OUTCOME), checks.non_decreasing, checks.spin_leaves_the_wall),
         compressed=True,

@@ -206,7 +206,7 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     whole = 1.0 + x[:3] @ x[:3]
     turns = max(smallest * (x[3:6] @ x[3:6]) * whole, 1.0)
     velocity, omega = root / math.sqrt(whole) * x[:3], root / math.sqrt(turns) * x[3:6]
-    works = root**2 * x[6:] ** 6
     left = root**2 - velocity @ velocity - smallest * (omega @ omega)
-    works *= min(left / max(works.sum(), 1e-300), 1.0)
+    shares = [min(x[6] ** 6, 1.0), min(max(x[7], 0.0), 1.0)] if n > 6 else []
+    works = [left * shares[1] * part for part in (shares[0], 1.0 - shares[0])] if n > 6 else []
     return np.array([*velocity * [1.0, 1.0, turn], *omega * [turn, turn, 1.0], *works])
