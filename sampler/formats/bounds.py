@@ -102,8 +102,8 @@ def record_stride(channels: int) -> int:
 # Outcomes are (p_u, p_v, p_w, omega_x, omega_y, omega_z). With f^2 = 1 + j1 |spin|^2, the most
 # energy before, the velocities over V are f p / sqrt(1 + |p|^2): whatever p is, some energy is left
 # for the rotation, and a positive p_v leaves the wall. The angular velocities are times a/(f V).
-# Two more are for the works: a, whose sixth power is the share of the normal one, and b, the share of
-# both in what is left of f^2. They come last: a law without them is the same without its last rows.
+# Two more are for the works: a, whose sixth power is the share of the normal one, and b, the share
+# of both in what is left of f^2. Being last they can be cut off.
 
 #: Conditions: sqrt(alpha1), the speed's coordinate, and the three components of a Omega / V_e.
 N_CONDITIONS = 5
