@@ -175,10 +175,9 @@ def _draw(typingctx, handle, alpha1, speed, spin, grain, seed, index, hit, state
 
 
 @_intrinsic
-def _draw_all(typingctx, handle, alpha1, speed, seed, index, hit, state):  # noqa: ANN001, ANN202
-    given = (handle, alpha1, speed, seed, index, hit, state)
-    without = {name: what for name, what in _DRAW.items() if name not in ("spin", "grain")}
-    return _call("rbt_draw_all", without, given, 0, 10)
+def _draw_all(typingctx, handle, alpha1, speed, spin, grain, seed, index, hit, state):  # noqa: ANN001, ANN202
+    given = (handle, alpha1, speed, spin, grain, seed, index, hit, state)
+    return _call("rbt_draw_all", _DRAW, given, 0, 10)
 
 
 @_intrinsic
@@ -240,7 +239,7 @@ def draw(
         tangential velocity before impact, y into the gas. Variables that the table leaves out
         are 0. An array of shape (10,) also gets the rotational energy over the initial kinetic
         energy, the number of collisions, and the work of the normal and of the tangential impulses
-        over that energy, all of which draws with a spin leave out.
+        over m V^2 / 2; the first two only without a spin.
     spin : tuple of three float, optional
         Angular velocity before the impact times a/V, wall frame: then the rebound is drawn from the
         spin law, also where the spin is zero. None: from the law of first impacts, of any grain.
@@ -265,8 +264,8 @@ def draw(
     _check_state(state)
     if state.size < 6:
         raise ValueError("state: got fewer than 6 numbers, allowed: shape (6,) or (10,)")
-    if spin is None and grain is None and state.size >= 10:
-        status, every = _draw_all(handle, alpha1, speed, seed, index, hit, state)
+    if state.size >= 10:
+        status, every = _draw_all(handle, alpha1, speed, spin, grain, seed, index, hit, state)
         if status >= 0:
             for k in range(10):
                 state[k] = every[k]
@@ -275,7 +274,7 @@ def draw(
     if status >= 0:
         for k in range(6):
             state[k] = values[k]
-        for k in range(6, min(state.size, 10)):
+        for k in range(6, state.size):
             state[k] = 0.0
     return status
 

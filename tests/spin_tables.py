@@ -7,12 +7,12 @@ import numpy as np
 from sampler.formats.bounds import (
     GROUP_SIZE,
     N_EXPERTS,
-    N_FACTORS,
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
 )
+from sampler.formats.channels import has_works
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.layout import INERTIA_DATASETS
 
@@ -66,7 +66,9 @@ def _trees(n_shapes: int, depth: int) -> dict[str, np.ndarray]:
     }
 
 
-def spin_datasets(seed: int = 1, *, codes=(0, 1, 3), depth: int = 2) -> dict[str, np.ndarray]:
+def spin_datasets(
+    seed: int = 1, *, codes=(0, 1, 3), depth: int = 2, outcomes: int = N_OUTCOMES
+) -> dict[str, np.ndarray]:
     """Datasets of a spin law."""
     rng = np.random.default_rng(seed)
     trees = _trees(len(codes), depth)
@@ -75,12 +77,13 @@ def spin_datasets(seed: int = 1, *, codes=(0, 1, 3), depth: int = 2) -> dict[str
     def integers(spread: float, *shape: int) -> np.ndarray:
         return np.rint(rng.normal(0.0, spread, shape)).astype(np.int16)
 
-    factor = integers(300.0, leaves, N_EXPERTS, N_FACTORS)
-    diagonal = [row * (row + 3) // 2 for row in range(N_OUTCOMES)]
+    factor = integers(300.0, leaves, N_EXPERTS, outcomes * (outcomes + 1) // 2)
+    diagonal = [row * (row + 3) // 2 for row in range(outcomes)]
     factor[..., diagonal] = np.abs(factor[..., diagonal]) + 400
-    knots = np.cumsum(rng.exponential(1.0, (leaves, N_OUTCOMES, 33)), axis=-1)
+    knots = np.cumsum(rng.exponential(1.0, (leaves, outcomes, 33)), axis=-1)
     quantiles = (knots / knots[..., -1:] - 0.5) * 1.5
     quantiles[:, 1] = 0.6 * (quantiles[:, 1] - quantiles[:, 1, :1])
+    quantiles[:, 6:] += 0.75
     weights = rng.uniform(0.5, 1.5, len(codes))
     return {
         "spin/shape_codes": np.array(codes, np.int32),
@@ -99,7 +102,7 @@ def spin_datasets(seed: int = 1, *, codes=(0, 1, 3), depth: int = 2) -> dict[str
         "spin/scale": np.full((leaves, N_INPUTS), 2.0, np.float32),
         "spin/group_gate": integers(400.0, leaves, N_FEATURES, N_GROUPS),
         "spin/gate": integers(400.0, leaves, N_GROUPS, N_FEATURES, GROUP_SIZE),
-        "spin/mean": integers(400.0, leaves, N_EXPERTS, N_FEATURES, N_OUTCOMES),
+        "spin/mean": integers(400.0, leaves, N_EXPERTS, N_FEATURES, outcomes),
         "spin/factor": factor,
         "spin/quantiles": quantiles.astype(np.float32),
         **{f"spin_accuracy/{name}": values for name, values in _NOT_MEASURED.items()},
@@ -108,6 +111,7 @@ def spin_datasets(seed: int = 1, *, codes=(0, 1, 3), depth: int = 2) -> dict[str
 
 def with_spin_law(contents: TableContents, seed: int = 1, **size: int) -> TableContents:
     """Table with a random spin law beside its own."""
+    size |= {"outcomes": 8} if has_works(contents.variables) else {}
     datasets = dict(contents.datasets) | spin_datasets(seed, **size)
     law = {"omega": "mean", "least_inertia": 0.01, "valid_speed": (50.0, 300.0)}
     return replace(contents, datasets=datasets, **law)

@@ -132,15 +132,10 @@ RBTI_PART int rbti_draw_row(const rbt_table *table, double alpha1, double speed,
                             uint64_t index, uint32_t hit, RBT_REAL *states)
 {
     double values[RBT_VALUES], vector[3];
-    int code;
-    if (spin) {
-        for (int k = 6; k < RBT_VALUES; k++)
-            values[k] = 0.0;
+    if (spin)
         rbti_vector(spin, spin_row, vector);
-        code = rbt_draw(table, alpha1, speed, vector, seed, index, hit, values);
-    } else {
-        code = rbt_draw_all(table, alpha1, speed, seed, index, hit, values);
-    }
+    const int code = rbt_draw_all(table, alpha1, speed, spin ? vector : NULL, NULL, seed, index,
+                                  hit, values);
     for (int c = 0; c < table->n_columns && code >= RBT_OK; c++) {
         double value = values[0]; /* no place can be looked up in registers */
         for (int k = 1; k < RBT_VALUES; k++)

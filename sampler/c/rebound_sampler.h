@@ -234,10 +234,11 @@ RBT_API RBT_DEVICE int rbt_draw_grain(const rbt_table *table, double alpha1, dou
                                       const double *spin, const double grain[3], uint64_t seed,
                                       uint64_t index, uint32_t hit, double state[6]);
 
-/* The same without spin, with all variables that a table can have. */
+/* The same with all variables that a table can have; without spin and grain as rbt_draw. A draw with
+   the keys of a rebound, at its angle, speed and spin, has the works of that rebound. */
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
-                                    uint64_t seed, uint64_t index, uint32_t hit,
-                                    double values[RBT_VALUES]);
+                                    const double *spin, const double *grain, uint64_t seed,
+                                    uint64_t index, uint32_t hit, double values[RBT_VALUES]);
 
 #ifndef RBT_DEVICE_ONLY
 
@@ -411,10 +412,11 @@ typedef struct rbt_axis {
     const double *coordinate;
 } rbt_axis;
 
-/* The spin law, of S shapes, N tree nodes and L leaves; F features, G groups of E experts, 6 outcomes.
+/* The spin law, of S shapes, N tree nodes and L leaves; F features, G groups of E experts, 6 or 8
+   outcomes.
    The arrays and their units are those of tables/FORMAT.md. */
 typedef struct rbt_spin_law {
-    int32_t n_shapes, n_nodes, n_leaves, n_knots; /* 0 shapes: no law */
+    int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
     int32_t fresh_grains; /* whether a particle has another grain at each hit */
     int32_t for_first;    /* whether it stands for the law of first impacts, of another population */
     double least_spin, most_spin; /* squares of the sizes of the spin that it covers */
@@ -562,7 +564,7 @@ extern "C" {
 #define RBTI_INPUTS 7
 #define RBTI_FEATURES 23
 #define RBTI_OUTCOMES 6
-#define RBTI_EXPERT_STRIDE 160
+#define RBTI_MOST_OUTCOMES 8
 #define RBTI_GROUPS 8
 #define RBTI_GROUP_SIZE 16
 #define RBTI_INERTIA 0.6666666666666666
@@ -966,10 +968,12 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, in
 }
 
 /* Channels to variables of the state, as tables/FORMAT.md gives them: the first six, or all ten, of
-   `count` draws; `least` is the smallest moment of inertia. */
-RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables, double least,
-                                           const rbti_draws *d, double *states)
+   `count` draws. */
+RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
+                                           const rbt_table *table, const rbti_draws *d,
+                                           double *states)
 {
+    const double least = table->least_inertia;
     const double *v = d->channels, *u_hat = v + m, *omega_z = v + 2 * m, *w_hat = v + 3 * m;
     const double *omega_x = v + 4 * m, *omega_y = v + 5 * m;
     const double *energy_hat = v + 6 * m, *collisions = v + 7 * m, *normal_hat = v + 8 * m;
@@ -1003,10 +1007,8 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
         if (variables > 6) {
             state[6] = energy_hat[r] * left[r];
             state[7] = floor(collisions[r]);
-            state[8] = normal[r];
-            /* shares that a table has are above 0 */
-            const int works = normal_hat[r] > 0.0 && energy_hat[r] > 0.0;
-            state[9] = works ? (1.0 - energy_hat[r]) * left[r] : 0.0;
+            state[8] = table->held >> 8 & 1u ? normal[r] : 0.0;
+            state[9] = table->held >> 9 & 1u ? (1.0 - energy_hat[r]) * left[r] : 0.0;
         }
     }
 }
@@ -1032,7 +1034,7 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     for (int32_t row = 0; row < n; row++)
         if (table->marginals[row] >= 0)
             rbti_fill_place(m, table, row, d);
-    rbti_to_states(m, count, variables, table->least_inertia, d, states);
+    rbti_to_states(m, count, variables, table, d, states);
 }
 
 #ifndef RBT_DEVICE_ONLY
@@ -1089,13 +1091,14 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
 
    The law of particles that arrive spinning, given their spin and their grain: shape, b/a and c/b. Each
    of S shapes has a tree of conditions; a leaf has 8 groups of 16 experts and the quantile functions of
-   six outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e.
+   O = 6 outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e, or of O = 8, the roots of
+   the works too.
 
      inputs[L]        middles, then factors, of the 7 inputs
      group_gates[L]   23 x 8 coefficients / 512, by feature; gates[L 8]: 23 x 16 of the experts
-     experts[L 128]   records of 160 numbers: 23 x 6 coefficients of the means / 2048, by feature;
-                      21 factors / 4096, columns packed
-     spans[L 6]       least outcome, size of a step; quantiles[L 6]: n_knots steps
+     experts[L 128]   records of 160 (or 224) numbers: 23 x O coefficients of the means / 2048, by
+                      feature; O (O + 1) / 2 factors / 4096, columns packed
+     spans[L O]       least outcome, size of a step; quantiles[L O]: n_knots steps
 
    The steps are those of tables/FORMAT.md, "The spin law":
 
@@ -1104,13 +1107,14 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
      2      rbti_find_leaves     leaf of the shape's tree
      3      rbti_fill_features   1, inputs less the leaf's middle, products of two conditions
      4      rbti_choose_expert   a group, then an expert of it, with weights exp(gates . features)
-     5      rbti_fill_scores     mean and factor of the expert: scores of six normals
+     5      rbti_fill_scores     mean and factor of the expert: scores of O normals
      6      rbti_find_knots, rbti_fill_outcomes  bounded scores to outcomes by the leaf's quantiles
      7      rbti_to_spin_states  outcomes to the state, with no more energy than before, whatever the
                                  outcomes are
 
    Steps 3 to 6 are in single precision. Coefficients of a leaf or an expert that are multiplied by the
-   features of a draw lie side by side in the table, and are taken draw by draw. */
+   features of a draw lie side by side in the table, and are taken draw by draw. The compiler knows O:
+   it is written where a law is drawn from, and laws of 8 outcomes pay for them alone. */
 
 /* Rows of the inputs of a draw: the conditions, the squared spin, which trees compare too, the ratios. */
 #define RBTI_SQUARE RBTI_CONDITIONS
@@ -1122,13 +1126,20 @@ typedef struct rbti_spin_draws {
     double inputs[(RBTI_INPUTS + 1) * RBTI_BLOCK];
     double factor[RBTI_BLOCK], turn[RBTI_BLOCK]; /* root of the energy before; -1: mirror image */
     double smallest[RBTI_BLOCK];                 /* moment of inertia of the grain, over m a^2 */
-    uint32_t words[8 * RBTI_BLOCK];
+    uint32_t words[12 * RBTI_BLOCK];
     int32_t shape[RBTI_BLOCK], leaf[RBTI_BLOCK], group[RBTI_BLOCK], expert[RBTI_BLOCK];
     float features[RBTI_FEATURES * RBTI_BLOCK];
-    float scores[RBTI_OUTCOMES * RBTI_BLOCK]; /* normals, then scores, then fractions of knots */
-    int32_t entries[RBTI_OUTCOMES * RBTI_BLOCK];
-    float outcomes[RBTI_OUTCOMES * RBTI_BLOCK];
+    float scores[RBTI_MOST_OUTCOMES * RBTI_BLOCK]; /* normals, then scores, then fractions of knots */
+    int32_t entries[RBTI_MOST_OUTCOMES * RBTI_BLOCK];
+    float outcomes[RBTI_MOST_OUTCOMES * RBTI_BLOCK];
 } rbti_spin_draws;
+
+/* Numbers of an expert with some outcomes, whole cache lines. */
+RBTI_INLINE RBT_DEVICE size_t rbti_expert_stride(size_t outcomes)
+{
+    const size_t numbers = RBTI_FEATURES * outcomes + outcomes * (outcomes + 1) / 2;
+    return (numbers + RBTI_LINE - 1) / RBTI_LINE * RBTI_LINE;
+}
 
 RBTI_INLINE RBT_DEVICE double rbti_spin_factor(double x, double y, double z)
 {
@@ -1489,8 +1500,8 @@ RBTI_INLINE RBT_DEVICE void rbti_sum_eight(size_t m, size_t rows, const int16_t 
                                            float *sums)
 {
 #ifdef RBTI_VECTORS
-    static const float window[13] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 1.0f,
-                                     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
+    static const float window[15] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f,
+                                     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
     rbti_singles total;
     memcpy(&total, sums, sizeof total);
     for (size_t row = 0; row < rows; row++) {
@@ -1501,7 +1512,7 @@ RBTI_INLINE RBT_DEVICE void rbti_sum_eight(size_t m, size_t rows, const int16_t 
         factor = factors[row * m] - factor;
         if (shrink > 0) {
             rbti_singles ones;
-            memcpy(&ones, window + 5 - row, sizeof ones);
+            memcpy(&ones, window + 7 - row, sizeof ones);
             factor *= ones;
         }
         total += __builtin_convertvector(wide, rbti_singles) * factor;
@@ -1583,10 +1594,10 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *g
 }
 
 /* Group of experts and expert of each draw, numbered through all leaves. */
-RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, const rbt_spin_law *law,
+RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, size_t outcomes, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
-    const size_t numbers = RBTI_FEATURES * RBTI_GROUP_SIZE;
+    const size_t numbers = RBTI_FEATURES * RBTI_GROUP_SIZE, stride = rbti_expert_stride(outcomes);
     rbti_choose(m, RBTI_GROUPS, law->group_gates, d->leaf, d->features, d->words, d->group);
     RBTI_EACH_DRAW(r)
     {
@@ -1599,16 +1610,18 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, const rbt_spin_law *law
     RBTI_EACH_DRAW(r)
     {
         d->expert[r] += d->group[r] * RBTI_GROUP_SIZE;
-        const int16_t *record = law->experts + RBTI_EXPERT_STRIDE * (size_t)d->expert[r];
-        for (size_t k = 0; k < RBTI_EXPERT_STRIDE; k += RBTI_LINE)
+        const int16_t *record = law->experts + stride * (size_t)d->expert[r];
+        for (size_t k = 0; k < stride; k += RBTI_LINE)
             RBTI_PREFETCH(record + k);
     }
 }
 
-/* Normals to scores: mean and factor of the expert. Eight rows are read, of which six count. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+/* Normals to scores: mean and factor of the expert. Eight rows are read, of which the outcomes count. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, size_t outcomes, const rbt_spin_law *law,
+                                             rbti_spin_draws *d)
 {
-    for (size_t k = 0; k < RBTI_OUTCOMES; k++) {
+    const size_t stride = rbti_expert_stride(outcomes);
+    for (size_t k = 0; k < outcomes; k++) {
         RBTI_EACH_DRAW(r)
         {
             d->scores[k * m + r] *= RBTI_FACTOR_UNIT;
@@ -1616,26 +1629,27 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, const rbt_spin_law *law, 
     }
     RBTI_EACH_DRAW(r)
     {
-        const int16_t *record = law->experts + RBTI_EXPERT_STRIDE * (size_t)d->expert[r];
-        const int16_t *factors = record + RBTI_FEATURES * RBTI_OUTCOMES;
+        const int16_t *record = law->experts + stride * (size_t)d->expert[r];
+        const int16_t *factors = record + RBTI_FEATURES * outcomes;
         float sums[8] RBTI_ALIGNED;
         for (size_t k = 0; k < 8; k++)
             sums[k] = 0.0f;
-        rbti_sum_eight(m, RBTI_FEATURES, record, RBTI_OUTCOMES, 0, d->features + r, sums);
+        rbti_sum_eight(m, RBTI_FEATURES, record, outcomes, 0, d->features + r, sums);
         for (size_t k = 0; k < 8; k++)
             sums[k] *= RBTI_MEAN_UNIT;
-        rbti_sum_eight(m, RBTI_OUTCOMES, factors, RBTI_OUTCOMES, 1, d->scores + r, sums);
-        for (size_t k = 0; k < RBTI_OUTCOMES; k++)
+        rbti_sum_eight(m, outcomes, factors, outcomes, 1, d->scores + r, sums);
+        for (size_t k = 0; k < outcomes; k++)
             d->scores[k * m + r] = sums[k];
     }
 }
 
 /* Scores to places among the knots of the leaf's quantiles. */
-RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, int32_t outcomes, const rbt_spin_law *law,
+                                            rbti_spin_draws *d)
 {
     const int32_t last = law->n_knots - 2, knots = law->n_knots;
     const float scale = (float)(law->n_knots - 1) / (RBTI_SCORE_MAX + RBTI_SCORE_MAX);
-    for (int32_t row = 0; row < RBTI_OUTCOMES; row++) {
+    for (int32_t row = 0; row < outcomes; row++) {
         float *scores = d->scores + (size_t)row * m;
         int32_t *entries = d->entries + (size_t)row * m;
         RBTI_EACH_DRAW(r)
@@ -1649,7 +1663,7 @@ RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, const rbt_spin_law *law, r
             knot = knot < last ? knot : last;
             position -= (float)knot;
             scores[r] = position < 1.0f ? position : 1.0f;
-            entries[r] = (d->leaf[r] * RBTI_OUTCOMES + row) * knots + knot;
+            entries[r] = (d->leaf[r] * outcomes + row) * knots + knot;
         }
         RBTI_EACH_DRAW(r)
         {
@@ -1659,16 +1673,16 @@ RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, const rbt_spin_law *law, r
 }
 
 /* Places among knots to outcomes. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, const rbt_spin_law *law,
+RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
-    for (int32_t row = 0; row < RBTI_OUTCOMES; row++) {
+    for (int32_t row = 0; row < outcomes; row++) {
         const size_t at = (size_t)row * m;
         uint32_t pair[RBTI_BLOCK] RBTI_ALIGNED;
         float least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
         RBTI_EACH_DRAW(r)
         {
-            const float *span = law->spans + 2 * (d->leaf[r] * RBTI_OUTCOMES + row);
+            const float *span = law->spans + 2 * (d->leaf[r] * outcomes + row);
             memcpy(pair + r, law->quantiles + d->entries[at + r], sizeof *pair);
             least[r] = span[0];
             step[r] = span[1];
@@ -1682,20 +1696,42 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, const rbt_spin_law *law
     }
 }
 
-/* Outcomes to states of `count` draws. With E, the square of `factor`, the most energy that the grain
-   can have before, E / (1 + |p|^2) is left for the rotation after: an angular velocity with more is
-   shortened. */
-RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, const rbt_table *table,
+/* Works of draws over m V^2 / 2: their sum is the share b of what translation and rotation leave of E,
+   and of it the normal work has the share a^6. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_works(size_t m, const rbti_spin_draws *d, double *works)
+{
+    RBTI_EACH_DRAW(r)
+    {
+        const float *outcomes = d->outcomes + r;
+        const double p = (double)outcomes[0], q = (double)outcomes[m];
+        const double s = (double)outcomes[2 * m], energy = d->factor[r] * d->factor[r];
+        const double x = (double)outcomes[3 * m], y = (double)outcomes[4 * m];
+        const double z = (double)outcomes[5 * m], whole = 1.0 + (p * p + q * q + s * s);
+        const double turns = d->smallest[r] * (x * x + y * y + z * z) * whole;
+        const double left = energy / whole * (1.0 - (turns > 1.0 ? 1.0 : turns));
+        const double a = (double)outcomes[6 * m], b = (double)outcomes[7 * m];
+        const double sum = left * (b > 1.0 ? 1.0 : b < 0.0 ? 0.0 : b), cube = a * a * a;
+        const double share = cube * cube > 1.0 ? 1.0 : cube * cube;
+        works[r] = share * sum;
+        works[m + r] = (1.0 - share) * sum;
+    }
+}
+
+/* Outcomes to states of `count` draws, the first six variables or all. With E, the square of `factor`,
+   the most energy that the grain can have before, E / (1 + |p|^2) is left for the rotation after: an
+   angular velocity with more is shortened. */
+RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t outcomes,
+                                                int variables, const rbt_table *table,
                                                 const rbti_spin_draws *d, double *states)
 {
     double values[6 * RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
     {
-        const float *outcomes = d->outcomes + r;
-        const double p = (double)outcomes[0], q = (double)outcomes[m];
-        const double s = (double)outcomes[2 * m], factor = d->factor[r], turn = d->turn[r];
-        const double x = (double)outcomes[3 * m], y = (double)outcomes[4 * m];
-        const double z = (double)outcomes[5 * m], whole = 1.0 + (p * p + q * q + s * s);
+        const float *found = d->outcomes + r;
+        const double p = (double)found[0], q = (double)found[m];
+        const double s = (double)found[2 * m], factor = d->factor[r], turn = d->turn[r];
+        const double x = (double)found[3 * m], y = (double)found[4 * m];
+        const double z = (double)found[5 * m], whole = 1.0 + (p * p + q * q + s * s);
         const double scale = factor / sqrt(whole);
         const double turns = d->smallest[r] * (x * x + y * y + z * z) * whole;
         const double turning = factor / sqrt(turns > 1.0 ? turns : 1.0);
@@ -1706,21 +1742,35 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, const rb
         values[4 * m + r] = turn * turning * y;
         values[5 * m + r] = turning * z;
     }
+    const size_t width = (size_t)variables;
     for (size_t k = 0; k < 6; k++) {
         const int held = (int)(table->held >> k & 1u);
         for (size_t r = 0; r < count; r++)
-            states[6 * r + k] = held ? values[k * m + r] : 0.0;
+            states[width * r + k] = held ? values[k * m + r] : 0.0;
+    }
+    if (width == 6)
+        return;
+    double works[2 * RBTI_BLOCK] RBTI_ALIGNED;
+    memset(works, 0, sizeof works);
+    if (outcomes == RBTI_MOST_OUTCOMES)
+        rbti_fill_works(m, d, works);
+    for (size_t r = 0; r < count; r++) {
+        double *state = states + width * r;
+        state[6] = state[7] = 0.0;
+        state[8] = table->held >> 8 & 1u ? works[r] : 0.0;
+        state[9] = table->held >> 9 & 1u ? works[m + r] : 0.0;
     }
 }
 
-/* Draws with conditions that may be drawn at. */
-RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, uint64_t seed,
-                                            const rbti_grains *grains, const uint64_t *index,
-                                            const uint32_t *hit, size_t count, rbti_spin_draws *d,
+/* Draws with conditions that may be drawn at. Word 8 belongs to no outcome. */
+RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt_table *table,
+                                            uint64_t seed, const rbti_grains *grains,
+                                            const uint64_t *index, const uint32_t *hit,
+                                            size_t count, int variables, rbti_spin_draws *d,
                                             double *states)
 {
     const rbt_spin_law *law = &table->spin;
-    for (uint32_t block = 0; block < 2; block++)
+    for (uint32_t block = 0; block < (outcomes > 6 ? 3u : 2u); block++)
         rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
     if (grains->given)
         rbti_take_grains(m, law, grains->given, count, d->shape, d->inputs + RBTI_RATIO * m);
@@ -1730,13 +1780,28 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, ui
     rbti_fill_inputs(m, law, d);
     rbti_find_leaves(m, law, d);
     rbti_fill_features(m, law, d);
-    rbti_choose_expert(m, law, d);
-    for (size_t row = 0; row < RBTI_OUTCOMES; row++)
-        rbti_fill_normals(m, table->normals, d->words + (2 + row) * m, d->scores + row * m);
-    rbti_fill_scores(m, law, d);
-    rbti_find_knots(m, law, d);
-    rbti_fill_outcomes(m, law, d);
-    rbti_to_spin_states(m, count, table, d, states);
+    rbti_choose_expert(m, outcomes, law, d);
+    for (size_t row = 0; row < outcomes; row++)
+        rbti_fill_normals(m, table->normals, d->words + (row < 6 ? 2 + row : 3 + row) * m,
+                          d->scores + row * m);
+    rbti_fill_scores(m, outcomes, law, d);
+    rbti_find_knots(m, (int32_t)outcomes, law, d);
+    rbti_fill_outcomes(m, (int32_t)outcomes, law, d);
+    rbti_to_spin_states(m, count, outcomes, variables, table, d, states);
+}
+
+/* The same with the number of outcomes of the law, which the compiler knows. */
+RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, uint64_t seed,
+                                            const rbti_grains *grains, const uint64_t *index,
+                                            const uint32_t *hit, size_t count, int variables,
+                                            rbti_spin_draws *d, double *states)
+{
+    if (table->spin.n_outcomes == RBTI_OUTCOMES)
+        rbti_spin_steps(m, RBTI_OUTCOMES, table, seed, grains, index, hit, count, variables, d,
+                        states);
+    else
+        rbti_spin_steps(m, RBTI_MOST_OUTCOMES, table, seed, grains, index, hit, count, variables, d,
+                        states);
 }
 
 /* Grains of the keys of a table. */
@@ -1749,7 +1814,8 @@ RBTI_INLINE RBT_DEVICE rbti_grains rbti_own_grains(const rbt_table *table, uint6
 RBTI_APART_CLONES RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1,
                                                 double speed, const double *given_spin,
                                                 uint64_t seed, const rbti_grains *grains,
-                                                uint64_t index, uint32_t hit, double *state)
+                                                uint64_t index, uint32_t hit, int variables,
+                                                double *state)
 {
     const double none[3] = {0.0, 0.0, 0.0}, *spin = given_spin ? given_spin : none;
     const int status = rbti_spin_status(table, alpha1, speed, spin[0], spin[1], spin[2]);
@@ -1761,7 +1827,7 @@ RBTI_APART_CLONES RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double a
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
     memcpy(draws.spin, spin, 3 * sizeof *spin);
-    rbti_spin_block(1, table, seed, grains, &index, &hit, 1, &draws, state);
+    rbti_spin_block(1, table, seed, grains, &index, &hit, 1, variables, &draws, state);
     return status;
 }
 
@@ -1861,10 +1927,7 @@ RBTI_INLINE RBT_DEVICE int rbti_first_draw(const rbt_table *table, double alpha1
     const rbti_grains any = {NULL, key, 1};
     if (!table->spin.for_first)
         return rbti_draw(table, alpha1, speed, seed, index, hit, variables, state);
-    const int code = rbti_spin_draw(table, alpha1, speed, NULL, seed, &any, index, hit, state);
-    for (int k = 6; k < variables && code >= RBT_OK; k++)
-        state[k] = 0.0;
-    return code;
+    return rbti_spin_draw(table, alpha1, speed, NULL, seed, &any, index, hit, variables, state);
 }
 
 RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed,
@@ -1873,7 +1936,7 @@ RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double sp
 {
     const rbti_grains own = rbti_own_grains(table, seed);
     if (spin)
-        return rbti_spin_draw(table, alpha1, speed, spin, seed, &own, index, hit, state);
+        return rbti_spin_draw(table, alpha1, speed, spin, seed, &own, index, hit, 6, state);
     return rbti_first_draw(table, alpha1, speed, seed, seed, index, hit, 6, state);
 }
 
@@ -1884,13 +1947,18 @@ RBT_API RBT_DEVICE int rbt_draw_grain(const rbt_table *table, double alpha1, dou
     const rbti_grains given = {grain, seed, 0};
     if (!grain)
         return rbt_draw(table, alpha1, speed, spin, seed, index, hit, state);
-    return rbti_spin_draw(table, alpha1, speed, spin, seed, &given, index, hit, state);
+    return rbti_spin_draw(table, alpha1, speed, spin, seed, &given, index, hit, 6, state);
 }
 
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
-                                    uint64_t seed, uint64_t index, uint32_t hit,
-                                    double values[RBT_VALUES])
+                                    const double *spin, const double *grain, uint64_t seed,
+                                    uint64_t index, uint32_t hit, double values[RBT_VALUES])
 {
+    rbti_grains grains = rbti_own_grains(table, seed);
+    grains.given = grain;
+    if (spin || grain)
+        return rbti_spin_draw(table, alpha1, speed, spin, seed, &grains, index, hit, RBT_VALUES,
+                              values);
     return rbti_first_draw(table, alpha1, speed, seed, seed, index, hit, RBT_VALUES, values);
 }
 
@@ -1992,8 +2060,8 @@ RBTI_INLINE void rbti_put(const rbti_output *out, size_t first, size_t count, in
 
 /* Draws from the spin law of a block of rows: how many come before the first error. */
 RBTI_INLINE size_t rbti_sample_spins(const rbt_table *table, const rbt_conditions *given,
-                                     size_t first, size_t most, uint64_t seed, double *states,
-                                     int *code, rbt_report *report)
+                                     size_t first, size_t most, uint64_t seed, int variables,
+                                     double *states, int *code, rbt_report *report)
 {
     const int any = given->fresh_grains || table->spin.fresh_grains || !given->spin;
     const rbti_grains grains = {given->grain ? given->grain + 3 * first : NULL, seed, any};
@@ -2001,7 +2069,7 @@ RBTI_INLINE size_t rbti_sample_spins(const rbt_table *table, const rbt_condition
     const size_t count = rbti_spin_conditions(table, given, first, most, &draws, code, report);
     if (count > 0)
         rbti_spin_block(RBTI_BLOCK, table, seed, &grains, given->index + first,
-                        given->hit + first, count, &draws, states);
+                        given->hit + first, count, variables, &draws, states);
     return count;
 }
 
@@ -2031,15 +2099,15 @@ static int rbti_sample_rows(const rbt_table *table, size_t n, const rbt_conditio
         const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
         double values[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
         double *states = out->columns ? values : out->states + 6 * first;
-        const int variables = spins ? 6 : out->variables;
         size_t count;
         if (spins)
-            count = rbti_sample_spins(table, given, first, most, seed, states, &code, &found);
+            count = rbti_sample_spins(table, given, first, most, seed, out->variables, states,
+                                      &code, &found);
         else
-            count = rbti_sample_nodes(table, given, first, most, seed, variables, states, &code,
-                                      &found);
+            count = rbti_sample_nodes(table, given, first, most, seed, out->variables, states,
+                                      &code, &found);
         if (out->columns)
-            rbti_put(out, first, count, variables, values);
+            rbti_put(out, first, count, out->variables, values);
         rbti_count_extrapolated(table, given->speed + first, first, count, &found);
     }
     if (report)
@@ -2255,7 +2323,7 @@ RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double vel
         return code;
     if (omega || !rbti_is_first(table, grains))
         code = rbti_spin_draw(table, impact.alpha1, impact.speed, omega ? spin : NULL, seed,
-                              grains, index, hit, state);
+                              grains, index, hit, 6, state);
     else
         code = rbti_first_draw(table, impact.alpha1, impact.speed, seed, grains->seed, index, hit,
                                6, state);
@@ -2772,10 +2840,12 @@ typedef struct rbti_header {
 #define RBTI_MOST_BYTES 0x80000000u
 #define RBTI_SPEED_INDEPENDENT 1u
 #define RBTI_OTHER_POPULATION 2u
+#define RBTI_SPIN_WORKS 4u
 #define RBTI_FIRST_MIRRORED 3
 #define RBTI_END_MIRRORED 6
 /* channels (bits) from which each variable is made */
 #define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80, 0x101, 0x14b}
+#define RBTI_NORMAL_HAT 0x100u
 #define RBTI_FIRST_HEADER_BYTES 432
 #define RBTI_SECOND_HEADER_BYTES 680
 /* least and largest value; see sampler/formats/bounds.py */
@@ -2834,11 +2904,13 @@ typedef struct rbti_header {
     DO(node_cut, spin.node_cut, double, h->n_nodes, 1, 0)                                          \
     DO(node_child, spin.node_child, int32_t, h->n_nodes, (uint64_t)2, 0)                           \
     DO(inputs, spin.inputs, float, h->n_leaves, (uint64_t)14, 0)                                   \
-    DO(spin_spans, spin.spans, float, h->n_leaves, (uint64_t)6 * 2, 0)                             \
-    DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, (uint64_t)6 * h->n_spin_knots, 0)    \
+    DO(spin_spans, spin.spans, float, h->n_leaves, (uint64_t)rbti_outcomes(h) * 2, 0)              \
+    DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, (uint64_t)rbti_outcomes(h) *         \
+       h->n_spin_knots, 0)                                                                         \
     DO(group_gates, spin.group_gates, int16_t, h->n_leaves, (uint64_t)23 * 8, 0)                   \
     DO(gates, spin.gates, int16_t, h->n_leaves, (uint64_t)8 * 23 * 16, 0)                          \
-    DO(experts, spin.experts, int16_t, h->n_leaves, (uint64_t)128 * 160, 8)
+    DO(experts, spin.experts, int16_t, h->n_leaves, (uint64_t)128 *                                \
+       rbti_expert_stride(rbti_outcomes(h)), 8)
 #define RBTI_INERTIA_ARRAYS(DO)                                                                    \
     DO(shape_inertia, spin.shape_inertia, double, h->n_shapes, (uint64_t)2, 0)
 /* end checks */
@@ -2857,6 +2929,12 @@ typedef struct rbti_header {
         if (failed != RBT_OK)                                                                      \
             return failed;                                                                         \
     } while (0)
+
+/* Outcomes of the spin law. */
+static RBT_DEVICE size_t rbti_outcomes(const rbti_header *header)
+{
+    return header->flags & RBTI_SPIN_WORKS ? RBTI_MOST_OUTCOMES : RBTI_OUTCOMES;
+}
 
 #ifndef RBT_DEVICE_ONLY
 
@@ -2988,7 +3066,9 @@ static int rbti_check_names(const rbti_header *h)
         if (k < h->n_columns)
             needed |= needs[h->columns[k]];
     }
-    RBTI_NEED(marginals == h->n_marginals && held == needed, RBT_ERR_NAMES);
+    /* a table that lost its works still gives out u and w after them */
+    RBTI_NEED(held == needed || held == (needed | RBTI_NORMAL_HAT), RBT_ERR_NAMES);
+    RBTI_NEED(marginals == h->n_marginals, RBT_ERR_NAMES);
     return RBT_OK;
 }
 
@@ -3215,7 +3295,7 @@ static int rbti_check_trees(const rbt_spin_law *law)
 
 static int rbti_check_leaves(const rbt_spin_law *law)
 {
-    const size_t leaves = (size_t)law->n_leaves;
+    const size_t leaves = (size_t)law->n_leaves, outcomes = (size_t)law->n_outcomes;
     const size_t experts = leaves * RBTI_GROUPS * RBTI_GROUP_SIZE;
     for (size_t k = 0; k < leaves * RBTI_INPUTS; k++) {
         const float *of = law->inputs + k / RBTI_INPUTS * (2 * RBTI_INPUTS) + k % RBTI_INPUTS;
@@ -3224,8 +3304,8 @@ static int rbti_check_leaves(const rbt_spin_law *law)
     }
     for (size_t k = 0; k < experts; k++) {
         const int16_t *diagonal =
-            law->experts + k * RBTI_EXPERT_STRIDE + RBTI_FEATURES * RBTI_OUTCOMES;
-        for (int left = RBTI_OUTCOMES; left > 0; left--) {
+            law->experts + k * rbti_expert_stride(outcomes) + RBTI_FEATURES * outcomes;
+        for (int left = law->n_outcomes; left > 0; left--) {
             RBTI_NEED(*diagonal > 0, RBT_ERR_LEAVES);
             diagonal += left;
         }
@@ -3238,11 +3318,12 @@ static int rbti_check_leaves(const rbt_spin_law *law)
 static int rbti_check_outcomes(const rbt_spin_law *law)
 {
     const double bounds[2] = {RBTI_OUTCOME_BOUNDS}, slack = 1.0 + 1e-6;
-    const size_t knots = (size_t)law->n_knots, functions = (size_t)law->n_leaves * RBTI_OUTCOMES;
+    const size_t knots = (size_t)law->n_knots, outcomes = (size_t)law->n_outcomes;
+    const size_t functions = (size_t)law->n_leaves * outcomes;
     for (size_t k = 0; k < functions; k++) {
         const double least = (double)law->spans[2 * k], step = (double)law->spans[2 * k + 1];
         const uint16_t *steps = law->quantiles + k * knots;
-        const int of_v = k % RBTI_OUTCOMES == 1;
+        const int of_v = k % outcomes == 1;
         unsigned falls = 0;
         RBTI_NEED(rbti_within(least, of_v ? 0.0 : bounds[0], bounds[1]) &&
                       rbti_within(step, 0.0, bounds[1]) && least + step * 65535.0 <= bounds[1] * slack,
@@ -3306,6 +3387,7 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->n_nodes = (int32_t)h->n_nodes;
     law->n_leaves = (int32_t)h->n_leaves;
     law->n_knots = (int32_t)h->n_spin_knots;
+    law->n_outcomes = (int32_t)rbti_outcomes(h);
     law->alpha_first = h->spin_alpha[0];
     law->alpha_last = h->spin_alpha[1];
     law->alpha_low = law->alpha_first * (1.0 - RBTI_ROUNDING);

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sampler.formats.bounds import (
-    EXPERT_STRIDE,
     GROUP_SIZE,
     N_EXPERTS,
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
-    N_OUTCOMES,
     PAIR_BYTES,
 )
 from sampler.formats.channels import MOST_NAMES
@@ -65,7 +63,8 @@ class StoredArray:
         Its offset is the header field ``at_`` + name.
     dtype : str
     dims : tuple of str or int
-        Names of header fields; ``n_cells`` is made from the numbers of nodes.
+        Names of header fields; ``n_cells`` is made from the numbers of nodes, ``n_outcomes`` and
+        ``expert_stride`` follow from the flags.
     meaning : str
     extra : int
         Further numbers behind the last, which a draw may read but not use.
@@ -121,10 +120,10 @@ SPIN_ARRAYS = (
     ),
     StoredArray("inputs", "<f4", (_LEAVES, 2 * N_INPUTS), "centres of the inputs, then scales"),
     StoredArray(
-        "spin_spans", "<f4", (_LEAVES, N_OUTCOMES, 2), "least quantile, and size of a step"
+        "spin_spans", "<f4", (_LEAVES, "n_outcomes", 2), "least quantile, and size of a step"
     ),
     StoredArray(
-        "spin_quantiles", "<u2", (_LEAVES, N_OUTCOMES, "n_spin_knots"), "steps of the quantiles"
+        "spin_quantiles", "<u2", (_LEAVES, "n_outcomes", "n_spin_knots"), "steps of the quantiles"
     ),
     StoredArray(
         "group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS), "gates of the groups, 1/512"
@@ -133,7 +132,7 @@ SPIN_ARRAYS = (
         "gates", "<i2", (_LEAVES, N_GROUPS, N_FEATURES, GROUP_SIZE), "gates of the experts, 1/512"
     ),
     StoredArray(
-        "experts", "<i2", (_LEAVES, N_EXPERTS, EXPERT_STRIDE),
+        "experts", "<i2", (_LEAVES, N_EXPERTS, "expert_stride"),
         "records: coefficients of the means, 1/2048, by feature; factors (columns packed), 1/4096; "
         "padding; 8 zeros behind the last record", extra=8,
     ),
@@ -152,6 +151,8 @@ SPEED_INDEPENDENT = 1
 #: Flag of a table in memory with other particles than it was made for: the law of first impacts is
 #: the spin law of particles that do not spin, with another grain at each hit.
 OTHER_POPULATION = 2
+#: Flag of a table whose spin law gives the works: 8 outcomes, else 6.
+SPIN_WORKS = 4
 
 #: What is counted; `sampler.formats.bounds.LENGTHS` bounds the dimensions of arrays.
 COUNTS = {
@@ -167,7 +168,8 @@ COUNTS = {
     "n_columns": "variables of the state that the table gives",
     "stride": "numbers in the record of a component",
     "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
-    f"{OTHER_POPULATION}: no law of first impacts, the spin law has to stand for it",
+    f"{OTHER_POPULATION}: no law of first impacts, the spin law has to stand for it; "
+    f"{SPIN_WORKS}: the spin law gives works, n_outcomes is 8 and expert_stride 224, not 6 and 160",
 }
 
 #: The same of the spin law.

@@ -102,6 +102,8 @@ def record_stride(channels: int) -> int:
 # Outcomes are (p_u, p_v, p_w, omega_x, omega_y, omega_z). With f^2 = 1 + j1 |spin|^2, the most
 # energy before, the velocities over V are f p / sqrt(1 + |p|^2): whatever p is, some energy is left
 # for the rotation, and a positive p_v leaves the wall. The angular velocities are times a/(f V).
+# Two more are for the works: a, whose sixth power is the share of the normal one, and b, the share
+# of both in what is left of f^2. Being last they can be cut off.
 
 #: Conditions: sqrt(alpha1), the speed's coordinate, and the three components of a Omega / V_e.
 N_CONDITIONS = 5
@@ -110,7 +112,7 @@ N_INPUTS = N_CONDITIONS + 2
 #: 1, the inputs, and the products of two conditions.
 N_FEATURES = 1 + N_INPUTS + N_CONDITIONS * (N_CONDITIONS + 1) // 2
 N_OUTCOMES = 6
-N_FACTORS = N_OUTCOMES * (N_OUTCOMES + 1) // 2
+N_OUTCOMES_WITH_WORKS = 8
 
 #: Largest moment of inertia of a body of mass 1 and half-size 1, and so the weight of the spin in
 #: the effective speed V_e = V sqrt(1 + INERTIA |spin|^2): no particle can leave faster.
@@ -159,5 +161,7 @@ MOST_SPEED_SCALE = 1e30
 #: Smallest ratio of half-sizes.
 LEAST_RATIO = 1e-3
 
-#: Numbers of an expert: coefficients of its means and its factor, five cache lines with padding.
-EXPERT_STRIDE = -(-(N_FEATURES * N_OUTCOMES + N_FACTORS) // 32) * 32
+
+def expert_stride(outcomes: int) -> int:
+    """Count the numbers of an expert: means and factor, padded to whole cache lines."""
+    return -(-(N_FEATURES * outcomes + outcomes * (outcomes + 1) // 2) // 32) * 32

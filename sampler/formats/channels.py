@@ -25,7 +25,8 @@ function of v), that of the tangential ones is what is left in the end,
 
 so that none of it is negative and no energy is made or lost. Without works normal_hat is 0. At
 grazing incidence work_normal falls with the square or the cube of the angle: its sixth root is
-nearly linear between nodes, which stand at equal steps of the root of the angle.
+nearly linear between nodes, which stand at equal steps of the root of the angle. A table that lost
+its works has normal_hat nevertheless, after which u, w and energy_hat are given out.
 """
 
 from collections.abc import Iterable

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from sampler.formats.bounds import (
     LEAST_STEP,
     MOST_NUMBER,
-    N_OUTCOMES,
     NUMBER_ROUNDING,
     ROUNDING,
 )
@@ -222,9 +221,10 @@ def _spin_children(values: Array, datasets: Mapping[str, Array]) -> str | None:
 spin_children = Check("a later node, or -1 - leaf", _spin_children)
 
 
-def _spin_positive_diagonal(values: Array, _: Mapping[str, Array]) -> str | None:
+def _spin_positive_diagonal(values: Array, datasets: Mapping[str, Array]) -> str | None:
     """Diagonals of the factors are positive."""
-    diagonal = values[..., [row * (row + 3) // 2 for row in range(N_OUTCOMES)]]
+    outcomes = datasets["spin/mean"].shape[-1]
+    diagonal = values[..., [row * (row + 3) // 2 for row in range(outcomes)]]
     problem = first_refused(diagonal, diagonal <= 0, "positive")
     return None if problem is None else f"diagonals: {problem}"
 

@@ -28,6 +28,7 @@ from sampler.formats.binary_layout import (
     SPEED_INDEPENDENT,
     SPIN_ARRAYS,
     SPIN_COUNTS,
+    SPIN_WORKS,
     Field,
     StoredArray,
 )
@@ -35,7 +36,6 @@ from sampler.formats.bounds import (
     ALPHA_DEG,
     ANY_SPEED,
     ANY_SPIN,
-    EXPERT_STRIDE,
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
@@ -54,6 +54,7 @@ from sampler.formats.bounds import (
     N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
+    N_OUTCOMES_WITH_WORKS,
     NUMBER_ROUNDING,
     OUTCOME,
     QUANTILES,
@@ -133,7 +134,7 @@ def spin_constants() -> str:
                 "INPUTS": N_INPUTS,
                 "FEATURES": N_FEATURES,
                 "OUTCOMES": N_OUTCOMES,
-                "EXPERT_STRIDE": EXPERT_STRIDE,
+                "MOST_OUTCOMES": N_OUTCOMES_WITH_WORKS,
                 "GROUPS": N_GROUPS,
                 "GROUP_SIZE": GROUP_SIZE,
                 "INERTIA": repr(INERTIA),
@@ -163,10 +164,12 @@ def checked_constants() -> str:
         f"#define RBTI_MOST_BYTES {MOST_BYTES:#x}u",
         f"#define RBTI_SPEED_INDEPENDENT {SPEED_INDEPENDENT}u",
         f"#define RBTI_OTHER_POPULATION {OTHER_POPULATION}u",
+        f"#define RBTI_SPIN_WORKS {SPIN_WORKS}u",
         f"#define RBTI_FIRST_MIRRORED {FIRST_MIRRORED}",
         f"#define RBTI_END_MIRRORED {END_MIRRORED}",
         "/* channels (bits) from which each variable is made */",
         f"#define RBTI_NEEDS {{{needs}}}",
+        f"#define RBTI_NORMAL_HAT {1 << CHANNELS.index('normal_hat'):#x}u",
         f"#define RBTI_FIRST_HEADER_BYTES {FIRST_HEADER_BYTES}",
         f"#define RBTI_SECOND_HEADER_BYTES {SECOND_HEADER_BYTES}",
         *_bounds(),
@@ -228,6 +231,9 @@ def _macro(name: str, entries: list[str]) -> list[str]:
 def _array_arguments(array: StoredArray) -> str:
     """Rows are those of the nodes or cells where the array has such; the product fits 64 bits."""
     dims = [f"h->{d}" if isinstance(d, str) else str(d) for d in array.dims]
+    outcomes = {"h->n_outcomes": "rbti_outcomes(h)"}
+    outcomes["h->expert_stride"] = "rbti_expert_stride(rbti_outcomes(h))"
+    dims = [outcomes.get(d, d) for d in dims]
     rows, rest = dims[0], dims[1:]
     if dims[:2] == ["h->n_alpha", "h->n_speed"]:
         rows, rest = "rbti_nodes(h)", dims[2:]

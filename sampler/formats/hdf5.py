@@ -25,6 +25,8 @@ from sampler.formats import checks
 from sampler.formats.bounds import (
     LEAST_INERTIA,
     LINE_CHARACTERS,
+    N_OUTCOMES,
+    N_OUTCOMES_WITH_WORKS,
     PAIR_BYTES,
     QUANTILES,
     SPEED,
@@ -38,6 +40,7 @@ from sampler.formats.layout import (
     FIRST_VERSION,
     FORMAT,
     FORMAT_VERSION,
+    FOURTH_VERSION,
     GROUP,
     OPTIONAL_ATTRIBUTES,
     SECOND_VERSION,
@@ -244,15 +247,17 @@ class TableContents:
         _check_names(self.variables, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
         lengths = check_shapes(shapes)
+        outcomes = N_OUTCOMES_WITH_WORKS if has_works(self.variables) else N_OUTCOMES
         named = {
-            "n_columns": self.variables,
-            "n_channels": self.channels,
-            "n_marginals": self.marginals,
+            "n_columns": (len(self.variables), "one for each name"),
+            "n_channels": (len(self.channels), "one for each name"),
+            "n_marginals": (len(self.marginals), "one for each name"),
+            "n_outcomes": (outcomes, "8 with works, else 6"),
+            "n_spin_factors": (outcomes * (outcomes + 1) // 2, "lower triangles"),
         }
-        for dim, held in named.items():
-            if lengths[dim] != len(held):
-                allowed = f"{len(held)}, one for each name"
-                raise TableError(f"{dim}: got {lengths[dim]}, allowed: {allowed}")
+        for dim, (needed, why) in named.items():
+            if lengths.get(dim, needed) != needed:
+                raise TableError(f"{dim}: got {lengths[dim]}, allowed: {needed}, {why}")
         arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in layout}
         _check_values(arrays)
         _check_ranges(arrays["marginals/quantiles"], self.marginals)
@@ -269,15 +274,18 @@ class TableContents:
     @property
     def marginals(self) -> tuple[str, ...]:
         """Channels with quantile functions: those that the variables are made of."""
-        needed = channels_for(self.variables)
+        needed = (*channels_for(self.variables), "normal_hat")
         return tuple(name for name in self.channels if name in needed)
 
     @property
     def _version(self) -> tuple[int, int]:
         """Least minor version of the format that has all that is held."""
-        if self.omega == "mean" or self.least_inertia > 0.0:
+        works = has_works(self.variables)
+        if (works and self.has_spin) or (not works and "normal_hat" in self.channels):
             return FORMAT_VERSION
-        if has_works(self.variables):
+        if self.omega == "mean" or self.least_inertia > 0.0:
+            return FOURTH_VERSION
+        if works:
             return THIRD_VERSION
         later = self.has_spin or self.valid_speed is not None
         return SECOND_VERSION if later else FIRST_VERSION

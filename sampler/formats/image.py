@@ -25,17 +25,17 @@ from sampler.formats.binary_layout import (
     OTHER_POPULATION,
     SPEED_INDEPENDENT,
     SPIN_ARRAYS,
+    SPIN_WORKS,
     field_offset,
 )
 from sampler.formats.bounds import (
     ANY_SPEED,
     ANY_SPIN,
-    EXPERT_STRIDE,
     LANES,
     MOST_SPEED_SCALE,
-    N_FACTORS,
     N_FEATURES,
-    N_OUTCOMES,
+    N_OUTCOMES_WITH_WORKS,
+    expert_stride,
     record_stride,
 )
 from sampler.formats.channels import CHANNELS, MOST_NAMES, VARIABLES
@@ -313,7 +313,8 @@ def _fill_spin_fields(header: Any, contents: TableContents, grains: GrainLaw) ->
     header["n_shapes"] = grains.shape_codes.size
     header["n_nodes"] = contents["spin/node_axis"].size
     header["n_leaves"] = len(contents["spin/centre"])
-    header["n_spin_knots"] = contents["spin/quantiles"].shape[-1]
+    outcomes, header["n_spin_knots"] = contents["spin/quantiles"].shape[1:]
+    header["flags"] |= SPIN_WORKS * (outcomes == N_OUTCOMES_WITH_WORKS)
     header["spin_alpha"] = np.deg2rad(contents["spin/alpha_range_deg"])
     header["spin_speed"] = contents["spin/speed_range"]
     header["spin_coordinate"] = scale, float(exponent)
@@ -348,21 +349,22 @@ def expert_records(mean: NDArray[np.int16], factor: NDArray[np.int16]) -> NDArra
 
     Parameters
     ----------
-    mean : int16 array, shape (..., N_FEATURES, N_OUTCOMES)
-    factor : int16 array, shape (..., N_FACTORS)
+    mean : int16 array, shape (..., N_FEATURES, n_outcomes)
+    factor : int16 array, shape (..., n_outcomes (n_outcomes + 1) / 2)
         Rows packed.
 
     Returns
     -------
     int16 array, flat
-        Records of `EXPERT_STRIDE` numbers, and eight zeros: a draw reads eight numbers at once.
+        Records of `expert_stride` numbers, and eight zeros: a draw reads eight numbers at once.
     """
-    count = factor.size // N_FACTORS
-    flat = np.zeros(count * EXPERT_STRIDE + LANES, np.int16)
-    records = flat[: count * EXPERT_STRIDE].reshape(count, EXPERT_STRIDE)
-    means = N_FEATURES * N_OUTCOMES
+    outcomes, factors = mean.shape[-1], factor.shape[-1]
+    count, stride = factor.size // factors, expert_stride(outcomes)
+    flat = np.zeros(count * stride + LANES, np.int16)
+    records = flat[: count * stride].reshape(count, stride)
+    means = N_FEATURES * outcomes
     records[:, :means] = mean.reshape(count, means)
-    records[:, means : means + N_FACTORS] = factor.reshape(count, -1)[:, _by_column(N_OUTCOMES)]
+    records[:, means : means + factors] = factor.reshape(count, -1)[:, _by_column(outcomes)]
     return flat
 
 

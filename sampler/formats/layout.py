@@ -24,7 +24,6 @@ from sampler.formats.bounds import (
     MOST_SCALE,
     N_CONDITIONS,
     N_EXPERTS,
-    N_FACTORS,
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
@@ -42,13 +41,15 @@ from sampler.formats.checks import Check
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
-FORMAT_VERSION = (1, 3)
+FORMAT_VERSION = (1, 4)
 #: What is written where nothing of a later minor version is held: older readers know all of it.
 #: The second has the spin law and the range of speeds, the third the work of the impulses, the
-#: fourth what Omega is and the moments of inertia.
+#: fourth what Omega is and the moments of inertia, the latest the works in the spin law, and tables
+#: that lost theirs.
 FIRST_VERSION = (1, 0)
 SECOND_VERSION = (1, 1)
 THIRD_VERSION = (1, 2)
+FOURTH_VERSION = (1, 3)
 
 
 @dataclass(frozen=True)
@@ -382,7 +383,7 @@ SPIN_DATASETS = (
     Dataset(
         "spin/mean",
         "<i2",
-        (*_EXPERTS, N_FEATURES, N_OUTCOMES),
+        (*_EXPERTS, N_FEATURES, "n_outcomes"),
         f"1/{MEAN_UNIT}",
         "coefficients of the features in the mean score of each outcome, by expert",
         compressed=True,
@@ -390,7 +391,7 @@ SPIN_DATASETS = (
     Dataset(
         "spin/factor",
         "<i2",
-        (*_EXPERTS, N_FACTORS),
+        (*_EXPERTS, "n_spin_factors"),
         f"1/{FACTOR_UNIT}",
         "lower-triangular factors of the scores' covariances, rows packed: L00, L10, L11, ...",
         (checks.spin_positive_diagonal,),
@@ -399,9 +400,10 @@ SPIN_DATASETS = (
     Dataset(
         "spin/quantiles",
         "<f4",
-        ("n_leaves", N_OUTCOMES, "n_spin_knots"),
+        ("n_leaves", "n_outcomes", "n_spin_knots"),
         "1",
-        "outcomes p_u, p_v, p_w, omega_x, omega_y, omega_z at equal steps of the bounded score, "
+        "outcomes p_u, p_v, p_w, omega_x, omega_y, omega_z, and of a law with works a and b of "
+        "both, at equal steps of the bounded score, "
         f"from -{SCORE_MAX:g} to {SCORE_MAX:g}; angular velocities times a/V_e",
         (checks.within(*OUTCOME), checks.non_decreasing, checks.spin_leaves_the_wall),
         compressed=True,
@@ -433,7 +435,7 @@ SPIN_DATASETS = (
     Dataset(
         "spin_accuracy/ks",
         "<f8",
-        ("n_spin_conditions", N_OUTCOMES),
+        ("n_spin_conditions", "n_spin_columns"),
         "1",
         "Kolmogorov-Smirnov distance to direct simulation of each component",
         _SHARE,

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 
 from sampler.errors import TableError
 from sampler.formats.bounds import (
-    EXPERT_STRIDE,
     LANES,
     LENGTHS,
     N_EXPERTS,
-    N_OUTCOMES,
+    expert_stride,
     record_stride,
 )
 from sampler.formats.layout import layout_of
@@ -65,9 +64,9 @@ def _check_entries(lengths: Mapping[str, int]) -> None:
         "dependence/first_of_class": n_alpha * n_speed * lengths["n_classes"],
     }
     if "n_leaves" in lengths:
-        entries["spin/mean"] = lengths["n_leaves"] * N_EXPERTS * EXPERT_STRIDE + LANES
-        knots = lengths["n_leaves"] * N_OUTCOMES * lengths["n_spin_knots"]
-        entries["spin/quantiles"] = knots
+        outcomes, leaves = lengths["n_outcomes"], lengths["n_leaves"]
+        entries["spin/mean"] = leaves * N_EXPERTS * expert_stride(outcomes) + LANES
+        entries["spin/quantiles"] = leaves * outcomes * lengths["n_spin_knots"]
     for path, count in entries.items():
         if count >= _MOST_ENTRIES:
             raise TableError(

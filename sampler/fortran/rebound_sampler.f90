@@ -157,10 +157,10 @@ module rebound_sampler
       integer(c_int) :: code
     end function c_draw
 
-    function c_draw_all(table, alpha1, speed, seed, index, hit, values) result(code) &
-        bind(c, name="rbt_draw_all")
+    function c_draw_all(table, alpha1, speed, spin, grain, seed, index, hit, values) &
+        result(code) bind(c, name="rbt_draw_all")
       import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr, RBT_VALUES
-      type(c_ptr), value :: table
+      type(c_ptr), value :: table, spin, grain
       real(c_double), value :: alpha1, speed
       integer(c_int64_t), value :: seed, index
       integer(c_int32_t), value :: hit
@@ -353,16 +353,20 @@ contains
     code = c_draw(table%handle, alpha1, speed, given, seed, index, hit, state)
   end function rbt_draw
 
-  ! The same without spin, with all variables that a table can have.
-  function rbt_draw_all(table, alpha1, speed, seed, index, hit, values) result(code)
+  ! The same with all variables that a table can have.
+  function rbt_draw_all(table, alpha1, speed, seed, index, hit, values, spin) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: alpha1, speed
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
     real(c_double), intent(inout) :: values(RBT_VALUES)
+    real(c_double), intent(in), target, optional :: spin(3) ! before the impact, times a/V
     integer(c_int) :: code
+    type(c_ptr) :: given
 
-    code = c_draw_all(table%handle, alpha1, speed, seed, index, hit, values)
+    given = c_null_ptr
+    if (present(spin)) given = c_loc(spin)
+    code = c_draw_all(table%handle, alpha1, speed, given, c_null_ptr, seed, index, hit, values)
   end function rbt_draw_all
 
   ! Draw a state for each column of states(6, n); faster than one by one. Name arguments after states,

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sampler.formats.channels import STATE
 from sampler.table import Table
 from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
 from tablegen.accuracy.noise_corrected import Estimate, Settings, auc_estimate, ks_estimate
@@ -132,7 +133,8 @@ def drawn_from(table: Table, seed: int, threads: int | None = None, *, spin: boo
     def draw(impacts: Impacts) -> FloatArray:
         given: dict[str, Any] = {"spin": impacts.spin, "grain": impacts.grain} if spin else {}
         keys: dict[str, Any] = {"seed": seed, "index": impacts.index, "hit": impacts.hit}
-        return table.sample(impacts.alpha1, impacts.speed, threads=threads, **keys, **given)
+        drawn = table.sample(impacts.alpha1, impacts.speed, threads=threads, **keys, **given)
+        return drawn[:, : len(STATE)]
 
     return draw
 

@@ -101,7 +101,7 @@ def compare_chain(
     for hit in range(1, HITS + 1):
         simulated = depart(model, direct, seed, threads=1)
         states = draw(drawn)
-        by_table = Departures(drawn, states, np.zeros((samples, 4)))
+        by_table = Departures(drawn, states, np.zeros((samples, 4)), np.zeros((samples, 2)))
         place = f"hit {hit}, {walls} wall, {alpha_deg:g} degrees first"
         found.append(_after_hit(place, by_table, simulated))
         numbers = uniform_numbers(seed, index, hit)

@@ -249,7 +249,8 @@ def spin_accuracy_datasets(measured: LawAccuracy | None) -> dict[str, NDArray[np
     for limit in LATER:
         part = () if measured is None else (*measured.cells, *measured.hits)
         columns[limit] = [x.estimates[limit].value for x in part if limit in x.estimates]
-    wide = {"spin": 3, "ks": len(STATE), "joint_ks": len(STATE)}
+    variables = comparisons[0].variables if comparisons else STATE
+    wide = {"spin": 3, "ks": len(variables), "joint_ks": len(STATE)}
     found = {name: np.array(values, dtype=np.float64) for name, values in columns.items()}
     return {
         f"{ACCURACY}{name}": values.reshape(-1, wide[name]) if name in wide else values

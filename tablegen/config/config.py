@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_
 from sampler.errors import InputError
 from sampler.files import find_config, find_file
 from sampler.formats.bounds import GROUP_SIZE, N_GROUPS
-from sampler.formats.channels import STATE, VARIABLES
+from sampler.formats.channels import STATE, VARIABLES, WORKS
 from tablegen.config.complaints import MISSING, complaint, refusal, shown
 from tablegen.config.field_types import (
     AngleRange,
@@ -155,7 +155,7 @@ class Config(Record):
 
     @model_validator(mode="after")
     def _spin_gives_states(self) -> Self:
-        others = [name for name in self.domain.columns if name not in STATE]
+        others = [name for name in self.domain.columns if name not in (*STATE, *WORKS)]
         if self.spin and others:
             allowed = f"false with {', '.join(others)} among the components, which it does not give"
             raise refusal("spin", self.spin, allowed)

@@ -8,14 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.formats.bounds import (
-    EXPERT_STRIDE,
     FACTOR_UNIT,
     GATE_UNIT,
     GROUP_SIZE,
     MEAN_UNIT,
     N_FEATURES,
     N_GROUPS,
-    N_OUTCOMES,
 )
 from tablegen.model.jit import inline_kernel
 
@@ -35,7 +33,6 @@ _C4, _C5, _C6 = _F(0.009618129107628477), _F(0.0013333558146428443), _F(0.000154
 _EXPONENT_BIAS, _EXPONENT_SHIFT = np.int32(127), np.uint32(23)
 
 _UNIFORM_SHIFT, _UNIFORM_UNIT = np.uint32(8), _F(2.0**-24)
-_MEANS = N_FEATURES * N_OUTCOMES
 
 #: Exponent and first three bits of a float32 number its cubic; those of 1/2 are the first.
 _PIECE_SHIFT, _FIRST_PIECE = np.uint32(20), np.int32(126 * 8)
@@ -134,28 +131,27 @@ def choose_of_group(
 @inline_kernel
 def fill_scores(
     experts: NDArray[np.int16],
-    record: int,
+    base: int,
     features: Single,
     first: int,
     normals: Single,
     scores: Single,
-    place: int,
 ) -> None:
-    """Write six scores, from `place` on: an expert's mean and its factor times normals.
+    """Write the scores of all outcomes: an expert's mean and its factor times normals.
 
-    Features begin at `first`; normal k of the draw is at ``normals[k]``.
+    Its record begins at `base`, features at `first`; normal k of the draw is at ``normals[k]``.
     """
-    base = record * EXPERT_STRIDE
-    for k in range(N_OUTCOMES):
-        scores[place + k] = _F(0.0)
+    outcomes = scores.shape[0]
+    for k in range(outcomes):
+        scores[k] = _F(0.0)
     for row in range(N_FEATURES):
-        for k in range(N_OUTCOMES):
-            mean = _F(experts[base + row * N_OUTCOMES + k])
-            scores[place + k] += features[first + row] * mean
-    for k in range(N_OUTCOMES):
-        scores[place + k] *= _MEAN_UNIT
-    for column in range(N_OUTCOMES):
+        for k in range(outcomes):
+            mean = _F(experts[base + row * outcomes + k])
+            scores[k] += features[first + row] * mean
+    for k in range(outcomes):
+        scores[k] *= _MEAN_UNIT
+    for column in range(outcomes):
         normal = normals[column] * _FACTOR_UNIT
-        start = base + (_MEANS + column * N_OUTCOMES - column * (column + 1) // 2)
-        for row in range(column, N_OUTCOMES):
-            scores[place + row] += _F(experts[start + row]) * normal
+        start = base + (N_FEATURES * outcomes + column * outcomes - column * (column + 1) // 2)
+        for row in range(column, outcomes):
+            scores[row] += _F(experts[start + row]) * normal

@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.bounds import N_OUTCOMES
 from tablegen.fitting.expectation import (
     Single,
     add_densities,
@@ -57,12 +56,17 @@ _CLUSTER_ROWS, _CLUSTER_ITERATIONS = 30_000, 6
 
 @dataclass
 class Experts:
-    """Experts of g groups, k in all, on f features; factors are lower triangular."""
+    """Experts of g groups, k in all, of o outcomes on f features; factors are lower triangular."""
 
     group_gate: FloatArray  # (g, f)
     gate: FloatArray  # (k, f)
-    mean: FloatArray  # (k, 6, f)
-    factor: FloatArray  # (k, 6, 6)
+    mean: FloatArray  # (k, o, f)
+    factor: FloatArray  # (k, o, o)
+
+    @property
+    def outcomes(self) -> int:
+        """Number o of outcomes."""
+        return self.factor.shape[1]
 
 
 @dataclass
@@ -103,14 +107,14 @@ def fit_experts(
     experts: int,
     rng: np.random.Generator,
 ) -> tuple[Experts, float]:
-    """Fit a mixture of experts to features phi (n, f) and scores (n, 6), in random order.
+    """Fit a mixture of experts to features phi (n, f) and scores (n, o), in random order.
 
     The first feature is 1. Experts, the same number in each group, begin as random clusters of
     inputs (n, m) and scores. Also returns the mean log-likelihood before the last step.
     """
     vectors = np.ascontiguousarray(np.hstack([phi, scores]), dtype=np.float32)
     points = np.ascontiguousarray(np.hstack([inputs, scores]), dtype=np.float32)
-    fitted = _start(vectors, points, groups, experts, rng)
+    fitted = _start(vectors, points, (groups, experts, scores.shape[1]), rng)
     part = vectors[: max(math.ceil(_FIRST_PART * len(phi)), min(len(phi), 1000))]
     curvatures, likelihood = None, 0.0
     for number in range(_FIRST + _LAST):
@@ -158,11 +162,12 @@ def _in_groups(centres: Single, groups: int) -> NDArray[np.int64]:
 
 
 def _start(
-    vectors: Single, points: Single, groups: int, experts: int, rng: np.random.Generator
+    vectors: Single, points: Single, sizes: tuple[int, int, int], rng: np.random.Generator
 ) -> Experts:
     """Experts fitted to clusters of conditions and outcomes together."""
+    groups, experts, outcomes = sizes
     count, width = groups * experts, vectors.shape[1]
-    features = width - N_OUTCOMES
+    features = width - outcomes
     centres = _clusters(points[:_CLUSTER_ROWS], count, rng)
     centres = centres[_in_groups(centres, groups)]
     products = np.zeros((count, width * (width + 1) // 2))
@@ -175,8 +180,8 @@ def _start(
     by_group = mass.reshape(groups, experts).sum(axis=1)
     group_gate[:, 0] = np.log((by_group + 1.0) / (len(vectors) + groups))
     gate[:, 0] = np.log((mass + 1.0) / np.repeat(by_group + experts, experts))
-    mean = np.zeros((count, N_OUTCOMES, features))
-    factor = np.repeat(np.eye(N_OUTCOMES)[None], count, axis=0)
+    mean = np.zeros((count, outcomes, features))
+    factor = np.repeat(np.eye(outcomes)[None], count, axis=0)
     fitted = Experts(group_gate, gate, mean, factor)
     _regress(fitted, products)
     return fitted
@@ -194,12 +199,12 @@ def _blocks(fitted: Experts, vectors: Single) -> Iterator[_Block]:
     matrix = both.transpose(2, 1, 0).reshape(both.shape[2], -1)
     white = np.ascontiguousarray(matrix, dtype=np.float32)
     diagonal = np.einsum("kii->ki", fitted.factor)
-    constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * N_OUTCOMES * math.log(2.0 * math.pi)
+    constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * fitted.outcomes * math.log(2.0 * math.pi)
     constant = constant.astype(np.float32)
     gates = fitted.group_gate.T.astype(np.float32), fitted.gate.T.astype(np.float32)
     for rows in _slices(vectors):
         block = vectors[rows]
-        phi = np.ascontiguousarray(block[:, :-N_OUTCOMES])
+        phi = np.ascontiguousarray(block[:, : -fitted.outcomes])
         group, expert = phi @ gates[0], phi @ gates[1]
         softmax(group)
         softmax(expert.reshape(len(phi) * len(fitted.group_gate), -1))
@@ -210,7 +215,7 @@ def _blocks(fitted: Experts, vectors: Single) -> Iterator[_Block]:
 
 
 def expectation(fitted: Experts, vectors: Single) -> Sums:
-    """Take the expectation step over vectors (n, f + 6) of features and scores."""
+    """Take the expectation step over vectors (n, f + o) of features and scores."""
     width = vectors.shape[1]
     sums = Sums(
         np.zeros((len(fitted.gate), width * (width + 1) // 2)),
@@ -250,7 +255,8 @@ def _square(packed: FloatArray, size: int) -> FloatArray:
 def _regress(fitted: Experts, products: FloatArray) -> None:
     """Set regressions and covariances that maximise the expected likelihood."""
     features = fitted.gate.shape[1]
-    moments = _square(products, features + N_OUTCOMES)
+    outcomes = fitted.outcomes
+    moments = _square(products, features + outcomes)
     mass = np.maximum(products[:, 0], 1e-9)
     inputs, cross = moments[:, :features, :features], moments[:, features:, :features]
     pull = np.eye(features)
@@ -259,8 +265,8 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
     mean = np.linalg.solve(pulled, cross.transpose(0, 2, 1)).transpose(0, 2, 1)
     rest = moments[:, features:, features:] - mean @ cross.transpose(0, 2, 1)
     rest += mean @ inputs @ mean.transpose(0, 2, 1) - cross @ mean.transpose(0, 2, 1)
-    prior = _PRIOR_ROWS * _PRIOR_VARIANCE * np.eye(N_OUTCOMES)
-    covariance = (rest + prior) / (mass + _PRIOR_ROWS)[:, None, None] + _RIDGE * np.eye(N_OUTCOMES)
+    prior = _PRIOR_ROWS * _PRIOR_VARIANCE * np.eye(outcomes)
+    covariance = (rest + prior) / (mass + _PRIOR_ROWS)[:, None, None] + _RIDGE * np.eye(outcomes)
     symmetric = 0.5 * (covariance + covariance.transpose(0, 2, 1))
     fitted.mean = np.asarray(mean, dtype=np.float64)
     fitted.factor = np.asarray(np.linalg.cholesky(symmetric), dtype=np.float64)

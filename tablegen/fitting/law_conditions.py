@@ -242,5 +242,4 @@ def grains_of(
 def joined_departures(parts: list[Departures]) -> Departures:
     """Put departures one after another."""
     impacts = joined_impacts([part.impacts for part in parts])
-    states, turned = (np.concatenate([part[k] for part in parts]) for k in (1, 2))
-    return Departures(impacts, states, turned)
+    return Departures(impacts, *(np.concatenate([part[k] for part in parts]) for k in (1, 2, 3)))

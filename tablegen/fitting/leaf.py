@@ -11,11 +11,9 @@ from sampler.formats.bounds import (
     GROUP_SIZE,
     MEAN_UNIT,
     N_EXPERTS,
-    N_FACTORS,
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
-    N_OUTCOMES,
     SCORE_MAX,
 )
 from tablegen.fitting.experts import Experts, fit_experts
@@ -51,13 +49,15 @@ _LARGEST = np.iinfo(np.int16).max
 class Rebounds(NamedTuple):
     """Rebounds of n particles.
 
-    Conditions (n, 5), ratios (n, 2), states (n, 6), and E (n,), the most energy before.
+    Conditions (n, 5), ratios (n, 2), states (n, 6), E (n,), the most energy before, and the
+    outcomes of the works (n, 2), or (n, 0) for a law without them.
     """
 
     conditions: FloatArray
     ratios: FloatArray
     states: FloatArray
     energy: FloatArray
+    shares: FloatArray
 
 
 class LeafArrays(NamedTuple):
@@ -73,10 +73,10 @@ class LeafArrays(NamedTuple):
 
 
 def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> tuple[FloatArray, FloatArray]:
-    """Compute inputs (n, 7) and outcomes (n, 6) of rebounds."""
+    """Compute inputs (n, 7) and outcomes (n, 6 or 8) of rebounds."""
     q, signs = folded(coordinates(rebounds.conditions, speed))
     found = outcomes(rebounds.states, rebounds.energy) * signs
-    return np.hstack([q, rebounds.ratios]), found
+    return np.hstack([q, rebounds.ratios]), np.hstack([found, rebounds.shares])
 
 
 def fit_leaf(
@@ -97,7 +97,7 @@ def fit_leaf(
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     used = used_features(varies)
-    t, scores = (inputs - centre) * scale, normal_scores(found, np.ones(N_OUTCOMES))
+    t, scores = (inputs - centre) * scale, normal_scores(found, np.ones(found.shape[1]))
     experts, _ = fit_experts(
         features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
     )
@@ -126,34 +126,36 @@ def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
     Constant features get zeros. Experts that were not fitted are never drawn.
     """
     groups, each = len(found.group_gate), len(found.gate) // len(found.group_gate)
+    outcomes = found.outcomes
+    rows, columns = np.tril_indices(outcomes)
     gate_steps, mean_steps = _steps(used, _GATE_STEPS), _steps(used, _MEAN_STEPS)
     group_gate = np.zeros((N_GROUPS, N_FEATURES), dtype=np.int16)
     gate = np.zeros((N_GROUPS, GROUP_SIZE, N_FEATURES), dtype=np.int16)
-    mean = np.zeros((N_GROUPS, GROUP_SIZE, N_OUTCOMES, N_FEATURES), dtype=np.int16)
-    factor = np.zeros((N_GROUPS, GROUP_SIZE, N_FACTORS), dtype=np.int16)
+    mean = np.zeros((N_GROUPS, GROUP_SIZE, outcomes, N_FEATURES), dtype=np.int16)
+    factor = np.zeros((N_GROUPS, GROUP_SIZE, len(rows)), dtype=np.int16)
     group_gate[groups:, 0], gate[:, each:, 0] = -_NEVER, -_NEVER
     group_gate[:groups, used] = _rounded(found.group_gate, GATE_UNIT, gate_steps)
     whole = _rounded(found.gate, GATE_UNIT, gate_steps)
     gate[:groups, :each, used] = whole.reshape(groups, each, -1)
     whole = _rounded(found.mean, MEAN_UNIT, mean_steps)
-    mean[:groups, :each, :, used] = whole.reshape(groups, each, N_OUTCOMES, -1)
-    rows, columns = np.tril_indices(N_OUTCOMES)
+    mean[:groups, :each, :, used] = whole.reshape(groups, each, outcomes, -1)
     whole = _rounded(found.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
     factor[:groups, :each] = whole.reshape(groups, each, -1)
     factor[..., rows == columns] = np.maximum(factor[..., rows == columns], _FACTOR_STEP)
     return StoredExperts(
         np.ascontiguousarray(group_gate.T),
         np.ascontiguousarray(gate.transpose(0, 2, 1)),
-        np.ascontiguousarray(mean.reshape(N_EXPERTS, N_OUTCOMES, -1).transpose(0, 2, 1)),
+        np.ascontiguousarray(mean.reshape(N_EXPERTS, outcomes, -1).transpose(0, 2, 1)),
         factor.reshape(N_EXPERTS, -1),
     )
 
 
 def _quantiles(scores: NDArray[np.float32], wanted: FloatArray, knots: int) -> NDArray[np.float32]:
-    """Outcomes, (6, knots), at equal steps of the bounded score."""
+    """Outcomes, (6 or 8, knots), at equal steps of the bounded score."""
     at = np.linspace(-SCORE_MAX, SCORE_MAX, knots)
-    found = np.empty((N_OUTCOMES, knots), dtype=np.float32)
-    for k in range(N_OUTCOMES):
+    outcomes = wanted.shape[1]
+    found = np.empty((outcomes, knots), dtype=np.float32)
+    for k in range(outcomes):
         share = np.searchsorted(np.sort(scores[:, k]), at) / len(scores)
         found[k] = np.quantile(wanted[:, k], share)
     found[1] = np.maximum(found[1], np.float32(_LEAST_V))

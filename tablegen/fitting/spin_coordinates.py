@@ -73,6 +73,22 @@ def outcomes(states: FloatArray, energy: FloatArray) -> FloatArray:
     return np.column_stack([scaled[:, :3] / np.sqrt(rest)[:, None], scaled[:, 3:]])
 
 
+def work_shares(
+    states: FloatArray, works: FloatArray, energy: FloatArray, least: FloatArray
+) -> FloatArray:
+    """Compute the outcomes a and b of works over m V^2 / 2, (n, 2).
+
+    The works have the share b of what states (n, 6) leave of the energies E before, (n,), if they
+    rotate about the axes of the least moments of inertia (n,); the normal work has a^6 of that.
+    At grazing incidence it is so small that its sixth root is easier to interpolate.
+    """
+    left = energy - np.sum(states[:, :3] ** 2, axis=1) - least * np.sum(states[:, 3:] ** 2, axis=1)
+    taken = works.sum(axis=1)
+    share = np.divide(works[:, 0], taken, out=np.zeros_like(taken), where=taken > 0.0)
+    part = np.divide(taken, left, out=np.zeros_like(taken), where=left > 0.0)
+    return np.column_stack([np.cbrt(np.sqrt(np.clip(share, 0.0, 1.0))), np.clip(part, 0.0, 1.0)])
+
+
 def folded(q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Reflect conditions with sigma_x < 0 in the impact plane; q (n, 5), signs (n, 6).
 

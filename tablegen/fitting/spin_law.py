@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import SPEED_COORDINATE
+from sampler.formats.channels import has_works
 from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
@@ -32,6 +33,7 @@ from tablegen.fitting.spin_coordinates import (
     SpeedCoordinate,
     coordinates,
     folded,
+    work_shares,
 )
 from tablegen.fitting.tree import Tree, grow, joined
 from tablegen.model.float_array import FloatArray
@@ -221,7 +223,7 @@ def leaf_task(
     """Simulate rebounds at the conditions of a leaf, and fit it: `LeafArrays`."""
     watch, model = Stopwatch(), DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
-    largest, _ = inertia_coefficients(config.population, shape_code)
+    largest, smallest = inertia_coefficients(config.population, shape_code)
 
     def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
         # each condition about equally often, in random order
@@ -231,9 +233,12 @@ def leaf_task(
         met[:, 0] = np.minimum(met[:, 0], math.pi / 2.0)
         grains = np.column_stack([np.full(len(met), float(shape_code)), ratios])
         impacts = Impacts(met[:, 0], met[:, 1], met[:, 2:], turned, grains, *_keys(len(met)))
-        states = depart(model, _turned(model, impacts, rng), _stream(key, number), threads=1).states
-        energy = 1.0 + largest * (1.0 + ratios[:, 0] ** 2) * np.sum(met[:, 2:] ** 2, axis=1)
-        return Rebounds(met, ratios, states, energy)
+        left = depart(model, _turned(model, impacts, rng), _stream(key, number), threads=1)
+        beta, gamma = np.square(ratios).T
+        energy = 1.0 + largest * (1.0 + beta) * np.sum(met[:, 2:] ** 2, axis=1)
+        shares = work_shares(left.states, left.works, energy, smallest * beta * (1.0 + gamma))
+        held = shares if has_works(config.domain.columns) else shares[:, :0]
+        return Rebounds(met, ratios, left.states, energy, held)
 
     around = rebounds(np.arange(len(place.conditions)), 0)
     within = rebounds(np.flatnonzero(place.inside), 1)

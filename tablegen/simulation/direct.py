@@ -188,6 +188,7 @@ class DirectModel:
         wall_velocity: ArrayLike | None = None,
         roughness: ArrayLike | None = None,
         threads: int | None = None,
+        works: FloatArray | None = None,
     ) -> DirectRebound:
         """Rebound particles from a wall, in the lab frame.
 
@@ -205,6 +206,9 @@ class DirectModel:
             a smooth wall if left out. The facets are those of `sampler.Table.rebound` with the same
             keys. A particle that leaves one into the wall hits again with its new spin, its
             orientation and the same grain.
+        works : float64 array, shape (n, 2), written
+            Energies that the normal and the tangential impulses of the n rebounds took, over
+            m V^2 / 2; of smooth walls only.
 
         Returns
         -------
@@ -226,6 +230,8 @@ class DirectModel:
         }
         if orientation is not None:
             given["orientation"] = orientation
+        if roughness is not None and works is not None:
+            raise InputError("works: got an array, allowed: none with roughness")
         if roughness is not None:
             given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
@@ -235,7 +241,7 @@ class DirectModel:
             lab_conditions, numbers, particles.array("omega"), keys_of_rows, self.arrays.numerics
         )
         finish = partial(states_to_lab, numbers, keys_of_rows)
-        states, turned = self._simulated(particles, threads, fill, numbers, finish)
+        states, turned = self._simulated(particles, threads, fill, numbers, finish, works)
         parts = (states[:, :3].copy(), states[:, 3:].copy(), turned)
         shape = particles.call.shape
         return DirectRebound(*(part.reshape(*shape, part.shape[1]) for part in parts))
@@ -335,16 +341,18 @@ class DirectModel:
         fill: Callable[..., Any],
         impacts: tuple[NDArray[Any], ...],
         finish: Callable[..., Any] | None = None,
+        works: FloatArray | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """Simulate all rows in threads; raise the error of the first that fails.
 
         `fill` writes conditions from a row on and returns the first bad row, or -1, and its code;
         `impacts` are velocity, normal, half-size and wall velocity, whose frames orientations are
-        given in; `finish` turns states from a row on into another frame. Returns states (n, 6) and
-        orientations (n, 4).
+        given in; `finish` turns states from a row on into another frame; `works` (n, 2) is written.
+        Returns states (n, 6) and orientations (n, 4).
         """
         call = particles.call
         states, turned = np.empty((call.rows.n, 6)), np.empty((call.rows.n, 4))
+        energy = np.empty((call.rows.n, 2 if works is None else 4))
         rough = "roughness" in call.rows.arrays
 
         def work(part: slice) -> Failure | None:
@@ -358,10 +366,14 @@ class DirectModel:
                 row, code = rough_rebounds(self.arrays, particles.seed, found, *both)
                 row += part.start if row >= 0 else 0
             else:
-                failure = self._smooth(particles, part, impacts, conditions, states, turned)
+                outputs = states, turned, energy
+                failure = self._smooth(particles, part, impacts, conditions, *outputs)
                 row, code = failure
             if row >= 0:
                 return Failure(row, code)
+            if works is not None:  # those of the kernel are over all energy, that of spin too
+                square = np.square(states[part, :3]).sum(axis=1)
+                works[part] = energy[part, 2:] * (square / energy[part, 0])[:, None]
             if finish is not None and not rough:
                 finish(states[part], part.start)
             return None
@@ -382,6 +394,7 @@ class DirectModel:
         conditions: FloatArray,
         states: FloatArray,
         turned: FloatArray,
+        energy: FloatArray,
     ) -> Failure:
         """Simulate some rows on smooth walls; return the first that fails, or -1."""
         n, lab_keys = part.stop - part.start, particles.lab_keys
@@ -391,10 +404,10 @@ class DirectModel:
             row, code = axes_from(given, impacts, lab_keys, axes, part.start)
             if row >= 0:
                 return Failure(row, code)
-        unused = np.empty(n, dtype=np.int64), particles.kind(part), np.empty((n, 2))
+        unused = np.empty(n, dtype=np.int64), particles.kind(part)
         law, population, _ = self.arrays
         how = law, population, conditions, particles.keys(part)
-        stuck = simulate_batch(*how, axes, states[part], *unused)
+        stuck = simulate_batch(*how, axes, states[part], *unused, energy[part])
         if stuck >= 0:
             return Failure(part.start + stuck, 0)
         orientations_from(axes, impacts, lab_keys, turned[part], part.start)

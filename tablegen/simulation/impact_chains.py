@@ -82,10 +82,12 @@ class Departures(NamedTuple):
     states: FloatArray
     #: (n, 4): quaternions from body axes to wall axes.
     orientation: FloatArray
+    #: (n, 2): energies that the normal and the tangential impulses took, over m V^2 / 2.
+    works: FloatArray
 
     def of(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Departures":
         """Select some of the particles."""
-        return Departures(self.impacts.of(rows), self.states[rows], self.orientation[rows])
+        return Departures(self.impacts.of(rows), *(array[rows] for array in self[1:]))
 
 
 def effective_speed(impacts: Impacts) -> FloatArray:
@@ -115,9 +117,11 @@ def depart(
         given["orientation"] = impacts.orientation
     # wall axes: at exactly normal impact the frame of `rebound` is turned at random, and then the
     # law is symmetric about the normal
-    after = model.rebound(velocity, np.array([0.0, 1.0, 0.0]), np.ones(n), **given, **keys)
+    works = np.empty((n, 2))
+    wall = np.array([0.0, 1.0, 0.0])
+    after = model.rebound(velocity, wall, np.ones(n), **given, **keys, works=works)
     states = np.hstack([after.velocity, after.omega]) / impacts.speed[:, None]
-    return Departures(impacts, states, after.orientation)
+    return Departures(impacts, states, after.orientation, works)
 
 
 def _towards(alpha1: FloatArray) -> FloatArray:
@@ -199,7 +203,7 @@ def _arrive(
     flight: FloatArray,
 ) -> Impacts:
     """Tumble over random flights, and turn to the axes of walls with some normals (n, 3)."""
-    before, states, orientation = departures
+    before, states, orientation, _ = departures
     speed = np.linalg.norm(states[:, :3], axis=1)
     spin = states[:, 3:] / speed[:, None]
     frame = _frame(direction, normal)

@@ -2,18 +2,20 @@
 
 Every channel keeps its random word, so rows of the mixture's factors stay if a later channel is
 needed. The look-up of the axes is unchanged, so a condition finds the same cell with the same
-weights. A spin law stays whole or goes.
+weights. A spin law goes, or stays whole but for the works, its last outcomes.
 """
 
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
 from sampler.files import check_output
+from sampler.formats.bounds import N_OUTCOMES
 from sampler.formats.channels import channels_for, has_works
 from sampler.formats.hdf5 import TableContents, write_table
 from sampler.formats.image import header_of, table_image
@@ -21,6 +23,9 @@ from sampler.formats.layout import ACCURACY, GROUP
 from sampler.table import load
 from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import METRICS
+
+#: Variables that a table with works gives out after the normal work.
+_AFTER_WORK = frozenset({"u", "w", "rotational_energy"})
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
@@ -34,6 +39,8 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     columns = _kept_nodes(contents, "speed", *scene.domain.speed)
     variables = scene.domain.columns
     needed = channels_for(variables)
+    if "normal_hat" in contents.marginals and not _AFTER_WORK.isdisjoint(variables):
+        needed = (*needed, "normal_hat")
     last = max(contents.channels.index(name) for name in needed)
     channels = contents.channels[: last + 1]
     held = [k for k, name in enumerate(contents.marginals) if name in needed]
@@ -42,6 +49,8 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
         for path, values in contents.datasets.items()
         if scene.spin or not path.startswith((GROUP, ACCURACY))
     }
+    if scene.spin and not has_works(variables):
+        datasets |= _without_works(contents)
     for path, values in contents.datasets.items():
         if path.startswith(("marginals/quantiles", "dependence/")):
             datasets[path] = values[rows, columns]
@@ -102,11 +111,6 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
         if name not in contents.variables:
             allowed = f"some of {', '.join(contents.variables)}, which the table has"
             raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
-    kept, given_after = set(scene.domain.columns), {"u", "w", "rotational_energy"}
-    if "normal_hat" in contents.marginals and not has_works(kept) and kept & given_after:
-        allowed = "work_normal too, after which the table gives out u, w and rotational_energy"
-        got = ", ".join(scene.domain.columns)
-        raise InputError(f"{origin}: domain.components: got {got}, allowed: {allowed}")
     if scene.spin and not contents.has_spin:
         allowed = "false, because the table has no spin law"
         raise InputError(f"{origin}: spin: got true, allowed: {allowed}")
@@ -127,6 +131,16 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
                 f"{origin}: accuracy.{metric}: got {wanted:.9g}, "
                 f"allowed: {declared:g} or more, which the table declares"
             )
+
+
+def _without_works(contents: TableContents) -> dict[str, NDArray[Any]]:
+    """Give the datasets of a spin law that have a row for each outcome, without those of works."""
+    factors = N_OUTCOMES * (N_OUTCOMES + 1) // 2
+    return {
+        "spin/mean": contents["spin/mean"][..., :N_OUTCOMES],
+        "spin/factor": contents["spin/factor"][..., :factors],
+        "spin/quantiles": contents["spin/quantiles"][:, :N_OUTCOMES],
+    }
 
 
 def _kept_nodes(contents: TableContents, axis: str, low: float, high: float) -> slice:

@@ -83,7 +83,7 @@ static void check_draws(const rbt_table *table)
     }
     need(rbt_draw_batch(table, DRAWS, alpha1, speed, NULL, 1, index, hit, states, NULL) >= RBT_OK);
     for (int k = 0; k < DRAWS; k++) {
-        need(rbt_draw_all(table, alpha1[k], speed[k], 1, index[k], hit[k], values) >= RBT_OK);
+        need(rbt_draw_all(table, alpha1[k], speed[k], NULL, NULL, 1, index[k], hit[k], values) >= RBT_OK);
         for (int m = 0; m < RBT_VALUES; m++)
             need(rbti_finite(values[m]));
         need(memcmp(values, states + 6 * k, 6 * sizeof *values) == 0);

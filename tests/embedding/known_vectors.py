@@ -43,7 +43,7 @@ def answer(table, kind, given, keys):
     keys = np.uint64(keys[0]), np.uint64(keys[1]), np.uint32(keys[2])
     given = [float(x) for x in given]
     if kind in ("draw", "spin-draw"):
-        out, spin = np.zeros(10 if kind == "draw" else 6), tuple(given[2:]) or None
+        out, spin = np.zeros(10), tuple(given[2:]) or None
         return sampler.draw(table.handle, *given[:2], *keys, out, spin), out
     out, (half_size, *others) = np.zeros(6), given[6:]
     velocity, normal, wall = tuple(given[:3]), tuple(given[3:6]), tuple(others[:3])

@@ -78,12 +78,11 @@ def one_draw(library, table, arrays, law, k):
     """Code and all ten variables."""
     values = np.zeros(10)
     alpha1, speed = arrays["alpha1"][k], arrays["speed"][k]
-    key = SEED, int(arrays["index"][k]), int(arrays["hit"][k])
-    if law in ("nodes", "first"):
-        return library.rbt_draw_all(table, alpha1, speed, *key, values), values
-    spin = arrays["spin"][k] if "spin" in arrays else None
-    grain = one_grain(library, table, arrays, law, k)
-    return library.rbt_draw_grain(table, alpha1, speed, spin, grain, *key, values), values
+    key, spin, grain = (SEED, int(arrays["index"][k]), int(arrays["hit"][k])), None, None
+    if law not in ("nodes", "first"):
+        spin = arrays["spin"][k] if "spin" in arrays else None
+        grain = one_grain(library, table, arrays, law, k)
+    return library.rbt_draw_all(table, alpha1, speed, spin, grain, *key, values), values
 
 
 def one_rebound(library, table, arrays, law, k):

@@ -128,11 +128,10 @@ static int check_draw(const rbt_table *table, const rbt_table *moved, const vect
     for (int k = 0; k < 3; k++)
         holds = holds && codes[k] == c->code && agree(c->code, 6, states[k], c->expected, tolerance);
     set_untouched(RBT_VALUES, values);
-    if (!spin)
-        holds = holds &&
-                rbt_draw_all(table, alpha1, speed, c->seed, c->index, c->hit, values) == c->code &&
-                agree(c->code, RBT_VALUES, values, c->expected, tolerance);
-    return holds;
+    return holds &&
+           rbt_draw_all(table, alpha1, speed, spin, NULL, c->seed, c->index, c->hit, values) ==
+               c->code &&
+           agree(c->code, RBT_VALUES, values, c->expected, tolerance);
 }
 
 static int check_rebound(const rbt_table *table, const vector_case *c, double tolerance)

@@ -115,8 +115,7 @@ contains
         .and. report%clamped_row == report%clamped &
         .and. report%extrapolated == iand(flags, RBT_EXTRAPOLATED) / RBT_EXTRAPOLATED &
         .and. report%extrapolated_row == report%extrapolated
-    if (associated(omega)) return
-    codes(1) = rbt_draw_all(table, given(1), given(2), seed, index_, hit, values)
+    codes(1) = rbt_draw_all(table, given(1), given(2), seed, index_, hit, values, spin=omega)
     holds = holds .and. codes(1) == code .and. agree(values, expected, 0.0_c_double)
   end function draw_holds
 

@@ -5,7 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE, INERTIA_ARRAYS, SPIN_ARRAYS
+from sampler.formats.binary_layout import (
+    ARRAYS,
+    HEADER_DTYPE,
+    INERTIA_ARRAYS,
+    SPIN_ARRAYS,
+    SPIN_WORKS,
+)
 
 
 def read_binary(path):
@@ -13,11 +19,14 @@ def read_binary(path):
     data = Path(path).read_bytes()
     header = np.frombuffer(data[: HEADER_DTYPE.itemsize], HEADER_DTYPE)[0]
     cells = max(int(header["n_alpha"]) - 1, 1) * max(int(header["n_speed"]) - 1, 1)
+    known = {"n_cells": cells, "n_outcomes": 6, "expert_stride": 160}
+    if header["flags"] & SPIN_WORKS:
+        known |= {"n_outcomes": 8, "expert_stride": 224}
     arrays = {}
     spin = (SPIN_ARRAYS + INERTIA_ARRAYS) * bool(header["n_shapes"])
     for array in ARRAYS + spin:
         dims = (
-            cells if d == "n_cells" else header[d] if isinstance(d, str) else d for d in array.dims
+            known[d] if d in known else header[d] if isinstance(d, str) else d for d in array.dims
         )
         numbers = math.prod(map(int, dims)) + array.extra
         arrays[array.name] = np.frombuffer(

@@ -159,9 +159,9 @@ def _chosen(logits, word):
 
 
 def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
-    """State (6,) of a particle that arrives spinning: steps 1 to 7 of "The spin law".
+    """State of a particle that arrives spinning, and works: steps 1 to 7 of "The spin law".
 
-    `words` are those of blocks 0 and 1 of the keys, `grain` a shape code, b/a and c/b. In double
+    `words` are those of blocks 0, 1 and 2 of the keys, `grain` a shape code, b/a and c/b. In double
     precision throughout: where a share falls next to the border between two experts, or a condition
     next to a cut, the kernels, in single precision, may choose the other.
     """
@@ -190,19 +190,23 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     within = _chosen(features @ (contents["spin/gate"][leaf, group] / 512.0), w[1])
     expert = group * contents["spin/gate"].shape[3] + within
     # 5. scores
-    lower = np.zeros((6, 6))
-    lower[np.tril_indices(6)] = contents["spin/factor"][leaf, expert] / 4096.0
+    n = contents["spin/mean"].shape[-1]
+    lower = np.zeros((n, n))
+    lower[np.tril_indices(n)] = contents["spin/factor"][leaf, expert] / 4096.0
     z = features @ (contents["spin/mean"][leaf, expert] / 2048.0)
-    z = z + lower @ ndtri((np.array(w[2:8]) + 0.5) / 2**32)
+    z = z + lower @ ndtri((np.array(w[2:8] + w[9:11])[:n] + 0.5) / 2**32)
     # 6. outcomes
     quantiles = contents["spin/quantiles"][leaf]
     knots = np.linspace(-6.0, 6.0, quantiles.shape[1])
     bounded = z / np.sqrt(1.0 + z * z / 36.0)
-    x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(6)])
+    x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(n)])
     # 7. state
     largest, smallest = reference_moments(contents, grain)
     root = math.sqrt(1.0 + largest * sum(x * x for x in spin))
     whole = 1.0 + x[:3] @ x[:3]
-    turning = root / math.sqrt(max(smallest * (x[3:] @ x[3:]) * whole, 1.0))
-    velocity = root / math.sqrt(whole) * x[:3]
-    return np.array([*velocity, *(turning * x[3:])]) * [1.0, 1.0, turn, turn, turn, 1.0]
+    turns = max(smallest * (x[3:6] @ x[3:6]) * whole, 1.0)
+    velocity, omega = root / math.sqrt(whole) * x[:3], root / math.sqrt(turns) * x[3:6]
+    left = root**2 - velocity @ velocity - smallest * (omega @ omega)
+    shares = [min(x[6] ** 6, 1.0), min(max(x[7], 0.0), 1.0)] if n > 6 else []
+    works = [left * shares[1] * part for part in (shares[0], 1.0 - shares[0])] if n > 6 else []
+    return np.array([*velocity * [1.0, 1.0, turn], *omega * [turn, turn, 1.0], *works])

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw, reference_grain, reference_spin_draw
+from small_tables import works
 from spin_tables import energies, older, with_spin_law
 from synthetic_table import make_contents
 
@@ -16,7 +17,7 @@ from sampler import InputError
 # some of the conditions are outside of the law, on purpose
 pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 
-CONTENTS = with_spin_law(make_contents())
+CONTENTS, WITH_WORKS = with_spin_law(make_contents()), with_spin_law(works())
 N = 300
 INDEX, HITS = np.arange(N) % 40, np.arange(N) // 40
 KEYS = {"seed": 5, "index": INDEX, "hit": HITS}
@@ -128,15 +129,16 @@ class TestSpecification:
             found = table.grains(2**63 + 9, index)
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
 
-    def test_states(self, table):
+    @pytest.mark.parametrize("contents", [CONTENTS, WITH_WORKS])
+    def test_states(self, contents):
         """Single precision: to 3e-4, but where a share is next to a border; one in a hundred."""
         alpha1, speed, spin = conditions(seed=4)
-        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        states = sampler.Table(contents).sample(alpha1, speed, spin=spin, **KEYS)
         errors = np.empty(N)
         for k in range(N):
-            words = key_words(5, int(INDEX[k]), int(HITS[k]), 2)
-            grain = reference_grain(CONTENTS, 5, int(INDEX[k]))
-            given = (CONTENTS, alpha1[k], speed[k], spin[k], grain, words)
+            words = key_words(5, int(INDEX[k]), int(HITS[k]))
+            grain = reference_grain(contents, 5, int(INDEX[k]))
+            given = (contents, alpha1[k], speed[k], spin[k], grain, words)
             errors[k] = np.abs(reference_spin_draw(*given) - states[k]).max()
         factor = np.sqrt(1.0 + 2.0 / 3.0 * (spin**2).sum(axis=1))
         assert (errors > 3e-4 * factor).sum() <= 0.01 * N
@@ -155,6 +157,40 @@ class TestSpecification:
         ):
             other = reference_spin_draw(CONTENTS, 0.5, 90.0, *changed)
             assert np.abs(other - base).max() > 1e-3
+
+
+class TestWorks:
+    def test_they_take_at_most_what_is_left(self):
+        """Random outcomes ask for more than there is."""
+        table, (alpha1, speed, spin) = sampler.Table(WITH_WORKS), conditions()
+        states = table.sample(alpha1, speed, spin=spin, **KEYS)
+        grains = table.grains(5, INDEX)
+        after, before = energies(WITH_WORKS, states[:, :6], spin, grains)
+        total = after + states[:, 6:].sum(axis=1)
+        assert (states[:, 6:] >= 0.0).all()
+        assert (total <= before * (1.0 + 1e-12)).all()
+        assert (total > before * (1.0 - 1e-9)).any()
+        assert (total < 0.9 * before).any()
+
+    def test_one_draw_gives_those_of_the_rebound(self):
+        """A draw with the keys of a rebound, in compiled code and in batches."""
+        table, (velocity, normal, omega) = sampler.Table(WITH_WORKS), lab()
+        after = table.rebound(velocity, normal, 1e-5, omega=omega, **KEYS)
+        y = normal / np.linalg.norm(normal, axis=1)[:, None]
+        into = -np.einsum("nk,nk->n", velocity, y)
+        along = velocity + into[:, None] * y
+        x = along / np.linalg.norm(along, axis=1)[:, None]
+        frame, speed = np.stack([x, y, np.cross(x, y)], axis=1), np.linalg.norm(velocity, axis=1)
+        spin = np.einsum("nij,nj->ni", frame, omega) * (1e-5 / speed)[:, None]
+        states = table.sample(np.arcsin(into / speed), speed, spin=spin, **KEYS)
+        found = np.einsum("nji,nj->ni", frame, states[:, :3]) * speed[:, None]
+        close = np.isclose(found, after.velocity, atol=1e-3).all(axis=1)
+        assert close.mean() > 0.99  # rounding may choose another expert
+        out = np.zeros(10)
+        condition = float(np.arcsin(into / speed)[7]), speed[7]
+        key = 5, int(INDEX[7]), int(HITS[7])
+        assert sampler.draw(table.handle, *condition, *key, out, tuple(spin[7])) >= 0
+        np.testing.assert_array_equal(out[[*range(6), 8, 9]], states[7])
 
 
 class TestRebound:

@@ -12,7 +12,7 @@ with one case a line, numbers as hexadecimal floating point:
 Lines of a table without the work of the impulses, which is 0 then, do not have it. The table spin,
 with a spin law, also has other lines, in which SPIN and OMEGA are those before the impact:
 
-    spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6
+    spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6 [0 0 WORK*2]
     spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE ...
     spin-rough VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS OMEGA*3 SEED INDEX HIT ...
 
@@ -31,7 +31,7 @@ TESTS = HERE.parent
 sys.path[:0] = map(str, (HERE.parents[1], TESTS, TESTS / "sampler", TESTS / "embedding"))
 
 from known_vectors import answer  # noqa: E402  (folders of the tests)
-from small_tables import SMALL_TABLES, plane  # noqa: E402
+from small_tables import SMALL_TABLES, plane, works  # noqa: E402
 from spin_tables import with_spin_law  # noqa: E402
 
 from sampler.formats.hdf5 import write_table  # noqa: E402
@@ -159,8 +159,8 @@ def lines(table, kind, conditions):
     for condition, keys in itertools.product(conditions, KEYS):
         given = flat(condition)
         code, values = answer(table, kind, given, keys)
-        if kind == "draw" and "work_shear" not in table.columns:
-            values = values[:8]
+        if "work_shear" not in table.columns:
+            values = values[: 8 if kind == "draw" else 6]
         text = " ".join(str(key) for key in keys)
         yield f"{kind} {hexadecimal(given)} {text} {code} {hexadecimal(values)}\n"
 
@@ -172,7 +172,9 @@ def cases(table):
         "rebound": rebound_conditions(table),
         "rough-rebound": rough_conditions(table),
     }
-    if table.has_spin:
+    if table.has_spin and "work_shear" in table.columns:
+        kinds = {"spin-draw": SPIN_DRAWS[:5]}
+    elif table.has_spin:
         kinds = {
             "spin-draw": SPIN_DRAWS,
             "spin-rebound": SPIN_REBOUNDS,
@@ -189,6 +191,7 @@ def main():
     """Write all files."""
     tables = {name: make() for name, make in SMALL_TABLES.items()}
     tables["spin"] = with_spin_law(plane(), codes=(0, 4), depth=0)
+    tables["spin-works"] = with_spin_law(works(), codes=(0,), depth=0)
     for name, contents in tables.items():
         write_table(HERE / f"{name}.h5", contents)
         write_binary_table(HERE / f"{name}.rbt", contents)

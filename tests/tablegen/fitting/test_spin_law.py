@@ -7,6 +7,7 @@ import pytest
 from mesh_fixtures import box
 from tiny_tables import ROUGH
 
+from sampler.formats.channels import STATE, WORKS
 from sampler.formats.layout import INERTIA_DATASETS, SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.checkpoints import TaskRunner
@@ -67,9 +68,11 @@ def test_any_population_and_domain_has_a_law(kind, tmp_path):
 
 
 def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
-    """At particles that spin forwards; equal laws exceed the bound in one of six with p = 0.006."""
+    """At particles that spin forwards; equal laws exceed the bound in one of 8 with p = 0.008."""
+    domain = {"alpha_deg": [2.0, 90.0], "speed": [20.0, 300.0], "extrapolate": True}
     changes = {
-        "domain": {"alpha_deg": [2.0, 90.0], "speed": [20.0, 300.0], "extrapolate": True},
+        "spin": True,
+        "domain": domain | {"components": [*STATE, *WORKS]},
         "table": {"alpha_nodes_deg": [2.0, 90.0], "speed_nodes": [20.0, 300.0]}
         | {"spin_leaves": 3, "spin_groups": 4, "spin_experts": 4, "spin_rebounds": 12_000},
     }
@@ -79,7 +82,8 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
     index = np.arange(8000, dtype=np.uint64)
     both = (occurring_impacts(config, model, 3, index + np.uint64(k)) for k in (0, 8000))
     impacts, others = (some.of(some.spin[:, 2] < -0.3) for some in both)
-    direct = depart(model, others, 3).states
+    left = depart(model, others, 3)
+    direct = np.hstack([left.states, left.works])
 
     def drawn(spin):
         keys = {"seed": 3, "index": impacts.index, "hit": impacts.hit}
@@ -89,6 +93,8 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
     assert bound < 0.065
     assert max(ks_distances(drawn(impacts.spin), direct)) < bound
     assert max(ks_distances(drawn(impacts.spin * [1.0, 1.0, -1.0]), direct)) > 2.0 * bound
+    exchanged = ks_distances(drawn(impacts.spin)[:, [7, 6]], direct[:, 6:])
+    assert min(exchanged) > 2.0 * bound
 
 
 def test_an_interrupted_law_resumes(tmp_path, monkeypatch):

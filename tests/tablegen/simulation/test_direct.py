@@ -294,3 +294,34 @@ def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
     text = f"the particle at index 7 is still in contact after {COLLISION_ALARM:,} collisions"
     with pytest.raises(RuntimeError, match=text):
         MODEL.sample(0.5, 100.0, seed=1, index=range(20))
+
+
+@pytest.mark.parametrize(
+    "resistance", [{}, {"law": "coulomb", "static": 0.4, "dynamic": 0.3, "source": "x"}]
+)
+def test_works_balance_the_energy_of_spinning_particles(resistance):
+    """Energies by the body's own moments, with k = <x^2> / a^2 of an ellipsoid and of a prism."""
+    changes = {"spin": False, "domain": {"omega": "departure"}, "model": {"tolerance": 1e-13}}
+    pair = {"pair": {"resistance": resistance}} if resistance else {}
+    model, n = DirectModel(CONFIG.with_changes(changes | pair)), 400
+    rng, works = np.random.default_rng(8), np.empty((400, 2))
+    code, b, cb = rng.integers(0, 2, n), *rng.uniform(0.5, 1.0, (2, n))
+    c2, k = (b * cb) ** 2, np.where(code == 0, 0.2, 1.0 / 3.0)
+    moments = k[:, None] * np.column_stack([b**2 + c2, 1.0 + c2, 1.0 + b**2])
+    velocity = 100.0 * np.column_stack([rng.uniform(-1, 1, n), rng.uniform(-1, -0.1, n), 0.0 * b])
+    omega, q = rng.normal(0.0, 80.0, (n, 3)), rng.normal(size=(n, 4))
+    q /= np.linalg.norm(q, axis=1)[:, None]
+    given = {"omega": omega, "orientation": q, "grain": np.column_stack([code, b, cb])}
+    after = model.rebound(
+        velocity, [0.0, 1.0, 0.0], 1.0, seed=1, index=np.arange(n), works=works, **given
+    )
+
+    def energy(velocity, omega, q):
+        own = Rotation.from_quat(q, scalar_first=True).inv().apply(omega)
+        return (velocity**2).sum(axis=1) + (moments * own**2).sum(axis=1)
+
+    before, speed = energy(velocity, omega, q), (velocity**2).sum(axis=1)
+    lost = before - energy(*after)
+    np.testing.assert_allclose(works.sum(axis=1) * speed, lost, rtol=0, atol=1e-12 * before.max())
+    assert (works >= 0.0).all()
+    assert (works.min(axis=0) < 0.1).all()

@@ -6,7 +6,7 @@ from tiny_tables import ROUGH
 
 import sampler
 from sampler import InputError
-from sampler.formats.channels import STATE
+from sampler.formats.channels import STATE, WORKS
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.config.config import parse_config
 from tablegen.tables.axes import make_axes
@@ -80,6 +80,27 @@ def test_conditions_that_stay_have_the_same_draws(wide, tmp_path, alpha_deg, spe
     full, part = _draws(wide, alpha_deg, speed), _draws(cut, alpha_deg, speed)
     for name in part:
         np.testing.assert_array_equal(part[name], full[name])
+
+
+def test_works_go_from_both_laws(tmp_path):
+    whole, cut = tmp_path / "whole.h5", tmp_path / "cut.h5"
+    sizes = {"spin_leaves": 1, "spin_groups": 2, "spin_experts": 2, "spin_rebounds": 1000}
+    changes = {"spin": True, "table": sizes, "domain": {"components": [*STATE, *WORKS]}}
+    config = WIDE.with_changes(changes)
+    generate(config, whole, conditions=0)
+    prune(whole, config.with_changes({"spin": True, "domain": {"components": list(STATE)}}), cut)
+    full, part = sampler.load(whole), sampler.load(cut)
+    assert part.columns == STATE
+    assert part.contents["spin/mean"].shape[-1] == 6
+    assert cut.stat().st_size < whole.stat().st_size
+    for spin in (None, [0.3, -0.5, 0.8]):
+        keys = {"spin": spin, "seed": 3, "index": np.arange(500)}
+        states = full.sample(0.8, 100.0, **keys)
+        np.testing.assert_array_equal(part.sample(0.8, 100.0, **keys), states[:, :6])
+        assert (states[:, 6:] > 0.0).all()
+    one = np.zeros(10)
+    assert sampler.draw(part.handle, 0.8, 100.0, 3, 0, 0, one) == 0
+    assert not one[6:].any()
 
 
 def test_a_wrong_cut_would_be_seen(wide, tmp_path):
