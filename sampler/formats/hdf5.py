@@ -38,9 +38,11 @@ from sampler.formats.layout import (
     FIRST_VERSION,
     FORMAT,
     FORMAT_VERSION,
+    FOURTH_VERSION,
     GROUP,
     OPTIONAL_ATTRIBUTES,
     SECOND_VERSION,
+    SPHERE,
     THIRD_VERSION,
     Dataset,
     layout_of,
@@ -197,8 +199,7 @@ class TableContents:
     Attributes
     ----------
     datasets : mapping from path to array
-        All of `DATASETS`, with a spin law also of `SPIN_DATASETS` and, unless it is from an older
-        file, of `INERTIA_DATASETS`; floating-point arrays are rounded to the file's type.
+        Those of `layout_of`; floating-point arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
     variables, channels, processors : tuple of str
@@ -250,12 +251,13 @@ class TableContents:
             "n_marginals": self.marginals,
         }
         for dim, held in named.items():
-            if lengths[dim] != len(held):
+            if lengths.get(dim, len(held)) != len(held):
                 allowed = f"{len(held)}, one for each name"
                 raise TableError(f"{dim}: got {lengths[dim]}, allowed: {allowed}")
         arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in layout}
         _check_values(arrays)
-        _check_ranges(arrays["marginals/quantiles"], self.marginals)
+        if not self.of_spheres:
+            _check_ranges(arrays["marginals/quantiles"], self.marginals)
         object.__setattr__(self, "datasets", arrays)
 
     def __getitem__(self, path: str) -> Array:
@@ -264,7 +266,12 @@ class TableContents:
     @property
     def has_spin(self) -> bool:
         """Whether the table has a spin law."""
-        return f"{GROUP}roots" in self.datasets
+        return f"{GROUP}shape_codes" in self.datasets
+
+    @property
+    def of_spheres(self) -> bool:
+        """Whether the table holds the laws of contact of spheres in place of nodes."""
+        return f"{SPHERE}laws" in self.datasets
 
     @property
     def marginals(self) -> tuple[str, ...]:
@@ -275,8 +282,10 @@ class TableContents:
     @property
     def _version(self) -> tuple[int, int]:
         """Least minor version of the format that has all that is held."""
-        if self.omega == "mean" or self.least_inertia > 0.0:
+        if self.of_spheres:
             return FORMAT_VERSION
+        if self.omega == "mean" or self.least_inertia > 0.0:
+            return FOURTH_VERSION
         if has_works(self.variables):
             return THIRD_VERSION
         later = self.has_spin or self.valid_speed is not None
