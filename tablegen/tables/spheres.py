@@ -66,7 +66,7 @@ def sphere_contents(config: Config) -> TableContents:
     )
 
 
-def largest_difference(contents: TableContents, seed: int) -> float:
+def largest_difference(contents: TableContents, seed: int | None) -> float:
     """Compare draws with direct simulation at random impacts, half of them with spin."""
     config = stored_config(contents.config, "config")
     rng = np.random.default_rng(seed)
