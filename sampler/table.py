@@ -99,6 +99,8 @@ class Table(LawAtConditions, Counting):
         return self.__dict__ | {"_counts": Counts()}
 
     def __repr__(self) -> str:
+        if self._header["n_sphere"]:
+            return f"<sampler.Table {self.pair}: spheres>"
         alpha, speed = self.alpha_nodes_deg, self.speed_nodes
         return (
             f"<sampler.Table {self.pair}: {alpha[0]:g} to {alpha[-1]:g} deg x "
@@ -131,12 +133,12 @@ class Table(LawAtConditions, Counting):
 
     @property
     def alpha_nodes_deg(self) -> NDArray[np.float64]:
-        """Impact angles of the nodes, degrees."""
+        """Impact angles of the nodes, degrees; of spheres, the ends of the pair's domain."""
         return self._small["axes/alpha_deg"].copy()
 
     @property
     def speed_nodes(self) -> NDArray[np.float64]:
-        """Impact speeds of the nodes, m/s."""
+        """Impact speeds of the nodes, m/s; of spheres, the ends of the pair's domain."""
         return self._small["axes/speed"].copy()
 
     @property

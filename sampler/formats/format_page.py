@@ -18,6 +18,7 @@ from sampler.formats.layout import (
     DATASETS,
     INERTIA_DATASETS,
     OPTIONAL_ATTRIBUTES,
+    SPHERE_DATASETS,
     SPIN_DATASETS,
     Dataset,
 )
@@ -48,6 +49,11 @@ def datasets_text() -> str:
 def spin_text() -> str:
     """Datasets of the spin law as a Markdown table."""
     return _list_of(SPIN_DATASETS + INERTIA_DATASETS)
+
+
+def sphere_text() -> str:
+    """Datasets of a table of spheres as a Markdown table."""
+    return _list_of(SPHERE_DATASETS)
 
 
 def quantiles_text() -> str:
@@ -105,6 +111,7 @@ def filled_page(page: str) -> str:
         "attributes": attributes_text,
         "datasets": datasets_text,
         "spin": spin_text,
+        "sphere": sphere_text,
         "quantiles": quantiles_text,
         "binary": layout_text,
     }

@@ -44,6 +44,7 @@ from sampler.formats.layout import (
     GROUP,
     OPTIONAL_ATTRIBUTES,
     SECOND_VERSION,
+    SPHERE,
     THIRD_VERSION,
     Dataset,
     layout_of,
@@ -200,8 +201,7 @@ class TableContents:
     Attributes
     ----------
     datasets : mapping from path to array
-        All of `DATASETS`, with a spin law also of `SPIN_DATASETS` and, unless it is from an older
-        file, of `INERTIA_DATASETS`; floating-point arrays are rounded to the file's type.
+        Those of `layout_of`; floating-point arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
     variables, channels, processors : tuple of str
@@ -260,7 +260,8 @@ class TableContents:
                 raise TableError(f"{dim}: got {lengths[dim]}, allowed: {needed}, {why}")
         arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in layout}
         _check_values(arrays)
-        _check_ranges(arrays["marginals/quantiles"], self.marginals)
+        if not self.of_spheres:
+            _check_ranges(arrays["marginals/quantiles"], self.marginals)
         object.__setattr__(self, "datasets", arrays)
 
     def __getitem__(self, path: str) -> Array:
@@ -269,7 +270,12 @@ class TableContents:
     @property
     def has_spin(self) -> bool:
         """Whether the table has a spin law."""
-        return f"{GROUP}roots" in self.datasets
+        return f"{GROUP}shape_codes" in self.datasets
+
+    @property
+    def of_spheres(self) -> bool:
+        """Whether the table holds the laws of contact of spheres in place of nodes."""
+        return f"{SPHERE}laws" in self.datasets
 
     @property
     def marginals(self) -> tuple[str, ...]:
@@ -281,7 +287,8 @@ class TableContents:
     def _version(self) -> tuple[int, int]:
         """Least minor version of the format that has all that is held."""
         works = has_works(self.variables)
-        if (works and self.has_spin) or (not works and "normal_hat" in self.channels):
+        lost = not works and "normal_hat" in self.channels
+        if self.of_spheres or lost or (works and self.has_spin):
             return FORMAT_VERSION
         if self.omega == "mean" or self.least_inertia > 0.0:
             return FOURTH_VERSION

@@ -24,6 +24,7 @@ from sampler.formats.binary_layout import (
     MOST_BYTES,
     OTHER_POPULATION,
     SPEED_INDEPENDENT,
+    SPHERE_ARRAYS,
     SPIN_ARRAYS,
     SPIN_WORKS,
     field_offset,
@@ -104,15 +105,19 @@ def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Imag
         If the table does not fit into the format, 2 GiB.
     """
     header = _header(contents)
-    stored = _arrays(contents)
+    stored = _sphere_arrays(contents) if contents.of_spheres else _arrays(contents)
+    header["n_sphere"] = stored["sphere"].size if contents.of_spheres else 0
     if contents.has_spin:
         law = grains if grains is not None else grains_of_file(contents)
-        stored |= _spin_arrays(contents, law)
-        _fill_spin_fields(header, contents, law)
+        stored |= _grain_arrays(law)
+        header["n_shapes"] = law.shape_codes.size
+        if not contents.of_spheres:
+            stored |= _spin_arrays(contents, law)
+            _fill_spin_fields(header, contents, law)
     if grains is not None:
         header["flags"] |= OTHER_POPULATION
     end = HEADER_DTYPE.itemsize
-    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS):
+    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *SPHERE_ARRAYS):
         if array.name in stored:
             header[f"at_{array.name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
             end = start + stored[array.name].nbytes
@@ -159,6 +164,19 @@ def _header(contents: TableContents) -> Any:
     header["least_inertia"] = contents.least_inertia
     header["header_bytes"] = HEADER_DTYPE.itemsize
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
+    header["n_columns"] = len(contents.variables)
+    header["flags"] = SPEED_INDEPENDENT if contents.speed_independent else 0
+    header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])
+    header["valid_speed"] = contents.valid_speed or (0.0, ANY_SPEED[1])
+    for axis, ends in (("alpha", np.deg2rad(contents["axes/alpha_deg"])), ("speed", contents["axes/speed"])):
+        header[f"{axis}_first"], header[f"{axis}_last"] = ends[0], ends[-1]
+    if not contents.of_spheres:
+        _fill_node_fields(header, contents)
+    return header
+
+
+def _fill_node_fields(header: Any, contents: TableContents) -> None:
+    """Write the fields of the law of particles that arrive without spin."""
     channels, held = contents.channels, contents.marginals
     lengths = {
         "n_knots": contents["marginals/variate_knots"].size,
@@ -166,21 +184,16 @@ def _header(contents: TableContents) -> Any:
         "n_classes": contents["dependence/first_of_class"].shape[-1],
         "n_marginals": len(held),
         "n_channels": len(channels),
-        "n_columns": len(contents.variables),
         "stride": record_stride(len(channels)),
-        "flags": SPEED_INDEPENDENT if contents.speed_independent else 0,
     }
     for name, length in lengths.items():
         header[name] = length
     header["variate_max"] = contents["marginals/variate_knots"][-1]
     header["channels"] = _padded([CHANNELS.index(name) for name in channels])
     header["marginals"] = _padded([held.index(n) if n in held else -1 for n in channels])
-    header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])
-    header["valid_speed"] = contents.valid_speed or (0.0, ANY_SPEED[1])
     alpha, span = contents["axes/alpha_deg"], contents["axes/alpha_span_deg"]
     _fill_axis(header, "alpha", np.deg2rad(alpha), np.deg2rad(span), contents)
     _fill_axis(header, "speed", contents["axes/speed"], contents["axes/speed_span"], contents)
-    return header
 
 
 def _padded(numbers: list[int]) -> list[int]:
@@ -199,7 +212,6 @@ def _fill_axis(
     origin, end = float(span[0]), float(span[1])
     grid = np.linspace(origin, end, coordinate.size)
     header[f"n_{name}"], header[f"n_{name}_grid"] = nodes.size, coordinate.size
-    header[f"{name}_first"], header[f"{name}_last"] = nodes[0], nodes[-1]
     header[f"{name}_origin"] = origin
     header[f"{name}_scale"] = (coordinate.size - 1) / (end - origin) if end > origin else 0.0
     # the nodes of a pruned table keep the numbers that they had in the full one
@@ -310,7 +322,6 @@ def _fill_spin_fields(header: Any, contents: TableContents, grains: GrainLaw) ->
     last = contents["spin/speed_range"][1]
     with np.errstate(over="ignore"):  # where the product is large the coordinate is 0 either way
         scale = min(float(coefficient * last**exponent), MOST_SPEED_SCALE)
-    header["n_shapes"] = grains.shape_codes.size
     header["n_nodes"] = contents["spin/node_axis"].size
     header["n_leaves"] = len(contents["spin/centre"])
     outcomes, header["n_spin_knots"] = contents["spin/quantiles"].shape[1:]
@@ -322,15 +333,29 @@ def _fill_spin_fields(header: Any, contents: TableContents, grains: GrainLaw) ->
     header["spin_size"] = contents.datasets.get("spin/spin_range", ANY_SPIN)
 
 
+def _sphere_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
+    """Put the laws of contact of spheres side by side."""
+    laws, coefficients = contents["sphere/laws"], contents["sphere/coefficients"]
+    table = contents["sphere/restitution"]
+    parts = contents["sphere/resolution"], laws[:1], coefficients[:2], laws[1:], coefficients[2:]
+    return {"sphere": np.concatenate([*parts, [table.size], table, contents["sphere/resistance"]])}
+
+
+def _grain_arrays(grains: GrainLaw) -> dict[str, NDArray[Any]]:
+    """Arrange which grains there are."""
+    return {
+        "shape_codes": grains.shape_codes.astype(np.int32),
+        "shape_shares": grains.cumulative_weights,
+        "shape_ratios": grains.fixed_ratios,
+    }
+
+
 def _spin_arrays(contents: TableContents, grains: GrainLaw) -> dict[str, NDArray[Any]]:
     """Arrange the arrays of the spin law; those by shape are of the shapes that grains have."""
     spans, quantiles = _pack_spin_quantiles(contents["spin/quantiles"])
     held = np.searchsorted(contents["spin/shape_codes"], grains.shape_codes)
     own = [path for path in ("spin/shape_inertia",) if path in contents.datasets]
     return {path.removeprefix("spin/"): contents[path][held] for path in own} | {
-        "shape_codes": grains.shape_codes.astype(np.int32),
-        "shape_shares": grains.cumulative_weights,
-        "shape_ratios": grains.fixed_ratios,
         "roots": contents["spin/roots"][held],
         "node_axis": contents["spin/node_axis"],
         "node_cut": contents["spin/node_cut"],

@@ -54,6 +54,8 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
 
 def _check_entries(lengths: Mapping[str, int]) -> None:
     """Refuse tables whose arrays have more entries than a draw can count in 32 bits."""
+    if "n_components" not in lengths:  # of spheres
+        return
     n_alpha, n_speed = lengths["n_alpha"], lengths["n_speed"]
     cells = max(n_alpha - 1, 1) * max(n_speed - 1, 1)
     marginals = lengths["n_classes"] * lengths["n_marginals"]

@@ -199,6 +199,9 @@ def validate(
     as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
     # read once, so that the checksum is that of the measured contents
     contents = read_table(find_table(name_or_path))
+    if contents.of_spheres:
+        allowed = "one of nodes; `tablegen validate` compares spheres impact by impact"
+        raise InputError(f"{name_or_path}: got a table of spheres, allowed: {allowed}")
     config = stored_config(contents.config, f"{name_or_path}: config")
     _check_agreement(contents, config, str(name_or_path))
     table = Table(contents)

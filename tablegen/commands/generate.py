@@ -10,7 +10,7 @@ import click
 from sampler import options
 from sampler.options import DONE, note
 from tablegen.commands.shared import CONFIG
-from tablegen.commands.validate import print_verdict
+from tablegen.commands.validate import print_spheres, print_verdict
 from tablegen.config.defaults import GENERATE_CONDITIONS
 
 if TYPE_CHECKING:
@@ -139,6 +139,8 @@ def _summarise(made: "Generated", settings: "Config", output: Path) -> int:
     from tablegen.commands.inspect import identity_text
 
     click.echo(identity_text(made.table.contents))
+    if made.table.contents.of_spheres:
+        return print_spheres(made.table.contents, settings.table.seed)
     click.echo(accuracy_table(made.comparisons, settings.accuracy))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB; {time_text(made.seconds)}")
     together = len(made.comparisons) + (made.spin.count if made.spin else 0)

@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 @click.option(
     "--shape",
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),
-    help="Particle shape; mixture: the pair's non-spherical shapes and meshes, as weighted.",
+    help="Particle shape; mixture: the pair's non-spherical shapes and meshes, as weighted. May be "
+    "left out where the pair has one.",
 )
 @click.option(
     "--particle",
@@ -128,8 +129,9 @@ def _chosen_particles(
     """Select the shape, or make the mesh, that the flags ask for."""
     from tablegen.config.mesh import read_mesh
 
-    if particle is None and shape is not None:
-        population = population.restricted_to(shape)
+    only = len(population.strata()) == 1
+    if particle is None and (shape is not None or only):
+        population = population if shape is None else population.restricted_to(shape)
         return population if aspect is None else population.with_aspect(*aspect)
     if particle is None or shape is not None:
         given = "missing" if shape is None else "got both"

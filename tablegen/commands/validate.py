@@ -13,6 +13,7 @@ from sampler.options import DONE, MISSED
 from tablegen.config.defaults import VALIDATE_CONDITIONS
 
 if TYPE_CHECKING:
+    from sampler.formats.hdf5 import TableContents
     from tablegen.accuracy.comparison import Comparison
     from tablegen.accuracy.validate import Validation
 
@@ -79,13 +80,22 @@ def validate(
     tells table from direct; 0.5 = it cannot. Each stands next to the noise that finite samples add.
     A spin law is compared without spin, over the impacts of chains, in cells of conditions and at
     every hit of chains, with direct simulation that keeps the orientation of a grain.
+    Draws of a table of spheres must equal direct simulation but for rounding.
     Exit status 1 if the accuracy is missed by more than noise.
     """
+    from sampler.files import find_table
+    from sampler.formats.hdf5 import read_table
     from tablegen.accuracy.validate import validate as compare
     from tablegen.evidence.page import validation_page
     from tablegen.tables.assembly import check_store, store_accuracy
 
     at = _conditions(alpha, speed)
+    contents = read_table(find_table(table))
+    if contents.of_spheres:
+        if at or store or json_file or html_file or details or settings["accuracy"]:
+            allowed = "--seed alone for a table of spheres, which is exact"
+            raise InputError(f"options: got others, allowed: {allowed}")
+        return print_spheres(contents, settings["seed"])
     if store:
         check_store(table, at is not None)
     result = compare(table, at=at, **settings)
@@ -147,3 +157,16 @@ def print_verdict(missed: Sequence[str], undecided: Sequence[str] = ()) -> int:
     for line in verdict_lines(missed, undecided):
         click.echo(line)
     return MISSED if missed else DONE
+
+
+def print_spheres(contents: "TableContents", seed: int | None) -> int:
+    """Print how far draws of a table of spheres are from direct simulation; the exit status."""
+    from tablegen.tables.spheres import ROUNDING, largest_difference
+
+    found = largest_difference(contents, seed)
+    holds = found <= ROUNDING
+    click.echo(
+        f"{'holds' if holds else 'MISSED'}: draws differ from direct simulation by at most "
+        f"{found:.1e}, allowed: {ROUNDING:g}"
+    )
+    return DONE if holds else MISSED

@@ -177,6 +177,11 @@ class Population(Record):
         """Whether a shape needs aspect ratios, and no law of them is given."""
         return self.aspect is None and bool(self.shapes.positive().keys() - {"sphere"})
 
+    @property
+    def only_spheres(self) -> bool:
+        """Whether all particles are spheres."""
+        return self.shapes.positive().keys() == {"sphere"} and not self._weighty_meshes()
+
     def _weighty_meshes(self) -> tuple[MeshShape, ...]:
         """Meshes with positive weight."""
         return tuple(mesh for mesh in self.meshes if mesh.weight > 0.0)

@@ -46,7 +46,8 @@ class LawArguments(NamedTuple):
     #: float64, (n,): coefficients of the polynomial, lowest power first, or the packed table of
     #: `pack_table`; empty for the other laws.
     numbers: NDArray[np.float64]
-    #: float64, (n,): the packed table of the tabulated law of resistance; empty for the others.
+    #: float64, (n,): the packed table of the tabulated law of resistance, or that of Coulomb's
+    #: tangential restitution where a sphere has one; else empty.
     resistances: NDArray[np.float64]
 
 
@@ -201,8 +202,8 @@ def orientation_resistance(strength, r_dot_v, r_length, speed):
 
 
 @no_refcount_kernel
-def _each_tabulated_resistance(law, cosine):
-    """Coefficients C_f of lanes by the tabulated law, whose table has one speed."""
+def tabulated_resistance(law, cosine):
+    """Numbers of lanes from the table of resistances, which has one speed."""
     value = cosine
     for i in range(width(cosine)):
         angle = impact_angle(extract(cosine, i))
@@ -220,5 +221,5 @@ def resistance(law, r_dot_v, r_length, speed, cosine):
     if law.resistance_law == ORIENTATION:
         return law.factor * orientation_resistance(law.strength, r_dot_v, r_length, speed)
     if law.resistance_law == TABULATED_RESISTANCE:
-        return _each_tabulated_resistance(law, cosine)
+        return tabulated_resistance(law, cosine)
     return law.factor + 0.0 * speed

@@ -27,7 +27,7 @@ import numpy as np
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energies_taken, energy_gain, impulse, mean_velocity
 from tablegen.model.contact import contact_point, search
-from tablegen.model.contact_laws import COULOMB, resistance, restitution
+from tablegen.model.contact_laws import COULOMB, resistance, restitution, tabulated_resistance
 from tablegen.model.coulomb import Ending, coulomb_impulse
 from tablegen.model.frames import cross
 from tablegen.model.impacts import translates
@@ -147,6 +147,22 @@ def _bounded_impulse(k, bounce, resolution, mobility, velocity):
 
 
 @no_refcount_kernel
+def _sprung_back(law, mobility, velocity, s):
+    """Impulse of a sphere whose contact springs back along the wall where it does not slide.
+
+    With the tangential restitution b it is -(1 + b) u / A_tt, but at most Coulomb's of sliding.
+    Source: Walton & Braun, J. Rheol. 30 (1986) 949.
+    """
+    u, v, w = velocity
+    slide = sqrt(u * u + w * w)
+    back = 1.0 + tabulated_resistance(law, -v / sqrt(slide * slide + v * v))
+    slides = slide > 0.0
+    limit = law.factor * s[1] / select(slides, slide, 1.0)
+    share = select(slides, minimum(limit, back / mobility[0]), 0.0)
+    return -share * u, s[1], -share * w
+
+
+@no_refcount_kernel
 def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
     """Impulse by Coulomb's law, with energetic restitution, and the energy its normal part takes.
 
@@ -159,6 +175,8 @@ def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
     friction = Friction(law.strength, law.factor)
     ending = Ending((1.0 - a_nc) * (1.0 + a_nc), resolution)
     s, taken = coulomb_impulse(friction, ending, mobility, velocity, series, hard)
+    if law.resistances.size > 0:
+        s = _sprung_back(law, mobility, velocity, s)
     soft = where & logical_not(hard)
     if any_lane(soft):
         k = law.factor / sqrt(u * u + v * v + w * w)

@@ -112,7 +112,8 @@ class ParticleRun:
         stream: int,
         audited: bool = False,
     ) -> None:
-        self._shared = pair.kernel_arguments(), population.kernel_arguments(), one_row(condition)
+        law = pair.kernel_arguments(population.only_spheres)
+        self._shared = law, population.kernel_arguments(), one_row(condition)
         self._keys = seed, stream
         self._audited = audited
 

@@ -111,7 +111,7 @@ class DirectModel:
     ) -> None:
         """Keep laws, particles and numerical parameters as kernels take them."""
         self.arrays = DirectArrays(
-            pair.kernel_arguments(),
+            pair.kernel_arguments(population.only_spheres),
             population.kernel_arguments(),
             (numerics.contact_resolution, numerics.tolerance, float(instant)),
         )

@@ -27,6 +27,7 @@ from tablegen.tables.axes import make_axes
 from tablegen.tables.cost import Cost, estimate
 from tablegen.tables.refine import NodeCache, refine_grid
 from tablegen.tables.rehearsal import rehearse
+from tablegen.tables.spheres import sphere_contents
 
 #: Seed of the measurement, other than the default seed of a validation.
 _MEASURE_SEED = 0xACC0
@@ -68,7 +69,7 @@ def generate(
     """Generate a table and write it.
 
     Checkpoints stay in ``OUTPUT.parts`` until the table is complete, so that an interrupted run can
-    be resumed. The bytes of the table depend on the configuration and the software alone, but for
+    be resumed. Of spheres alone it holds the laws of contact and takes no time. The bytes of the table depend on the configuration and the software alone, but for
     last digits, which may differ between kinds of processor.
 
     Parameters
@@ -108,6 +109,10 @@ def generate(
         allowed = "'mean' with spin = true, because a spin is given back at the next wall"
         refuse("domain.omega", repr(config.domain.omega), allowed)
     path = check_output(output)
+    if config.population.only_spheres:
+        contents = sphere_contents(config)
+        write_table(path, contents)
+        return Generated(Table(contents), [], {})
     fingerprint = f"{software()}\n{config.text}"
     with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
         runner = TaskRunner(store, executor, progress)

@@ -210,7 +210,7 @@ def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):
     given = model.arrays, 0.5, 100.0, none, grain, np.zeros(4)
     assert tablegen.draw(*given, 1, 2, 0, work, out) == STILL_IN_CONTACT
     assert not out.any()
-    monkeypatch.setattr(MaterialPair, "kernel_arguments", lambda _: broken)
+    monkeypatch.setattr(MaterialPair, "kernel_arguments", lambda *_: broken)
     for audited in (False, True):
         with pytest.raises(RuntimeError, match=f"particle [012] of seed 3, stream 0 {still}"):
             simulate_condition(

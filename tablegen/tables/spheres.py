@@ -1,0 +1,83 @@
+"""Tables of spheres: the laws of contact themselves, because a rebound of a sphere has a formula."""
+
+from typing import Any
+
+import numpy as np
+
+import sampler
+from sampler.errors import refuse
+from sampler.formats.bounds import RESOLUTION
+from sampler.formats.channels import channels_for
+from sampler.formats.hdf5 import TableContents, read_table
+from sampler.formats.shape_codes import SHAPE_CODES
+from sampler.table import Table
+from tablegen.config.config import Config, stored_config
+from tablegen.fitting.law_conditions import least_inertia
+from tablegen.simulation.direct import DirectModel
+from tablegen.tables.assembly import accuracy_datasets
+
+#: Impacts at which a table is compared with direct simulation.
+_IMPACTS = 10_000
+
+#: Largest spin of them, and tolerance of their flights, which turn the axes of a spinning sphere.
+_MOST_SPIN, _TOLERANCE = 3.0, 1e-14
+
+#: Difference to direct simulation that is rounding.
+ROUNDING = 1e-12
+
+
+def sphere_contents(config: Config) -> TableContents:
+    """Make the contents of a table of spheres; draws hold at any angle, speed and spin.
+
+    Raises `InputError` where an impact could be below the resolution of contacts.
+    """
+    resolution = config.model.contact_resolution
+    if not RESOLUTION[0] <= resolution <= RESOLUTION[1]:
+        allowed = "{:g} to {:g} for a table of spheres".format(*RESOLUTION)
+        refuse("model.contact_resolution", f"{resolution:g}", allowed)
+    law, columns = config.pair.kernel_arguments(), config.domain.columns
+    ends: dict[str, Any] = {"alpha_deg": config.domain.alpha_deg, "speed": config.domain.speed}
+    return TableContents(
+        datasets={
+            **{f"axes/{name}": np.unique(np.array(pair)) for name, pair in ends.items()},
+            "spin/shape_codes": np.array([SHAPE_CODES["sphere"]]),
+            "spin/shape_weights": np.ones(1),
+            "spin/ratio_range": np.ones((1, 2, 2)),
+            "spin/aspect": np.array([(1.0, 0.0, 0.0, 1.0)] * 2),
+            "sphere/laws": np.array([law.restitution_law, law.resistance_law]),
+            "sphere/resolution": np.array([resolution]),
+            "sphere/coefficients": np.array(
+                [law.coefficient, law.exponent, law.strength, law.factor]
+            ),
+            "sphere/restitution": law.numbers,
+            "sphere/resistance": law.resistances,
+            **accuracy_datasets([], len(columns)),
+        },
+        pair=config.pair_name,
+        config=config.text,
+        seed=config.table.seed,
+        software_version=sampler.__version__,
+        variables=columns,
+        channels=channels_for(columns),
+        speed_independent=not config.pair.restitution.depends_on_speed,
+        valid_speed=config.pair.restitution.valid_speed,
+        omega=config.domain.omega,
+        least_inertia=least_inertia(config.population),
+    )
+
+
+def largest_difference(contents: TableContents, seed: int | None) -> float:
+    """Compare draws with direct simulation at random impacts, half of them with spin."""
+    config = stored_config(contents.config, "config")
+    rng = np.random.default_rng(seed)
+    alpha1 = np.radians(rng.uniform(0.1, 90.0, _IMPACTS))
+    speed = np.exp(rng.uniform(*np.log(config.domain.speed), _IMPACTS))
+    spin = rng.uniform(-_MOST_SPIN, _MOST_SPIN, (_IMPACTS, 3))
+    spin[::2] = 0.0
+    model = DirectModel(config.with_changes({"model": {"tolerance": _TOLERANCE}}))
+    keys = {"seed": 1, "index": np.arange(_IMPACTS)}
+    states = model.sample(alpha1, speed, spin=spin, **keys)
+    table = Table(contents)
+    drawn = table.sample(alpha1, speed, spin=spin, **keys)
+    held = [k for k, name in enumerate(model.columns) if name in table.columns]
+    return float(np.abs(drawn[:, : len(held)] - states[:, held]).max(initial=0.0))
