@@ -176,13 +176,9 @@ def correlations(covariance: FloatArray) -> FloatArray:
 
 
 def uncertainty_of_fit(
-    measurements: Measurements,
-    search: Search,
-    x: FloatArray,
-    slopes: FloatArray,
-    chance: FloatArray,
+    measurements: Measurements, search: Search, x: FloatArray, *slopes: FloatArray
 ) -> Uncertainty:
-    """Compute the uncertainty of the coordinates (and slopes) that `Search.settle` gives."""
+    """Compute the uncertainty of the coordinates, with the slopes that `Search.settle` gives."""
     targets, trials, count = search.targets, search.evaluations.trials, search.count
     variables = search.evaluations.rows(x).variables(count)
     measured, simulated = _covariances(targets, measurements, variables, trials.shares(x))
@@ -194,8 +190,8 @@ def uncertainty_of_fit(
             names=tuple(in_words(trials.config, label) for label in trials.labels),
             x=x,
             space=trials.space,
-            slopes=slopes[k],
-            chance=chance[k],
+            slopes=slopes[0][k],
+            chance=slopes[1][k],
             residual=residual[k],
             accuracy=search.accuracy(x, count)[k],
             counted=targets.array("counted")[k] > 0.0,

@@ -6,8 +6,9 @@ import pytest
 from sampler.errors import InputError
 from tablegen import load_config
 from tablegen.measured.parameters import allowed_names, default_names, in_words, make_parameters
+from tablegen.measured.search import Search, Targets
 from tablegen.measured.search_coordinates import SHARES, bernstein
-from tablegen.measured.trials import TrialPairs
+from tablegen.measured.trials import Evaluations, TrialPairs
 
 CORUNDUM = load_config("corundum-steel")
 TABLE = {"angle_deg": [0.0, 90.0], "value": [0.9, 0.2]}
@@ -112,6 +113,20 @@ def test_default_names():
     # four shapes have three shares
     assert default_names(CORUNDUM, 9)[5:] == ("population.shapes",)
     assert "population.aspect.standard_deviation" in default_names(CORUNDUM, 10)
+
+
+@pytest.mark.parametrize(
+    ("x", "settled"),
+    [
+        ((0.5, 0.03, 0.5), (0.5, 0.0, 0.5)),
+        ((0.01, 0.99, 0.4), (0.0, 1.0, 0.0)),
+        ((0.97,) * 3, (1, 0, 0)),
+    ],
+)
+def test_rare_shapes_are_left_out(x, settled):
+    trials = TrialPairs(CORUNDUM, make_parameters(CORUNDUM, ["population.shapes"]), 0.0)
+    search = Search(Evaluations(trials, np.ones(1), np.ones(1), 1), Targets(), 200)
+    np.testing.assert_array_equal(search._on_bounds(np.array(x)), settled)
 
 
 def test_words():
