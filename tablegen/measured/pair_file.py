@@ -156,7 +156,8 @@ def _verdict(kind: str, numbers: Sequence[FittedNumber], laws: str) -> str:
     missed = [number for number in worst if number.excess > 1.0]
     firsts = {number.column: number for number in reversed(worst)}
     named = ", ".join(
-        f"{one.column} {one.residual:+.3f} at {one.alpha_deg:g} degrees ({one.allowed:.3g} allowed)"
+        f"{one.column} {one.residual:+.3f} at {one.alpha_deg:g} degrees "
+        f"({'up to +' if one.bound else ''}{one.allowed:.3g} allowed)"
         for one in (missed[:_NAMED] or firsts.values())
     )
     if missed:
