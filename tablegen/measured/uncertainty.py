@@ -4,7 +4,8 @@ To first order the coordinates of the fit err by dx = G e, with the errors e of 
 the weighted pseudo-inverse G of their slopes (Gauss and Newton). So their covariance is
 G (D + S) G', with D of the measured and S of the simulated numbers. Means and spreads of one row
 come from the same particles, so their errors are correlated. Chance in the slopes A looks like
-information: A'A is too large by what two sets of random numbers differ.
+information: A'A is too large by what two sets of random numbers differ. The cost is rough, so the
+search ends near the least one: the step that is left counts as an error, too.
 """
 
 from collections.abc import Sequence
@@ -117,7 +118,8 @@ def uncertainty(problem: Problem) -> Uncertainty:
         )
         inverse = _inverse(scaled, chance)
         relative = errors / np.outer(problem.accuracy, problem.accuracy)
-        unit = inverse @ relative @ inverse.T
+        left = inverse @ (problem.residual / problem.accuracy)
+        unit = inverse @ relative @ inverse.T + np.outer(left, left)
         covariance[np.ix_(free, free)] = unit * np.outer(width, width)
         names = [problem.names[k] for k in free]
         warnings += _open_combinations(scaled, names, factor)
