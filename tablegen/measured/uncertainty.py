@@ -10,7 +10,6 @@ search ends near the least one: the step that is left counts as an error, too.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +32,8 @@ _MOST_CHANCE = 0.5
 #: Least part of the largest singular value; smaller ones are rounding.
 _SMALLEST = 1e-6
 
-#: Least component of a parameter that is named, and correlation of two that are.
-_NAMED, _CORRELATED = 0.3, 0.95
-
-#: Pairs of correlated parameters that are listed.
-_LISTED = 3
+#: Least component of a parameter that is named.
+_NAMED = 0.3
 
 #: Standard errors below this are the rounding of those at a bound.
 _NO_ERROR = 1e-7
@@ -123,7 +119,6 @@ def uncertainty(problem: Problem) -> Uncertainty:
         covariance[np.ix_(free, free)] = unit * np.outer(width, width)
         names = [problem.names[k] for k in free]
         warnings += _open_combinations(scaled, names, factor)
-        warnings += _correlated(unit, names)
     return Uncertainty(covariance, scatter, freedom, tuple(warnings))
 
 
@@ -155,19 +150,6 @@ def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) 
             which = "one of them" if len(named) > 1 else "it"
             found.append(f"the fit is as good with {change}: fix {which}, or measure more")
     return found
-
-
-def _correlated(covariance: FloatArray, names: Sequence[str]) -> list[str]:
-    """Warn of pairs of parameters that the data do not separate."""
-    correlation = correlations(covariance)
-    pairs = sorted(combinations(range(len(names)), 2), key=lambda pair: -abs(correlation[pair]))
-    said = [
-        f"{names[j]} and {names[k]} (correlation {correlation[j, k]:+.2f})"
-        for j, k in pairs
-        if abs(correlation[j, k]) > _CORRELATED
-    ]
-    more = f"; {len(said) - _LISTED} pairs more" if len(said) > _LISTED else ""
-    return [f"errors go together: {', '.join(said[:_LISTED])}{more}"] if said else []
 
 
 def correlations(covariance: FloatArray) -> FloatArray:

@@ -89,7 +89,6 @@ def test_an_open_combination_is_named():
     said = found.warnings[0].removeprefix("the fit is as good with ").split(": ")
     assert said[0] in ("more a and less b", "more b and less a")
     assert said[1] == "fix one of them, or measure more"
-    assert found.warnings[1].startswith("errors go together: a and b (correlation -1.00), ")
 
 
 def test_a_parameter_that_changes_nothing_has_a_huge_error():
