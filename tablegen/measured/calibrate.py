@@ -96,9 +96,8 @@ def calibrate(
     hold_out : sequence of float
         Angles [degrees] whose rows are predicted and not used.
     spreads : str
-        What measured spreads are for. "upper-bound": simulated ones may be smaller, because the
-        measured ones also hold those of size, speed and wall; "fit": they are followed like means;
-        "ignore".
+        What measured spreads are for: "upper-bound", because they also hold those of size, speed
+        and wall; "fit", to be followed like means; or "ignore".
     count : int
         Particles of each shape at each condition, 200 or more.
     seed : int

@@ -13,6 +13,7 @@ from sampler.errors import InputError
 from sampler.files import json_text
 from tablegen import calibrate, load_config
 from tablegen.measured.measurements import Moments
+from tablegen.measured.pair_file import fit_lines
 from tablegen.measured.trials import Evaluations
 
 FREE = ("pair.restitution.value", "pair.resistance.value")
@@ -121,6 +122,8 @@ def test_spreads(measured):
     assert none == 0.0
     np.testing.assert_allclose(above.values, ignored.values, atol=0.03)
     assert above.of_means[1] < 0.5 * above.of_means[0]
+    assert "worse in the means than its start" not in "".join(fit_lines(above))
+    assert "worse in the means" in "".join(fit_lines(replace(above, of_means=(1.0, 2.0))))
     assert fitted(2.0, "fit")[1] > 1.0
     assert fitted(0.5, "upper-bound")[1] > 1.0
 
