@@ -166,7 +166,11 @@ def uncertainty_of_fit(
     targets, trials, count = search.targets, search.evaluations.trials, search.count
     variables = search.evaluations.rows(x).variables(count)
     measured, simulated = _covariances(targets, measurements, variables, trials.shares(x))
-    measured += np.diag(np.maximum(targets.array("assumed") ** 2 - np.diag(measured), 0.0))
+    # a measured spread holds more than that of shapes, and so do the errors of its row
+    moments = measurements.moments
+    known = [np.isfinite(moments[one.quantity].std[one.row]) for one in targets]
+    least = np.where(known, targets.array("accuracy"), targets.array("assumed"))
+    measured += np.diag(np.maximum(least**2 - np.diag(measured), 0.0))
     residual = search.residuals(x, count)
     k = np.flatnonzero(search.counts(residual))
     return uncertainty(
