@@ -35,7 +35,6 @@ def test_the_file_is_a_pair_that_says_how_it_was_made(tmp_path, measured):
     assert config.name == "my-sand"
     assert config.spin
     assert config.accuracy == config.accuracy.model_validate({"preset": "compact"})
-    # the law does not depend on the speed; angles are those of the start pair
     assert config.domain.speed == (100.0, 100.0)
     assert config.domain.alpha_deg == (0.5, 90.0)
     text = path.read_text()

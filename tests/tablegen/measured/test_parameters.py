@@ -124,8 +124,8 @@ def test_rare_shapes_are_left_out():
 
 def test_words():
     table = with_law("restitution", LAWS["restitution"][3])
-    words = in_words(table, "pair.restitution.value[1][1]")
-    assert words == "restitution at 90 degrees and 100 m/s"
+    at = "restitution at 90 degrees and 100 m/s"
+    assert in_words(table, "pair.restitution.value[1][1]") == at
     assert in_words(table, "population.aspect.mean") == "aspect ratio mean"
     assert in_words(table, "wall_tilt_deg") == "wall roughness"
 
