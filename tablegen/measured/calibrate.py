@@ -36,8 +36,8 @@ _FEWEST = 200
 #: Most rows of a fit; two angles have 50 CPU seconds in eight rows, and these half an hour.
 _MOST_ROWS = 400
 
-#: Time of a search over that of its most particles at the speed of the start pair: least and most;
-#: and the particles of each shape at each condition that are timed.
+#: Least and most time of a search over that of its most particles with the start pair; and the
+#: particles of each shape at each condition that are timed.
 _COST, _TIMED = (0.25, 1.5), 1000
 
 #: Angles [degrees] that differ by less are the same.
