@@ -214,9 +214,9 @@ def _as_size(size: Any) -> Shape:
     except (TypeError, ValueError):
         parts = (size,)
     shape = tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
-    if math.prod(shape) > 2**32:
-        refuse("size", _shown(size), "2**32 draws at most in one call")
-    return shape
+    if math.prod(shape) <= 2**32:
+        return shape
+    refuse("size", _shown(size), "2**32 draws at most in one call")
 
 
 def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:

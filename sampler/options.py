@@ -134,12 +134,13 @@ class OutputFile(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """Check that the path is no folder and lies in a folder that can be written."""
-        if param is not None and param.metavar == "F.npz" and Path(value).suffix != ".npz":
-            self.fail(f"got {value}, allowed: a name in .npz, which numpy.load reads", param, ctx)
         try:
-            return check_output(value)
+            path = check_output(value)
         except InputError as error:
             self.fail(str(error).removeprefix("output: "), param, ctx)
+        if param is not None and param.metavar == "F.npz" and path.suffix != ".npz":
+            self.fail(f"got {value}, allowed: a name in .npz, which numpy.load reads", param, ctx)
+        return path
 
 
 class Named(click.ParamType):

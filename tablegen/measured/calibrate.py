@@ -17,19 +17,12 @@ from sampler.files import check_output, find_measurements, write_text
 from tablegen.checkpoints import CheckpointStore
 from tablegen.config.config import Config
 from tablegen.config.defaults import CALIBRATE_COUNT
-from tablegen.measured.measurements import SPREAD, Measurements, impact_speeds
+from tablegen.measured.measurements import SPREAD, Measurements, Spreads, impact_speeds
 from tablegen.measured.pair_file import fitted_config, with_comments
 from tablegen.measured.parameters import SHAPES, WALL_TILT, default_names, make_parameters
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.result import Calibration, FittedNumber, Task
-from tablegen.measured.search import (
-    STAGES,
-    Search,
-    Spreads,
-    Stage,
-    make_targets,
-    most_particles_after,
-)
+from tablegen.measured.search import STAGES, Search, Stage, make_targets, most_particles_after
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.measured.trials import Evaluations, TrialPairs
 from tablegen.measured.uncertainty import errors_of_numbers, uncertainty_of_fit
@@ -43,8 +36,9 @@ _FEWEST = 200
 #: Most rows of a fit; two angles have 50 CPU seconds in eight rows, and these half an hour.
 _MOST_ROWS = 400
 
-#: Time of a search over that of its most particles at the speed of the start pair: least and most.
-_COST = 0.25, 1.5
+#: Least and most time of a search over that of its most particles with the start pair; and the
+#: particles of each shape at each condition that are timed.
+_COST, _TIMED = (0.25, 1.5), 1000
 
 #: Angles [degrees] that differ by less are the same.
 _SAME_ANGLE = 1e-6
@@ -102,9 +96,8 @@ def calibrate(
     hold_out : sequence of float
         Angles [degrees] whose rows are predicted and not used.
     spreads : str
-        What measured spreads are for. "upper-bound": simulated ones may be smaller, because the
-        measured ones also hold those of size, speed and wall; "fit": they are followed like means;
-        "ignore".
+        What measured spreads are for: "upper-bound", because they also hold those of size, speed
+        and wall; "fit", to be followed like means; or "ignore".
     count : int
         Particles of each shape at each condition, 200 or more.
     seed : int
@@ -225,13 +218,8 @@ def _fitted(
                 f"free: got {p} free numbers for {m} measured means and spreads in "
                 f"{len(used.rows)} rows, allowed: up to {m}"
             )
-
-        before = process_time()
-        used.search.evaluations.rows(trials.space.start).moments(task.count)
-        each = (process_time() - before) / task.count
         if progress:
-            low, high = (part * each * sum(totals) for part in _COST)
-            counted.write(f"tablegen: {low:.0f} to {high:.0f} s of CPU time", file=sys.stderr)
+            counted.write(_cost_text(used.search, sum(totals)), file=sys.stderr)
 
         def begin(stage: Stage) -> None:
             counted.total = counted.n + sum(totals[STAGES.index(stage) :])
@@ -263,6 +251,15 @@ def _fitted(
         wall_tilt_deg=trials.wall_tilt_deg(x),
     )
     return replace(made, config=with_comments(made, task))
+
+
+def _cost_text(search: Search, particles: int) -> str:
+    """Quote the time of a search of at most some particles, from that of a short simulation."""
+    rows = search.evaluations.rows(search.evaluations.trials.space.start)
+    before = process_time()
+    rows.moments(_TIMED)
+    seconds = (process_time() - before) / _TIMED * particles
+    return f"tablegen: {_COST[0] * seconds:.0f} to {_COST[1] * seconds:.0f} s of CPU time"
 
 
 def _part(

@@ -179,9 +179,8 @@ def ranking_text(found: Sequence[MeasuredComparison]) -> str:
         parts = [one.means[name].rms if name in one.means else None for name in _RANKED]
         cells = ["-" if x is None or math.isnan(x) else f"{x:.3f}" for x in (*parts, one.rms)]
         rows.append([one.pair, *cells])
-    head = ("pair", *_RANKED, "both")
     title = f"rms deviations of the means of {found[0].measured.name}, the nearest pair first"
-    return "\n".join([title, *(f"  {line}" for line in table_lines(head, rows))])
+    return "\n".join([title, *table_lines(("pair", *_RANKED, "both"), rows)])
 
 
 def comparison_text(found: MeasuredComparison) -> str:

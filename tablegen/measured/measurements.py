@@ -15,7 +15,7 @@ the wall:
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from tablegen.model.float_array import FloatArray
 
 #: End of the name of a column of standard deviations.
 SPREAD = "_std"
+
+#: What measured spreads are for: numbers to follow, upper bounds, or nothing.
+Spreads = Literal["fit", "upper-bound", "ignore"]
 
 #: Impact speed [m/s] of rows without one if the rebounds do not depend on it.
 _ANY_SPEED = 100.0

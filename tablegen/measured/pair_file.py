@@ -21,14 +21,11 @@ from tablegen.measured.parameters import WALL_TILT
 from tablegen.measured.result import Calibration, FittedNumber, Task
 from tablegen.model.float_array import FloatArray
 
-#: Characters of a comment line, and of a list of numbers on one line.
-_WIDTH, _LIST_WIDTH = 100, 80
+#: Characters of a comment line, and of a list of numbers on one line; numbers that a verdict names.
+_WIDTH, _LIST_WIDTH, _NAMED = 100, 80, 3
 
 #: List of numbers on several lines.
 _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
-
-#: Numbers that a verdict names at most.
-_NAMED = 3
 
 
 def fitted_config(
@@ -63,9 +60,8 @@ def fitted_config(
     tree["spin"] = not set(start.domain.columns) - set(STATE)
     tree["accuracy"] = {"preset": "compact"}
     tree.pop("spin_accuracy", None)
-    nodes = ("alpha_nodes_deg", "speed_nodes")
-    if "table" in tree:
-        tree["table"] = {k: v for k, v in tree["table"].items() if k not in nodes}
+    for nodes in ("alpha_nodes_deg", "speed_nodes"):
+        tree.get("table", {}).pop(nodes, None)
     return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
 
 
@@ -78,9 +74,8 @@ def _domain(
     law of contact holds for all. Without a dependence on the speed one stands for all.
     """
     domain = start.domain.model_dump(mode="json", exclude_none=True)
-    low, high = domain["alpha_deg"]
-    angles = used.alpha_deg
-    domain["alpha_deg"] = [min(low, float(angles.min())), max(high, float(angles.max()))]
+    angles = [*domain["alpha_deg"], *used.alpha_deg.tolist()]
+    domain["alpha_deg"] = [min(angles), max(angles)]
     if not start.pair.restitution.depends_on_speed:
         domain["speed"] = [float(np.median(speeds))] * 2
     first, last = domain["speed"]
@@ -156,7 +151,8 @@ def _verdict(kind: str, numbers: Sequence[FittedNumber], laws: str) -> str:
     missed = [number for number in worst if number.excess > 1.0]
     firsts = {number.column: number for number in reversed(worst)}
     named = ", ".join(
-        f"{one.column} {one.residual:+.3f} at {one.alpha_deg:g} degrees ({one.allowed:.3g} allowed)"
+        f"{one.column} {one.residual:+.3f} at {one.alpha_deg:g} degrees "
+        f"({'up to +' if one.bound else ''}{one.allowed:.3g} allowed)"
         for one in (missed[:_NAMED] or firsts.values())
     )
     if missed:

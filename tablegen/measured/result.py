@@ -7,8 +7,7 @@ import numpy as np
 
 from tablegen.checkpoints import software
 from tablegen.config.config import Config
-from tablegen.measured.measurements import SPREAD, Measurements
-from tablegen.measured.search import Spreads
+from tablegen.measured.measurements import SPREAD, Measurements, Spreads
 from tablegen.model.float_array import FloatArray
 
 

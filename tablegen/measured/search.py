@@ -1,14 +1,14 @@
 """Least squares from several starts: many rough looks, a few short searches, one long one."""
 
 from collections.abc import Callable, Iterator
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements
+from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements, Spreads
 from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.trials import Evaluations, TrialPairs
 from tablegen.model.float_array import FloatArray
@@ -30,6 +30,9 @@ _FEWEST = 64
 #: Coordinates nearer to a bound than this part of the width of their search lie on it.
 _AT_BOUND = 1e-3
 
+#: Least share of a shape: in a table a rare one costs as much as any.
+_LEAST_SHARE = 0.02
+
 #: The seed of the second set of random numbers for slopes differs by this.
 _SEED_OF_SLOPES = 0x510E
 
@@ -38,10 +41,6 @@ _LAST_STEPS, _TOLERATED = 4, 0.01
 
 #: Singular values below this part of the largest are not followed in the last steps.
 _OPEN = 1e-2
-
-
-#: What measured spreads are for: numbers to follow, upper bounds, or nothing.
-Spreads = Literal["fit", "upper-bound", "ignore"]
 
 
 class Target(NamedTuple):
@@ -280,8 +279,14 @@ class Search:
         return self._on_bounds(x), slopes, 0.5 * (one - other)
 
     def _on_bounds(self, x: FloatArray) -> FloatArray:
-        """Move coordinates next to a bound, which the optimiser never reaches, onto it."""
+        """Move coordinates next to a bound onto it, and leave out shapes of hardly any share."""
         space = self.evaluations.trials.space
         near = _AT_BOUND * space.width
         x = np.where(x - space.low < near, space.low, x)
-        return np.where(space.high - x < near, space.high, x)
+        x = np.where(space.high - x < near, space.high, x)
+        rest = 1.0
+        for k in np.flatnonzero(self.evaluations.trials.of_shares):
+            if rest * min(x[k], 1.0 - x[k]) < _LEAST_SHARE:
+                x[k] = round(x[k]) if rest >= 2.0 * _LEAST_SHARE else 0.0
+            rest *= 1.0 - x[k]
+        return x

@@ -4,12 +4,12 @@ To first order the coordinates of the fit err by dx = G e, with the errors e of 
 the weighted pseudo-inverse G of their slopes (Gauss and Newton). So their covariance is
 G (D + S) G', with D of the measured and S of the simulated numbers. Means and spreads of one row
 come from the same particles, so their errors are correlated. Chance in the slopes A looks like
-information: A'A is too large by what two sets of random numbers differ.
+information: A'A is too large by what two sets of random numbers differ. The cost is rough, so the
+search ends near the least one: the step that is left counts as an error, too.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,11 +32,8 @@ _MOST_CHANCE = 0.5
 #: Least part of the largest singular value; smaller ones are rounding.
 _SMALLEST = 1e-6
 
-#: Least component of a parameter that is named, and correlation of two that are.
-_NAMED, _CORRELATED = 0.3, 0.95
-
-#: Pairs of correlated parameters that are listed.
-_LISTED = 3
+#: Least component of a parameter that is named.
+_NAMED = 0.3
 
 #: Standard errors below this are the rounding of those at a bound.
 _NO_ERROR = 1e-7
@@ -117,11 +114,11 @@ def uncertainty(problem: Problem) -> Uncertainty:
         )
         inverse = _inverse(scaled, chance)
         relative = errors / np.outer(problem.accuracy, problem.accuracy)
-        unit = inverse @ relative @ inverse.T
+        left = inverse @ (problem.residual / problem.accuracy)
+        unit = inverse @ relative @ inverse.T + np.outer(left, left)
         covariance[np.ix_(free, free)] = unit * np.outer(width, width)
         names = [problem.names[k] for k in free]
         warnings += _open_combinations(scaled, names, factor)
-        warnings += _correlated(unit, names)
     return Uncertainty(covariance, scatter, freedom, tuple(warnings))
 
 
@@ -155,19 +152,6 @@ def _open_combinations(scaled: FloatArray, names: Sequence[str], factor: float) 
     return found
 
 
-def _correlated(covariance: FloatArray, names: Sequence[str]) -> list[str]:
-    """Warn of pairs of parameters that the data do not separate."""
-    correlation = correlations(covariance)
-    pairs = sorted(combinations(range(len(names)), 2), key=lambda pair: -abs(correlation[pair]))
-    said = [
-        f"{names[j]} and {names[k]} (correlation {correlation[j, k]:+.2f})"
-        for j, k in pairs
-        if abs(correlation[j, k]) > _CORRELATED
-    ]
-    more = f"; {len(said) - _LISTED} pairs more" if len(said) > _LISTED else ""
-    return [f"errors go together: {', '.join(said[:_LISTED])}{more}"] if said else []
-
-
 def correlations(covariance: FloatArray) -> FloatArray:
     """Compute the correlation matrix of a covariance; zero without a variance."""
     size = np.sqrt(np.diag(covariance))
@@ -176,17 +160,17 @@ def correlations(covariance: FloatArray) -> FloatArray:
 
 
 def uncertainty_of_fit(
-    measurements: Measurements,
-    search: Search,
-    x: FloatArray,
-    slopes: FloatArray,
-    chance: FloatArray,
+    measurements: Measurements, search: Search, x: FloatArray, *slopes: FloatArray
 ) -> Uncertainty:
-    """Compute the uncertainty of the coordinates (and slopes) that `Search.settle` gives."""
+    """Compute the uncertainty of the coordinates, with the slopes that `Search.settle` gives."""
     targets, trials, count = search.targets, search.evaluations.trials, search.count
     variables = search.evaluations.rows(x).variables(count)
     measured, simulated = _covariances(targets, measurements, variables, trials.shares(x))
-    measured += np.diag(np.maximum(targets.array("assumed") ** 2 - np.diag(measured), 0.0))
+    # a measured spread holds more than that of shapes, and so do the errors of its row
+    moments = measurements.moments
+    known = [np.isfinite(moments[one.quantity].std[one.row]) for one in targets]
+    least = np.where(known, targets.array("accuracy"), targets.array("assumed"))
+    measured += np.diag(np.maximum(least**2 - np.diag(measured), 0.0))
     residual = search.residuals(x, count)
     k = np.flatnonzero(search.counts(residual))
     return uncertainty(
@@ -194,8 +178,8 @@ def uncertainty_of_fit(
             names=tuple(in_words(trials.config, label) for label in trials.labels),
             x=x,
             space=trials.space,
-            slopes=slopes[k],
-            chance=chance[k],
+            slopes=slopes[0][k],
+            chance=slopes[1][k],
             residual=residual[k],
             accuracy=search.accuracy(x, count)[k],
             counted=targets.array("counted")[k] > 0.0,

@@ -51,7 +51,7 @@ class TestSimulate:
     def test_fields(self, simulated):
         result = simulated()
         assert result.err == ""
-        fields = ["state", "collisions", "shape", "aspect", "energy", "work", "columns"]
+        fields = ["state", "collisions", "shape", "mesh", "aspect", "energy", "work", "columns"]
         assert result.files == fields
         assert list(result.columns) == ["u", "v", "w", "omega_x", "omega_y", "omega_z"]
         for name, shape, kind in (
@@ -65,6 +65,7 @@ class TestSimulate:
             values = getattr(result, name)
             assert (values.shape, values.dtype) == (shape, np.dtype(kind))
         assert set(result.shape) == {0, 1, 2, 3}
+        assert set(result.mesh) == {-1}
         assert result.collisions.min() >= 1
         assert ((result.aspect >= 0.5) & (result.aspect <= 1.0)).all()
         speed2 = (result.state[:, :3] ** 2).sum(axis=1)

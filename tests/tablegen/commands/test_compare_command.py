@@ -30,9 +30,12 @@ def test_ranks_several_pairs(run, tmp_path):
     words = ("--count", 100, "--speed", 100, "--json", tmp_path / "c.json", "--quiet")
     ended = run("compare", "corundum-steel", *GRANT[1:4], *words)
     assert ended.status == DONE
-    names = [one["pair"] for one in json.loads((tmp_path / "c.json").read_text())["ranking"]]
-    assert names == ["grant-tabakoff-1975", "corundum-steel"]
-    assert [line.split()[0] for line in ended.out.splitlines()[-2:]] == names
+    ranking = json.loads((tmp_path / "c.json").read_text())["ranking"]
+    assert [one["pair"] for one in ranking] == ["grant-tabakoff-1975", "corundum-steel"]
+    for line, one in zip(ended.out.splitlines()[-2:], ranking, strict=True):
+        rms = [one["summary"][name]["mean_rms_deviation"] for name in ("e_n", "e_t")]
+        assert line.split()[:3] == [one["pair"], *(f"{part:.3f}" for part in rms)]
+        assert min(rms) < float(line.split()[3]) < max(rms)
 
 
 def test_says_that_the_law_is_extrapolated(run):

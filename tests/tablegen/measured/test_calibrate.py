@@ -13,6 +13,7 @@ from sampler.errors import InputError
 from sampler.files import json_text
 from tablegen import calibrate, load_config
 from tablegen.measured.measurements import Moments
+from tablegen.measured.pair_file import fit_lines
 from tablegen.measured.trials import Evaluations
 
 FREE = ("pair.restitution.value", "pair.resistance.value")
@@ -34,7 +35,6 @@ def test_the_file_is_a_pair_that_says_how_it_was_made(tmp_path, measured):
     assert config.name == "my-sand"
     assert config.spin
     assert config.accuracy == config.accuracy.model_validate({"preset": "compact"})
-    # the law does not depend on the speed; angles are those of the start pair
     assert config.domain.speed == (100.0, 100.0)
     assert config.domain.alpha_deg == (0.5, 90.0)
     text = path.read_text()
@@ -112,16 +112,17 @@ def test_spreads(measured):
     def fitted(part, spreads):
         moments = {n: Moments(m.mean, part * m.std) for n, m in measured.moments.items()}
         made = fit(replace(measured, moments=moments), spreads=spreads)
-        return made, max([one.excess for one in made.fitted(spreads=True)], default=None)
+        return made, max([one.excess for one in made.fitted(spreads=True)], default=0.0)
 
-    above, excess = fitted(2.0, "upper-bound")
-    ignored, none = fitted(2.0, "ignore")
+    (above, excess), (ignored, none) = fitted(2.0, "upper-bound"), fitted(2.0, "ignore")
     # an upper bound above what is simulated spoils no mean
     assert not above.missed
     assert excess <= 1.0
-    assert none is None
+    assert none == 0.0
     np.testing.assert_allclose(above.values, ignored.values, atol=0.03)
     assert above.of_means[1] < 0.5 * above.of_means[0]
+    assert "worse in the means than its start" not in "".join(fit_lines(above))
+    assert "worse in the means" in "".join(fit_lines(replace(above, of_means=(1.0, 2.0))))
     assert fitted(2.0, "fit")[1] > 1.0
     assert fitted(0.5, "upper-bound")[1] > 1.0
 

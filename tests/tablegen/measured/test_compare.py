@@ -9,7 +9,7 @@ import pytest
 from sampler.errors import InputError
 from sampler.files import json_text
 from tablegen.config.config import load_config
-from tablegen.measured.compare import compare, comparison_text, comparison_tree, ranking_text
+from tablegen.measured.compare import compare, comparison_text, comparison_tree
 from tablegen.measured.pictures import comparison_picture
 from tablegen.measured.reader import parse_measurements
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
@@ -102,13 +102,6 @@ def test_json_has_every_number_and_null_for_none(found):
     summary = made["summary"]["e_t"]
     assert summary["mean_largest_deviation"] == np.nanmax(abs(found.means["e_t"].deviation))
     assert summary["spread_rms_deviation"] is None
-
-
-def test_ranking(found):
-    # rows, not quantities, have equal weights
-    squares = np.concatenate([m.deviation for m in found.means.values()]) ** 2
-    assert found.rms == pytest.approx(math.sqrt(np.nanmean(squares)))
-    assert ranking_text([found]).split()[-1] == f"{found.rms:.3f}"
 
 
 def test_picture_draws_measured_and_simulated_numbers(found, monkeypatch):

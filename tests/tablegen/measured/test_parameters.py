@@ -6,8 +6,9 @@ import pytest
 from sampler.errors import InputError
 from tablegen import load_config
 from tablegen.measured.parameters import allowed_names, default_names, in_words, make_parameters
+from tablegen.measured.search import Search, Targets
 from tablegen.measured.search_coordinates import SHARES, bernstein
-from tablegen.measured.trials import TrialPairs
+from tablegen.measured.trials import Evaluations, TrialPairs
 
 CORUNDUM = load_config("corundum-steel")
 TABLE = {"angle_deg": [0.0, 90.0], "value": [0.9, 0.2]}
@@ -114,11 +115,17 @@ def test_default_names():
     assert "population.aspect.standard_deviation" in default_names(CORUNDUM, 10)
 
 
+def test_rare_shapes_are_left_out():
+    trials = TrialPairs(CORUNDUM, make_parameters(CORUNDUM, ["population.shapes"]), 0.0)
+    search = Search(Evaluations(trials, np.ones(1), np.ones(1), 1), Targets(), 200)
+    for x, kept in (([0.5, 0.03, 0.5], [0.5, 0, 0.5]), ([0.01, 0.99, 0.4], [0, 1, 0])):
+        np.testing.assert_array_equal(search._on_bounds(np.array(x)), kept)
+
+
 def test_words():
-    labels = ["value[0]", "value[1][1]"]
     table = with_law("restitution", LAWS["restitution"][3])
-    found = [in_words(table, f"pair.restitution.{label}") for label in labels]
-    assert found == ["restitution at 0 degrees", "restitution at 90 degrees and 100 m/s"]
+    at = "restitution at 90 degrees and 100 m/s"
+    assert in_words(table, "pair.restitution.value[1][1]") == at
     assert in_words(table, "population.aspect.mean") == "aspect ratio mean"
     assert in_words(table, "wall_tilt_deg") == "wall roughness"
 
