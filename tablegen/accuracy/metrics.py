@@ -24,9 +24,8 @@ TREES = 150
 #: Directions of the sliced Wasserstein distance.
 DIRECTIONS = 64
 
-#: Differences, in units of V or V/a, that count as none: a flow code sees no rebound that is faster
-#: by a thousandth of the impact. Without it a law that gives 6e-17 and a table that gives 0 would be
-#: as far apart as two laws can be.
+#: Difference, in units of V or V/a, that counts as none: no flow code sees a thousandth of the
+#: impact. Else a law that gives 6e-17 and a table that gives 0 would be as far apart as can be.
 RESOLUTION = 1e-3
 
 #: Spread (largest minus smallest value) up to which a variable counts as constant: rounding of

@@ -33,6 +33,9 @@ _LEAST_DISTANCE = 32.0 / (LOOKUP_SIZES[-1] - 1)
 _ANGLE_STEP = 0.6
 _SPEED_STEP = 0.75
 
+#: Most new nodes of each axis, angles and speeds, over the intervals of the first grid.
+_MOST = (1.0, 2.0)
+
 #: Narrowest interval that is halved, as a share of the axis in its abscissa.
 _FINEST = 1.0 / 256.0
 
@@ -102,6 +105,14 @@ def first_grid(config: Config) -> Grid:
         count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)
         speed = _equal_steps(axis, *domain.speed, abs(ends[1] - ends[0]) / (count - 1e-9))
     return Grid(tuple(map(float, alpha)), tuple(map(float, speed)))
+
+
+def most_nodes(config: Config, grid: Grid) -> tuple[int, int]:
+    """Largest numbers of angles and of speeds to which a first grid may be refined."""
+    fixed = config.table.alpha_nodes_deg is not None, config.table.speed_nodes is not None
+    sizes = zip(map(len, grid), fixed, _MOST, strict=True)
+    a, v = (n if named else n + int(share * (n - 1)) for n, named, share in sizes)
+    return a, v
 
 
 def middles(config: Config) -> tuple[Middle, Middle]:
