@@ -47,13 +47,12 @@ def as_sample(name: str, values: ArrayLike, rows: int = 2) -> FloatArray:
 
 
 def at_resolution(values: FloatArray, key: int) -> FloatArray:
-    """Blur states (n, d) over `RESOLUTION`, by uniform noise of a key.
+    """Blur states (n, d) by normal noise of a key, whose standard deviation is `RESOLUTION`.
 
     The noise is independent of the states. If both sides have such noise, laws that differ by much
     less look alike, and no distance between laws grows.
     """
-    noise = np.random.default_rng(key).uniform(-0.5, 0.5, values.shape)
-    return values + RESOLUTION * noise
+    return values + RESOLUTION * np.random.default_rng(key).standard_normal(values.shape)
 
 
 def varies(values: FloatArray) -> NDArray[np.bool_]:

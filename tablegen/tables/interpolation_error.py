@@ -8,6 +8,7 @@ from threadpoolctl import threadpool_limits
 from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
 from tablegen.accuracy.metrics import DISTANCES, at_resolution
+from tablegen.accuracy.noise_corrected import certain_correlation_error
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, stable_number
 from tablegen.config.config import AccuracyTargets, Config
@@ -92,6 +93,7 @@ def _distances(drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets) 
         name: np.array(m.least) if m.trial_states else distance(name, None)
         for name, m in METRICS.items()
     }
+    found["correlation_error"] = np.array(certain_correlation_error(drawn, direct))
     if error_of(found, targets)[0] < _SKIP_ABOVE:
         for name, metric in METRICS.items():
             # the largest possible value allows any difference

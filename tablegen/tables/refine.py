@@ -168,16 +168,16 @@ def refine_grid(cache: NodeCache) -> RefinedGrid:
             number = rounds.setdefault(grid, len(rounds) + 1)
             nodes, planned = (" x ".join(map(str, n)) for n in (map(len, grid), most))
             stage = f"round {number}, {nodes} nodes of at most {planned}, "
-            return cache.errors(size, places, _counted(grid, places), stage)
+            return cache.errors(size, places, counted(grid, places), stage)
 
         placement = refine(grid, measure, *middles(config), most)
     if placement.where is not None and not placement.reached:
-        names = _counted(placement.grid, [placement.where])
+        names = counted(placement.grid, [placement.where])
         missed = [f"{cache.said(size, placement.where, names)}, half-way between nodes; {_REMEDY}"]
     return RefinedGrid(size, placement, cache.fit(size, product(*placement.grid)), missed)
 
 
-def _counted(grid: Grid, places: Iterable[Place]) -> Sequence[str]:
+def counted(grid: Grid, places: Iterable[Place]) -> Sequence[str]:
     """Name the metrics that count at places of a grid: all in cells, fewer on their edges."""
     cells = all(
         len(place[k]) == min(2, len(nodes)) for place in places for k, nodes in enumerate(grid)
