@@ -10,8 +10,8 @@ from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH, TINY
 import sampler
 from sampler.errors import InputError
 from sampler.formats.hdf5 import read_table
-from tablegen.accuracy.validate import validate
-from tablegen.config.config import parse_config
+from tablegen.accuracy.validate import validate, validate_contents
+from tablegen.config.config import load_config, parse_config
 from tablegen.fitting.marginals import rounded_quantiles
 from tablegen.fitting.node import fit_node
 from tablegen.tables.generate import generate
@@ -68,6 +68,16 @@ class TestAccuracy:
         assert again.comparisons == tiny.generated.validation.comparisons
         other = validate(tiny.path, conditions=2, seed=seed + 1, samples=MEASURED)
         assert other.comparisons != tiny.generated.validation.comparisons
+
+
+@pytest.mark.study  # eleven validations take five minutes of one processor
+def test_new_table_that_is_accepted_is_accepted_with_any_seed(tmp_path, monkeypatch):
+    """A table that has the accuracy would fail once in ten runs of this test at most."""
+    monkeypatch.setattr(GENERATE, "validate_contents", validate_contents)
+    made = generate(load_config("demo"), tmp_path / "t.h5")
+    assert made.validation.missed == made.unmet == []
+    for seed in range(10):
+        assert validate(tmp_path / "t.h5", seed=seed).missed == []
 
 
 @pytest.mark.parametrize("mirror", [True, False])
