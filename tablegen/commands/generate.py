@@ -106,7 +106,7 @@ def generate(
     from tablegen.tables.cost import Cost, cost_text, spent_text
     from tablegen.tables.generate import generate as generate_table
 
-    begin, quoted = time.process_time(), list[Cost]()
+    quoted: list[Cost] = []
 
     # the number of workers elsewhere is not known here
     here = workers or processors() if executor != executors.MPI and scheduler is None else None
@@ -131,7 +131,7 @@ def generate(
             progress=progress,
             on_cost=say_cost if progress else None,
         )
-    spent = time.process_time() - begin
+    spent = time.process_time()  # of this program, from its start
     if executor != executors.THREADS:
         spent = max(spent, sum(made.seconds.values()))
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB, {spent_text(spent, *quoted)}")
