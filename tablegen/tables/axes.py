@@ -34,8 +34,9 @@ _LEAST_DISTANCE = 32.0 / (LOOKUP_SIZES[-1] - 1)
 _ANGLE_STEP = 0.6
 _SPEED_STEP = 0.75
 
-#: Most new nodes of each axis, angles and speeds, over the intervals of the first grid.
-_MOST = (1.0, 2.0)
+#: Most new nodes of each axis, angles and speeds, over the intervals of the first grid. Angles of
+#: one speed cost little.
+_MOST, _MOST_OF_ONE_SPEED = (1, 2), (2, 0)
 
 #: Narrowest interval that is halved, as a share of the axis in its abscissa.
 _FINEST = 1.0 / 256.0
@@ -124,8 +125,9 @@ def _first_angles(config: Config) -> FloatArray:
 def most_nodes(config: Config, grid: Grid) -> tuple[int, int]:
     """Largest numbers of angles and of speeds to which a first grid may be refined."""
     fixed = config.table.alpha_nodes_deg is not None, config.table.speed_nodes is not None
-    sizes = zip(map(len, grid), fixed, _MOST, strict=True)
-    a, v = (n if named else n + int(share * (n - 1)) for n, named, share in sizes)
+    shares = _MOST if len(grid.speed) > 1 else _MOST_OF_ONE_SPEED
+    sizes = zip(map(len, grid), fixed, shares, strict=True)
+    a, v = (n if named else n + share * (n - 1) for n, named, share in sizes)
     return a, v
 
 
