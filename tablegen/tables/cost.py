@@ -1,7 +1,6 @@
 """Cost of a table, extrapolated from the time of a few nodes and trials."""
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 from tablegen.config.config import Config
@@ -78,23 +77,19 @@ def estimate(cache: NodeCache, conditions: int = 0, done: float = 0.0) -> Cost:
         if conditions > 0:
             whole += _MEASURED[k] * conditions * (1 + config.spin) * trial
             whole += _SCREENED * math.prod(nodes) * trial
-        if leaves:
-            later = _LATER_REBOUNDS[k] if conditions > 0 else 0.0
-            whole += (_LEAF_REBOUND[k] * rebounds + later) * node / size.samples
+        later = _LATER_REBOUNDS[k] * (leaves > 0 and conditions > 0)
+        whole += (_LEAF_REBOUND[k] * rebounds + later) * node / size.samples
         seconds.append(max(whole - done, 0.0))
     return Cost(first, most, leaves, (seconds[0], seconds[1]), done)
 
 
 def _times(cache: NodeCache, size: Resolution, place: Place) -> tuple[float, float]:
     """Processor time of a node and of a trial."""
-
-    def time_of(work: Callable[[], object]) -> float:
-        before = sum(cache.runner.seconds.values())
-        work()
-        return sum(cache.runner.seconds.values()) - before
-
-    node = time_of(lambda: cache.fit(size, [(place.alpha_deg[0], place.speed[0])]))
-    return node, time_of(lambda: cache.errors(size, [place]))
+    begin = sum(cache.runner.seconds.values())
+    cache.fit(size, [(place.alpha_deg[0], place.speed[0])])
+    fitted = sum(cache.runner.seconds.values())
+    cache.errors(size, [place])
+    return fitted - begin, sum(cache.runner.seconds.values()) - fitted
 
 
 def _trials(alphas: int, speeds: int) -> int:

@@ -16,9 +16,6 @@ from typing import NamedTuple
 EDGE_LIMIT = 0.85
 CENTRE_LIMIT = 1.0
 
-#: Rounds after which the refinement ends: the error may have another cause than the nodes.
-MOST_ROUNDS = 16
-
 #: Two neighbouring nodes of an axis, or the one node of a place on an edge.
 Interval = tuple[float, ...]
 
@@ -90,7 +87,7 @@ def refine(
     """
     halve = partial(_halved, middles=(middle_alpha, middle_speed), most=most)
     limit = EDGE_LIMIT if min(map(len, grid)) > 1 else CENTRE_LIMIT
-    for _ in range(MOST_ROUNDS):
+    while True:
         errors = dict(measure(grid, grid.alpha_edges() + grid.speed_edges()))
         refined = halve(grid, {edge: error for edge, error in errors.items() if error > limit})
         if refined == grid:
@@ -100,10 +97,8 @@ def refine(
         if refined == grid:
             break
         grid = refined
-    if not errors:
-        return Placement(grid)
-    where = max(errors, key=lambda place: errors[place])
-    return Placement(grid, errors[where], where)
+    where = max(errors, key=lambda place: errors[place], default=None)
+    return Placement(grid, errors[where] if where else 0.0, where)
 
 
 def _blamed(centres: Mapping[Place, float], edges: Mapping[Place, float]) -> dict[Place, float]:

@@ -90,7 +90,7 @@ class NodeCache:
     ) -> dict[Place, float]:
         """Measure errors by some metrics in the middles of places, in units of the allowed error.
 
-        ``stage`` says in the notes of the progress what this is a part of.
+        ``stage`` begins the note of the progress.
         """
         targets = self.config.accuracy
         wanted = list(places)
@@ -174,7 +174,8 @@ def refine_grid(cache: NodeCache) -> RefinedGrid:
     if placement.where is not None and not placement.reached:
         names = counted(placement.grid, [placement.where])
         missed = [f"{cache.said(size, placement.where, names)}, half-way between nodes; {_REMEDY}"]
-    return RefinedGrid(size, placement, cache.fit(size, product(*placement.grid)), missed)
+    nodes, cache.runner.note = cache.fit(size, product(*placement.grid)), ""
+    return RefinedGrid(size, placement, nodes, missed)
 
 
 def counted(grid: Grid, places: Iterable[Place]) -> Sequence[str]:

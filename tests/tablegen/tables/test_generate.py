@@ -70,6 +70,17 @@ class TestAccuracy:
         assert other.comparisons != tiny.generated.validation.comparisons
 
 
+def test_law_without_speed_has_one_node_of_it_and_serves_any(tmp_path):
+    law = {"pair": {"restitution": constant(0.5)}, "domain": {"extrapolate": True}}
+    config = ROUGH.with_changes({**law, "table": {"speed_nodes": None}})
+    table = generate(config, tmp_path / "t.h5", conditions=1).table
+    assert table.speed_nodes.tolist() == [300.0]
+    table.sample(0.7, [1e-3, 60.0, 5e3], seed=1, index=range(3))
+    assert table.clamped == 0
+    at = validate(tmp_path / "t.h5", at=[(40.0, 70.0)], samples=MEASURED)
+    assert at.comparisons[0].speed == 70.0
+
+
 @pytest.mark.study  # eleven validations take five minutes of one processor
 def test_new_table_that_is_accepted_is_accepted_with_any_seed(tmp_path, monkeypatch):
     """A table that has the accuracy would fail once in ten runs of this test at most."""
