@@ -137,11 +137,12 @@ class CheckpointStore:
 
     def load(self, key: str) -> Arrays | None:
         """Read the arrays of a checkpoint; None if it is missing or damaged."""
-        try:
-            with np.load(self.path(key), allow_pickle=False) as file:
-                return {name: file[name] for name in file.files}
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile):
-            return None
+        return _arrays(self.path(key))
+
+    def seconds(self) -> float:
+        """Sum up the processor seconds of all checkpoints."""
+        pieces = (_arrays(path) for path in self._pieces())
+        return sum(float(np.sum(piece[SECONDS])) for piece in pieces if piece)
 
     def save(self, key: str, arrays: Mapping[str, Any]) -> None:
         """Write a checkpoint; raises `InputError` if that fails."""
@@ -156,6 +157,15 @@ class CheckpointStore:
                 path.unlink()
             (self.folder / _STAMP).unlink(missing_ok=True)
             self.folder.rmdir()
+
+
+def _arrays(path: Path) -> Arrays | None:
+    """Read the arrays of a file; None if it is missing or damaged."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        return None
 
 
 class Task(NamedTuple):
@@ -192,7 +202,7 @@ class TaskRunner:
     Attributes
     ----------
     seconds : dict
-        Worker seconds of all tasks so far, by stage.
+        Processor seconds of all tasks so far, by stage.
     note : str
         Text after the progress bar.
     """
@@ -270,15 +280,15 @@ class TaskRunner:
 
 
 class Stopwatch:
-    """Seconds that a task takes, by stage."""
+    """Processor time of a task, which works in one thread, by stage [s]."""
 
     def __init__(self) -> None:
         self._seconds = dict.fromkeys(STAGES, 0.0)
-        self._last = time.perf_counter()
+        self._last = time.thread_time()
 
     def stage(self, name: str) -> None:
         """Add the time since the last call to a stage."""
-        now = time.perf_counter()
+        now = time.thread_time()
         self._seconds[name] += now - self._last
         self._last = now
 

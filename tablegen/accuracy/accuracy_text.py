@@ -1,6 +1,6 @@
 """Results of a measurement or validation as tables and sentences, for terminal and page."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from tablegen.accuracy.comparison import Comparison
@@ -225,10 +225,3 @@ def _stored_lines(law: ValidatedLaw, together: int) -> list[str]:
     if surpassed := law.surpassed(together):
         lines.append(f"Note: the error is larger than the file says, at least {text(surpassed)}.")
     return lines
-
-
-def time_text(seconds: Mapping[str, float]) -> str:
-    """Say how the time of a generation splits between its stages, all workers together."""
-    total = sum(seconds.values())
-    parts = (f"{stage} {spent:.0f} s" for stage, spent in seconds.items())
-    return f"{total:.0f} worker seconds: " + ", ".join(parts)

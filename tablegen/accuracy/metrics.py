@@ -24,9 +24,8 @@ TREES = 150
 #: Directions of the sliced Wasserstein distance.
 DIRECTIONS = 64
 
-#: Differences, in units of V or V/a, that count as none: a flow code sees no rebound that is faster
-#: by a thousandth of the impact. Without it a law that gives 6e-17 and a table that gives 0 would be
-#: as far apart as two laws can be.
+#: Difference, in units of V or V/a, that counts as none: no flow code sees a thousandth of the
+#: impact. Else a law that gives 6e-17 and a table that gives 0 would be as far apart as can be.
 RESOLUTION = 1e-3
 
 #: Spread (largest minus smallest value) up to which a variable counts as constant: rounding of
@@ -48,13 +47,12 @@ def as_sample(name: str, values: ArrayLike, rows: int = 2) -> FloatArray:
 
 
 def at_resolution(values: FloatArray, key: int) -> FloatArray:
-    """Blur states (n, d) over `RESOLUTION`, by uniform noise of a key.
+    """Blur states (n, d) by normal noise of a key, whose standard deviation is `RESOLUTION`.
 
     The noise is independent of the states. If both sides have such noise, laws that differ by much
     less look alike, and no distance between laws grows.
     """
-    noise = np.random.default_rng(key).uniform(-0.5, 0.5, values.shape)
-    return values + RESOLUTION * noise
+    return values + RESOLUTION * np.random.default_rng(key).standard_normal(values.shape)
 
 
 def varies(values: FloatArray) -> NDArray[np.bool_]:

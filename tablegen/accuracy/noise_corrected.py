@@ -142,6 +142,16 @@ def correlation_estimate(table: FloatArray, direct: FloatArray) -> Estimate:
     )
 
 
+def certain_correlation_error(table: FloatArray, direct: FloatArray) -> float:
+    """Compute the largest error of a correlation beyond two standard errors of it.
+
+    A few rare rebounds carry the correlations of grazing impacts, so that their noise is large.
+    """
+    variances = (correlation_variances(states) / len(states) for states in (table, direct))
+    beyond = np.abs(correlations(table) - correlations(direct)) - 2.0 * np.sqrt(sum(variances))
+    return max(float(beyond.max()), 0.0)
+
+
 def correlation_variances(values: FloatArray) -> FloatArray:
     """Compute the variances of estimates of correlations, times the number of states, shape (d, d).
 

@@ -204,6 +204,28 @@ def validate(
         raise InputError(f"{name_or_path}: got a table of spheres, allowed: {allowed}")
     config = stored_config(contents.config, f"{name_or_path}: config")
     _check_agreement(contents, config, str(name_or_path))
+    how: dict[str, Any] = {"accuracy": accuracy, "at": at, "progress": progress}
+    return validate_contents(
+        contents, config, str(name_or_path), conditions, seed, samples=samples, **how
+    )
+
+
+def validate_contents(
+    contents: TableContents,
+    config: Config,
+    name: str,
+    conditions: int,
+    seed: int,
+    *,
+    samples: int | None = None,
+    accuracy: str | None = None,
+    at: Sequence[tuple[float, float]] | None = None,
+    progress: bool = False,
+) -> Validation:
+    """Validate the contents of a table, called ``name``; the other arguments as for `validate`.
+
+    `tablegen.tables.generate.generate` ends with it, so that both judge alike.
+    """
     table = Table(contents)
     asked = asked_accuracy(config.accuracy, accuracy)
     asked_spin = asked_accuracy(config.spin_targets, accuracy)
@@ -225,7 +247,7 @@ def validate(
         stored = worst_spin_stored(contents.datasets)
         spin = ValidatedLaw(over, config.spin_targets, asked_spin, stored)
     return Validation(
-        table=str(name_or_path),
+        table=name,
         content_sha256=contents.content_sha256,
         seed=seed,
         screening=screening,

@@ -3,11 +3,8 @@
 #: Name of the non-spherical shapes and the meshes together, with the weights of the population.
 MIXTURE = "mixture"
 
-#: Number of conditions at which a new table is measured, and a table validated.
-GENERATE_CONDITIONS = 8
+#: Number of conditions at which each law of a table is measured.
 VALIDATE_CONDITIONS = 8
-
-#: The same for a spin law.
 
 #: Particles of one case of the stability study.
 STABILITY_COUNT = 16

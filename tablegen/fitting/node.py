@@ -141,9 +141,7 @@ def fit_node(
     seed, stream = config.table.seed, node_stream(alpha_deg, speed)
     size, watch = size or resolution(config), watch or Stopwatch()
     alpha1 = np.radians(min(alpha_deg, _STEEPEST))
-    simulation = simulate(
-        config, alpha1, speed, size.samples, seed=seed, stream=stream, threads=1
-    )
+    simulation = simulate(config, alpha1, speed, size.samples, seed=seed, stream=stream, threads=1)
     watch.stage("simulation")
     rng, fitted = np.random.Generator(np.random.Philox(key=[seed, stream])), fitted_channels(config)
     channels = simulated_channels(simulation, fitted.names, rng)

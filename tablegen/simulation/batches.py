@@ -49,7 +49,7 @@ def in_slices(
     """Work on slices of particles in threads; yield the slices and their results in order.
 
     A slice takes about a tenth of a second whatever the condition. After Ctrl-C or an error the
-    slices that wait are dropped, and those that run are waited for.
+    slices that wait are dropped, and those that run are waited for. One thread is the caller's.
     """
     size = _FIRST_CALL
 
@@ -62,6 +62,10 @@ def in_slices(
         return part, result
 
     start = 0
+    while threads == 1 and start < count:
+        done = timed(slice(start, min(start + size, count)))
+        start = done[0].stop
+        yield done
     under_way: deque[Future[tuple[slice, _Result]]] = deque()
     with ThreadPoolExecutor(threads) as pool:
         try:

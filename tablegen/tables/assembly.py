@@ -115,18 +115,22 @@ def check_store(table: str | Path, chosen: bool) -> None:
     check_output(table)
 
 
+def with_accuracy(contents: TableContents, validation: Validation) -> TableContents:
+    """Add the distances between nodes, noise included, and those of the spin law if compared."""
+    measured = accuracy_datasets(validation.comparisons, len(contents.variables))
+    if validation.spin is not None:
+        measured |= spin_accuracy_datasets(validation.spin.measured)
+    return replace(contents, datasets={**contents.datasets, **measured})
+
+
 def store_accuracy(path: str | Path, validation: Validation) -> str:
     """Replace the accuracy stored in a table file; returns the new checksum of its contents.
 
-    The distances between nodes are stored, noise included, and those of the spin law if it was
-    compared. `InputError` says if the file changed since it was measured, or cannot be written.
+    `InputError` says if the file changed since it was measured, or cannot be written.
     """
     contents = read_table(path)
     if contents.content_sha256 != validation.content_sha256:
         raise InputError(f"{path}: changed since it was measured, allowed: the file as it was")
-    measured = accuracy_datasets(validation.comparisons, len(contents.variables))
-    if validation.spin is not None:
-        measured |= spin_accuracy_datasets(validation.spin.measured)
-    contents = replace(contents, datasets={**contents.datasets, **measured})
+    contents = with_accuracy(contents, validation)
     write_table(path, contents)
     return contents.content_sha256

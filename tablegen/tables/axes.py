@@ -8,6 +8,7 @@ the restitution law at normal impact, exp(-coefficient V^exponent).
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,6 +33,10 @@ _LEAST_DISTANCE = 32.0 / (LOOKUP_SIZES[-1] - 1)
 #: of the restitution abscissa.
 _ANGLE_STEP = 0.6
 _SPEED_STEP = 0.75
+
+#: Most new nodes of each axis, angles and speeds, over the intervals of the first grid. Angles of
+#: one speed cost little.
+_MOST, _MOST_OF_ONE_SPEED = (1, 2), (2, 0)
 
 #: Narrowest interval that is halved, as a share of the axis in its abscissa.
 _FINEST = 1.0 / 256.0
@@ -93,7 +98,7 @@ def first_grid(config: Config) -> Grid:
     domain, table = config.domain, config.table
     alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
     if alpha.size == 0:
-        alpha = _equal_steps(np.sqrt, *domain.alpha_deg, _ANGLE_STEP)
+        alpha = _first_angles(config)
     if speed.size == 0 and not config.pair.restitution.depends_on_speed:
         speed = np.array(domain.speed[1:])
     elif speed.size == 0:
@@ -102,6 +107,28 @@ def first_grid(config: Config) -> Grid:
         count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)
         speed = _equal_steps(axis, *domain.speed, abs(ends[1] - ends[0]) / (count - 1e-9))
     return Grid(tuple(map(float, alpha)), tuple(map(float, speed)))
+
+
+def _first_angles(config: Config) -> FloatArray:
+    """Equal steps between the ends, and between the angles at which a tabulated law bends.
+
+    A particle that does not spin meets the wall at the angle of its impact.
+    """
+    first, last = config.domain.alpha_deg
+    laws = config.pair.restitution, config.pair.resistance
+    bends = {angle for law in laws for angle in getattr(law, "angle_deg", ())}
+    ends = [first, *sorted(angle for angle in bends if first < angle < last), last]
+    parts = [_equal_steps(np.sqrt, a, b, _ANGLE_STEP) for a, b in pairwise(dict.fromkeys(ends))]
+    return np.unique(np.concatenate([*parts, [first]]))
+
+
+def most_nodes(config: Config, grid: Grid) -> tuple[int, int]:
+    """Largest numbers of angles and of speeds to which a first grid may be refined."""
+    fixed = config.table.alpha_nodes_deg is not None, config.table.speed_nodes is not None
+    shares = _MOST if len(grid.speed) > 1 else _MOST_OF_ONE_SPEED
+    sizes = zip(map(len, grid), fixed, shares, strict=True)
+    a, v = (n if named else n + share * (n - 1) for n, named, share in sizes)
+    return a, v
 
 
 def middles(config: Config) -> tuple[Middle, Middle]:

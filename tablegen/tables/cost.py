@@ -1,27 +1,29 @@
-"""Cost of a table, extrapolated from the time of one node and one trial."""
+"""Cost of a table, extrapolated from the time of a few nodes and trials."""
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 from tablegen.config.config import Config
-from tablegen.fitting.resolution import LADDER, resolution, spin_sizes
-from tablegen.tables.axes import first_grid
-from tablegen.tables.interpolation_error import error_of
+from tablegen.fitting.resolution import Resolution, resolution, spin_sizes
+from tablegen.tables.axes import first_grid, most_nodes
 from tablegen.tables.intervals import Place
-from tablegen.tables.refine import NodeCache
+from tablegen.tables.refine import NodeCache, ladder
 
-#: Mixtures that reach an AUC of 0.5 + x have about this over x components.
-_COMPONENTS_BY_AUC = 23.0
+#: Nodes and trials that the choice of the mixture takes, least and most.
+_PROBES = (3, 24)
 
-#: Nodes and trials that the choice of the mixture takes, all sizes together.
-_PROBES = 18
+#: Trials that the final measurement takes at each of its conditions, least and most: undecided
+#: distances are measured again.
+_MEASURED = (0.7, 4.0)
 
-#: Trials that the final measurement takes at each of its conditions.
-_MEASURED = 2.0
+#: Time of the measurement at a node, which has fewer states, over that of a trial.
+_SCREENED = 0.2
 
-#: Time of a rebound in the fit of a spin law over that in the fit of a node.
-_LEAF_REBOUND = 3.0
+#: Time of a rebound in the fit of a spin law over that in the fit of a node, least and most.
+_LEAF_REBOUND = (1.0, 4.0)
+
+#: Rebounds of the measurement of a spin law in chains and cells, least and most.
+_LATER_REBOUNDS = (5e6, 3e7)
 
 
 class Cost(NamedTuple):
@@ -30,21 +32,24 @@ class Cost(NamedTuple):
     Attributes
     ----------
     first, most : tuple of int
-        Angles and speeds of the first grid, and of the grid with every interval halved once.
+        Angles and speeds of the first grid, and of the largest to which it is refined.
     leaves : int
         Leaves of the spin law.
     seconds : tuple of float
-        Time of one processor for either grid.
+        Least and most processor time that is left.
+    done : float
+        Processor time of the pieces of an interrupted run, which is not spent again.
     """
 
     first: tuple[int, int]
     most: tuple[int, int]
     leaves: int
     seconds: tuple[float, float]
+    done: float = 0.0
 
 
-def estimate(cache: NodeCache, conditions: int = 0) -> Cost:
-    """Fit one node, compare it with direct simulation, and extrapolate the time of both.
+def estimate(cache: NodeCache, conditions: int = 0, done: float = 0.0) -> Cost:
+    """Fit a node, compare it with direct simulation, and extrapolate the time of both.
 
     Parameters
     ----------
@@ -52,35 +57,39 @@ def estimate(cache: NodeCache, conditions: int = 0) -> Cost:
         Keeps the node for the table.
     conditions : int
         Number of conditions at which the finished table is measured.
+    done : float
+        Processor time of the pieces that there are.
     """
     config, grid = cache.config, first_grid(cache.config)
-    named = config.table.alpha_nodes_deg is not None, config.table.speed_nodes is not None
-    first = len(grid.alpha_deg), len(grid.speed)
-    most = tuple(n if fixed else 2 * n - 1 for n, fixed in zip(first, named, strict=True))
+    first, most = (len(grid.alpha_deg), len(grid.speed)), most_nodes(config, grid)
     place = Place((grid.alpha_deg[first[0] // 2],), (grid.speed[first[1] // 2],))
-    wanted = int(_COMPONENTS_BY_AUC / max(config.accuracy.auc - 0.5, 0.002))
-    size = resolution(config, min(max(wanted, LADDER[0]), LADDER[-1]))
-
-    def time_of(work: Callable[[], object]) -> float:
-        before = sum(cache.runner.seconds.values())
-        work()
-        return sum(cache.runner.seconds.values()) - before
-
-    node = time_of(lambda: cache.fit(size, [(place.alpha_deg[0], place.speed[0])]))
-    trial = time_of(
-        lambda: cache.errors(size, [place], lambda p, found: error_of(found, config.accuracy, p))
-    )
-    own = conditions if config.spin else 0
+    rungs = [config.table.components] if config.table.components else ladder(config)
+    sizes = [resolution(config, rungs[0]), resolution(config, rungs[-1])]
     leaves, rebounds = _spin_law(config)
-    besides = _MEASURED * (conditions + own) * trial
-    besides += _LEAF_REBOUND * rebounds * node / size.samples
-    if config.table.components is None:
-        besides += _PROBES * (node + trial)
-    few = 0 if all(named) else _trials(*first)
-    many = 0 if all(named) else few + _trials(*most)
-    low = math.prod(first) * node + few * trial + besides
-    high = math.prod(most) * node + many * trial + besides
-    return Cost(first, (most[0], most[1]), leaves, (low, high))
+    seconds = []
+    for k, (size, nodes) in enumerate(zip(sizes, (first, most), strict=True)):
+        node, trial = _times(cache, size, place)
+        whole = math.prod(nodes) * node
+        if first != most:
+            whole += _trials(*nodes) * (1, 2)[k] * trial
+        if len(rungs) > 1:
+            whole += _PROBES[k] * (node + trial)
+        if conditions > 0:
+            whole += _MEASURED[k] * conditions * (1 + config.spin) * trial
+            whole += _SCREENED * math.prod(nodes) * trial
+        later = _LATER_REBOUNDS[k] * (leaves > 0 and conditions > 0)
+        whole += (_LEAF_REBOUND[k] * rebounds + later) * node / size.samples
+        seconds.append(max(whole - done, 0.0))
+    return Cost(first, most, leaves, (seconds[0], seconds[1]), done)
+
+
+def _times(cache: NodeCache, size: Resolution, place: Place) -> tuple[float, float]:
+    """Processor time of a node and of a trial."""
+    begin = sum(cache.runner.seconds.values())
+    cache.fit(size, [(place.alpha_deg[0], place.speed[0])])
+    fitted = sum(cache.runner.seconds.values())
+    cache.errors(size, [place])
+    return fitted - begin, sum(cache.runner.seconds.values()) - fitted
 
 
 def _trials(alphas: int, speeds: int) -> int:
@@ -106,15 +115,23 @@ def time_text(low: float, high: float) -> str:
     return f"{' to '.join(dict.fromkeys(f'{end:g}' for end in ends))} {unit}"
 
 
+def spent_text(spent: float, quoted: Cost | None = None) -> str:
+    """Say how much processor time was spent, and how much was quoted."""
+    text = f"{time_text(spent, spent)} of one processor"
+    return f"{text}, where {time_text(*quoted.seconds)} were quoted" if quoted else text
+
+
 def cost_text(cost: Cost, workers: int | None) -> str:
     """Describe a cost in one line, for a number of workers if it is known."""
     text = f"{cost.first[0]} x {cost.first[1]} nodes"
     if cost.most != cost.first:
-        text += f" at first, up to about {cost.most[0]} x {cost.most[1]} where the error needs it"
+        text += f" at first, at most {cost.most[0]} x {cost.most[1]} where the error needs it"
     if cost.leaves:
         text += f", a spin law of {cost.leaves} leaves"
     low, high = cost.seconds
     text += f"; about {time_text(low, high)} of one processor"
+    if cost.done > 0.0:
+        text += f" beside the {time_text(cost.done, cost.done)} that are done"
     if workers is not None and workers > 1:
         text += f", {time_text(low / workers, high / workers)} on {workers}"
     return text

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +12,12 @@ from sampler.errors import refuse
 from sampler.files import check_output
 from sampler.formats.hdf5 import write_table
 from sampler.table import Table
-from tablegen.accuracy.comparison import Comparison
-from tablegen.accuracy.conditions import (
-    pick_conditions,
-    pick_own_conditions,
-)
-from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin, spin_accuracy_datasets
+from tablegen.accuracy.validate import Validation, validate_contents
 from tablegen.checkpoints import CheckpointStore, TaskRunner, software
 from tablegen.config.config import Config
-from tablegen.config.defaults import GENERATE_CONDITIONS
+from tablegen.config.defaults import VALIDATE_CONDITIONS
 from tablegen.fitting.spin_law import spin_law
-from tablegen.tables.assembly import accuracy_datasets, assemble, with_rounded_quantiles
+from tablegen.tables.assembly import assemble, with_accuracy, with_rounded_quantiles
 from tablegen.tables.axes import make_axes
 from tablegen.tables.cost import Cost, estimate
 from tablegen.tables.refine import NodeCache, refine_grid
@@ -40,18 +35,18 @@ class Generated:
     Attributes
     ----------
     table : Table
-    comparisons : list of Comparison
-        At conditions between nodes that played no part in placing them.
+    validation : Validation or None
+        What `tablegen.validate` finds with a seed of its own, unless no condition was asked for.
+    unmet : list of str
+        Line on the accuracy that the refinement could not reach with the planned nodes.
     seconds : dict
-        Worker seconds by stage.
-    spin : LawAccuracy or None
-        Accuracy of the spin law, if there is one.
+        Processor seconds by stage; those of a measurement on several threads together.
     """
 
     table: Table
-    comparisons: list[Comparison]
+    validation: Validation | None
+    unmet: list[str]
     seconds: dict[str, float]
-    spin: LawAccuracy | None = None
 
 
 def generate(
@@ -61,7 +56,7 @@ def generate(
     resume: bool = False,
     discard: bool = False,
     executor: Executor | None = None,
-    conditions: int = GENERATE_CONDITIONS,
+    conditions: int = VALIDATE_CONDITIONS,
     samples: int | None = None,
     progress: bool = False,
     on_cost: Callable[[Cost], None] | None = None,
@@ -84,7 +79,8 @@ def generate(
     executor : concurrent.futures.Executor, optional
         Runs the tasks; by default one thread per processor.
     conditions : int
-        Number of conditions between the nodes at which the accuracy is measured and stored.
+        Number of conditions between nodes at which the accuracy is measured and stored; with 0
+        nothing is.
     samples : int, optional
         States a side there; by default as many as the declared accuracy needs.
     progress : bool
@@ -112,7 +108,7 @@ def generate(
     if config.population.only_spheres:
         contents = sphere_contents(config)
         write_table(path, contents)
-        return Generated(Table(contents), [], {})
+        return Generated(Table(contents), None, [], {})
     fingerprint = f"{software()}\n{config.text}"
     with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
         runner = TaskRunner(store, executor, progress)
@@ -120,24 +116,18 @@ def generate(
             rehearse(config)
         cache = NodeCache(config, runner)
         if on_cost is not None:
-            on_cost(estimate(cache, conditions))
+            on_cost(estimate(cache, conditions, store.seconds()))
         refined = refine_grid(cache)
         law = spin_law(config, runner) if config.spin else None
         axes = make_axes(config, refined.placement.grid)
         contents = with_rounded_quantiles(assemble(config, axes, refined.nodes, law))
-        table = Table(contents)
-        begin = time.perf_counter()
-        how: Any = {"seed": _MEASURE_SEED, "samples": samples, "progress": progress}
-        places = pick_conditions(table, conditions, _MEASURE_SEED)
-        comparisons = measure(table, config, places, **how)
-        measured = accuracy_datasets(comparisons, len(contents.variables))
-        spin = None
-        if contents.has_spin and conditions > 0:
-            own = pick_own_conditions(table, conditions, _MEASURE_SEED)
-            spin = measure_spin(table, config, own, **how)
-            measured |= spin_accuracy_datasets(spin)
-        contents = replace(contents, datasets={**contents.datasets, **measured})
+        begin, validation = time.process_time(), None
+        if conditions > 0:
+            how: Any = {"samples": samples, "progress": progress}
+            named = contents, config, str(path), conditions, _MEASURE_SEED
+            validation = validate_contents(*named, **how)
+            contents = with_accuracy(contents, validation)
         write_table(path, contents)
         store.remove()
-    seconds = {**runner.seconds, "measurement": time.perf_counter() - begin}
-    return Generated(Table(contents), comparisons, seconds, spin)
+    seconds = {**runner.seconds, "measurement": time.process_time() - begin}
+    return Generated(Table(contents), validation, refined.missed, seconds)

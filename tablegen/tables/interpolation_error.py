@@ -1,11 +1,14 @@
 """Interpolation error: draws half-way between neighbouring nodes against direct simulation."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
 from tablegen.accuracy.metrics import DISTANCES, at_resolution
+from tablegen.accuracy.noise_corrected import certain_correlation_error
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, stable_number
 from tablegen.config.config import AccuracyTargets, Config
@@ -24,22 +27,19 @@ _DIRECTIONS = 8
 _SKIP_ABOVE = 2.0
 
 
-def error_of(found: Arrays, targets: AccuracyTargets, place: Place) -> float:
-    """Largest metric at a place, in units of its allowed value.
-
-    In the centres of cells all metrics count, on edges only those with `on_edges`.
-    """
-    cell = len(place.alpha_deg) == len(place.speed) == 2
-    return max(
-        share_of_allowed(name, found, targets)
-        for name, metric in METRICS.items()
-        if cell or metric.on_edges
-    )
+#: Metrics that count on the edges of cells; in their centres all do.
+ON_EDGES = tuple(name for name, metric in METRICS.items() if metric.on_edges)
 
 
-def share_of_allowed(name: str, found: Arrays, targets: AccuracyTargets) -> float:
-    """Excess of a metric over that of equal laws, in units of the allowed excess."""
-    return METRICS[name].share(float(np.max(found[name])), getattr(targets, name))
+def error_of(
+    found: Arrays, targets: AccuracyTargets, names: Sequence[str] = tuple(METRICS)
+) -> tuple[float, str]:
+    """Find the largest of some metrics, in units of its allowed value, and its name."""
+
+    def share(name: str) -> float:
+        return METRICS[name].share(float(np.max(found[name])), getattr(targets, name))
+
+    return max((share(name), name) for name in names)
 
 
 def interpolation_errors(
@@ -77,14 +77,12 @@ def interpolation_errors(
         np.radians(alpha_deg), speed, seed=seed, hit=hit, index=np.arange(samples), threads=1
     )
     with threadpool_limits(limits=1, user_api="blas"):
-        found = _distances(drawn, direct, config.accuracy, place)
+        found = _distances(drawn, direct, config.accuracy)
     watch.stage("check")
     return {**found, SECONDS: watch.seconds}
 
 
-def _distances(
-    drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets, place: Place
-) -> Arrays:
+def _distances(drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets) -> Arrays:
     """Measure the cheap metrics, then the expensive ones if they can decide."""
     drawn, direct = at_resolution(drawn, 0), at_resolution(direct, 1)
 
@@ -95,7 +93,8 @@ def _distances(
         name: np.array(m.least) if m.trial_states else distance(name, None)
         for name, m in METRICS.items()
     }
-    if error_of(found, targets, place) < _SKIP_ABOVE:
+    found["correlation_error"] = np.array(certain_correlation_error(drawn, direct))
+    if error_of(found, targets)[0] < _SKIP_ABOVE:
         for name, metric in METRICS.items():
             # the largest possible value allows any difference
             if metric.trial_states and getattr(targets, name) < metric.most:

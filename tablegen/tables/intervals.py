@@ -2,10 +2,12 @@
 
 The grid is a product of angles and speeds. The error in the middle of an *edge* between two
 neighbouring nodes shows which axis to refine. When all edges are good, the centres of the cells are
-measured as well.
+measured as well; the edges of a grid with one angle or one speed are its cells. The grid never has
+more nodes than planned: where not all bad intervals can be halved, the worst are.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,9 +15,6 @@ from typing import NamedTuple
 #: other axis. Noise counts as error.
 EDGE_LIMIT = 0.85
 CENTRE_LIMIT = 1.0
-
-#: Rounds after which the refinement ends: the error may have another cause than the nodes.
-MOST_ROUNDS = 16
 
 #: Two neighbouring nodes of an axis, or the one node of a place on an edge.
 Interval = tuple[float, ...]
@@ -55,14 +54,25 @@ Measure = Callable[[Grid, list[Place]], Mapping[Place, float]]
 
 
 class Placement(NamedTuple):
-    """Outcome: the grid, the largest error measured in it, and whether it is below the limits."""
+    """Outcome: the grid, and the place with the largest error in it, if any was measured."""
 
     grid: Grid
-    worst: float
-    reached: bool
+    worst: float = 0.0
+    where: Place | None = None
+
+    @property
+    def reached(self) -> bool:
+        """Whether all errors are below the limit."""
+        return self.worst <= CENTRE_LIMIT
 
 
-def refine(grid: Grid, measure: Measure, middle_alpha: Middle, middle_speed: Middle) -> Placement:
+def refine(
+    grid: Grid,
+    measure: Measure,
+    middle_alpha: Middle,
+    middle_speed: Middle,
+    most: tuple[int, int],
+) -> Placement:
     """Halve intervals until the errors in the middles of all edges and cells are small enough.
 
     Parameters
@@ -72,57 +82,48 @@ def refine(grid: Grid, measure: Measure, middle_alpha: Middle, middle_speed: Mid
     measure : callable
         Is called again for places that it has measured before.
     middle_alpha, middle_speed : callable
+    most : tuple of int
+        Largest numbers of angles and of speeds.
     """
-    for _ in range(MOST_ROUNDS):
+    halve = partial(_halved, middles=(middle_alpha, middle_speed), most=most)
+    limit = EDGE_LIMIT if min(map(len, grid)) > 1 else CENTRE_LIMIT
+    while True:
         errors = dict(measure(grid, grid.alpha_edges() + grid.speed_edges()))
-        alphas = {e.alpha_deg for e in grid.alpha_edges() if errors[e] > EDGE_LIMIT}
-        speeds = {e.speed for e in grid.speed_edges() if errors[e] > EDGE_LIMIT}
-        refined = _halved(grid, alphas, speeds, middle_alpha, middle_speed)
+        refined = halve(grid, {edge: error for edge, error in errors.items() if error > limit})
         if refined == grid:
             centres = measure(grid, grid.cells())
-            alphas, speeds = _blamed(centres, errors)
+            refined = halve(grid, _blamed(centres, errors))
             errors |= centres
-            refined = _halved(grid, alphas, speeds, middle_alpha, middle_speed)
         if refined == grid:
             break
         grid = refined
-    worst = max(errors.values(), default=0.0)
-    return Placement(grid, worst, worst <= CENTRE_LIMIT)
+    where = max(errors, key=lambda place: errors[place], default=None)
+    return Placement(grid, errors[where] if where else 0.0, where)
 
 
-def _blamed(
-    centres: Mapping[Place, float], edges: Mapping[Place, float]
-) -> tuple[set[Interval], set[Interval]]:
-    """Intervals of angle and of speed whose edges are the worse ones of a bad cell."""
-    alphas, speeds = set(), set()
+def _blamed(centres: Mapping[Place, float], edges: Mapping[Place, float]) -> dict[Place, float]:
+    """Find the worst edge of each bad cell, with the error of the cell."""
+    blamed: dict[Place, float] = {}
     for cell, error in centres.items():
         if error <= CENTRE_LIMIT:
             continue
-        along_alpha = max(edges[Place(cell.alpha_deg, (v,))] for v in cell.speed)
-        along_speed = max(edges[Place((a,), cell.speed)] for a in cell.alpha_deg)
-        if along_alpha >= along_speed:
-            alphas.add(cell.alpha_deg)
-        else:
-            speeds.add(cell.speed)
-    return alphas, speeds
+        around = [Place(cell.alpha_deg, (v,)) for v in cell.speed]
+        around += [Place((a,), cell.speed) for a in cell.alpha_deg]
+        edge = max(around, key=lambda place: edges[place])
+        blamed[edge] = max(error, blamed.get(edge, 0.0))
+    return blamed
 
 
 def _halved(
-    grid: Grid,
-    alphas: Iterable[Interval],
-    speeds: Iterable[Interval],
-    middle_alpha: Middle,
-    middle_speed: Middle,
+    grid: Grid, bad: Mapping[Place, float], middles: tuple[Middle, Middle], most: tuple[int, int]
 ) -> Grid:
-    """Grid with a node in the middle of every interval that is named and may be halved."""
-
-    def with_middles(
-        nodes: tuple[float, ...], intervals: Iterable[Interval], middle: Middle
-    ) -> tuple[float, ...]:
-        new = (middle(*interval) for interval in intervals)
-        return tuple(sorted({*nodes, *(node for node in new if node is not None)}))
-
-    return Grid(
-        with_middles(grid.alpha_deg, alphas, middle_alpha),
-        with_middles(grid.speed, speeds, middle_speed),
-    )
+    """Grid with a node in the middle of the intervals of bad edges, the worst first."""
+    axes = []
+    for k, nodes in enumerate(grid):
+        intervals = [edge[k] for edge in sorted(bad, key=lambda edge: -bad[edge])]
+        halved = (
+            middles[k](*interval) for interval in dict.fromkeys(intervals) if len(interval) > 1
+        )
+        new = [node for node in halved if node is not None]
+        axes.append(tuple(sorted({*nodes, *new[: most[k] - len(nodes)]})))
+    return Grid(*axes)

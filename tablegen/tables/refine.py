@@ -5,7 +5,7 @@ own condition, without interpolation. Then `tablegen.tables.intervals` places th
 interpolation errors between neighbouring nodes.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -13,15 +13,20 @@ import numpy as np
 
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner
 from tablegen.config.config import Config
+from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays, fit_node
 from tablegen.fitting.resolution import LADDER, Resolution, resolution
-from tablegen.tables.axes import first_grid, middle_of, middles
-from tablegen.tables.interpolation_error import (
-    error_of,
-    interpolation_errors,
-    share_of_allowed,
-)
+from tablegen.tables.axes import first_grid, middle_of, middles, most_nodes
+from tablegen.tables.interpolation_error import ON_EDGES, error_of, interpolation_errors
 from tablegen.tables.intervals import Grid, Place, Placement, refine
+
+#: What helps where the planned nodes do not.
+_REMEDY = (
+    "allow more in [accuracy], or give more components, alpha_nodes_deg or speed_nodes in [table]"
+)
+
+#: Mixtures that reach an AUC of 0.5 + x have about this over x components.
+_COMPONENTS_BY_AUC = 23.0
 
 #: Share of the allowed AUC (above 0.5) for the mixture; the rest is for interpolation.
 _CAPACITY = 0.66
@@ -35,11 +40,12 @@ _PROBES = (0.1, 0.6, 0.98)
 
 
 class RefinedGrid(NamedTuple):
-    """Outcome: sizes, nodes row by row, and how the placement ended."""
+    """Outcome: sizes, nodes row by row, how the placement ended, and lines on what it misses."""
 
     size: Resolution
     placement: Placement
     nodes: list[NodeArrays]
+    missed: list[str]
 
 
 def _node_task(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
@@ -76,9 +82,17 @@ class NodeCache:
         return [self._nodes[(size, *c)] for c in wanted]
 
     def errors(
-        self, size: Resolution, places: Iterable[Place], error: Callable[[Place, Arrays], float]
+        self,
+        size: Resolution,
+        places: Iterable[Place],
+        names: Sequence[str] = tuple(METRICS),
+        stage: str = "",
     ) -> dict[Place, float]:
-        """Measure the errors in the middles of places, in units of the allowed error."""
+        """Measure errors by some metrics in the middles of places, in units of the allowed error.
+
+        ``stage`` begins the note of the progress.
+        """
+        targets = self.config.accuracy
         wanted = list(places)
         missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._errors]
         self.fit(size, (c for place in missing for c in product(*place)))
@@ -88,15 +102,31 @@ class NodeCache:
             arguments = (self.config, place, middle_of(self.config, place), nodes)
             key = f"trial {tuple(place)!r} {tuple(size)}"
             tasks[key], owner[key] = Task(interpolation_errors, arguments), place
-        known = {p: error(p, self._errors[size, p]) for p in wanted if p not in missing}
+        self.runner.note = stage
+        known = {
+            p: error_of(self._errors[size, p], targets, names) for p in set(wanted) - {*missing}
+        }
 
         def on_result(key: str, arrays: Arrays) -> None:
-            self._errors[size, owner[key]] = arrays
-            known[owner[key]] = error(owner[key], arrays)
-            self.runner.note = f"worst error {max(known.values()):.2f} of what is allowed"
+            place = owner[key]
+            self._errors[size, place] = arrays
+            known[place] = error_of(arrays, targets, names)
+            worst = max(known, key=lambda place: known[place])
+            self.runner.note = f"{stage}worst {self.said(size, worst, names)}"
 
         self.runner.run("checking", tasks, on_result)
-        return {place: known[place] for place in wanted}
+        return {place: known[place][0] for place in wanted}
+
+    def said(self, size: Resolution, place: Place, names: Sequence[str] = tuple(METRICS)) -> str:
+        """Say where the error in the middle of a place is, by which metric, and how large."""
+        found, targets = self._errors[size, place], self.config.accuracy
+        share, name = error_of(found, targets, names)
+        alpha_deg, speed = middle_of(self.config, place)
+        value = METRICS[name].text(float(np.max(found[name])))
+        return (
+            f"{name} {value} at {alpha_deg:.4g} degrees, {speed:.4g} m/s, "
+            f"{share:.2f} times the allowed {getattr(targets, name):g}"
+        )
 
 
 def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays]:
@@ -127,17 +157,39 @@ def refine_grid(cache: NodeCache) -> RefinedGrid:
     config = cache.config
     size, grid = resolution(config), first_grid(config)
     fixed = config.table.alpha_nodes_deg is not None and config.table.speed_nodes is not None
+    most, rounds, missed = most_nodes(config, grid), dict[Grid, int](), list[str]()
     if config.table.components is None:
         size = _choose_components(cache)
     if fixed:
-        placement = Placement(grid, float("nan"), True)
+        placement = Placement(grid)
     else:
 
-        def measure(_: Grid, places: list[Place]) -> Mapping[Place, float]:
-            return cache.errors(size, places, lambda p, found: error_of(found, config.accuracy, p))
+        def measure(grid: Grid, places: list[Place]) -> Mapping[Place, float]:
+            number = rounds.setdefault(grid, len(rounds) + 1)
+            nodes, planned = (" x ".join(map(str, n)) for n in (map(len, grid), most))
+            stage = f"round {number}, {nodes} nodes of at most {planned}, "
+            return cache.errors(size, places, counted(grid, places), stage)
 
-        placement = refine(grid, measure, *middles(config))
-    return RefinedGrid(size, placement, cache.fit(size, product(*placement.grid)))
+        placement = refine(grid, measure, *middles(config), most)
+    if placement.where is not None and not placement.reached:
+        names = counted(placement.grid, [placement.where])
+        missed = [f"{cache.said(size, placement.where, names)}, half-way between nodes; {_REMEDY}"]
+    nodes, cache.runner.note = cache.fit(size, product(*placement.grid)), ""
+    return RefinedGrid(size, placement, nodes, missed)
+
+
+def counted(grid: Grid, places: Iterable[Place]) -> Sequence[str]:
+    """Name the metrics that count at places of a grid: all in cells, fewer on their edges."""
+    cells = all(
+        len(place[k]) == min(2, len(nodes)) for place in places for k, nodes in enumerate(grid)
+    )
+    return tuple(METRICS) if cells else ON_EDGES
+
+
+def ladder(config: Config) -> list[int]:
+    """Sizes of the mixture to choose from, up to the first with room for the allowed AUC."""
+    wanted = _COMPONENTS_BY_AUC / max(config.accuracy.auc - 0.5, 0.002)
+    return list(LADDER[: 1 + sum(components < 0.98 * wanted for components in LADDER[:-1])])
 
 
 def _choose_components(cache: NodeCache) -> Resolution:
@@ -147,18 +199,16 @@ def _choose_components(cache: NodeCache) -> Resolution:
     angles = dict.fromkeys(round(float((low + x * (high - low)) ** 2), 6) for x in _PROBES)
     probes = [Place((a,), (v,)) for a in angles for v in sorted({speeds[0], speeds[-1]})]
     least = 0
-    for rung, components in enumerate(LADDER):
+    rungs = ladder(config)
+    for rung, components in enumerate(rungs):
         size = resolution(config, components)
         if rung < least:
             continue
-        error = max(
-            cache.errors(
-                size, probes, lambda _, found: share_of_allowed("auc", found, config.accuracy)
-            ).values()
-        )
+        stage = f"mixture of {components}, "
+        error = max(cache.errors(size, probes, ("auc",), stage).values())
         if error <= _CAPACITY:
             break
         # go on where the measured decay leads, or a little below
         wanted = components * (error / _CAPACITY) ** (1.0 / _DECAY)
-        least = sum(rung_size < 0.8 * wanted for rung_size in LADDER)
+        least = min(sum(rung_size < 0.8 * wanted for rung_size in rungs), len(rungs) - 1)
     return size

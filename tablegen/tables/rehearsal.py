@@ -30,7 +30,8 @@ _SAME = 1e-5
 def rehearse(config: Config) -> None:
     """Refuse a configuration whose table would be refused.
 
-    Reasons are a variable that is constant at every condition, nodes that are too close, and any limit of the file format.
+    Reasons are a variable that is constant at every condition, nodes that are too close, and any
+    limit of the file format.
     """
     grid, size = first_grid(config), resolution(config)
     axes = make_axes(config, grid)
@@ -46,7 +47,7 @@ def rehearse(config: Config) -> None:
         load(path)
 
 
-def _check_variables_vary(config: Config, conditions: list[tuple[float, float]]) -> None:
+def _check_variables_vary(config: Config, conditions: list[tuple[float, ...]]) -> None:
     # a table stores whole numbers exactly
     same = [name for name in config.domain.columns if name != "collisions"]
     for alpha_deg, speed in conditions:

@@ -3,7 +3,7 @@ from functools import partial
 import pytest
 from tiny_tables import GENERATE, MEASURED, TINY, Tiny
 
-from tablegen.accuracy.measure import measure
+from tablegen.accuracy.validate import validate_contents
 from tablegen.tables.generate import generate
 
 
@@ -12,9 +12,9 @@ def quick_measurement(monkeypatch):
     """New tables are measured with fewer states, which takes seconds off each."""
 
     def few(*arguments, **settings):
-        return measure(*arguments, **settings | {"samples": MEASURED})
+        return validate_contents(*arguments, **settings | {"samples": MEASURED})
 
-    monkeypatch.setattr(GENERATE, "measure", few)
+    monkeypatch.setattr(GENERATE, "validate_contents", few)
 
 
 @pytest.fixture

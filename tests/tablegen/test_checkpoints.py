@@ -218,12 +218,14 @@ def test_linear_algebra_keeps_to_one_thread_while_tasks_overlap():
 
 
 def test_stopwatch_gives_each_stage_its_time():
-    watch = Stopwatch()
-    time.sleep(0.02)
+    """Sleep, as on a busy machine, is not work."""
+    watch, begin = Stopwatch(), time.thread_time()
+    while time.thread_time() < begin + 0.02:
+        time.sleep(0.001)
     watch.stage("fit")
     seconds = dict(zip(STAGES, watch.seconds, strict=True))
     assert seconds["simulation"] == seconds["check"] == 0.0
-    assert seconds["fit"] >= 0.02
+    assert 0.02 <= seconds["fit"] < 0.04
 
 
 def test_stable_numbers_are_the_first_bits_of_the_digest():

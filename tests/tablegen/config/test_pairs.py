@@ -143,8 +143,8 @@ class TestSpeed:
         assert (np.diff(abscissa) < 0.0).all()
         axes = make_axes(config)
         assert (axes.speed[0], axes.speed[-1]) == (5.0 if depends else 300.0, 300.0)
-        assert (len(axes.speed) == 2) is not depends
-        assert (np.diff(axes.speed_coordinate) > 0.0).all()
+        assert (len(axes.speed) == 1) is not depends
+        assert (np.diff(axes.speed_coordinate) > 0.0).all() == depends
 
     @pytest.mark.parametrize("law", ["exponential", "power"])
     def test_abscissa_is_the_restitution_at_normal_impact(self, law):

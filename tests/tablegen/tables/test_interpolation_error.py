@@ -11,15 +11,12 @@ from tablegen.checkpoints import SECONDS
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import fit_node
-from tablegen.tables.interpolation_error import (
-    error_of,
-    interpolation_errors,
-)
-from tablegen.tables.intervals import Place
+from tablegen.tables.interpolation_error import ON_EDGES, error_of, interpolation_errors
+from tablegen.tables.intervals import Grid, Place
+from tablegen.tables.refine import counted
 
 MODULE = sys.modules[interpolation_errors.__module__]
 HERE = Place((35.0,), (150.0,))
-CELL = Place((30.0, 40.0), (100.0, 200.0))
 TARGETS = AccuracyTargets(ks=0.1, sliced_wasserstein=0.1, correlation_error=0.2, auc=0.7)
 
 
@@ -38,14 +35,18 @@ def found(**distances):
 def test_error_is_in_units_of_what_is_allowed(name):
     least = METRICS[name].least
     half = found(**{name: least + 0.5 * (getattr(TARGETS, name) - least)})
-    assert error_of(half, TARGETS, CELL) == pytest.approx(0.5)
+    assert error_of(half, TARGETS) == (pytest.approx(0.5), name)
 
 
-def test_sliced_wasserstein_distance_counts_in_centres_only():
+def test_sliced_wasserstein_distance_counts_in_cells_only():
     one = found(ks=0.02, sliced_wasserstein=0.09)
-    assert error_of(one, TARGETS, CELL) == pytest.approx(0.9)
-    for edge in (HERE, Place((30.0, 40.0), (150.0,)), Place((35.0,), (100.0, 200.0))):
-        assert error_of(one, TARGETS, edge) == pytest.approx(0.2)
+    assert error_of(one, TARGETS) == (pytest.approx(0.9), "sliced_wasserstein")
+    assert error_of(one, TARGETS, ON_EDGES) == (pytest.approx(0.2), "ks")
+    edge, cell = Place((30.0, 40.0), (150.0,)), Place((30.0, 40.0), (150.0, 160.0))
+    assert counted(Grid((30.0, 40.0), (150.0, 160.0)), [edge]) == ON_EDGES
+    assert counted(Grid((30.0, 40.0), (150.0, 160.0)), [cell]) == tuple(METRICS)
+    # the edges of a grid with one speed are its cells
+    assert counted(Grid((30.0, 40.0), (150.0,)), [edge]) == tuple(METRICS)
 
 
 @pytest.mark.usefixtures("few_states")
@@ -55,21 +56,20 @@ class TestNodes:
     def test_node_passes_at_its_own_condition_and_nowhere_else(self):
         node = fit_node(TINY, 35.0, 150.0)
         here = interpolation_errors(TINY, HERE, (35.0, 150.0), [node])
-        assert error_of(here, TARGETS, HERE) < 1.0
+        assert error_of(here, TARGETS)[0] < 1.0
         wrong = fit_node(TINY, 45.0, 150.0)
-        assert (
-            error_of(interpolation_errors(TINY, HERE, (35.0, 150.0), [wrong]), TARGETS, HERE) > 1.0
-        )
+        there = interpolation_errors(TINY, HERE, (35.0, 150.0), [wrong])
+        assert error_of(there, TARGETS)[0] > 1.0
 
     def test_interpolation_is_tried_in_the_middle(self):
         """Nodes ten degrees apart are good enough half-way, and not the wrong way round."""
         nodes = [fit_node(TINY, alpha, 150.0) for alpha in (35.0, 45.0)]
         place = Place((35.0, 45.0), (150.0,))
         straight = interpolation_errors(TINY, place, (39.9, 150.0), nodes)
-        assert error_of(straight, TARGETS, place) < 1.0
+        assert error_of(straight, TARGETS)[0] < 1.0
         # Refused: a condition near the other end of the cell, with the nodes exchanged.
         crossed = interpolation_errors(TINY, place, (36.0, 150.0), nodes[::-1])
-        assert error_of(crossed, TARGETS, place) > 1.0
+        assert error_of(crossed, TARGETS)[0] > 1.0
 
     def test_is_a_function_of_its_arguments(self):
         node = fit_node(ROUGH, 35.0, 150.0)
@@ -85,4 +85,4 @@ class TestNodes:
         node = fit_node(ROUGH, 60.0, 150.0)
         bad = interpolation_errors(strict, HERE, (35.0, 150.0), [node])
         assert float(bad["auc"]) == 0.5
-        assert error_of(bad, strict.accuracy, HERE) > 2.0
+        assert error_of(bad, strict.accuracy)[0] > 2.0

@@ -7,6 +7,9 @@ from tablegen.tables.intervals import CENTRE_LIMIT, EDGE_LIMIT, Grid, refine
 
 START = Grid((0.0, 4.0, 8.0), (0.0, 8.0))
 
+#: More nodes than any of these needs.
+MANY = (100, 100)
+
 
 def middle(low, high):
     return 0.5 * (low + high)
@@ -43,16 +46,16 @@ def quadratic(along_alpha, along_speed):
 
 
 def test_only_the_axis_that_errs_is_refined():
-    found = refine(START, recording(quadratic(lambda _: 0.4, 0.0)), middle, middle)
+    found = refine(START, recording(quadratic(lambda _: 0.4, 0.0)), middle, middle, MANY)
     assert found.grid == Grid(tuple(float(a) for a in range(9)), START.speed)
     assert found.reached
-    found = refine(START, recording(quadratic(lambda _: 0.0, 0.1)), middle, middle)
+    found = refine(START, recording(quadratic(lambda _: 0.0, 0.1)), middle, middle, MANY)
     assert found.grid == Grid(START.alpha_deg, (0.0, 2.0, 4.0, 6.0, 8.0))
 
 
 def test_nodes_gather_where_the_law_bends():
     law = quadratic(lambda a: 0.02 + 2.0 * (a <= 2.0), 0.0)
-    found = refine(START, recording(law), middle, never)
+    found = refine(START, recording(law), middle, never, MANY)
     steps = np.diff(found.grid.alpha_deg)
     assert found.reached
     assert steps.min() == 0.5
@@ -62,7 +65,7 @@ def test_nodes_gather_where_the_law_bends():
 
 def test_errors_of_the_result_are_below_the_limits():
     law = quadratic(lambda a: 0.2 + 0.1 * a, 0.04)
-    found = refine(START, recording(law), middle, middle)
+    found = refine(START, recording(law), middle, middle, MANY)
     assert found.reached
     grid = found.grid
     edges = grid.alpha_edges() + grid.speed_edges()
@@ -80,14 +83,18 @@ def test_bad_centre_refines_the_axis_with_the_worse_edges():
     def law(place):
         return 0.8 * (width(place.alpha_deg) > 3.0) + 0.5 * (width(place.speed) > 3.0)
 
-    found = refine(START, recording(law), middle, middle)
+    found = refine(START, recording(law), middle, middle, MANY)
     assert found.grid == Grid((0.0, 2.0, 4.0, 6.0, 8.0), START.speed)
     assert found.reached
 
 
 def test_refinement_that_does_not_help_ends_and_says_so():
     found = refine(
-        START, recording(lambda _: 2.0), lambda a, b: None if b - a < 1 else (a + b) / 2, never
+        START,
+        recording(lambda _: 2.0),
+        lambda a, b: None if b - a < 1 else (a + b) / 2,
+        never,
+        MANY,
     )
     assert not found.reached
     assert found.worst == 2.0
@@ -95,9 +102,20 @@ def test_refinement_that_does_not_help_ends_and_says_so():
     assert found.grid.speed == START.speed
 
 
+@pytest.mark.parametrize("most", [3, 4, 5, 7, 8])
+def test_plan_is_never_exceeded_and_the_worst_intervals_go_first(most):
+    law = quadratic(lambda a: 0.2 + 0.1 * a, 0.0)
+    found = refine(START, recording(law), middle, middle, (most, 2))
+    assert len(found.grid.alpha_deg) == most
+    assert found.grid.speed == START.speed
+    assert not found.reached
+    assert (np.diff(np.diff(found.grid.alpha_deg)) <= 0.0).all()
+    assert found.worst == law(found.where) > CENTRE_LIMIT
+
+
 @pytest.mark.parametrize("grid", [Grid((3.0,), (1.0,)), Grid((3.0,), (0.0, 8.0))])
 def test_axis_of_one_node(grid):
-    found = refine(grid, recording(quadratic(lambda _: 0.4, 0.1)), middle, middle)
+    found = refine(grid, recording(quadratic(lambda _: 0.4, 0.1)), middle, middle, MANY)
     assert found.grid.alpha_deg == (3.0,)
     assert len(found.grid.speed) == (1 if len(grid.speed) == 1 else 5)
     assert found.reached

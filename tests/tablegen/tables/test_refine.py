@@ -13,7 +13,7 @@ from tablegen.config.metric_table import METRICS
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.tables.interpolation_error import interpolation_errors
 from tablegen.tables.intervals import Grid
-from tablegen.tables.refine import NodeCache
+from tablegen.tables.refine import NodeCache, ladder
 from tablegen.tables.refine import refine_grid as refine_nodes
 
 MODULE = sys.modules[interpolation_errors.__module__]
@@ -37,7 +37,7 @@ def few_states(monkeypatch):
 
 
 def mixture_error(components):
-    return 0.4 * (components / 100.0) ** -0.75
+    return 0.4 * (components / 26.0) ** -0.75
 
 
 @pytest.fixture
@@ -68,7 +68,12 @@ class TestLaw:
     def test_smallest_mixture_that_leaves_room_is_chosen(self):
         refined = refine_grid(open_config(), TaskRunner())
         assert refined.size.components == next(k for k in LADDER if mixture_error(k) <= 0.66 * 0.4)
-        assert LADDER[0] < refined.size.components < LADDER[-1]
+        assert LADDER[0] < refined.size.components < ladder(open_config())[-1] < LADDER[-1]
+
+    def test_mixture_is_never_larger_than_planned(self, monkeypatch):
+        monkeypatch.setattr(sys.modules[__name__], "mixture_error", lambda components: 0.4)
+        config = open_config()
+        assert refine_grid(config, TaskRunner()).size.components == ladder(config)[-1]
 
     def test_nodes_are_placed_by_the_error(self):
         refined = refine_grid(open_config(components=200), TaskRunner())
