@@ -69,7 +69,7 @@ def along_wall(impacts, amounts, particles, edges):
 def draw(figure, panels, edges):
     """Draw values and standard errors by panel and name; grey is the bend."""
     middles = 0.5 * (edges[1:] + edges[:-1])
-    for axes, (title, lines) in zip(figure.subplots(1, 3), panels.items(), strict=True):
+    for axes, (title, lines) in zip(figure.subplots(1, 2), panels.items(), strict=True):
         axes.axvspan(0.0, bend.TURN, color="#eeeeee", linewidth=0)
         for name, (values, errors) in lines.items():
             axes.errorbar(middles, values, errors, label=name, marker="o", markersize=3)
@@ -92,33 +92,26 @@ def main(arguments=None):
     rebound = with_works(table, 0.63 * args.diameter, works)
     impacts = bend.follow(rebound, (bend.SPEED, args.diameter), args.count, seed=1)
     normal, shear = np.concatenate(works).T
+    taken = {"normal work, kJ/kg": 1e-3 * normal, "tangential work, kJ/kg": 1e-3 * shear}
     wear = {
-        "Oka": 1e9 * oka(impacts.speed, impacts.angle, args.diameter),
-        "Finnie": 1e9 * finnie(impacts.speed, impacts.angle),
-        "works (Bitter)": 1e9 * (normal / DEFORMATION + shear / CUTTING),
+        "Oka, mm³/kg": 1e9 * oka(impacts.speed, impacts.angle, args.diameter),
+        "Finnie, mm³/kg": 1e9 * finnie(impacts.speed, impacts.angle),
+        "works (Bitter), mm³/kg": 1e9 * (normal / DEFORMATION + shear / CUTTING),
     }
-    taken = {"work_normal": 1e-3 * normal, "work_shear": 1e-3 * shear}
-    later = impacts.hit > 0
-    for name, amounts in (wear | taken).items():
-        unit = "mm³/kg" if name in wear else "kJ/kg"
-        share = amounts[later].sum() / amounts.sum()
-        print(f"{name}: {amounts.sum() / args.count:.4g} {unit}, {share:.0%} at later hits")
+    print("| of the whole wall | sum | at later hits |\n|---|---|---|")
+    for name, amounts in (taken | wear).items():
+        later = amounts[impacts.hit > 0].sum() / amounts.sum()
+        print(f"| {name} | {amounts.sum() / args.count:.4g} | {later:.0%} |")
     if args.figure:
         edges = bend.TURN / 12 * np.arange(23)
+        shares = {name: x * args.count / x.sum() for name, x in wear.items()}
+        panels = {"works, per metre": taken, "loss of wall over its sum, per metre": shares}
+        figure = plt.figure(figsize=(10.0, 4.0), layout="constrained")
         maps = {
-            name: along_wall(impacts, amounts, args.count, edges)
-            for name, amounts in (wear | taken).items()
+            title: {name: along_wall(impacts, x, args.count, edges) for name, x in lines.items()}
+            for title, lines in panels.items()
         }
-        whole = {name: wear[name].sum() / args.count for name in wear}
-        panels = {
-            "works, kJ/kg per metre": {name: maps[name] for name in taken},
-            "loss of wall, mm³/kg per metre": {name: maps[name] for name in wear},
-            "the same over its sum, per metre": {
-                name: [part / whole[name] for part in maps[name]] for name in wear
-            },
-        }
-        figure = plt.figure(figsize=(13.0, 4.0), layout="constrained")
-        draw(figure, panels, edges)
+        draw(figure, maps, edges)
         figure.savefig(args.figure, dpi=110)
 
 

@@ -186,9 +186,8 @@ class TestWorks:
         found = np.einsum("nji,nj->ni", frame, states[:, :3]) * speed[:, None]
         close = np.isclose(found, after.velocity, atol=1e-3).all(axis=1)
         assert close.mean() > 0.99  # rounding may choose another expert
-        out = np.zeros(10)
+        out, key = np.zeros(10), (5, int(INDEX[7]), int(HITS[7]))
         condition = float(np.arcsin(into / speed)[7]), speed[7]
-        key = 5, int(INDEX[7]), int(HITS[7])
         assert sampler.draw(table.handle, *condition, *key, out, tuple(spin[7])) >= 0
         np.testing.assert_array_equal(out[[*range(6), 8, 9]], states[7])
 
