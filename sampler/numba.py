@@ -84,7 +84,7 @@ _OPTIONAL = _Kind(
 _OUTPUT = _Kind(_is_output, "a writable float64 array of one dimension", _POINTER)
 
 #: Functions of the library that compiled code calls. A cached caller looks for them by name.
-_SYMBOLS = ("rbt_draw_grain", "rbt_draw_all", "rbt_rebound_grain", "rbt_fresh_grain")
+_SYMBOLS = ("rbt_draw_all", "rbt_rebound_grain", "rbt_fresh_grain")
 for _symbol in _SYMBOLS:
     _address = ctypes.cast(getattr(library(), _symbol), ctypes.c_void_p).value
     llvmlite.binding.add_symbol(_symbol, _address)
@@ -170,12 +170,6 @@ _check_state, _check_out = _check_of("state"), _check_of("out")
 
 @_intrinsic
 def _draw(typingctx, handle, alpha1, speed, spin, grain, seed, index, hit, state):  # noqa: ANN001, ANN202
-    given = (handle, alpha1, speed, spin, grain, seed, index, hit, state)
-    return _call("rbt_draw_grain", _DRAW, given, 0, 6)
-
-
-@_intrinsic
-def _draw_all(typingctx, handle, alpha1, speed, spin, grain, seed, index, hit, state):  # noqa: ANN001, ANN202
     given = (handle, alpha1, speed, spin, grain, seed, index, hit, state)
     return _call("rbt_draw_all", _DRAW, given, 0, 10)
 
@@ -264,18 +258,10 @@ def draw(
     _check_state(state)
     if state.size < 6:
         raise ValueError("state: got fewer than 6 numbers, allowed: shape (6,) or (10,)")
-    if state.size >= 10:
-        status, every = _draw_all(handle, alpha1, speed, spin, grain, seed, index, hit, state)
-        if status >= 0:
-            for k in range(10):
-                state[k] = every[k]
-        return status
     status, values = _draw(handle, alpha1, speed, spin, grain, seed, index, hit, state)
     if status >= 0:
-        for k in range(6):
+        for k in range(min(state.size, 10)):
             state[k] = values[k]
-        for k in range(6, state.size):
-            state[k] = 0.0
     return status
 
 

@@ -1231,8 +1231,8 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
 
    The law of particles that arrive spinning, given their spin and their grain: shape, b/a and c/b. Each
    of S shapes has a tree of conditions; a leaf has 8 groups of 16 experts and the quantile functions of
-   O = 6 outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e, or of O = 8, the roots of
-   the works too.
+   O = 6 outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e, or of O = 8, with
+   two for the works.
 
      inputs[L]        middles, then factors, of the 7 inputs
      group_gates[L]   23 x 8 coefficients / 512, by feature; gates[L 8]: 23 x 16 of the experts
@@ -1836,35 +1836,15 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
     }
 }
 
-/* Works of draws over m V^2 / 2: their sum is the share b of what translation and rotation leave of E,
-   and of it the normal work has the share a^6. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_works(size_t m, const rbti_spin_draws *d, double *works)
-{
-    RBTI_EACH_DRAW(r)
-    {
-        const float *outcomes = d->outcomes + r;
-        const double p = (double)outcomes[0], q = (double)outcomes[m];
-        const double s = (double)outcomes[2 * m], energy = d->factor[r] * d->factor[r];
-        const double x = (double)outcomes[3 * m], y = (double)outcomes[4 * m];
-        const double z = (double)outcomes[5 * m], whole = 1.0 + (p * p + q * q + s * s);
-        const double turns = d->smallest[r] * (x * x + y * y + z * z) * whole;
-        const double left = energy / whole * (1.0 - (turns > 1.0 ? 1.0 : turns));
-        const double a = (double)outcomes[6 * m], b = (double)outcomes[7 * m];
-        const double sum = left * (b > 1.0 ? 1.0 : b < 0.0 ? 0.0 : b), cube = a * a * a;
-        const double share = cube * cube > 1.0 ? 1.0 : cube * cube;
-        works[r] = share * sum;
-        works[m + r] = (1.0 - share) * sum;
-    }
-}
-
 /* Outcomes to states of `count` draws, the first six variables or all. With E, the square of `factor`,
    the most energy that the grain can have before, E / (1 + |p|^2) is left for the rotation after: an
-   angular velocity with more is shortened. */
+   angular velocity with more is shortened. The works are the share b of what both leave; of them the
+   normal work has the share a^6. */
 RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t outcomes,
                                                 int variables, const rbt_table *table,
                                                 const rbti_spin_draws *d, double *states)
 {
-    double values[6 * RBTI_BLOCK] RBTI_ALIGNED;
+    double values[RBTI_MOST_OUTCOMES * RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
     {
         const float *found = d->outcomes + r;
@@ -1881,24 +1861,24 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
         values[3 * m + r] = turn * turning * x;
         values[4 * m + r] = turn * turning * y;
         values[5 * m + r] = turning * z;
+        if (outcomes == RBTI_MOST_OUTCOMES) {
+            const double a = (double)found[6 * m], b = (double)found[7 * m], cube = a * a * a;
+            const double left = scale * scale * (turns > 1.0 ? 0.0 : 1.0 - turns);
+            const double sum = left * (b > 1.0 ? 1.0 : b < 0.0 ? 0.0 : b);
+            const double normal = sum * (cube * cube > 1.0 ? 1.0 : cube * cube);
+            values[6 * m + r] = normal;
+            values[7 * m + r] = sum - normal;
+        }
     }
     const size_t width = (size_t)variables;
-    for (size_t k = 0; k < 6; k++) {
-        const int held = (int)(table->held >> k & 1u);
+    for (size_t k = 0; k < RBT_VALUES; k++) { /* a number that compilers know */
+        if (k >= width)
+            break;
+        const size_t row = k < 6 ? k : k - 2; /* 6 and 7 are not of this law */
+        const int known = k < 6 || (k > 7 && outcomes == RBTI_MOST_OUTCOMES);
+        const int held = known && (table->held >> k & 1u);
         for (size_t r = 0; r < count; r++)
-            states[width * r + k] = held ? values[k * m + r] : 0.0;
-    }
-    if (width == 6)
-        return;
-    double works[2 * RBTI_BLOCK] RBTI_ALIGNED;
-    memset(works, 0, sizeof works);
-    if (outcomes == RBTI_MOST_OUTCOMES)
-        rbti_fill_works(m, d, works);
-    for (size_t r = 0; r < count; r++) {
-        double *state = states + width * r;
-        state[6] = state[7] = 0.0;
-        state[8] = table->held >> 8 & 1u ? works[r] : 0.0;
-        state[9] = table->held >> 9 & 1u ? works[m + r] : 0.0;
+            states[width * r + k] = held ? values[row * m + r] : 0.0;
     }
 }
 
@@ -2074,36 +2054,38 @@ RBTI_INLINE RBT_DEVICE int rbti_first_draw(const rbt_table *table, double alpha1
     return rbti_spin_draw(table, alpha1, speed, NULL, seed, &any, index, hit, variables, state);
 }
 
+/* One draw from the law of the spin or grain, or from that of first impacts. */
+RBTI_INLINE RBT_DEVICE int rbti_any_draw(const rbt_table *table, double alpha1, double speed,
+                                         const double *spin, const double *grain, uint64_t seed,
+                                         uint64_t index, uint32_t hit, int variables, double *state)
+{
+    rbti_grains grains = rbti_own_grains(table, seed);
+    grains.given = grain;
+    if (spin || grain)
+        return rbti_spin_draw(table, alpha1, speed, spin, seed, &grains, index, hit, variables,
+                              state);
+    return rbti_first_draw(table, alpha1, speed, seed, seed, index, hit, variables, state);
+}
+
 RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double speed,
                                 const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
                                 double state[6])
 {
-    const rbti_grains own = rbti_own_grains(table, seed);
-    if (spin)
-        return rbti_spin_draw(table, alpha1, speed, spin, seed, &own, index, hit, 6, state);
-    return rbti_first_draw(table, alpha1, speed, seed, seed, index, hit, 6, state);
+    return rbti_any_draw(table, alpha1, speed, spin, NULL, seed, index, hit, 6, state);
 }
 
 RBT_API RBT_DEVICE int rbt_draw_grain(const rbt_table *table, double alpha1, double speed,
                                       const double *spin, const double grain[3], uint64_t seed,
                                       uint64_t index, uint32_t hit, double state[6])
 {
-    const rbti_grains given = {grain, seed, 0};
-    if (!grain)
-        return rbt_draw(table, alpha1, speed, spin, seed, index, hit, state);
-    return rbti_spin_draw(table, alpha1, speed, spin, seed, &given, index, hit, 6, state);
+    return rbti_any_draw(table, alpha1, speed, spin, grain, seed, index, hit, 6, state);
 }
 
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
                                     const double *spin, const double *grain, uint64_t seed,
                                     uint64_t index, uint32_t hit, double values[RBT_VALUES])
 {
-    rbti_grains grains = rbti_own_grains(table, seed);
-    grains.given = grain;
-    if (spin || grain)
-        return rbti_spin_draw(table, alpha1, speed, spin, seed, &grains, index, hit, RBT_VALUES,
-                              values);
-    return rbti_first_draw(table, alpha1, speed, seed, seed, index, hit, RBT_VALUES, values);
+    return rbti_any_draw(table, alpha1, speed, spin, grain, seed, index, hit, RBT_VALUES, values);
 }
 
 #ifndef RBT_DEVICE_ONLY

@@ -8,7 +8,6 @@ weights. A spin law goes, or stays whole but for the works, its last outcomes.
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +49,10 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
         if scene.spin or not path.startswith((GROUP, ACCURACY))
     }
     if scene.spin and not has_works(variables):
-        datasets |= _without_works(contents)
+        factors = N_OUTCOMES * (N_OUTCOMES + 1) // 2
+        datasets["spin/mean"] = contents["spin/mean"][..., :N_OUTCOMES]
+        datasets["spin/factor"] = contents["spin/factor"][..., :factors]
+        datasets["spin/quantiles"] = contents["spin/quantiles"][:, :N_OUTCOMES]
     for path, values in contents.datasets.items():
         if path.startswith(("marginals/quantiles", "dependence/")):
             datasets[path] = values[rows, columns]
@@ -131,16 +133,6 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
                 f"{origin}: accuracy.{metric}: got {wanted:.9g}, "
                 f"allowed: {declared:g} or more, which the table declares"
             )
-
-
-def _without_works(contents: TableContents) -> dict[str, NDArray[Any]]:
-    """Give the datasets of a spin law that have a row for each outcome, without those of works."""
-    factors = N_OUTCOMES * (N_OUTCOMES + 1) // 2
-    return {
-        "spin/mean": contents["spin/mean"][..., :N_OUTCOMES],
-        "spin/factor": contents["spin/factor"][..., :factors],
-        "spin/quantiles": contents["spin/quantiles"][:, :N_OUTCOMES],
-    }
 
 
 def _kept_nodes(contents: TableContents, axis: str, low: float, high: float) -> slice:

@@ -23,12 +23,12 @@ import sampler
 from sampler.device.program import REALS, cupy_with_gpu
 from sampler.errors import InputError
 from sampler.formats.bounds import (
-    EXPERT_STRIDE,
     GROUP_SIZE,
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
     N_OUTCOMES,
+    expert_stride,
 )
 from sampler.formats.image import header_of, table_image
 
@@ -74,7 +74,7 @@ def runs_of_a_draw(header: Any) -> list[int]:
 def runs_of_a_spin_draw() -> list[int]:
     """Runs that a draw with spin reads: inputs, gates of groups and experts, expert, outcomes."""
     gates = [pieces_of(N_FEATURES * count, 2) for count in (N_GROUPS, GROUP_SIZE)]
-    numbers = [pieces_of(2 * N_INPUTS, 4), *gates, pieces_of(EXPERT_STRIDE, 2)]
+    numbers = [pieces_of(2 * N_INPUTS, 4), *gates, pieces_of(expert_stride(N_OUTCOMES), 2)]
     return [*numbers, pieces_of(2 * N_OUTCOMES, 4), *[1] * N_OUTCOMES]
 
 

@@ -173,7 +173,7 @@ def cases(table):
         "rough-rebound": rough_conditions(table),
     }
     if table.has_spin and "work_shear" in table.columns:
-        kinds = {"spin-draw": SPIN_DRAWS[:5]}
+        kinds = {"spin-draw": SPIN_DRAWS[3:5]}
     elif table.has_spin:
         kinds = {
             "spin-draw": SPIN_DRAWS,

@@ -243,7 +243,8 @@ class TestSpinLaw:
             layout = [d for d in whole if d.path.startswith(ACCURACY)]
             assert set(stored) == {d.path for d in layout}
             for dataset in layout:
-                shape = tuple(lengths.get(dim, dim) for dim in dataset.dims)
+                named = lengths | {"n_spin_columns": 6}
+                shape = tuple(named.get(dim, dim) for dim in dataset.dims)
                 assert stored[dataset.path].shape == shape
         assert set(worst_spin_stored(spin_accuracy_datasets(right))) == set(SPIN_PRESETS["fine"])
 

@@ -37,7 +37,7 @@ class TestNextImpact:
 
     def frames(self, departures, there, flight):
         """Axes of the next walls, rows of matrices, in those of the wall that was left."""
-        _, states, orientation = departures
+        _, states, orientation, _ = departures
         speed, omega = np.linalg.norm(states[:, :3], axis=1), states[:, 3:]
         turned, _ = MODEL.tumble(
             orientation, omega, departures.impacts.grain, 1.0, (5.0 + 10.0 * flight) / speed

@@ -1,0 +1,119 @@
+"""Wear of the bend of `bend.py`: laws of erosion, and the works of a table, along its outer wall.
+
+    tablegen generate wear --output wear.h5
+    python docs/examples/wear.py --table wear.h5 --figure docs/bend_wear.png
+
+Oka (Wear 259 (2005) 95) and Finnie (Wear 3 (1960) 87) know speed and angle of an impact. The works
+are what the wall takes, at every hit, from particles that spin; by Bitter (Wear 6 (1963) 5) each
+removes a volume in proportion. The constants are the user's: those here are of sand on steel.
+"""
+
+import argparse
+import warnings
+
+import bend
+import matplotlib.pyplot as plt
+import numpy as np
+
+import sampler
+
+HARDNESS, E90 = 1.8, 6.154e-4 / 7850.0  # Oka: GPa; m^3 of wall for a kg of sand at 104 m/s, 90 deg
+N1, N2, K2, K3, FAST, LARGE = 0.8, 1.3, 2.35, 0.19, 104.0, 326e-6  # exponents; m/s, m
+FLOW_STRESS, PSI, K = 1.5e9, 2.0, 2.0  # Finnie: Pa, and two ratios of depths and of forces
+DEFORMATION, CUTTING = 2e10, 2e10  # Bitter: J of normal and of tangential work for a m^3 of wall
+
+
+def oka(speed, angle, diameter):
+    """Volume of wall for each kg of particles, m^3/kg."""
+    sine = np.sin(angle)
+    share = sine**N1 * (1.0 + HARDNESS * (1.0 - sine)) ** N2
+    return E90 * share * (speed / FAST) ** K2 * (diameter / LARGE) ** K3
+
+
+def finnie(speed, angle):
+    """Volume of wall for each kg of particles, m^3/kg."""
+    sine = np.sin(angle)
+    shallow = np.sin(2.0 * angle) - 6.0 / K * sine**2
+    share = np.where(np.tan(angle) < K / 6.0, shallow, K * np.cos(angle) ** 2 / 6.0)
+    return speed**2 / (PSI * K * FLOW_STRESS) * share
+
+
+def with_works(table, half_size, works):
+    """Make a rebound for `bend.follow`; it adds works on the outer wall, (n, 2) J/kg, to a list."""
+
+    def rebound(velocity, normal, omega, orientation, time, **keys):
+        after = table.rebound(velocity, normal, half_size, omega=omega, **keys)
+        # a draw with the same keys, from the same condition, is the same rebound
+        into = -(velocity * normal).sum(axis=1)
+        along = velocity + into[:, None] * normal
+        x = along / np.linalg.norm(along, axis=1)[:, None]
+        speed = np.linalg.norm(velocity, axis=1)
+        spin = np.stack([(omega * e).sum(axis=1) for e in (x, normal, np.cross(x, normal))], axis=1)
+        angle = np.arcsin(np.minimum(into / speed, 1.0))
+        states = table.sample(angle, speed, spin=spin * (half_size / speed)[:, None], **keys)
+        outer = normal.sum(axis=1) < 0.0
+        works.append((0.5 * speed[:, None] ** 2 * states[:, -2:])[outer])
+        return *after, orientation
+
+    return rebound
+
+
+def along_wall(impacts, amounts, particles, edges):
+    """Sum amounts (n,) of impacts in cells: per particle and metre, and standard errors."""
+    bins = (np.arange(bend.GROUPS + 1) - 0.5, edges)
+    sums = np.histogram2d(impacts.group, impacts.place, bins, weights=amounts)[0]
+    sums *= bend.GROUPS / particles / np.diff(edges)
+    return sums.mean(axis=0), sums.std(axis=0, ddof=1) / np.sqrt(bend.GROUPS)
+
+
+def draw(figure, panels, edges):
+    """Draw values and standard errors by panel and name; grey is the bend."""
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    for axes, (title, lines) in zip(figure.subplots(1, 2), panels.items(), strict=True):
+        axes.axvspan(0.0, bend.TURN, color="#eeeeee", linewidth=0)
+        for name, (values, errors) in lines.items():
+            axes.errorbar(middles, values, errors, label=name, marker="o", markersize=3)
+        axes.set(ylim=(0.0, None), xlim=edges[[0, -1]], title=title, xlabel="along the duct [m]")
+        axes.legend()
+
+
+def main(arguments=None):
+    """Follow particles through the bend; print and draw what its outer wall loses."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--table", default="wear.h5", help="one with works and a spin law")
+    parser.add_argument("--diameter", type=float, default=30e-6, metavar="M", help="of particles")
+    parser.add_argument("--count", type=int, default=20_000, help="particles")
+    parser.add_argument("--figure", metavar="F.png")
+    args = parser.parse_args(arguments)
+    warnings.simplefilter("ignore", sampler.OutsideTableWarning)
+    table, works = sampler.load(args.table), []
+    if not table.has_spin or table.columns[-2:] != ("work_normal", "work_shear"):
+        parser.error(f"--table: got {args.table}, allowed: one with a spin law and both works")
+    rebound = with_works(table, 0.63 * args.diameter, works)
+    impacts = bend.follow(rebound, (bend.SPEED, args.diameter), args.count, seed=1)
+    normal, shear = np.concatenate(works).T
+    taken = {"normal work, kJ/kg": 1e-3 * normal, "tangential work, kJ/kg": 1e-3 * shear}
+    wear = {
+        "Oka, mm³/kg": 1e9 * oka(impacts.speed, impacts.angle, args.diameter),
+        "Finnie, mm³/kg": 1e9 * finnie(impacts.speed, impacts.angle),
+        "works (Bitter), mm³/kg": 1e9 * (normal / DEFORMATION + shear / CUTTING),
+    }
+    print("| of the whole wall | sum | at later hits |\n|---|---|---|")
+    for name, amounts in (taken | wear).items():
+        later = amounts[impacts.hit > 0].sum() / amounts.sum()
+        print(f"| {name} | {amounts.sum() / args.count:.4g} | {later:.0%} |")
+    if args.figure:
+        edges = bend.TURN / 12 * np.arange(23)
+        shares = {name: x * args.count / x.sum() for name, x in wear.items()}
+        panels = {"works, per metre": taken, "loss of wall over its sum, per metre": shares}
+        figure = plt.figure(figsize=(10.0, 4.0), layout="constrained")
+        maps = {
+            title: {name: along_wall(impacts, x, args.count, edges) for name, x in lines.items()}
+            for title, lines in panels.items()
+        }
+        draw(figure, maps, edges)
+        figure.savefig(args.figure, dpi=110)
+
+
+if __name__ == "__main__":
+    main()
