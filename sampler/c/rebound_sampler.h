@@ -17,7 +17,7 @@
 
    The file is what `sampler export T.h5 --output T.rbt` writes. Equal arguments give the states
    that the Python package gives, with the same bits whatever the compiler flags and the processor,
-   and rebounds to the last digits of the C library's atan2, cos and sin; but with
+   and rebounds and spheres to the last digits of the C library's functions; but with
    -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
    rounding in single precision.
 
@@ -177,7 +177,8 @@ RBT_API const char *rbt_strerror(int code);
 
 #endif
 
-/* Range of the table: impact angles in rad, impact speeds in m/s; {smallest, largest}. */
+/* Range of the table: impact angles in rad, impact speeds in m/s; {smallest, largest}. A table of
+   spheres holds beyond it as well. */
 RBT_API RBT_DEVICE void rbt_alpha_range(const rbt_table *table, double range[2]);
 RBT_API RBT_DEVICE void rbt_speed_range(const rbt_table *table, double range[2]);
 
@@ -1178,7 +1179,7 @@ RBTI_INLINE RBT_DEVICE double rbti_pull(const rbt_table *table, double normal, d
 RBTI_APART RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, double speed,
                                        const double *spin, int variables, double *state)
 {
-    const double angle = alpha1 < RBTI_HALF_PI ? alpha1 : RBTI_HALF_PI;
+    const double angle = rbti_bounded(alpha1, table->alpha.low, RBTI_HALF_PI);
     const double x = spin ? spin[0] : 0.0, y = spin ? spin[1] : 0.0, z = spin ? spin[2] : 0.0;
     const double u = cos(angle), v = sin(angle), slide_x = u + z, slide_z = -x;
     const double slide = sqrt(slide_x * slide_x + slide_z * slide_z);
@@ -3555,7 +3556,8 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     }
     table->n_sphere = (size_t)h->n_sphere;
     table->variate_max = h->variate_max;
-    table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
+    if (h->n_sphere == 0)
+        table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
     table->n_knots = (int32_t)h->n_knots;
     table->n_components = (int32_t)h->n_components;
     table->n_classes = (int32_t)h->n_classes;
