@@ -168,7 +168,10 @@ def _header(contents: TableContents) -> Any:
     header["flags"] = SPEED_INDEPENDENT if contents.speed_independent else 0
     header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])
     header["valid_speed"] = contents.valid_speed or (0.0, ANY_SPEED[1])
-    for axis, ends in (("alpha", np.deg2rad(contents["axes/alpha_deg"])), ("speed", contents["axes/speed"])):
+    for axis, ends in (
+        ("alpha", np.deg2rad(contents["axes/alpha_deg"])),
+        ("speed", contents["axes/speed"]),
+    ):
         header[f"{axis}_first"], header[f"{axis}_last"] = ends[0], ends[-1]
     if not contents.of_spheres:
         _fill_node_fields(header, contents)

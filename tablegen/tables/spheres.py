@@ -1,4 +1,4 @@
-"""Tables of spheres: the laws of contact themselves, because a rebound of a sphere has a formula."""
+"""Tables of spheres: the laws of contact, because a rebound of a sphere has a formula."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ import sampler
 from sampler.errors import refuse
 from sampler.formats.bounds import RESOLUTION
 from sampler.formats.channels import channels_for
-from sampler.formats.hdf5 import TableContents, read_table
+from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import SHAPE_CODES
 from sampler.table import Table
 from tablegen.config.config import Config, stored_config
@@ -75,7 +75,7 @@ def largest_difference(contents: TableContents, seed: int | None) -> float:
     spin = rng.uniform(-_MOST_SPIN, _MOST_SPIN, (_IMPACTS, 3))
     spin[::2] = 0.0
     model = DirectModel(config.with_changes({"model": {"tolerance": _TOLERANCE}}))
-    keys = {"seed": 1, "index": np.arange(_IMPACTS)}
+    keys: dict[str, Any] = {"seed": 1, "index": np.arange(_IMPACTS)}
     states = model.sample(alpha1, speed, spin=spin, **keys)
     table = Table(contents)
     drawn = table.sample(alpha1, speed, spin=spin, **keys)

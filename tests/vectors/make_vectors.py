@@ -10,7 +10,7 @@ with one case a line, numbers as hexadecimal floating point:
     rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE ...
 
 Lines of a table without the work of the impulses, which is 0 then, do not have it. The tables spin
-and spheres, with a spin law, also have other lines, in which SPIN and OMEGA are those before the impact:
+and spheres, with a spin law, have other lines, SPIN and OMEGA being those before the impact:
 
     spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6
     spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE ...
