@@ -15,7 +15,6 @@ from sampler.formats.binary_layout import (
     FIRST_HEADER_BYTES,
     HEADER_DTYPE,
     INERTIA_ARRAYS,
-    SPHERE_ARRAYS,
     SPIN_ARRAYS,
     field_offset,
 )
@@ -24,10 +23,7 @@ from sampler.formats.image import checksum, header_of, table_image
 GOOD = (VECTORS / "full.rbt").read_bytes()
 #: The same with a spin law: two shapes, the second a mesh, with four nodes and five leaves each.
 SPINNING = table_image(with_spin_law(full(), codes=(1, 6))).tobytes()
-#: Spheres whose tangential restitution is a table of 3 angles, numbers 8 to 15 of their laws.
-SPHERES = (VECTORS / "spheres.rbt").read_bytes()
-STORED = (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *SPHERE_ARRAYS)
-DTYPES = {array.name: np.dtype(array.dtype) for array in STORED}
+DTYPES = {array.name: np.dtype(array.dtype) for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS)}
 
 
 def field(name, value):
@@ -111,25 +107,9 @@ MALFORMED_SPIN = {
     -30: [number("roots", 1, 8), number("node_cut", 3, 2e3), number("node_child", 2, 1)],
     -31: [number("inputs", 6, np.nan), number("experts", 138, 0)],
 }
-MALFORMED_SPHERES = {
-    -18: [field("n_shapes", 0), field("n_sphere", 7), field("n_columns", 9)],
-    -19: [field("columns", [0] * 8)],
-    -20: [field("n_sphere", 1000), field("at_shape_codes", 1)],
-    -21: [field("valid_speed", [10.0, np.nan])],
-    -29: [number("shape_shares", 0, 0.9)],
-    -33: [
-        *(number("sphere", at, np.nan) for at in (0, 1, 4, 7, 12)),
-        *(number("sphere", at, value) for at, value in ((0, 0.1), (1, 5.0), (4, -1.0), (7, 10.0))),
-        *(number("sphere", at, value) for at, value in ((1, 4.0), (8, 4.0), (9, 2.0), (11, 2.0))),
-    ],
-}
 CASES = [
     (good, change, code)
-    for good, changes in (
-        (GOOD, MALFORMED),
-        (SPINNING, MALFORMED_SPIN),
-        (SPHERES, MALFORMED_SPHERES),
-    )
+    for good, changes in ((GOOD, MALFORMED), (SPINNING, MALFORMED_SPIN))
     for code in changes
     for change in changes[code]
 ]
@@ -151,7 +131,7 @@ def test_the_reason(good, change, code, library, tmp_path):
     assert (found, table.value) == (code, None)
 
 
-@pytest.mark.parametrize("good", [GOOD, SPINNING, SPHERES])
+@pytest.mark.parametrize("good", [GOOD, SPINNING])
 def test_the_good_one(library, good, tmp_path):
     written(tmp_path / "t.rbt", good, lambda data: data, 0)
     with toolchain.opened(library, tmp_path / "t.rbt"):

@@ -21,7 +21,7 @@ ROUNDING = {
     **{"draw": 0.0, "rebound": 1e-13, "rough-rebound": 1e-12},
     **{"spin-draw": 0.0, "spin-rebound": 1e-5, "spin-rough": 1e-5},
 }
-CODES = {"spin": {0, 1, 2, 3, -1, -2, -3, -4, -8}, "spheres": {0, -1, -2, -4, -8}}
+CODES = {"spin": {0, 1, 2, 3, -1, -2, -3, -4, -8}}
 
 
 def load(name):

@@ -9,8 +9,8 @@ with one case a line, numbers as hexadecimal floating point:
     rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 SEED INDEX HIT CODE VELOCITY*3 OMEGA*3
     rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE ...
 
-Lines of a table without the work of the impulses, which is 0 then, do not have it. The tables spin
-and spheres, with a spin law, have other lines, SPIN and OMEGA being those before the impact:
+Lines of a table without the work of the impulses, which is 0 then, do not have it. The table spin,
+with a spin law, also has other lines, in which SPIN and OMEGA are those before the impact:
 
     spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6
     spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE ...
@@ -24,7 +24,6 @@ tests/sampler; run this script again only when the draw is meant to change.
 import itertools
 import math
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -38,8 +37,6 @@ from spin_tables import with_spin_law  # noqa: E402
 from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.formats.image import write_binary_table  # noqa: E402
 from sampler.table import Table  # noqa: E402
-from tablegen.config.config import load_config  # noqa: E402
-from tablegen.tables.spheres import sphere_contents  # noqa: E402
 
 MOST = 2**64 - 1
 NAN, INFINITE = math.nan, math.inf
@@ -176,9 +173,8 @@ def cases(table):
         "rough-rebound": rough_conditions(table),
     }
     if table.has_spin:
-        # a draw of spheres calls the C library, as rebounds do, and has no bits of its own
         kinds = {
-            "spin-draw": () if table.contents.of_spheres else SPIN_DRAWS,
+            "spin-draw": SPIN_DRAWS,
             "spin-rebound": SPIN_REBOUNDS,
             "spin-rough": SPIN_ROUGH,
             # not spinning: as with zeros
@@ -189,19 +185,9 @@ def cases(table):
         yield from lines(table, kind, conditions)
 
 
-def spheres():
-    """Make a table of spheres that are known at all speeds."""
-    law = {"law": "power", "coefficient": 0.7, "reference_speed": 50.0, "exponent": 0.3}
-    known = {"source": "made up", "valid_speed": [1e-4, 1e3]}
-    changes = {"pair": {"restitution": law | known}, "domain": {"speed": [50.0, 120.0]}}
-    contents = sphere_contents(load_config("kharaz-2001").with_changes(changes))
-    return replace(contents, software_version="0.0-test")
-
-
 def main():
     """Write all files."""
     tables = {name: make() for name, make in SMALL_TABLES.items()}
-    tables["spheres"] = spheres()
     tables["spin"] = with_spin_law(plane(), codes=(0, 4), depth=0)
     for name, contents in tables.items():
         write_table(HERE / f"{name}.h5", contents)
