@@ -116,11 +116,6 @@ CODES = (
         "leaves: allowed: middles within 1000, factors from 0 to 10000, diagonals positive",
     ),
     Code(
-        "ERR_CONTACT_LAWS",
-        -33,
-        "sphere: allowed: finite numbers of known laws, tables over growing angles and speeds",
-    ),
-    Code(
         "ERR_GRAIN_NOT_KNOWN",
         -32,
         "grain: allowed: a shape of the spin law, and b/a and c/b from 0.001 to 1",

@@ -23,6 +23,7 @@ from sampler.arguments import (
 )
 from sampler.errors import InputError, TableError, refuse
 from sampler.files import find_table
+from sampler.formats.binary_layout import SPHERES
 from sampler.formats.bounds import ROUNDING
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import header_of, table_image
@@ -99,7 +100,7 @@ class Table(LawAtConditions, Counting):
         return self.__dict__ | {"_counts": Counts()}
 
     def __repr__(self) -> str:
-        if self._header["n_sphere"]:
+        if self._header["flags"] & SPHERES:
             return f"<sampler.Table {self.pair}: spheres>"
         alpha, speed = self.alpha_nodes_deg, self.speed_nodes
         return (

@@ -17,7 +17,7 @@
 
    The file is what `sampler export T.h5 --output T.rbt` writes. Equal arguments give the states
    that the Python package gives, with the same bits whatever the compiler flags and the processor,
-   and rebounds to the last digits of the C library's atan2, cos and sin; but with
+   and rebounds and spheres to the last digits of the C library's functions; but with
    -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
    rounding in single precision.
 
@@ -129,7 +129,6 @@ extern "C" {
 #define RBT_ERR_GRAINS (-29)
 #define RBT_ERR_TREES (-30)
 #define RBT_ERR_LEAVES (-31)
-#define RBT_ERR_CONTACT_LAWS (-33)
 #define RBT_ERR_GRAIN_NOT_KNOWN (-32)
 #define RBT_VALUES 10 /* u, v, w, omega_x, omega_y, omega_z, rotational_energy, collisions,
                         work_normal, work_shear */
@@ -177,7 +176,8 @@ RBT_API const char *rbt_strerror(int code);
 
 #endif
 
-/* Range of the table: impact angles in rad, impact speeds in m/s; {smallest, largest}. */
+/* Range of the table: impact angles in rad, impact speeds in m/s; {smallest, largest}. Spheres
+   rebound by their laws of contact beyond it as well. */
 RBT_API RBT_DEVICE void rbt_alpha_range(const rbt_table *table, double range[2]);
 RBT_API RBT_DEVICE void rbt_speed_range(const rbt_table *table, double range[2]);
 
@@ -437,13 +437,12 @@ typedef struct rbt_spin_law {
 } rbt_spin_law;
 
 struct rbt_table {
-    const double *sphere; /* laws of contact of a table of spheres; else NULL */
-    size_t n_sphere;
     rbt_axis alpha, speed;
     rbt_spin_law spin;
     double valid_speed[2], least_inertia;
     double variate_max, variate_scale;
     int32_t n_knots, n_components, n_classes, n_channels, n_marginals, n_columns, stride;
+    int32_t spheres; /* whether alpha.coordinate has laws of contact; then there are no nodes */
     int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
     uint32_t held; /* bits of the variables among the columns */
     int8_t mirrored[RBTI_NAMES]; /* whether reflection turns the sign of a row of a factor */
@@ -571,7 +570,6 @@ extern "C" {
 #define RBTI_GROUPS 8
 #define RBTI_GROUP_SIZE 16
 #define RBTI_INERTIA 0.6666666666666666
-#define RBTI_GRAZING 0.0087
 #define RBTI_LEAST_RATIO 0.001
 #define RBTI_SCORE_MAX 6.0f
 #define RBTI_PER_SQUARE 0.027777778f
@@ -626,8 +624,6 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
 #define RBTI_BLOCK ((size_t)32)
 #endif
 #define RBTI_EACH_DRAW(r) for (size_t r = 0; r < m; r++)
-
-/* A table of spheres has no nodes: a rebound is computed from its laws of contact, see rbti_sphere. */
 
 typedef struct rbti_draws {
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];
@@ -1073,23 +1069,19 @@ RBTI_APART RBT_DEVICE void rbti_draw_any(const rbt_table *table, double alpha1, 
 
 /* -- spheres --------------------------------------------------------------------------------------
 
-   The laws of contact of a table of spheres (tables/LAWS.md): these numbers, then those of the law of
-   restitution, then those of the law of resistance. A table over angles and speeds begins with how many
-   there are of each, then has the angles, the speeds, and the values by angle. */
+   A rebound of a sphere has a formula. Its laws of contact (tables/LAWS.md) are these numbers, then
+   those of the law of restitution, then those of the law of resistance. A table begins with its numbers
+   of angles and speeds, has these, and its values by angle. */
 enum {
-    RBTI_RESOLUTION,
-    RBTI_RESTITUTION,
-    RBTI_COEFFICIENT,
-    RBTI_EXPONENT,
-    RBTI_RESISTANCE,
-    RBTI_STRENGTH,
-    RBTI_FACTOR,
-    RBTI_LENGTH,
-    RBTI_NUMBERS
+    RBTI_RESOLUTION, RBTI_RESTITUTION, RBTI_COEFFICIENT, RBTI_EXPONENT, RBTI_RESISTANCE,
+    RBTI_STRENGTH, RBTI_FACTOR, RBTI_LENGTH, RBTI_NUMBERS
 };
 enum { RBTI_EXPONENTIAL, RBTI_POLYNOMIAL, RBTI_CONSTANT, RBTI_POWER, RBTI_TABULATED };
 enum { RBTI_ORIENTATION, RBTI_CONSTANT_RESISTANCE, RBTI_TABULATED_RESISTANCE, RBTI_COULOMB };
 #define RBTI_SPHERE_INERTIA 0.4
+#define RBTI_MOBILITY 3.5 /* of the contact of a sphere, along the wall */
+#define RBTI_GRAZING 0.0087 /* sine of the impact angle from which on the resolution is the whole */
+#define RBTI_LEAST_ANGLE 1e-300
 
 /* A number within bounds; the least of NaN. */
 RBTI_INLINE RBT_DEVICE double rbti_bounded(double x, double least, double most)
@@ -1097,106 +1089,88 @@ RBTI_INLINE RBT_DEVICE double rbti_bounded(double x, double least, double most)
     return x > least ? (x < most ? x : most) : least;
 }
 
-/* Weight of the upper of two neighbours among growing numbers, and the lower one. */
-RBTI_INLINE RBT_DEVICE double rbti_weight(const double *nodes, int32_t count, double x,
-                                          int32_t *lower)
+/* Lower one of two neighbours among growing numbers, and the weight of the other. */
+RBTI_INLINE RBT_DEVICE int rbti_neighbour(const double *nodes, int count, double x, double *weight)
 {
-    int32_t low = 0, high = count - 1;
-    while (high - low > 1) {
-        const int32_t middle = (low + high) / 2;
-        if (nodes[middle] <= x)
-            low = middle;
-        else
-            high = middle;
-    }
-    *lower = low;
-    return high > low ? rbti_bounded((x - nodes[low]) / (nodes[high] - nodes[low]), 0.0, 1.0) : 0.0;
+    int k = 0;
+    while (k < count - 2 && nodes[k + 1] <= x)
+        k++;
+    *weight = count > 1 ? rbti_bounded((x - nodes[k]) / (nodes[k + 1] - nodes[k]), 0.0, 1.0) : 0.0;
+    return k;
 }
 
 /* Value of a table: bilinear, constant beyond its ends. */
 RBTI_INLINE RBT_DEVICE double rbti_tabulated(const double *table, double angle, double speed)
 {
-    const int32_t n = (int32_t)table[0], m = (int32_t)table[1];
-    const double *values = table + 2 + n + m;
-    int32_t i, j;
-    const double p = rbti_weight(table + 2, n, angle, &i);
-    const double q = rbti_weight(table + 2 + n, m, speed, &j);
-    const double *near = values + i * m + j, *far = near + (n > 1 ? m : 0);
-    const int right = m > 1;
-    return (1.0 - p) * ((1.0 - q) * near[0] + q * near[right]) +
-           p * ((1.0 - q) * far[0] + q * far[right]);
+    const int n = (int)table[0], m = (int)table[1], right = m > 1;
+    double p, q;
+    const int i = rbti_neighbour(table + 2, n, angle, &p);
+    const int j = rbti_neighbour(table + 2 + n, m, speed, &q);
+    const double *low = table + 2 + n + m + i * m + j, *high = low + (n > 1 ? m : 0);
+    return (1.0 - p) * ((1.0 - q) * low[0] + q * low[right]) +
+           p * ((1.0 - q) * high[0] + q * high[right]);
 }
 
 /* Ratio of the normal contact velocities after and before, from 0 to 1 whatever the numbers are. */
 RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, double sine)
 {
-    const double c = law[RBTI_COEFFICIENT], exponent = law[RBTI_EXPONENT];
-    const double *numbers = law + RBTI_NUMBERS, angle = asin(sine);
+    const double c = law[RBTI_COEFFICIENT], exponent = law[RBTI_EXPONENT], angle = asin(sine);
+    const int kind = (int)law[RBTI_RESTITUTION];
     double e = c;
-    switch ((int)law[RBTI_RESTITUTION]) {
-    case RBTI_EXPONENTIAL:
+    if (kind == RBTI_EXPONENTIAL)
         e = 1.0 + (exp(-c * pow(speed, exponent)) - 1.0) * sine;
-        break;
-    case RBTI_POLYNOMIAL:
+    else if (kind == RBTI_POWER)
+        e = c / pow(speed * sine, exponent);
+    else if (kind == RBTI_TABULATED)
+        e = rbti_tabulated(law + RBTI_NUMBERS, angle, speed);
+    else if (kind == RBTI_POLYNOMIAL) {
         e = 0.0;
         for (int k = (int)law[RBTI_LENGTH] - 1; k >= 0; k--)
-            e = e * angle + numbers[k];
-        break;
-    case RBTI_POWER:
-        e = c / pow(speed * sine, exponent);
-        break;
-    case RBTI_TABULATED:
-        e = rbti_tabulated(numbers, angle, speed);
-        break;
+            e = e * angle + law[RBTI_NUMBERS + k];
     }
     return rbti_bounded(e, 0.0, 1.0);
 }
 
-/* Tangential impulse over minus the tangential contact velocity `slide`. `normal` is the normal
+/* Tangential impulse over minus the tangential contact velocity, of this size. `normal` is the normal
    impulse; `size` and `sine` are of the contact velocity, `ahead` is the sine of the impact angle. */
 RBTI_INLINE RBT_DEVICE double rbti_pull(const rbt_table *table, double normal, double slide,
                                         double size, double sine, double ahead)
 {
-    const double *law = table->sphere, most = 1.0 + 1.0 / RBTI_SPHERE_INERTIA;
-    const size_t before = RBTI_NUMBERS + (size_t)law[RBTI_LENGTH];
-    const int kind = (int)law[RBTI_RESISTANCE];
-    double number = kind == RBTI_COULOMB ? 0.0 : 1.0;
-    if (before < table->n_sphere)
-        number = rbti_tabulated(law + before, asin(sine), 1.0);
+    const double *law = table->alpha.coordinate;
+    const int kind = (int)law[RBTI_RESISTANCE], before = RBTI_NUMBERS + (int)law[RBTI_LENGTH];
+    const double number =
+        before < table->alpha.grid ? rbti_tabulated(law + before, asin(sine), 1.0) : 0.0;
     if (kind == RBTI_COULOMB) {
-        const double back = (1.0 + rbti_bounded(number, -1.0, 1.0)) / most;
+        const double back = (1.0 + rbti_bounded(number, -1.0, 1.0)) / RBTI_MOBILITY;
         return slide > 0.0 ? rbti_bounded(law[RBTI_FACTOR] * normal / slide, 0.0, back) : 0.0;
     }
-    if (kind != RBTI_TABULATED_RESISTANCE)
-        number = law[RBTI_FACTOR];
+    double c = kind == RBTI_TABULATED_RESISTANCE ? number : law[RBTI_FACTOR];
     if (kind == RBTI_ORIENTATION)
-        number *= exp(law[RBTI_STRENGTH] * ahead);
-    const double k = rbti_bounded(number, 0.0, 1e9) / size * normal;
-    return k / (1.0 + 0.5 * most * k);
+        c *= exp(law[RBTI_STRENGTH] * ahead);
+    c = rbti_bounded(c, 0.0, 1e9) / size * normal;
+    return c / (1.0 + 0.5 * RBTI_MOBILITY * c);
 }
 
-/* Rebound of a sphere: the first variables of its state. spin may be NULL. Energies are over that
-   before. In exact arithmetic none is gained, whatever the numbers of the laws are. */
+/* Rebound of a sphere: the first variables of its state; spin may be NULL. The rotational energy is
+   over all energy before, works are over m V^2 / 2. None is gained, whatever the numbers of the laws are. */
 RBTI_APART RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, double speed,
                                        const double *spin, int variables, double *state)
 {
-    const double angle = alpha1 < RBTI_HALF_PI ? alpha1 : RBTI_HALF_PI;
+    const double angle = rbti_bounded(alpha1, RBTI_LEAST_ANGLE, RBTI_HALF_PI);
+    const double j = RBTI_SPHERE_INERTIA, *law = table->alpha.coordinate;
     const double x = spin ? spin[0] : 0.0, y = spin ? spin[1] : 0.0, z = spin ? spin[2] : 0.0;
-    const double u = cos(angle), v = sin(angle), slide_x = u + z, slide_z = -x;
-    const double slide = sqrt(slide_x * slide_x + slide_z * slide_z);
+    const double u = cos(angle), v = sin(angle), slide = sqrt((u + z) * (u + z) + x * x);
     const double size = sqrt(slide * slide + v * v), sine = v < size ? v / size : 1.0;
-    const double e = rbti_restitution(table->sphere, speed * size, sine);
-    const double least = table->sphere[RBTI_RESOLUTION] * (v < RBTI_GRAZING ? v / RBTI_GRAZING : 1.0);
-    const double away = e * v > least ? e * v : least;
+    const double bounce = rbti_restitution(law, speed * size, sine) * v;
+    const double least = law[RBTI_RESOLUTION] * rbti_bounded(v / RBTI_GRAZING, 0.0, 1.0);
+    const double away = bounce > least ? bounce : least;
     const double pull = rbti_pull(table, away + v, slide, size, sine, v);
-    const double turn_x = x + pull / RBTI_SPHERE_INERTIA * slide_z;
-    const double turn_z = z - pull / RBTI_SPHERE_INERTIA * slide_x;
-    const double energy = 1.0 + RBTI_SPHERE_INERTIA * (x * x + y * y + z * z);
-    const double turning = RBTI_SPHERE_INERTIA * (turn_x * turn_x + y * y + turn_z * turn_z);
-    const double shear = pull * (2.0 - pull * (1.0 + 1.0 / RBTI_SPHERE_INERTIA)) * slide * slide;
+    const double turn_x = x - pull / j * x, turn_z = z - pull / j * (u + z);
+    const double energy = 1.0 + j * (x * x + y * y + z * z);
     const double values[RBT_VALUES] = {
-        u - pull * slide_x, away, -pull * slide_z, turn_x, y, turn_z,
-        turning / energy, 1.0, (v - away) * (v + away) / energy, shear / energy};
+        u - pull * (u + z), away, pull * x, turn_x, y, turn_z,
+        j * (turn_x * turn_x + y * y + turn_z * turn_z) / energy, 1.0,
+        (v - away) * (v + away), pull * (2.0 - pull * RBTI_MOBILITY) * slide * slide};
     for (int k = 0; k < variables; k++)
         state[k] = (table->held >> k & 1u) ? values[k] : 0.0;
 }
@@ -1209,7 +1183,7 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
     const int status = rbti_status(table, alpha1, speed);
     if (status < RBT_OK)
         return status;
-    if (table->sphere) {
+    if (table->spheres) {
         rbti_sphere(table, alpha1, speed, NULL, variables, state);
         return status;
     }
@@ -1943,8 +1917,8 @@ RBTI_APART_CLONES RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double a
         return status;
     if (grains->given && !rbti_grain_holds(&table->spin, grains->given))
         return RBT_ERR_GRAIN_NOT_KNOWN;
-    if (table->sphere) {
-        rbti_sphere(table, alpha1, speed, spin, 6, state);
+    if (table->spheres) {
+        rbti_sphere(table, alpha1, speed, spin, variables, state);
         return status;
     }
     rbti_spin_draws draws;
@@ -2193,10 +2167,11 @@ RBTI_INLINE size_t rbti_sample_spins(const rbt_table *table, const rbt_condition
     const rbti_grains grains = {given->grain ? given->grain + 3 * first : NULL, seed, any};
     rbti_spin_draws draws RBTI_ALIGNED;
     const size_t count = rbti_spin_conditions(table, given, first, most, &draws, code, report);
-    for (size_t r = 0; r < count && table->sphere; r++)
+    for (size_t r = 0; r < count && table->spheres; r++)
         rbti_sphere(table, draws.alpha1[r], draws.speed[r],
-                    given->spin ? given->spin + 3 * (first + r) : NULL, 6, states + 6 * r);
-    if (count > 0 && !table->sphere)
+                    given->spin ? given->spin + 3 * (first + r) : NULL, variables,
+                    states + (size_t)variables * r);
+    if (count > 0 && !table->spheres)
         rbti_spin_block(RBTI_BLOCK, table, seed, &grains, given->index + first,
                         given->hit + first, count, variables, &draws, states);
     return count;
@@ -2210,10 +2185,10 @@ RBTI_INLINE size_t rbti_sample_nodes(const rbt_table *table, const rbt_condition
     rbti_draws draws RBTI_ALIGNED;
     const size_t count = rbti_conditions(table, given->alpha1, given->speed, first, most, &draws,
                                          code, report);
-    for (size_t r = 0; r < count && table->sphere; r++)
+    for (size_t r = 0; r < count && table->spheres; r++)
         rbti_sphere(table, draws.alpha1[r], draws.speed[r], NULL, variables,
                     states + (size_t)variables * r);
-    if (count > 0 && !table->sphere)
+    if (count > 0 && !table->spheres)
         rbti_draw_block(RBTI_BLOCK, table, seed, given->index + first, given->hit + first, count,
                         variables, &draws, states);
     return count;
@@ -2962,7 +2937,7 @@ typedef struct rbti_header {
         at_node_cut, at_node_child, at_inputs, at_spin_spans, at_spin_quantiles, at_group_gates,
         at_gates, at_experts;
     double least_inertia, spin_size[2];
-    uint64_t at_shape_inertia, at_sphere, n_sphere;
+    uint64_t at_shape_inertia;
 } rbti_header;
 /* end header */
 
@@ -2973,6 +2948,7 @@ typedef struct rbti_header {
 #define RBTI_SPEED_INDEPENDENT 1u
 #define RBTI_OTHER_POPULATION 2u
 #define RBTI_SPIN_WORKS 4u
+#define RBTI_SPHERES 8u
 #define RBTI_FIRST_MIRRORED 3
 #define RBTI_END_MIRRORED 6
 /* channels (bits) from which each variable is made */
@@ -2980,9 +2956,6 @@ typedef struct rbti_header {
 #define RBTI_NORMAL_HAT 0x100u
 #define RBTI_FIRST_HEADER_BYTES 432
 #define RBTI_SECOND_HEADER_BYTES 680
-#define RBTI_THIRD_HEADER_BYTES 712
-#define RBTI_MOST_RESOLUTION 0.0087
-#define RBTI_MOST_SPHERE 1048576
 /* least and largest value; see sampler/formats/bounds.py */
 #define RBTI_ALPHA_BOUNDS 1.7453292519925846e-11, 1.5707963267964675
 #define RBTI_SPEED_BOUNDS 1e-09, 1000000000.0
@@ -3030,11 +3003,10 @@ typedef struct rbti_header {
     DO(spans, spans, double, rbti_cells(h), (uint64_t)h->n_classes * h->n_marginals * 2, 0)        \
     DO(quantiles, quantiles, uint16_t, rbti_cells(h), (uint64_t)h->n_classes * h->n_marginals *    \
        h->n_knots * 4, 0)
-#define RBTI_GRAIN_ARRAYS(DO)                                                                      \
+#define RBTI_SPIN_ARRAYS(DO)                                                                       \
     DO(shape_codes, spin.shape_codes, int32_t, h->n_shapes, 1, 0)                                  \
     DO(shape_shares, spin.shape_shares, double, h->n_shapes, 1, 0)                                 \
-    DO(shape_ratios, spin.shape_ratios, double, h->n_shapes, (uint64_t)2, 0)
-#define RBTI_SPIN_ARRAYS(DO)                                                                       \
+    DO(shape_ratios, spin.shape_ratios, double, h->n_shapes, (uint64_t)2, 0)                       \
     DO(roots, spin.roots, int32_t, h->n_shapes, 1, 0)                                              \
     DO(node_axis, spin.node_axis, int8_t, h->n_nodes, 1, 0)                                        \
     DO(node_cut, spin.node_cut, double, h->n_nodes, 1, 0)                                          \
@@ -3049,8 +3021,6 @@ typedef struct rbti_header {
        rbti_expert_stride(rbti_outcomes(h)), 8)
 #define RBTI_INERTIA_ARRAYS(DO)                                                                    \
     DO(shape_inertia, spin.shape_inertia, double, h->n_shapes, (uint64_t)2, 0)
-#define RBTI_SPHERE_ARRAYS(DO)                                                                     \
-    DO(sphere, sphere, double, h->n_sphere, 1, 0)
 /* end checks */
 
 /* End a function with a code where something does not hold. */
@@ -3089,11 +3059,10 @@ static uint64_t rbti_nodes(const rbti_header *header)
 
 #endif
 
-/* Size of a header: those of versions 1.0, of 1.1 and 1.2, and of 1.3 are shorter. */
+/* Size of a header: those of versions 1.0, and 1.1 and 1.2, are shorter. */
 static RBT_DEVICE size_t rbti_header_bytes(const rbti_header *header)
 {
-    return header->minor > 3   ? sizeof *header
-           : header->minor > 2 ? RBTI_THIRD_HEADER_BYTES
+    return header->minor > 2   ? sizeof *header
            : header->minor > 0 ? RBTI_SECOND_HEADER_BYTES
                                : RBTI_FIRST_HEADER_BYTES;
 }
@@ -3138,11 +3107,6 @@ static int rbti_check_sum(const char *image, size_t size, const rbti_header *hea
 
 static int rbti_check_dimensions(const rbti_header *h)
 {
-    if (h->n_sphere > 0) {
-        const int few = h->n_sphere >= RBTI_NUMBERS && h->n_sphere <= RBTI_MOST_SPHERE;
-        RBTI_NEED(few && h->n_shapes == 1 && h->n_columns <= RBTI_NAMES, RBT_ERR_DIMENSIONS);
-        return RBT_OK;
-    }
 #define RBTI_DO(name, least, most)                                                                 \
     RBTI_NEED(h->name >= least && h->name <= most, RBT_ERR_DIMENSIONS);
     RBTI_DIMENSIONS(RBTI_DO)
@@ -3197,10 +3161,8 @@ static int rbti_check_names(const rbti_header *h)
 {
     static const unsigned needs[RBT_VALUES] = RBTI_NEEDS;
     RBTI_NEED(rbti_pair_holds(h), RBT_ERR_NAMES);
-    RBTI_NEED(rbti_name_bits(h->columns, h->n_columns, RBT_VALUES), RBT_ERR_NAMES);
-    if (h->n_sphere > 0)
-        return RBT_OK;
     RBTI_NEED(rbti_name_bits(h->channels, h->n_channels, RBTI_CHANNELS), RBT_ERR_NAMES);
+    RBTI_NEED(rbti_name_bits(h->columns, h->n_columns, RBT_VALUES), RBT_ERR_NAMES);
     unsigned needed = 0, held = 0;
     uint32_t marginals = 0;
     for (uint32_t k = 0; k < RBTI_NAMES; k++) {
@@ -3233,13 +3195,6 @@ static int rbti_check_offsets(const rbti_header *h)
 {
 #define RBTI_DO(name, member, type, rows, numbers, extra)                                          \
     RBTI_NEED(rbti_lies(h, h->at_##name, rows, numbers, extra, sizeof(type)), RBT_ERR_OFFSETS);
-    if (h->n_shapes > 0) {
-        RBTI_GRAIN_ARRAYS(RBTI_DO)
-    }
-    if (h->n_sphere > 0) {
-        RBTI_SPHERE_ARRAYS(RBTI_DO)
-        return RBT_OK;
-    }
     RBTI_ARRAYS(RBTI_DO)
     if (h->n_shapes > 0) {
         RBTI_SPIN_ARRAYS(RBTI_DO)
@@ -3276,13 +3231,11 @@ static int rbti_within(double x, double least, double most)
 static int rbti_check_axes(const rbt_table *table)
 {
     const double variate[2] = {RBTI_VARIATE_BOUNDS}, most = table->variate_max;
-    RBTI_NEED(rbti_range_holds(table->valid_speed[0], table->valid_speed[1], 0.0, 1e300),
-              RBT_ERR_AXES);
-    if (table->n_sphere > 0)
-        return RBT_OK;
     RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_ALPHA_BOUNDS), RBT_ERR_AXES);
     RBTI_NEED(rbti_axis_holds(&table->speed, RBTI_SPEED_BOUNDS), RBT_ERR_AXES);
     RBTI_NEED(rbti_finite(most) && variate[0] <= most && most <= variate[1], RBT_ERR_AXES);
+    RBTI_NEED(rbti_range_holds(table->valid_speed[0], table->valid_speed[1], 0.0, 1e300),
+              RBT_ERR_AXES);
     RBTI_NEED(rbti_within(table->least_inertia, 0.0, RBTI_INERTIA), RBT_ERR_AXES);
     return RBT_OK;
 }
@@ -3491,41 +3444,6 @@ static int rbti_check_outcomes(const rbt_spin_law *law)
     return RBT_OK;
 }
 
-/* Whether numbers are a table over angles and at most so many speeds. */
-static int rbti_is_table(const double *numbers, size_t count, double speeds)
-{
-    const double n = count < 2 ? 0.0 : numbers[0], m = count < 2 ? 0.0 : numbers[1];
-    int holds = n >= 1.0 && m >= 1.0 && m <= speeds && floor(n) == n && floor(m) == m &&
-                (double)count == 2.0 + n + m + n * m;
-    for (size_t k = 3; holds && k < 2 + (size_t)n + (size_t)m; k++)
-        holds = k == 2 + (size_t)n || numbers[k] > numbers[k - 1];
-    return holds;
-}
-
-/* Laws of contact of spheres. */
-static int rbti_check_sphere(const rbt_table *table)
-{
-    const double *law = table->sphere, length = law[RBTI_LENGTH];
-    const size_t room = table->n_sphere - RBTI_NUMBERS;
-    for (size_t k = 0; k < table->n_sphere; k++)
-        RBTI_NEED(rbti_finite(law[k]), RBT_ERR_CONTACT_LAWS);
-    RBTI_NEED(law[RBTI_RESOLUTION] > 0.0 && law[RBTI_RESOLUTION] <= RBTI_MOST_RESOLUTION,
-              RBT_ERR_CONTACT_LAWS);
-    RBTI_NEED(rbti_within(law[RBTI_RESTITUTION], RBTI_EXPONENTIAL, RBTI_TABULATED) &&
-                  rbti_within(law[RBTI_RESISTANCE], RBTI_ORIENTATION, RBTI_COULOMB) &&
-                  rbti_within(length, 0.0, (double)room),
-              RBT_ERR_CONTACT_LAWS);
-    const double *rest = law + RBTI_NUMBERS + (size_t)length;
-    const size_t left = room - (size_t)length;
-    RBTI_NEED((int)law[RBTI_RESTITUTION] != RBTI_TABULATED ||
-                  rbti_is_table(law + RBTI_NUMBERS, (size_t)length, length),
-              RBT_ERR_CONTACT_LAWS);
-    RBTI_NEED(((int)law[RBTI_RESISTANCE] != RBTI_TABULATED_RESISTANCE && left == 0) ||
-                  rbti_is_table(rest, left, 1.0),
-              RBT_ERR_CONTACT_LAWS);
-    return rbti_check_grains(&table->spin);
-}
-
 static int rbti_check_spin_law(const rbt_spin_law *law)
 {
     RBTI_CHECK(rbti_check_spin_axes(law));
@@ -3540,8 +3458,6 @@ static int rbti_check_values(const rbt_table *table, const rbti_header *header)
     const size_t nodes = (size_t)rbti_nodes(header);
     const size_t components = nodes * header->n_components;
     const size_t groups = (size_t)rbti_cells(header) * header->n_classes;
-    if (header->n_sphere > 0)
-        return rbti_check_sphere(table);
     RBTI_NEED(rbti_coordinate_holds(&table->alpha), RBT_ERR_COORDINATES);
     RBTI_NEED(rbti_coordinate_holds(&table->speed), RBT_ERR_COORDINATES);
     RBTI_CHECK(rbti_check_normals(table->normals));
@@ -3601,16 +3517,6 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }
 
-/* The laws of contact of spheres hold at any angle, speed and spin. */
-static RBT_DEVICE void rbti_fill_sphere(rbt_table *table)
-{
-    const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
-    table->alpha.low = table->speed.low = any[0];
-    table->spin.alpha_low = table->spin.speed_low = any[0];
-    table->alpha.high = table->spin.alpha_high = RBTI_HALF_PI + RBTI_ROUNDING;
-    table->speed.high = table->spin.speed_high = table->spin.most_spin = any[1];
-}
-
 static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
 {
     const double alpha[4] = {h->alpha_first, h->alpha_last, h->alpha_origin, h->alpha_scale};
@@ -3622,9 +3528,10 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
         table->speed.low = any[0];
         table->speed.high = any[1];
     }
-    table->n_sphere = (size_t)h->n_sphere;
+    table->spheres = (h->flags & RBTI_SPHERES) != 0;
     table->variate_max = h->variate_max;
-    table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
+    if (!table->spheres)
+        table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
     table->n_knots = (int32_t)h->n_knots;
     table->n_components = (int32_t)h->n_components;
     table->n_classes = (int32_t)h->n_classes;
@@ -3640,8 +3547,13 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
     table->least_inertia = h->least_inertia;
     rbti_fill_spin_law(&table->spin, h);
-    if (h->n_sphere > 0)
-        rbti_fill_sphere(table);
+    if (table->spheres) { /* at any angle, speed and spin */
+        const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
+        table->alpha.low = table->speed.low = RBTI_LEAST_ANGLE;
+        table->spin.alpha_low = table->spin.speed_low = RBTI_LEAST_ANGLE;
+        table->alpha.high = table->spin.alpha_high = RBTI_HALF_PI + RBTI_ROUNDING;
+        table->speed.high = table->spin.speed_high = table->spin.most_spin = any[1];
+    }
     for (uint32_t row = 0; row < RBTI_NAMES; row++) {
         const int channel = h->channels[row];
         const int mirrored = channel >= RBTI_FIRST_MIRRORED && channel < RBTI_END_MIRRORED;
@@ -3657,13 +3569,6 @@ static RBT_DEVICE void rbti_point(rbt_table *table, const rbti_header *h, const 
     table->image = image;
 #define RBTI_DO(name, member, type, rows, numbers, extra)                                          \
     table->member = (const type *)(const void *)(image + h->at_##name);
-    if (h->n_shapes > 0) {
-        RBTI_GRAIN_ARRAYS(RBTI_DO)
-    }
-    if (h->n_sphere > 0) {
-        RBTI_SPHERE_ARRAYS(RBTI_DO)
-        return;
-    }
     RBTI_ARRAYS(RBTI_DO)
     if (h->n_shapes > 0) {
         RBTI_SPIN_ARRAYS(RBTI_DO)
@@ -3687,6 +3592,50 @@ RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
 
 #ifndef RBT_DEVICE_ONLY
 
+/* Whether numbers are a table over angles and at most so many speeds. */
+static int rbti_is_table(const double *numbers, int count, double speeds)
+{
+    const double n = count < 2 ? 0.0 : numbers[0], m = count < 2 ? 0.0 : numbers[1];
+    int holds = n >= 1.0 && m >= 1.0 && m <= speeds && floor(n) == n && floor(m) == m &&
+                (double)count == 2.0 + n + m + n * m;
+    for (int k = 3; holds && k < 2 + (int)n + (int)m; k++)
+        holds = k == 2 + (int)n || numbers[k] > numbers[k - 1];
+    return holds;
+}
+
+/* Check an image of spheres and fill a table from it. */
+static int rbti_read_spheres(const char *image, const rbti_header *h, rbt_table *table)
+{
+    const int32_t count = (int32_t)h->n_alpha_grid;
+    RBTI_NEED(rbti_pair_holds(h) && rbti_name_bits(h->columns, h->n_columns, RBT_VALUES),
+              RBT_ERR_NAMES);
+    RBTI_NEED(count >= RBTI_NUMBERS && h->n_columns <= RBTI_NAMES && h->n_shapes == 1,
+              RBT_ERR_DIMENSIONS);
+    RBTI_NEED(rbti_lies(h, h->at_alpha_coordinate, h->n_alpha_grid, 1, 0, sizeof(double)) &&
+                  rbti_lies(h, h->at_shape_codes, 1, 1, 0, sizeof(int32_t)) &&
+                  rbti_lies(h, h->at_shape_shares, 1, 1, 0, sizeof(double)) &&
+                  rbti_lies(h, h->at_shape_ratios, 1, 2, 0, sizeof(double)),
+              RBT_ERR_OFFSETS);
+    RBTI_NEED(rbti_range_holds(h->valid_speed[0], h->valid_speed[1], 0.0, 1e300), RBT_ERR_AXES);
+    rbti_fill_table(table, h);
+    rbti_point(table, h, image);
+    const double *law = table->alpha.coordinate;
+    for (int32_t k = 0; k < count; k++)
+        RBTI_NEED(rbti_finite(law[k]), RBT_ERR_DIMENSIONS);
+    RBTI_NEED(law[RBTI_RESOLUTION] > 0.0 && law[RBTI_RESOLUTION] <= RBTI_GRAZING &&
+                  rbti_within(law[RBTI_RESTITUTION], RBTI_EXPONENTIAL, RBTI_TABULATED) &&
+                  rbti_within(law[RBTI_RESISTANCE], RBTI_ORIENTATION, RBTI_COULOMB) &&
+                  rbti_within(law[RBTI_LENGTH], 0.0, (double)(count - RBTI_NUMBERS)),
+              RBT_ERR_DIMENSIONS);
+    const int length = (int)law[RBTI_LENGTH], left = count - RBTI_NUMBERS - length;
+    const int needed = (int)law[RBTI_RESISTANCE] == RBTI_TABULATED_RESISTANCE || left > 0;
+    RBTI_NEED(((int)law[RBTI_RESTITUTION] != RBTI_TABULATED ||
+               rbti_is_table(law + RBTI_NUMBERS, length, (double)length)) &&
+                  (!needed || rbti_is_table(law + RBTI_NUMBERS + length, left, 1.0)),
+              RBT_ERR_DIMENSIONS);
+    return rbti_check_grains(&table->spin);
+}
+
 /* Check an image and fill a table from it. */
 static int rbti_read(const char *image, size_t size, rbt_table *table)
 {
@@ -3694,10 +3643,12 @@ static int rbti_read(const char *image, size_t size, rbt_table *table)
     memset(table, 0, sizeof *table);
     RBTI_CHECK(rbti_check_start(image, size, &header));
     RBTI_CHECK(rbti_check_sum(image, size, &header));
+    table->image_size = size;
+    if (header.flags & RBTI_SPHERES)
+        return rbti_read_spheres(image, &header, table);
     RBTI_CHECK(rbti_check_dimensions(&header));
     RBTI_CHECK(rbti_check_names(&header));
     RBTI_CHECK(rbti_check_offsets(&header));
-    table->image_size = size;
     rbti_fill_table(table, &header);
     RBTI_CHECK(rbti_check_axes(table));
     rbti_point(table, &header, image);
@@ -3867,8 +3818,6 @@ RBT_API const char *rbt_strerror(int code)
          "node or a leaf"},
         {RBT_ERR_LEAVES, "leaves: allowed: middles within 1000, factors from 0 to 10000,"
          " diagonals positive"},
-        {RBT_ERR_CONTACT_LAWS, "sphere: allowed: finite numbers of known laws, tables over "
-         "growing angles and speeds"},
         {RBT_ERR_GRAIN_NOT_KNOWN, "grain: allowed: a shape of the spin law, and b/a and c/b from "
          "0.001 to 1"},
 /* end texts */

@@ -26,7 +26,7 @@ MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Version of the C and Fortran library: that of the package.
 LIBRARY_VERSION = (0, 1)
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (1, 4)
+BINARY_VERSION = (1, 3)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
@@ -138,23 +138,11 @@ SPIN_ARRAYS = (
     ),
 )  # fmt: skip
 
-#: Those of them that say which grains there are; a table of spheres has no others.
-GRAIN_ARRAYS = SPIN_ARRAYS[:3]
-
 #: Of files that say it (version 1.3); without it the offset is 0.
 INERTIA_ARRAYS = (
     StoredArray(
         "shape_inertia", "<f8", ("n_shapes", 2),
         "g1, g3 of the largest and smallest moments of inertia; offset 0: none",
-    ),
-)  # fmt: skip
-
-#: Of a table of spheres.
-SPHERE_ARRAYS = (
-    StoredArray(
-        "sphere", "<f8", ("n_sphere",),
-        "contact resolution; law of restitution, coefficient, exponent; law of resistance, "
-        "strength, factor; length of sphere/restitution, and that; sphere/resistance",
     ),
 )  # fmt: skip
 
@@ -165,6 +153,8 @@ SPEED_INDEPENDENT = 1
 OTHER_POPULATION = 2
 #: Flag of a table whose spin law gives the works: 8 outcomes, else 6.
 SPIN_WORKS = 4
+#: Flag of a table of spheres: alpha_coordinate has their laws of contact, and there are no nodes.
+SPHERES = 8
 
 #: What is counted; `sampler.formats.bounds.LENGTHS` bounds the dimensions of arrays.
 COUNTS = {
@@ -181,7 +171,8 @@ COUNTS = {
     "stride": "numbers in the record of a component",
     "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
     f"{OTHER_POPULATION}: no law of first impacts, the spin law has to stand for it; "
-    f"{SPIN_WORKS}: the spin law gives works, n_outcomes is 8 and expert_stride 224, not 6 and 160",
+    f"{SPIN_WORKS}: the spin law gives works, n_outcomes is 8, expert_stride 224, not 6, 160; "
+    f"{SPHERES}: spheres, whose laws are in alpha_coordinate",
 }
 
 #: The same of the spin law.
@@ -237,27 +228,20 @@ _SECOND_HEADER = (
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
 )
 
-#: The header of version 1.3.
-_THIRD_HEADER = (
+HEADER = (
     *_SECOND_HEADER,
     Field("least_inertia", "<f8", 1, "smallest moment of inertia of any grain over m a^2; or 0"),
     Field("spin_size", "<f8", 2, "sizes of the spin a |Omega| / V that the spin law covers"),
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in INERTIA_ARRAYS),
 )
 
-HEADER = (
-    *_THIRD_HEADER,
-    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPHERE_ARRAYS),
-    Field("n_sphere", "<u8", 1, "numbers of a table of spheres, which has no nodes; 0: it is none"),
-)
-
 #: The header as numpy reads it: packed, and every field naturally aligned.
 HEADER_DTYPE = np.dtype([(f.name, f.dtype, (f.count,) if f.count > 1 else ()) for f in HEADER])
 
-#: Sizes of the headers of version 1.0, of 1.1 and 1.2, and of 1.3.
-FIRST_HEADER_BYTES, SECOND_HEADER_BYTES, THIRD_HEADER_BYTES = (
+#: Sizes of the headers of version 1.0, and of 1.1 and 1.2.
+FIRST_HEADER_BYTES, SECOND_HEADER_BYTES = (
     sum(np.dtype(f.dtype).itemsize * f.count for f in fields)
-    for fields in (_FIRST_HEADER, _SECOND_HEADER, _THIRD_HEADER)
+    for fields in (_FIRST_HEADER, _SECOND_HEADER)
 )
 
 
@@ -276,7 +260,7 @@ def layout_text() -> str:
         if not field.name.startswith("at_"):
             fields.append((str(field_offset(field.name)), field.name, kind, field.meaning))
     arrays = [("at", "array", "type and shape", "meaning")]
-    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *SPHERE_ARRAYS):
+    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS):
         kind = f"{array.dtype.strip('<')} [{', '.join(map(str, array.dims))}]"
         place = field_offset(f"at_{array.name}")
         arrays.append((str(place), array.name, kind, array.meaning))

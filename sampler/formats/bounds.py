@@ -27,7 +27,6 @@ LENGTHS = {
     "n_leaves": (1, 2**20),
     "n_spin_knots": (2, 2**12),
     "n_joint": (0, 1),
-    "n_sphere": (8, 2**20),
 }
 
 #: Impact angle of a node, degrees.
@@ -97,16 +96,6 @@ def record_stride(channels: int) -> int:
     needed = 1 + channels + channels * (channels + 1) // 2
     return 1 << (needed - 1).bit_length()
 
-
-# -- tables of spheres ---------------------------------------------------------------------------
-
-#: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it;
-#: and the resolutions for which every impact of a sphere is one collision above it.
-GRAZING, RESOLUTION = 0.0087, (1e-6, 0.0087)
-
-#: Laws by number, as `tablegen.model.contact_laws` counts them.
-RESTITUTION_LAWS = ("exponential", "polynomial", "constant", "power", "tabulated")
-RESISTANCE_LAWS = ("exponential-orientation", "constant", "tabulated", "coulomb")
 
 # -- the spin law --------------------------------------------------------------------------------
 #

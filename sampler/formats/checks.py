@@ -14,8 +14,6 @@ from sampler.formats.bounds import (
     LEAST_STEP,
     MOST_NUMBER,
     NUMBER_ROUNDING,
-    RESISTANCE_LAWS,
-    RESTITUTION_LAWS,
     ROUNDING,
 )
 
@@ -244,42 +242,3 @@ def _spin_leaves_the_wall(values: Array, _: Mapping[str, Array]) -> str | None:
 spin_leaves_the_wall = Check(
     "of p_v not negative, and positive from the second on", _spin_leaves_the_wall
 )
-
-
-# -- values of a table of spheres
-
-
-def _sphere_laws(values: Array, _: Mapping[str, Array]) -> str | None:
-    """Refuse numbers of no law."""
-    most = np.array([len(RESTITUTION_LAWS), len(RESISTANCE_LAWS)])
-    return first_refused(values, (values < 0) | (values >= most), "the number of a law")
-
-
-sphere_laws = Check("numbers of laws", _sphere_laws)
-
-
-def _sphere_table(values: Array, speeds: int) -> str | None:
-    """Refuse what is no table over angles and at most so many speeds."""
-    n, m = values[:2] if values.size >= 2 else (0.0, 0.0)
-    whole = n >= 1.0 and 1.0 <= m <= speeds and n % 1.0 == m % 1.0 == 0.0
-    if not whole or values.size != 2 + n + m + n * m:
-        return f"got {values.size} numbers, allowed: sizes n and m, n angles, m speeds, n m values"
-    axes = np.split(values[2 : 2 + int(n + m)], [int(n)])
-    return _increasing(axes[0], {}) or _increasing(axes[1], {})
-
-
-def _sphere_restitution(values: Array, datasets: Mapping[str, Array]) -> str | None:
-    """Refuse a broken table of the tabulated law."""
-    tabulated = datasets["sphere/laws"][0] == RESTITUTION_LAWS.index("tabulated")
-    return _sphere_table(values, values.size) if tabulated else None
-
-
-def _sphere_resistance(values: Array, datasets: Mapping[str, Array]) -> str | None:
-    """Refuse a broken table; Coulomb's law may have none."""
-    law = RESISTANCE_LAWS[datasets["sphere/laws"][1]]
-    held = law == "tabulated" or (law == "coulomb" and values.size > 0)
-    return _sphere_table(values, 1) if held else None
-
-
-sphere_restitution = Check("of the tabulated law: a whole table", _sphere_restitution)
-sphere_resistance = Check("a whole table, where the law has one", _sphere_resistance)

@@ -47,13 +47,8 @@ def datasets_text() -> str:
 
 
 def spin_text() -> str:
-    """Datasets of the spin law as a Markdown table."""
-    return _list_of(SPIN_DATASETS + INERTIA_DATASETS)
-
-
-def sphere_text() -> str:
-    """Datasets of a table of spheres as a Markdown table."""
-    return _list_of(SPHERE_DATASETS)
+    """Datasets of the spin law and of spheres as a Markdown table."""
+    return _list_of(SPIN_DATASETS + INERTIA_DATASETS + SPHERE_DATASETS)
 
 
 def quantiles_text() -> str:
@@ -111,7 +106,6 @@ def filled_page(page: str) -> str:
         "attributes": attributes_text,
         "datasets": datasets_text,
         "spin": spin_text,
-        "sphere": sphere_text,
         "quantiles": quantiles_text,
         "binary": layout_text,
     }

@@ -18,7 +18,6 @@ from sampler.formats.binary_layout import (
     BINARY_VERSION,
     COUNTS,
     FIRST_HEADER_BYTES,
-    GRAIN_ARRAYS,
     HEADER,
     INERTIA_ARRAYS,
     LIBRARY_VERSION,
@@ -27,11 +26,10 @@ from sampler.formats.binary_layout import (
     OTHER_POPULATION,
     SECOND_HEADER_BYTES,
     SPEED_INDEPENDENT,
-    SPHERE_ARRAYS,
+    SPHERES,
     SPIN_ARRAYS,
     SPIN_COUNTS,
     SPIN_WORKS,
-    THIRD_HEADER_BYTES,
     Field,
     StoredArray,
 )
@@ -41,7 +39,6 @@ from sampler.formats.bounds import (
     ANY_SPIN,
     FACTOR_UNIT,
     GATE_UNIT,
-    GRAZING,
     GROUP_SIZE,
     INERTIA,
     LEAST_RATIO,
@@ -62,7 +59,6 @@ from sampler.formats.bounds import (
     NUMBER_ROUNDING,
     OUTCOME,
     QUANTILES,
-    RESOLUTION,
     ROUNDING,
     SCORE_MAX,
     SPEED,
@@ -143,7 +139,6 @@ def spin_constants() -> str:
                 "GROUPS": N_GROUPS,
                 "GROUP_SIZE": GROUP_SIZE,
                 "INERTIA": repr(INERTIA),
-                "GRAZING": repr(GRAZING),
                 "LEAST_RATIO": repr(LEAST_RATIO),
                 "SCORE_MAX": f"{SCORE_MAX!r}f",
                 "PER_SQUARE": f"{np.float32(1.0 / SCORE_MAX**2):.9g}f",
@@ -171,6 +166,7 @@ def checked_constants() -> str:
         f"#define RBTI_SPEED_INDEPENDENT {SPEED_INDEPENDENT}u",
         f"#define RBTI_OTHER_POPULATION {OTHER_POPULATION}u",
         f"#define RBTI_SPIN_WORKS {SPIN_WORKS}u",
+        f"#define RBTI_SPHERES {SPHERES}u",
         f"#define RBTI_FIRST_MIRRORED {FIRST_MIRRORED}",
         f"#define RBTI_END_MIRRORED {END_MIRRORED}",
         "/* channels (bits) from which each variable is made */",
@@ -178,19 +174,14 @@ def checked_constants() -> str:
         f"#define RBTI_NORMAL_HAT {1 << CHANNELS.index('normal_hat'):#x}u",
         f"#define RBTI_FIRST_HEADER_BYTES {FIRST_HEADER_BYTES}",
         f"#define RBTI_SECOND_HEADER_BYTES {SECOND_HEADER_BYTES}",
-        f"#define RBTI_THIRD_HEADER_BYTES {THIRD_HEADER_BYTES}",
-        f"#define RBTI_MOST_RESOLUTION {RESOLUTION[1]!r}",
-        f"#define RBTI_MOST_SPHERE {LENGTHS['n_sphere'][1]}",
         *_bounds(),
         "/* DO(dimension, least, most) */",
         *_macro("RBTI_DIMENSIONS", _dimensions(COUNTS)),
         *_macro("RBTI_SPIN_DIMENSIONS", _dimensions(SPIN_COUNTS)),
         "/* DO(array, member of rbt_table, type, rows, numbers of a row, extra numbers) */",
         *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
-        *_macro("RBTI_GRAIN_ARRAYS", map(_array_arguments, GRAIN_ARRAYS)),
-        *_macro("RBTI_SPIN_ARRAYS", map(_array_arguments, SPIN_ARRAYS[len(GRAIN_ARRAYS) :])),
-        *_macro("RBTI_INERTIA_ARRAYS", map(_array_arguments, INERTIA_ARRAYS)),
-        *_macro("RBTI_SPHERE_ARRAYS", map(_array_arguments, SPHERE_ARRAYS)),
+        *_macro("RBTI_SPIN_ARRAYS", [_array_arguments(array) for array in SPIN_ARRAYS]),
+        *_macro("RBTI_INERTIA_ARRAYS", [_array_arguments(array) for array in INERTIA_ARRAYS]),
     ]
     return "\n".join(lines) + "\n"
 
@@ -232,7 +223,7 @@ def _dimensions(counts: Iterable[str]) -> list[str]:
     return [f"{name}, {low}, {high}" for name, (low, high) in LENGTHS.items() if name in counts]
 
 
-def _macro(name: str, entries: Iterable[str]) -> list[str]:
+def _macro(name: str, entries: list[str]) -> list[str]:
     lines = [f"#define {name}(DO)"]
     for entry in entries:
         lines += textwrap.wrap(f"    DO({entry})", _WIDTH, subsequent_indent=" " * 7)

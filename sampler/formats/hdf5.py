@@ -44,7 +44,7 @@ from sampler.formats.layout import (
     GROUP,
     OPTIONAL_ATTRIBUTES,
     SECOND_VERSION,
-    SPHERE,
+    SPHERE_DATASETS,
     THIRD_VERSION,
     Dataset,
     layout_of,
@@ -275,7 +275,7 @@ class TableContents:
     @property
     def of_spheres(self) -> bool:
         """Whether the table holds the laws of contact of spheres in place of nodes."""
-        return f"{SPHERE}laws" in self.datasets
+        return SPHERE_DATASETS[0].path in self.datasets
 
     @property
     def marginals(self) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from sampler.formats.binary_layout import (
     MOST_BYTES,
     OTHER_POPULATION,
     SPEED_INDEPENDENT,
-    SPHERE_ARRAYS,
+    SPHERES,
     SPIN_ARRAYS,
     SPIN_WORKS,
     field_offset,
@@ -105,19 +105,18 @@ def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Imag
         If the table does not fit into the format, 2 GiB.
     """
     header = _header(contents)
-    stored = _sphere_arrays(contents) if contents.of_spheres else _arrays(contents)
-    header["n_sphere"] = stored["sphere"].size if contents.of_spheres else 0
+    stored = _arrays(contents)
     if contents.has_spin:
         law = grains if grains is not None else grains_of_file(contents)
         stored |= _grain_arrays(law)
         header["n_shapes"] = law.shape_codes.size
-        if not contents.of_spheres:
-            stored |= _spin_arrays(contents, law)
-            _fill_spin_fields(header, contents, law)
+    if contents.has_spin and not contents.of_spheres:
+        stored |= _spin_arrays(contents, law)
+        _fill_spin_fields(header, contents, law)
     if grains is not None:
         header["flags"] |= OTHER_POPULATION
     end = HEADER_DTYPE.itemsize
-    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *SPHERE_ARRAYS):
+    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS):
         if array.name in stored:
             header[f"at_{array.name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
             end = start + stored[array.name].nbytes
@@ -165,18 +164,15 @@ def _header(contents: TableContents) -> Any:
     header["header_bytes"] = HEADER_DTYPE.itemsize
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
     header["n_columns"] = len(contents.variables)
-    header["flags"] = SPEED_INDEPENDENT if contents.speed_independent else 0
     header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])
     header["valid_speed"] = contents.valid_speed or (0.0, ANY_SPEED[1])
-    for axis, ends in (("alpha", np.deg2rad(contents["axes/alpha_deg"])), ("speed", contents["axes/speed"])):
-        header[f"{axis}_first"], header[f"{axis}_last"] = ends[0], ends[-1]
-    if not contents.of_spheres:
-        _fill_node_fields(header, contents)
-    return header
-
-
-def _fill_node_fields(header: Any, contents: TableContents) -> None:
-    """Write the fields of the law of particles that arrive without spin."""
+    header["flags"] = SPEED_INDEPENDENT if contents.speed_independent else 0
+    for name, nodes in _nodes(contents).items():
+        header[f"{name}_first"], header[f"{name}_last"] = nodes[0], nodes[-1]
+    if contents.of_spheres:
+        header["flags"] |= SPHERES
+        header["n_alpha_grid"] = contents["sphere/laws"].size
+        return header
     channels, held = contents.channels, contents.marginals
     lengths = {
         "n_knots": contents["marginals/variate_knots"].size,
@@ -191,9 +187,14 @@ def _fill_node_fields(header: Any, contents: TableContents) -> None:
     header["variate_max"] = contents["marginals/variate_knots"][-1]
     header["channels"] = _padded([CHANNELS.index(name) for name in channels])
     header["marginals"] = _padded([held.index(n) if n in held else -1 for n in channels])
-    alpha, span = contents["axes/alpha_deg"], contents["axes/alpha_span_deg"]
-    _fill_axis(header, "alpha", np.deg2rad(alpha), np.deg2rad(span), contents)
-    _fill_axis(header, "speed", contents["axes/speed"], contents["axes/speed_span"], contents)
+    _fill_axis(header, "alpha", np.deg2rad(contents["axes/alpha_span_deg"]), contents)
+    _fill_axis(header, "speed", contents["axes/speed_span"], contents)
+    return header
+
+
+def _nodes(contents: TableContents) -> dict[str, NDArray[np.float64]]:
+    """Give the nodes of both axes, rad and m/s."""
+    return {"alpha": np.deg2rad(contents["axes/alpha_deg"]), "speed": contents["axes/speed"]}
 
 
 def _padded(numbers: list[int]) -> list[int]:
@@ -203,12 +204,11 @@ def _padded(numbers: list[int]) -> list[int]:
 def _fill_axis(
     header: Any,
     name: str,
-    nodes: NDArray[np.float64],
     span: NDArray[np.float64],
     contents: TableContents,
 ) -> None:
     """Write the fields of one axis of the node grid."""
-    coordinate = contents[f"axes/{name}_coordinate"]
+    coordinate, nodes = contents[f"axes/{name}_coordinate"], _nodes(contents)[name]
     origin, end = float(span[0]), float(span[1])
     grid = np.linspace(origin, end, coordinate.size)
     header[f"n_{name}"], header[f"n_{name}_grid"] = nodes.size, coordinate.size
@@ -220,6 +220,8 @@ def _fill_axis(
 
 def _arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
     """Arrange the arrays of the law of particles that arrive without spin."""
+    if contents.of_spheres:
+        return {"alpha_coordinate": contents["sphere/laws"]}
     spans, steps = pack_quantiles(contents["marginals/quantiles"])
     probability = contents["dependence/alias_probability"].astype(np.uint32)
     alias = (probability << np.uint32(16)) | contents["dependence/alias_index"]
@@ -331,14 +333,6 @@ def _fill_spin_fields(header: Any, contents: TableContents, grains: GrainLaw) ->
     header["spin_coordinate"] = scale, float(exponent)
     header["aspect"] = grains.aspect.reshape(-1)
     header["spin_size"] = contents.datasets.get("spin/spin_range", ANY_SPIN)
-
-
-def _sphere_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
-    """Put the laws of contact of spheres side by side."""
-    laws, coefficients = contents["sphere/laws"], contents["sphere/coefficients"]
-    table = contents["sphere/restitution"]
-    parts = contents["sphere/resolution"], laws[:1], coefficients[:2], laws[1:], coefficients[2:]
-    return {"sphere": np.concatenate([*parts, [table.size], table, contents["sphere/resistance"]])}
 
 
 def _grain_arrays(grains: GrainLaw) -> dict[str, NDArray[Any]]:

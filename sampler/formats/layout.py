@@ -30,9 +30,6 @@ from sampler.formats.bounds import (
     N_OUTCOMES,
     OUTCOME,
     PAIR_BYTES,
-    RESISTANCE_LAWS,
-    RESOLUTION,
-    RESTITUTION_LAWS,
     SCORE_MAX,
     SPEED,
     SPEED_COORDINATE,
@@ -531,65 +528,34 @@ INERTIA_DATASETS = (
 )
 
 
-#: Where the datasets of a table of spheres begin, and those that it shares with others.
-SPHERE = "sphere/"
-_SHARED = (
-    *("axes/alpha_deg", "axes/speed"),
-    *(dataset.path for dataset in DATASETS if dataset.path.startswith("accuracy/")),
-    *(f"{GROUP}{name}" for name in ("shape_codes", "shape_weights", "ratio_range", "aspect")),
-)
-
+#: Of a table of spheres, whose laws of contact take the place of nodes.
 SPHERE_DATASETS = (
     Dataset(
         "sphere/laws",
-        "<i4",
-        (2,),
-        "1",
-        f"law of restitution, number of {', '.join(RESTITUTION_LAWS)}; "
-        f"law of resistance, number of {', '.join(RESISTANCE_LAWS)}; both from 0",
-        (checks.sphere_laws,),
-    ),
-    Dataset(
-        "sphere/resolution",
         "<f8",
-        (1,),
+        ("n_sphere",),
         "1",
-        "smallest rebound velocity over V, and less below half a degree",
-        (checks.within(*RESOLUTION),),
+        "smallest rebound velocity over V; law of restitution, number of exponential, polynomial, "
+        "constant, power, tabulated, coefficient, exponent; law of resistance, number of "
+        "exponential-orientation, constant, tabulated, coulomb, strength or static coefficient, "
+        "factor or dynamic coefficient; length of what comes next: coefficients of the polynomial, "
+        "or table of restitution; then, if any, that of C_f or of the tangential restitution. "
+        "A table: numbers of angles and speeds, these (rad, m/s), values by angle",
     ),
-    Dataset(
-        "sphere/coefficients",
-        "<f8",
-        (4,),
-        "1",
-        "of the restitution: the value, or coefficient and exponent of speeds in m/s; of the "
-        "resistance: strength and factor, or coefficients of friction, static and dynamic",
-    ),
-    Dataset(
-        "sphere/restitution",
-        "<f8",
-        ("n_restitution",),
-        "1",
-        "coefficients of the polynomial; or numbers of angles and speeds, these (rad, m/s), values",
-        (checks.sphere_restitution,),
-    ),
-    Dataset(
-        "sphere/resistance",
-        "<f8",
-        ("n_resistance",),
-        "1",
-        "a table like that of the restitution, with one speed: of C_f, or of the tangential "
-        "restitution under Coulomb friction",
-        (checks.sphere_resistance,),
-    ),
+)
+
+#: What it shares with others.
+_SHARED = (
+    "axes/alpha_deg axes/speed spin/shape_codes spin/shape_weights spin/ratio_range spin/aspect"
 )
 
 
 def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
     """Give the datasets that a table with these paths must have: of spheres, or of nodes."""
     given = set(paths)
-    if any(path.startswith(SPHERE) for path in given):
-        shared = (d for d in DATASETS + SPIN_DATASETS if d.path in _SHARED)
+    if SPHERE_DATASETS[0].path in given:
+        every = (*DATASETS, *SPIN_DATASETS)
+        shared = (d for d in every if d.path in _SHARED.split() or d.path.startswith("accuracy/"))
         return (*shared, *SPHERE_DATASETS)
     held = any(path.startswith((GROUP, ACCURACY)) for path in given)
     later = not given.isdisjoint(dataset.path for dataset in INERTIA_DATASETS)

@@ -40,7 +40,7 @@ module rebound_sampler
       RBT_ERR_COORDINATES = -22, RBT_ERR_NORMALS = -23, RBT_ERR_ALIAS = -24, &
       RBT_ERR_CLASSES = -25, RBT_ERR_COMPONENTS = -26, RBT_ERR_SPANS = -27, &
       RBT_ERR_QUANTILES = -28, RBT_ERR_GRAINS = -29, RBT_ERR_TREES = -30, RBT_ERR_LEAVES = -31, &
-      RBT_ERR_CONTACT_LAWS = -33, RBT_ERR_GRAIN_NOT_KNOWN = -32
+      RBT_ERR_GRAIN_NOT_KNOWN = -32
   integer, parameter, public :: RBT_VALUES = 10
   ! end constants
 

@@ -1,7 +1,7 @@
 """``tablegen inspect``: describe a table."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -9,7 +9,6 @@ import click
 from sampler import options
 from sampler.errors import InputError
 from sampler.files import json_text
-from sampler.formats.bounds import RESISTANCE_LAWS, RESTITUTION_LAWS
 from sampler.options import DONE
 from tablegen.config.metric_table import (
     METRICS,
@@ -77,7 +76,9 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "omega": contents.omega,
         "least_inertia": contents.least_inertia,
         "spin": _spin_law(contents),
-        **_sizes(contents),
+        "spheres": contents.of_spheres,
+        "mixture_components": _length(contents, "dependence/alias_probability"),
+        "quantile_knots": _length(contents, "marginals/quantiles"),
         "seed": contents.seed,
         "software_version": contents.software_version,
         "content_sha256": contents.content_sha256,
@@ -92,8 +93,6 @@ def identity(contents: "TableContents") -> dict[str, Any]:
 def identity_text(contents: "TableContents") -> str:
     """Describe a table in lines of text."""
     facts = identity(contents)
-    if facts["spheres"]:
-        return _lines(_sphere_rows(facts))
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
     declared, law, kinds = facts["declared"], facts["spin"], facts["processors"]
     anywhere = ", the same at any speed" if facts["speed_independent"] else ""
@@ -126,39 +125,16 @@ def identity_text(contents: "TableContents") -> str:
         ("measured", measured),
         *(("note", note) for note in _notes(declared, worst)),
     ]
-    return _lines(lines)
+    if facts["spheres"]:
+        told = ("pair", "a draw gives", "software", "content SHA-256")
+        lines = [line for line in lines if line[0] in told]
+        lines.insert(1, ("spheres", f"laws of contact, at any angle, speed and spin{anywhere}"))
+    return "\n".join(f"{name:<18}{value}" for name, value in lines)
 
 
-def _lines(rows: Iterable[tuple[str, Any]]) -> str:
-    return "\n".join(f"{name:<18}{value}" for name, value in rows)
-
-
-def _sphere_rows(facts: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """Describe a table of spheres."""
-    laws, valid = facts["spheres"], facts["valid_speed"]
-    measured = "" if valid is None else "; laws measured at {:g} to {:g} m/s".format(*valid)
-    return [
-        ("pair", facts["pair"]),
-        ("spheres", f"at any angle, speed and spin{measured}"),
-        ("restitution", laws["restitution"]),
-        ("resistance", laws["resistance"]),
-        ("a draw gives", ", ".join(facts["components"])),
-        ("software", f"rebound-tables {facts['software_version']}"),
-        ("content SHA-256", facts["content_sha256"]),
-    ]
-
-
-def _sizes(contents: "TableContents") -> dict[str, Any]:
-    """Give components and knots of a table of nodes, or the laws of one of spheres."""
-    if contents.of_spheres:
-        numbers = contents["sphere/laws"].tolist()
-        laws = RESTITUTION_LAWS[numbers[0]], RESISTANCE_LAWS[numbers[1]]
-        return {"spheres": dict(zip(("restitution", "resistance"), laws, strict=True))}
-    return {
-        "spheres": None,
-        "mixture_components": contents["dependence/alias_probability"].shape[-1],
-        "quantile_knots": contents["marginals/quantiles"].shape[-1],
-    }
+def _length(contents: "TableContents", path: str) -> int:
+    """Give the length of the last axis of a dataset; 0 of none, as spheres have it."""
+    return contents[path].shape[-1] if path in contents.datasets else 0
 
 
 def _spin_law(contents: "TableContents") -> dict[str, Any] | None:

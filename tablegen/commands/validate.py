@@ -92,9 +92,8 @@ def validate(
     at = _conditions(alpha, speed)
     contents = read_table(find_table(table))
     if contents.of_spheres:
-        if at or store or json_file or html_file or details or settings["accuracy"]:
-            allowed = "--seed alone for a table of spheres, which is exact"
-            raise InputError(f"options: got others, allowed: {allowed}")
+        if at or store or json_file or html_file or details:
+            raise InputError("options: got more, allowed: --seed, for a table of spheres is exact")
         return print_spheres(contents, settings["seed"])
     if store:
         check_store(table, at is not None)

@@ -27,7 +27,7 @@ from tablegen.config.field_types import (
     SpeedRange,
 )
 from tablegen.config.mesh import read_mesh
-from tablegen.config.pairs import ONLY_SPHERES, MaterialPair
+from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.config.scenes import Tree, merged, parse_toml
 from tablegen.config.targets import AccuracyTargets, SpinTargets
@@ -135,13 +135,6 @@ class Config(Record):
         if self.population.lacks_aspect:
             allowed = "a law of the aspect ratios, which all shapes but spheres and meshes need"
             raise refusal("population.aspect", MISSING, allowed)
-        return self
-
-    @model_validator(mode="after")
-    def _only_spheres_spring_back(self) -> Self:
-        given = self.pair.reversals
-        if given is not None and not self.population.only_spheres:
-            raise refusal("pair.resistance.tangential_restitution", given, ONLY_SPHERES)
         return self
 
     @model_validator(mode="after")

@@ -9,17 +9,13 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from sampler.errors import refuse
-
 from tablegen.config.complaints import refusal, shown
 from tablegen.config.field_types import Increasing, Line, Name, Positive, Record, SpeedRange, Text
 from tablegen.model import contact_laws as kernels
 from tablegen.model.float_array import FloatArray
-
-#: Where a tangential restitution may be given.
-ONLY_SPHERES = "in a population of spheres alone; other particles go without"
 
 #: How far rounding may carry a restitution coefficient out of [0, 1].
 _ROUNDING = 1e-12
@@ -35,19 +31,8 @@ Resistance = Annotated[float, Field(ge=0.0, le=100.0)]
 
 ContactAngle = Annotated[float, Field(ge=0.0, le=90.0)]
 
-
-def _as_tuple(given: Any) -> Any:
-    # one number is one for every angle; a validator that runs before turns no list into a tuple
-    if isinstance(given, int | float):
-        return (given,)
-    return tuple(given) if isinstance(given, list) else given
-
-
 #: Tangential restitution: 1 reverses the tangential contact velocity, 0 ends it, -1 leaves it.
-Reversals = Annotated[
-    tuple[Annotated[float, Field(ge=-1.0, le=1.0)], ...],
-    BeforeValidator(_as_tuple),
-]
+Reversals = tuple[Annotated[float, Field(ge=-1.0, le=1.0)], ...]
 
 
 class _Restitution(Record):
@@ -253,8 +238,8 @@ class CoulombResistance(Record):
     energetic one: its square is the part of the work of compression that is given back.
 
     A sphere that does not slide throughout leaves with -`tangential_restitution` times its
-    tangential contact velocity: one number, or one for each of `angle_deg`, impact angles at the
-    contact, linear between them and constant beyond. Left out, it is 0: the sphere rolls.
+    tangential contact velocity: [one number], or one for each of `angle_deg`, impact angles at
+    the contact, linear between them and constant beyond. Left out, it is 0: the sphere rolls.
 
     Sources: Stronge, Proc. R. Soc. Lond. A 431 (1990) 169-181; Walton & Braun, J. Rheol. 30 (1986)
     949-980; Foerster, Louge, Chang & Allia, Phys. Fluids 6 (1994) 1108-1115.
@@ -275,10 +260,10 @@ class CoulombResistance(Record):
 
     @model_validator(mode="after")
     def _number_for_each_angle(self) -> Self:
-        angles, given = len(self.angle_deg or (90.0,)), self.tangential_restitution
-        if len(given or ()) != (0 if given is None and self.angle_deg is None else angles):
+        angles, given = len(self.angle_deg or (90.0,)), self.tangential_restitution or ()
+        if len(given) != angles and (given or self.angle_deg):
             allowed = f"{angles} numbers, one for each of angle_deg"
-            raise refusal("tangential_restitution", given or (), allowed)
+            raise refusal("tangential_restitution", given, allowed)
         return self
 
 
@@ -329,12 +314,12 @@ def kernel_entries(law: RestitutionLaw | ResistanceLaw) -> dict[str, Any]:
         case ConstantResistance():
             return {"resistance_law": kernels.CONSTANT_RESISTANCE, "factor": law.value}
         case CoulombResistance():
-            entries: dict[str, Any] = {"strength": law.static, "factor": law.dynamic}
+            entries = {"strength": law.static, "factor": law.dynamic}
+            numbers = np.zeros(0)
             if law.tangential_restitution is not None:
                 axes = np.radians(law.angle_deg or (90.0,)), np.ones(1)
-                value = np.array(law.tangential_restitution)[:, None]
-                entries["resistances"] = kernels.pack_table(*axes, value)
-            return {"resistance_law": kernels.COULOMB, **entries}
+                numbers = kernels.pack_table(*axes, np.array(law.tangential_restitution)[:, None])
+            return {"resistance_law": kernels.COULOMB, "resistances": numbers, **entries}
         case TabulatedResistance():
             axes = np.radians(law.angle_deg), np.ones(1)
             numbers = kernels.pack_table(*axes, np.array(law.value)[:, None])
@@ -363,18 +348,15 @@ class MaterialPair(Record):
             f"{speed:g} m/s extrapolates it"
         )
 
-    @property
-    def reversals(self) -> tuple[float, ...] | None:
-        """Tangential restitution, which only spheres may have; None without."""
-        return getattr(self.resistance, "tangential_restitution", None)
-
     def kernel_arguments(self, only_spheres: bool = True) -> kernels.LawArguments:
         """Return the contact laws as plain numbers, for kernels.
 
         Raises `InputError` if they are laws of spheres and not all particles are.
         """
-        if self.reversals is not None and not only_spheres:
-            refuse("pair.resistance.tangential_restitution", shown(self.reversals), ONLY_SPHERES)
+        given = getattr(self.resistance, "tangential_restitution", None)
+        if given is not None and not only_spheres:
+            allowed = "in a population of spheres alone; other particles go without"
+            refuse("pair.resistance.tangential_restitution", shown(given), allowed)
         unused = dict.fromkeys(("coefficient", "exponent", "strength", "factor"), 0.0)
         entries: dict[str, Any] = {**unused, "numbers": np.zeros(0), "resistances": np.zeros(0)}
         entries |= kernel_entries(self.restitution) | kernel_entries(self.resistance)

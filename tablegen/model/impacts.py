@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import NOT_APPROACHING, NOT_FINITE, OK, SPEED_NOT_POSITIVE
-from sampler.formats.bounds import GRAZING
 from tablegen.model.elementary import cosine_and_sine
 from tablegen.model.frames import (
     combine,
@@ -44,6 +43,9 @@ CONDITION_SIZE = 9
 
 #: Place of `Condition.instant` among them.
 INSTANT = 8
+
+#: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
+GRAZING = 0.0087
 
 #: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
 MANY_TURNS = 10.0

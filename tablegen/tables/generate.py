@@ -64,7 +64,7 @@ def generate(
     """Generate a table and write it.
 
     Checkpoints stay in ``OUTPUT.parts`` until the table is complete, so that an interrupted run can
-    be resumed. Of spheres alone it holds the laws of contact and takes no time. The bytes of the table depend on the configuration and the software alone, but for
+    be resumed. The bytes of the table depend on the configuration and the software alone, but for
     last digits, which may differ between kinds of processor.
 
     Parameters

@@ -32,6 +32,10 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
 
     Raises `InputError`, which begins with `origin`, if the table does not cover the scene.
     """
+    if contents.of_spheres:
+        raise InputError(
+            "table: got one of spheres, which has nothing to cut, allowed: one of nodes"
+        )
     own = stored_config(contents.config, "config of the table")
     _check_scene(contents, own, scene, origin)
     rows = _kept_nodes(contents, "alpha", *map(math.radians, scene.domain.alpha_deg))

@@ -1,4 +1,4 @@
-"""Tables of spheres: the laws of contact themselves, because a rebound of a sphere has a formula."""
+"""Tables of spheres: the laws of contact, because a rebound of a sphere has a formula."""
 
 from typing import Any
 
@@ -6,13 +6,13 @@ import numpy as np
 
 import sampler
 from sampler.errors import refuse
-from sampler.formats.bounds import RESOLUTION
 from sampler.formats.channels import channels_for
-from sampler.formats.hdf5 import TableContents, read_table
+from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import SHAPE_CODES
 from sampler.table import Table
 from tablegen.config.config import Config, stored_config
 from tablegen.fitting.law_conditions import least_inertia
+from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import DirectModel
 from tablegen.tables.assembly import accuracy_datasets
 
@@ -32,10 +32,12 @@ def sphere_contents(config: Config) -> TableContents:
     Raises `InputError` where an impact could be below the resolution of contacts.
     """
     resolution = config.model.contact_resolution
-    if not RESOLUTION[0] <= resolution <= RESOLUTION[1]:
-        allowed = "{:g} to {:g} for a table of spheres".format(*RESOLUTION)
+    if resolution > GRAZING:
+        allowed = f"at most {GRAZING:g} for a table of spheres"
         refuse("model.contact_resolution", f"{resolution:g}", allowed)
     law, columns = config.pair.kernel_arguments(), config.domain.columns
+    restitution = law.restitution_law, law.coefficient, law.exponent
+    numbers = resolution, *restitution, law.resistance_law, law.strength, law.factor
     ends: dict[str, Any] = {"alpha_deg": config.domain.alpha_deg, "speed": config.domain.speed}
     return TableContents(
         datasets={
@@ -44,13 +46,7 @@ def sphere_contents(config: Config) -> TableContents:
             "spin/shape_weights": np.ones(1),
             "spin/ratio_range": np.ones((1, 2, 2)),
             "spin/aspect": np.array([(1.0, 0.0, 0.0, 1.0)] * 2),
-            "sphere/laws": np.array([law.restitution_law, law.resistance_law]),
-            "sphere/resolution": np.array([resolution]),
-            "sphere/coefficients": np.array(
-                [law.coefficient, law.exponent, law.strength, law.factor]
-            ),
-            "sphere/restitution": law.numbers,
-            "sphere/resistance": law.resistances,
+            "sphere/laws": np.array([*numbers, law.numbers.size, *law.numbers, *law.resistances]),
             **accuracy_datasets([], len(columns)),
         },
         pair=config.pair_name,
@@ -71,11 +67,11 @@ def largest_difference(contents: TableContents, seed: int | None) -> float:
     config = stored_config(contents.config, "config")
     rng = np.random.default_rng(seed)
     alpha1 = np.radians(rng.uniform(0.1, 90.0, _IMPACTS))
-    speed = np.exp(rng.uniform(*np.log(config.domain.speed), _IMPACTS))
+    speed = rng.uniform(*config.domain.speed, size=_IMPACTS)
     spin = rng.uniform(-_MOST_SPIN, _MOST_SPIN, (_IMPACTS, 3))
     spin[::2] = 0.0
     model = DirectModel(config.with_changes({"model": {"tolerance": _TOLERANCE}}))
-    keys = {"seed": 1, "index": np.arange(_IMPACTS)}
+    keys: dict[str, Any] = {"seed": 1, "index": np.arange(_IMPACTS)}
     states = model.sample(alpha1, speed, spin=spin, **keys)
     table = Table(contents)
     drawn = table.sample(alpha1, speed, spin=spin, **keys)

@@ -1,0 +1,159 @@
+"""Tables of spheres: draws are direct simulation, in every law, in Python, C and numba."""
+
+import numpy as np
+import pytest
+
+import sampler
+from sampler.errors import InputError, TableError
+from sampler.formats.hdf5 import write_table
+from tablegen.config.config import load_config
+from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.simulate import simulate
+from tablegen.tables import spheres
+from tablegen.tables.prune import pruned
+
+KHARAZ = load_config("kharaz-2001")
+TABULATED = {
+    "law": "tabulated",
+    "angle_deg": [10.0, 45.0, 90.0],
+    "speed": [50.0, 200.0],
+    "value": [[0.9, 0.85], [0.6, 0.5], [0.4, 0.25]],
+}
+RESTITUTION = (
+    {"law": "exponential", "coefficient": 0.1, "exponent": 0.61},
+    {"law": "polynomial", "coefficients": [0.99, -0.5, 0.1]},
+    {"law": "constant", "value": 0.0},
+    {"law": "power", "coefficient": 0.7, "reference_speed": 50.0, "exponent": 0.3},
+    TABULATED,
+)
+FRICTION = {"law": "coulomb", "static": 0.3, "dynamic": 0.2}
+RESISTANCE = (
+    {"law": "exponential-orientation", "strength": -1.5, "factor": 0.6},
+    {"law": "constant", "value": 0.3},
+    {"law": "tabulated", "angle_deg": [10.0, 80.0], "value": [0.2, 0.6]},
+    FRICTION,
+    FRICTION | {"tangential_restitution": [0.44], "angle_deg": [50.0]},
+)
+
+
+def with_laws(restitution, resistance, **domain):
+    known = {"source": "made up", "valid_speed": [1.0, 1000.0]}
+    pair = {"restitution": restitution | known, "resistance": resistance | {"source": "made up"}}
+    return KHARAZ.with_changes({"pair": pair, "domain": {"speed": [10.0, 300.0], **domain}})
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    """The table of a pair, through a file."""
+    path = tmp_path_factory.mktemp("spheres") / "t.h5"
+    write_table(path, spheres.sphere_contents(with_laws(TABULATED, RESISTANCE[4])))
+    assert path.stat().st_size < 32_000
+    return sampler.load(path, outside="raise")
+
+
+@pytest.mark.parametrize(
+    ("restitution", "resistance"), [*zip(RESTITUTION, RESISTANCE, strict=True)]
+)
+def test_draws_are_direct_simulation(restitution, resistance):
+    contents = spheres.sphere_contents(with_laws(restitution, resistance))
+    assert spheres.largest_difference(contents, 1) < spheres.ROUNDING
+    contents["sphere/laws"][[2, 6, -1]] *= 1.001
+    assert spheres.largest_difference(contents, 1) > 1e-6
+
+
+@pytest.mark.parametrize("roughness", [None, 0.2])
+def test_rebounds_are_those_of_the_direct_model(table, roughness):
+    rng = np.random.default_rng(3)
+    velocity = rng.uniform((-90.0, -90.0, -90.0), (90.0, -1.0, 90.0), (500, 3))
+    impact = velocity, (0.1, 2.0, 0.3), 2e-5
+    impact[0][velocity @ impact[1] >= 0.0] = (50.0, -30.0, 0.0)
+    more = {"omega": rng.uniform(-4e6, 4e6, (500, 3)), "wall_velocity": (1.0, 2.0, 3.0)}
+    more |= {"roughness": roughness, "seed": 5, "index": np.arange(500), "hit": 2}
+    config = with_laws(TABULATED, RESISTANCE[4]).with_changes({"model": {"tolerance": 1e-14}})
+    direct = DirectModel(config).rebound(*impact, **more)
+    drawn = table.rebound(*impact, **more)
+    np.testing.assert_allclose(drawn.velocity, direct.velocity, rtol=0.0, atol=1e-10)
+    np.testing.assert_allclose(drawn.omega, direct.omega, rtol=1e-11, atol=1e-5)
+    assert table.clamped == 0
+    np.testing.assert_array_equal(table.grains(1, [3, 4]), [[4.0, 1.0, 1.0]] * 2)
+
+
+def test_the_laws_of_mechanics_hold(table):
+    """Angular momentum about the contact is kept, and energy does not grow, at any impact."""
+    rng = np.random.default_rng(4)
+    alpha1, spin = np.radians(rng.uniform(1e-6, 90.0, 10_000)), rng.normal(0.0, 3.0, (10_000, 3))
+    after = table.sample(alpha1, 1e-3, spin=spin, seed=1, index=0)
+    before = np.column_stack([np.cos(alpha1), -np.sin(alpha1), 0.0 * alpha1, spin])
+    momenta = [
+        np.column_stack([s[:, 2] + 0.4 * s[:, 3], 0.4 * s[:, 4], 0.4 * s[:, 5] - s[:, 0]])
+        for s in (before, after)
+    ]
+    np.testing.assert_allclose(momenta[1], momenta[0], rtol=0.0, atol=1e-14)
+    weights = np.array([1.0, 1.0, 1.0, 0.4, 0.4, 0.4])
+    energies = [(s**2) @ weights for s in (before, after)]
+    assert (energies[1] <= energies[0] * (1.0 + 1e-14)).all()
+    assert (after[:, 1] > 0.0).all()
+
+
+def test_energies_and_works_of_first_impacts():
+    names = ["v", "rotational_energy", "collisions", "work_normal", "work_shear"]
+    config = with_laws(RESTITUTION[3], RESISTANCE[4], components=names)
+    for alpha1 in np.radians([0.2, 20.0, 70.0]):
+        told = simulate(config, alpha1, 80.0, 1, seed=1)
+        expected = [told.state[0, 1], told.energy[0, 1], 1.0, *told.work[0]]
+        drawn = sampler.Table(spheres.sphere_contents(config)).sample(alpha1, 80.0, seed=1, index=0)
+        np.testing.assert_allclose(drawn, expected, rtol=0.0, atol=1e-12)
+
+
+def test_compiled_code_draws_the_same(table):
+    out, grain = np.zeros(6), (4.0, 1.0, 1.0)
+    for spin in (None, (0.5, -1.0, 2.0)):
+        assert sampler.draw(table.handle, 0.7, 100.0, 1, 2, 3, out, spin) == 0
+        state = table.sample(0.7, 100.0, spin=spin, seed=1, index=2, hit=3)
+        np.testing.assert_array_equal(out, state)
+        same = table.sample(0.7, 100.0, spin=spin or (0, 0, 0), grain=grain, seed=1, index=2)
+        np.testing.assert_array_equal(out, same)
+
+
+def test_commands(call, refuse, tmp_path):
+    made = tmp_path / "k.h5"
+    for done in (
+        call("tablegen", "generate", "kharaz-2001", "--output", made, "--quiet"),
+        call("tablegen", "validate", made, "--seed", 5),
+    ):
+        assert done.status == 0
+        assert "holds: draws differ from direct simulation by at most " in done.out
+    assert "spheres           laws of contact" in call("tablegen", "inspect", made).out
+    assert '"spheres": true' in call("tablegen", "inspect", made, "--json").out
+    flags = ("--alpha", 70, "--speed", 3.9, "--seed", 1, "--count", 2)
+    here, there = tmp_path / "s.npz", tmp_path / "d.npz"
+    simulated = call("tablegen", "simulate", "--pair", "kharaz-2001", *flags, "--output", here)
+    assert simulated.status == call("sampler", "draw", made, *flags, "--output", there).status == 0
+    states = (np.load(path)["state"] for path in (here, there))
+    np.testing.assert_allclose(*states, rtol=0.0, atol=1e-12)
+    assert refuse("tablegen", "validate", made, "--details").startswith("options: got more")
+
+
+def test_what_is_refused(refuse, tmp_path):
+    prism = ("--pair", "kharaz-2001", "--shape", "prism", "--aspect", 1, 1, "--alpha", 60)
+    rest = ("--speed", 3.9, "--count", 1, "--seed", 1, "--output", tmp_path / "s.npz")
+    allowed = "allowed: in a population of spheres alone; other particles go without"
+    line = f"pair.resistance.tangential_restitution: got [0.41, 0.15, -0.25], {allowed}"
+    assert refuse("tablegen", "simulate", *prism, *rest) == line
+    with pytest.raises(InputError, match=r"got \[0.1, 0.2\], allowed: 3 numbers"):
+        KHARAZ.with_changes({"pair": {"resistance": {"tangential_restitution": [0.1, 0.2]}}})
+    coarse = KHARAZ.with_changes({"model": {"contact_resolution": 0.05}})
+    with pytest.raises(InputError, match=r"contact_resolution: got 0.05, allowed: at most 0.0087"):
+        spheres.sphere_contents(coarse)
+    with pytest.raises(InputError, match="table: got one of spheres"):
+        pruned(spheres.sphere_contents(KHARAZ), KHARAZ)
+
+
+@pytest.mark.parametrize(
+    ("at", "value"), [(0, 0.0), (0, 0.1), (1, 5.0), (4, -1.0), (7, 90.0), (8, 2.0), (11, 0.1)]
+)
+def test_laws_that_cannot_be_drawn_from(at, value):
+    contents = spheres.sphere_contents(with_laws(TABULATED, RESISTANCE[4]))
+    contents["sphere/laws"][at] = value
+    with pytest.raises(TableError, match="dimensions: one is 0 or too large, or does not fit"):
+        sampler.Table(contents)
