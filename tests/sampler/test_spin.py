@@ -282,11 +282,11 @@ class TestCounts:
         with pytest.warns(
             sampler.OutsideTableWarning, match=r"spin: got 10\.18\d* at row 1 .*0 to 10"
         ):
-            states = table.sample(0.5, 40.0, spin=spins, seed=1, index=0)
+            states = table.sample(0.5, 40.0, spin=spins, seed=1, index=range(len(spins)))
         assert table.clamped == 2
         limits = CONTENTS.datasets | {"spin/spin_range": np.array([0.0, 1e3])}
         wide = sampler.Table(replace(CONTENTS, datasets=limits))
-        same = wide.sample(0.5, 40.0, spin=spins, seed=1, index=0) == states
+        same = wide.sample(0.5, 40.0, spin=spins, seed=1, index=range(len(spins))) == states
         assert same.all(axis=1).tolist() == [True, False, False]
         assert wide.clamped == 0
 
@@ -309,7 +309,7 @@ class TestCounts:
         with pytest.raises(InputError) as refused:
             strict.rebound(velocity, (0, 1, 0), 1e-5, omega=omega, seed=1, index=77)
         where = " at row 0 (particle 77), allowed: "
-        assert str(refused.value) == said.format(where) + "the range of the table"
+        assert str(refused.value) == said.format(where) + f"the range of the table {strict.pair}"
 
     def test_flags_of_single_draws_add_up(self, table):
         for speed, spin, flags in (
