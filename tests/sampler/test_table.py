@@ -387,7 +387,7 @@ def test_wrong_arguments(table, change, message):
 )
 def test_wrong_vectors(table, change, message):
     with pytest.raises(InputError) as refusal:
-        table.rebound(**(IMPACT | change), seed=1, index=0)
+        table.rebound(**({"seed": 1, "index": 0} | IMPACT | change))
     assert message in str(refusal.value)
 
 
