@@ -79,9 +79,8 @@ def test_page_begins_with_its_tracker(page):
     assert source.count("\n") <= 40
 
 
-def test_numba(expected, capsys):
-    runpy.run_path(str(TRACKERS["NUMBA.md"]))
-    check(capsys.readouterr().out, expected)
+def test_numba(folder, expected):
+    check(run_shell(f"python {TRACKERS['NUMBA.md']}", folder), expected)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++", "clang++", "gfortran", "on host"])
