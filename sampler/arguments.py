@@ -335,6 +335,9 @@ def broadcast(
         index = arrays_of.keys("index", keys.index, 64)
         seed = as_seed(keys.seed)
         shape = common_shape(shapes | {"hit": hit.shape, "index": index.shape})
+        if index.size == hit.size == 1 < math.prod(shape):
+            got = f"one number, {int(index.reshape(-1)[0])}, for {math.prod(shape)} rows"
+            refuse("index", got, "one for each row, such as numpy.arange")
     else:
         shape = common_shape(shapes, keys.size)
         seed = int(keys.rng.integers(2**64, dtype=np.uint64))

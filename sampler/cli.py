@@ -93,6 +93,8 @@ def draw(
         index = np.arange(count, dtype=np.uint64)
         state = loaded.sample(math.radians(alpha), speed, spin=spin, seed=seed, index=index)
     write_arrays(output, state=state, columns=loaded.columns)
+    if loaded.extrapolated:
+        note("sampler", f"{speed:g} m/s: the pair {loaded.pair} was not measured at that speed")
     for warning in told or ():
         note("sampler", str(warning.message).partition("; ")[0] + "; the nearest is used")
     return DONE

@@ -106,7 +106,7 @@ class LawAtConditions:
     ) -> NDArray[np.float64]:
         """Reduce the draws at each condition to some numbers."""
         given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
-        call = self._call(given, "spin", spin, "own", Keys(seed=0, index=0))
+        call = self._call(given, "spin", spin, "own", Keys(rng=np.random.default_rng(0)))
         states = np.empty((max(call.rows.n, 1), len(self.columns)))
         report = library.sample(self._table, call.rows, states[: call.rows.n], 1)
         self._finish(self._header, call, report, 4)  # one draw each has checked the conditions

@@ -133,7 +133,7 @@ def outside_message(header: Any, call: Call, row: int) -> str:
     name, value, (low, high), unit, note = found
     return (
         f"{name}: got {told_apart(value, low, high, digits=6)}{unit} at {at}, allowed: "
-        f"{low:.6g} to {high:.6g}{unit}{note}, the range of the table"
+        f"{low:.6g} to {high:.6g}{unit}{note}, the range of the table {header['pair'].decode()}"
     )
 
 

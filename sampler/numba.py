@@ -9,9 +9,9 @@ The functions here are compiled into their caller, with ``cache=True``, ``parall
 >>> table = sampler.load("corundum-steel-compact")
 >>> @numba.njit
 ... def speed_after(handle, n):
-...     out, total = np.empty(6), 0.0
+...     v, up, out, total = (90.0, -90.0, 0.0), (0.0, 1.0, 0.0), np.empty(6), 0.0
 ...     for k in range(n):
-...         sampler.rebound(handle, (90.0, -90.0, 0.0), (0.0, 1.0, 0.0), 1e-5, None, 7, k, 0, out)
+...         sampler.rebound(handle, v, up, 1e-5, None, None, 7, k, 0, out)
 ...         total += np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
 ...     return total / n
 >>> bool(50.0 < speed_after(table.handle, 1000) < 127.0)
@@ -81,10 +81,12 @@ _OPTIONAL = _Kind(
     "a tuple of three numbers, or None",
     _POINTER,
 )
+_NONE = _Kind(_is_missing, "None", _POINTER)
 _OUTPUT = _Kind(_is_output, "a writable float64 array of one dimension", _POINTER)
 
 #: Functions of the library that compiled code calls. A cached caller looks for them by name.
-_SYMBOLS = ("rbt_draw_all", "rbt_rebound_grain", "rbt_fresh_grain")
+_GAS = ("rbt_gas_torque", "rbt_spin_after")
+_SYMBOLS = ("rbt_draw_all", "rbt_rebound_grain", "rbt_fresh_grain", *_GAS)
 for _symbol in _SYMBOLS:
     _address = ctypes.cast(getattr(library(), _symbol), ctypes.c_void_p).value
     llvmlite.binding.add_symbol(_symbol, _address)
@@ -108,7 +110,7 @@ def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...], *at:
     """Type a call of a function of the library and write its code.
 
     The call returns its status and the numbers that the function writes. The last argument, the
-    array for them, is only looked at: the caller copies them, whatever its stride.
+    array for them or None, is only looked at: the caller copies them, whatever its stride.
 
     Parameters
     ----------
@@ -133,9 +135,11 @@ def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...], *at:
         room = cgutils.alloca_once(builder, ir.ArrayType(_REAL, count))
         places = [builder.gep(room, [_WORD(0), _WORD(k)]) for k in range(count)]
         values += [places[k] for k in begins]
-        kind = ir.FunctionType(_WORD, [value.type for value in values])
+        result = ir.VoidType() if symbol in _GAS else _WORD
+        kind = ir.FunctionType(result, [value.type for value in values])
         function = cgutils.get_or_insert_function(builder.module, kind, symbol)
         status = builder.call(function, values)
+        status = _WORD(0) if symbol in _GAS else status
         numbers = context.make_tuple(builder, found[1], [builder.load(place) for place in places])
         return context.make_tuple(builder, found, [status, numbers])
 
@@ -196,7 +200,7 @@ def _rebound(  # noqa: ANN202
 
 @_intrinsic
 def _grain(typingctx, handle, seed, index, hit, out):  # noqa: ANN001, ANN202
-    arguments = {"handle": _HANDLE, "seed": _KEY, "index": _KEY, "hit": _HIT, "out": _OUTPUT}
+    arguments = {"handle": _HANDLE, "seed": _KEY, "index": _KEY, "hit": _HIT, "out": _NONE}
     return _call("rbt_fresh_grain", arguments, (handle, seed, index, hit, out), 0, 3)
 
 
@@ -205,11 +209,11 @@ def draw(
     handle: int,
     alpha1: float,
     speed: float,
+    spin: Vector | None,
     seed: int,
     index: int,
     hit: int,
     state: NDArray[np.float64],
-    spin: Vector | None = None,
     grain: Vector | None = None,
 ) -> int:
     """Draw one rebound state.
@@ -224,6 +228,9 @@ def draw(
         Impact angle in rad from the wall, in (0, pi/2].
     speed : float
         Impact speed V in m/s, > 0.
+    spin : tuple of three float, or None
+        Angular velocity before the impact times a/V, wall frame: then the rebound is drawn from the
+        spin law, also where the spin is zero. None: from the law of first impacts, of any grain.
     seed, index : int
         Seed of the run and identity of the particle, read as uint64.
     hit : int
@@ -234,9 +241,6 @@ def draw(
         are 0. An array of shape (10,) also gets the rotational energy over the initial kinetic
         energy, the number of collisions, and the work of the normal and of the tangential impulses
         over m V^2 / 2; the first two only without a spin.
-    spin : tuple of three float, optional
-        Angular velocity before the impact times a/V, wall frame: then the rebound is drawn from the
-        spin law, also where the spin is zero. None: from the law of first impacts, of any grain.
     grain : tuple of three float, optional
         Shape code, b/a and c/b, from the spin law too; for example a fresh one at each hit, from
         `sampler.grain`. None: with a spin, the particle's own, which it keeps from hit to hit.
@@ -272,11 +276,11 @@ def rebound(
     normal: Vector,
     half_size: float,
     wall_velocity: Vector | None,
+    omega: Vector | None,
     seed: int,
     index: int,
     hit: int,
     out: NDArray[np.float64],
-    omega: Vector | None = None,
     grain: Vector | None = None,
 ) -> int:
     """Rebound one particle, in the lab frame.
@@ -293,11 +297,11 @@ def rebound(
         Largest half-size a of the particle, 1e-30 m or more.
     wall_velocity : tuple of three float, or None
         Velocity of the wall at the contact, m/s; None: at rest.
-    out : float64 array, shape (6,), written
-        Velocity in m/s, then angular velocity in rad/s.
-    omega : tuple of three float, optional
+    omega : tuple of three float, or None
         Angular velocity before the impact, rad/s. None: not spinning, the same as zeros; of a table
         without a spin law, from the law of first impacts.
+    out : float64 array, shape (6,), written
+        Velocity in m/s, then angular velocity in rad/s.
 
     Returns
     -------
@@ -310,7 +314,7 @@ def rebound(
         As `draw`, of `out`.
     """
     return rough_rebound(
-        handle, velocity, normal, half_size, wall_velocity, 0.0, seed, index, hit, out, omega, grain
+        handle, velocity, normal, half_size, wall_velocity, 0.0, omega, seed, index, hit, out, grain
     )
 
 
@@ -322,18 +326,18 @@ def rough_rebound(
     half_size: float,
     wall_velocity: Vector | None,
     roughness: float,
+    omega: Vector | None,
     seed: int,
     index: int,
     hit: int,
     out: NDArray[np.float64],
-    omega: Vector | None = None,
     grain: Vector | None = None,
 ) -> int:
     """Rebound one particle from a rough wall, in the lab frame.
 
     Parameters
     ----------
-    handle, velocity, normal, half_size, wall_velocity, seed, index, hit, out, omega, grain
+    handle, velocity, normal, half_size, wall_velocity, omega, seed, index, hit, out, grain
         As for `rebound`; the normal is that of the mean wall.
     roughness : float
         Standard deviation of the tilt of facets, rad, 0 to 0.5.
@@ -385,5 +389,50 @@ def grain(handle: int, seed: int, index: int, hit: int) -> Vector:
     tuple of three float
         Shape code of `sampler.formats.shape_codes`, b/a and c/b; zeros without a spin law.
     """
-    status, found = _grain(handle, seed, index, hit, np.zeros(0))
+    status, found = _grain(handle, seed, index, hit, None)
     return found if status >= 0 else (0.0, 0.0, 0.0)
+
+
+_TORQUE = {
+    **{"omega": _VECTOR, "diameter": _NUMBER, "density": _NUMBER, "viscosity": _NUMBER},
+    **{"gas_rotation": _VECTOR, "out": _NONE},
+}
+_TIMES = {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER}
+
+
+@_intrinsic
+def _torque(typingctx, omega, diameter, density, viscosity, gas_rotation, out):  # noqa: ANN001, ANN202
+    given = (omega, diameter, density, viscosity, gas_rotation, out)
+    return _call("rbt_gas_torque", _TORQUE, given, 0, 3)
+
+
+@_intrinsic
+def _after(typingctx, omega, time, inertia, diameter, density, viscosity, gas_rotation, out):  # noqa: ANN001, ANN202
+    given = (omega, time, inertia, diameter, density, viscosity, gas_rotation, out)
+    return _call("rbt_spin_after", _TIMES | _TORQUE, given, 0, 3)
+
+
+@numba.njit(nogil=True)
+def gas_torque(
+    omega: Vector,
+    diameter: float,
+    density: float,
+    viscosity: float,
+    gas_rotation: Vector = (0.0, 0.0, 0.0),
+) -> Vector:
+    """Compute the torque of the gas on one particle, N m: `sampler.gas_torque` of tuples."""
+    return _torque(omega, diameter, density, viscosity, gas_rotation, None)[1]
+
+
+@numba.njit(nogil=True)
+def spin_after(
+    omega: Vector,
+    time: float,
+    inertia: float,
+    diameter: float,
+    density: float,
+    viscosity: float,
+    gas_rotation: Vector = (0.0, 0.0, 0.0),
+) -> Vector:
+    """Compute the angular velocity of one particle, rad/s: `sampler.spin_after` of tuples."""
+    return _after(omega, time, inertia, diameter, density, viscosity, gas_rotation, None)[1]

@@ -14,8 +14,8 @@ from documents import DOCUMENTS, ROOT, SHELL
 
 from tablegen import parse_config
 
-#: Its programs are run by tests/embedding/test_guide.py.
-GUIDE = ROOT / "sampler" / "EMBEDDING.md"
+#: Need CuPy and a file to cache: run by tests/embedding/test_trackers.py.
+ELSEWHERE = [ROOT / "sampler" / "device" / "README.md", ROOT / "sampler" / "NUMBA.md"]
 
 every_document = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: str(p.relative_to(ROOT)))
 
@@ -32,7 +32,7 @@ def blocks_in(path, *languages):
 def test_python_blocks_run(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {}  # the blocks of a page are read one after the other
-    for block in blocks_in(path, "python") if path != GUIDE else []:
+    for block in blocks_in(path, "python") if path not in ELSEWHERE else []:
         # padded, so that a traceback shows the line of the document
         exec(compile("\n" * (block.line - 1) + block.text, str(path), "exec"), names)
 

@@ -82,7 +82,7 @@ def simulated(arrays, v, normal, half_size, omega, turning, keys, work, out):
 @numba.njit
 def drawn(arrays, v, normal, half_size, omega, turning, keys, work, out):
     """Rebound drawn from the table: all that a flow code needs; return the status."""
-    return sampler.rebound(arrays, v, normal, half_size, AT_REST, SEED, *keys, out, omega)
+    return sampler.rebound(arrays, v, normal, half_size, AT_REST, omega, SEED, *keys, out)
 
 
 @numba.njit(nogil=True)

@@ -1,4 +1,4 @@
-"""Parts of the C header and of the Fortran module, made from the layout of a binary table.
+"""Parts of the C header, of the Fortran module and of a page, made from one description.
 
 Run ``python -m sampler.formats.generated_code`` after a change to `sampler.formats.channels` or
 `sampler.formats.binary_layout`; everything outside the marked parts is written by hand.
@@ -270,6 +270,13 @@ def fortran_constants() -> str:
     )
 
 
+def codes_table() -> str:
+    """Write the codes of draws, which all languages share, as a Markdown table."""
+    draws = (code for code in CODES if not -32 < code.number <= -10)  # those are of files
+    rows = (f"| {code.number} `RBT_{code.name}` | {code.text} |" for code in draws)
+    return "\n".join(["| code | meaning |", "|---|---|", *rows]) + "\n"
+
+
 #: Marked parts by file, below the folder of `include_directory`.
 PARTS = {
     "rebound_sampler.h": {
@@ -280,17 +287,19 @@ PARTS = {
         "texts": code_texts,
     },
     "../fortran/rebound_sampler.f90": {"constants": fortran_constants},
+    "../EMBEDDING.md": {"constants": codes_table},
 }
 
 
 def generated(name: str, text: str) -> str:
     """Text of a file of `PARTS` with its marked parts brought up to date."""
-    mark = "  ! {} {}" if name.endswith(".f90") else "/* {} {} */"
+    marks = {".f90": "  ! {} {}", ".md": "<!-- {} {} -->"}
+    mark = next((mark for end, mark in marks.items() if name.endswith(end)), "/* {} {} */")
     return filled(text, name, PARTS[name], mark)
 
 
 def main() -> None:
-    """Bring header and module up to date."""
+    """Bring header, module and page up to date."""
     for name in PARTS:
         path = include_directory() / name
         write_text(path, generated(name, path.read_text(encoding="utf-8")))

@@ -6,9 +6,9 @@
 !     #include "rebound_sampler.h"
 !
 ! and link both with the C mathematics library (-lm). What functions do, and what they return, is
-! said in the header; names, order of arguments and codes are the same, but that arguments which may
-! be left out come last. Angles are in radians, everything else is in SI units. Unsigned integers of C are the integers of equal size here, with the
-! same bits: index -1 is the largest there.
+! said in the header; names, order of arguments and codes are the same, and null() is NULL. Angles are
+! in radians, everything else is in SI units. Unsigned integers of C are the integers of equal size
+! here, with the same bits: index -1 is the largest there.
 !
 ! Any number of threads may draw from one table at once; rbt_open and rbt_close of one table must not
 ! run beside other calls with it.
@@ -24,6 +24,7 @@ module rebound_sampler
   public :: rbt_has_spin_law, rbt_keep_grains, rbt_grain
   public :: rbt_draw, rbt_draw_all, rbt_draw_batch
   public :: rbt_rebound, rbt_rough_rebound, rbt_rebound_batch, rbt_wall_tilt
+  public :: rbt_gas_torque, rbt_spin_after
 
   ! Codes, and most variables that a state can have; from sampler/formats/binary_layout.py, by
   ! `python -m sampler.formats.generated_code`.
@@ -224,6 +225,23 @@ module rebound_sampler
       type(c_report), intent(out) :: report
       integer(c_int) :: code
     end function c_rebound_batch
+
+    ! Torque of the gas on a spinning particle, N m; gas_rotation: half the curl of the gas velocity.
+    subroutine rbt_gas_torque(omega, diameter, density, viscosity, gas_rotation, torque) bind(c)
+      import :: c_double
+      real(c_double), intent(in) :: omega(3), gas_rotation(3)
+      real(c_double), value :: diameter, density, viscosity
+      real(c_double), intent(out) :: torque(3)
+    end subroutine rbt_gas_torque
+
+    ! Angular velocity that it leaves after a time; the result must be another variable than omega.
+    subroutine rbt_spin_after(omega, time, inertia, diameter, density, viscosity, gas_rotation, &
+        new_omega) bind(c)
+      import :: c_double
+      real(c_double), intent(in) :: omega(3), gas_rotation(3)
+      real(c_double), value :: time, inertia, diameter, density, viscosity
+      real(c_double), intent(out) :: new_omega(3)
+    end subroutine rbt_spin_after
   end interface
 
 contains
@@ -338,13 +356,13 @@ contains
   end function rbt_components
 
   ! Draw one state: u, v, w over V and omega_x, omega_y, omega_z times a/V.
-  function rbt_draw(table, alpha1, speed, seed, index, hit, state, spin) result(code)
+  function rbt_draw(table, alpha1, speed, spin, seed, index, hit, state) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: alpha1, speed   ! rad from the wall; m/s
+    real(c_double), intent(in), target, optional :: spin(3) ! before the impact, times a/V
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
     real(c_double), intent(inout) :: state(6)     ! as it was after an error
-    real(c_double), intent(in), target, optional :: spin(3) ! before the impact, times a/V
     integer(c_int) :: code
     type(c_ptr) :: given
 
@@ -369,17 +387,16 @@ contains
     code = c_draw_all(table%handle, alpha1, speed, given, c_null_ptr, seed, index, hit, values)
   end function rbt_draw_all
 
-  ! Draw a state for each column of states(6, n); faster than one by one. Name arguments after states,
-  ! later versions may have further ones.
-  function rbt_draw_batch(table, alpha1, speed, seed, index, hit, states, report, spin) result(code)
+  ! Draw a state for each column of states(6, n); faster than one by one.
+  function rbt_draw_batch(table, alpha1, speed, spin, seed, index, hit, states, report) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), contiguous :: alpha1(:), speed(:)
+    real(c_double), intent(in), contiguous, target, optional :: spin(:, :) ! (3, n)
     integer(c_int64_t), intent(in) :: seed
     integer(c_int64_t), intent(in), contiguous :: index(:)
     integer(c_int32_t), intent(in), contiguous :: hit(:)
     real(c_double), intent(inout), contiguous :: states(:, :)
     type(rbt_report), intent(out), optional :: report
-    real(c_double), intent(in), contiguous, target, optional :: spin(:, :) ! (3, n)
     integer(c_int) :: code
     integer(c_size_t) :: n
     type(c_report) :: found
@@ -398,16 +415,16 @@ contains
   end function rbt_draw_batch
 
   ! Rebound one particle, in the lab frame; results must be other variables than arguments.
-  function rbt_rebound(table, velocity, normal, half_size, wall_velocity, seed, index, hit, &
-      new_velocity, new_omega, omega) result(code)
+  function rbt_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, index, hit, &
+      new_velocity, new_omega) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; from the wall into the gas
     real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
     real(c_double), intent(in) :: wall_velocity(3)        ! m/s
+    real(c_double), intent(in), target, optional :: omega(3)  ! before the impact, rad/s; none: no spin
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
     real(c_double), intent(inout) :: new_velocity(3), new_omega(3)  ! m/s, rad/s
-    real(c_double), intent(in), target, optional :: omega(3)  ! before the impact, rad/s; none: no spin
     integer(c_int) :: code
     type(c_ptr) :: given
 
@@ -418,17 +435,17 @@ contains
   end function rbt_rebound
 
   ! Rebound one particle from a rough wall, in the lab frame; otherwise as rbt_rebound.
-  function rbt_rough_rebound(table, velocity, normal, half_size, wall_velocity, roughness, seed, &
-      index, hit, new_velocity, new_omega, omega) result(code)
+  function rbt_rough_rebound(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
+      seed, index, hit, new_velocity, new_omega) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; of the mean wall into the gas
     real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
     real(c_double), intent(in) :: wall_velocity(3)        ! m/s
     real(c_double), intent(in) :: roughness  ! standard deviation of the tilt of facets, rad, 0 to 0.5
+    real(c_double), intent(in), target, optional :: omega(3)  ! before the impact, rad/s; none: no spin
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
     real(c_double), intent(inout) :: new_velocity(3), new_omega(3)  ! m/s, rad/s
-    real(c_double), intent(in), target, optional :: omega(3)  ! before the impact, rad/s; none: no spin
     integer(c_int) :: code
     type(c_ptr) :: given
 
@@ -450,21 +467,21 @@ contains
   end function rbt_wall_tilt
 
   ! Rebound the particle of each column; faster than one by one. Results must be other variables than
-  ! arguments; name those after new_omega, later versions may have further ones.
-  function rbt_rebound_batch(table, velocity, normal, half_size, seed, index, hit, &
-      new_velocity, new_omega, wall_velocity, report, omega, roughness) result(code)
+  ! arguments.
+  function rbt_rebound_batch(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
+      seed, index, hit, new_velocity, new_omega, report) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), contiguous, target :: velocity(:, :), normal(:, :)  ! (3, n)
     real(c_double), intent(in), contiguous, target :: half_size(:)
+    real(c_double), intent(in), contiguous, target, optional :: wall_velocity(:, :) ! none: at rest
+    ! tilts of facets, rad, of rough walls; none: smooth ones
+    real(c_double), intent(in), contiguous, target, optional :: roughness(:)
+    real(c_double), intent(in), contiguous, target, optional :: omega(:, :) ! before; none: no spin
     integer(c_int64_t), intent(in) :: seed
     integer(c_int64_t), intent(in), contiguous, target :: index(:)
     integer(c_int32_t), intent(in), contiguous, target :: hit(:)
     real(c_double), intent(inout), contiguous :: new_velocity(:, :), new_omega(:, :) ! (3, n)
-    real(c_double), intent(in), contiguous, target, optional :: wall_velocity(:, :) ! none: at rest
     type(rbt_report), intent(out), optional :: report
-    real(c_double), intent(in), contiguous, target, optional :: omega(:, :) ! before; none: no spin
-    ! tilts of facets, rad, of rough walls; none: smooth ones
-    real(c_double), intent(in), contiguous, target, optional :: roughness(:)
     integer(c_int) :: code
     integer(c_size_t) :: n
     integer :: wanted(2)

@@ -80,6 +80,14 @@ def _is_vector(given):
     return plain and given.dtype == types.float64
 
 
+def _vector(name):
+    def fits(given):
+        return isinstance(given, types.BaseTuple) and len(given) == 3
+
+    return _argument(name, fits, "a tuple of three numbers")
+
+
+_velocity, _normal, _wall, _omega = map(_vector, ("velocity", "normal", "wall_velocity", "omega"))
 _seed, _index, _hit = _key("seed"), _key("index"), _key("hit")
 _out = _argument("out", _is_vector, "a writable float64 array of one dimension")
 _orientation = _argument("orientation", _is_vector, "a writable float64 array of one dimension")
@@ -294,8 +302,8 @@ def rebound(
     keys, space, out = _keys(seed, index, hit), _work(work), _out(out)
     turned = _orientation(orientation)
     _check_sizes(arrays, turned, space, out)
-    impact = velocity, normal, half_size, wall_velocity
-    status, condition = lab_condition(impact, omega, keys, arrays.numerics)
+    impact = _velocity(velocity), _normal(normal), half_size, _wall(wall_velocity)
+    status, condition = lab_condition(impact, _omega(omega), keys, arrays.numerics)
     if status == OK:
         frame = impact_frame(impact, keys)
         status = _follow(arrays, condition, grain, turned, frame, keys, space, out)

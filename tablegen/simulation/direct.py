@@ -288,7 +288,7 @@ class DirectModel:
             "half_size": as_reals_up_to("half_size", half_size, math.inf, " m"),
             "time": time,
         }
-        call = broadcast(given, Keys(0, 0))
+        call = broadcast(given, Keys(rng=np.random.default_rng(0)))
         particles = Particles(call, OWN, None)
         n = call.rows.n
         turned, spins = (

@@ -18,7 +18,7 @@ struct place {
 using counter = unsigned long long;
 static inline void atomicMin(counter *least, counter x) { *least = x < *least ? x : *least; }
 static inline void atomicAdd(counter *sum, counter x) { *sum += x; }
-static inline void atomicXor(counter *bits, counter x) { *bits ^= x; }
+static inline void atomicAdd(double *sum, double x) { *sum += x; }
 
 /* The first thread, and the next one, until none is left. */
 static inline bool first_thread(unsigned blocks, unsigned threads)

@@ -44,13 +44,13 @@ def answer(table, kind, given, keys):
     given = [float(x) for x in given]
     if kind in ("draw", "spin-draw"):
         out, spin = np.zeros(10), tuple(given[2:]) or None
-        return sampler.draw(table.handle, *given[:2], *keys, out, spin), out
+        return sampler.draw(table.handle, *given[:2], spin, *keys, out), out
     out, (half_size, *others) = np.zeros(6), given[6:]
     velocity, normal, wall = tuple(given[:3]), tuple(given[3:6]), tuple(others[:3])
     roughness = others.pop(3) if "rough" in kind else 0.0
     omega = tuple(others[3:]) or None
-    impact = velocity, normal, half_size, wall, roughness
-    return sampler.rough_rebound(table.handle, *impact, *keys, out, omega), out
+    impact = velocity, normal, half_size, wall, roughness, omega
+    return sampler.rough_rebound(table.handle, *impact, *keys, out), out
 
 
 def check_vectors(program, *tolerance, vectors=VECTORS):

@@ -105,9 +105,9 @@ contains
     values = untouched
     state = untouched
     states = untouched
-    codes(1) = rbt_draw(table, given(1), given(2), seed, index_, hit, state, spin=omega)
-    codes(2) = rbt_draw_batch(table, given(1:1), given(2:2), seed, [index_], [hit], states, report, &
-        spin=omegas)
+    codes(1) = rbt_draw(table, given(1), given(2), omega, seed, index_, hit, state)
+    codes(2) = rbt_draw_batch(table, given(1:1), given(2:2), omegas, seed, [index_], [hit], &
+        states, report)
     flags = max(code, 0)
     holds = all(codes == code) .and. agree(state, expected(:6), 0.0_c_double) &
         .and. agree(states(:, 1), expected(:6), 0.0_c_double) &
@@ -133,14 +133,14 @@ contains
     if (rough) then
       roughness => given(11:11)
       codes(1) = rbt_rough_rebound(table, given(:3), given(4:6), given(7), given(8:10), given(11), &
-          seed, index_, hit, velocity, spin, omega=omega)
+          omega, seed, index_, hit, velocity, spin)
     else
-      codes(1) = rbt_rebound(table, given(:3), given(4:6), given(7), given(8:10), seed, index_, &
-          hit, velocity, spin, omega=omega)
+      codes(1) = rbt_rebound(table, given(:3), given(4:6), given(7), given(8:10), omega, seed, &
+          index_, hit, velocity, spin)
     end if
     codes(2) = rbt_rebound_batch(table, reshape(given(:3), [3, 1]), reshape(given(4:6), [3, 1]), &
-        given(7:7), seed, [index_], [hit], row(:, :1), row(:, 2:), report=report, omega=omegas, &
-        wall_velocity=reshape(given(8:10), [3, 1]), roughness=roughness)
+        given(7:7), reshape(given(8:10), [3, 1]), roughness, omegas, seed, [index_], [hit], &
+        row(:, :1), row(:, 2:), report)
     ! of atan2, cos and sin of the C library, whose last digit may turn that of a feature of a spin draw
     tolerance = merge(1.0e-5_c_double, merge(1.0e-12_c_double, 1.0e-13_c_double, rough), &
         associated(omega))

@@ -58,14 +58,14 @@ def test_no_speed_is_outside_the_spin_law(anywhere, contents):
 def test_angles_are_outside_as_before(anywhere):
     free = sampler.Table(anywhere)
     with pytest.warns(sampler.OutsideTableWarning, match=r"alpha1: got 5\.7295\d* deg at row 0"):
-        free.sample([0.1, 0.7], 10.0, seed=1, index=0)
+        free.sample([0.1, 0.7], 10.0, seed=1, index=range(2))
     assert free.clamped == 1
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
 def test_no_speed_at_all_is_refused_as_before(anywhere, speed):
     with pytest.raises(InputError, match=f"^speed: got {speed:g} at row 1 .*, allowed: "):
-        sampler.Table(anywhere).sample(0.7, [100.0, speed], seed=1, index=0)
+        sampler.Table(anywhere).sample(0.7, [100.0, speed], seed=1, index=range(2))
 
 
 def test_the_file_says_so_and_other_files_are_what_they_were(path, contents, anywhere):

@@ -1,6 +1,7 @@
 """Arguments that numpy would quietly make something else of."""
 
 import enum
+import re
 
 import numpy as np
 import pytest
@@ -53,6 +54,14 @@ def test_keys_are_exact_up_to_the_largest(table, index):
     whole = np.array([int(k) for k in np.array(index, dtype=object).flat], dtype=np.uint64)
     expected = _sample(table, index=whole.reshape(np.shape(index)))
     np.testing.assert_array_equal(_sample(table, index=index), expected)
+
+
+def test_one_index_for_many_rows_is_refused(table):
+    message = "index: got one number, 7, for 3 rows, allowed: one for each row, such as numpy.ara"
+    for index in (7, [7]):
+        with pytest.raises(InputError, match=re.escape(message)):
+            _sample(table, speed=[60.0, 70.0, 80.0], index=index)
+    assert _sample(table, hit=range(3), index=7).shape == (3, 6)
 
 
 @pytest.mark.parametrize(

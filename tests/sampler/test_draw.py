@@ -163,7 +163,7 @@ def test_reflection_has_the_stored_probability(script, stored):
 )
 def test_refused_conditions_write_nothing(table, alpha1, speed, code):
     state = np.full(6, -7.0)
-    assert sampler.draw(table.handle, alpha1, speed, 1, 2, 3, state) == code
+    assert sampler.draw(table.handle, alpha1, speed, None, 1, 2, 3, state) == code
     assert code < 0
     np.testing.assert_array_equal(state, -7.0)
 
@@ -179,15 +179,18 @@ def test_refused_conditions_write_nothing(table, alpha1, speed, code):
 )
 def test_outside_takes_the_nearest_condition(table, alpha1, speed, nearest):
     state, expected = np.empty(6), np.empty(6)
-    assert sampler.draw(table.handle, alpha1, speed, 1, 2, 3, state) == sampler.CLAMPED
-    assert sampler.draw(table.handle, *nearest, 1, 2, 3, expected) == sampler.OK
+    assert sampler.draw(table.handle, alpha1, speed, None, 1, 2, 3, state) == sampler.CLAMPED
+    assert sampler.draw(table.handle, *nearest, None, 1, 2, 3, expected) == sampler.OK
     np.testing.assert_array_equal(state, expected)
 
 
 def test_rounding_at_the_edge_is_not_outside(table):
     state = np.empty(6)
     for alpha1 in (np.nextafter(np.deg2rad(20.0), 0.0), np.nextafter(np.pi / 2, 2.0)):
-        assert sampler.draw(table.handle, alpha1, 300.0 * (1 + 1e-15), 1, 2, 3, state) == sampler.OK
+        assert (
+            sampler.draw(table.handle, alpha1, 300.0 * (1 + 1e-15), None, 1, 2, 3, state)
+            == sampler.OK
+        )
 
 
 def test_axis_of_one_node(script):

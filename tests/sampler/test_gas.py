@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import sampler
+import sampler.numba as compiled
 from sampler.library import library
 
 D, RHO, MU = GAS = 100e-6, 1.2, 1.8e-5
@@ -71,6 +72,7 @@ def test_c_gives_the_same_and_goes_back(reynolds):
     omega, gas = spin(reynolds), 1e4 * ALONG[::-1]
     torque = sampler.gas_torque(omega, *GAS, gas)
     np.testing.assert_array_equal(in_c("rbt_gas_torque", omega, *GAS, gas), torque)
+    np.testing.assert_array_equal(compiled.gas_torque(tuple(omega), *GAS, tuple(gas)), torque)
     for time in (0.0, 0.01 * RELAXATION, 5.0 * RELAXATION):
         there = in_c("rbt_spin_after", omega, time, INERTIA, *GAS, None)
         after = sampler.spin_after(omega, time, INERTIA, *GAS)

@@ -180,7 +180,7 @@ GOOD = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
 def test_refused_impacts_write_nothing(table, place, value, code):
     arguments = [*GOOD[:place], value, *GOOD[place + 1 :]]
     out = np.full(6, -7.0)
-    assert sampler.rebound(table.handle, *arguments, 1, 2, 3, out) == code
+    assert sampler.rebound(table.handle, *arguments, None, 1, 2, 3, out) == code
     np.testing.assert_array_equal(out, -7.0)
 
 
@@ -188,7 +188,7 @@ def test_the_smallest_and_fastest_that_are_taken_have_finite_spins(table):
     for velocity, half_size in ((1e-150, 1e-30), (1e149, 1e-30), (1e149, 1e308)):
         out = np.empty(6)
         impact = ((velocity, -velocity, 0.0), (0.0, 1.0, 0.0), half_size, (0.0, 0.0, 0.0))
-        assert sampler.rebound(table.handle, *impact, 1, 2, 3, out) >= errors.OK
+        assert sampler.rebound(table.handle, *impact, None, 1, 2, 3, out) >= errors.OK
         assert np.isfinite(out).all()
         assert out[1] > 0.0
 

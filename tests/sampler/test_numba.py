@@ -16,17 +16,17 @@ ALLOWED = "allowed: a writable float64 array of one dimension"
 
 
 def _draw(handle, seed, index, hit, out):
-    return sampler.draw(handle, 0.7, 100.0, seed, index, hit, out)
+    return sampler.draw(handle, 0.7, 100.0, None, seed, index, hit, out)
 
 
 def _rebound(handle, seed, index, hit, out):
     motion = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
-    return sampler.rebound(handle, *motion, seed, index, hit, out)
+    return sampler.rebound(handle, *motion, None, seed, index, hit, out)
 
 
 def _rough_rebound(handle, seed, index, hit, out):
     motion = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
-    return sampler.rough_rebound(handle, *motion, 0.1, seed, index, hit, out)
+    return sampler.rough_rebound(handle, *motion, 0.1, None, seed, index, hit, out)
 
 
 FUNCTIONS = (_draw, _rebound, _rough_rebound)
@@ -86,12 +86,12 @@ def test_compiled_callers_get_the_same_error(table):
 
     @numba.njit
     def caller(handle, states):
-        return draw(handle, 0.7, 100.0, 1, 2, 3, states)
+        return draw(handle, 0.7, 100.0, None, 1, 2, 3, states)
 
     with pytest.raises(TypingError, match=ALLOWED):
         caller(table.handle, np.zeros((2, 3)))
     state = np.zeros((2, 6))
-    assert numba.njit(lambda handle, row: draw(handle, 0.7, 100.0, 1, 2, 3, row))(
+    assert numba.njit(lambda handle, row: draw(handle, 0.7, 100.0, None, 1, 2, 3, row))(
         table.handle, state[1]
     ) in (sampler.OK, sampler.CLAMPED)
     assert (state[0] == 0.0).all()
@@ -121,7 +121,7 @@ def test_any_stride_and_integer_will_do(table):
 def _follow(handle, alpha1, speed, states):
     for k in range(states.shape[0]):
         # signed loop counters and literals as keys: what users write
-        sampler.draw(handle, alpha1[k], speed[k], 7, k, 3, states[k])
+        sampler.draw(handle, alpha1[k], speed[k], None, 7, k, 3, states[k])
 
 
 @numba.njit(parallel=True, nogil=True)
@@ -130,9 +130,9 @@ def _bounce(handle, velocity, normal, wall, roughness, out):
         v = (velocity[k, 0], velocity[k, 1], velocity[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         if roughness > 0.0:
-            sampler.rough_rebound(handle, v, n, 1e-5, wall, roughness, 7, k, 0, out[k])
+            sampler.rough_rebound(handle, v, n, 1e-5, wall, roughness, None, 7, k, 0, out[k])
         else:
-            sampler.rebound(handle, v, n, 1e-5, wall, 7, k, 0, out[k])
+            sampler.rebound(handle, v, n, 1e-5, wall, None, 7, k, 0, out[k])
 
 
 def test_draws_are_those_of_a_batch(table):
@@ -162,7 +162,8 @@ CACHED = """
 import sys, time, numba, numpy as np, sampler
 @numba.njit(cache=True)
 def run(handle, out):
-    return sampler.rebound(handle, (9.0, -90.0, 0.0), (0.0, 1.0, 0.0), 1e-5, None, 7, 1, 0, out)
+    v, n = (9.0, -90.0, 0.0), (0.0, 1.0, 0.0)
+    return sampler.rebound(handle, v, n, 1e-5, None, None, 7, 1, 0, out)
 table = sampler.load(sys.argv[1])
 out = np.empty(6)
 assert run(table.handle, out) >= 0

@@ -80,7 +80,9 @@ def test_rows_have_roughness_of_their_own_and_threads_change_nothing(shipped):
 @pytest.mark.parametrize("roughness", [-0.1, 0.51, np.nan, [0.1, 2.0]])
 def test_wrong_roughness_is_refused(shipped, roughness):
     with pytest.raises(sampler.InputError, match=r"^roughness: got .* allowed: 0 to 0.5 rad$"):
-        shipped.rebound([[1.0, -1.0, 0.0]] * 2, UP, 1e-5, seed=1, index=0, roughness=roughness)
+        shipped.rebound(
+            [[1.0, -1.0, 0.0]] * 2, UP, 1e-5, seed=1, index=range(2), roughness=roughness
+        )
 
 
 def test_receding_particles_are_refused(shipped):

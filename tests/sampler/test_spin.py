@@ -54,10 +54,10 @@ class TestSample:
         fresh = table.sample(alpha1, speed, spin=spin, grain="fresh", **KEYS)
         for k in range(0, N, 7):
             keys, three = (5, int(INDEX[k]), int(HITS[k])), tuple(spin[k])
-            assert sampler.draw(table.handle, alpha1[k], speed[k], *keys, OUT, three) >= 0
+            assert sampler.draw(table.handle, alpha1[k], speed[k], three, *keys, OUT) >= 0
             np.testing.assert_array_equal(OUT, states[k])
             grain = sampler.grain(table.handle, *keys)
-            assert sampler.draw(table.handle, alpha1[k], speed[k], *keys, OUT, three, grain) >= 0
+            assert sampler.draw(table.handle, alpha1[k], speed[k], three, *keys, OUT, grain) >= 0
             np.testing.assert_array_equal(OUT, fresh[k])
         # at hit 0 a fresh grain is the particle's own
         np.testing.assert_array_equal(states[HITS == 0], fresh[HITS == 0])
@@ -196,7 +196,7 @@ class TestRebound:
             given += () if roughness is None else (roughness,)
             keys = (5, int(INDEX[k]), int(HITS[k]))
             kernel = sampler.rebound if roughness is None else sampler.rough_rebound
-            assert kernel(table.handle, *given, *keys, OUT, tuple(omega[k])) >= 0
+            assert kernel(table.handle, *given, tuple(omega[k]), *keys, OUT) >= 0
             np.testing.assert_array_equal(OUT[:3], found.velocity[k])
             np.testing.assert_array_equal(OUT[3:], found.omega[k])
 
@@ -224,7 +224,7 @@ class TestRebound:
         np.testing.assert_array_equal(np.hstack(found), np.hstack(zeros))
         for k in range(0, N, 23):
             keys, tilt = (5, int(INDEX[k]), int(HITS[k])), roughness or 0.0
-            impact = tuple(velocity[k]), tuple(normal[k]), 1e-5, None, tilt
+            impact = tuple(velocity[k]), tuple(normal[k]), 1e-5, None, tilt, None
             assert sampler.rough_rebound(table.handle, *impact, *keys, OUT) >= 0
             np.testing.assert_array_equal(OUT, np.hstack(zeros)[k])
 
@@ -311,11 +311,11 @@ class TestCounts:
         with pytest.warns(
             sampler.OutsideTableWarning, match=r"spin: got 10\.18\d* at row 1 .*0 to 10"
         ):
-            states = table.sample(0.5, 40.0, spin=spins, seed=1, index=0)
+            states = table.sample(0.5, 40.0, spin=spins, seed=1, index=range(len(spins)))
         assert table.clamped == 2
         limits = CONTENTS.datasets | {"spin/spin_range": np.array([0.0, 1e3])}
         wide = sampler.Table(replace(CONTENTS, datasets=limits))
-        same = wide.sample(0.5, 40.0, spin=spins, seed=1, index=0) == states
+        same = wide.sample(0.5, 40.0, spin=spins, seed=1, index=range(len(spins))) == states
         assert same.all(axis=1).tolist() == [True, False, False]
         assert wide.clamped == 0
 
@@ -338,14 +338,14 @@ class TestCounts:
         with pytest.raises(InputError) as refused:
             strict.rebound(velocity, (0, 1, 0), 1e-5, omega=omega, seed=1, index=77)
         where = " at row 0 (particle 77), allowed: "
-        assert str(refused.value) == said.format(where) + "the range of the table"
+        assert str(refused.value) == said.format(where) + f"the range of the table {strict.pair}"
 
     def test_flags_of_single_draws_add_up(self, table):
         for speed, spin, flags in (
             (100.0, None, 0), (20.0, (0.0, 0.0, 0.1), sampler.EXTRAPOLATED),
             (100.0, (0.0, 0.0, 11.0), sampler.CLAMPED), (2.0, (0.0, 0.0, 0.1), 3), (20.0, None, 3),
         ):  # fmt: skip
-            assert sampler.draw(table.handle, 0.5, speed, 1, 2, 3, OUT, spin) == flags
+            assert sampler.draw(table.handle, 0.5, speed, spin, 1, 2, 3, OUT) == flags
 
     def test_extrapolated_are_not_clamped(self, table):
         table.sample(0.5, [20.0, 100.0, 49.0], spin=(0.0, 0.0, 1.0), seed=1, index=[0, 1, 2])
@@ -406,7 +406,7 @@ def test_a_table_without_spin_law_refuses():
         sampler.Table(make_contents(), population={"shapes": {"prism": 1.0}})
     with pytest.raises(InputError, match="grains: asked for"):
         table.grains(1, 0)
-    code = sampler.draw(table.handle, 0.5, 100.0, 1, 2, 3, state, (0.0, 0.0, 0.0))
+    code = sampler.draw(table.handle, 0.5, 100.0, (0.0, 0.0, 0.0), 1, 2, 3, state)
     assert code == sampler.NO_SPIN_LAW
     np.testing.assert_array_equal(state, -7.0)
 
@@ -414,9 +414,9 @@ def test_a_table_without_spin_law_refuses():
 def test_kernels_refuse(table):
     state, draw = np.full(6, -7.0), sampler.draw
     keys, still = (1, 2, 3), (0.0, 0.0, 0.0)
-    assert draw(table.handle, 0.5, 100.0, *keys, state, (np.nan, 0.0, 0.0)) == sampler.NOT_FINITE
+    assert draw(table.handle, 0.5, 100.0, (np.nan, 0.0, 0.0), *keys, state) == sampler.NOT_FINITE
     for grain in ((2.0, 0.8, 0.8), (1.0, 0.0, 0.8), (1.5, 0.8, 0.8), (np.nan, 0.8, 0.8)):
-        code = draw(table.handle, 0.5, 100.0, *keys, state, still, grain)
+        code = draw(table.handle, 0.5, 100.0, still, *keys, state, grain)
         assert code == sampler.GRAIN_NOT_KNOWN
     np.testing.assert_array_equal(state, -7.0)
 
@@ -439,7 +439,7 @@ class TestPopulation:
         fresh = other.sample(0.5, 100.0, spin=(0, 0, 0), grain="fresh", **keys)
         np.testing.assert_array_equal(other.sample(0.5, 100.0, **keys), fresh)
         for k in range(50):
-            assert sampler.draw(other.handle, 0.5, 100.0, 1, k, 3, OUT) >= 0
+            assert sampler.draw(other.handle, 0.5, 100.0, None, 1, k, 3, OUT) >= 0
             np.testing.assert_array_equal(OUT, fresh[k])
         impact = np.array([87.758256189, -47.942553860, 0.0]), (0, 1, 0), 1e-5
         assert np.hstack(other.rebound(*impact, grain="fresh", **keys)).any(axis=1).all()

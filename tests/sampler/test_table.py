@@ -136,10 +136,10 @@ def test_types_of_keys(table, index):
     [
         (0.7, 100.0, 4, 0, ()),
         ([0.7], 100.0, 4, 0, (1,)),
-        ([0.7, 0.8], 100.0, 4, 0, (2,)),
+        ([0.7, 0.8], 100.0, [4, 5], 0, (2,)),
         (0.7, 100.0, [4, 5, 6], 0, (3,)),
         (0.7, 100.0, 4, [0, 1], (2,)),
-        ([[0.7], [0.8]], [100.0, 120.0, 140.0], 4, 0, (2, 3)),
+        ([[0.7], [0.8]], [100.0, 120.0, 140.0], [4, 5, 6], 0, (2, 3)),
         (0.7, [100.0, 120.0], [[1], [2]], np.zeros((4, 1, 1), int), (4, 2, 2)),
         ([], 100.0, [], 0, (0,)),
         (np.empty((2, 0)), 100.0, 1, 0, (2, 0)),
@@ -176,8 +176,8 @@ def test_large_inputs_are_not_copied():
 @pytest.mark.parametrize("dtype", [np.float32, np.int64, np.uint16])
 def test_dtypes_and_strides_of_conditions(table, dtype):
     speed = np.arange(60, 80, dtype=dtype)
-    expected = table.sample(0.7, np.arange(60.0, 80.0, 2.0), seed=1, index=0)
-    np.testing.assert_array_equal(table.sample(0.7, speed[::2], seed=1, index=0), expected)
+    expected = table.sample(0.7, np.arange(60.0, 80.0, 2.0), seed=1, index=range(10))
+    np.testing.assert_array_equal(table.sample(0.7, speed[::2], seed=1, index=range(10)), expected)
 
 
 def test_what_a_table_says_of_itself(table, contents):
@@ -212,7 +212,7 @@ class TestWarning:
 
     def test_comes_once_with_the_count_at_the_line_that_drew(self, table):
         def draw():
-            table.sample(0.7, [100.0, 20.0, 310.0], seed=1, index=0)
+            table.sample(0.7, [100.0, 20.0, 310.0], seed=1, index=range(3))
             table.sample(0.7, 20.0, seed=1, index=0)
             table.rebound([1.0, -500.0, 0.0], [0, 1, 0], 1e-5, seed=1, index=0)
 
@@ -220,9 +220,9 @@ class TestWarning:
             draw()
         assert len(told) == 1
         assert str(told[0].message) == (
-            "speed: got 20 m/s at row 1 (particle 0), allowed: 50 to 300 m/s, the range of the "
-            "table; 2 draws of this call lay outside, and took the nearest angle and speed of "
-            "the table. table.clamped goes on counting, without further warnings"
+            "speed: got 20 m/s at row 1 (particle 1), allowed: 50 to 300 m/s, the range of the "
+            "table made-up; 2 draws of this call lay outside, and took the nearest angle and speed "
+            "of the table. table.clamped goes on counting, without further warnings"
         )
         assert told[0].filename == __file__
         assert table.clamped == 4
@@ -236,7 +236,7 @@ class TestWarning:
     def test_does_not_come_within_the_table_nor_from_refusals(self, table, table_path):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            table.sample(0.7, [50.0, 300.0], seed=1, index=0)
+            table.sample(0.7, [50.0, 300.0], seed=1, index=range(2))
             with pytest.raises(InputError):
                 sampler.load(table_path, outside="raise").sample(0.7, 20.0, seed=1, index=0)
 
@@ -252,7 +252,7 @@ class TestWarning:
 def test_counting_is_safe_between_threads(table):
     def draw():
         for _ in range(200):
-            table.sample([0.1, 0.7, 0.1], 100.0, seed=1, index=0)
+            table.sample([0.1, 0.7, 0.1], 100.0, seed=1, index=range(3))
 
     threads = [threading.Thread(target=draw) for _ in range(4)]
     for thread in threads:
@@ -267,23 +267,23 @@ def test_outside_can_be_refused(table_path, threads):
     table = sampler.load(table_path, outside="raise")
     speed = np.full(1000, 100.0)
     speed[[600, 333, 900]] = 301.0
-    refusal = r"speed: got 301 m/s at row 333 \(particle 0\), allowed: 50 to 300 m/s, the range"
+    refusal = r"speed: got 301 m/s at row 333 \(particle 333\), allowed: 50 to 300 m/s, the range"
     with pytest.raises(InputError, match=refusal):
-        table.sample(0.7, speed, seed=1, index=0, threads=threads)
+        table.sample(0.7, speed, seed=1, index=range(1000), threads=threads)
     with pytest.raises(InputError, match=r"got 5.7295\d* deg at row 0 .*: 20 to 90 deg"):
-        table.sample(0.1, speed, seed=1, index=0, threads=threads)
+        table.sample(0.1, speed, seed=1, index=range(1000), threads=threads)
     velocity = np.tile([80.0, -60.0, 0.0], (1000, 1))
     velocity[700] = [100.0, -1.0, 0.0]
     with pytest.raises(InputError, match=r"velocity: got 0.5729\d+ deg at row 700 .* from"):
-        table.rebound(velocity, [0, 1, 0], 1e-5, seed=1, index=0, threads=threads)
+        table.rebound(velocity, [0, 1, 0], 1e-5, seed=1, index=range(1000), threads=threads)
     assert table.clamped == 0
     # Of an outside row and a bad one, whichever comes first.
     speed[100] = np.nan
     with pytest.raises(InputError, match="speed: got nan at row 100"):
-        table.sample(0.7, speed, seed=1, index=0, threads=threads)
+        table.sample(0.7, speed, seed=1, index=range(1000), threads=threads)
     speed[50] = 10.0
     with pytest.raises(InputError, match="speed: got 10 m/s at row 50"):
-        table.sample(0.7, speed, seed=1, index=0, threads=threads)
+        table.sample(0.7, speed, seed=1, index=range(1000), threads=threads)
 
 
 @pytest.mark.parametrize("threads", [1, 4])
@@ -304,8 +304,8 @@ def test_first_bad_condition_is_named(table, threads, name, value, allowed):
     inputs = dict(zip(("alpha1", "speed"), _conditions(1000), strict=True))
     inputs[name][[871, 423, 999]] = value
     with pytest.raises(InputError) as refusal:
-        table.sample(**inputs, seed=1, index=0, threads=threads)
-    said = f"{name}: got {value:.9g} at row 423 (particle 0), allowed: {allowed}"
+        table.sample(**inputs, seed=1, index=range(1000), threads=threads)
+    said = f"{name}: got {value:.9g} at row 423 (particle 423), allowed: {allowed}"
     assert str(refusal.value) == said
     assert table.clamped == 0
 
@@ -338,8 +338,8 @@ def test_first_bad_impact_is_named(table, change, message):
     for name, value in change.items():
         inputs[name][[2, 4]] = value
     with pytest.raises(InputError) as refusal:
-        table.rebound(**inputs, seed=1, index=0)
-    assert message in str(refusal.value).replace(" (particle 0)", "")
+        table.rebound(**inputs, seed=1, index=range(5))
+    assert message in str(refusal.value).replace(" (particle 2)", "")
     assert "\n" not in str(refusal.value)
 
 
@@ -365,7 +365,7 @@ def test_first_bad_impact_is_named(table, change, message):
             "index: got shape (2,), allowed: one that broadcasts with (3,)",
         ),
         ({"speed": [100.0] * 3, "alpha1": []}, "speed: got shape (3,), allowed: one that broad"),
-        ({"speed": [[100.0, 100.0], [0.0, 0.0]]}, "speed: got 0 at row (1, 0) (particle 0)"),
+        ({"speed": [[100.0], [0.0]], "index": [[8], [9]]}, "got 0 at row (1, 0) (particle 9)"),
         ({"threads": 0}, "threads: got 0, allowed: an integer from 1 to 4096"),
         ({"threads": 1.5}, "threads: got 1.5, allowed"),
     ],
@@ -382,13 +382,13 @@ def test_wrong_arguments(table, change, message):
     [
         ({"velocity": [1.0, -1.0]}, "velocity: got shape (2,), allowed: (3,) or (..., 3)"),
         ({"normal": 1.0}, "normal: got shape (), allowed: (3,) or (..., 3)"),
-        ({"normal": [[[0, 1, 0], [0, -1, 0]]]}, "velocity: got 60, -80, 0 at row (0, 1)"),
+        ({"normal": [[[0, 1, 0], [0, -1, 0]]], "index": [0, 1]}, "got 60, -80, 0 at row (0, 1)"),
         ({"half_size": [1e-5, 1e-5], "velocity": -np.ones((3, 3))}, "half_size: got shape (2,)"),
     ],
 )
 def test_wrong_vectors(table, change, message):
     with pytest.raises(InputError) as refusal:
-        table.rebound(**(IMPACT | change), seed=1, index=0)
+        table.rebound(**({"seed": 1, "index": 0} | IMPACT | change))
     assert message in str(refusal.value)
 
 

@@ -148,6 +148,8 @@ def test_short_arrays_are_refused():
         ("out", np.zeros((1, 6))),
         ("orientation", (1.0, 0.0, 0.0, 0.0)),
         ("index", 2.0),
+        ("velocity", np.zeros(3)),
+        ("omega", np.zeros(3)),
     ],
 )
 def test_wrong_types_are_refused_while_compiling(name, value):
