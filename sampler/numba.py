@@ -402,3 +402,15 @@ def grain(handle: int, seed: int, index: int, hit: int) -> Vector:
     """
     status, found = _grain(handle, seed, index, hit, np.zeros(0))
     return found if status >= 0 else (0.0, 0.0, 0.0)
+
+
+@numba.njit(nogil=True)
+def deposits(
+    velocity: Vector, normal: Vector, critical_speed: float, wall_velocity: Vector = (0.0, 0.0, 0.0)
+) -> bool:
+    """Tell whether one particle stays on the wall that it meets: `sampler.deposits` of tuples."""
+    approach, square = 0.0, 0.0
+    for k in range(3):
+        approach -= (velocity[k] - wall_velocity[k]) * normal[k]
+        square += normal[k] * normal[k]
+    return 0.0 < approach < critical_speed * np.sqrt(square)
