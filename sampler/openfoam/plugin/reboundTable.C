@@ -53,6 +53,12 @@ bool Foam::reboundTable::hasSpinLaw() const
 }
 
 
+Foam::scalar Foam::reboundTable::meanHalfSize() const
+{
+    return rbt_mean_half_size(table_, 1);
+}
+
+
 Foam::string Foam::reboundTable::range() const
 {
     double alpha[2], speed[2];
