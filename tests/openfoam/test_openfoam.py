@@ -149,6 +149,7 @@ def test_deposits_stay_and_faces_have_sums(work, table, started, cloud, tmp_path
     half = ("system/controlDict", "endTime         1e-3", "endTime         5e-4")
     shots.run_shots(work, case, started, cloud, 2, [SUMS, half], "0.0005")
     foam_run.edit(case, "system/controlDict", "endTime         5e-4", "endTime         1e-3")
+    foam_run.edit(case, "system/controlDict", "writeInterval   $endTime", "writeInterval 5e-4")
     foam_run.edit(case, "system/controlDict", "startFrom       startTime", "startFrom latestTime")
     foam_run.run(work, case, shots.SOLVERS[cloud], processors=2)
 
@@ -309,7 +310,7 @@ def tables(work, table):
 def test_a_wrong_entry_is_refused(work, tables, started, file, entries, message, tmp_path):
     changed = entries.split()[0] if entries else None
     edits = [LONG, with_entries(entries, tables.get(file, "corundum-steel.rbt"))]
-    for name, value in (("seed", "7"), ("outOfRange", "clamp"), ("halfSizeRule", "0.5")):
+    for name, value in (("seed", "7"), ("outOfRange", "clamp")):
         if name == changed:
             edits.append((CLOUD, f"{name:15} {value};", ""))
     with pytest.raises(foam_run.FoamError) as refusal:

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <float.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,6 +58,15 @@ static const struct {
 } numbers[] = {
     {"half_size", offsetof(rebound_settings_t, half_size), 1e-12, DBL_MAX, "a positive number"},
     {"gas_torque", offsetof(rebound_settings_t, gas_torque), 0, DBL_MAX, "0 or a positive number"},
+    {"deposit_speed", offsetof(rebound_settings_t, deposit_speed), 0, DBL_MAX,
+     "0 or a positive speed in m/s"},
+    {"deposit_diameter", offsetof(rebound_settings_t, deposit_diameter), 1e-30, DBL_MAX,
+     "a positive length in m"},
+    {"young", offsetof(rebound_settings_t, materials[0]), 1e-30, DBL_MAX, "a modulus above 0 Pa"},
+    {"poisson", offsetof(rebound_settings_t, materials[1]), 0, 0.5, "0 to 0.5"},
+    {"wall_young", offsetof(rebound_settings_t, materials[2]), 1e-30, DBL_MAX,
+     "a modulus above 0 Pa"},
+    {"wall_poisson", offsetof(rebound_settings_t, materials[3]), 0, 0.5, "0 to 0.5"},
     {"tilt_deg", offsetof(rebound_settings_t, tilt_deg), 0, 28.6, "0 to 28.6 deg"},
     {"Ra", offsetof(rebound_settings_t, ra), 0, DBL_MAX, "0 or a positive length in m"},
     {"Rq", offsetof(rebound_settings_t, rq), 0, DBL_MAX, "0 or a positive length in m"},
@@ -92,7 +102,8 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
         settings->refuse_outside = read_choice(name, value, "clamp", "error", "clamp, error");
     } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
-               "table, seed, spin, out_of_range, half_size, gas_torque, tilt_deg, Ra, Rq, RSm");
+               "table, seed, spin, out_of_range, half_size, gas_torque, deposit_speed, "
+               "deposit_diameter, young, poisson, wall_young, wall_poisson, tilt_deg, Ra, Rq, RSm");
     }
 }
 
@@ -140,6 +151,10 @@ static void check_table(rebound_settings_t *settings, const rbt_table *table)
         settings->spin = has_spin;
     if (settings->spin && !has_spin)
         refuse("spin", "yes", "no, with a table without spin law");
+    if (settings->half_size == 0.0) /* only a spin depends on it */
+        settings->half_size = has_spin ? rbt_mean_half_size(table, 1.0) : 0.5;
+    if (settings->half_size == 0.0)
+        refuse("half_size", "none", "a positive number, for a table with meshes");
     if (!settings->spin && settings->gas_torque > 0.0)
         refuse("gas_torque", "a positive number", "0, where no spin is kept");
 }
@@ -154,6 +169,27 @@ double rebound_settings_roughness(const rebound_settings_t *settings, double dia
     return tilt;
 }
 
+double rebound_settings_critical_speed(const rebound_settings_t *settings, double diameter,
+                                       double density)
+{
+    const double *m = settings->materials;
+    if (m[0] > 0.0)
+        return rbt_critical_speed(diameter, density, m[0], m[1], m[2], m[3]);
+    if (settings->deposit_diameter > 0.0)
+        return settings->deposit_speed * pow(settings->deposit_diameter / diameter, 10.0 / 7.0);
+    return settings->deposit_speed;
+}
+
+/* Refuse two rules of deposits, or half of one. */
+static void check_deposits(const rebound_settings_t *settings)
+{
+    const int materials = settings->materials[0] > 0.0;
+    if (materials != (settings->materials[2] > 0.0))
+        refuse("young", "one modulus", "young and wall_young, or none");
+    if (materials && settings->deposit_speed > 0.0)
+        refuse("deposit_speed", "a speed beside moduli", "one of both");
+}
+
 /* Refuse a profile that is not whole, or beside a tilt. */
 static void check_profile(const rebound_settings_t *settings)
 {
@@ -166,11 +202,12 @@ static void check_profile(const rebound_settings_t *settings)
 
 struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
 {
-    const rebound_settings_t defaults = {.spin = SPIN_IF_POSSIBLE, .half_size = 0.5};
+    const rebound_settings_t defaults = {.spin = SPIN_IF_POSSIBLE};
     rbt_table *table = NULL;
     *settings = defaults;
     read_file(settings);
     check_profile(settings);
+    check_deposits(settings);
     const int code = rbt_open(settings->table, &table);
     if (code < RBT_OK)
         bft_error(__FILE__, __LINE__, 0, "%s: table: got %s, allowed: a file that `sampler export` "
