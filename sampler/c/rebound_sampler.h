@@ -415,18 +415,6 @@ RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diam
 RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],
                                     double critical_speed, const double wall_velocity[3]);
 
-/* Critical normal speed, m/s, of smooth dry elastic spheres, from their diameter, m, density, kg/m3, and
-   Young's modulus, Pa, and Poisson's ratio of particle and wall:
-
-       (2 E / diameter)^(10/7), E = 0.51 (5 pi^2 (k + k') / (4 density^(3/2)))^(2/5) in SI units,
-       k = (1 - poisson^2) / (pi young)
-
-   Source: Brach & Dunn, Aerosol Sci. Technol. 16 (1992) 51-64, as El-Batsh & Haselbacher, ASME
-   GT-2002-30600, take it. */
-RBT_API RBT_DEVICE double rbt_critical_speed(double diameter, double density, double young,
-                                             double poisson, double wall_young,
-                                             double wall_poisson);
-
 /* An axis of the node grid, rad or m/s. A value from low to high is inside: the ends with the rounding
    of a unit conversion. coordinate[grid] is the fractional number of the node at equal steps from
    origin on, scale of them per rad or m/s; offset is the number of the first of the nodes. */
@@ -3788,16 +3776,6 @@ RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double norma
     rbti_unit(normal, e_y);
     const double approach = -rbti_dot(relative, e_y);
     return approach > 0.0 && approach < critical_speed;
-}
-
-RBT_API RBT_DEVICE double rbt_critical_speed(double diameter, double density, double young,
-                                             double poisson, double wall_young,
-                                             double wall_poisson)
-{
-    const double k = (1.0 - poisson * poisson) / (RBTI_PI * young) +
-                     (1.0 - wall_poisson * wall_poisson) / (RBTI_PI * wall_young);
-    const double e = 0.51 * pow(1.25 * RBTI_PI * RBTI_PI * k / pow(density, 1.5), 0.4);
-    return pow(2.0 * e / diameter, 10.0 / 7.0);
 }
 
 #ifdef __cplusplus

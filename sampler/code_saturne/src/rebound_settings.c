@@ -5,7 +5,6 @@
 
 #include <errno.h>
 #include <float.h>
-#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -62,11 +61,6 @@ static const struct {
      "0 or a positive speed in m/s"},
     {"deposit_diameter", offsetof(rebound_settings_t, deposit_diameter), 1e-30, DBL_MAX,
      "a positive length in m"},
-    {"young", offsetof(rebound_settings_t, materials[0]), 1e-30, DBL_MAX, "a modulus above 0 Pa"},
-    {"poisson", offsetof(rebound_settings_t, materials[1]), 0, 0.5, "0 to 0.5"},
-    {"wall_young", offsetof(rebound_settings_t, materials[2]), 1e-30, DBL_MAX,
-     "a modulus above 0 Pa"},
-    {"wall_poisson", offsetof(rebound_settings_t, materials[3]), 0, 0.5, "0 to 0.5"},
     {"tilt_deg", offsetof(rebound_settings_t, tilt_deg), 0, 28.6, "0 to 28.6 deg"},
     {"Ra", offsetof(rebound_settings_t, ra), 0, DBL_MAX, "0 or a positive length in m"},
     {"Rq", offsetof(rebound_settings_t, rq), 0, DBL_MAX, "0 or a positive length in m"},
@@ -103,7 +97,7 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
     } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
                "table, seed, spin, out_of_range, half_size, gas_torque, deposit_speed, "
-               "deposit_diameter, young, poisson, wall_young, wall_poisson, tilt_deg, Ra, Rq, RSm");
+               "deposit_diameter, tilt_deg, Ra, Rq, RSm");
     }
 }
 
@@ -169,27 +163,6 @@ double rebound_settings_roughness(const rebound_settings_t *settings, double dia
     return tilt;
 }
 
-double rebound_settings_critical_speed(const rebound_settings_t *settings, double diameter,
-                                       double density)
-{
-    const double *m = settings->materials;
-    if (m[0] > 0.0)
-        return rbt_critical_speed(diameter, density, m[0], m[1], m[2], m[3]);
-    if (settings->deposit_diameter > 0.0)
-        return settings->deposit_speed * pow(settings->deposit_diameter / diameter, 10.0 / 7.0);
-    return settings->deposit_speed;
-}
-
-/* Refuse two rules of deposits, or half of one. */
-static void check_deposits(const rebound_settings_t *settings)
-{
-    const int materials = settings->materials[0] > 0.0;
-    if (materials != (settings->materials[2] > 0.0))
-        refuse("young", "one modulus", "young and wall_young, or none");
-    if (materials && settings->deposit_speed > 0.0)
-        refuse("deposit_speed", "a speed beside moduli", "one of both");
-}
-
 /* Refuse a profile that is not whole, or beside a tilt. */
 static void check_profile(const rebound_settings_t *settings)
 {
@@ -207,7 +180,6 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
     *settings = defaults;
     read_file(settings);
     check_profile(settings);
-    check_deposits(settings);
     const int code = rbt_open(settings->table, &table);
     if (code < RBT_OK)
         bft_error(__FILE__, __LINE__, 0, "%s: table: got %s, allowed: a file that `sampler export` "

@@ -189,10 +189,8 @@ static int deposit(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const doub
 {
     double *kept = kept_of(particles, p_id);
     const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
-    const double mass = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
-    const double critical =
-        rebound_settings_critical_speed(&settings, d, mass / (cs_math_pi / 6.0 * d * d * d));
-    if (!rbt_deposits(velocity, normal, critical, NULL))
+    const double over = settings.deposit_diameter > 0.0 ? settings.deposit_diameter / d : 1.0;
+    if (!rbt_deposits(velocity, normal, settings.deposit_speed * pow(over, 10.0 / 7.0), NULL))
         return 0;
     cs_lagr_particles_set_flag(particles, p_id, CS_LAGR_PART_DEPOSITED | CS_LAGR_PART_FIXED);
     particles->n_part_dep += 1;

@@ -64,7 +64,6 @@ typedef struct {
     double half_size;     /* largest half-size of a grain over the particle's diameter */
     double deposit_speed; /* critical normal speed of deposits, m/s; 0: no rule */
     double deposit_diameter; /* its diameter, m; 0: of every diameter */
-    double materials[4];  /* or Young's modulus, Pa, and Poisson's ratio of particle and wall */
     double gas_torque;    /* of the gas on a spinning grain, over that on a sphere; 0: none */
     double tilt_deg;      /* standard deviation of the tilt of facets; 0: smooth walls */
     double ra, rq, rsm;   /* or the profile of the wall, m; rsm 0: none */
@@ -77,10 +76,6 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings);
 
 /* Standard deviation [rad] of the tilt that a particle of a diameter [m] meets; 0: smooth walls. */
 double rebound_settings_roughness(const rebound_settings_t *settings, double diameter);
-
-/* Critical normal speed, m/s, below which a particle stays on a wall; 0: none. */
-double rebound_settings_critical_speed(const rebound_settings_t *settings, double diameter,
-                                       double density);
 
 /* Read our user attributes from the files of a restart. */
 void rebound_particles_resume(int first_attribute);

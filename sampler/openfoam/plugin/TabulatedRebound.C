@@ -39,6 +39,25 @@ void Foam::TabulatedRebound<CloudType>::checkHalfSize()
 
 
 template<class CloudType>
+void Foam::TabulatedRebound<CloudType>::checkDeposit()
+{
+    if (!this->coefficients().found("deposit")) return;
+
+    const dictionary& dict = this->coefficients().subDict("deposit");
+
+    depositSpeed_ = rebound::required<scalar>(dict, "speed");
+    const bool scaled = dict.readIfPresent("diameter", depositDiameter_);
+
+    if (!(depositSpeed_ > 0) || (scaled && !(depositDiameter_ > 0)))
+    {
+        FatalIOErrorInFunction(dict)
+            << "deposit: got speed " << depositSpeed_ << ", diameter " << depositDiameter_
+            << ", allowed: positive numbers, or no diameter" << exit(FatalIOError);
+    }
+}
+
+
+template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkInjection() const
 {
     const dictionary& models =
@@ -139,20 +158,23 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
 
 
 template<class CloudType>
-void Foam::TabulatedRebound<CloudType>::sum
+bool Foam::TabulatedRebound<CloudType>::deposit
 (
-    const parcelType& p,
-    const polyPatch& pp,
+    parcelType& p,
     const vector& n,
-    const vector& before,
-    const vector& after,
-    bool stays
+    const vector& Uwall
 )
 {
-    if (!sums_) return;
+    const scalar over = depositDiameter_ > 0 ? depositDiameter_/p.d() : 1;
 
-    const scalar mass = p.nParticle()*p.mass();
-    sums_->add(pp.index(), pp.whichFace(p.face()), p.nParticle(), mass, n, before, after, stays);
+    if (!reboundTable::deposits(p.U(), n, Uwall, depositSpeed_*pow(over, 10.0/7.0))) return false;
+
+    ++counts_.deposited;
+    countHit(p);
+    rebound::stop(p, 0);
+    p.U() = Zero;
+    spinOf::set(p, Zero);
+    return true;
 }
 
 
@@ -260,7 +282,8 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     refuseOutside_(false),
     halfSizeRule_(0),
     roughness_(this->coefficients()),
-    deposit_(this->coefficients()),
+    depositSpeed_(0),
+    depositDiameter_(0),
     givesSpin_(false),
     keepsSpin_(false),
     counts_{0, 0, 0, 0, 0}
@@ -298,6 +321,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
 
     checkComponents();
     checkHalfSize();
+    checkDeposit();
     checkInjection();
 
     const bool can = table_->hasSpinLaw() && givesSpin_;
@@ -345,14 +369,16 @@ bool Foam::TabulatedRebound<CloudType>::correct
 
     ++counts_.hits;
 
-    if (deposit_.keeps(p.U(), -nOut, Uwall, p.d(), p.rho()))
+    const auto sum = [&](const vector& after, const bool stays)
     {
-        ++counts_.deposited;
-        countHit(p);
-        sum(p, pp, -nOut, Urelative, Zero, true);
-        rebound::stop(p, 0);
-        p.U() = Zero;
-        spinOf::set(p, Zero);
+        const label face = pp.whichFace(p.face());
+        const scalar n = p.nParticle();
+        if (sums_) sums_->add(pp.index(), face, n, n*p.mass(), nOut, Urelative, after, stays);
+    };
+
+    if (deposit(p, -nOut, Uwall))
+    {
+        sum(Zero, true);
         return true;
     }
 
@@ -372,7 +398,7 @@ bool Foam::TabulatedRebound<CloudType>::correct
         refuse(p, Urelative, before, pp, code);
     }
 
-    sum(p, pp, -nOut, Urelative, p.U() - Uwall, false);
+    sum(p.U() - Uwall, false);
 
     // A plane or wedge case cannot move a parcel out of its plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());

@@ -107,6 +107,15 @@ Foam::vector Foam::reboundTable::spinAfter
 }
 
 
+bool Foam::reboundTable::deposits
+(
+    const vector& U, const vector& n, const vector& Uwall, scalar critical
+)
+{
+    return rbt_deposits(&U[0], &n[0], critical, &Uwall[0]);
+}
+
+
 const char* Foam::reboundTable::message(const int code)
 {
     return rbt_strerror(code);
