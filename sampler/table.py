@@ -336,21 +336,9 @@ class Table(LawAtConditions, Counting):
         return found.reshape(*shape, 3)
 
     def mean_half_size(self, diameter: ArrayLike) -> NDArray[np.float64]:
-        """Compute the mean of `sampler.half_size` over the particles, m.
+        """Compute the mean of `sampler.half_size` over the population, m, from diameters, m.
 
-        Parameters
-        ----------
-        diameter : float or array, shape (...)
-            Of the sphere of equal volume, m.
-
-        Returns
-        -------
-        float64 array, shape (...)
-
-        Raises
-        ------
-        InputError
-            If the table has no spin law, or meshes, whose volume it does not hold.
+        Raises `InputError` if the table has no spin law, or meshes, whose volume it does not hold.
         """
         mean = library.library().rbt_mean_half_size(self.handle, 1.0)
         if mean == 0.0:

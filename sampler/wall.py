@@ -73,7 +73,7 @@ def critical_speed(
     -----
     (2 E / diameter)^(10/7) with E = 0.51 (5 pi^2 (k + k') / (4 density^(3/2)))^(2/5) in SI units
     and k = (1 - poisson^2) / (pi young), k' of the wall. Source: Brach & Dunn, Aerosol Sci.
-    Technol. 16 (1992) 51-64, as El-Batsh & Haselbacher, ASME GT-2002-30600, take it.
+    Technol. 16 (1992) 51-64, as El-Batsh takes it (dissertation, TU Wien, 2001).
     """
     soft = [
         (1.0 - as_reals_up_to(f"{of}poisson", ratio, 0.5) ** 2)

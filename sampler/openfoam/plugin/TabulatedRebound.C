@@ -46,13 +46,13 @@ void Foam::TabulatedRebound<CloudType>::checkDeposit()
     const dictionary& dict = this->coefficients().subDict("deposit");
 
     depositSpeed_ = rebound::required<scalar>(dict, "speed");
-    const bool scaled = dict.readIfPresent("diameter", depositDiameter_);
+    dict.readIfPresent("diameter", depositDiameter_);
 
-    if (!(depositSpeed_ > 0) || (scaled && !(depositDiameter_ > 0)))
+    if (!(depositSpeed_ > 0) || !(depositDiameter_ >= 0))
     {
         FatalIOErrorInFunction(dict)
             << "deposit: got speed " << depositSpeed_ << ", diameter " << depositDiameter_
-            << ", allowed: positive numbers, or no diameter" << exit(FatalIOError);
+            << ", allowed: a positive speed and diameter" << exit(FatalIOError);
     }
 }
 
