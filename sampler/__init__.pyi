@@ -31,3 +31,6 @@ from .numba import rough_rebound as rough_rebound
 from .table import Table as Table
 from .table import load as load
 from .version import __version__ as __version__
+from .wall import critical_speed as critical_speed
+from .wall import deposits as deposits
+from .wall import half_size as half_size

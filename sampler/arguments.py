@@ -410,11 +410,10 @@ def wall_tilt(ra: float, rq: float, rsm: float, diameter: ArrayLike) -> NDArray[
     Int. J. Multiphase Flow 25 (1999) 1457-1489.
     """
     for name, value, least in (("ra", ra, 0.0), ("rq", rq, 0.0), ("rsm", rsm, math.ulp(0.0))):
-        _check_lengths(name, as_reals(name, value), least)
+        as_positive(name, value, least)
         if np.ndim(value):
             refuse(name, f"shape {np.shape(value)}", "one number")
-    diameters = as_reals("diameter", diameter)
-    _check_lengths("diameter", diameters, math.ulp(0.0))
+    diameters = as_positive("diameter", diameter)
     # by the C library, as the header does: numpy's functions differ in the last digits
     flank, whole = math.atan(2.0 * float(ra) / float(rsm)), math.atan(2.0 * float(rq) / float(rsm))
     tilts = np.where(diameters * math.sin(flank) < rsm, flank, whole)
@@ -425,11 +424,13 @@ def wall_tilt(ra: float, rq: float, rsm: float, diameter: ArrayLike) -> NDArray[
     return tilts
 
 
-def _check_lengths(name: str, values: NDArray[np.float64], least: float) -> None:
-    """Refuse the first length that is not finite, or below the least."""
-    refused = ~((values >= least) & np.isfinite(values))
+def as_positive(name: str, values: ArrayLike, least: float = math.ulp(0.0)) -> NDArray[np.float64]:
+    """Coerce finite real numbers, positive ones unless `least` is 0; raises `InputError`."""
+    array = as_reals(name, values)
+    refused = ~((array >= least) & np.isfinite(array))
     if refused.any():
         k = int(refused.argmax())
-        where = f" at {place(k, values.shape)}" if values.ndim else ""
+        where = f" at {place(k, array.shape)}" if array.ndim else ""
         allowed = "a finite number, 0 or more" if least == 0.0 else "a finite number above 0"
-        refuse(name, f"{float(values.flat[k]):.9g}{where}", allowed)
+        refuse(name, f"{float(array.flat[k]):.9g}{where}", allowed)
+    return array

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.arguments import _check_lengths, as_reals, as_rows_of
+from sampler.arguments import as_positive, as_reals, as_rows_of
 
 Reals = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def spin_after(
     the moment of inertia, kg m2: mass diameter^2 / 10 for a sphere. All others as of `gas_torque`.
     """
     slip, reynolds, stokes = _slip(omega, gas_rotation, diameter, density, viscosity)
-    times = stokes / _checked("inertia", inertia) * _checked("time", time, least=0.0)
+    times = stokes / as_positive("inertia", inertia) * as_positive("time", time, least=0.0)
     # root' = -(A + B root) root / 2 in relaxation times of Stokes, until root^2 = 32
     root, last = np.sqrt(np.maximum(reynolds, _FROM)), math.sqrt(_FROM)
     until = 2.0 / _A * np.log(root * (_A + _B * last) / (last * (_A + _B * root)))
@@ -83,12 +83,5 @@ def _slip(
     """Rotation of the gas less that of the particle, its Reynolds number, and pi mu d^3."""
     slip = as_reals("gas_rotation", gas_rotation) - as_rows_of("omega", omega)
     size = np.sqrt(slip[..., 0] ** 2 + slip[..., 1] ** 2 + slip[..., 2] ** 2)
-    d, rho, mu = map(_checked, ("diameter", "density", "viscosity"), others)
+    d, rho, mu = map(as_positive, ("diameter", "density", "viscosity"), others)
     return slip, rho * d * d * size / mu, np.pi * mu * d * d * d
-
-
-def _checked(name: str, values: ArrayLike, least: float = math.ulp(0.0)) -> Reals:
-    """Coerce finite real numbers, positive ones unless `least` is 0; raises `InputError`."""
-    array = as_reals(name, values)
-    _check_lengths(name, array, least)
-    return array

@@ -74,6 +74,7 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {
         *(c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p),
     ),
     "rbt_wall_tilt": (c_int, c_double, c_double, c_double, c_double, c_void_p),
+    "rbt_mean_half_size": (c_double, c_void_p, c_double),
 }
 
 

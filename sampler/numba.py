@@ -436,3 +436,15 @@ def spin_after(
 ) -> Vector:
     """Compute the angular velocity of one particle, rad/s: `sampler.spin_after` of tuples."""
     return _after(omega, time, inertia, diameter, density, viscosity, gas_rotation, None)[1]
+
+
+@numba.njit(nogil=True)
+def deposits(
+    velocity: Vector, normal: Vector, critical_speed: float, wall_velocity: Vector = (0.0, 0.0, 0.0)
+) -> bool:
+    """Tell whether one particle stays on the wall that it meets: `sampler.deposits` of tuples."""
+    approach, square = 0.0, 0.0
+    for k in range(3):
+        approach -= (velocity[k] - wall_velocity[k]) * normal[k]
+        square += normal[k] * normal[k]
+    return 0.0 < approach < critical_speed * np.sqrt(square)

@@ -16,6 +16,7 @@ from sampler.arguments import (
     Keys,
     Rebound,
     as_output,
+    as_positive,
     as_reals_up_to,
     as_threads,
     broadcast,
@@ -336,6 +337,16 @@ class Table(LawAtConditions, Counting):
         shape, rows = broadcast({}, Keys(seed, index))
         found = library.grains(self._table, rows.seed, rows.arrays["index"], rows.n)
         return found.reshape(*shape, 3)
+
+    def mean_half_size(self, diameter: ArrayLike) -> NDArray[np.float64]:
+        """Compute the mean of `sampler.half_size` over the population, m, from diameters, m.
+
+        Raises `InputError` if the table has no spin law, or meshes, whose volume it does not hold.
+        """
+        mean = library.library().rbt_mean_half_size(self.handle, 1.0)
+        if mean == 0.0:
+            raise InputError("mean_half_size: asked for, allowed: of a spin law without meshes")
+        return mean * as_positive("diameter", diameter)
 
     def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":
         """Copy the table to a GPU, for draws from and to arrays that live there.

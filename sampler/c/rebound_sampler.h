@@ -404,6 +404,19 @@ RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, doubl
                                        double diameter, double density, double viscosity,
                                        const double gas_rotation[3], double new_omega[3]);
 
+/* -- sizes, and particles that stay on the wall --
+
+   Largest half-size, m, of a grain (rbt_grain) whose volume is that of a sphere of a diameter, m; 0: a
+   mesh, whose volume nobody knows. And its mean over the particles of a table; 0: a table without a
+   spin law, or with meshes. */
+RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3]);
+RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diameter);
+
+/* Whether a particle that meets a wall stays there: 1, if it approaches at less than a critical normal
+   speed, m/s; else 0. Ask before the draw. Arguments as of rbt_rebound; with NaN it is 0. */
+RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],
+                                    double critical_speed, const double wall_velocity[3]);
+
 /* An axis of the node grid, rad or m/s. A value from low to high is inside: the ends with the rounding
    of a unit conversion. coordinate[grid] is the fractional number of the node at equal steps from
    origin on, scale of them per rad or m/s; offset is the number of the first of the nodes. */
@@ -3953,6 +3966,66 @@ RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, doubl
     const double left = rbti_slip_left(reynolds, stokes * time / inertia);
     for (int k = 0; k < 3; k++)
         new_omega[k] = (gas_rotation == NULL ? 0.0 : gas_rotation[k]) - left * slip[k];
+}
+
+/* -- sizes, and particles that stay on the wall -------------------------------------------------- */
+
+/* Volume of a shape over a b c, by its code; 0: a mesh. */
+RBTI_INLINE RBT_DEVICE double rbti_volume(double shape)
+{
+    const double volumes[5] = {4.0 / 3.0 * RBTI_PI, 8.0, 7.731986497631108, 8.0 / 3.0,
+                               4.0 / 3.0 * RBTI_PI};
+    return shape >= 0.0 && shape <= 4.0 ? volumes[(int)shape] : 0.0;
+}
+
+RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3])
+{
+    const double volume = rbti_volume(grain[0]) * grain[1] * grain[1] * grain[2];
+    return volume > 0.0 ? 0.5 * diameter * cbrt(4.0 / 3.0 * RBTI_PI / volume) : 0.0;
+}
+
+/* Mean of a power of a drawn ratio, at 256 midpoints: within 1e-6. */
+RBTI_INLINE RBT_DEVICE double rbti_mean_power(const double law[4], double power)
+{
+    double ratio[RBTI_BLOCK], sum = 0.0;
+    for (uint32_t k = 0; k < 256; k++) {
+        const uint32_t word = (k << 24) + 0x800000u;
+        rbti_fill_ratios(1, law, &word, ratio);
+        sum += pow(ratio[0], power);
+    }
+    return sum / 256.0;
+}
+
+RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diameter)
+{
+    const rbt_spin_law *law = &table->spin;
+    double before = 0.0, sum = 0.0;
+    for (int32_t row = 0; row < law->n_shapes; row++) {
+        const double *own = law->shape_ratios + 2 * row;
+        const int drawn = own[0] == 0.0;
+        const double grain[3] = {(double)law->shape_codes[row], drawn ? 1.0 : own[0],
+                                 drawn ? 1.0 : own[1]};
+        const double half = rbt_half_size(diameter, grain);
+        if (half == 0.0)
+            return 0.0;
+        sum += (law->shape_shares[row] - before) * half *
+               (drawn ? rbti_mean_power(law->aspect, -2.0 / 3.0) *
+                            rbti_mean_power(law->aspect + 4, -1.0 / 3.0)
+                      : 1.0);
+        before = law->shape_shares[row];
+    }
+    return sum;
+}
+
+RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],
+                                    double critical_speed, const double wall_velocity[3])
+{
+    double relative[3], e_y[3];
+    for (int k = 0; k < 3; k++)
+        relative[k] = velocity[k] - (wall_velocity ? wall_velocity[k] : 0.0);
+    rbti_unit(normal, e_y);
+    const double approach = -rbti_dot(relative, e_y);
+    return approach > 0.0 && approach < critical_speed;
 }
 
 #ifdef __cplusplus

@@ -22,6 +22,7 @@ module rebound_sampler
   public :: rbt_open, rbt_close, rbt_strerror, rbt_is_open
   public :: rbt_alpha_range, rbt_speed_range, rbt_valid_speed, rbt_components, rbt_pair
   public :: rbt_has_spin_law, rbt_keep_grains, rbt_grain
+  public :: rbt_half_size, rbt_mean_half_size, rbt_deposits
   public :: rbt_draw, rbt_draw_all, rbt_draw_batch
   public :: rbt_rebound, rbt_rough_rebound, rbt_rebound_batch, rbt_wall_tilt
   public :: rbt_gas_torque, rbt_spin_after
@@ -202,6 +203,29 @@ module rebound_sampler
       integer(c_int) :: code
     end function c_wall_tilt
 
+    function c_mean_half_size(table, diameter) result(half_size) bind(c, name="rbt_mean_half_size")
+      import :: c_double, c_ptr
+      type(c_ptr), value :: table
+      real(c_double), value :: diameter
+      real(c_double) :: half_size
+    end function c_mean_half_size
+
+    ! Largest half-size, m, of a grain whose volume is that of a sphere of the diameter; 0: not known.
+    function rbt_half_size(diameter, grain) result(half_size) bind(c)
+      import :: c_double
+      real(c_double), value :: diameter
+      real(c_double), intent(in) :: grain(3)
+      real(c_double) :: half_size
+    end function rbt_half_size
+
+    ! Whether a particle stays on the wall, 1 or 0; ask before the draw.
+    function rbt_deposits(velocity, normal, critical_speed, wall_velocity) result(stays) bind(c)
+      import :: c_double, c_int
+      real(c_double), intent(in) :: velocity(3), normal(3), wall_velocity(3)
+      real(c_double), value :: critical_speed
+      integer(c_int) :: stays
+    end function rbt_deposits
+
     function c_rough_rebound(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
         seed, index, hit, new_velocity, new_omega) result(code) bind(c, name="rbt_rough_rebound")
       import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
@@ -344,6 +368,15 @@ contains
 
     code = c_grain(table%handle, seed, index, hit, grain)
   end function rbt_grain
+
+  ! Mean of rbt_half_size over the particles of the table; 0: not known.
+  function rbt_mean_half_size(table, diameter) result(half_size)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in) :: diameter
+    real(c_double) :: half_size
+
+    half_size = c_mean_half_size(table%handle, diameter)
+  end function rbt_mean_half_size
 
   ! Variables that the table gives, as places in a state from 1 (u) to 10 (work_shear).
   function rbt_components(table) result(places)

@@ -14,7 +14,7 @@ CONDITIONS = tuple(
     for alpha_deg, speed in ((5, 280), (15, 75), (30, 150), (45, 250), (60, 100), (90, 200))
 )
 SEED = 7
-HALF_SIZE = 25e-6
+HALF_SIZE = float(sampler.load("corundum-steel").mean_half_size(50e-6))
 #: Moment of inertia of a particle [kg m2]; its diameter, and the gas's density and viscosity.
 INERTIA, GAS = 0.1 * 3950.0 * np.pi / 6 * 50e-6**5, (50e-6, 1.17862, 1.83337e-5)
 

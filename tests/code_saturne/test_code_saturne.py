@@ -12,6 +12,7 @@ import pytest
 import saturne_run
 import wall
 
+import sampler
 from sampler.formats.image import write_binary_table
 
 pytestmark = pytest.mark.study
@@ -143,6 +144,26 @@ def test_rough_walls(work, table, tmp_path):
         assert np.mean(np.abs(smooth - drawn).max(axis=1) > 1e-6) > 0.9
 
 
+def test_slow_particles_stay_on_the_wall(work, table, tmp_path):
+    """Particles of 50 um that stay below 40 m/s."""
+    critical = 40.0
+    text = saturne_run.settings(
+        deposit_speed=critical / 2.0 ** (10.0 / 7.0), deposit_diameter=100e-6
+    )
+    folder = saturne_run.run(work, tmp_path / "run", 100, step=STEP, particles=COUNT, text=text)
+    hits, ended = box_run.read_hits(folder), box_run.read_particles(folder, "end")
+    stays = sampler.deposits(hits.velocity, hits.normal, critical)
+    assert 0.2 < stays.mean() < 0.9
+    np.testing.assert_array_equal((hits.new_velocity == 0.0).all(axis=1), stays)
+    fixed = np.isin(ended.index, hits.index[stays])
+    assert fixed.sum() == stays.sum()
+    np.testing.assert_array_equal((ended.velocity == 0.0).all(axis=1), fixed)
+    off = np.abs(ended.position - saturne_run.LOWER), np.abs(ended.position - saturne_run.UPPER)
+    assert np.minimum(*off).min(axis=1)[fixed].max() < 1e-3
+    log = (folder / "run_solver.log").read_text(encoding="utf-8")
+    assert f", {stays.sum()}\n" in log[log.rindex("deposited) =") :]
+
+
 @pytest.fixture(scope="module")
 def tables(work, table):
     """Tables that cannot be used: cut short, and without a spin law."""
@@ -166,6 +187,7 @@ def tables(work, table):
         ({"spin": "maybe"}, "spin: got maybe, allowed: no, yes"),
         ({"gas_torque": "nan"}, "gas_torque: got nan, allowed: 0 or a positive number"),
         ({"spin": "no", "gas_torque": "1"}, "gas_torque: got a positive number, allowed: 0, where"),
+        ({"deposit_speed": "-1"}, "deposit_speed: got -1, allowed: 0 or a positive speed in m/s"),
         ({"tilt_deg": "30"}, "tilt_deg: got 30, allowed: 0 to 28.6 deg"),
         ({"Ra": "1e-6"}, "RSm: got none, allowed: a positive length in m, with Ra and Rq"),
         ({"tilt_deg": "3", "RSm": "1"}, "tilt_deg: got a positive number beside a prof"),

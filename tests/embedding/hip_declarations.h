@@ -12,8 +12,8 @@
 #define HIP_FUNCTION(name) __device__ double name(double);
 HIP_FUNCTION(atan) HIP_FUNCTION(cos) HIP_FUNCTION(erfc) HIP_FUNCTION(exp)
 HIP_FUNCTION(expm1) HIP_FUNCTION(log) HIP_FUNCTION(asin) HIP_FUNCTION(sin) HIP_FUNCTION(tan)
-__device__ double atan2(double, double);
-__device__ double pow(double, double);
+HIP_FUNCTION(cbrt)
+__device__ double atan2(double, double), pow(double, double);
 
 #define HIP_BUILTIN(type, name)                                                                    \
     __device__ static inline type name(type x) { return __builtin_##name(x); }

@@ -139,3 +139,29 @@ def test_a_table_that_was_read_is_not_the_file(tmp_path):
             path.write_bytes(bytes(100))
     np.testing.assert_array_equal(*states)
     assert toolchain.open_code(library, Path("/none"))[0] == -10
+
+
+WALL_F90 = """
+program wall
+  use, intrinsic :: iso_c_binding, only: c_double
+  use rebound_sampler
+  implicit none
+  type(rbt_table) :: table
+  real(c_double), parameter :: v(3) = [9, -1, 0], n(3) = [0, 2, 0], still(3) = 0
+  character(len=200) :: path
+  call get_command_argument(1, path)
+  if (rbt_open(path, table) /= RBT_OK) error stop "no table"
+  print *, rbt_half_size(2.0_c_double, [1.0_c_double, 0.8_c_double, 0.7_c_double])
+  print *, rbt_mean_half_size(table, 2.0_c_double)
+  print *, rbt_deposits(v, n, 1.01_c_double, still), rbt_deposits(v, n, 0.99_c_double, still)
+end program wall
+"""
+
+
+def test_fortran_knows_sizes_and_deposits(tmp_path):
+    (tmp_path / "wall.f90").write_text(WALL_F90)
+    program = toolchain.build_fortran([tmp_path / "wall.f90"], tmp_path)
+    found = [float(x) for x in toolchain.run(program, VECTORS / "spin.rbt").split()]
+    table = sampler.load(VECTORS / "spin.h5")
+    sizes = sampler.half_size(2.0, "prism", (0.8, 0.7)), table.mean_half_size(2.0)
+    np.testing.assert_allclose(found, [*sizes, 1.0, 0.0], rtol=1e-14)

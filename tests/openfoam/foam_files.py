@@ -1,5 +1,6 @@
 """Parcels in OpenFOAM's own files (ASCII): written as a start, read back as a result."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -103,3 +104,13 @@ def read_cloud(case, time, names):
     }
     order = np.lexsort((fields["origId"], fields["origProcId"]))
     return {name: values[order] for name, values in fields.items()}
+
+
+def read_faces(case, time, name):
+    """Values of a field of the mesh on the faces of patches where it is not uniform."""
+    values = []
+    for part in sorted(Path(case).glob("processor*")) or [Path(case)]:
+        text = (part / time / name).read_text(encoding="ascii").partition("boundaryField")[2]
+        lists = re.findall(r"nonuniform List<scalar>\s*\d+\s*\(([^)]*)\)", text)
+        values += [float(value) for numbers in lists for value in numbers.split()]
+    return np.array(values)

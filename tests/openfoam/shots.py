@@ -7,6 +7,8 @@ import foam_run
 import numpy as np
 from free_flight import fly
 
+import sampler
+
 #: Impact angles [rad] and speeds [m/s] relative to the wall.
 CONDITIONS = tuple(
     (np.radians(alpha_deg), speed)
@@ -16,6 +18,8 @@ IS_NORMAL = np.array([alpha == np.pi / 2 for alpha, _ in CONDITIONS])
 #: Seed of tabulatedReboundCoeffs.
 SEED = 7
 DIAMETER, DENSITY = 50e-6, 3950.0
+#: What the plugin takes by default [m].
+HALF_SIZE = float(sampler.load("corundum-steel").mean_half_size(DIAMETER))
 #: Angular momentum over angular velocity of a parcel: OpenFOAM's sphere.
 INERTIA = 0.1 * DENSITY * np.pi / 6 * DIAMETER**5
 #: Velocities [m/s] of floor and lid, their normals into the gas, and their heights [m].
@@ -107,7 +111,7 @@ def read_fields(case, time, cloud="colliding"):
 def rebound(table, velocity, normal, omega, with_spin=True, **keys):
     """`Table.rebound` of grains of these parcels, by the law that the plugin takes by default."""
     before = {"omega": omega} if with_spin and table.has_spin else {}
-    return table.rebound(velocity, normal, 0.5 * DIAMETER, seed=SEED, **before, **keys)
+    return table.rebound(velocity, normal, HALF_SIZE, seed=SEED, **before, **keys)
 
 
 def first_rebound(table, shots, with_spin=True):
@@ -137,7 +141,7 @@ def states(shots, fields):
     speed = np.array([speed for _, speed in CONDITIONS])[shots.condition, None]
     parts = [(fields["U"] - WALL_VELOCITY[shots.wall]) / speed]
     if fields["omega"].any():
-        parts.append(fields["omega"] * (0.5 * DIAMETER) / speed)
+        parts.append(fields["omega"] * HALF_SIZE / speed)
     return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])
 
 

@@ -6,6 +6,7 @@ Needs Debian 12; installs OpenFOAM's packages where they are missing, which asks
 import json
 from dataclasses import replace
 
+import foam_files
 import foam_run
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def share_off(fields, velocity, omega):
 
 
 def last_counts(log):
-    """Hits, clamped, extrapolated and spin lost, at the end of a run."""
+    """Hits, clamped, extrapolated, spin lost and deposited, at the end of a run."""
     line = [line for line in log.splitlines() if "Tabulated rebounds" in line][-1]
     return [int(count) for count in line.split("=")[1].split(",")]
 
@@ -133,6 +134,43 @@ def test_walls_of_a_moving_mesh_rebound_as_those_at_rest(work, table, started, t
     np.testing.assert_array_equal(fields["dTarget"], 1.0)
     off = np.abs(fields["U"] - shots.BOX_VELOCITY - expected).max(axis=1)
     assert np.mean(off > 1e-5) <= FEW
+
+
+#: Of the case whose parcels of low normal speed stay on the wall.
+SUMS = with_entries("faceSums yes; deposit { speed 18.575; diameter 100e-6; }")
+NAMES = ("hits", "deposits", "mass", "energyBefore", "energyLost", "angle_deg")
+
+
+@both_clouds
+def test_deposits_stay_and_faces_have_sums(work, table, started, cloud, tmp_path):
+    """Through on one processor; stopped and restarted on two."""
+    whole, case = tmp_path / "whole", tmp_path / "case"
+    fields, log = shots.run_shots(work, whole, started, cloud, edits=[SUMS])
+    half = ("system/controlDict", "endTime         1e-3", "endTime         5e-4")
+    shots.run_shots(work, case, started, cloud, 2, [SUMS, half], "0.0005")
+    foam_run.edit(case, "system/controlDict", "endTime         5e-4", "endTime         1e-3")
+    foam_run.edit(case, "system/controlDict", "writeInterval   $endTime", "writeInterval 5e-4")
+    foam_run.edit(case, "system/controlDict", "startFrom       startTime", "startFrom latestTime")
+    foam_run.run(work, case, shots.SOLVERS[cloud], processors=2)
+
+    alpha, speed = np.array(shots.CONDITIONS)[started.condition].T
+    stays = speed * np.sin(alpha) < 50.0
+    assert last_counts(log)[0::4] == [stays.size, stays.sum()]
+    np.testing.assert_array_equal(fields["dTarget"], 1.0)
+    np.testing.assert_array_equal((fields["U"] == 0.0).all(axis=1), stays)
+    drawn, _ = shots.first_rebound(table, started)
+    relative = np.where(stays[:, None], 0.0, drawn - shots.WALL_VELOCITY[started.wall])
+    mass = shots.DENSITY * np.pi / 6.0 * shots.DIAMETER**3
+    before, after = mass / 2.0 * speed**2, mass / 2.0 * (relative**2).sum(axis=1)
+    expected = {"hits": stays.size, "deposits": stays.sum(), "mass": stays.size * mass}
+    expected |= {"energyBefore": before.sum(), "energyLost": (before - after).sum()}
+    sums = {name: foam_files.read_faces(whole, "0.001", f"kinematicCloud_{name}") for name in NAMES}
+    for name, total in expected.items():
+        assert sums[name].sum() == pytest.approx(total, rel=1e-6), name
+    assert sums["hits"] @ sums["angle_deg"] == pytest.approx(np.degrees(alpha).sum(), rel=1e-6)
+    for name, values in sums.items():
+        other = foam_files.read_faces(case, "0.001", f"kinematicCloud_{name}")
+        np.testing.assert_allclose(np.sort(other[other > 0.0]), np.sort(values[values > 0.0]))
 
 
 def test_a_plane_case_drops_the_velocity_out_of_its_plane(work, table, tmp_path):
@@ -232,7 +270,7 @@ def test_spin_no_takes_the_law_without_spin(work, table, started, cloud, tmp_pat
     edits = [with_entries("spin no;")]
     fields, log = shots.run_shots(work, tmp_path / "case", started, cloud, edits=edits)
     velocity, omega = shots.first_rebound(table, started, with_spin=False)
-    hits, _, _, lost = last_counts(log)
+    hits, _, _, lost, _ = last_counts(log)
     assert (hits, lost) == (len(velocity), hits if cloud == "kinematic" else 0)
     assert share_off(fields, velocity, 0.0 * omega if cloud == "kinematic" else omega) <= FEW
 
@@ -256,6 +294,7 @@ def tables(work, table):
         (None, "seed -1;", "seed: got -1, allowed: 0 to 2147483647"),
         (None, "outOfRange mirror;", "outOfRange: got mirror, allowed: clamp, error"),
         (None, "halfSizeRule 0;", "halfSizeRule: got 0, allowed: a positive"),
+        (None, "deposit { speed 0; }", "deposit: got speed 0, diameter 0, allowed: a positive s"),
         (None, "gasTorque -1;", "gasTorque: got -1, allowed: 0 or a positive number"),
         (None, "spin no; gasTorque 1;", "gasTorque: got 1, allowed: 0, where no spin is kept"),
         (None, "roughness { tilt_deg 29; }", "roughness.tilt_deg: got 29, allowed: 0 to 28.64"),
@@ -270,7 +309,7 @@ def tables(work, table):
 def test_a_wrong_entry_is_refused(work, tables, started, file, entries, message, tmp_path):
     changed = entries.split()[0] if entries else None
     edits = [LONG, with_entries(entries, tables.get(file, "corundum-steel.rbt"))]
-    for name, value in (("seed", "7"), ("outOfRange", "clamp"), ("halfSizeRule", "0.5")):
+    for name, value in (("seed", "7"), ("outOfRange", "clamp")):
         if name == changed:
             edits.append((CLOUD, f"{name:15} {value};", ""))
     with pytest.raises(foam_run.FoamError) as refusal:

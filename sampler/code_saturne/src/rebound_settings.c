@@ -57,6 +57,10 @@ static const struct {
 } numbers[] = {
     {"half_size", offsetof(rebound_settings_t, half_size), 1e-12, DBL_MAX, "a positive number"},
     {"gas_torque", offsetof(rebound_settings_t, gas_torque), 0, DBL_MAX, "0 or a positive number"},
+    {"deposit_speed", offsetof(rebound_settings_t, deposit_speed), 0, DBL_MAX,
+     "0 or a positive speed in m/s"},
+    {"deposit_diameter", offsetof(rebound_settings_t, deposit_diameter), 1e-30, DBL_MAX,
+     "a positive length in m"},
     {"tilt_deg", offsetof(rebound_settings_t, tilt_deg), 0, 28.6, "0 to 28.6 deg"},
     {"Ra", offsetof(rebound_settings_t, ra), 0, DBL_MAX, "0 or a positive length in m"},
     {"Rq", offsetof(rebound_settings_t, rq), 0, DBL_MAX, "0 or a positive length in m"},
@@ -92,7 +96,8 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
         settings->refuse_outside = read_choice(name, value, "clamp", "error", "clamp, error");
     } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
-               "table, seed, spin, out_of_range, half_size, gas_torque, tilt_deg, Ra, Rq, RSm");
+               "table, seed, spin, out_of_range, half_size, gas_torque, deposit_speed, "
+               "deposit_diameter, tilt_deg, Ra, Rq, RSm");
     }
 }
 
@@ -140,6 +145,10 @@ static void check_table(rebound_settings_t *settings, const rbt_table *table)
         settings->spin = has_spin;
     if (settings->spin && !has_spin)
         refuse("spin", "yes", "no, with a table without spin law");
+    if (settings->half_size == 0.0) /* only a spin depends on it */
+        settings->half_size = has_spin ? rbt_mean_half_size(table, 1.0) : 0.5;
+    if (settings->half_size == 0.0)
+        refuse("half_size", "none", "a positive number, for a table with meshes");
     if (!settings->spin && settings->gas_torque > 0.0)
         refuse("gas_torque", "a positive number", "0, where no spin is kept");
 }
@@ -166,7 +175,7 @@ static void check_profile(const rebound_settings_t *settings)
 
 struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
 {
-    const rebound_settings_t defaults = {.spin = SPIN_IF_POSSIBLE, .half_size = 0.5};
+    const rebound_settings_t defaults = {.spin = SPIN_IF_POSSIBLE};
     rbt_table *table = NULL;
     *settings = defaults;
     read_file(settings);

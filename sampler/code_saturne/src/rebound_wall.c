@@ -32,8 +32,8 @@ static int *is_symmetry = NULL; /* of each zone that is ours; -1: not ours */
 static int n_zones = 0;
 static int resumed = 0;
 
-/* Of this process: hits, clamped, extrapolated. */
-static cs_gnum_t counts[3] = {0, 0, 0};
+/* Of this process: hits, clamped, extrapolated, deposited. */
+static cs_gnum_t counts[4] = {0, 0, 0, 0};
 
 static void check_models(void)
 {
@@ -183,6 +183,26 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     return code;
 }
 
+/* Whether a particle stays on the wall; then it is fixed there, as CS_LAGR_DEPO2 does. */
+static int deposit(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
+                   cs_real_t velocity[3])
+{
+    double *kept = kept_of(particles, p_id);
+    const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double over = settings.deposit_diameter > 0.0 ? settings.deposit_diameter / d : 1.0;
+    if (!rbt_deposits(velocity, normal, settings.deposit_speed * pow(over, 10.0 / 7.0), NULL))
+        return 0;
+    cs_lagr_particles_set_flag(particles, p_id, CS_LAGR_PART_DEPOSITED | CS_LAGR_PART_FIXED);
+    particles->n_part_dep += 1;
+    particles->weight_dep += cs_lagr_particles_get_real(particles, p_id, CS_LAGR_STAT_WEIGHT);
+    for (int k = 0; k < 3; k++)
+        velocity[k] = kept[REBOUND_OMEGA + k] = 0.0;
+    kept[REBOUND_HITS] += 1.0;
+    counts[0]++;
+    counts[3]++;
+    return 1;
+}
+
 static void refuse(const cs_real_t velocity[3], const double spin[3], int code)
 {
     double alpha[2], speed[2];
@@ -246,35 +266,38 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     normal_into_gas(face_id, face_norm, normal);
     for (int k = 0; k < 3; k++)
         path[k] = end[k] - c_intersect[k];
+    const int stays = !is_symmetry[b_zone_id] && deposit(particles, p_id, normal, velocity);
     if (is_symmetry[b_zone_id])
         reflect(particles, p_id, normal, velocity, path);
-    else
+    else if (!stays)
         rebound(particles, p_id, normal, velocity, path);
     for (int k = 0; k < 3; k++) {
-        end[k] = c_intersect[k] + path[k];
         start[k] = c_intersect[k] + START_SHIFT * (centre[k] - c_intersect[k]);
+        end[k] = stays ? start[k] : c_intersect[k] + path[k];
+        seen[k] = stays ? 0.0 : seen[k];
     }
     mirror(normal, seen); /* the gas that it meets next moves away from the wall with it */
 
     if (!is_symmetry[b_zone_id]) {
         const cs_lagr_boundary_interactions_t *statistics = cs_glob_lagr_boundary_interactions;
-        *event_flag |= CS_EVENT_REBOUND;
+        *event_flag |= stays ? CS_EVENT_DEPOSITION : CS_EVENT_REBOUND;
         if (statistics->has_part_impact_nbr > 0)
             bound_stat[statistics->inbr * cs_glob_mesh->n_b_faces + face_id] +=
                 cs_lagr_particles_get_real(particles, p_id, CS_LAGR_STAT_WEIGHT);
     }
-    *tracking_state = CS_LAGR_PART_TO_SYNC;
+    *tracking_state = stays ? CS_LAGR_PART_STUCK : CS_LAGR_PART_TO_SYNC;
 }
 
 void rebound_wall_log(void)
 {
-    cs_gnum_t all[3] = {counts[0], counts[1], counts[2]};
+    cs_gnum_t all[4] = {counts[0], counts[1], counts[2], counts[3]};
     if (cs_glob_time_step->nt_cur != cs_glob_time_step->nt_max &&
         (cs_glob_lagr_log_frequency_n < 1 ||
          cs_glob_time_step->nt_cur % cs_glob_lagr_log_frequency_n != 0))
         return;
-    cs_parall_counter(all, 3);
-    bft_printf("   ** Tabulated rebounds of this run (hits, clamped, extrapolated) = %llu, %llu, "
-               "%llu\n",
-               (unsigned long long)all[0], (unsigned long long)all[1], (unsigned long long)all[2]);
+    cs_parall_counter(all, 4);
+    bft_printf("   ** Tabulated rebounds of this run (hits, clamped, extrapolated, deposited) = "
+               "%llu, %llu, %llu, %llu\n",
+               (unsigned long long)all[0], (unsigned long long)all[1], (unsigned long long)all[2],
+               (unsigned long long)all[3]);
 }

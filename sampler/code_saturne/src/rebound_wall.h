@@ -62,6 +62,8 @@ typedef struct {
     int spin;             /* whether particles keep their spin */
     int refuse_outside;   /* whether an impact outside the table ends the run */
     double half_size;     /* largest half-size of a grain over the particle's diameter */
+    double deposit_speed; /* critical normal speed of deposits, m/s; 0: no rule */
+    double deposit_diameter; /* its diameter, m; 0: of every diameter */
     double gas_torque;    /* of the gas on a spinning grain, over that on a sphere; 0: none */
     double tilt_deg;      /* standard deviation of the tilt of facets; 0: smooth walls */
     double ra, rq, rsm;   /* or the profile of the wall, m; rsm 0: none */

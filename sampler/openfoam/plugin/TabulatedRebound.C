@@ -23,6 +23,41 @@ void Foam::TabulatedRebound<CloudType>::checkComponents()
 
 
 template<class CloudType>
+void Foam::TabulatedRebound<CloudType>::checkHalfSize()
+{
+    // Only a spin depends on it, which a table without a spin law does not keep
+    const scalar mean = table_->hasSpinLaw() ? table_->meanHalfSize() : 0.5;
+    halfSizeRule_ = this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", mean);
+
+    if (!(halfSizeRule_ > 0))
+    {
+        FatalIOErrorInFunction(this->coefficients())
+            << "halfSizeRule: got " << halfSizeRule_ << ", allowed: a positive number"
+            << (mean > 0 ? "" : ", which a table with meshes needs") << exit(FatalIOError);
+    }
+}
+
+
+template<class CloudType>
+void Foam::TabulatedRebound<CloudType>::checkDeposit()
+{
+    if (!this->coefficients().found("deposit")) return;
+
+    const dictionary& dict = this->coefficients().subDict("deposit");
+
+    depositSpeed_ = rebound::required<scalar>(dict, "speed");
+    dict.readIfPresent("diameter", depositDiameter_);
+
+    if (!(depositSpeed_ > 0) || !(depositDiameter_ >= 0))
+    {
+        FatalIOErrorInFunction(dict)
+            << "deposit: got speed " << depositSpeed_ << ", diameter " << depositDiameter_
+            << ", allowed: a positive speed and diameter" << exit(FatalIOError);
+    }
+}
+
+
+template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkInjection() const
 {
     const dictionary& models =
@@ -123,6 +158,27 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
 
 
 template<class CloudType>
+bool Foam::TabulatedRebound<CloudType>::deposit
+(
+    parcelType& p,
+    const vector& n,
+    const vector& Uwall
+)
+{
+    const scalar over = depositDiameter_ > 0 ? depositDiameter_/p.d() : 1;
+
+    if (!reboundTable::deposits(p.U(), n, Uwall, depositSpeed_*pow(over, 10.0/7.0))) return false;
+
+    ++counts_.deposited;
+    countHit(p);
+    rebound::stop(p, 0);
+    p.U() = Zero;
+    spinOf::set(p, Zero);
+    return true;
+}
+
+
+template<class CloudType>
 uint32_t Foam::TabulatedRebound<CloudType>::countHit(parcelType& p)
 {
     const uint32_t hit = uint32_t(p.dTarget() + 0.5);
@@ -154,17 +210,19 @@ template<class CloudType>
 typename Foam::TabulatedRebound<CloudType>::Counts
 Foam::TabulatedRebound<CloudType>::totals() const
 {
-    const scalarField before
+    scalarField before
     (
-        this->template getModelProperty<scalarField>("counts", scalarField(4, Zero))
+        this->template getModelProperty<scalarField>("counts", scalarField(5, Zero))
     );
+    before.setSize(5, scalar(0)); // earlier releases of the plugin wrote four
 
     return
     {
         int64_t(before[0]) + returnReduce(counts_.hits, sumOp<int64_t>()),
         int64_t(before[1]) + returnReduce(counts_.clamped, sumOp<int64_t>()),
         int64_t(before[3]) + returnReduce(counts_.extrapolated, sumOp<int64_t>()),
-        int64_t(before[2]) + returnReduce(counts_.spinLost, sumOp<int64_t>())
+        int64_t(before[2]) + returnReduce(counts_.spinLost, sumOp<int64_t>()),
+        int64_t(before[4]) + returnReduce(counts_.deposited, sumOp<int64_t>())
     };
 }
 
@@ -179,28 +237,29 @@ void Foam::TabulatedRebound<CloudType>::report(Ostream* print, Ostream* table)
     if (print)
     {
         *print
-            << "    Tabulated rebounds (hits, clamped, extrapolated, spin lost) = "
+            << "    Tabulated rebounds (hits, clamped, extrapolated, spin lost, deposited) = "
             << all.hits << ", " << all.clamped << ", " << all.extrapolated << ", " << all.spinLost
-            << endl;
+            << ", " << all.deposited << endl;
     }
 
     if (table)
     {
         *table
             << tab << all.hits << tab << all.clamped << tab << all.extrapolated
-            << tab << all.spinLost << endl;
+            << tab << all.spinLost << tab << all.deposited << endl;
     }
 
     if (this->writeTime())
     {
         // As scalars: labels may have too few bits
-        scalarField counts(4);
+        scalarField counts(5);
         counts[0] = all.hits;
         counts[1] = all.clamped;
         counts[2] = all.spinLost;
         counts[3] = all.extrapolated;
+        counts[4] = all.deposited;
         this->setModelProperty("counts", counts);
-        counts_ = {0, 0, 0, 0};
+        counts_ = {0, 0, 0, 0, 0};
     }
 }
 
@@ -208,7 +267,8 @@ void Foam::TabulatedRebound<CloudType>::report(Ostream* print, Ostream* table)
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::nameColumns(Ostream& table) const
 {
-    table << tab << "hits" << tab << "clamped" << tab << "extrapolated" << tab << "spinLost";
+    table << tab << "hits" << tab << "clamped" << tab << "extrapolated" << tab << "spinLost"
+        << tab << "deposited";
 }
 
 
@@ -220,11 +280,13 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     rebound::wallModel<CloudType>(dict, cloud, typeName),
     patches_(rebound::allPatches()),
     refuseOutside_(false),
-    halfSizeRule_(this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", 0.5)),
+    halfSizeRule_(0),
     roughness_(this->coefficients()),
+    depositSpeed_(0),
+    depositDiameter_(0),
     givesSpin_(false),
     keepsSpin_(false),
-    counts_{0, 0, 0, 0}
+    counts_{0, 0, 0, 0, 0}
 {
     const dictionary& coeffs = this->coefficients();
 
@@ -242,12 +304,6 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
         FatalIOErrorInFunction(coeffs)
             << "outOfRange: got " << outside << ", allowed: clamp, error" << exit(FatalIOError);
     }
-    if (!(halfSizeRule_ > 0))
-    {
-        FatalIOErrorInFunction(coeffs)
-            << "halfSizeRule: got " << halfSizeRule_ << ", allowed: a positive number"
-            << exit(FatalIOError);
-    }
 
     seed_ = seed;
     refuseOutside_ = (outside == "error");
@@ -264,6 +320,8 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     table_ = std::make_shared<reboundTable>(path, coeffs);
 
     checkComponents();
+    checkHalfSize();
+    checkDeposit();
     checkInjection();
 
     const bool can = table_->hasSpinLaw() && givesSpin_;
@@ -271,6 +329,11 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     if (keepsSpin_) checkSpin();
 
     followSpin();
+
+    if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
+    {
+        sums_ = std::make_shared<faceSums>(cloud.mesh(), cloud.name());
+    }
 }
 
 
@@ -304,6 +367,21 @@ bool Foam::TabulatedRebound<CloudType>::correct
     // On the wall but leaving it already. A velocity of NaN is an error, below
     if ((Urelative & nOut) <= 0) return true;
 
+    ++counts_.hits;
+
+    const auto sum = [&](const vector& after, const bool stays)
+    {
+        const label face = pp.whichFace(p.face());
+        const scalar n = p.nParticle();
+        if (sums_) sums_->add(pp.index(), face, n, n*p.mass(), nOut, Urelative, after, stays);
+    };
+
+    if (deposit(p, -nOut, Uwall))
+    {
+        sum(Zero, true);
+        return true;
+    }
+
     const uint64_t identity = (uint64_t(uint32_t(p.origProc())) << 32) | uint32_t(p.origId());
     const scalar a = halfSizeRule_*p.d();
 
@@ -320,10 +398,11 @@ bool Foam::TabulatedRebound<CloudType>::correct
         refuse(p, Urelative, before, pp, code);
     }
 
+    sum(p.U() - Uwall, false);
+
     // A plane or wedge case cannot move a parcel out of its plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());
 
-    ++counts_.hits;
     if (code & reboundTable::clamped) ++counts_.clamped;
     if (code & reboundTable::extrapolated) ++counts_.extrapolated;
 

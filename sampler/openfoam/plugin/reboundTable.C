@@ -53,6 +53,12 @@ bool Foam::reboundTable::hasSpinLaw() const
 }
 
 
+Foam::scalar Foam::reboundTable::meanHalfSize() const
+{
+    return rbt_mean_half_size(table_, 1);
+}
+
+
 Foam::string Foam::reboundTable::range() const
 {
     double alpha[2], speed[2];
@@ -98,6 +104,15 @@ Foam::vector Foam::reboundTable::spinAfter
 {
     rbt_spin_after(&omega[0], time, inertia, d, rho, mu, nullptr, &omega[0]);
     return omega;
+}
+
+
+bool Foam::reboundTable::deposits
+(
+    const vector& U, const vector& n, const vector& Uwall, scalar critical
+)
+{
+    return rbt_deposits(&U[0], &n[0], critical, &Uwall[0]);
 }
 
 
