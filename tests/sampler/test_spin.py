@@ -182,7 +182,7 @@ class TestWorks:
         close = np.isclose(after.velocity / speed[:, None], states[:, :3], atol=1e-5).all(axis=1)
         assert close.mean() > 0.99  # rounding may choose another expert
         out, key = np.zeros(10), (5, int(INDEX[7]), int(HITS[7]))
-        assert sampler.draw(table.handle, alpha1[7], speed[7], *key, out, tuple(spin[7])) >= 0
+        assert sampler.draw(table.handle, alpha1[7], speed[7], tuple(spin[7]), *key, out) >= 0
         np.testing.assert_array_equal(out[[*range(6), 8, 9]], states[7])
 
 

@@ -137,17 +137,6 @@ class TestRefusedBeforeAnyWork:
         )
         assert line(ROUGH).startswith("marginals/variate_knots: got ")
 
-    def test_spheres_without_any_spread(self, line):
-        shapes = dict.fromkeys(("ellipsoid", "prism", "truncated-prism", "tetrahedron"), 0.0)
-        changes = {
-            "population": {"shapes": {**shapes, "sphere": 1.0}},
-            "pair": {"restitution": constant(0.5)},
-            "domain": {"extrapolate": True},
-        }
-        assert line(ROUGH.with_changes(changes)).startswith(
-            "domain.components: got u, v, w, omega_x, omega_y, omega_z, the same for all particles "
-        )
-
     def test_constant_variables_may_be_left_out(self, line):
         elastic = {
             "pair": {"restitution": constant(1.0), "resistance": constant(0.0)},

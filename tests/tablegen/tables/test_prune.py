@@ -99,7 +99,7 @@ def test_works_go_from_both_laws(tmp_path):
         np.testing.assert_array_equal(part.sample(0.8, 100.0, **keys), states[:, :6])
         assert (states[:, 6:] > 0.0).all()
     one = np.zeros(10)
-    assert sampler.draw(part.handle, 0.8, 100.0, 3, 0, 0, one) == 0
+    assert sampler.draw(part.handle, 0.8, 100.0, None, 3, 0, 0, one) == 0
     assert not one[6:].any()
 
 

@@ -82,7 +82,7 @@ def test_the_laws_of_mechanics_hold(table):
     """Angular momentum about the contact is kept, and energy does not grow, at any impact."""
     rng = np.random.default_rng(4)
     alpha1, spin = np.radians(rng.uniform(1e-6, 90.0, 10_000)), rng.normal(0.0, 3.0, (10_000, 3))
-    after = table.sample(alpha1, 1e-3, spin=spin, seed=1, index=0)
+    after = table.sample(alpha1, 1e-3, spin=spin, seed=1, index=np.arange(10_000))
     before = np.column_stack([np.cos(alpha1), -np.sin(alpha1), 0.0 * alpha1, spin])
     momenta = [
         np.column_stack([s[:, 2] + 0.4 * s[:, 3], 0.4 * s[:, 4], 0.4 * s[:, 5] - s[:, 0]])
@@ -105,10 +105,24 @@ def test_energies_and_works_of_first_impacts():
         np.testing.assert_allclose(drawn, expected, rtol=0.0, atol=1e-12)
 
 
+def test_works_balance_with_spin():
+    """Energies after and works make up the energy before, over m V^2 / 2."""
+    rng = np.random.default_rng(8)
+    alpha1, spin = np.radians(rng.uniform(1.0, 90.0, 100)), rng.normal(0.0, 3.0, (100, 3))
+    names = ["u", "v", "w", "omega_x", "omega_y", "omega_z", "work_normal", "work_shear"]
+    config = with_laws(RESTITUTION[3], RESISTANCE[4], components=names)
+    table = sampler.Table(spheres.sphere_contents(config))
+    drawn = table.sample(alpha1, 80.0, spin=spin, seed=1, index=np.arange(100))
+    weights = np.array([1.0, 1.0, 1.0, 0.4, 0.4, 0.4])
+    after = drawn[:, :6] ** 2 @ weights + drawn[:, 6:].sum(axis=1)
+    np.testing.assert_allclose(after, 1.0 + 0.4 * (spin**2).sum(axis=1), rtol=1e-12)
+    assert (drawn[:, 6:] >= 0.0).all()
+
+
 def test_compiled_code_draws_the_same(table):
     out, grain = np.zeros(6), (4.0, 1.0, 1.0)
     for spin in (None, (0.5, -1.0, 2.0)):
-        assert sampler.draw(table.handle, 0.7, 100.0, 1, 2, 3, out, spin) == 0
+        assert sampler.draw(table.handle, 0.7, 100.0, spin, 1, 2, 3, out) == 0
         state = table.sample(0.7, 100.0, spin=spin, seed=1, index=2, hit=3)
         np.testing.assert_array_equal(out, state)
         same = table.sample(0.7, 100.0, spin=spin or (0, 0, 0), grain=grain, seed=1, index=2)
