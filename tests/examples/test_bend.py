@@ -65,6 +65,7 @@ def test_spin_decays_and_the_orientation_turns_as_far_between_hits():
     assert not off.any()
 
 
+@pytest.mark.study
 def test_the_table_is_direct_simulation_over_many_walls(models):
     """Energies of all impacts and of later ones within 1.5 % and three errors; spheres are off.
 

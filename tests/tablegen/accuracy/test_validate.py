@@ -241,7 +241,13 @@ class TestSpinLaw:
         assert after["spin_accuracy/cell_ks"].shape == (len(spin.cells),)
         assert after["spin_accuracy/joint_ks"].tolist() == [list(joint["ks"].by_variable)]
 
-    @pytest.mark.parametrize("name", ["sign of spin_z turned", "fresh grains for kept ones"])
+    @pytest.mark.parametrize(
+        "name",
+        [
+            "sign of spin_z turned",
+            pytest.param("fresh grains for kept ones", marks=pytest.mark.study),
+        ],
+    )
     def test_wrong_law_is_missed(self, spinning, name):
         found = validate(spinning(name), **HOW)
         assert any(line.startswith("spin joint_auc: ") for line in found.missed)
