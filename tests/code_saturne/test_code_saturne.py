@@ -131,11 +131,14 @@ def test_rough_walls(work, table, tmp_path):
     """The tilt by its standard deviation, and the same from a profile."""
     tilt_deg = np.degrees(np.arctan(2 * 0.5 / 20))
     profile = {"Ra": 0.5e-6, "Rq": 0.5e-6, "RSm": 20e-6}
-    for name, given in {"tilt": {"tilt_deg": tilt_deg}, "profile": profile}.items():
+    walls = {"tilt": {"tilt_deg": tilt_deg}, "profile": profile}
+    walls["isotropic"] = profile | {"isotropic": "yes"}
+    for name, given in walls.items():
         text = saturne_run.settings(**given)
         folder = saturne_run.run(work, tmp_path / name, 100, step=STEP, particles=COUNT, text=text)
         hits = box_run.read_hits(folder)
-        drawn, spin = box_run.rebound(table, hits, roughness=np.radians(tilt_deg))
+        rough = {"roughness": np.radians(tilt_deg), "isotropic": "isotropic" in given}
+        drawn, spin = box_run.rebound(table, hits, **rough)
         rows = ~(box_run.is_normal(hits.index) & (hits.hit == 0))
         off = np.abs(drawn - hits.new_velocity).max(axis=1) > 1e-6
         off |= np.abs(spin - hits.new_omega).max(axis=1) > 1.0
@@ -191,6 +194,7 @@ def tables(work, table):
         ({"tilt_deg": "30"}, "tilt_deg: got 30, allowed: 0 to 28.6 deg"),
         ({"Ra": "1e-6"}, "RSm: got none, allowed: a positive length in m, with Ra and Rq"),
         ({"tilt_deg": "3", "RSm": "1"}, "tilt_deg: got a positive number beside a prof"),
+        ({"isotropic": "yes"}, "isotropic: got yes, allowed: no, with smooth walls"),
         ({"sed": "7"}, "sed: got a name that is unknown, allowed: table, seed, spin,"),
         ({"spin": ""}, "spin: got no value, allowed: `name value`"),
     ],

@@ -169,9 +169,10 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     for (int k = 0; k < 3; k++)
         spin[k] = settings.spin ? kept[REBOUND_OMEGA + k] : 0.0;
     fly(particles, p_id, -rest, spin); /* the whole time step is behind it, but for the rest */
-    const int code = rbt_rough_rebound(table, velocity, normal, settings.half_size * diameter, NULL,
-                                       roughness, settings.spin ? spin : NULL, settings.seed,
-                                       identity, (uint32_t)kept[REBOUND_HITS], velocity, omega);
+    const int code = rbt_rebound_grain(table, velocity, normal, settings.half_size * diameter, NULL,
+                                       roughness, settings.isotropic, settings.spin ? spin : NULL,
+                                       NULL, settings.seed, identity, (uint32_t)kept[REBOUND_HITS],
+                                       velocity, omega);
     if (code < RBT_OK)
         return code;
     fly(particles, p_id, rest, omega);

@@ -66,6 +66,7 @@ typedef struct {
     double deposit_diameter; /* its diameter, m; 0: of every diameter */
     double gas_torque;    /* of the gas on a spinning grain, over that on a sphere; 0: none */
     double tilt_deg;      /* standard deviation of the tilt of facets; 0: smooth walls */
+    int isotropic;        /* whether facets are tilted across the plane of incidence as well */
     double ra, rq, rsm;   /* or the profile of the wall, m; rsm 0: none */
 } rebound_settings_t;
 
