@@ -131,7 +131,7 @@ def _bounce(handle, velocity, normal, wall, roughness, isotropic, out):
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         if roughness > 0.0:
             how = wall, roughness, None, 7, k, 0
-            sampler.rough_rebound(handle, v, n, 1e-5, *how, out[k], isotropic=isotropic)
+            sampler.rough_rebound(handle, v, n, 1e-5, *how, out[k], None, isotropic)
         else:
             sampler.rebound(handle, v, n, 1e-5, wall, None, 7, k, 0, out[k])
 
