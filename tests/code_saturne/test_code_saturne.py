@@ -167,6 +167,35 @@ def test_slow_particles_stay_on_the_wall(work, table, tmp_path):
     assert f", {stays.sum()}\n" in log[log.rindex("deposited) =") :]
 
 
+def sums_of(centres, folders):
+    """Sums by face from the hits of runs, (n, 6)."""
+    sums = np.zeros((len(centres), 6))
+    for folder in folders:
+        hits = box_run.read_hits(folder)
+        before, after = (np.square(v).sum(axis=1) for v in (hits.velocity, hits.new_velocity))
+        angle = np.degrees(np.arcsin(-(hits.velocity * hits.normal).sum(axis=1) / np.sqrt(before)))
+        mass = np.full(len(angle), box_run.MASS)
+        ones, energy = np.ones(len(angle)), 0.5 * mass * before
+        rows = ones, after == 0.0, mass, energy, energy - 0.5 * mass * after, angle
+        off = np.abs(box_run.places(folder)[:, None] - centres).max(axis=2)
+        np.add.at(sums, off.argmin(axis=1), np.transpose(rows))
+    sums[:, 5] /= np.maximum(sums[:, 0], 1.0)
+    return sums
+
+
+def test_faces_have_sums(work, tmp_path):
+    """Through on one process, and stopped and restarted on two, as by the hits themselves."""
+    given = {"step": STEP, "particles": COUNT}
+    given["text"] = saturne_run.settings(face_sums="yes", deposit_speed=40)
+    half = saturne_run.run(work, tmp_path / "half", 50, **given)
+    again = saturne_run.run(work, tmp_path / "a", 100, restart=half, processors=2, **given)
+    for folder, runs in ((half, [half]), (again, [half, again])):
+        centres, found = box_run.read_faces(folder)
+        np.testing.assert_allclose(found, sums_of(centres, runs), rtol=1e-9, atol=1e-20)
+        assert found[:, 1].sum() > 100.0
+        assert [*folder.glob("postprocessing/results_boundary.rebound_angle_deg*")]
+
+
 @pytest.fixture(scope="module")
 def tables(work, table):
     """Tables that cannot be used: cut short, and without a spin law."""
