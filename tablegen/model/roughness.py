@@ -20,11 +20,8 @@ with weight phi(c), once the first has given part of its share at -z to z. A tri
 blocks 3, 4, ... of random words. The C library draws the same facets from the same keys.
 
 Facets of isotropic roughness are tilted by h across the plane of incidence as well: their normals
-are along e_y - tan(gamma) e_x + tan(h) e_z, and h has, whatever gamma is, the density
-
-    p(h) ~ exp(-h^2 / (2 roughness^2)) cos(h)
-
-(docs/method.md). A normal h is accepted with the cosine, by the blocks after those of gamma.
+are along e_y - tan(gamma) e_x + tan(h) e_z, and p(h) ~ exp(-h^2 / (2 roughness^2)) cos(h) for any
+gamma (docs/method.md). A normal h is accepted with the cosine, by the blocks after those of gamma.
 """
 
 import math

@@ -88,10 +88,9 @@ def test_wrong_roughness_is_refused(shipped, roughness):
 
 @pytest.mark.parametrize(("isotropic", "roughness"), [(True, None), (1, 0.1), ([True], 0.1)])
 def test_wrong_isotropic_is_refused(shipped, isotropic, roughness):
+    given = {"seed": 1, "index": 0, "roughness": roughness, "isotropic": isotropic}
     with pytest.raises(sampler.InputError, match=r"^isotropic: got .*, allowed: True or False"):
-        shipped.rebound(
-            (1.0, -1.0, 0.0), UP, 1e-5, seed=1, index=0, roughness=roughness, isotropic=isotropic
-        )
+        shipped.rebound((1.0, -1.0, 0.0), UP, 1e-5, **given)
 
 
 def test_receding_particles_are_refused(shipped):

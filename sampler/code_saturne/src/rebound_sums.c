@@ -15,16 +15,15 @@
 
 enum { HITS, DEPOSITS, MASS, BEFORE, LOST, ANGLE, SUMS };
 
-static const char *const names[SUMS] = {"rebound_hits",          "rebound_deposits",
-                                        "rebound_mass",          "rebound_energy_before",
-                                        "rebound_energy_lost",   "rebound_angle_deg"};
+static const char *const names[SUMS] = {"rebound_hits",        "rebound_deposits",
+                                        "rebound_mass",        "rebound_energy_before",
+                                        "rebound_energy_lost", "rebound_angle_deg"};
 static cs_field_t *sums[SUMS];
 
 void rebound_sums_make(void)
 {
     for (int i = 0; i < SUMS; i++) {
-        sums[i] =
-            cs_field_create(names[i], CS_FIELD_USER, CS_MESH_LOCATION_BOUNDARY_FACES, 1, false);
+        sums[i] = cs_field_create(names[i], CS_FIELD_USER, CS_MESH_LOCATION_BOUNDARY_FACES, 1, false);
         cs_field_set_key_int(sums[i], cs_field_key_id("post_vis"), CS_POST_ON_LOCATION);
         cs_field_set_key_int(sums[i], cs_field_key_id("restart_file"), CS_RESTART_MAIN);
     }
