@@ -376,6 +376,13 @@ def as_output(out: NDArray[Any] | None, shape: Shape) -> NDArray[Any]:
 # -- rough walls -----------------------------------------------------------------------------------
 
 
+def as_isotropic(isotropic: Any, roughness: Any) -> bool:
+    """Coerce whether rough walls are isotropic; raises `InputError`, for smooth ones too."""
+    if not isinstance(isotropic, bool | np.bool_) or (isotropic and roughness is None):
+        refuse("isotropic", _shown(isotropic), "True or False, and True with a roughness")
+    return bool(isotropic)
+
+
 def wall_tilt(ra: float, rq: float, rsm: float, diameter: ArrayLike) -> NDArray[np.float64]:
     """Compute the standard deviation of the tilt of facets, for `Table.rebound` as `roughness`.
 

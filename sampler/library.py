@@ -57,7 +57,7 @@ class _Impacts(ctypes.Structure):
     _fields_ = (
         *((name, c_void_p) for name in ("velocity", "normal", "half_size", "wall_velocity")),
         *((name, c_void_p) for name in ("index", "hit", "omega", "roughness", "grain")),
-        ("fresh_grains", c_int),
+        *((name, c_int) for name in ("fresh_grains", "isotropic")),
     )
 
 
@@ -212,6 +212,7 @@ def rebound(
     velocity: NDArray[np.float64],
     omega: NDArray[np.float64],
     threads: int | None,
+    isotropic: bool,
 ) -> Report:
     """Rebound the particles of all rows.
 
@@ -225,13 +226,15 @@ def rebound(
         After the rebound, m/s and rad/s, lab frame.
     threads : int or None
         As for `sample`.
+    isotropic : bool
+        Whether facets of rough walls are tilted across the plane of incidence as well.
     """
     bounce = library().rbt_rebound_batch
     names = [field[0] for field in _Impacts._fields_ if field[1] is c_void_p]
 
     def run(place: Callable[[str], int | None], start: int, count: int, report: int) -> int:
         given = _Impacts(*map(place, names))
-        given.fresh_grains = rows.fresh
+        given.fresh_grains, given.isotropic = rows.fresh, isotropic
         after = [array.ctypes.data + 24 * start for array in (velocity, omega)]
         return bounce(table.handle, count, ctypes.addressof(given), rows.seed, *after, report)
 

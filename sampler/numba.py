@@ -152,8 +152,8 @@ _DRAW = {
 }
 _REBOUND = {
     **{"handle": _HANDLE, "velocity": _VECTOR, "normal": _VECTOR, "half_size": _NUMBER},
-    **{"wall_velocity": _OPTIONAL, "roughness": _NUMBER, "omega": _OPTIONAL, "grain": _OPTIONAL},
-    **{"seed": _KEY, "index": _KEY, "hit": _HIT, "out": _OUTPUT},
+    **{"wall_velocity": _OPTIONAL, "roughness": _NUMBER, "isotropic": _HIT, "omega": _OPTIONAL},
+    **{"grain": _OPTIONAL, "seed": _KEY, "index": _KEY, "hit": _HIT, "out": _OUTPUT},
 }
 
 
@@ -187,6 +187,7 @@ def _rebound(  # noqa: ANN202
     half_size,  # noqa: ANN001
     wall_velocity,  # noqa: ANN001
     roughness,  # noqa: ANN001
+    isotropic,  # noqa: ANN001
     omega,  # noqa: ANN001
     grain,  # noqa: ANN001
     seed,  # noqa: ANN001
@@ -194,8 +195,8 @@ def _rebound(  # noqa: ANN202
     hit,  # noqa: ANN001
     out,  # noqa: ANN001
 ):
-    motion = (handle, velocity, normal, half_size, wall_velocity, roughness, omega, grain)
-    return _call("rbt_rebound_grain", _REBOUND, (*motion, seed, index, hit, out), 0, 3, 6)
+    motion = (handle, velocity, normal, half_size, wall_velocity, roughness, isotropic, omega)
+    return _call("rbt_rebound_grain", _REBOUND, (*motion, grain, seed, index, hit, out), 0, 3, 6)
 
 
 @_intrinsic
@@ -332,6 +333,7 @@ def rough_rebound(
     hit: int,
     out: NDArray[np.float64],
     grain: Vector | None = None,
+    isotropic: bool = False,
 ) -> int:
     """Rebound one particle from a rough wall, in the lab frame.
 
@@ -341,6 +343,8 @@ def rough_rebound(
         As for `rebound`; the normal is that of the mean wall.
     roughness : float
         Standard deviation of the tilt of facets, rad, 0 to 0.5.
+    isotropic : bool
+        Whether facets are tilted across the plane of incidence as well, and not only in it.
 
     Returns
     -------
@@ -362,6 +366,7 @@ def rough_rebound(
         half_size,
         wall_velocity,
         roughness,
+        1 if isotropic else 0,
         omega,
         grain,
         seed,

@@ -15,6 +15,7 @@ from sampler.arguments import (
     Grain,
     Keys,
     Rebound,
+    as_isotropic,
     as_output,
     as_positive,
     as_reals_up_to,
@@ -260,6 +261,7 @@ class Table(LawAtConditions, Counting):
         size: int | tuple[int, ...] | None = None,
         wall_velocity: ArrayLike | None = None,
         roughness: ArrayLike | None = None,
+        isotropic: bool = False,
         threads: int | None = None,
     ) -> Rebound:
         """Rebound particles from a wall, in the lab frame.
@@ -285,6 +287,8 @@ class Table(LawAtConditions, Counting):
         roughness : float or array, shape (...), optional
             Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
             a smooth wall if left out. `sampler.wall_tilt` gives that of a measured profile.
+        isotropic : bool
+            Whether it is tilted across the plane of incidence as well, as much, and not only in it.
 
         Returns
         -------
@@ -304,12 +308,14 @@ class Table(LawAtConditions, Counting):
         }
         if wall_velocity is not None:
             given["wall_velocity"] = wall_velocity
+        isotropic = as_isotropic(isotropic, roughness)
         if roughness is not None:
             given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
         call = self._call(given, "omega", omega, grain, Keys(seed, index, hit, rng, size))
         after = Rebound(np.empty((*call.shape, 3)), np.empty((*call.shape, 3)))
         velocity, spin = (array.reshape(call.rows.n, 3) for array in after)
-        report = library.rebound(self._table, call.rows, velocity, spin, as_threads(threads))
+        count = as_threads(threads)
+        report = library.rebound(self._table, call.rows, velocity, spin, count, isotropic)
         self._finish(self._header, call, report, 3)
         return after
 

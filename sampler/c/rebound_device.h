@@ -75,6 +75,7 @@ typedef struct rbt_device_report {
 #define RBT_ONE_SPIN 32u
 #define RBT_ONE_INDEX 64u
 #define RBT_ONE_HIT 128u
+#define RBT_ISOTROPIC 256u /* no argument: facets are tilted across the plane of incidence as well */
 
 /* Row of an argument. */
 RBTI_PART unsigned long long rbti_row(uint32_t single, uint32_t bit, unsigned long long k)
@@ -194,6 +195,7 @@ typedef struct rbti_device_impact {
     double velocity[3], normal[3], wall[3], omega[3], half_size, roughness;
     uint64_t seed, index;
     uint32_t hit;
+    int isotropic;
 } rbti_device_impact;
 
 /* Rebound one row: the code. */
@@ -204,8 +206,9 @@ RBTI_PART int rbti_rebound_row(const rbt_table *table, const rbti_device_impact 
     double v[3], turning[3];
     const double *omega = spins ? of->omega : (const double *)0;
     const int code =
-        rough ? rbt_rough_rebound(table, of->velocity, of->normal, of->half_size, of->wall,
-                                  of->roughness, omega, of->seed, of->index, of->hit, v, turning)
+        rough ? rbt_rebound_grain(table, of->velocity, of->normal, of->half_size, of->wall,
+                                  of->roughness, of->isotropic, omega, (const double *)0, of->seed,
+                                  of->index, of->hit, v, turning)
               : rbt_rebound(table, of->velocity, of->normal, of->half_size, of->wall, omega,
                             of->seed, of->index, of->hit, v, turning);
     for (unsigned c = 0; c < 3 && code >= RBT_OK; c++) {
@@ -235,6 +238,7 @@ RBTI_PART void rbti_rebound_rows(
             of.roughness = (double)roughness[rbti_row(single, RBT_ONE_ROUGHNESS, k)];
         if (omega)
             rbti_vector(omega, rbti_row(single, RBT_ONE_OMEGA, k), of.omega);
+        of.isotropic = (single & RBT_ISOTROPIC) != 0;
         of.seed = seed;
         of.index = index[rbti_row(single, RBT_ONE_INDEX, k)];
         of.hit = hit[rbti_row(single, RBT_ONE_HIT, k)];

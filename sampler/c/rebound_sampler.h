@@ -334,14 +334,16 @@ RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double ve
                                          uint32_t hit, double new_velocity[3],
                                          double new_omega[3]);
 
-/* Rebound one particle of a given grain: as rbt_rough_rebound, and with a grain of NULL the same; a
-   roughness of 0 is a smooth wall. Also RBT_ERR_GRAIN_NOT_KNOWN. */
+/* Rebound one particle of a given grain: as rbt_rough_rebound, and with a grain of NULL and 0 for
+   isotropic the same; 1: facets are also tilted across the plane of incidence, with the same standard
+   deviation. A roughness of 0 is a smooth wall. Also RBT_ERR_GRAIN_NOT_KNOWN. */
 RBT_API RBT_DEVICE int rbt_rebound_grain(const rbt_table *table, const double velocity[3],
                                          const double normal[3], double half_size,
                                          const double wall_velocity[3], double roughness,
-                                         const double omega[3], const double grain[3],
-                                         uint64_t seed, uint64_t index, uint32_t hit,
-                                         double new_velocity[3], double new_omega[3]);
+                                         int isotropic, const double omega[3],
+                                         const double grain[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double new_velocity[3],
+                                         double new_omega[3]);
 
 #ifndef RBT_DEVICE_ONLY
 
@@ -363,6 +365,8 @@ typedef struct rbt_impacts {
                                     grains and without omega particles do not spin */
     int fresh_grains;            /* 1: a particle has another grain at each hit; 0: one, of (seed,
                                     index), unless rbt_keep_grains says otherwise */
+    int isotropic;               /* 1: facets of rough walls are tilted across the plane of incidence
+                                    as well; 0: in it only */
 } rbt_impacts;
 
 /* Rebound n particles: the same as n calls of rbt_rebound, or of rbt_rough_rebound, and faster.
@@ -2471,7 +2475,11 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
    Int. J. Multiphase Flow 25 (1999) 1457-1489). The tangent of the sine bounds the density by
    phi(z) (c + z), z = g / roughness, c = tan(alpha) / roughness; a tilt is proposed from the bound and
    accepted with the ratio. Trials take blocks 3, 4, ... of random words. Bounce k of the same hit has
-   the seed XOR k 0x9E3779B97F4A7C15. */
+   the seed XOR k 0x9E3779B97F4A7C15.
+
+   Where roughness is isotropic, facets are tilted by h across the plane of incidence as well: their
+   normals are along e_y - tan(g) e_x + tan(h) e_z, and h has a density ~ exp(-h^2 / (2 roughness^2))
+   cos(h), whatever g is (docs/method.md). Its trials take blocks 67, 68, ... */
 
 #define RBTI_TILT_BLOCK 3u     /* of the random words of the first trial of a tilt */
 #define RBTI_MAX_TRIALS 64u
@@ -2504,6 +2512,12 @@ RBTI_INLINE RBT_DEVICE double rbti_normal_cdf(double x)
     return 0.5 * erfc(-x * RBTI_PER_ROOT_TWO);
 }
 
+RBTI_INLINE RBT_DEVICE double rbti_normal_quantile(double p)
+{
+    const double q = p - 0.5;
+    return fabs(q) <= 0.425 ? rbti_central_quantile(q) : rbti_outer_quantile(p);
+}
+
 /* z with a density ~ phi(z) (c + z), z > -c, from three uniform numbers. */
 RBTI_INLINE RBT_DEVICE double rbti_proposed_score(double c, double u_part, double u_size,
                                                   double u_side)
@@ -2512,8 +2526,8 @@ RBTI_INLINE RBT_DEVICE double rbti_proposed_score(double c, double u_part, doubl
     const double rayleigh = RBTI_PER_ROOT_TWO_PI * exp(-0.5 * c * c);
     if (u_part * (plain + rayleigh) >= plain)
         return sqrt(c * c - 2.0 * log(u_size)); /* z phi(z) for z > c */
-    const double below = rbti_normal_cdf(-c), p = below + u_size * (1.0 - below), q = p - 0.5;
-    const double z = fabs(q) <= 0.425 ? rbti_central_quantile(q) : rbti_outer_quantile(p);
+    const double below = rbti_normal_cdf(-c);
+    const double z = rbti_normal_quantile(below + u_size * (1.0 - below));
     /* phi(z) becomes phi(z) (1 + z / c) for |z| < c: each -z gives as much as z lacks */
     return z < c && 2.0 * u_side * c < c - z ? -z : z;
 }
@@ -2533,16 +2547,25 @@ RBTI_INLINE RBT_DEVICE int rbti_try_tilt(double alpha1, double roughness, const 
     return rbti_uniform(words[3]) * bound < sin(local);
 }
 
+/* One trial of a tilt across the plane of incidence. */
+RBTI_INLINE RBT_DEVICE int rbti_try_across(double roughness, const uint32_t words[4], double *tilt)
+{
+    *tilt = roughness * rbti_normal_quantile(rbti_uniform(words[0]));
+    return fabs(*tilt) < RBTI_HALF_PI && rbti_uniform(words[1]) < cos(*tilt);
+}
+
 /* A particle within one hit of a rough wall, seen from the wall. */
 typedef struct rbti_cascade {
     double moving[3], turning[3]; /* velocity, m/s, and angular velocity, rad/s */
     double wall[3], e_y[3], half_size, roughness;
+    int isotropic;
 } rbti_cascade;
 
 /* A cascade before its first bounce. */
 RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double normal[3],
                                       double half_size, const double *wall_velocity,
-                                      double roughness, const double *omega, rbti_cascade *c)
+                                      double roughness, int isotropic, const double *omega,
+                                      rbti_cascade *c)
 {
     if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBT_MOST_ROUGHNESS)
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
@@ -2559,27 +2582,43 @@ RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double nor
     rbti_unit(normal, c->e_y);
     c->half_size = half_size;
     c->roughness = roughness;
+    c->isotropic = isotropic;
     return rbti_dot(c->moving, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
 }
 
-/* Normal of the facet that the particle meets next. */
+/* Tilt in the plane of incidence, or across it, from trials from a block of words on: whether one was
+   accepted. */
+RBTI_INLINE RBT_DEVICE int rbti_find_tilt(const rbti_cascade *c, int across, double alpha1,
+                                          uint64_t seed, uint64_t index, uint32_t hit, double *tilt)
+{
+    const uint32_t first = RBTI_TILT_BLOCK + (across ? RBTI_MAX_TRIALS : 0u);
+    int found = 0;
+    for (uint32_t trial = 0; trial < RBTI_MAX_TRIALS && !found; trial++) {
+        uint32_t words[4];
+        rbti_fill_words(1, first + trial, seed, &index, &hit, 1, words);
+        found = across ? rbti_try_across(c->roughness, words, tilt)
+                       : rbti_try_tilt(alpha1, c->roughness, words, tilt);
+    }
+    return found;
+}
+
+/* Normal of the facet that the particle meets next, of any length but zero. */
 RBTI_INLINE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
                                            uint32_t hit, double facet[3])
 {
     const double speed = sqrt(rbti_dot(c->moving, c->moving));
-    double tangential, tilt = 0.0, e_x[3];
+    double tangential, tilt = 0.0, across = 0.0, e_x[3], e_z[3];
     double alpha1 = rbti_impact_angle(c->moving, c->e_y, &tangential);
     alpha1 = alpha1 > 0.0 ? alpha1 : 0.0;
-    int found = 0;
-    for (uint32_t trial = 0; trial < RBTI_MAX_TRIALS && !found; trial++) {
-        uint32_t words[4];
-        rbti_fill_words(1, RBTI_TILT_BLOCK + trial, seed, &index, &hit, 1, words);
-        found = rbti_try_tilt(alpha1, c->roughness, words, &tilt);
-    }
-    if (!found)
+    if (!rbti_find_tilt(c, 0, alpha1, seed, index, hit, &tilt) ||
+        (c->isotropic && !rbti_find_tilt(c, 1, alpha1, seed, index, hit, &across)))
         return RBT_ERR_TILT_NOT_FOUND;
     rbti_tangent(c->moving, c->e_y, tangential, speed, seed, index, hit, e_x);
     rbti_combine(cos(tilt), c->e_y, -sin(tilt), e_x, facet);
+    if (c->isotropic) {
+        rbti_cross(e_x, c->e_y, e_z);
+        rbti_combine(cos(across), facet, cos(tilt) * sin(across), e_z, facet);
+    }
     return RBT_OK;
 }
 
@@ -2634,7 +2673,7 @@ RBTI_INLINE RBT_DEVICE int rbti_is_rough(double roughness)
 RBTI_INLINE RBT_DEVICE int rbti_any_rebound(const rbt_table *table, const double velocity[3],
                                             const double normal[3], double half_size,
                                             const double *wall_velocity, double roughness,
-                                            const double *omega, uint64_t seed,
+                                            int isotropic, const double *omega, uint64_t seed,
                                             const rbti_grains *grains, uint64_t index,
                                             uint32_t hit, double new_velocity[3],
                                             double new_omega[3])
@@ -2643,7 +2682,8 @@ RBTI_INLINE RBT_DEVICE int rbti_any_rebound(const rbt_table *table, const double
         return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, grains,
                             index, hit, new_velocity, new_omega);
     rbti_cascade c;
-    int code = rbti_begin(velocity, normal, half_size, wall_velocity, roughness, omega, &c);
+    int code =
+        rbti_begin(velocity, normal, half_size, wall_velocity, roughness, isotropic, omega, &c);
     if (code == RBT_OK)
         code = rbti_bounces(table, &c, 0, !omega && rbti_is_first(table, grains), seed, grains,
                             index, hit);
@@ -2659,21 +2699,22 @@ RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double ve
                                          uint32_t hit, double new_velocity[3],
                                          double new_omega[3])
 {
-    return rbt_rebound_grain(table, velocity, normal, half_size, wall_velocity, roughness, omega,
+    return rbt_rebound_grain(table, velocity, normal, half_size, wall_velocity, roughness, 0, omega,
                              NULL, seed, index, hit, new_velocity, new_omega);
 }
 
 RBT_API RBT_DEVICE int rbt_rebound_grain(const rbt_table *table, const double velocity[3],
                                          const double normal[3], double half_size,
                                          const double wall_velocity[3], double roughness,
-                                         const double omega[3], const double grain[3],
-                                         uint64_t seed, uint64_t index, uint32_t hit,
-                                         double new_velocity[3], double new_omega[3])
+                                         int isotropic, const double omega[3],
+                                         const double grain[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double new_velocity[3],
+                                         double new_omega[3])
 {
     rbti_grains grains = rbti_own_grains(table, seed);
     grains.given = grain;
-    return rbti_any_rebound(table, velocity, normal, half_size, wall_velocity, roughness, omega,
-                            seed, &grains, index, hit, new_velocity, new_omega);
+    return rbti_any_rebound(table, velocity, normal, half_size, wall_velocity, roughness, isotropic,
+                            omega, seed, &grains, index, hit, new_velocity, new_omega);
 }
 
 #ifndef RBT_DEVICE_ONLY
@@ -2714,7 +2755,7 @@ static int rbti_meet_row(const rbt_impacts *impacts, size_t k, uint64_t seed, si
     if (rows->rough[r]) {
         rbti_cascade *c = &rows->cascades[r];
         double facet[3];
-        code = rbti_begin(velocity, normal, half_size, wall, roughness, omega, c);
+        code = rbti_begin(velocity, normal, half_size, wall, roughness, impacts->isotropic, omega, c);
         if (code == RBT_OK)
             code = rbti_meet_facet(c, seed, index, hit, facet);
         if (code == RBT_OK)
@@ -2822,8 +2863,8 @@ static int rbti_rebound_row(const rbt_table *table, const rbt_impacts *impacts, 
     const int code = rbti_any_rebound(table, impacts->velocity, impacts->normal,
                                       impacts->half_size[0], impacts->wall_velocity,
                                       impacts->roughness ? impacts->roughness[0] : 0.0,
-                                      impacts->omega, seed, &grains, impacts->index[0],
-                                      impacts->hit[0], new_velocity, new_omega);
+                                      impacts->isotropic, impacts->omega, seed, &grains,
+                                      impacts->index[0], impacts->hit[0], new_velocity, new_omega);
     if (report) {
         const rbt_report none = {code >= RBT_OK, 1, 0, 0, 1};
         *report = none;

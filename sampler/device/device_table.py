@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sampler.arguments import Keys, Rebound, broadcast
+from sampler.arguments import Keys, Rebound, as_isotropic, broadcast
 from sampler.device import program
 from sampler.errors import OK, refuse
 from sampler.formats.image import Image, header_of
@@ -110,12 +110,13 @@ class DeviceTable(Counting):
         hit: Any = None,
         wall_velocity: Any = None,
         roughness: Any = None,
+        isotropic: bool = False,
     ) -> Rebound:
         """Rebound particles from a wall, in the lab frame.
 
         Parameters
         ----------
-        velocity, normal, half_size, omega, wall_velocity, roughness
+        velocity, normal, half_size, omega, wall_velocity, roughness, isotropic
             As for `Table.rebound`; arrays as for `sample`.
         grain, seed, index, hit
             As for `sample`.
@@ -125,6 +126,7 @@ class DeviceTable(Counting):
         Rebound
             ``velocity, omega``: cupy.ndarray, shape (..., 3), of the type `dtype`.
         """
+        isotropic = as_isotropic(isotropic, roughness)
         arguments = {"velocity": velocity, "normal": normal, "half_size": half_size}
         others = {"wall_velocity": wall_velocity, "roughness": roughness}
         arguments |= {name: values for name, values in others.items() if values is not None}
@@ -132,7 +134,7 @@ class DeviceTable(Counting):
         after = [self._empty(*call.shape, 3) for _ in range(2)]
         kernel = "rbt_rebound_kernel" if roughness is None else "rbt_rough_rebound_kernel"
         names = ("velocity", "normal", "half_size", "wall_velocity", "roughness", "omega")
-        self._launch(kernel, grain, call, names, after)
+        self._launch(kernel, grain, call, names, after, isotropic)
         return Rebound(*after)
 
     def _empty(self, *shape: int) -> Any:
@@ -170,6 +172,7 @@ class DeviceTable(Counting):
         call: program.DeviceCall,
         names: tuple[str, ...],
         results: list[Any],
+        isotropic: bool = False,
     ) -> None:
         """Run a kernel over all rows; refuse the first bad row, or count the rows outside."""
         rows, arrays = call.rows, call.rows.arrays
@@ -177,6 +180,7 @@ class DeviceTable(Counting):
             return
         bits = program.bits()
         single = sum(bits[name] for name, array in arrays.items() if len(array) == 1)
+        single |= bits["isotropic"] * isotropic
         given = [arrays.get(name) for name in names]
         keys = np.uint64(rows.seed), arrays["index"], arrays["hit"]
         blocks = min(-(-rows.n // _THREADS), self._blocks)

@@ -36,8 +36,8 @@ def source() -> str:
 
 @cache
 def bits() -> dict[str, int]:
-    """Find in the program the bit of each argument of which one row may stand for all."""
-    found = re.findall(r"#define RBT_ONE_(\w+) (\d+)u", source())
+    """Find in the program the bits of `single`: of arguments of one row for all, and a flag."""
+    found = re.findall(r"#define RBT_(?:ONE_)?(\w+) (\d+)u", source())
     return {name.lower(): int(bit) for name, bit in found}
 
 

@@ -68,7 +68,7 @@ module rebound_sampler
   type, bind(c) :: c_impacts
     type(c_ptr) :: velocity, normal, half_size, wall_velocity, index, hit, omega, roughness
     type(c_ptr) :: grain = c_null_ptr  ! those of the keys
-    integer(c_int) :: fresh_grains = 0
+    integer(c_int) :: fresh_grains = 0, isotropic = 0
   end type c_impacts
 
   interface
@@ -226,17 +226,19 @@ module rebound_sampler
       integer(c_int) :: stays
     end function rbt_deposits
 
-    function c_rough_rebound(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
-        seed, index, hit, new_velocity, new_omega) result(code) bind(c, name="rbt_rough_rebound")
+    function c_rebound_grain(table, velocity, normal, half_size, wall_velocity, roughness, &
+        isotropic, omega, grain, seed, index, hit, new_velocity, new_omega) result(code) &
+        bind(c, name="rbt_rebound_grain")
       import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
-      type(c_ptr), value :: table, omega
+      type(c_ptr), value :: table, omega, grain
+      integer(c_int), value :: isotropic
       real(c_double), intent(in) :: velocity(3), normal(3), wall_velocity(3)
       real(c_double), value :: half_size, roughness
       integer(c_int64_t), value :: seed, index
       integer(c_int32_t), value :: hit
       real(c_double), intent(inout) :: new_velocity(3), new_omega(3)
       integer(c_int) :: code
-    end function c_rough_rebound
+    end function c_rebound_grain
 
     function c_rebound_batch(table, n, impacts, seed, new_velocity, new_omega, report) &
         result(code) bind(c, name="rbt_rebound_batch")
@@ -469,7 +471,7 @@ contains
 
   ! Rebound one particle from a rough wall, in the lab frame; otherwise as rbt_rebound.
   function rbt_rough_rebound(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
-      seed, index, hit, new_velocity, new_omega) result(code)
+      seed, index, hit, new_velocity, new_omega, isotropic) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; of the mean wall into the gas
     real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
@@ -479,13 +481,14 @@ contains
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
     real(c_double), intent(inout) :: new_velocity(3), new_omega(3)  ! m/s, rad/s
+    logical, intent(in), optional :: isotropic  ! tilts across the plane of incidence too; none: no
     integer(c_int) :: code
     type(c_ptr) :: given
 
     given = c_null_ptr
     if (present(omega)) given = c_loc(omega)
-    code = c_rough_rebound(table%handle, velocity, normal, half_size, wall_velocity, roughness, &
-        given, seed, index, hit, new_velocity, new_omega)
+    code = c_rebound_grain(table%handle, velocity, normal, half_size, wall_velocity, roughness, &
+        as_int(isotropic), given, c_null_ptr, seed, index, hit, new_velocity, new_omega)
   end function rbt_rough_rebound
 
   ! Standard deviation of the tilt of facets, rad, of a wall with a measured profile, as the header
@@ -502,7 +505,7 @@ contains
   ! Rebound the particle of each column; faster than one by one. Results must be other variables than
   ! arguments.
   function rbt_rebound_batch(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
-      seed, index, hit, new_velocity, new_omega, report) result(code)
+      seed, index, hit, new_velocity, new_omega, report, isotropic) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), contiguous, target :: velocity(:, :), normal(:, :)  ! (3, n)
     real(c_double), intent(in), contiguous, target :: half_size(:)
@@ -515,6 +518,7 @@ contains
     integer(c_int32_t), intent(in), contiguous, target :: hit(:)
     real(c_double), intent(inout), contiguous :: new_velocity(:, :), new_omega(:, :) ! (3, n)
     type(rbt_report), intent(out), optional :: report
+    logical, intent(in), optional :: isotropic
     integer(c_int) :: code
     integer(c_size_t) :: n
     integer :: wanted(2)
@@ -542,6 +546,7 @@ contains
       if (size(roughness) /= n) error stop "rbt_rebound_batch: roughness"
       if (n > 0) impacts%roughness = c_loc(roughness)
     end if
+    impacts%isotropic = as_int(isotropic)
     if (n == 0) return
     impacts%velocity = c_loc(velocity)
     impacts%normal = c_loc(normal)
@@ -551,6 +556,15 @@ contains
     code = c_rebound_batch(table%handle, n, impacts, seed, new_velocity, new_omega, found)
     if (present(report)) report = fortran_report(found, n)
   end function rbt_rebound_batch
+
+  ! 1 for true, else 0.
+  function as_int(flag) result(number)
+    logical, intent(in), optional :: flag
+    integer(c_int) :: number
+
+    number = 0
+    if (present(flag)) number = merge(1, 0, flag)
+  end function as_int
 
   ! A report with rows that count from 1.
   function fortran_report(found, n) result(report)

@@ -1,4 +1,4 @@
-"""Rough walls: facets whose normals are tilted at random in the plane of incidence.
+"""Rough walls: facets whose normals are tilted at random in the plane of incidence, or in all.
 
 A particle that arrives at an angle alpha from the mean wall meets facets whose tilt gamma is
 normal with mean zero and a standard deviation, the roughness; a positive tilt faces the particle.
@@ -18,6 +18,10 @@ and z with a density ~ phi(z) (c + z), z > -c, is accepted with the ratio of the
 than 0.88 on average. This density is the sum of c phi(z), with weight c Phi(c), and of z phi(z),
 with weight phi(c), once the first has given part of its share at -z to z. A trial takes one of the
 blocks 3, 4, ... of random words. The C library draws the same facets from the same keys.
+
+Facets of isotropic roughness are tilted by h across the plane of incidence as well: their normals
+are along e_y - tan(gamma) e_x + tan(h) e_z, and p(h) ~ exp(-h^2 / (2 roughness^2)) cos(h) for any
+gamma (docs/method.md). A normal h is accepted with the cosine, by the blocks after those of gamma.
 """
 
 import math
@@ -25,7 +29,7 @@ import math
 import numpy as np
 
 from sampler.errors import OK, TILT_NOT_FOUND
-from tablegen.model.frames import combine, dot, impact_angle, tangent, unit, vector
+from tablegen.model.frames import combine, cross, dot, impact_angle, tangent, unit, vector
 from tablegen.model.jit import kernel, no_refcount_kernel
 from tablegen.model.random_numbers import normal_cdf, normal_quantile, philox_block, uniform
 
@@ -90,13 +94,25 @@ def draw_tilt(alpha1, roughness, keys):
     return False, 0.0
 
 
+@kernel
+def draw_across(roughness, keys):
+    """Draw the tilt across the plane of incidence: whether one was accepted, and the tilt."""
+    for trial in range(_MAX_TRIALS):
+        w0, w1, _, _ = philox_block(keys[0], keys[1], keys[2], _FIRST_BLOCK + _MAX_TRIALS + trial)
+        tilt = roughness * normal_quantile(uniform(w0))
+        if abs(tilt) < 0.5 * math.pi and uniform(w1) < math.cos(tilt):
+            return True, tilt
+    return False, 0.0
+
+
 @no_refcount_kernel
-def facet_normals(moving, normal, roughness, keys, facets):
+def facet_normals(moving, normal, roughness, across, keys, facets):
     """Draw the facets that particles meet; return the first row without one, or -1, and its code.
 
     ``moving`` (n, 3): velocities relative to the mean wall, towards it or along it [m/s];
     ``normal`` (n, 3): of the mean wall, into the gas, of any length but zero; ``roughness`` (n,)
-    in rad, 0 for a smooth wall; ``keys``: seed, and index and hit of n rows. Unit normals are
+    in rad, 0 for a smooth wall; ``across`` (n,): of the tilt across the plane of
+    incidence; ``keys``: seed, and index and hit of n rows. Normals of any length but zero are
     written to ``facets`` (n, 3).
     """
     seed, index, hit = keys
@@ -106,11 +122,15 @@ def facet_normals(moving, normal, roughness, keys, facets):
             one = seed, index[k], hit[k]
             alpha1 = max(impact_angle(velocity, facet), 0.0)
             found, tilt = draw_tilt(alpha1, roughness[k], one)
-            if not found:
+            both, other = draw_across(across[k], one) if across[k] > 0.0 else (True, 0.0)
+            if not (found and both):
                 return k, TILT_NOT_FOUND
             # at normal impact, in a plane at the azimuth of the keys
             e_x = tangent(velocity, facet, one)
+            e_z = cross(e_x, facet)
             facet = combine(math.cos(tilt), facet, -math.sin(tilt), e_x)
+            if across[k] > 0.0:
+                facet = combine(math.cos(other), facet, math.cos(tilt) * math.sin(other), e_z)
         facets[k, 0], facets[k, 1], facets[k, 2] = facet
     return -1, OK
 

@@ -13,6 +13,7 @@ from sampler.arguments import (
     Call,
     Grain,
     Keys,
+    as_isotropic,
     as_reals_up_to,
     as_threads,
     broadcast,
@@ -187,6 +188,7 @@ class DirectModel:
         size: int | tuple[int, ...] | None = None,
         wall_velocity: ArrayLike | None = None,
         roughness: ArrayLike | None = None,
+        isotropic: bool = False,
         threads: int | None = None,
         works: FloatArray | None = None,
     ) -> DirectRebound:
@@ -206,6 +208,8 @@ class DirectModel:
             a smooth wall if left out. The facets are those of `sampler.Table.rebound` with the same
             keys. A particle that leaves one into the wall hits again with its new spin, its
             orientation and the same grain.
+        isotropic : bool
+            As for `sampler.Table.rebound`.
         works : float64 array, shape (n, 2), written
             Energies that the normal and the tangential impulses of the n rebounds took, over
             m V^2 / 2; of smooth walls only.
@@ -230,10 +234,12 @@ class DirectModel:
         }
         if orientation is not None:
             given["orientation"] = orientation
+        isotropic = as_isotropic(isotropic, roughness)
         if roughness is not None and works is not None:
             raise InputError("works: got an array, allowed: none with roughness")
         if roughness is not None:
             given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
+            given["across"] = given["roughness"] if isotropic else 0.0
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
         numbers = tuple(particles.array(name) for name in _IMPACT)
         keys_of_rows = particles.lab_keys

@@ -34,6 +34,8 @@ class RoughImpacts(NamedTuple):
     wall_velocity: FloatArray
     #: Standard deviation of the tilt of facets [rad].
     roughness: FloatArray
+    #: That of their tilt across the plane of incidence [rad].
+    across: FloatArray
     index: NDArray[np.uint64]  # type: ignore[assignment]  # hides tuple.index
     hit: NDArray[np.uint32]
     grains: FloatArray
@@ -58,6 +60,7 @@ class RoughImpacts(NamedTuple):
             half_size=taken("half_size"),
             wall_velocity=wall,
             roughness=taken("roughness"),
+            across=taken("across"),
             index=taken("index"),
             hit=taken("hit"),
             grains=particles.grains(arrays, part),
@@ -115,7 +118,8 @@ def _bounce(
     count, still = len(out), np.zeros((1, 3))
     keys = seed, impacts.index, impacts.hit
     facets = np.empty((count, 3))
-    row, code = facet_normals(impacts.moving, impacts.normal, impacts.roughness, keys, facets)
+    wall = impacts.normal, impacts.roughness, impacts.across
+    row, code = facet_normals(impacts.moving, *wall, keys, facets)
     if row >= 0:
         return row, code
     numbers = np.ascontiguousarray(impacts.moving), facets, impacts.half_size, still

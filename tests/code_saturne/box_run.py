@@ -15,8 +15,9 @@ CONDITIONS = tuple(
 )
 SEED = 7
 HALF_SIZE = float(sampler.load("corundum-steel").mean_half_size(50e-6))
-#: Moment of inertia of a particle [kg m2]; its diameter, and the gas's density and viscosity.
-INERTIA, GAS = 0.1 * 3950.0 * np.pi / 6 * 50e-6**5, (50e-6, 1.17862, 1.83337e-5)
+#: Mass [kg], moment of inertia [kg m2] and diameter of a particle; gas density and viscosity.
+MASS = 3950.0 * np.pi / 6 * 50e-6**3
+INERTIA, GAS = 0.1 * MASS * 50e-6**2, (50e-6, 1.17862, 1.83337e-5)
 
 
 class Particles(NamedTuple):
@@ -61,6 +62,17 @@ def read_hits(folder):
     index, rows = _read(folder, "hits", 21)
     parts = [rows[:, k : k + 3] for k in (9, 3, 12, 15, 18)]
     return Hits(index, rows[:, 2].astype(int), *parts)
+
+
+def read_faces(folder):
+    """Centres of the boundary faces (n, 3), and their sums (n, 6)."""
+    parts = [np.fromfile(path).reshape(-1, 9) for path in sorted(folder.glob("faces.*.bin"))]
+    return np.hsplit(np.concatenate(parts), [3])
+
+
+def places(folder):
+    """Where on the walls the hits of `read_hits` were, shape (n, 3)."""
+    return _read(folder, "hits", 21)[1][:, 6:9]
 
 
 def number(index):

@@ -131,11 +131,14 @@ def test_rough_walls(work, table, tmp_path):
     """The tilt by its standard deviation, and the same from a profile."""
     tilt_deg = np.degrees(np.arctan(2 * 0.5 / 20))
     profile = {"Ra": 0.5e-6, "Rq": 0.5e-6, "RSm": 20e-6}
-    for name, given in {"tilt": {"tilt_deg": tilt_deg}, "profile": profile}.items():
+    walls = {"tilt": {"tilt_deg": tilt_deg}, "profile": profile}
+    walls["isotropic"] = profile | {"isotropic": "yes"}
+    for name, given in walls.items():
         text = saturne_run.settings(**given)
         folder = saturne_run.run(work, tmp_path / name, 100, step=STEP, particles=COUNT, text=text)
         hits = box_run.read_hits(folder)
-        drawn, spin = box_run.rebound(table, hits, roughness=np.radians(tilt_deg))
+        rough = {"roughness": np.radians(tilt_deg), "isotropic": "isotropic" in given}
+        drawn, spin = box_run.rebound(table, hits, **rough)
         rows = ~(box_run.is_normal(hits.index) & (hits.hit == 0))
         off = np.abs(drawn - hits.new_velocity).max(axis=1) > 1e-6
         off |= np.abs(spin - hits.new_omega).max(axis=1) > 1.0
@@ -162,6 +165,35 @@ def test_slow_particles_stay_on_the_wall(work, table, tmp_path):
     assert np.minimum(*off).min(axis=1)[fixed].max() < 1e-3
     log = (folder / "run_solver.log").read_text(encoding="utf-8")
     assert f", {stays.sum()}\n" in log[log.rindex("deposited) =") :]
+
+
+def sums_of(centres, folders):
+    """Sums by face from the hits of runs, (n, 6)."""
+    sums = np.zeros((len(centres), 6))
+    for folder in folders:
+        hits = box_run.read_hits(folder)
+        before, after = (np.square(v).sum(axis=1) for v in (hits.velocity, hits.new_velocity))
+        angle = np.degrees(np.arcsin(-(hits.velocity * hits.normal).sum(axis=1) / np.sqrt(before)))
+        mass = np.full(len(angle), box_run.MASS)
+        ones, energy = np.ones(len(angle)), 0.5 * mass * before
+        rows = ones, after == 0.0, mass, energy, energy - 0.5 * mass * after, angle
+        off = np.abs(box_run.places(folder)[:, None] - centres).max(axis=2)
+        np.add.at(sums, off.argmin(axis=1), np.transpose(rows))
+    sums[:, 5] /= np.maximum(sums[:, 0], 1.0)
+    return sums
+
+
+def test_faces_have_sums(work, tmp_path):
+    """Through on one process, and stopped and restarted on two, as by the hits themselves."""
+    given = {"step": STEP, "particles": COUNT}
+    given["text"] = saturne_run.settings(face_sums="yes", deposit_speed=40)
+    half = saturne_run.run(work, tmp_path / "half", 50, **given)
+    again = saturne_run.run(work, tmp_path / "a", 100, restart=half, processors=2, **given)
+    for folder, runs in ((half, [half]), (again, [half, again])):
+        centres, found = box_run.read_faces(folder)
+        np.testing.assert_allclose(found, sums_of(centres, runs), rtol=1e-9, atol=1e-20)
+        assert found[:, 1].sum() > 100.0
+        assert [*folder.glob("postprocessing/results_boundary.rebound_angle_deg*")]
 
 
 @pytest.fixture(scope="module")
@@ -191,6 +223,7 @@ def tables(work, table):
         ({"tilt_deg": "30"}, "tilt_deg: got 30, allowed: 0 to 28.6 deg"),
         ({"Ra": "1e-6"}, "RSm: got none, allowed: a positive length in m, with Ra and Rq"),
         ({"tilt_deg": "3", "RSm": "1"}, "tilt_deg: got a positive number beside a prof"),
+        ({"isotropic": "yes"}, "isotropic: got yes, allowed: no, with smooth walls"),
         ({"sed": "7"}, "sed: got a name that is unknown, allowed: table, seed, spin,"),
         ({"spin": ""}, "spin: got no value, allowed: `name value`"),
     ],

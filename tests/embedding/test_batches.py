@@ -19,9 +19,9 @@ LAWS = {
 }
 
 
-def record(kind, arrays, fresh=0):
+def record(kind, arrays, fresh=0, **flags):
     """Make a record of conditions or impacts."""
-    found = kind(**{name: array.ctypes.data for name, array in arrays.items()})
+    found = kind(**{name: array.ctypes.data for name, array in arrays.items()}, **flags)
     found.fresh_grains = fresh
     return found
 
@@ -85,7 +85,7 @@ def one_draw(library, table, arrays, law, k):
     return library.rbt_draw_all(table, alpha1, speed, spin, grain, *key, values), values
 
 
-def one_rebound(library, table, arrays, law, k):
+def one_rebound(library, table, arrays, law, k, isotropic=0):
     """Code, and velocity and angular velocity."""
     after, key = np.full((2, 3), 7.0), (SEED, int(arrays["index"][k]), int(arrays["hit"][k]))
     wall, omega = (arrays[n][k] if n in arrays else None for n in ("wall_velocity", "omega"))
@@ -93,7 +93,8 @@ def one_rebound(library, table, arrays, law, k):
     roughness = arrays["roughness"][k] if "roughness" in arrays else 0.0
     grain = one_grain(library, table, arrays, law, k)
     library.rbt_keep_grains(table, law != "first")
-    code = library.rbt_rebound_grain(table, *motion, roughness, omega, grain, *key, *after)
+    walls = roughness, isotropic
+    code = library.rbt_rebound_grain(table, *motion, *walls, omega, grain, *key, *after)
     library.rbt_keep_grains(table, 1)
     return code, after
 
@@ -141,13 +142,14 @@ def test_draws_are_those_one_by_one(library, name, law, n):
 
 
 @pytest.mark.parametrize("n", [0, 1, 31, 33, 200])
-@pytest.mark.parametrize(("wall", "rough"), [(True, False), (False, True)])
+@pytest.mark.parametrize(("wall", "rough", "flat"), [(1, 0, 1), (0, 1, 1), (0, 1, 0)])
 @pytest.mark.parametrize("law", LAWS)
-def test_rebounds_are_those_one_by_one(library, law, wall, rough, n):
+def test_rebounds_are_those_one_by_one(library, law, wall, rough, flat, n):
     arrays, report = impacts(n, law, wall, rough), toolchain.Report()
-    given, after = record(toolchain.Impacts, arrays, LAWS[law][1]), np.full((2, n, 3), 7.0)
+    given = record(toolchain.Impacts, arrays, LAWS[law][1], isotropic=1 - flat)
+    after = np.full((2, n, 3), 7.0)
     with toolchain.opened(library, VECTORS / "spin.rbt") as table:
-        one_by_one = [one_rebound(library, table, arrays, law, k) for k in range(n)]
+        one_by_one = [one_rebound(library, table, arrays, law, k, 1 - flat) for k in range(n)]
         code = library.rbt_rebound_batch(table, n, given, SEED, *after, report)
         codes, expected = [c for c, _ in one_by_one], np.array([a for _, a in one_by_one])
         expected = expected.reshape(n, 2, 3).transpose(1, 0, 2)

@@ -96,6 +96,7 @@ def test_draws_with_spin_have_the_bits_of_the_table(cupy, grain):
         {"roughness": RNG.uniform(0.0, 0.3, N)},
         {"roughness": 0.1, "omega": RNG.standard_normal((N, 3)) * 1e6},
         {"roughness": 0.3, "grain": "fresh"},
+        {"roughness": 0.3, "isotropic": True},
     ],
 )
 def test_rebounds_are_those_of_the_table(cupy, more):

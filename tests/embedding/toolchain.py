@@ -137,7 +137,7 @@ def declared(path):
         "rbt_sample_batch": (table, size, ctypes.POINTER(Conditions), seed, reals, singles, report),
         "rbt_rebound": (table, *motion, reals, *key, *after),
         "rbt_rough_rebound": (table, *motion, real, reals, *key, *after),
-        "rbt_rebound_grain": (table, *motion, real, reals, reals, *key, *after),
+        "rbt_rebound_grain": (table, *motion, real, ctypes.c_int, reals, reals, *key, *after),
         "rbt_rebound_batch": (table, size, ctypes.POINTER(Impacts), seed, *after, report),
         "rbt_wall_tilt": (real, real, real, real, reals),
     }.items():

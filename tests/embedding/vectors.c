@@ -156,8 +156,8 @@ static int check_rebound(const rbt_table *table, const vector_case *c, double to
                                             c->index, c->hit, after[0], after[0] + 3)
                         : rbt_rebound(table, v, normal, v[6], wall, omega, c->seed, c->index,
                                       c->hit, after[0], after[0] + 3);
-    codes[1] = rbt_rebound_grain(table, v, normal, v[6], wall, tilt, omega, NULL, c->seed, c->index,
-                                 c->hit, after[1], after[1] + 3);
+    codes[1] = rbt_rebound_grain(table, v, normal, v[6], wall, tilt, 0, omega, NULL, c->seed,
+                                 c->index, c->hit, after[1], after[1] + 3);
     codes[2] = rbt_rebound_batch(table, 1, &impacts, c->seed, after[2], after[2] + 3, NULL);
     for (int k = 0; k < 3; k++)
         holds = holds && codes[k] == c->code && agree(c->code, 6, after[k], after[0], tolerance);

@@ -121,7 +121,7 @@ contains
 
   function rebound_holds() result(holds)
     logical :: holds
-    real(c_double) :: velocity(3), spin(3), row(3, 2), tolerance
+    real(c_double) :: velocity(3), spin(3), row(3, 2), other(3, 4), tolerance
     real(c_double), pointer, contiguous :: roughness(:)
     integer(c_int) :: codes(2)
     type(rbt_report) :: report
@@ -148,6 +148,14 @@ contains
         .and. agree(row(:, 2), spin, 0.0_c_double) &
         .and. agree(velocity, expected(:3), tolerance) .and. agree(spin, expected(4:6), tolerance) &
         .and. report%row == merge(1, 0, code < 0) .and. report%clamped == merge(1, 0, code > 0)
+    if (.not. (holds .and. rough .and. code >= 0)) return
+    codes(1) = rbt_rough_rebound(table, given(:3), given(4:6), given(7), given(8:10), given(11), &
+        omega, seed, index_, hit, other(:, 1), other(:, 2), isotropic=.true.)
+    codes(2) = rbt_rebound_batch(table, reshape(given(:3), [3, 1]), reshape(given(4:6), [3, 1]), &
+        given(7:7), reshape(given(8:10), [3, 1]), roughness, omegas, seed, [index_], [hit], &
+        other(:, 3:3), other(:, 4:), isotropic=.true.)
+    holds = codes(1) == codes(2) .and. all(abs(other(:, 1:2) - other(:, 3:4)) <= 0) &
+        .and. (any(abs(other(:, 1) - velocity) > 0) .neqv. given(11) <= 0)
   end function rebound_holds
 
   function agree(got, wanted, tolerance) result(answer)

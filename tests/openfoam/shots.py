@@ -145,13 +145,14 @@ def states(shots, fields):
     return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])
 
 
-def replay(table, started, end, roughness=None, **flight):
+def replay(table, started, end, roughness=None, isotropic=False, **flight):
     """Follow parcels through the box in Python; arguments and result as of `free_flight.fly`."""
 
     def at_wall(rows, normal, velocity, omega, hits):
         lid = (normal[:, 1] < 0.0).astype(int)
         keys = {"index": rows, "hit": hits, "wall_velocity": WALL_VELOCITY[lid]}
-        return rebound(table, velocity, normal, omega, roughness=roughness, **keys)
+        keys |= {"roughness": roughness, "isotropic": isotropic}
+        return rebound(table, velocity, normal, omega, **keys)
 
     start, box = (started.position, started.velocity), (LOWER, UPPER)
     return fly(start, end, box, at_wall, **flight)

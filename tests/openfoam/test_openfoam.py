@@ -217,8 +217,12 @@ def test_other_walls_are_left_to_other_models(work, table, started, tmp_path):
             [with_entries("roughness { Ra 4e-6; Rq 5e-6; RSm 40e-6; }")],
             {"roughness": float(sampler.wall_tilt(4e-6, 5e-6, 40e-6, shots.DIAMETER))},
         ),
+        (
+            [with_entries("roughness { tilt_deg 6; isotropic yes; }")],
+            {"roughness": np.radians(6.0), "isotropic": True},
+        ),
     ],
-    ids=["gas torque", "symmetry plane", "two models", "tilt", "profile"],
+    ids=["gas torque", "symmetry plane", "two models", "tilt", "profile", "isotropic"],
 )
 def test_flights_are_those_of_python(work, table, started, cloud, edits, flight, tmp_path):
     case = {"edits": [LONG, *edits], "end": f"{END}"}

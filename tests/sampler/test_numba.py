@@ -125,12 +125,13 @@ def _follow(handle, alpha1, speed, states):
 
 
 @numba.njit(parallel=True, nogil=True)
-def _bounce(handle, velocity, normal, wall, roughness, out):
+def _bounce(handle, velocity, normal, wall, roughness, isotropic, out):
     for k in numba.prange(velocity.shape[0]):
         v = (velocity[k, 0], velocity[k, 1], velocity[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         if roughness > 0.0:
-            sampler.rough_rebound(handle, v, n, 1e-5, wall, roughness, None, 7, k, 0, out[k])
+            how = wall, roughness, None, 7, k, 0
+            sampler.rough_rebound(handle, v, n, 1e-5, *how, out[k], None, isotropic)
         else:
             sampler.rebound(handle, v, n, 1e-5, wall, None, 7, k, 0, out[k])
 
@@ -146,15 +147,16 @@ def test_draws_are_those_of_a_batch(table):
     np.testing.assert_array_equal(every[:, 6:8], 0.0)
 
 
-@pytest.mark.parametrize("roughness", [0.0, 0.2])
-def test_rebounds_are_those_of_a_batch(table, roughness):
+@pytest.mark.parametrize(("roughness", "isotropic"), [(0.0, False), (0.2, False), (0.2, True)])
+def test_rebounds_are_those_of_a_batch(table, roughness, isotropic):
     velocity, normal = impacts(300)
     keep = np.einsum("nk,nk->n", velocity - [1.0, 2.0, 3.0], normal) < 0.0
     velocity, normal = velocity[keep], normal[keep]
     out = np.empty((len(velocity), 6))
-    _bounce(table.handle, velocity, normal, (1.0, 2.0, 3.0), roughness, out)
+    _bounce(table.handle, velocity, normal, (1.0, 2.0, 3.0), roughness, isotropic, out)
     keys = {"seed": 7, "index": range(len(out)), "wall_velocity": [1, 2, 3]}
-    expected = table.rebound(velocity, normal, 1e-5, roughness=roughness, **keys)
+    keys |= {"roughness": roughness, "isotropic": isotropic}
+    expected = table.rebound(velocity, normal, 1e-5, **keys)
     np.testing.assert_array_equal(out, np.hstack(expected))
 
 

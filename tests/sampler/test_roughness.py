@@ -21,16 +21,16 @@ def shipped():
     return sampler.load("corundum-steel")
 
 
+@pytest.mark.parametrize("isotropic", [False, True])
 @pytest.mark.parametrize("roughness", [0.01, 0.1, 0.5])
-def test_every_particle_leaves_and_none_gains_speed(shipped, roughness):
+def test_every_particle_leaves_and_none_gains_speed(shipped, roughness, isotropic):
     velocity, normal = impacts(20_000)
     # A tenth of them graze the mean wall.
     unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
     fall = np.einsum("nk,nk->n", velocity, unit)[:, None]
     velocity[:2000] -= 0.999 * (fall * unit)[:2000]
-    v, omega = shipped.rebound(
-        velocity, normal, 1e-5, seed=4, index=range(len(velocity)), roughness=roughness
-    )
+    keys = {"seed": 4, "index": range(len(velocity)), "isotropic": isotropic}
+    v, omega = shipped.rebound(velocity, normal, 1e-5, roughness=roughness, **keys)
     assert np.isfinite(v).all()
     assert np.isfinite(omega).all()
     assert (np.einsum("nk,nk->n", v, normal) > 0.0).all()
@@ -38,18 +38,19 @@ def test_every_particle_leaves_and_none_gains_speed(shipped, roughness):
 
 
 def test_normal_impact_scatters_alike_in_all_directions(shipped):
-    """False-alarm rate 1e-6 for each of two; tilts all along x are refused."""
-    n = 4000
-    velocity = np.tile([0.0, -150.0, 0.0], (n, 1))
-    v, _ = shipped.rebound(velocity, UP, 1e-5, seed=2, index=range(len(velocity)), roughness=0.3)
-    angle = np.arctan2(v[:, 2], v[:, 0])
-    for harmonic in (1, 2):
-        assert n * np.abs(np.exp(1j * harmonic * angle).mean()) ** 2 < math.log(1e6)
-    # A path a little off the normal has a plane, and tilts in it only.
-    velocity[:, 0] = 1e-6
-    v, _ = shipped.rebound(velocity, UP, 1e-5, seed=2, index=range(len(velocity)), roughness=0.3)
-    angle = np.arctan2(v[:, 2], v[:, 0])
-    assert n * np.abs(np.exp(2j * angle).mean()) ** 2 > math.log(1e6)
+    """False-alarm rate 1e-6 for each of six; tilts all along x are refused."""
+    keys = {"seed": 2, "index": range(4000), "roughness": 0.3}
+
+    def harmonics(along, isotropic):
+        velocity = np.tile([along, -150.0, 0.0], (4000, 1))
+        v, _ = shipped.rebound(velocity, UP, 1e-5, isotropic=isotropic, **keys)
+        angle = np.arctan2(v[:, 2], v[:, 0])
+        return [len(v) * np.abs(np.exp(1j * k * angle).mean()) ** 2 for k in (1, 2)]
+
+    assert max(harmonics(0.0, False)) < math.log(1e6)
+    # A path a little off the normal has a plane: tilts in it only, or across it as well.
+    assert harmonics(1e-6, False)[1] > math.log(1e6)
+    assert max(harmonics(0.0, True) + harmonics(1e-6, True)) < math.log(1e6)
 
 
 def test_off_is_the_smooth_wall(shipped):
@@ -83,6 +84,13 @@ def test_wrong_roughness_is_refused(shipped, roughness):
         shipped.rebound(
             [[1.0, -1.0, 0.0]] * 2, UP, 1e-5, seed=1, index=range(2), roughness=roughness
         )
+
+
+@pytest.mark.parametrize(("isotropic", "roughness"), [(True, None), (1, 0.1), ([True], 0.1)])
+def test_wrong_isotropic_is_refused(shipped, isotropic, roughness):
+    given = {"seed": 1, "index": 0, "roughness": roughness, "isotropic": isotropic}
+    with pytest.raises(sampler.InputError, match=r"^isotropic: got .*, allowed: True or False"):
+        shipped.rebound((1.0, -1.0, 0.0), UP, 1e-5, **given)
 
 
 def test_receding_particles_are_refused(shipped):

@@ -94,10 +94,14 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
         settings->spin = read_choice(name, value, "no", "yes", "no, yes");
     } else if (strcmp(name, "out_of_range") == 0) {
         settings->refuse_outside = read_choice(name, value, "clamp", "error", "clamp, error");
+    } else if (strcmp(name, "face_sums") == 0) {
+        settings->face_sums = read_choice(name, value, "no", "yes", "no, yes");
+    } else if (strcmp(name, "isotropic") == 0) {
+        settings->isotropic = read_choice(name, value, "no", "yes", "no, yes");
     } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
                "table, seed, spin, out_of_range, half_size, gas_torque, deposit_speed, "
-               "deposit_diameter, tilt_deg, Ra, Rq, RSm");
+               "deposit_diameter, face_sums, tilt_deg, isotropic, Ra, Rq, RSm");
     }
 }
 
@@ -171,6 +175,8 @@ static void check_profile(const rebound_settings_t *settings)
         refuse("tilt_deg", "a positive number beside a profile", "one of both");
     if (profile && settings->rsm <= 0.0)
         refuse("RSm", "none", "a positive length in m, with Ra and Rq");
+    if (settings->isotropic && !profile && settings->tilt_deg <= 0.0)
+        refuse("isotropic", "yes", "no, with smooth walls");
 }
 
 struct rbt_table *rebound_settings_read(rebound_settings_t *settings)

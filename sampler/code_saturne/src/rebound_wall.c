@@ -53,6 +53,8 @@ void rebound_wall_model(void)
     table = rebound_settings_read(&settings);
     first_attribute = cs_glob_lagr_model->n_user_variables;
     cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
+    if (settings.face_sums)
+        rebound_sums_make();
 }
 
 int rebound_wall_attribute(void)
@@ -169,9 +171,10 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     for (int k = 0; k < 3; k++)
         spin[k] = settings.spin ? kept[REBOUND_OMEGA + k] : 0.0;
     fly(particles, p_id, -rest, spin); /* the whole time step is behind it, but for the rest */
-    const int code = rbt_rough_rebound(table, velocity, normal, settings.half_size * diameter, NULL,
-                                       roughness, settings.spin ? spin : NULL, settings.seed,
-                                       identity, (uint32_t)kept[REBOUND_HITS], velocity, omega);
+    const int code = rbt_rebound_grain(table, velocity, normal, settings.half_size * diameter, NULL,
+                                       roughness, settings.isotropic, settings.spin ? spin : NULL,
+                                       NULL, settings.seed, identity, (uint32_t)kept[REBOUND_HITS],
+                                       velocity, omega);
     if (code < RBT_OK)
         return code;
     fly(particles, p_id, rest, omega);
@@ -258,6 +261,8 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     cs_real_t *start = start_of(particles, p_id, end, c_intersect, t_intersect);
     const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
     const cs_real_t *centre = cs_glob_mesh_quantities->cell_cen + 3 * (size_t)cell;
+    const double before[3] = {velocity[0], velocity[1], velocity[2]};
+    const cs_gnum_t hits = counts[0];
     double normal[3], path[3];
 
     if (b_zone_id < 0 || b_zone_id >= n_zones || is_symmetry[b_zone_id] < 0)
@@ -271,6 +276,8 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
         reflect(particles, p_id, normal, velocity, path);
     else if (!stays)
         rebound(particles, p_id, normal, velocity, path);
+    if (counts[0] > hits)
+        rebound_sums_add(particles, p_id, face_id, normal, before, velocity, stays);
     for (int k = 0; k < 3; k++) {
         start[k] = c_intersect[k] + START_SHIFT * (centre[k] - c_intersect[k]);
         end[k] = stays ? start[k] : c_intersect[k] + path[k];

@@ -66,6 +66,8 @@ typedef struct {
     double deposit_diameter; /* its diameter, m; 0: of every diameter */
     double gas_torque;    /* of the gas on a spinning grain, over that on a sphere; 0: none */
     double tilt_deg;      /* standard deviation of the tilt of facets; 0: smooth walls */
+    int face_sums;        /* whether boundary faces have sums of what met them */
+    int isotropic;        /* whether facets are tilted across the plane of incidence as well */
     double ra, rq, rsm;   /* or the profile of the wall, m; rsm 0: none */
 } rebound_settings_t;
 
@@ -76,6 +78,12 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings);
 
 /* Standard deviation [rad] of the tilt that a particle of a diameter [m] meets; 0: smooth walls. */
 double rebound_settings_roughness(const rebound_settings_t *settings, double diameter);
+
+/* Make the fields of sums by face; add a hit of a particle, with its velocities before and after. */
+void rebound_sums_make(void);
+void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
+                      const double normal[3], const double before[3], const double after[3],
+                      int stays);
 
 /* Read our user attributes from the files of a restart. */
 void rebound_particles_resume(int first_attribute);

@@ -389,8 +389,8 @@ bool Foam::TabulatedRebound<CloudType>::correct
     vector omega(Zero);
     const int code = table_->rebound
     (
-        p.U(), omega, -nOut, Uwall, a, roughness_.tilt(p.d()), keepsSpin_ ? &before : nullptr, seed_,
-        identity, countHit(p)
+        p.U(), omega, -nOut, Uwall, a, roughness_.tilt(p.d()), roughness_.isotropic(),
+        keepsSpin_ ? &before : nullptr, seed_, identity, countHit(p)
     );
 
     if (code < 0 || ((code & reboundTable::clamped) && refuseOutside_))

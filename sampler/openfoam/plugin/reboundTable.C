@@ -83,16 +83,17 @@ int Foam::reboundTable::rebound
     const vector& Uwall,
     const scalar a,
     const scalar roughness,
+    const bool isotropic,
     const vector* before,
     const uint64_t seed,
     const uint64_t particle,
     const uint32_t hit
 ) const
 {
-    return rbt_rough_rebound
+    return rbt_rebound_grain
     (
-        table_, &U[0], &n[0], a, &Uwall[0], roughness, before ? &(*before)[0] : nullptr,
-        seed, particle, hit, &U[0], &omega[0]
+        table_, &U[0], &n[0], a, &Uwall[0], roughness, isotropic,
+        before ? &(*before)[0] : nullptr, nullptr, seed, particle, hit, &U[0], &omega[0]
     );
 }
 

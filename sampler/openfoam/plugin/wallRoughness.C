@@ -4,6 +4,7 @@
 #include "compatibility.H"
 #include "error.H"
 #include "mathematicalConstants.H"
+#include "Switch.H"
 
 
 Foam::wallRoughness::wallRoughness(const dictionary& coeffs)
@@ -11,11 +12,14 @@ Foam::wallRoughness::wallRoughness(const dictionary& coeffs)
     tilt_(0),
     Ra_(0),
     Rq_(0),
-    RSm_(0)
+    RSm_(0),
+    isotropic_(false)
 {
     if (!coeffs.found("roughness")) return;
 
     const dictionary& dict = coeffs.subDict("roughness");
+
+    isotropic_ = dict.lookupOrDefault<Switch>("isotropic", false);
 
     if (!dict.found("tilt_deg"))
     {

@@ -14,8 +14,10 @@
 #include "bft_error.h"
 #include "cs_base.h"
 #include "cs_boundary_zone.h"
+#include "cs_field.h"
 #include "cs_lagr_prototypes.h"
 #include "cs_math.h"
+#include "cs_mesh.h"
 #include "cs_mesh_location.h"
 #include "cs_mesh_quantities.h"
 #include "cs_parameters.h"
@@ -192,11 +194,31 @@ void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnu
         record("hits", values, REBOUND_ATTRIBUTES + 15);
 }
 
+/* Centres of boundary faces, and sums. */
+static void record_faces(void)
+{
+    static const char *const names[6] = {"hits",          "deposits",    "mass",
+                                         "energy_before", "energy_lost", "angle_deg"};
+    for (cs_lnum_t face = 0; face < cs_glob_mesh->n_b_faces; face++) {
+        double values[9];
+        char name[64];
+        memcpy(values, cs_glob_mesh_quantities->b_face_cog + 3 * face, 3 * sizeof *values);
+        for (int k = 0; k < 6; k++) {
+            snprintf(name, sizeof name, "rebound_%s", names[k]);
+            values[3 + k] = cs_field_by_name(name)->val[face];
+        }
+        record("faces", values, 9);
+    }
+}
+
 void cs_user_lagr_extra_operations(const cs_real_t dt[])
 {
     cs_lagr_particle_set_t *particles = cs_glob_lagr_particle_set;
     rebound_wall_log();
-    if (cs_glob_time_step->nt_cur == cs_glob_time_step->nt_max)
-        for (cs_lnum_t p = 0; p < particles->n_particles; p++)
-            record_particle("end", particles, p);
+    if (cs_glob_time_step->nt_cur != cs_glob_time_step->nt_max)
+        return;
+    if (cs_field_by_name_try("rebound_hits") != NULL)
+        record_faces();
+    for (cs_lnum_t p = 0; p < particles->n_particles; p++)
+        record_particle("end", particles, p);
 }

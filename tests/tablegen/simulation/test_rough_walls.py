@@ -1,5 +1,7 @@
 """Direct rebounds from rough walls: the runtime's facets, spin and grain kept, no energy gained."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ import sampler
 from sampler.arguments import MAX_ROUGHNESS
 from sampler.errors import InputError
 from tablegen.config.config import load_config
-from tablegen.model.roughness import draw_tilt, seed_of_bounce
+from tablegen.model.roughness import draw_across, draw_tilt, facet_normals, seed_of_bounce
 from tablegen.simulation.direct import DirectModel
 
 MODEL = DirectModel(load_config("corundum-steel"))
@@ -17,23 +19,68 @@ VELOCITY = np.array([120.0, -90.0, 0.0])
 OMEGA = np.array([1e5, -2e5, -4e6])
 
 
-def facets(velocity, seed, roughness, index=IDS, hit=0):
-    """Normals of the facets that particles with the velocities (n, 3) meet, in the xy plane."""
+def facets(velocity, seed, roughness, isotropic, index=IDS, hit=0):
+    """Normals of the facets that particles with the velocities (n, 3) meet on a floor."""
     alpha = np.arctan2(-velocity[:, 1], np.hypot(velocity[:, 0], velocity[:, 2]))
-    tilts = [draw_tilt(a, roughness, (seed, i, hit)) for a, i in zip(alpha, index, strict=True)]
-    assert all(found for found, _ in tilts)
-    tilt = np.array([t for _, t in tilts])
+    keys = [(seed, i, hit) for i in index]
+    tilts = [draw_tilt(a, roughness, key) for a, key in zip(alpha, keys, strict=True)]
+    others = [draw_across(roughness, key) if isotropic else (True, 0.0) for key in keys]
+    assert all(found for found, _ in tilts + others)
+    slope, across = (np.tan([t for _, t in each])[:, None] for each in (tilts, others))
     along = velocity * [1.0, 0.0, 1.0]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    return np.cos(tilt)[:, None] * UP - np.sin(tilt)[:, None] * along
+    return UP - slope * along + across * np.cross(along, UP)
 
 
-def test_bounces_are_smooth_ones_from_facets_with_spin_grain_and_orientation_kept():
+@pytest.mark.parametrize("isotropic", [False, True])
+@pytest.mark.parametrize("alpha_deg", [3.0, 30.0, 90.0])
+def test_particles_meet_facets_by_their_projected_area(alpha_deg, isotropic):
+    """Moments of the normals against quadrature over the facets of a wall; false alarms 1e-5.
+
+    A length of a section of the wall has normal tilts, and its extent along the mean wall is the
+    cosine: what lies over it is seen by its area, where it faces the particle.
+    """
+    n, roughness, alpha = 40_000, 0.4, np.radians(alpha_deg)
+    path = np.array([np.cos(alpha), -np.sin(alpha), 0.0])
+    g, h = np.meshgrid(*[np.pi * ((np.arange(600) + 0.5) / 600 - 0.5)] * 2)
+    h = h if isotropic else 0.0 * h
+    normal = np.stack([-np.tan(g), np.ones_like(g), np.tan(h)], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    share = np.exp(-(g**2 + h**2) / (2 * roughness**2)) * np.cos(g) * np.cos(h)
+    weight = share * np.maximum(-normal @ path, 0.0) / normal[..., 1]
+
+    velocity, found = np.tile(100.0 * path, (n, 1)), np.empty((n, 3))
+    wall = UP[None], np.full(n, roughness), np.full(n, roughness * isotropic)
+    keys = np.uint64(3), np.arange(n, dtype=np.uint64), np.zeros(n, dtype=np.uint32)
+    assert facet_normals(velocity, *wall, keys, found) == (-1, 0)
+    found /= np.linalg.norm(found, axis=1, keepdims=True)
+    if alpha_deg == 90.0:  # any plane of incidence: about the normal only its own component counts
+        found, normal = found[:, 1:2], normal[..., 1:2]
+    parts = range(found.shape[1])
+    for powers in [(k,) for k in parts] + [*itertools.combinations_with_replacement(parts, 2)]:
+        values, expected = found[:, powers].prod(axis=1), normal[..., powers].prod(axis=-1)
+        mean = np.average(expected, weights=weight)
+        error = np.sqrt(np.average((expected - mean) ** 2, weights=weight) / n)
+        assert abs(values.mean() - mean) <= 5.0 * error + 1e-12
+
+
+@pytest.mark.parametrize("isotropic", [False, True])
+def test_draws_from_the_table_meet_the_same_facets(isotropic):
+    """Of spheres, whose rebounds are those of the direct model to the last digits."""
+    velocity, omega = np.array([3.0, -2.0, 0.5]), np.array([1e3, -2e3, 5e3])
+    keys = {"seed": 5, "index": np.arange(5000), "roughness": 0.3, "isotropic": isotropic}
+    walls = DirectModel(load_config("kharaz-2001")), sampler.load("kharaz-2001")
+    direct, drawn = (wall.rebound(velocity, UP, 1e-3, omega=omega, **keys) for wall in walls)
+    np.testing.assert_allclose(drawn.velocity, direct.velocity, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(drawn.omega, direct.omega, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("isotropic", [False, True])
+def test_bounces_are_smooth_ones_from_facets_with_spin_grain_and_orientation_kept(isotropic):
     """Each bounce again by the smooth model, from the facets of the runtime's own function."""
     velocity = np.array([20.0, -140.0, 0.0])  # one in five hits again
-    found = MODEL.rebound(
-        velocity, UP, HALF_SIZE, omega=OMEGA, seed=3, index=IDS, hit=2, roughness=0.5
-    )
+    keys = {"seed": 3, "index": IDS, "hit": 2, "roughness": 0.5, "isotropic": isotropic}
+    found = MODEL.rebound(velocity, UP, HALF_SIZE, omega=OMEGA, **keys)
     grains = MODEL.grains(3, IDS)
 
     def bounced(keeps):
@@ -43,7 +90,7 @@ def test_bounces_are_smooth_ones_from_facets_with_spin_grain_and_orientation_kep
             key = np.uint64(seed_of_bounce(3, bounces))
             moving[rows], omega[rows], turned[rows] = MODEL.rebound(
                 moving[rows],
-                facets(moving[rows], key, 0.5, rows, hit=2),
+                facets(moving[rows], key, 0.5, isotropic, rows, hit=2),
                 HALF_SIZE,
                 omega=omega[rows],
                 grain=grains[rows],
@@ -74,13 +121,14 @@ def test_no_roughness_is_the_smooth_wall():
     np.testing.assert_array_equal(np.hstack(moving), np.hstack(found))
 
 
-def test_table_and_direct_model_agree_on_a_rough_wall():
+@pytest.mark.parametrize("isotropic", [False, True])
+def test_table_and_direct_model_agree_on_a_rough_wall(isotropic):
     """Means and spreads within five standard errors and the table's own error, 0.01 V.
 
     A smooth wall instead is refused.
     """
-    n, roughness = 20_000, 0.3
-    keys = {"seed": 5, "index": np.arange(n), "roughness": roughness}
+    n = 20_000
+    keys = {"seed": 5, "index": np.arange(n), "roughness": 0.3, "isotropic": isotropic}
     still = np.zeros(3)
     direct = MODEL.rebound(VELOCITY, UP, HALF_SIZE, omega=still, **keys)
     table = sampler.load("corundum-steel").rebound(VELOCITY, UP, HALF_SIZE, omega=still, **keys)
