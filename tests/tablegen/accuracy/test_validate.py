@@ -190,7 +190,7 @@ SPINNING = TINY.with_changes({"spin": True})
 WIDE = "spin_ks=0.08,spin_sliced_wasserstein=0.2,spin_correlation_error=0.4,spin_auc=0.7"
 WIDE += ",spin_joint_ks=0.08,spin_joint_auc=0.56,spin_cell_ks=0.3,spin_cell_energy=0.5"
 WIDE += ",spin_chain_ks=0.3,spin_chain_energy=0.6,spin_chain_spin=0.6"
-HOW = {"conditions": 1, "samples": 2000, "seed": 1, "accuracy": WIDE}
+HOW = {"conditions": 1, "samples": 1000, "seed": 1, "accuracy": WIDE}
 
 
 @pytest.fixture
