@@ -141,18 +141,10 @@ def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays
 
 
 def refine_grid(cache: NodeCache) -> RefinedGrid:
-    """Choose the sizes, place the nodes and fit them.
+    """Choose the sizes, place the nodes and fit those that the cache does not have.
 
-    Parameters
-    ----------
-    cache : NodeCache
-        Of the configuration; nodes that it has are not fitted again.
-
-    Returns
-    -------
-    RefinedGrid
-        Nodes and sizes that the configuration names are taken as they are; if it names both lists
-        of nodes, no interpolation error is measured.
+    Nodes and sizes that the configuration names are taken as they are; if it names both lists of
+    nodes, no interpolation error is measured.
     """
     config = cache.config
     size, grid = resolution(config), first_grid(config)
