@@ -130,13 +130,7 @@ class NodeCache:
 
 
 def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays]:
-    """Fit all nodes of a grid, in the resolution that the configuration names.
-
-    Returns
-    -------
-    list of NodeArrays
-        Row by row: all speeds of the first angle, then of the second.
-    """
+    """Fit all nodes of a grid, row by row, in the resolution that the configuration names."""
     return NodeCache(config, runner).fit(resolution(config), product(*grid))
 
 
