@@ -88,8 +88,8 @@ def make_condition(
     """Check an impact condition and convert it to the form that kernels take.
 
     Arguments are those of `simulate` and fields of `tablegen.model.impacts.Condition`, whose
-    ``instant`` is given by ``omega``, "mean" or "departure". Raises `InputError` for a value outside
-    of the bounds in `tablegen.model.model_bounds`; a spin is up to 5e5 sin(alpha1).
+    ``instant`` is given by ``omega``, "mean" or "departure". Raises `InputError` beyond the
+    bounds in `tablegen.model.model_bounds`; a spin is up to 5e5 sin(alpha1).
     """
     alpha1 = check_impact_angle(alpha1)
     speed = bounds.SPEED.checked("speed", speed)
