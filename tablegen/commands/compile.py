@@ -10,14 +10,16 @@ from sampler.options import DONE, note
     "compile",
     cls=options.Command,
     short_help="Compile ahead what simulate and generate need.",
-    epilog=options.examples("tablegen compile", "NUMBA_CACHE_DIR=/opt/kernels tablegen compile"),
+    epilog=options.examples(
+        "tablegen compile", "env NUMBA_CACHE_DIR=/opt/kernels tablegen compile"
+    ),
 )
 def compile_kernels() -> int:
     """Compile ahead what simulate, generate and DirectModel need, and tell how long it took.
 
-    Otherwise their first run does. The machine code serves processors of the kind that it was
-    compiled on, and later runs with the same NUMBA_CACHE_DIR; without one it lies in the user's
-    folder for caches.
+    Otherwise their first run does. The machine code lies in the folder that the variable
+    NUMBA_CACHE_DIR names, or in the user's folder for caches. It serves processors of the kind that
+    it was compiled on.
     """
     from pathlib import Path
     from tempfile import TemporaryDirectory
