@@ -10,9 +10,7 @@ from sampler.options import DONE, note
     "compile",
     cls=options.Command,
     short_help="Compile ahead what simulate and generate need.",
-    epilog=options.examples(
-        "tablegen compile", "env NUMBA_CACHE_DIR=/opt/kernels tablegen compile"
-    ),
+    epilog=options.examples("tablegen compile"),
 )
 def compile_kernels() -> int:
     """Compile ahead what simulate, generate and DirectModel need, and tell how long it took.
