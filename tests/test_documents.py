@@ -12,6 +12,7 @@ import yaml
 from command_lines import calls, logical_lines, parse
 from documents import DOCUMENTS, ROOT, SHELL
 
+import sampler
 from tablegen import parse_config
 
 #: Need CuPy and a file to cache: run by tests/embedding/test_trackers.py.
@@ -100,7 +101,8 @@ def test_names_in_docstrings_exist():
 def test_citation_agrees_with_the_package():
     citation = yaml.safe_load(read(ROOT / "CITATION.cff"))
     project = tomllib.loads(read(ROOT / "pyproject.toml"))["project"]
-    for field in ("version", "license", "keywords"):
+    assert citation["version"] == sampler.__version__
+    for field in ("license", "keywords"):
         assert citation[field] == project[field]
     assert citation["title"] == project["name"]
     assert [a["name"] for a in citation["authors"]] == [a["name"] for a in project["authors"]]
