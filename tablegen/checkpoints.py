@@ -66,20 +66,10 @@ def parts_path(output: Path) -> Path:
 class CheckpointStore:
     """Checkpoints of a run; a context manager that removes an empty folder at its end.
 
-    Parameters
-    ----------
-    output : Path
-        File that the run will write.
-    fingerprint : str
-        Everything that decides the results: configuration, seed, software.
-    resume, discard : bool
-        Use, or remove, the checkpoints of an interrupted run. With neither, they are refused.
-
-    Attributes
-    ----------
-    folder : Path
-    resumed : bool
-        Whether there are checkpoints already.
+    They stand beside ``output``, the file that the run will write. ``fingerprint`` is everything
+    that decides the results: configuration, seed, software. ``resume`` uses and ``discard`` removes
+    the checkpoints of an interrupted run; with neither, they are refused. ``resumed`` tells whether
+    there were any.
     """
 
     def __init__(
@@ -190,21 +180,9 @@ def run_task(task: Task, wanted_software: str) -> Arrays:
 class TaskRunner:
     """Runs tasks, and collects their results and times.
 
-    Parameters
-    ----------
-    store : CheckpointStore, optional
-        Where results are kept and found.
-    executor : concurrent.futures.Executor, optional
-        By default one thread per processor.
-    progress : bool
-        Show progress bars on standard error.
-
-    Attributes
-    ----------
-    seconds : dict
-        Processor seconds of all tasks so far, by stage.
-    note : str
-        Text after the progress bar.
+    Results are kept and found in ``store``, if there is one; the executor has by default one thread
+    per processor. ``seconds`` are the processor seconds of all tasks so far, by stage; ``note`` is
+    a text after the progress bar.
     """
 
     def __init__(
@@ -225,14 +203,8 @@ class TaskRunner:
     ) -> dict[str, Arrays]:
         """Run all tasks that have no checkpoint; returns all results, in the order of the tasks.
 
-        Parameters
-        ----------
-        title : str
-            Title of the progress bar.
-        tasks : mapping from key to Task
-            A key identifies the task among all tasks of the same configuration.
-        on_result : callable, optional
-            Is called with key and result of each task when it is done.
+        A key identifies a task among all tasks of the same configuration. ``on_result`` is called
+        with key and result of each task when it is done.
         """
         done: dict[str, Arrays] = {}
         for key in tasks:

@@ -46,17 +46,11 @@ def draws_over(file: TextIO) -> bool:
 
 
 def bar(shown: bool, unit: str = "step", **settings: Any) -> tqdm:
-    """Make a progress bar, to be used in a ``with`` block.
+    """Make a progress bar on standard error, to be used in a ``with`` block.
 
-    Parameters
-    ----------
-    shown : bool
-        Whether to show it on standard error. Without a terminal it is a line every `INTERVAL`
-        seconds.
-    unit : str
-        Unit of the count, in the singular.
-    **settings
-        Of `tqdm.tqdm`: ``total``, ``desc``, ``initial``, ``postfix``, ``unit_scale``.
+    Without a terminal it is a line every `INTERVAL` seconds. ``unit`` is that of the count, in the
+    singular; ``settings`` are ``total``, ``desc``, ``initial``, ``postfix``, ``unit_scale`` of
+    tqdm.
     """
     if not shown or draws_over(sys.stderr):
         return tqdm(unit=unit, disable=not shown, **settings)

@@ -12,6 +12,7 @@ import yaml
 from command_lines import calls, logical_lines, parse
 from documents import DOCUMENTS, ROOT, SHELL
 
+import sampler
 from tablegen import parse_config
 
 #: Need CuPy and a file to cache: run by tests/embedding/test_trackers.py.
@@ -75,28 +76,6 @@ def test_files_to_change_exist():
     assert [path for path in paths if not (ROOT / path).exists()] == []
 
 
-def test_blocks_links_and_calls_are_read():
-    text = "# A b, c\n[x](a.md#b) `[y](b.md)`\n```python\n# no\n[z](c.md)\n```\n\n```\nls\n```\n"
-    assert documents.blocks(text) == [("python", "# no\n[z](c.md)\n", 4), ("", "ls\n", 9)]
-    assert documents.links(text) == ["a.md#b"]
-    assert documents.anchors(text) == {"a-b-c"}
-    text = (
-        ".venv/bin/pip install . && .venv/bin/tablegen demo\n# tablegen is no command here\n"
-        "mpiexec -n 4 tablegen generate a.toml \\\n    --output a.h5 > log.txt\n"
-        "python -m sampler --include-dir; tablegenerate x\n"
-    )
-    generate = ["tablegen", "generate", "a.toml", "--output", "a.h5"]
-    assert calls(text) == [["tablegen", "demo"], generate, ["sampler", "--include-dir"]]
-
-
-@pytest.mark.parametrize(
-    "line", ["tablegen demonstrate", "tablegen demo --outptu a", "tablegen validate"]
-)
-def test_a_wrong_command_is_seen(line, tmp_path):
-    with pytest.raises(click.ClickException):
-        parse(line.split(), tmp_path)
-
-
 def exists(name):
     """Whether a dotted name is a module, an attribute of one, or of a class in one."""
     try:
@@ -122,7 +101,8 @@ def test_names_in_docstrings_exist():
 def test_citation_agrees_with_the_package():
     citation = yaml.safe_load(read(ROOT / "CITATION.cff"))
     project = tomllib.loads(read(ROOT / "pyproject.toml"))["project"]
-    for field in ("version", "license", "keywords"):
+    assert citation["version"] == sampler.__version__
+    for field in ("license", "keywords"):
         assert citation[field] == project[field]
     assert citation["title"] == project["name"]
     assert [a["name"] for a in citation["authors"]] == [a["name"] for a in project["authors"]]

@@ -93,8 +93,8 @@ extern "C" {
    variables that a state can have. Written by
    `python -m sampler.formats.generated_code`, as are all parts between such marks. */
 /* begin constants */
-#define RBT_VERSION_MAJOR 0
-#define RBT_VERSION_MINOR 1
+#define RBT_VERSION_MAJOR 1
+#define RBT_VERSION_MINOR 0
 #define RBT_OK 0
 #define RBT_CLAMPED 1
 #define RBT_EXTRAPOLATED 2

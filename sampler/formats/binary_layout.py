@@ -23,8 +23,6 @@ from sampler.formats.channels import MOST_NAMES
 
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
-#: Version of the C and Fortran library: that of the package.
-LIBRARY_VERSION = (0, 1)
 #: Major and minor version of the format. A reader takes any minor version of its major version.
 BINARY_VERSION = (1, 3)
 #: Bytes to which every array is aligned: a cache line.

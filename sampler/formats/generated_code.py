@@ -20,7 +20,6 @@ from sampler.formats.binary_layout import (
     FIRST_HEADER_BYTES,
     HEADER,
     INERTIA_ARRAYS,
-    LIBRARY_VERSION,
     MAGIC,
     MOST_BYTES,
     OTHER_POPULATION,
@@ -75,6 +74,7 @@ from sampler.formats.channels import (
     channels_for,
 )
 from sampler.formats.format_page import filled
+from sampler.version import __version__
 
 _WIDTH = 98
 
@@ -91,7 +91,7 @@ def _c_type(dtype: str) -> str:
 
 def public_constants() -> str:
     """Versions, codes with their meaning, and how many variables and channels there are, in C."""
-    major, minor = LIBRARY_VERSION
+    major, minor, _ = __version__.split(".")
     lines = [
         f"#define RBT_VERSION_MAJOR {major}",
         f"#define RBT_VERSION_MINOR {minor}",

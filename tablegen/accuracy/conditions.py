@@ -68,11 +68,9 @@ def pick_own_conditions(table: Table, count: int, seed: int) -> list[Place]:
     """
     places = [place._replace(own=True) for place in pick_conditions(table, count, seed + 1)]
     last = min(90.0, float(table.alpha_nodes_deg[-1]))
-    steep = [last * share for share in _STEEP][-min(count, len(_STEEP)) :] if count else []
-    return places[: len(places) - len(steep)] + [
-        place._replace(alpha_deg=alpha)
-        for place, alpha in zip(places[len(places) - len(steep) :], steep, strict=True)
-    ]
+    for k, share in enumerate(reversed(_STEEP[-count:] if count else ()), 1):
+        places[-k] = places[-k]._replace(alpha_deg=last * share)
+    return places
 
 
 def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:

@@ -13,6 +13,7 @@ from sampler.cli import export, list_names
 from sampler.options import BAD_INPUT, SETTINGS, Program, ended, examples, run_program
 from tablegen.commands.calibrate import calibrate
 from tablegen.commands.compare import compare
+from tablegen.commands.compile import compile_kernels
 from tablegen.commands.demo import demo
 from tablegen.commands.figures import figures
 from tablegen.commands.generate import generate
@@ -45,7 +46,7 @@ def cli() -> None:
 
 for command in (demo, simulate, generate, validate, inspect, list_names, prune, export):
     cli.add_command(command)
-for study in (compare, calibrate, report, figures, stability):
+for study in (compare, calibrate, report, figures, stability, compile_kernels):
     cli.add_command(study)
 
 

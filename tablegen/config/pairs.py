@@ -48,20 +48,10 @@ class _Restitution(Record):
         return False
 
     def coordinate(self, speed: ArrayLike) -> FloatArray:
-        """Compute the abscissa for interpolation in impact speed.
+        """Compute the abscissa for interpolation in impact speed, m/s.
 
-        Rebound statistics are nearly linear in it. Default nodes are equally spaced in its
-        logarithm.
-
-        Parameters
-        ----------
-        speed : array_like of float
-            Impact speed, m/s, positive.
-
-        Returns
-        -------
-        float64 array
-            Shape of `speed`; positive, dimensionless, strictly falling with the speed.
+        It is positive, dimensionless and strictly falling. Rebound statistics are nearly linear in
+        it. Default nodes are equally spaced in its logarithm.
         """
         return self._abscissa(np.asarray(speed, dtype=np.float64))
 

@@ -135,22 +135,8 @@ def measure_report(
 ) -> Report:
     """Measure the accuracy of a table, and error against run time of every method.
 
-    Parameters
-    ----------
-    name_or_path : str
-        Name of a table that comes with the package, or path of a .h5 file.
-    beside : sequence of str
-        Names or paths of further tables that are compared at the same conditions.
-    quick : bool
-        Measure less.
-    seed : int
-    progress : bool
-        Show progress bars on standard error.
-
-    Raises
-    ------
-    InputError
-        If a file is not a table, or does not hold all that is compared.
+    ``beside`` names further tables that are compared at the same conditions; ``quick`` measures
+    less. Raises `InputError` if a file is not a table, or does not hold all that is compared.
     """
     budget, begin = QUICK if quick else Budget(), time.perf_counter()
     table = load_whole(name_or_path)

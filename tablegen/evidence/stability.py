@@ -224,29 +224,12 @@ def run_study(
     threads: int | None = None,
     progress: bool = False,
 ) -> Study:
-    """Simulate, check and time cases.
+    """Simulate, check and time cases of ``count`` particles.
 
-    Threads share the checks; their number changes nothing but the run time. One thread times.
-
-    Parameters
-    ----------
-    config : Config
-    cases : sequence of Case
-    count : int
-        Particles in a case.
-    friction : int
-        Particles under each law of Coulomb friction (`tablegen.evidence.stability_friction`).
-    seed : int
-        0 to 2**64 - 1.
-    threads : int, optional
-        Default: one per processor.
-    progress : bool
-        Show progress bars on standard error.
-
-    Raises
-    ------
-    InputError
-        If there is no case, or the tolerance cannot be halved.
+    ``friction`` is the number of particles under each law of Coulomb friction
+    (`tablegen.evidence.stability_friction`). Threads share the checks; their number changes nothing
+    but the run time. One thread times. Raises `InputError` if there is no case, or the tolerance
+    cannot be halved.
     """
     numerics = config.model
     if numerics.tolerance < 2e-14:

@@ -56,19 +56,8 @@ def pack_table(
 ) -> NDArray[np.float64]:
     """Lay a table of coefficients out as `tabulated_coefficient` reads it.
 
-    Parameters
-    ----------
-    angle : (n,) float64
-        Increasing impact angles at the contact [rad].
-    speed : (m,) float64
-        Increasing contact speeds [m/s].
-    value : (n, m) float64
-        Coefficients of restitution or of resistance.
-
-    Returns
-    -------
-    (2 + n + m + n m,) float64
-        Sizes n and m, angles, speeds, values row by row.
+    Of increasing angles (n,) at the contact [rad], increasing contact speeds (m,) [m/s] and values
+    (n, m): sizes n and m, angles, speeds, values row by row.
     """
     sizes = np.array(value.shape, dtype=np.float64)
     return np.concatenate([sizes, angle, speed, value.ravel()])

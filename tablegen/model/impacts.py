@@ -47,7 +47,7 @@ INSTANT = 8
 #: Sine of the impact angle, half a degree, below which the resolution of contacts shrinks with it.
 GRAZING = 0.0087
 
-#: Angle [rad] turned before the first contact above which the flight's tolerance shrinks with it.
+#: Angle [rad] turned in a flight above which its tolerance shrinks with it.
 MANY_TURNS = 10.0
 
 

@@ -2,6 +2,10 @@
 
 ``fastmath`` is off: results do not depend on the size of a batch, and NaN can be tested for.
 
+Only kernels that Python calls become machine code. A kernel that they call is compiled as a part
+of them: numba would optimise every function with all that it calls once more, make machine code of
+each and wrap it for Python, which took a third of the time.
+
 Machine code lies in a folder named by the digest of all kernel sources and of the versions of
 Python, numpy, numba and llvmlite. Numba's own cache does not notice an edit in a function that a
 kernel calls from another file, and two processes that compile at once can mix up its files.
@@ -14,6 +18,7 @@ import pickle
 import platform
 import re
 import shutil
+import time
 from collections.abc import Callable
 from functools import cache
 from importlib.metadata import version
@@ -22,11 +27,16 @@ from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import numba
+from numba import types
 from numba.core import config
 from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
 from numba.core.serialize import dumps
-from numba.extending import intrinsic, register_jitable
+from numba.core.typed_passes import NativeLowering
+from numba.core.typing.templates import infer_global
+from numba.extending import intrinsic
 from numba.misc.appdirs import AppDirs
 
 _LOG = logging.getLogger("tablegen")
@@ -38,7 +48,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
 #: Dissolve the function in its caller, by the optimiser and not by rewriting its source.
-_INLINE: dict[str, Any] = {"forceinline": True, "no_cfunc_wrapper": True}
+_INLINE: dict[str, Any] = {"forceinline": True}
 
 #: Count no references. Numba counts references to every array argument with atomic operations,
 #: which is slow and makes threads wait for each other. Only for functions that neither make nor
@@ -56,6 +66,9 @@ _SOURCES = (
 
 #: Number of folders of other sources that a new folder leaves beside it.
 _KEPT = 7
+
+#: Passes of numba that kernels do not need: they have no closures and no arithmetic on arrays.
+_UNNEEDED = {"inline_closure_likes", "inline_overloads", "nopython_rewrites", "dead_branch_prune"}
 
 _COMPILING = (
     "compiling the direct model for this processor, "
@@ -113,6 +126,8 @@ class _KernelCache(NullCache):
         self._function = function
         self._file = Path(function.__code__.co_filename)
         self._source = _file_digest(self._file)
+        self._is_ours = str(function.__module__).startswith("tablegen.")
+        self._began: dict[Any, float] = {}
 
     def _path(self, signature: Any, codegen: Any) -> Path:
         cells = [cell.cell_contents for cell in self._function.__closure__ or ()]
@@ -129,12 +144,16 @@ class _KernelCache(NullCache):
             content = self._path(sig, target_context.codegen()).read_bytes()
             return CompileResult._rebuild(target_context, *pickle.loads(content))
         except (OSError, EOFError):
-            if str(self._function.__module__).startswith("tablegen."):
+            if self._is_ours:
                 _log_once(_COMPILING)
+            self._began[sig] = time.perf_counter()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled kernel, unless its code refers to addresses in this process."""
+        """Tell of a compiled kernel, and keep it unless it refers to addresses in this process."""
+        if self._is_ours:
+            seconds = time.perf_counter() - self._began[sig]
+            _LOG.warning("compiled %s in %.1f s", self._function.__name__, seconds)
         if data.lifted or data.library.has_dynamic_globals:
             return
         try:
@@ -147,18 +166,82 @@ class _KernelCache(NullCache):
             _log_once(f"compiled kernels cannot be kept, set NUMBA_CACHE_DIR to a folder: {error}")
 
 
-def _compiled(function: _Function, **options: Any) -> _Function:
+class _PartLibrary(JITCodeLibrary):
+    """Code of a part, with that of its own parts; it is optimised with the whole kernel."""
+
+    def finalize(self) -> None:
+        """Link in the parts that this one calls."""
+        for library in dict.fromkeys(self._linking_libraries):
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _PartLowering(NativeLowering):
+    """Write the code of a part, and tell its callers where it is."""
+
+    _name = "part_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Run the pass."""
+        state.library = _PartLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        super().run_pass(state)
+        entry = object().__reduce__  # never called: numba wants a builtin function, one for each
+        state.targetctx.insert_user_function(entry, state.cr.fndesc, [state.library])
+        state.cr = state.cr._replace(cfunc=entry)
+        return True
+
+
+class _PartCompiler(CompilerBase):
+    """Compiler of parts."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Give numba's passes, with another last one and without those that kernels do not need."""
+        self.state.flags.no_compile = True
+        given = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        given.passes = [
+            (_PartLowering if made is NativeLowering else made, text)
+            for made, text in given.passes
+            if made.name() not in _UNNEEDED
+        ]
+        given.finalize()
+        return [given]
+
+
+#: Options of parts.
+_PART: dict[str, Any] = {
+    "pipeline_class": _PartCompiler,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+
+#: Numba refers to them, and does not keep them.
+_PARTS: list[Any] = []
+
+
+def _compiled(function: _Function, for_users: bool = False, **options: Any) -> _Function:
     compiled = numba.njit(**_OPTIONS, **options)(function)
     interpreted = compiled is function  # with NUMBA_DISABLE_JIT
     if not interpreted and Path(function.__code__.co_filename).is_file():
         compiled._cache = _KernelCache(compiled.py_func)
+    if not interpreted and not for_users:
+        part = numba.njit(**_OPTIONS, **_PART, **options)(function)
+        # what numba asks for when a kernel calls another
+        compiled.get_call_template, compiled.get_overload = (
+            part.get_call_template,
+            part.get_overload,
+        )
     # To a type checker the function stays the same.
     return cast(_Function, compiled)
 
 
 def _inlined(function: _Function, **options: Any) -> _Function:
     # Neither cached nor wrapped for Python: its machine code is in the kernels that call it.
-    return register_jitable(**_OPTIONS, **_INLINE, **options)(function)
+    part = numba.njit(**_OPTIONS, **_PART, **_INLINE, **options)(function)
+    if part is not function:
+        infer_global(function, types.Dispatcher(part))
+        _PARTS.append(part)
+    return function
 
 
 def kernel(function: _Function) -> _Function:
@@ -174,6 +257,11 @@ def inline_kernel(function: _Function) -> _Function:
 def no_refcount_kernel(function: _Function) -> _Function:
     """Compile a kernel that only reads and writes arrays of its caller, and makes none."""
     return _compiled(function, **_NO_REFCOUNT)
+
+
+def user_kernel(function: _Function) -> _Function:
+    """Compile a `no_refcount_kernel` whose machine code serves kernels of users as well."""
+    return _compiled(function, for_users=True, **_NO_REFCOUNT)
 
 
 def no_refcount_inline_kernel(function: _Function) -> _Function:

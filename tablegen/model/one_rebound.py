@@ -18,8 +18,8 @@ from tablegen.model.impacts import allowed_angle, lab_condition, wall_condition
 from tablegen.model.jit import (
     inline_kernel,
     no_refcount_inline_kernel,
-    no_refcount_kernel,
     operation,
+    user_kernel,
 )
 from tablegen.model.orientation import (
     free_turn,
@@ -147,7 +147,7 @@ def _turn_to_wall(quaternion, frame, keys, motion):
     return rotation_status(quaternion)
 
 
-@no_refcount_kernel
+@user_kernel
 def _follow(arrays, condition, grain, orientation, frame, keys, work, out):
     """Write the state and the orientation of a particle after its rebound; a status."""
     population, motion = arrays.population, work[:MOTION_SIZE]
@@ -182,7 +182,7 @@ def _check_sizes(arrays, orientation, work, out):
         raise ValueError("work: got too few numbers, allowed: the model's work_size or more")
 
 
-@no_refcount_kernel
+@user_kernel
 def grain(arrays, seed, index, hit):
     """Draw the grain of a particle; callable from the user's own compiled code.
 
@@ -203,7 +203,7 @@ def grain(arrays, seed, index, hit):
     return draw_grain(arrays.population, seed, index, hit)
 
 
-@no_refcount_kernel
+@user_kernel
 def draw(arrays, alpha1, speed, spin, grain, orientation, seed, index, hit, work, out):
     """State of one particle after its rebound; callable from the user's own compiled code.
 
@@ -252,7 +252,7 @@ def draw(arrays, alpha1, speed, spin, grain, orientation, seed, index, hit, work
     return status
 
 
-@no_refcount_kernel
+@user_kernel
 def rebound(
     arrays,
     velocity,
@@ -312,7 +312,7 @@ def rebound(
     return status
 
 
-@no_refcount_kernel
+@user_kernel
 def tumble(arrays, orientation, omega, grain, time, work):
     """Turn a particle between walls by free rotation; callable from compiled code.
 

@@ -9,7 +9,7 @@ import math
 
 from sampler.errors import NOT_FINITE
 from tablegen.model.frames import combine, cross, dot, is_finite, item, tangent, unit, vector
-from tablegen.model.impacts import TURNS_TOO_OFTEN
+from tablegen.model.impacts import MANY_TURNS, TURNS_TOO_OFTEN
 from tablegen.model.jit import inline_kernel, kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.model_bounds import MOST_TURNED
 from tablegen.model.random_particles import GRAIN_NOT_USABLE, grain_fits
@@ -32,9 +32,6 @@ from tablegen.model.simd import (
 
 #: Status code: a quaternion that is no rotation.
 ORIENTATION_NOT_USABLE = -105
-
-#: Angle [rad] turned above which the tolerance of free flight shrinks with it.
-MANY_TURNS = 10.0
 
 
 @inline_kernel

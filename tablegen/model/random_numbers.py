@@ -25,18 +25,9 @@ MIDDLE = 0.425
 
 @inline_kernel
 def philox_block(seed, index, hit, block):
-    """Block of four words for the keys of a rebound.
+    """Block of four words, uint32, for the keys of a rebound.
 
     The key is the seed; the counter is (index low, index high, hit, block).
-
-    Parameters
-    ----------
-    seed, index : uint64
-    hit, block : uint32
-
-    Returns
-    -------
-    tuple of four uint32
     """
     key, i = np.uint64(seed), np.uint64(index)
     key0, key1 = key & _LOW, key >> _HALF

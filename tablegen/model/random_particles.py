@@ -167,16 +167,9 @@ def keys_of_run(seed: int, stream: int, first: int, count: int) -> ParticleKeys:
 
 @kernel
 def draw_particles(population, keys, axes, kind):
-    """Draw particles.
+    """Draw particles: write wall axes n and x in body axes, (n, 6), and kinds, (n, 3).
 
-    Parameters
-    ----------
-    population : PopulationArguments
-    keys : ParticleKeys
-    axes : (n, 6) float64
-        Output: wall axes n and x in body axes; unchanged where orientations are given.
-    kind : (n, 3) float64
-        Output: shape code, b / a, c / b; unchanged where the grains are given.
+    A kind is shape code, b / a, c / b. Orientations and grains that the keys give stay as they are.
     """
     given = keys.grain.size == 0
     words, motion, ratio = lane_array(6), lane_array(9), lane_array(2)

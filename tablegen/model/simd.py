@@ -22,7 +22,7 @@ from llvmlite import ir
 from numba import types
 from numba.core.errors import TypingError
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import ConcreteTemplate, infer_global
+from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import lower_builtin, lower_cast, models, register_model
 
 from tablegen.model.jit import inline_kernel, operation
@@ -99,13 +99,15 @@ def _mask_of_truth(context, builder, fromty, toty, value):
 def _operator(symbols, result, operand, count, emit):
     """Give numba operators an implementation for lanes or masks."""
     arguments = (operand,) * count
+
+    def generic(self, given, _keywords):
+        return result(*arguments) if operand in given else None
+
+    # Those of a target are asked first, before some dozen that numba has for other types.
+    members = {"generic": generic, "metadata": {"target": "cpu"}}
     for symbol in symbols:
-        template = type(
-            f"_Lanes_{symbol.__name__}",
-            (ConcreteTemplate,),
-            {"key": symbol, "cases": [result(*arguments)]},
-        )
-        infer_global(symbol)(template)
+        name = f"_Lanes_{symbol.__name__}"
+        infer_global(symbol)(type(name, (AbstractTemplate,), {"key": symbol, **members}))
 
         @lower_builtin(symbol, *arguments)
         def implement(context, builder, sig, args):

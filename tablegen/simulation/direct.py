@@ -50,18 +50,11 @@ _WALL = (
 
 
 class DirectRebound(NamedTuple):
-    """Result of `DirectModel.rebound`.
-
-    Attributes
-    ----------
-    velocity, omega
-        As of `sampler.table.Rebound`.
-    orientation : float64 array, shape (..., 4)
-        Quaternion as the particle leaves, scalar first and not negative, from body axes to the lab.
-    """
+    """Result of `DirectModel.rebound`; velocity and omega are those of `sampler.table.Rebound`."""
 
     velocity: NDArray[np.float64]
     omega: NDArray[np.float64]
+    #: As the particle leaves, (..., 4), scalar first and not negative, from body axes to the lab.
     orientation: NDArray[np.float64]
 
 

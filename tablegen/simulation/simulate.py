@@ -87,21 +87,9 @@ def make_condition(
 ) -> Condition:
     """Check an impact condition and convert it to the form that kernels take.
 
-    Raises `InputError` for a value outside of the bounds in `tablegen.model.model_bounds`.
-
-    Parameters
-    ----------
-    alpha1, speed, spin
-        As for `simulate`; the magnitude of the spin is up to 5e5 sin(alpha1).
-    resolution : float
-        Smallest rebound speed of a contact point over V. Below half a degree it shrinks with the
-        normal impact speed.
-    tolerance : float
-        Truncation of the flight series. It is tighter for a particle that turns many times before
-        its first contact.
-    omega : {"mean", "departure"}
-        Whether angular velocities, before and after, are means over free tumbling or those of an
-        instant.
+    Arguments are those of `simulate` and fields of `tablegen.model.impacts.Condition`, whose
+    ``instant`` is given by ``omega``, "mean" or "departure". Raises `InputError` beyond the
+    bounds in `tablegen.model.model_bounds`; a spin is up to 5e5 sin(alpha1).
     """
     alpha1 = check_impact_angle(alpha1)
     speed = bounds.SPEED.checked("speed", speed)

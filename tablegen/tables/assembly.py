@@ -67,14 +67,8 @@ def assemble(
 ) -> TableContents:
     """Make the contents of a table, without a measured accuracy.
 
-    Parameters
-    ----------
-    config : Config
-    axes : Axes
-    nodes : list of NodeArrays
-        Row by row: all speeds of the first angle, then of the second.
-    spin_law : mapping from path to array, optional
-        Datasets of `tablegen.fitting.spin_law.spin_law`, if the table has a spin law.
+    Nodes come row by row: all speeds of the first angle, then of the second. ``spin_law`` are the
+    datasets of `tablegen.fitting.spin_law.spin_law`, if the table has a spin law.
     """
     return TableContents(
         datasets={

@@ -27,38 +27,24 @@ _LATER_REBOUNDS = (5e6, 3e7)
 
 
 class Cost(NamedTuple):
-    """Cost of a table.
+    """Cost of a table."""
 
-    Attributes
-    ----------
-    first, most : tuple of int
-        Angles and speeds of the first grid, and of the largest to which it is refined.
-    leaves : int
-        Leaves of the spin law.
-    seconds : tuple of float
-        Least and most processor time that is left.
-    done : float
-        Processor time of the pieces of an interrupted run, which is not spent again.
-    """
-
+    #: Angles and speeds of the first grid, and of the largest to which it is refined.
     first: tuple[int, int]
     most: tuple[int, int]
+    #: Leaves of the spin law.
     leaves: int
+    #: Least and most processor time that is left.
     seconds: tuple[float, float]
+    #: Processor time of the pieces of an interrupted run, which is not spent again.
     done: float = 0.0
 
 
 def estimate(cache: NodeCache, conditions: int = 0, done: float = 0.0) -> Cost:
     """Fit a node, compare it with direct simulation, and extrapolate the time of both.
 
-    Parameters
-    ----------
-    cache : NodeCache
-        Keeps the node for the table.
-    conditions : int
-        Number of conditions at which the finished table is measured.
-    done : float
-        Processor time of the pieces that there are.
+    The cache keeps the node for the table. ``conditions`` is the number of those at which the
+    finished table is measured, ``done`` the processor time of the pieces that there are.
     """
     config, grid = cache.config, first_grid(cache.config)
     first, most = (len(grid.alpha_deg), len(grid.speed)), most_nodes(config, grid)

@@ -20,20 +20,11 @@ _TIMEOUT = 8
 def open_executor(
     engine: str = THREADS, *, workers: int | None = None, scheduler: str | None = None
 ) -> Iterator[Executor | None]:
-    """Open an executor, and close it at the end of the block.
+    """Open an executor of threads, Dask or MPI, and close it at the end of the block.
 
-    Parameters
-    ----------
-    engine : {"threads", "dask", "mpi"}
-    workers : int, optional
-        Threads, or processes of a Dask cluster on this machine; by default one per processor.
-    scheduler : str, optional
-        Address of a running Dask scheduler.
-
-    Yields
-    ------
-    Executor or None
-        None on all ranks of an MPI job but the first, when the first has finished.
+    Workers are threads, or processes of a Dask cluster on this machine, by default one per
+    processor; ``scheduler`` is the address of a running Dask scheduler. Yields None on all ranks of
+    an MPI job but the first, when the first has finished.
     """
     if scheduler is not None and engine != DASK:
         raise InputError(f"--scheduler: got {scheduler} with {engine}, allowed: with dask only")

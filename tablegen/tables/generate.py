@@ -30,22 +30,14 @@ _MEASURE_SEED = 0xACC0
 
 @dataclass(frozen=True)
 class Generated:
-    """A new table and its measured accuracy.
-
-    Attributes
-    ----------
-    table : Table
-    validation : Validation or None
-        What `tablegen.validate` finds with a seed of its own, unless no condition was asked for.
-    unmet : list of str
-        Line on the accuracy that the refinement could not reach with the planned nodes.
-    seconds : dict
-        Processor seconds by stage; those of a measurement on several threads together.
-    """
+    """A new table and its measured accuracy."""
 
     table: Table
+    #: What `tablegen.validate` finds with a seed of its own, unless no condition was asked for.
     validation: Validation | None
+    #: Line on the accuracy that the refinement could not reach with the planned nodes.
     unmet: list[str]
+    #: Processor seconds by stage; those of a measurement on several threads together.
     seconds: dict[str, float]
 
 

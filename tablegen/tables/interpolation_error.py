@@ -45,22 +45,11 @@ def error_of(
 def interpolation_errors(
     config: Config, place: Place, condition: tuple[float, float], nodes: list[NodeArrays]
 ) -> Arrays:
-    """Compare draws between the nodes of a place with direct simulation.
+    """Compare draws at a condition (alpha_deg, speed) between the nodes of a place with simulation.
 
-    Parameters
-    ----------
-    config : Config
-    place : Place
-    condition : tuple (alpha_deg, speed)
-        Between the nodes.
-    nodes : list of NodeArrays
-        Row by row, as for `assemble`.
-
-    Returns
-    -------
-    Arrays
-        Values of `METRICS`, and `SECONDS`. An expensive metric has the value of equal laws where a
-        cheap one is far off, or where any value is allowed.
+    Nodes come row by row, as for `assemble`. Returns values of `METRICS`, and `SECONDS`. An
+    expensive metric has the value of equal laws where a cheap one is far off, or where any value is
+    allowed.
     """
     watch, (alpha_deg, speed) = Stopwatch(), condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)

@@ -75,15 +75,8 @@ def refine(
 ) -> Placement:
     """Halve intervals until the errors in the middles of all edges and cells are small enough.
 
-    Parameters
-    ----------
-    grid : Grid
-        First grid.
-    measure : callable
-        Is called again for places that it has measured before.
-    middle_alpha, middle_speed : callable
-    most : tuple of int
-        Largest numbers of angles and of speeds.
+    ``measure`` is called again for places that it has measured before; ``most`` are the largest
+    numbers of angles and of speeds.
     """
     halve = partial(_halved, middles=(middle_alpha, middle_speed), most=most)
     limit = EDGE_LIMIT if min(map(len, grid)) > 1 else CENTRE_LIMIT

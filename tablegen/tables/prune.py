@@ -76,28 +76,11 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
 def prune(
     name_or_path: str | Path, scene: Config, output: str | Path, origin: str = "scene"
 ) -> TableContents:
-    """Cut a table to a scene and write it.
+    """Cut a table to a scene, write it to another .h5 file, and return its contents.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        Name of a shipped table, or path of a .h5 file.
-    scene : Config
-        Complete, as from `tablegen.config.config.scene_over`.
-    output : str or Path
-        Another .h5 file.
-    origin : str
-        Source of the scene, for error messages.
-
-    Returns
-    -------
-    TableContents
-        Contents of the new file.
-
-    Raises
-    ------
-    InputError
-        If the table does not cover the scene, or a file cannot be read or written.
+    The table is a name or a path; the scene is complete, as from
+    `tablegen.config.config.scene_over`, and messages call it ``origin``. Raises `InputError` if the
+    table does not cover the scene, or a file cannot be read or written.
     """
     path = check_output(output)
     contents = pruned(load(name_or_path).contents, scene, origin)

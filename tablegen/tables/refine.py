@@ -130,29 +130,15 @@ class NodeCache:
 
 
 def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays]:
-    """Fit all nodes of a grid, in the resolution that the configuration names.
-
-    Returns
-    -------
-    list of NodeArrays
-        Row by row: all speeds of the first angle, then of the second.
-    """
+    """Fit all nodes of a grid, row by row, in the resolution that the configuration names."""
     return NodeCache(config, runner).fit(resolution(config), product(*grid))
 
 
 def refine_grid(cache: NodeCache) -> RefinedGrid:
-    """Choose the sizes, place the nodes and fit them.
+    """Choose the sizes, place the nodes and fit those that the cache does not have.
 
-    Parameters
-    ----------
-    cache : NodeCache
-        Of the configuration; nodes that it has are not fitted again.
-
-    Returns
-    -------
-    RefinedGrid
-        Nodes and sizes that the configuration names are taken as they are; if it names both lists
-        of nodes, no interpolation error is measured.
+    Nodes and sizes that the configuration names are taken as they are; if it names both lists of
+    nodes, no interpolation error is measured.
     """
     config = cache.config
     size, grid = resolution(config), first_grid(config)

@@ -136,7 +136,7 @@ class RawModule:
         if digest not in self.libraries:
             source = self.folder / f"program-{digest}.cpp"
             source.write_text(self.code)
-            flags = ["-O1", "-fPIC", "-shared", *self.flags]
+            flags = ["-fPIC", "-shared", *self.flags]
             program = toolchain.build_on_host(source, source.with_suffix(".so"), flags)
             self.libraries[digest] = ctypes.CDLL(str(program))
         return self.libraries[digest]

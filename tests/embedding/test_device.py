@@ -177,14 +177,6 @@ def test_only_a_device_refuses(monkeypatch):
         table.to_device()
 
 
-def test_a_wrong_kernel_is_found(cupy, monkeypatch):
-    """One that forgets the hit in the keys."""
-    wrong = source().replace("hit[rbti_row(", "0 & hit[rbti_row(")
-    monkeypatch.setattr("sampler.device.program.source", lambda: wrong)
-    with pytest.raises(AssertionError):
-        test_draws_have_the_bits_of_the_table(cupy, "full")
-
-
 def test_nvrtc_compiles_it_as_cupy_does():
     """NVIDIA's run-time compiler needs no GPU."""
     path = toolchain.wheel_file("nvidia-cuda-nvrtc", "lib/libnvrtc.so.13")

@@ -15,6 +15,7 @@ from sampler.files import include_directory
 from sampler.library import _Conditions as Conditions
 from sampler.library import _Impacts as Impacts
 from sampler.library import _Report as Report
+from sampler.library import library
 
 INCLUDE = include_directory()
 MODULE = INCLUDE / "rebound_sampler.f90"
@@ -26,9 +27,9 @@ ONE_COPY = "-DRBT_NO_CLONES"
 _WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow"]
 _VARIABLES = {"gcc": "CC", "g++": "CXX", "gfortran": "FC"}
 _FLAGS = {
-    "gcc": ["-std=c99", "-Wstrict-prototypes", *_WARNINGS],
+    "gcc": ["-std=c99", "-Wstrict-prototypes", ONE_COPY, *_WARNINGS],
     "clang": ["-std=c99", *_WARNINGS],
-    "g++": ["-std=c++17", *_WARNINGS],
+    "g++": ["-std=c++17", ONE_COPY, *_WARNINGS],
     "clang++": ["-std=c++17", *_WARNINGS],
     "nvcc": ["-std=c++17", "-fmad=false", "-Werror", "all-warnings"],
     "gfortran": ["-std=f2008", *_WARNINGS[:4], "-Wimplicit-interface"],
@@ -84,11 +85,8 @@ def build_on_host(source, program, flags=()):
 
 
 def build_fortran(sources, folder, flags=()):
-    """Build a Fortran program with the module and the header, and return its path."""
-    require("gfortran")
-    (folder / "library.c").write_text(IMPLEMENTATION)
-    compile_with("gcc", ["-O2", ONE_COPY, "-c", folder / "library.c"], folder / "library.o")
-    objects = [MODULE, *sources, folder / "library.o"]
+    """Build a Fortran program with the module and Python's library, and return its path."""
+    objects = [MODULE, *sources, library()._name]
     return build("gfortran", objects, folder / "program", [*flags, f"-J{folder}"])
 
 

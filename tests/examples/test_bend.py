@@ -119,7 +119,8 @@ def test_standard_errors_are_the_scatter_of_runs():
         assert errors[:, k].mean() == pytest.approx(values[:, k].std(axis=0).mean(), rel=0.1)
 
 
-def test_command_prints_and_draws(tmp_path, capsys):
+def test_command_prints_and_draws(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(bend, "STEP", 0.1)  # a fifth of the steps
     figure = tmp_path / "bend.png"
     bend.main(["--count", "60", "--diameter", "60e-6", "--figure", str(figure)])
     assert "| impacts a particle | " in capsys.readouterr().out

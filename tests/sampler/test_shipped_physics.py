@@ -60,13 +60,3 @@ def test_spinning_particles_gain_no_energy(name):
 @pytest.mark.study
 def test_a_billion_draws():
     assert _draw_and_count(N) == 0
-
-
-@pytest.mark.parametrize(
-    ("component", "value"), [(1, 0.0), (1, -1e-300), (0, 1.0), (3, np.nan), (5, np.inf), (2, -1.1)]
-)
-def test_a_forbidden_state_is_counted(component, value):
-    states = np.full((5, 6), 0.1)
-    assert forbidden(states) == 0
-    states[3, component] = value
-    assert forbidden(states) == 1

@@ -6,6 +6,8 @@ from tiny_tables import GENERATE, MEASURED, TINY, Tiny
 from tablegen.accuracy.validate import validate_contents
 from tablegen.tables.generate import generate
 
+_TREES = "tablegen.accuracy.metrics.TREES"
+
 
 @pytest.fixture
 def quick_measurement(monkeypatch):
@@ -20,14 +22,16 @@ def quick_measurement(monkeypatch):
 @pytest.fixture
 def quick_classifier(monkeypatch):
     """Few trees, where it does not matter how well they tell a table from direct simulation."""
-    monkeypatch.setattr("tablegen.accuracy.metrics.TREES", 20)
+    monkeypatch.setattr(_TREES, 20)
 
 
 @pytest.fixture(scope="session")
 def tiny(tmp_path_factory):
     """The tiny table, made once."""
     path = tmp_path_factory.mktemp("tables") / "tiny.h5"
-    return Tiny(path, generate(TINY, path, conditions=2, samples=MEASURED))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_TREES, 20)
+        return Tiny(path, generate(TINY, path, conditions=2, samples=MEASURED))
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ def command(*words):
     ended = subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=150)
     # the first process of all says that it compiles, which depends on what ran before
     lines = ended.stderr.splitlines(keepends=True)
-    err = "".join(line for line in lines if not line.startswith("compiling the "))
+    err = "".join(line for line in lines if not line.startswith(("compiling the ", "compiled ")))
     return SimpleNamespace(status=ended.returncode, out=ended.stdout, err=err)
 
 

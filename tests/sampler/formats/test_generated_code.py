@@ -1,13 +1,10 @@
 """C header and Fortran module hold the constants of the one description."""
 
-from pathlib import Path
-
 import pytest
 
 from sampler.errors import CODES, Code, InputError
 from sampler.files import include_directory
 from sampler.formats import generated_code
-from sampler.formats.binary_layout import LIBRARY_VERSION
 from sampler.formats.generated_code import PARTS, generated
 
 COMMAND = "python -m sampler.formats.generated_code"
@@ -33,12 +30,6 @@ def test_a_lost_mark_is_refused(name):
     broken = text_of(name).replace("end constants", "")
     with pytest.raises(InputError, match="part 'constants' is not marked, allowed: "):
         generated(name, broken)
-
-
-def test_library_has_the_version_of_the_package():
-    project = Path(__file__).resolve().parents[3] / "pyproject.toml"
-    major, minor = LIBRARY_VERSION
-    assert f'\nversion = "{major}.{minor}.' in project.read_text(encoding="utf-8")
 
 
 def test_command_writes_the_files(tmp_path, monkeypatch):

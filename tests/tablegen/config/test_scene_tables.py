@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from corrupt_tables import declaring, shifted_speeds
-from tiny_tables import TINY
+from tiny_tables import MEASURED, TINY
 
 import sampler
 from sampler.formats.channels import WORKS, channels_for
@@ -14,7 +14,7 @@ from tablegen.accuracy.validate import validate
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.generate import generate
 
-pytestmark = pytest.mark.usefixtures("quick_measurement", "quick_classifier")
+pytestmark = pytest.mark.usefixtures("quick_classifier")
 
 MANY = ("u", "v", "w", "rotational_energy", "collisions", *WORKS)
 SCENES = {
@@ -37,7 +37,7 @@ class Scene:
         # without the mirror, so that probabilities of reflection are fitted
         self.config = TINY.with_changes({"domain": changes, "table": {"mirror": False}})
         self.path = path
-        generate(self.config, path, conditions=1)
+        generate(self.config, path, conditions=1, samples=MEASURED)
         self.table = sampler.load(path)
 
     def drawn(self, alpha_deg, speed):

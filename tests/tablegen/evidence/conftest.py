@@ -27,6 +27,7 @@ def report(tiny):
     """Measurements of a report of the tiny table."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reports, "QUICK", TINY)
+        patch.setattr("tablegen.accuracy.metrics.TREES", 20)
         few = reports.design_methods(TINY.node_samples)[:2]
         patch.setattr(reports, "design_methods", lambda _: few)
         return reports.measure_report(str(tiny.path), [str(tiny.path)], quick=True, seed=3)

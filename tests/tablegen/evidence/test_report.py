@@ -24,11 +24,16 @@ CONFIG = load_config("corundum-steel")
 
 @pytest.fixture(scope="module")
 def page(report, tmp_path_factory):
-    """Page of the tiny report, with a stability study of a few cases."""
+    """Page of the tiny report, with a stability study of a few cases, without the paper's figures.
+
+    Those are drawn in `test_paper_checks`.
+    """
     path = tmp_path_factory.mktemp("stability") / "stability.json"
     grid = QUICK.narrowed(Grid(("prism",), ((1.0, 0.5),), (45.0,), (200.0,), (0.0,)))
     path.write_text(study_json(run_study(CONFIG, list(grid.cases()), count=2, seed=3)))
-    return report_page(report, path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tablegen.evidence.paper.paper_pictures", lambda _: [])
+        return report_page(report, path)
 
 
 def test_command_writes_every_number(run, report, tiny, monkeypatch, tmp_path):
@@ -65,8 +70,8 @@ def test_page_holds_the_numbers_and_runs_nothing(page, report):
     for point in report.atlas.points:
         assert f"{point.estimates['ks'].value:.4f}" in read.texts
     assert "The model holds in every case." in read.texts
-    # the map, the methods, the sizes, a view, and ten figures of the paper
-    assert len(read.values("alt")) == 14
+    # the map, the methods, the sizes and a view
+    assert len(read.values("alt")) == 4
 
 
 def test_texts_and_names_are_escaped():

@@ -1,5 +1,6 @@
 """Machine code on disk: kept once, never that of other sources, and never a reason to fail."""
 
+import re
 import subprocess
 import sys
 
@@ -35,6 +36,16 @@ def test_a_kernel_is_compiled_once(folder):
     assert [comes_from_disk(), comes_from_disk()] == [False, True]
 
 
+def test_a_kernel_in_another_has_no_machine_code_of_its_own(folder):
+    inner = kernel(_twice)
+    outer = kernel(lambda x: inner(x) + 1.0)
+    assert outer(3.0) == 7.0
+    assert (len(outer.overloads), len(inner.overloads)) == (1, 0)
+    assert len([*folder.iterdir()]) == 1
+    assert inner(3.0) == 6.0
+    assert len([*folder.iterdir()]) == 2
+
+
 def test_the_oldest_folders_of_other_sources_are_removed(folder):
     for k in range(9):
         (folder.parent / f"tablegen-{k}").mkdir(parents=True)
@@ -64,7 +75,10 @@ def test_an_edit_of_a_called_function_reaches_its_callers(tmp_path):
         ended = subprocess.run(
             command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True
         )
-        return ended.stdout, "compiling the direct model" in ended.stderr
+        told = re.fullmatch(
+            r"compiling the .*\ncompiled proposed_score in \d+\.\d s\n", ended.stderr
+        )
+        return ended.stdout, told is not None
 
     before, compiled = run()
     assert compiled

@@ -22,12 +22,3 @@ def test_states_have_the_bits_of_the_file(name):
     assert len(known) == len(CONDITIONS) * COUNT
     for found, expected in zip(lines(name), known, strict=True):
         assert words_of(found) == words_of(expected)
-
-
-@pytest.mark.parametrize("name", PAIRS)
-def test_the_file_has_chains_of_collisions(name):
-    """Which would spread a difference in the last bit."""
-    known = (FOLDER / name).read_text(encoding="ascii").splitlines()
-    counts = [words_of(line)[2] for line in known]
-    assert min(counts) == 1
-    assert max(counts) >= 10

@@ -32,7 +32,7 @@ def track(arrays, velocity, normal, omega, own, orientation, work_size):
             arrays, v, e_y, 1e-5, still, w, grain, turned, 7, k, 3, work, after[k]
         )
         w = after[k, 3], after[k, 4], after[k, 5]
-        flight, w = tablegen.tumble(arrays, turned, w, grain, 1e-6 * k, work)
+        flight, w = tablegen.tumble(arrays, turned, w, grain, 1e-7 * k, work)
         status[k], after[k, 3:] = min(status[k], flight), w
     return status, after
 
@@ -57,7 +57,7 @@ def test_bits_are_those_of_eight_at_a_time(oriented, omega_is):
     expected = model.rebound(velocity, normal, 1e-5, omega=omega, **keys)
     grains = [tablegen.grain(model.arrays, 7, k, 0 if oriented else 3) for k in range(1000)]
     flown = model.tumble(
-        expected.orientation, expected.omega, grains, 1e-5, 1e-6 * np.arange(1000.0)
+        expected.orientation, expected.omega, grains, 1e-5, 1e-7 * np.arange(1000.0)
     )
     np.testing.assert_array_equal(after[:, :3], expected.velocity)
     np.testing.assert_array_equal(turned, flown[0])

@@ -202,7 +202,7 @@ class TestFromWallToWall:
         np.testing.assert_allclose(one.orientation[same], other.orientation[same], atol=1e-3)
 
 
-COUNT, HITS = 20_000, 6
+COUNT, HITS = 10_000, 6
 
 
 def chain(model, paths, seed):
@@ -240,15 +240,15 @@ def test_chains_that_forget_the_orientation_gain_energy_and_flights_of_any_lengt
 
     With orientations that are uniform at each wall, and angular velocities at departure, energies
     are 1.19 times too large after six hits between opposite walls. Chains with flights of 1.5 to 4
-    and of 50 to 150 half-sizes are of one law. Ratios of energies within 4.5 standard errors, 0.09,
+    and of 50 to 150 half-sizes are of one law. Ratios of energies within 4.5 standard errors, 0.13,
     and KS within 2.7 (2/n)^(1/2) have a false-alarm rate of 1e-4 together.
     """
     short, long = (chain(MEAN, paths, seed) for paths, seed in (((1.5, 4.0), 1), ((50, 150), 2)))
     forgotten = chain(INSTANT, None, 3)
     ratio, error = ratios(short, long)
     assert (np.abs(ratio - 1.0) < 4.5 * error).all()
-    assert max(ks_2samp(*pair).statistic for pair in zip(short, long, strict=True)) < 0.027
+    assert max(ks_2samp(*pair).statistic for pair in zip(short, long, strict=True)) < 0.038
     ratio, error = ratios(forgotten, long)
     assert abs(ratio[-1] - 1.19) < 4.5 * error[-1] + 0.005
     assert (np.abs(ratio - 1.0) > 4.5 * error).any()
-    assert max(ks_2samp(*pair).statistic for pair in zip(forgotten, long, strict=True)) > 0.027
+    assert max(ks_2samp(*pair).statistic for pair in zip(forgotten, long, strict=True)) > 0.038

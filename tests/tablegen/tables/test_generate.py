@@ -17,7 +17,7 @@ from tablegen.fitting.node import fit_node
 from tablegen.tables.generate import generate
 from tablegen.tables.rehearsal import rehearse
 
-pytestmark = pytest.mark.usefixtures("quick_measurement")
+pytestmark = pytest.mark.usefixtures("quick_measurement", "quick_classifier")
 
 
 class TestFile:

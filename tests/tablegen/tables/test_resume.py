@@ -48,6 +48,7 @@ def made(folder, patch, config=CONFIG, **options):
         return fit_node(config, alpha_deg, speed, *rest)
 
     patch.setattr(REFINE, "fit_node", counting)
+    patch.setattr("tablegen.accuracy.metrics.TREES", 20)
     generate(config, folder / "t.h5", conditions=1, samples=MEASURED, **options)
     return fitted
 

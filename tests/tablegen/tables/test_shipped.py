@@ -76,21 +76,23 @@ class TestAccuracy:
             assert declared <= asked
             assert stored[name].max() <= declared
 
-    def test_holds_and_a_table_shifted_by_a_speed_node_is_refused(self, table):
-        def missed(some):
-            found = measure(some, CONFIG, pick_conditions(table, 2, 11), seed=11, samples=50_000)
+    def test_holds_and_a_table_shifted_by_a_speed_node_is_refused(self, table, monkeypatch):
+        def missed(some, places, samples):
+            found = measure(some, CONFIG, places, seed=11, samples=samples)
             return judge(found, CONFIG.accuracy).missed
 
-        assert missed(table) == []
-        metrics = {line.split(":")[0] for line in missed(Table(shifted_speeds(table.contents)))}
+        places, wrong = pick_conditions(table, 2, 11), Table(shifted_speeds(table.contents))
+        assert missed(table, places, 50_000) == []
+        monkeypatch.setattr("tablegen.accuracy.metrics.TREES", 20)  # others tell it apart
+        metrics = {line.split(":")[0] for line in missed(wrong, places[1:], 20_000)}
         assert {"ks", "sliced_wasserstein"} <= metrics
 
     def test_independent_marginals_are_refused(self, table):
         """The table's own draws pass; with their columns shuffled they do not.
 
-        200,000 states a side: standard errors of 0.003 for correlations and 0.002 for the AUC.
+        100,000 states a side: standard errors of 0.004 for correlations and 0.003 for the AUC.
         """
-        alpha_deg, speed, count = 41.0, 140.0, 200_000
+        alpha_deg, speed, count = 41.0, 140.0, 100_000
         alpha1 = np.radians(alpha_deg)
         condition = make_condition(alpha1, speed)
         direct = simulate_condition(CONFIG.pair, CONFIG.population, condition, count, seed=21).state
