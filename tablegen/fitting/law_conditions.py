@@ -133,15 +133,15 @@ def draw_ratios(
 ) -> FloatArray:
     """Draw b/a and c/b of grains of a shape, (count, 2).
 
-    Half follow the law of the population, and half are uniform over its range.
+    Half follow the law of the population, and half are uniform where it has grains.
     """
     low, high = ratio_range(population, shape_code).T
     lawful = rng.random(count) >= _EVEN
     if not (low < high).any():
         return rng.uniform(low, high, (count, 2))
     mean, deviation, least, most = population.kernel_arguments().aspect.T
-    around = _DEVIATIONS * deviation
-    ratios = rng.uniform(np.maximum(low, mean - around), np.minimum(high, mean + around), (count, 2))
+    ends = (np.clip(mean + k * deviation, low, high) for k in (-_DEVIATIONS, _DEVIATIONS))
+    ratios = rng.uniform(*ends, (count, 2))
     u = rng.uniform(least, most, (int(lawful.sum()), 2))
     ratios[lawful] = np.clip(mean + deviation * ndtri(u), low, high)
     return ratios
@@ -190,9 +190,9 @@ def chain_impacts(
     ``seed`` gives that of each hit. Returns the second to the last impacts of all chains, and all
     departures.
     """
-    impacts = still_impacts(domain, grains, rng)
     count = len(grains)
-    impacts = impacts._replace(speed=rng.uniform(*domain.first_speed, count))
+    alpha, speed = _angles(domain, count, rng), rng.uniform(*domain.first_speed, count)
+    impacts = first_impacts(alpha, speed, grains, np.arange(count, dtype=np.uint64))
     kind, keeps = rng.integers(0, _KINDS, count), rng.random(count) < 0.5
     met, left = [impacts.of(slice(0, 0))], []
     for hit in range(1, _HITS):
