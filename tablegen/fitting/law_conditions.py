@@ -54,7 +54,7 @@ _BEYOND = 1.25
 
 #: Share of the impacts without spin that are crowded at the steepest angle, and of those at speeds
 #: that only particles with spin can have as V_e.
-_STEEP, _FAST = 0.33, 0.1
+_STEEP, _FAST = 0.33, 0.05
 
 #: Impacts of chains with a larger spin over V/a, or a lower speed [m/s], are left out.
 _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3

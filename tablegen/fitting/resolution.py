@@ -65,8 +65,8 @@ class SpinSizes(NamedTuple):
 
 #: Sizes by preset of the accuracy.
 SPIN_SIZES = {
-    "compact": SpinSizes(20, 14, 8, 8, 180_000, 65),
-    "standard": SpinSizes(44, 26, 8, 16, 300_000, 97),
+    "compact": SpinSizes(20, 16, 8, 8, 180_000, 65),
+    "standard": SpinSizes(44, 32, 8, 16, 300_000, 97),
     "fine": SpinSizes(96, 40, 8, 16, 480_000, 129),
 }
 
