@@ -36,10 +36,10 @@ _BLOCK = 512
 _LEAST_SHARE, _LEAST_CURVATURE = 1e-3, 1e-4
 
 #: Part of the rebounds in the first iterations, and part of those in second derivatives.
-_FIRST_PART, _CURVATURE_PART = 0.5, 0.25
+_FIRST_PART, _CURVATURE_PART = 0.25, 0.25
 
 #: Iterations on part of the rebounds, on all of them, and between second derivatives.
-_FIRST, _LAST, _CURVATURES_EVERY = 14, 4, 3
+_FIRST, _LAST, _CURVATURES_EVERY = 10, 3, 3
 
 #: Regularisation. The diagonal of the normal equations grows by _PULL for each rebound and by
 #: _PULL_ROWS in all. Each covariance gets _PRIOR_ROWS rebounds of variance _PRIOR_VARIANCE, and
@@ -54,6 +54,14 @@ _STEP, _LONGEST, _LOGIT_PULL = 0.7, 2.0, 1e-2
 _CLUSTER_ROWS, _CLUSTER_ITERATIONS = 30_000, 6
 
 
+class Weight(NamedTuple):
+    """Quadratic forms by which errors of the coefficients of each gate and mean count."""
+
+    group: FloatArray  # (g, f, f)
+    gate: FloatArray  # (k, f, f)
+    mean: FloatArray  # (k, f, f)
+
+
 @dataclass
 class Experts:
     """Experts of g groups, k in all, of o outcomes on f features; factors are lower triangular."""
@@ -62,6 +70,7 @@ class Experts:
     gate: FloatArray  # (k, f)
     mean: FloatArray  # (k, o, f)
     factor: FloatArray  # (k, o, o)
+    weight: Weight
 
     @property
     def outcomes(self) -> int:
@@ -92,13 +101,6 @@ class _Block(NamedTuple):
     likelihood: float
 
 
-class _Curvatures(NamedTuple):
-    """Blocks (g, f, f) and (k, f, f) of the second derivatives."""
-
-    group: FloatArray
-    expert: FloatArray
-
-
 def fit_experts(
     phi: FloatArray,
     inputs: FloatArray,
@@ -116,15 +118,15 @@ def fit_experts(
     points = np.ascontiguousarray(np.hstack([inputs, scores]), dtype=np.float32)
     fitted = _start(vectors, points, (groups, experts, scores.shape[1]), rng)
     part = vectors[: max(math.ceil(_FIRST_PART * len(phi)), min(len(phi), 1000))]
-    curvatures, likelihood = None, 0.0
+    likelihood = 0.0
     for number in range(_FIRST + _LAST):
         rows = part if number < _FIRST else vectors
         sums = expectation(fitted, rows)
-        if curvatures is None or number % _CURVATURES_EVERY == 0 or number == _FIRST:
+        if number % _CURVATURES_EVERY == 0 or number == _FIRST:
             few = rows[: math.ceil(_CURVATURE_PART * len(rows))]
-            curvatures = _curvatures(fitted, few, len(rows) / len(few))
+            fitted.weight = _curvatures(fitted, few, len(rows) / len(few))
         _regress(fitted, sums.products)
-        _move_gates(fitted, sums, curvatures, len(rows))
+        _move_gates(fitted, sums, len(rows))
         likelihood = sums.likelihood / len(rows)
     return fitted, likelihood
 
@@ -182,7 +184,8 @@ def _start(
     gate[:, 0] = np.log((mass + 1.0) / np.repeat(by_group + experts, experts))
     mean = np.zeros((count, outcomes, features))
     factor = np.repeat(np.eye(outcomes)[None], count, axis=0)
-    fitted = Experts(group_gate, gate, mean, factor)
+    weight = Weight(*(np.zeros((n, features, features)) for n in (groups, count, count)))
+    fitted = Experts(group_gate, gate, mean, factor, weight)
     _regress(fitted, products)
     return fitted
 
@@ -230,8 +233,8 @@ def expectation(fitted: Experts, vectors: Single) -> Sums:
     return sums
 
 
-def _curvatures(fitted: Experts, vectors: Single, scale: float) -> _Curvatures:
-    """Sum the second derivatives of both gates, times ``scale``."""
+def _curvatures(fitted: Experts, vectors: Single, scale: float) -> Weight:
+    """Sum the second derivatives of both gates, times ``scale``; the weight of means stays."""
     features = fitted.gate.shape[1]
     pairs = features * (features + 1) // 2
     of_groups = np.zeros((len(fitted.group_gate), pairs))
@@ -240,7 +243,8 @@ def _curvatures(fitted: Experts, vectors: Single, scale: float) -> _Curvatures:
         find_curvatures(block.share, block.group, block.expert, block.by_group, block.by_expert)
         add_products(block.by_group, block.features, _LEAST_CURVATURE, of_groups)
         add_products(block.by_expert, block.features, _LEAST_CURVATURE, of_experts)
-    return _Curvatures(_square(of_groups * scale, features), _square(of_experts * scale, features))
+    gates = (_square(part * scale, features) for part in (of_groups, of_experts))
+    return Weight(*gates, fitted.weight.mean)
 
 
 def _square(packed: FloatArray, size: int) -> FloatArray:
@@ -268,16 +272,17 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
     prior = _PRIOR_ROWS * _PRIOR_VARIANCE * np.eye(outcomes)
     covariance = (rest + prior) / (mass + _PRIOR_ROWS)[:, None, None] + _RIDGE * np.eye(outcomes)
     symmetric = 0.5 * (covariance + covariance.transpose(0, 2, 1))
+    fitted.weight = fitted.weight._replace(mean=pulled)
     fitted.mean = np.asarray(mean, dtype=np.float64)
     fitted.factor = np.asarray(np.linalg.cholesky(symmetric), dtype=np.float64)
 
 
-def _move_gates(fitted: Experts, sums: Sums, curvatures: _Curvatures, rows: int) -> None:
+def _move_gates(fitted: Experts, sums: Sums, rows: int) -> None:
     """Take a step of both gates; the logits of each softmax keep a mean of zero."""
     groups, count = len(fitted.group_gate), len(fitted.gate)
-    top = _stepped(fitted.group_gate, sums.by_group, curvatures.group, rows)
+    top = _stepped(fitted.group_gate, sums.by_group, fitted.weight.group, rows)
     fitted.group_gate = np.subtract(top, top.mean(axis=0))
-    moved = _stepped(fitted.gate, sums.by_expert, curvatures.expert, rows)
+    moved = _stepped(fitted.gate, sums.by_expert, fitted.weight.gate, rows)
     parts = moved.reshape(groups, count // groups, -1)
     fitted.gate = np.subtract(parts, parts.mean(axis=1, keepdims=True)).reshape(count, -1)
 

@@ -42,17 +42,26 @@ from tablegen.simulation.impact_chains import (
 #: Share of the conditions that come from chains, and hits of a chain.
 _CHAINS, _HITS = 0.55, 6
 
+#: Share of the chains that go on after the second impact. Orientations at a second impact are apart
+#: from those at later ones, which the spin does not tell, and there are four of these for each.
+_ON = 0.6
+
 #: Kinds of walls in chains: the first of `tablegen.simulation.impact_chains.WALLS`.
 _KINDS = 3
 
 #: Largest spin of conditions over the largest that the law covers.
 _BEYOND = 1.25
 
+#: Share of the impacts without spin that are crowded at the steepest angle, and of those at speeds
+#: that only particles with spin can have as V_e.
+_STEEP, _FAST = 0.33, 0.05
+
 #: Impacts of chains with a larger spin over V/a, or a lower speed [m/s], are left out.
 _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
 
-#: Share of the grains with ratios spread evenly over their range, for other populations.
-_EVEN = 0.5
+#: Share of the grains with ratios spread evenly, for other populations, and over how many standard
+#: deviations to either side of the mean: where all grains are alike, so are those of the fit.
+_EVEN, _DEVIATIONS = 0.5, 4.0
 
 
 class Range(NamedTuple):
@@ -124,15 +133,17 @@ def draw_ratios(
 ) -> FloatArray:
     """Draw b/a and c/b of grains of a shape, (count, 2).
 
-    Half follow the law of the population, and half are uniform over its range.
+    Half follow the law of the population, and half are uniform where it has grains.
     """
     low, high = ratio_range(population, shape_code).T
-    ratios = rng.uniform(low, high, (count, 2))
     lawful = rng.random(count) >= _EVEN
-    if (low < high).any():
-        mean, deviation, least, most = population.kernel_arguments().aspect.T
-        u = rng.uniform(least, most, (int(lawful.sum()), 2))
-        ratios[lawful] = np.clip(mean + deviation * ndtri(u), low, high)
+    if not (low < high).any():
+        return rng.uniform(low, high, (count, 2))
+    mean, deviation, least, most = population.kernel_arguments().aspect.T
+    ends = (np.clip(mean + k * deviation, low, high) for k in (-_DEVIATIONS, _DEVIATIONS))
+    ratios = rng.uniform(*ends, (count, 2))
+    u = rng.uniform(least, most, (int(lawful.sum()), 2))
+    ratios[lawful] = np.clip(mean + deviation * ndtri(u), low, high)
     return ratios
 
 
@@ -151,9 +162,19 @@ def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
 
 
 def still_impacts(domain: Range, grains: FloatArray, rng: np.random.Generator) -> Impacts:
-    """Draw impacts without spin of some grains (n, 3)."""
+    """Draw impacts without spin of some grains (n, 3).
+
+    Some are crowded at the steepest angle, where the law changes most within a degree, and few are
+    faster than a particle that does not spin can be.
+    """
     n = len(grains)
-    alpha, speed = _angles(domain, n, rng), _speeds(*domain.speed, n, rng)
+    alpha, steep = _angles(domain, n, rng), rng.random(n) < _STEEP
+    low, high = domain.alpha
+    alpha[steep] = high - (high - low) * rng.random(int(steep.sum())) ** 2
+    slow, fast = (
+        _speeds(domain.speed[0], most, n, rng) for most in (domain.first_speed[1], domain.speed[1])
+    )
+    speed = np.where(rng.random(n) < _FAST, fast, slow)
     return first_impacts(alpha, speed, grains, np.arange(n, dtype=np.uint64))
 
 
@@ -169,9 +190,9 @@ def chain_impacts(
     ``seed`` gives that of each hit. Returns the second to the last impacts of all chains, and all
     departures.
     """
-    impacts = still_impacts(domain, grains, rng)
     count = len(grains)
-    impacts = impacts._replace(speed=rng.uniform(*domain.first_speed, count))
+    alpha, speed = _angles(domain, count, rng), rng.uniform(*domain.first_speed, count)
+    impacts = first_impacts(alpha, speed, grains, np.arange(count, dtype=np.uint64))
     kind, keeps = rng.integers(0, _KINDS, count), rng.random(count) < 0.5
     met, left = [impacts.of(slice(0, 0))], []
     for hit in range(1, _HITS):
@@ -180,8 +201,10 @@ def chain_impacts(
         walls = np.where(keeps, kind, rng.integers(0, _KINDS, len(keeps)))
         impacts = next_impacts(model, departures, walls, rng.random((len(keeps), 3)))
         good = domain.holds(impacts)
+        met.append(possible(impacts.of(good)))
+        if hit == 1:
+            good &= rng.random(len(good)) < _ON
         impacts, keeps, kind = possible(impacts.of(good)), keeps[good], kind[good]
-        met.append(impacts)
         if not good.any():
             break
     return joined_impacts(met), joined_departures(left)
@@ -223,7 +246,7 @@ def spinning_impacts(
 
     There are about ``count``, and fewer if chains leave the domain.
     """
-    chains = math.ceil(_CHAINS * count / (_HITS - 1.0))
+    chains = math.ceil(_CHAINS * count / (1.0 + _ON * (_HITS - 2.0)))
     grains = grains_of(population, shape_code, chains, rng)
     met, departures = chain_impacts(model, domain, grains, seed, rng)
     spread = spread_impacts(model, domain, departures, count - math.floor(_CHAINS * count), rng)

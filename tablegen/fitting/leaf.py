@@ -19,6 +19,7 @@ from sampler.formats.bounds import (
 from tablegen.fitting.experts import Experts, fit_experts
 from tablegen.fitting.marginals import normal_scores
 from tablegen.fitting.resolution import SpinSizes
+from tablegen.fitting.rounding import rounded, rounded_together
 from tablegen.fitting.spin_coordinates import (
     SpeedCoordinate,
     coordinates,
@@ -33,17 +34,15 @@ from tablegen.model.float_array import FloatArray
 #: Standard deviation of an input below which it counts as constant.
 _SAME = 2e-4
 
-#: Rounding steps in units of the file, so that it compresses: coefficients of inputs and of
-#: products, in gates and in means; and factors.
-_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (8, 32), (64, 128), 32
+#: Rounding steps in units of the file, so that it compresses: constants, coefficients of inputs and
+#: those of products, in gates and in means; and factors.
+_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (1, 8, 32), (1, 128, 256), 32
 
 #: Least quantile of p_v, which a file needs from the second knot on, with a margin for rounding.
 _LEAST_V = 2e-9
 
 #: Logit, in units of the file, below that of fitted experts: e^-60 is never drawn.
 _NEVER = 60 * GATE_UNIT
-
-_LARGEST = np.iinfo(np.int16).max
 
 
 class Rebounds(NamedTuple):
@@ -107,17 +106,9 @@ def fit_leaf(
     return LeafArrays(centre, scale, *stored, _quantiles(drawn, wanted, sizes.knots))
 
 
-def _steps(used: NDArray[np.bool_], steps: tuple[int, int]) -> NDArray[np.int64]:
-    """Choose the step of each coefficient: one for 1 and the inputs, one for the products."""
-    plain = np.arange(N_FEATURES) < 1 + N_INPUTS
-    return np.where(plain, *steps)[used]
-
-
-def _rounded(values: FloatArray, unit: int, step: NDArray[np.int64] | int) -> NDArray[np.int16]:
-    """Values in units of the file, rounded to multiples of a step."""
-    whole = step * np.rint(values * unit / step)
-    largest = step * (_LARGEST // step)
-    return np.clip(whole, -largest, largest).astype(np.int16)
+def _steps(used: NDArray[np.bool_], steps: tuple[int, int, int]) -> NDArray[np.int64]:
+    """Choose the step of each coefficient: those of 1, of the inputs and of the products."""
+    return np.repeat(steps, (1, N_INPUTS, N_FEATURES - N_INPUTS - 1))[used]
 
 
 def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
@@ -134,12 +125,14 @@ def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
     mean = np.zeros((N_GROUPS, GROUP_SIZE, outcomes, N_FEATURES), dtype=np.int16)
     factor = np.zeros((N_GROUPS, GROUP_SIZE, len(rows)), dtype=np.int16)
     group_gate[groups:, 0], gate[:, each:, 0] = -_NEVER, -_NEVER
-    group_gate[:groups, used] = _rounded(found.group_gate, GATE_UNIT, gate_steps)
-    whole = _rounded(found.gate, GATE_UNIT, gate_steps)
+    weight = found.weight
+    whole = rounded_together(found.group_gate[:, None], weight.group, GATE_UNIT, gate_steps)
+    group_gate[:groups, used] = whole[:, 0]
+    whole = rounded_together(found.gate[:, None], weight.gate, GATE_UNIT, gate_steps)
     gate[:groups, :each, used] = whole.reshape(groups, each, -1)
-    whole = _rounded(found.mean, MEAN_UNIT, mean_steps)
+    whole = rounded_together(found.mean, weight.mean, MEAN_UNIT, mean_steps)
     mean[:groups, :each, :, used] = whole.reshape(groups, each, outcomes, -1)
-    whole = _rounded(found.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
+    whole = rounded(found.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
     factor[:groups, :each] = whole.reshape(groups, each, -1)
     factor[..., rows == columns] = np.maximum(factor[..., rows == columns], _FACTOR_STEP)
     return StoredExperts(

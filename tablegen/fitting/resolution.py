@@ -65,9 +65,9 @@ class SpinSizes(NamedTuple):
 
 #: Sizes by preset of the accuracy.
 SPIN_SIZES = {
-    "compact": SpinSizes(20, 10, 8, 8, 120_000, 65),
-    "standard": SpinSizes(44, 20, 8, 16, 200_000, 97),
-    "fine": SpinSizes(96, 12, 8, 16, 480_000, 129),
+    "compact": SpinSizes(20, 16, 8, 8, 180_000, 65),
+    "standard": SpinSizes(44, 32, 8, 16, 300_000, 97),
+    "fine": SpinSizes(96, 40, 8, 16, 480_000, 129),
 }
 
 

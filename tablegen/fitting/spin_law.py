@@ -38,7 +38,7 @@ from tablegen.fitting.spin_coordinates import (
 from tablegen.fitting.tree import Tree, grow, joined
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import Impacts, depart
+from tablegen.simulation.impact_chains import Impacts, depart, energy_factor
 
 #: Speed coordinate where the law of restitution has none of this form: its exponent, and the part
 #: of the largest V_e at which it is 1/2.
@@ -205,7 +205,11 @@ def _grown(
     config: Config, impacts: Impacts, leaves: int, most: int
 ) -> tuple[Tree, list[LeafConditions]]:
     """Tree of impacts, and at most ``most`` conditions of each leaf."""
-    conditions = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin])
+    speed = impacts.speed
+    if not config.pair.restitution.depends_on_speed:
+        # all at one V_e: no leaf is cut in it
+        speed = config.speeds[1] / energy_factor(impacts.spin)
+    conditions = np.column_stack([impacts.alpha1, speed, impacts.spin])
     q, _ = folded(coordinates(conditions, speed_coordinate(config)))
     tree, found = grow(q, leaves)
     parts = []

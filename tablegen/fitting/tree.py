@@ -15,7 +15,7 @@ _SPIN_AXIS = N_CONDITIONS
 _WIDTHS = np.array([0.9, 1.9, 2.44, 2.44, 2.44])
 
 #: Distance beyond a cut, over the width of the cut leaf, up to which conditions are fitted too.
-_MARGIN = 0.08
+_MARGIN = 0.03
 
 
 class Tree(NamedTuple):
