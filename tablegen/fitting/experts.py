@@ -243,8 +243,8 @@ def _curvatures(fitted: Experts, vectors: Single, scale: float) -> Weight:
         find_curvatures(block.share, block.group, block.expert, block.by_group, block.by_expert)
         add_products(block.by_group, block.features, _LEAST_CURVATURE, of_groups)
         add_products(block.by_expert, block.features, _LEAST_CURVATURE, of_experts)
-    gates = (_square(part * scale, features) for part in (of_groups, of_experts))
-    return Weight(*gates, fitted.weight.mean)
+    group, gate = (_square(part * scale, features) for part in (of_groups, of_experts))
+    return Weight(group, gate, fitted.weight.mean)
 
 
 def _square(packed: FloatArray, size: int) -> FloatArray:

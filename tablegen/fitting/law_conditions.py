@@ -140,8 +140,9 @@ def draw_ratios(
     if not (low < high).any():
         return rng.uniform(low, high, (count, 2))
     mean, deviation, least, most = population.kernel_arguments().aspect.T
-    ends = (np.clip(mean + k * deviation, low, high) for k in (-_DEVIATIONS, _DEVIATIONS))
-    ratios = rng.uniform(*ends, (count, 2))
+    around = _DEVIATIONS * deviation
+    first, last = np.clip(mean - around, low, high), np.clip(mean + around, low, high)
+    ratios = rng.uniform(first, last, (count, 2))
     u = rng.uniform(least, most, (int(lawful.sum()), 2))
     ratios[lawful] = np.clip(mean + deviation * ndtri(u), low, high)
     return ratios

@@ -53,8 +53,9 @@ def estimate(cache: NodeCache, conditions: int = 0, done: float = 0.0) -> Cost:
     sizes = [resolution(config, rungs[0]), resolution(config, rungs[-1])]
     leaves, rebounds = _spin_law(config)
     seconds = []
+    times = {size: _times(cache, size, place) for size in dict.fromkeys(sizes)}
     for k, (size, nodes) in enumerate(zip(sizes, (first, most), strict=True)):
-        node, trial = _times(cache, size, place)
+        node, trial = times[size]
         whole = math.prod(nodes) * node
         if first != most:
             whole += _trials(*nodes) * (1, 2)[k] * trial

@@ -77,7 +77,7 @@ def test_a_known_law_is_recovered():
     deviations = np.sqrt(np.einsum("kij,kij->ki", fitted.factor, fitted.factor))
     np.testing.assert_allclose(deviations, 0.3, rtol=0.1)
     # with the slopes exchanged, the law is worse
-    wrong = Experts(fitted.group_gate, fitted.gate, fitted.mean[::-1], fitted.factor)
+    wrong = Experts(fitted.group_gate, fitted.gate, fitted.mean[::-1], fitted.factor, fitted.weight)
     vectors = np.hstack([features(t), scores]).astype(np.float32)
     assert expectation(wrong, vectors).likelihood / len(t) < likelihood - 1.0
 

@@ -46,14 +46,21 @@ def made_impacts(kind, domain, count, seed):
 
 @pytest.mark.parametrize("kind", ["spread", "still"])
 def test_impacts_fill_the_domain(kind):
-    """The domain has all angles of the table, and speeds V_e up to twice its largest speed."""
+    """The domain has all angles of the table, and speeds V_e up to twice its largest speed.
+
+    Few particles without spin are faster than that largest speed.
+    """
     assert ((math.radians(0.5), math.pi / 2.0), (5.0, 600.0), (50.0, 300.0)) == DOMAIN
     found = made_impacts(kind, DOMAIN, N, 1)
     size, effective = np.linalg.norm(found.spin, axis=1), effective_speed(found)
     for values, (low, high) in ((found.alpha1, DOMAIN.alpha), (effective, DOMAIN.speed)):
         assert low * (1.0 - 1e-9) <= values.min() < values.max() <= high * (1.0 + 1e-9)
         # each sixth of the domain has at least a twentieth of the conditions
-        assert (np.histogram(values, 6, (low, high))[0] > N / 20).all()
+        sixths = np.histogram(values, 6, (low, high))[0]
+        if kind == "still" and values is effective:
+            assert 0 < sixths[3:].sum() < N / 20
+            sixths = sixths[:3]
+        assert (sixths > N / 20).all()
     if kind == "still":
         assert not found.spin.any()
         assert not found.orientation.any()
@@ -67,10 +74,10 @@ def test_impacts_fill_the_domain(kind):
 @pytest.mark.parametrize("kind", ["spread", "chains"])
 def test_orientations_are_those_of_grains_that_a_wall_has_set_spinning(kind):
     """They turn about their long axis less than uniform orientations would; false alarms: 5e-3."""
-    found = made_impacts(kind, DOMAIN, N, 3)
+    found = made_impacts(kind, DOMAIN, 4 * N, 3)
     turn = Rotation.from_quat(found.orientation, scalar_first=True)
     own = turn.inv().apply(found.spin / np.linalg.norm(found.spin, axis=1)[:, None])
-    # 0.286 or 0.312 +- 0.005 of the squared spin, and a third if uniform
+    # 0.280 or 0.317 +- 0.003 of the squared spin, and a third if uniform
     assert np.mean(own[:, 0] ** 2) < {"chains": 0.31, "spread": 0.325}[kind]
 
 
@@ -94,7 +101,7 @@ def test_half_of_the_impacts_are_those_of_chains():
     given = DirectModel(CONFIG), DOMAIN, CONFIG.population, PRISM, N, seed, rng
     found = spinning_impacts(*given)
     assert hits == [1, 2, 3, 4, 5]
-    assert 0.8 * N < len(found.index) <= N + 5
+    assert 0.8 * N < len(found.index) < 1.05 * N
     assert DOMAIN.holds(found).all()
     assert (found.grain[:, 0] == PRISM).all()
     assert 0.5 <= found.grain[:, 1:].min() < found.grain[:, 1:].max() <= 1.0
