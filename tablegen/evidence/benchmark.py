@@ -18,13 +18,7 @@ from tablegen.accuracy.measure import in_threads
 from tablegen.accuracy.metrics import DISTANCES, Reference
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
-from tablegen.evidence.methods import (
-    BenchmarkCase,
-    Draw,
-    FittedMethod,
-    SamplingMethod,
-    simulated,
-)
+from tablegen.evidence.methods import BenchmarkCase, Draw, SamplingMethod, simulated
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
@@ -46,9 +40,8 @@ class Budget:
     batch: int = 50_000
     batches: int = 5
     classified: int = 50_000
-    #: Direct states from which a baseline is fitted, and states per node of tables of other sizes.
+    #: Direct states from which a baseline is fitted.
     training: int = 100_000
-    node_samples: int = 100_000
     #: Draws that are timed together.
     timed: int = 200_000
     #: Where the methods are compared, as shares of the table's range of angles and speeds.
@@ -61,8 +54,6 @@ class Budget:
     viewed: int = 400_000
     #: Impacts of chains a side.
     chained: int = 200_000
-    #: Particles per shape and angle of the paper's figures.
-    figures: int = 200_000
 
 
 #: About 2 minutes on two cores.
@@ -72,7 +63,6 @@ QUICK = Budget(
     batches=4,
     classified=10_000,
     training=20_000,
-    node_samples=30_000,
     timed=50_000,
     conditions=((0.75, 0.5),),
     grid=(5, 3),
@@ -80,7 +70,6 @@ QUICK = Budget(
     views=(2, 1),
     viewed=100_000,
     chained=50_000,
-    figures=20_000,
 )
 
 
@@ -104,7 +93,7 @@ class MethodResult:
     settings: dict[str, Any]
     #: Bytes that a draw reads; the whole file of a table.
     bytes: int
-    #: Worker seconds to make it ready: fit, generation, or load of an existing table.
+    #: Processor time to make it ready: a fit, or the load of a table [s].
     setup_seconds: float
     #: Processor time of one draw on one thread.
     nanoseconds: float
@@ -173,15 +162,6 @@ def best_seconds(work: Callable[[], object], repeats: int = 3) -> float:
     return float(best)
 
 
-def _prepare(method: SamplingMethod, case: BenchmarkCase) -> tuple[FittedMethod, float]:
-    """Fit a method; return it with the worker seconds that this took."""
-    start = time.process_time()
-    with threadpool_limits(limits=1):
-        ready = method.prepare(case)
-    passed = time.process_time() - start
-    return ready, passed if ready.setup is None else ready.setup
-
-
 def run_benchmark(
     methods: Sequence[SamplingMethod],
     config: Config,
@@ -209,7 +189,10 @@ def run_benchmark(
     count = len(methods) + (len(methods) + 1) * budget.batches
     with bar(progress, total=count, desc=f"methods at {alpha_deg:g} deg") as counted:
         for method in methods:
-            fitted, setup = _prepare(method, case)
+            start = time.process_time()
+            with threadpool_limits(limits=1):
+                fitted = method.prepare(case)
+            setup = time.process_time() - start
             draw = partial(fitted.draw, budget.timed, batch_seed(key, TIMED))
             cost = 1e9 * best_seconds(draw) / budget.timed
             ready.append((method, fitted, setup, cost))

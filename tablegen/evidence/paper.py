@@ -114,7 +114,7 @@ def counts_text(statements: Sequence[Statement]) -> str:
     return "Statements of the paper: " + ", ".join(parts) + "."
 
 
-def paper_section(paper: CheckedPaper, folded: bool = False) -> Section:
+def paper_section(paper: CheckedPaper) -> Section:
     """Statements, table and figures of the paper."""
     collisions = collision_rows(paper.statistics)
     blocks: list[Block] = [
@@ -126,7 +126,7 @@ def paper_section(paper: CheckedPaper, folded: bool = False) -> Section:
         DataTable("Collisions at normal impact, per cent", COLLISION_HEAD, collisions),
         *paper.pictures,
     ]
-    return Section("Panfilov & Tsirkunov (2022), checked", blocks, folded)
+    return Section("Panfilov & Tsirkunov (2022), checked", blocks)
 
 
 def files_of(paper: CheckedPaper) -> dict[str, bytes]:

@@ -33,8 +33,6 @@ from tablegen.evidence.benchmark import (
 )
 from tablegen.evidence.methods import (
     baseline_methods,
-    design_condition,
-    design_methods,
     direct_methods,
     load_whole,
     other_table,
@@ -94,9 +92,8 @@ class Report:
     seed: int
     effort: Budget
     machine: dict[str, Any]
-    #: Every method at each condition, and tables of many sizes on a small domain.
+    #: Every method at each condition.
     races: tuple[Benchmark, ...]
-    designs: Benchmark
     #: Empty for a table in whose range no chain of impacts stays.
     spinning: tuple[SpinningWay, ...]
     atlas: AccuracyMap
@@ -147,8 +144,6 @@ def measure_report(
         run_benchmark(methods, config, condition, budget, (seed, number), progress)
         for number, condition in enumerate(_conditions(table, budget))
     ]
-    designs = design_methods(budget.node_samples)
-    last = (seed, len(races))
     return Report(
         table=name_or_path,
         content_sha256=table.contents.content_sha256,
@@ -159,7 +154,6 @@ def measure_report(
         effort=budget,
         machine=machine(),
         races=tuple(races),
-        designs=run_benchmark(designs, config, design_condition(config), budget, last, progress),
         spinning=measure_spinning(table, config, budget, seed),
         atlas=make_accuracy_map(table, config, budget, seed, progress),
         seconds=time.perf_counter() - begin,

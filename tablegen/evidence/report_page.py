@@ -1,7 +1,6 @@
 """A report as sections of text, tables and pictures, for a terminal and for a page."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -17,11 +16,7 @@ from tablegen.config.metric_table import METRICS
 from tablegen.evidence import plots
 from tablegen.evidence.benchmark import BatchMean, Benchmark, batch_seed
 from tablegen.evidence.page import Block, DataTable, Headline, Section, render_page
-from tablegen.evidence.paper import check_paper, paper_section
 from tablegen.evidence.report import Report, grid
-from tablegen.evidence.stability import read_study, run_study
-from tablegen.evidence.stability_cases import BRIEF, QUICK
-from tablegen.evidence.stability_text import study_section
 from tablegen.presentation import Picture
 from tablegen.simulation.simulate import simulate
 
@@ -143,13 +138,6 @@ def report_sections(
         for way in report.spinning
     ]
     caption = "Second to sixth impacts on one wall or between two; the classifier is told all"
-    sizes: list[Block] = [
-        f"Tables of a small part of the range, judged between their nodes at "
-        f"{_place(report.designs)}. Each changes one size of the base. Set-up: worker seconds of "
-        "the generation.",
-        *shown("sizes"),
-        DataTable("Tables of other sizes", METHOD_HEAD, method_rows(report.designs)),
-    ]
     return [
         Section("Summary", summary),
         Section("Accuracy over angle and speed", accuracy),
@@ -160,7 +148,6 @@ def report_sections(
             if spinning
             else ["Chains of impacts leave the range of the table."],
         ),
-        Section("Accuracy against the size of a table", sizes, folded=True),
     ]
 
 
@@ -168,38 +155,17 @@ def _place(race: Benchmark) -> str:
     return f"{race.alpha_deg:g}°, {race.speed:g} m/s"
 
 
-def report_page(report: Report, stability_file: Path | None, progress: bool = False) -> str:
-    """Render a report as an HTML page, with joint laws, stability and the paper.
-
-    Without the JSON of a stability study, a brief study is run.
-    """
+def report_page(report: Report) -> str:
+    """Render a report as an HTML page, with pictures and joint laws."""
     table = sampler.load(report.table)
     config = stored_config(table.config, f"{report.table}: config")
-    if stability_file:
-        study = read_study(stability_file)
-    else:
-        cases = list((BRIEF if report.quick else QUICK).cases())
-        study = run_study(config, cases, seed=report.seed % 2**32, progress=progress)
-    paper = check_paper(table, config, report.effort.figures, report.seed, progress)
     declared = {name: getattr(config.accuracy, name) for name in METRICS}
-    pictures = {
-        "map": plots.map_picture(report.atlas, table.accuracy, declared),
-        "sizes": plots.errors_picture(
-            report.designs, "sizes.svg", cost=("bytes", "bytes of the table")
-        ),
-    }
+    pictures = {"map": plots.map_picture(report.atlas, table.accuracy, declared)}
     for k, race in enumerate(report.races):
         pictures[f"methods-{k}"] = plots.errors_picture(race, f"methods-{k}.svg")
     summary, *measured = report_sections(report, pictures)
-    statements = paper_section(paper, folded=True)
-    sections = [
-        Section(summary.heading, [*summary.blocks, statements.blocks[0]]),
-        _identity(table, config),
-        *measured,
-        Section("Marginals and joint law", _views(report, table, config), folded=True),
-        study_section(study, folded=True),
-        statements,
-    ]
+    views = Section("Marginals and joint law", _views(report, table, config), folded=True)
+    sections = [summary, _identity(table, config), *measured, views]
     return render_page(f"Rebound table {report.table}", sections)
 
 

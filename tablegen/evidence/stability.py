@@ -1,15 +1,12 @@
 """Stability study: simulate every case three times, check each against the laws, and time it."""
 
-import json
 import math
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter
 
 import sampler
 from sampler.errors import InputError
@@ -126,19 +123,6 @@ class Study:
         cases = [outcome.to_dict() for outcome in self.outcomes]
         version = {"software_version": sampler.__version__}
         return {**version, **data, "holds": self.holds, "cases": cases}
-
-
-def read_study(path: Path) -> Study:
-    """Read the JSON of ``tablegen stability --json``; raise InputError if it is something else."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        # the fields of a case stand among those of its outcome
-        outcomes = [{**outcome, "case": outcome} for outcome in data["cases"]]
-        return TypeAdapter(Study).validate_python({**data, "outcomes": outcomes})
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"--stability: got {path}, allowed: a file that 'tablegen stability --json' wrote"
-        ) from error
 
 
 def run_case(config: Config, case: Case, count: int, seed: int) -> Outcome:

@@ -137,7 +137,7 @@ def failure_lines(study: Study) -> list[str]:
     return lines + ([f"failed: {more:,} more cases"] if more else [])
 
 
-def study_section(study: Study, folded: bool = False) -> Section:
+def study_section(study: Study) -> Section:
     """Verdict, counts, groups and worst cases of a study."""
     outcomes = study.outcomes
     failures = Counter(kind for outcome in study.failed for kind in outcome.failures)
@@ -161,7 +161,7 @@ def study_section(study: Study, folded: bool = False) -> Section:
     if study.friction:
         caption = "Coulomb friction: random impacts of the whole population at restitutions 0 to 1"
         blocks.append(DataTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
-    return Section(f"Stability of the direct model: {study.pair}", blocks, folded)
+    return Section(f"Stability of the direct model: {study.pair}", blocks)
 
 
 def study_json(study: Study) -> str:

@@ -11,9 +11,9 @@ from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.evidence import stability as module
 from tablegen.evidence import stability_friction as friction
-from tablegen.evidence.stability import Outcome, Study, read_study, run_case, run_study
+from tablegen.evidence.stability import Outcome, Study, run_case, run_study
 from tablegen.evidence.stability_cases import FORMS, FULL, QUICK, Case, Grid
-from tablegen.evidence.stability_friction import FrictionOutcome, run_friction
+from tablegen.evidence.stability_friction import run_friction
 from tablegen.evidence.stability_text import (
     GOOD,
     HEAD,
@@ -160,21 +160,6 @@ def test_cases_keep_their_order_and_repeat_alone_with_their_seeds(made):
     assert made.outcomes[1].cost < made.outcomes[2].cost
     other = run_study(CONFIG, CASES, count=6, seed=2**64 - 2, threads=3)
     assert without_cost(other) == without_cost(made)
-
-
-def test_study_comes_back_from_its_json(made, tmp_path):
-    bare = replace(made.outcomes[0], figures=None, cost=None, unfinished=3)
-    friction = FrictionOutcome(1.0, 1.0, None, 1, 9, -1, 2, None, None, 0, 1e-5)
-    made = replace(made, outcomes=(*made.outcomes, bare), friction=(friction,))
-    path = tmp_path / "stability.json"
-    path.write_text(study_json(made))
-    assert read_study(path) == made
-    for text in ("", "[]", "{}", '{"cases": [{"shape": "prism"}]}'):
-        path.write_text(text)
-        with pytest.raises(
-            InputError, match=r"--stability: got .*, allowed: a file that 'tablegen"
-        ):
-            read_study(path)
 
 
 def test_cases_outside_the_range_of_the_law_are_marked():
