@@ -15,7 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tablegen.accuracy.measure import in_threads
-from tablegen.accuracy.metrics import DISTANCES, Reference
+from tablegen.accuracy.metrics import DISTANCES
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence.methods import BenchmarkCase, Draw, SamplingMethod, simulated
@@ -131,18 +131,18 @@ def forbidden_share(state: FloatArray) -> float:
 
 
 def batch_errors(
-    draw: Draw, reference: Reference, budget: Budget, batch: int, seed: int
+    draw: Draw, reference: FloatArray, budget: Budget, batch: int, seed: int
 ) -> dict[str, float]:
     """Measure the `METRICS` and the forbidden share of one batch.
 
     The classifier sees other states of the reference in every batch.
     """
     state, few = draw(budget.batch, seed), min(budget.classified, budget.batch)
-    start = batch * few % (len(reference.states) - few + 1)
+    start = batch * few % (len(reference) - few + 1)
     found = {"forbidden": forbidden_share(state)}
     for name, metric in METRICS.items():
         if metric.learned:
-            part = reference.states[start : start + few]
+            part = reference[start : start + few]
             distance = DISTANCES[name](state[:few], part, _DIRECTIONS, batch)
         else:
             distance = DISTANCES[name](state, reference, _DIRECTIONS, 0)
@@ -185,7 +185,7 @@ def run_benchmark(
 
     key = batch_seed(*seeds, FIT)
     case = BenchmarkCase(config, *condition, states(TRAINING, budget.training), key)
-    reference, ready = Reference(states(REFERENCE, budget.reference)), []
+    reference, ready = states(REFERENCE, budget.reference), []
     count = len(methods) + (len(methods) + 1) * budget.batches
     with bar(progress, total=count, desc=f"methods at {alpha_deg:g} deg") as counted:
         for method in methods:
@@ -207,7 +207,7 @@ def run_benchmark(
 
 
 def _all_errors(
-    draws: Sequence[Draw], reference: Reference, budget: Budget, key: int, tick: Any
+    draws: Sequence[Draw], reference: FloatArray, budget: Budget, key: int, tick: Any
 ) -> list[dict[str, BatchMean]]:
     """Measure the errors of all draws, of which the first is the floor."""
 

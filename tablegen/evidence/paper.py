@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from sampler.files import json_text
 from sampler.table import Table
 from tablegen.config.config import Config
-from tablegen.evidence.page import Block, DataTable, Headline, Section, render_page
+from tablegen.evidence.page import Block, Headline, Section, render_page
 from tablegen.evidence.paper_figures import paper_pictures
 from tablegen.evidence.paper_statements import (
     NOT_CHECKED,
@@ -23,7 +23,7 @@ from tablegen.evidence.paper_statistics import (
     FigureStatistics,
     make_statistics,
 )
-from tablegen.presentation import Picture
+from tablegen.presentation import Picture, TextTable
 from tablegen.progress import bar
 
 #: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
@@ -121,9 +121,9 @@ def paper_section(paper: CheckedPaper) -> Section:
         Headline("open", counts_text(paper.statements), failing_lines(paper.statements)),
         f"{paper.count:,} particles of each shape at each angle, {SPEED:g} m/s. A table holds the "
         "mixture, without collisions and rotational energies.",
-        DataTable("Statements", STATEMENT_HEAD, statement_rows(paper.statements), "words"),
+        TextTable("Statements", STATEMENT_HEAD, statement_rows(paper.statements), "words"),
         Headline("soft", "Not checked:", NOT_CHECKED),
-        DataTable("Collisions at normal impact, per cent", COLLISION_HEAD, collisions),
+        TextTable("Collisions at normal impact, per cent", COLLISION_HEAD, collisions),
         *paper.pictures,
     ]
     return Section("Panfilov & Tsirkunov (2022), checked", blocks)

@@ -45,7 +45,7 @@ from tablegen.simulation.impact_chains import Impacts, depart, occurring_impacts
 from tablegen.simulation.simulate import simulate
 
 #: Purposes of random numbers, apart from those of the benchmarks.
-_DIRECT, _OTHER, _TABLE = range(200, 203)
+_DIRECT, _TABLE = 200, 202
 
 #: Accuracy that any law has, so that no comparison takes more states than it is given.
 _ANY = JointTargets(ks=1.0, auc=1.0)
@@ -59,8 +59,6 @@ class AccuracyMap:
     speed: tuple[float, ...]
     #: All speeds of the first angle, then of the second.
     points: tuple[Measured, ...]
-    #: Direct against direct on the diagonal of the grid, with the same number of states.
-    floor: tuple[Measured, ...]
     #: States a side.
     samples: int
 
@@ -202,27 +200,19 @@ def make_accuracy_map(
     conditions, count = [(a, v) for a in alpha for v in speed], budget.mapped
     settings = Settings(directions=8, classified=budget.classified)
 
-    def direct(k: int, purpose: int) -> FloatArray:
-        a, v = conditions[k]
-        key = batch_seed(seed, purpose, k)
-        return simulate(config, np.radians(a), v, count, seed=key, threads=1).state
+    def measured(k: int) -> Measured:
+        (a, v), keys = (
+            conditions[k],
+            [batch_seed(seed, purpose, k) for purpose in (_DIRECT, _TABLE)],
+        )
+        alpha1, index = np.radians(a), np.arange(count)
+        direct = simulate(config, alpha1, v, count, seed=keys[0], threads=1).state
+        drawn = table.sample(alpha1, v, seed=keys[1], index=index, threads=1)
+        return Measured(a, v, estimated(drawn, direct, settings))
 
-    def drawn(k: int) -> FloatArray:
-        a, v = conditions[k]
-        index, key = np.arange(count), batch_seed(seed, _TABLE, k)
-        return table.sample(np.radians(a), v, seed=key, index=index, threads=1)
-
-    def measured(k: int, states: FloatArray) -> Measured:
-        return Measured(*conditions[k], estimated(states, direct(k, _DIRECT), settings))
-
-    every, columns = range(len(conditions)), len(speed)
-    diagonal = [
-        i * columns + min(columns - 1, i * columns // len(alpha)) for i in range(len(alpha))
-    ]
-    with bar(progress, total=len(every) + len(diagonal), desc="accuracy map") as counted:
-        points = in_threads(lambda k: measured(k, drawn(k)), every, counted.update)
-        floor = in_threads(lambda k: measured(k, direct(k, _OTHER)), diagonal, counted.update)
-    return AccuracyMap(alpha, speed, tuple(points), tuple(floor), count)
+    with bar(progress, total=len(conditions), desc="accuracy map") as counted:
+        points = in_threads(measured, range(len(conditions)), counted.update)
+    return AccuracyMap(alpha, speed, tuple(points), count)
 
 
 def measure_spinning(

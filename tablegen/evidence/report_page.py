@@ -1,6 +1,7 @@
 """A report as sections of text, tables and pictures, for a terminal and for a page."""
 
 from collections.abc import Mapping
+from statistics import fmean
 from types import MappingProxyType
 from typing import Any
 
@@ -15,9 +16,9 @@ from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence import plots
 from tablegen.evidence.benchmark import BatchMean, Benchmark, batch_seed
-from tablegen.evidence.page import Block, DataTable, Headline, Section, render_page
+from tablegen.evidence.page import Block, Headline, Section, render_page
 from tablegen.evidence.report import Report, grid
-from tablegen.presentation import Picture
+from tablegen.presentation import Picture, TextTable
 from tablegen.simulation.simulate import simulate
 
 _HEADS = [metric.head for metric in METRICS.values()]
@@ -57,7 +58,7 @@ def worst_share(point: Measured, declared: Mapping[str, float], count: int) -> t
 
 def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
     """Cells of the accuracy map, those nearest to the declared accuracy first; then its limits."""
-    points, floor = report.atlas.points, report.atlas.floor
+    points = report.atlas.points
     ranked = sorted((*worst_share(p, declared, len(points)), k) for k, p in enumerate(points))
     rows = []
     for high, low, name, k in reversed(ranked):
@@ -65,8 +66,8 @@ def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
         cells = [metric.text(point.estimates[n].value) for n, metric in METRICS.items()]
         place = f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s"
         rows.append([place, *cells, f"{low:.2f} to {high:.2f}", METRICS[name].short])
-    noise = [float(np.mean([p.estimates[name].value for p in floor])) for name in METRICS]
-    cells = [metric.text(value) for metric, value in zip(METRICS.values(), noise, strict=True)]
+    noise = {name: fmean(p.estimates[name].noise for p in points) for name in METRICS}
+    cells = [metric.text(noise[name]) for name, metric in METRICS.items()]
     rows.append(["noise floor (mean)", *cells, "", ""])
     return [*rows, ["declared", *(f"{declared[name]:g}" for name in METRICS), "1.00", ""]]
 
@@ -112,7 +113,7 @@ def report_sections(
     accuracy: list[Block] = [
         "Every distance holds the noise of two finite samples; the shares have it taken off.",
         *shown("map"),
-        DataTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
+        TextTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
     ]
     methods: list[Block] = [
         f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
@@ -124,7 +125,7 @@ def report_sections(
     ]
     for k, race in enumerate(report.races):
         methods += shown(f"methods-{k}")
-        methods.append(DataTable(f"At {_place(race)}", METHOD_HEAD, method_rows(race)))
+        methods.append(TextTable(f"At {_place(race)}", METHOD_HEAD, method_rows(race)))
     ks, auc = METRICS["ks"], METRICS["auc"]
     spinning = [
         [
@@ -144,7 +145,7 @@ def report_sections(
         Section("Error against run time", methods),
         Section(
             "Particles that arrive spinning",
-            [DataTable(caption, SPINNING_HEAD, spinning)]
+            [TextTable(caption, SPINNING_HEAD, spinning)]
             if spinning
             else ["Chains of impacts leave the range of the table."],
         ),
@@ -183,7 +184,7 @@ def _identity(table: Table, config: Config) -> Section:
         ["seed", str(file["seed"])],
         ["made with", f"rebound-tables {file['software_version']}"],
     ]
-    contents = DataTable("Contents of the file", ("field", "value"), rows, "words")
+    contents = TextTable("Contents of the file", ("field", "value"), rows, "words")
     text = Section("Configuration", [Headline("text", config.text)], folded=True)
     return Section("Identity", [contents, text])
 

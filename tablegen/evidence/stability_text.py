@@ -6,10 +6,11 @@ from statistics import fmean
 from typing import Any
 
 from sampler.files import json_text
-from tablegen.evidence.page import Block, DataTable, Headline, Section
+from tablegen.evidence.page import Block, Headline, Section
 from tablegen.evidence.stability import Outcome, Study
 from tablegen.evidence.stability_cases import FORMS, Case
 from tablegen.evidence.stability_friction import FrictionOutcome
+from tablegen.presentation import TextTable
 
 #: Quantities whose worst is shown: head, attribute of `Outcome` or `Figures`, and which is worst.
 _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
@@ -154,13 +155,13 @@ def study_section(study: Study) -> Section:
         Headline(kind, words, failure_lines(study)),
         counts,
         numerics,
-        DataTable("Cases by group", HEAD, group_rows(outcomes)),
+        TextTable("Cases by group", HEAD, group_rows(outcomes)),
         "\n".join(LEGEND),
-        DataTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
+        TextTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
     ]
     if study.friction:
         caption = "Coulomb friction: random impacts of the whole population at restitutions 0 to 1"
-        blocks.append(DataTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
+        blocks.append(TextTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
     return Section(f"Stability of the direct model: {study.pair}", blocks)
 
 

@@ -14,7 +14,7 @@ from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.model.float_array import FloatArray
-from tablegen.presentation import table_lines
+from tablegen.presentation import TextTable, table_lines
 
 #: Quantities by which pairs are ranked.
 _RANKED = ("e_n", "e_t")
@@ -180,7 +180,7 @@ def ranking_text(found: Sequence[MeasuredComparison]) -> str:
         cells = ["-" if x is None or math.isnan(x) else f"{x:.3f}" for x in (*parts, one.rms)]
         rows.append([one.pair, *cells])
     title = f"rms deviations of the means of {found[0].measured.name}, the nearest pair first"
-    return "\n".join([title, *table_lines(("pair", *_RANKED, "both"), rows)])
+    return str(TextTable(title, ("pair", *_RANKED, "both"), rows))
 
 
 def comparison_text(found: MeasuredComparison) -> str:

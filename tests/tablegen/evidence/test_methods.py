@@ -9,7 +9,6 @@ from tiny_tables import TINY
 import sampler
 from sampler.errors import InputError
 from sampler.formats.hdf5 import write_table
-from tablegen.accuracy.metrics import Reference
 from tablegen.config.config import load_config
 from tablegen.evidence import methods
 from tablegen.evidence.benchmark import (
@@ -104,7 +103,7 @@ def test_forbidden_states_are_counted():
 
 def test_errors_of_a_batch_of_the_same_law_are_noise():
     rng = np.random.default_rng(6)
-    reference = Reference(rng.uniform(0.1, 0.4, (4000, 6)))
+    reference = rng.uniform(0.1, 0.4, (4000, 6))
 
     def draw(n, seed):
         return np.random.default_rng(seed).uniform(0.1, 0.4, (n, 6))

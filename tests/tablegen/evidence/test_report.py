@@ -13,8 +13,9 @@ from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence import plots
 from tablegen.evidence import report as reports
-from tablegen.evidence.page import DataTable, Headline, Section, render_page, render_text
+from tablegen.evidence.page import Headline, Section, render_page, render_text
 from tablegen.evidence.report_page import headline, report_page
+from tablegen.presentation import TextTable
 
 CONFIG = load_config("corundum-steel")
 
@@ -63,7 +64,7 @@ def test_page_holds_the_numbers_and_runs_nothing(page, report):
 
 
 def test_texts_and_names_are_escaped():
-    table = DataTable("<b>&", ("x",), [("<i>",)])
+    table = TextTable("<b>&", ("x",), [("<i>",)])
     sections = [Section("<s>", ["<p>", Headline("good", "<w>", ["<l>"]), table])]
     assert {"<b>&", "<i>", "<s>", "<p>", "<w>", "<l>"} <= set(
         read_page(render_page("t", sections)).texts
