@@ -201,10 +201,8 @@ def make_accuracy_map(
     settings = Settings(directions=8, classified=budget.classified)
 
     def measured(k: int) -> Measured:
-        (a, v), keys = (
-            conditions[k],
-            [batch_seed(seed, purpose, k) for purpose in (_DIRECT, _TABLE)],
-        )
+        a, v = conditions[k]
+        keys = [batch_seed(seed, purpose, k) for purpose in (_DIRECT, _TABLE)]
         alpha1, index = np.radians(a), np.arange(count)
         direct = simulate(config, alpha1, v, count, seed=keys[0], threads=1).state
         drawn = table.sample(alpha1, v, seed=keys[1], index=index, threads=1)

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from statistics import fmean
 from typing import Any
 
 from sampler.files import json_text
@@ -12,10 +11,9 @@ from tablegen.evidence.stability_cases import FORMS, Case
 from tablegen.evidence.stability_friction import FrictionOutcome
 from tablegen.presentation import TextTable
 
-#: Quantities whose worst is shown: head, attribute of `Outcome` or `Figures`, and which is worst.
+#: Quantities whose worst is shown: head, attribute of `Figures`, and which is worst.
 _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("coll.", "most_collisions", max),
-    ("us", "cost", max),
     ("growth", "growth", max),
     ("residual", "residual", max),
     ("drift", "drift", max),
@@ -24,19 +22,16 @@ _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("flight", "flight", max),
     ("least v+", "least_velocity", min),
 )
-HEAD = ("cases of", "cases", "particles", "failed", "mean us", *(q[0] for q in _QUANTITIES))
+HEAD = ("cases of", "cases", "particles", "failed", *(q[0] for q in _QUANTITIES))
 WORST_HEAD = ("quantity", "value", "case")
-FRICTION_HEAD = (
-    *("static", "dynamic", "particles", "laws failed", "mean us"),
-    *("coll.", "growth", "least v+"),
-)
+FRICTION_HEAD = ("static", "dynamic", "particles", "laws failed", "coll.", "growth", "least v+")
 
 LEGEND = (
-    "*: every case is outside the speeds at which the restitution law was measured. us:",
-    "microseconds per rebound on one thread, growth: gain of energy, residual: of the collision",
-    "equations, drift: relative, of energy or angular momentum in flight, depth: below the wall in",
-    "a; contact, flight: mean change of a particle's state, in V and V/a, by half the contact",
-    "resolution and by half the flight tolerance. Every quantity is that of the worst case.",
+    "*: every case is outside the speeds at which the restitution law was measured. growth: gain",
+    "of energy, residual: of the collision equations, drift: relative, of energy or angular",
+    "momentum in flight, depth: below the wall in a; contact, flight: mean change of a particle's",
+    "state, in V and V/a, by half the contact resolution and by half the flight tolerance. Every",
+    "quantity is that of the worst case.",
 )
 
 #: Sentence of a study in which no case failed.
@@ -48,10 +43,7 @@ _LISTED = 20
 
 def _worst(outcomes: Sequence[Outcome], name: str, choose: Callable[..., Any]) -> Any:
     """Value of a quantity in its worst case, and that outcome; None if it was not measured."""
-    pairs = [
-        (1e6 * o.cost if o.cost and name == "cost" else getattr(o.figures, name, None), o)
-        for o in outcomes
-    ]
+    pairs = [(getattr(o.figures, name, None), o) for o in outcomes]
     known = [(value, outcome) for value, outcome in pairs if value is not None]
     return choose(known, key=lambda pair: pair[0]) if known else None
 
@@ -86,8 +78,7 @@ def _rows(outcomes: Sequence[Outcome], title: Callable[[Case], str]) -> Iterator
 def _row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
     failed = sum(bool(o.failures) for o in outcomes)
     counts = (len(outcomes), sum(o.particles for o in outcomes), failed)
-    costs = [1e6 * o.cost for o in outcomes if o.cost is not None]
-    cells = [name, *(f"{count:,}" for count in counts), f"{fmean(costs):.3g}" if costs else "-"]
+    cells = [name, *(f"{count:,}" for count in counts)]
     for _, attribute, choose in _QUANTITIES:
         worst = _worst(outcomes, attribute, choose)
         cells.append("-" if worst is None else f"{worst[0]:.2g}")
@@ -113,13 +104,12 @@ def friction_rows(outcomes: Sequence[FrictionOutcome]) -> list[list[str]]:
     for coefficients, members in groups.items():
         count = sum(o.rebounds for o in members)
         failed = sum(bool(o.failures) for o in members)
-        cost = 1e6 * sum(o.cost * o.rebounds for o in members) / count
         growths = [o.growth for o in members if o.growth is not None]
         least = [o.least_velocity for o in members if o.least_velocity is not None]
         rows.append(
             [
                 *(f"{coefficient:g}" for coefficient in coefficients),
-                *(f"{count:,}", f"{failed}", f"{cost:.3g}"),
+                *(f"{count:,}", f"{failed}"),
                 f"{max(o.most_collisions for o in members)}",
                 f"{max(growths):.2g}" if growths else "-",
                 f"{min(least):.2g}" if least else "-",
