@@ -171,7 +171,6 @@ def report_page(report: Report) -> str:
 
 
 def _identity(table: Table, config: Config) -> Section:
-    """Provenance of a table."""
     file, pair, domain = table.contents.attributes, config.pair, config.domain
     rows = [
         ["particle on wall", f"{pair.particle} on {pair.wall} ({file['pair']})"],

@@ -170,7 +170,6 @@ def _finite(run: Simulation) -> Any:
 def _figures(
     usual: Simulation, contact: Simulation | None, flight: Simulation | None, kept: Any
 ) -> Figures:
-    """Measure the particles that are kept."""
 
     def change(halved: Simulation | None) -> float | None:
         if halved is None:

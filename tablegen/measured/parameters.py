@@ -190,7 +190,6 @@ def _field(name: str, given: FloatArray, allowed: Range) -> Parameter:
 
 
 def _both_frictions(config: Config) -> Parameter:
-    """Make the parameter of both friction coefficients; the dynamic one is at most the static."""
     labels, given = (STATIC, DYNAMIC), np.array([_given(config, n) for n in (STATIC, DYNAMIC)])
     space = _space(labels, given, _BOTH_FRICTIONS, DESCENDING)
 

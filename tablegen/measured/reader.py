@@ -136,7 +136,6 @@ def _lines(text: str, file: str) -> list[_Line]:
 
 
 def _check_columns(header: _Line) -> None:
-    """Check the names of the columns."""
     names, one_of = header.cells, f"one of {', '.join(QUANTITIES)} at least"
     for separator, words in _OTHER_SEPARATORS.items():
         if len(names) == 1 and separator in names[0]:
