@@ -90,7 +90,6 @@ class MethodResult:
     family: str
     name: str
     covers: str
-    settings: dict[str, Any]
     #: Bytes that a draw reads; the whole file of a table.
     bytes: int
     #: Processor time to make it ready: a fit, or the load of a table [s].
@@ -200,7 +199,7 @@ def run_benchmark(
         draws = [simulated(case).draw, *(fitted.draw for _, fitted, *_ in ready)]
         errors = _all_errors(draws, reference, budget, key, counted.update)
     runners = tuple(
-        MethodResult(m.family, m.name, m.covers, m.settings, fitted.size, setup, cost, error)
+        MethodResult(m.family, m.name, m.covers, fitted.size, setup, cost, error)
         for (m, fitted, setup, cost), error in zip(ready, errors[1:], strict=True)
     )
     return Benchmark(alpha_deg, speed, errors[0], runners)

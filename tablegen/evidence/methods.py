@@ -6,10 +6,9 @@ each is fitted at the very condition at which it is judged.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -58,8 +57,6 @@ class SamplingMethod:
     #: `DOMAIN` or `CONDITION`.
     covers: str
     prepare: Callable[[BenchmarkCase], FittedMethod]
-    #: Its differences from others of its family.
-    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def direct_methods() -> list[SamplingMethod]:
@@ -67,10 +64,9 @@ def direct_methods() -> list[SamplingMethod]:
     varied = [("contact resolution", "contact_resolution", x) for x in (1e-1, 1e-2, 1e-4)]
     varied += [("flight tolerance", "tolerance", x) for x in (1e-4, 1e-6)]
     methods = [SamplingMethod("direct simulation", "as configured", DOMAIN, simulated)]
-    for words, field_name, value in varied:
-        settings, title = {field_name: value}, f"{words} {value:g}"
-        prepare = partial(simulated, numerics=settings)
-        methods.append(SamplingMethod("direct simulation", title, DOMAIN, prepare, settings))
+    for words, name, value in varied:
+        prepare = partial(simulated, numerics={name: value})
+        methods.append(SamplingMethod("direct simulation", f"{words} {value:g}", DOMAIN, prepare))
     return methods
 
 

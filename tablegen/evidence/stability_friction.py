@@ -1,6 +1,5 @@
 """Coulomb friction of any strength: random impacts of the whole population, each checked."""
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -106,35 +105,28 @@ def _run_law(
     spin = rng.standard_normal((count, 3))
     spin *= (rng.uniform(-2.0, 2.0, count).clip(0.0) / np.linalg.norm(spin, axis=1))[:, None]
 
-    def work(part: slice) -> dict[str, Any]:
+    state, energy = np.empty((count, 6)), np.empty((count, 2))
+    collisions, done = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.bool_)
+
+    def work(part: slice) -> int:
         n = part.stop - part.start
-        conditions, state, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
-        collisions, energy = np.zeros(n, dtype=np.int64), np.empty((n, 2))
+        conditions, axes, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
         wall_conditions(alpha, speed, spin, arrays.numerics, conditions, part.start)
-        keys = keys_of_run(seed, 0, part.start, n)
-        given = arrays.law, arrays.population, conditions, keys
-        stuck = simulate_batch(*given, np.empty((n, 6)), state, collisions, kind, energy)
-        if stuck >= 0:  # of the others of the slice nothing is known
-            return {"unfinished": part.start + stuck}
-        finite = np.isfinite(np.column_stack([state, energy])).all(axis=1)
-        if not finite.all():
-            return {"not_finite": part.start + int(np.argmin(finite))}
-        growth, least = float(energy.sum(axis=1).max()) - 1.0, float(state[:, 1].min())
-        most = int(collisions.max())
-        return {"growth": growth, "least_velocity": least, "most_collisions": most}
+        given = arrays.law, arrays.population, conditions, keys_of_run(seed, 0, part.start, n)
+        stuck = simulate_batch(*given, axes, state[part], collisions[part], kind, energy[part])
+        done[part] = stuck < 0  # of the others of its slice nothing is known
+        return part.start + stuck if stuck >= 0 else -1
 
-    parts = [found for _, found in in_slices(work, count, threads)]
-
-    def over(choose: Callable[..., Any], name: str, default: Any) -> Any:
-        return choose((part[name] for part in parts if name in part), default=default)
-
+    stuck = [row for _, row in in_slices(work, count, threads) if row >= 0]
+    finite = np.isfinite(np.column_stack([state, energy])).all(axis=1)
+    kept, lost = done & finite, np.flatnonzero(done & ~finite)
     return FrictionOutcome(
         *law,
         seed=seed,
         rebounds=count,
-        not_finite=over(min, "not_finite", -1),
-        unfinished=over(min, "unfinished", -1),
-        growth=over(max, "growth", None),
-        least_velocity=over(min, "least_velocity", None),
-        most_collisions=over(max, "most_collisions", 0),
+        not_finite=int(lost[0]) if lost.size else -1,
+        unfinished=min(stuck, default=-1),
+        growth=float(energy[kept].sum(axis=1).max()) - 1.0 if kept.any() else None,
+        least_velocity=float(state[kept, 1].min()) if kept.any() else None,
+        most_collisions=int(collisions[kept].max(initial=0)),
     )
