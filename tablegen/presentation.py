@@ -114,3 +114,16 @@ def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]
         cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
         lines.append("  ".join(cells))
     return lines
+
+
+class TextTable(NamedTuple):
+    """Table of text; each row has one cell for each head."""
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    #: "words" if the cells are sentences.
+    style: str = ""
+
+    def __str__(self) -> str:
+        return "\n".join([self.caption, *table_lines(self.head, self.rows)])

@@ -27,7 +27,7 @@ def race(alpha_deg, table_auc):
     errors = [floor | {"auc": batch_mean([auc])} for auc in (table_auc, 0.9, 0.92)]
     families = (("table", "a"), ("table", "a-compact"), ("stored states", "4,096"))
     runners = [
-        MethodResult(*names, "domain", {}, 10, 0.1, 70.0, error)
+        MethodResult(*names, "domain", 10, 0.1, 70.0, error)
         for names, error in zip(families, errors, strict=True)
     ]
     return Benchmark(alpha_deg, 140.0, floor, tuple(runners))

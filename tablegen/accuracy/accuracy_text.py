@@ -1,13 +1,12 @@
 """Results of a measurement or validation as tables and sentences, for terminal and page."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, limits, verdict_words
 from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.later_hits import LaterHit
-from tablegen.accuracy.measure import LawAccuracy
 from tablegen.accuracy.validate import ValidatedLaw, Validation
 from tablegen.config.metric_table import (
     METRICS,
@@ -16,7 +15,7 @@ from tablegen.config.metric_table import (
     metric_of,
     spin_errors_text,
 )
-from tablegen.presentation import table_lines
+from tablegen.presentation import TextTable
 
 _CERTAINTY = (
     "Noise is the mean distance if the table were exact (AUC: 0.5). The error without noise lies "
@@ -24,17 +23,6 @@ _CERTAINTY = (
     f"most {FALSE_ALARMS:.0%} are said to miss it; of tables that miss it at a compared condition, "
     f"at most {FALSE_HOLDS:.0%} are said to hold."
 )
-
-
-class TextTable(NamedTuple):
-    """Table of text with a caption; each row has one cell for each head."""
-
-    caption: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-
-    def __str__(self) -> str:
-        return "\n".join([self.caption, *table_lines(self.head, self.rows)])
 
 
 def accuracy_table(
@@ -69,10 +57,11 @@ def accuracy_table(
     return TextTable(caption, head, rows)
 
 
-def law_tables(
-    measured: LawAccuracy, declared: Any, asked: Any = None, together: int | None = None
-) -> list[TextTable]:
-    """Make the tables of all comparisons of a law; arguments as for `accuracy_table`."""
+def law_tables(law: ValidatedLaw, together: int) -> list[TextTable]:
+    """Make the tables of all comparisons of a law, of ``together`` that are judged together."""
+    measured = law.measured
+    declared: Any = law.declared
+    asked: Any = law.asked
     spin = "Spin law, without spin, with the own grain"
     between = spin if measured.prefix else "Distances to direct simulation"
     found = {between: measured.comparisons, "At the nodes that looked worst": measured.nodes}
@@ -82,24 +71,21 @@ def law_tables(
         if some
     ]
     if measured.joint is not None:
-        allowed = declared.joint, asked.joint if asked else None
-        caption = "Spin law, over the impacts of chains"
-        tables.append(accuracy_table([measured.joint], *allowed, together, caption))
+        caption, both = "Spin law, over the impacts of chains", (declared.joint, asked.joint)
+        tables.append(accuracy_table([measured.joint], *both, together, caption))
     for caption, later in (("cells of conditions", measured.cells), ("chains", measured.hits)):
         if later:
             tables.append(later_table(f"Spin law, {caption}", later, declared, together))
     return tables
 
 
-def later_table(
-    caption: str, later: Sequence[LaterHit], declared: Any, together: int | None = None
-) -> TextTable:
+def later_table(caption: str, later: Sequence[LaterHit], declared: Any, together: int) -> TextTable:
     """Make the table of later hits: the worst by each limit, and what is declared."""
     rows = []
     for limit in later[0].estimates:
         metric = metric_of(limit)
         worst = max(later, key=lambda one: one.estimates[limit].value)
-        low, high = limits(limit, worst.estimates[limit], together or len(later))
+        low, high = limits(limit, worst.estimates[limit], together)
         middle = sorted(one.estimates[limit].value for one in later)[len(later) // 2]
         numbers = worst.estimates[limit].value, low, high, middle, getattr(declared, limit)
         texts = map(metric.text, numbers)
@@ -146,11 +132,7 @@ def verdict_lines(
 
 def validation_tables(validation: Validation) -> list[TextTable]:
     """Make the tables of all comparisons of a validation."""
-    return [
-        table
-        for law in validation.laws
-        for table in law_tables(law.measured, law.declared, law.asked, validation.together)
-    ]
+    return [table for law in validation.laws for table in law_tables(law, validation.together)]
 
 
 def validation_notes(validation: Validation) -> list[str]:

@@ -79,37 +79,22 @@ def cell_departures(
 
 
 def cell_impacts(
-    model: DirectModel,
-    departures: Departures,
-    cell: Cell,
-    count: int,
-    rng: np.random.Generator,
+    model: DirectModel, departures: Departures, cell: Cell, count: int, rng: np.random.Generator
 ) -> Impacts:
     """Draw ``count`` impacts in a cell, of particles that have just left a wall."""
     parts: list[Impacts] = []
     while sum(len(part.index) for part in parts) < count:
-        parts.append(_some_impacts(model, departures, cell, count, rng))
+        size = _between(cell.size, count, rng)
+        taken = with_spins(departures, size, rng)
+        alpha = np.radians(rng.uniform(*cell.alpha_deg, count))
+        impacts = meet(model, taken, np.minimum(alpha, 0.5 * np.pi), rng.random((count, 2)))
+        speed = _between(cell.speed, count, rng) / energy_factor(impacts.spin)
+        impacts = impacts._replace(speed=speed)
+        parts.append(impacts.of(_has(cell.direction, impacts.spin)))
     found = joined_impacts(parts).of(slice(0, count))
     # keys of their own: a departure may be taken more than once
     index = np.arange(len(found.index), dtype=np.uint64)
     return possible(found._replace(index=index))
-
-
-def _some_impacts(
-    model: DirectModel,
-    departures: Departures,
-    cell: Cell,
-    count: int,
-    rng: np.random.Generator,
-) -> Impacts:
-    """Draw impacts in a cell, as many as have the direction."""
-    size = _between(cell.size, count, rng)
-    taken = with_spins(departures, size, rng)
-    alpha = np.radians(rng.uniform(*cell.alpha_deg, count))
-    impacts = meet(model, taken, np.minimum(alpha, 0.5 * np.pi), rng.random((count, 2)))
-    effective = _between(cell.speed, count, rng)
-    impacts = impacts._replace(speed=effective / energy_factor(impacts.spin))
-    return impacts.of(_has(cell.direction, impacts.spin))
 
 
 def _between(ends: tuple[float, float], count: int, rng: np.random.Generator) -> FloatArray:
@@ -120,7 +105,4 @@ def _between(ends: tuple[float, float], count: int, rng: np.random.Generator) ->
 def _has(direction: str, spin: FloatArray) -> NDArray[np.bool_]:
     """Tell which spins (n, 3) have a direction."""
     turn = spin[:, 2] / np.maximum(np.linalg.norm(spin, axis=1), 1e-300)
-    found: NDArray[np.bool_] = np.where(turn < -_TURN, 0, np.where(turn > _TURN, 2, 1)) == (
-        DIRECTIONS.index(direction)
-    )
-    return found
+    return np.asarray(np.digitize(turn, (-_TURN, _TURN)) == DIRECTIONS.index(direction))

@@ -47,7 +47,7 @@ class Comparison(Measured):
     states: int = 0
 
     def to_dict(self) -> dict[str, Any]:
-        """Give every number for JSON."""
+        """Give every number but the estimates for JSON."""
         return {
             "alpha_deg": self.alpha_deg,
             "speed": self.speed,
@@ -56,7 +56,6 @@ class Comparison(Measured):
             "table": asdict(self.table),
             "direct": asdict(self.direct),
             "components": self.variables,
-            "estimates": {name: e.to_dict() for name, e in self.estimates.items()},
             "states": self.states,
         }
 

@@ -1,6 +1,6 @@
 """Impact conditions at which the accuracy of a table is measured."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -77,18 +77,15 @@ def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
     """Refuse conditions that a table does not cover, or none at all, with an `InputError`."""
     if not places:
         raise InputError("at: got no condition, allowed: one or more")
+    axes = [("alpha", table.alpha_nodes_deg, "degrees")]
+    if not table.speed_independent:
+        axes.append(("speed", table.speed_nodes, "m/s"))
     for place in places:
-        for value, (name, (low, high), unit) in zip(place, _ranges(table), strict=False):
+        for value, (name, nodes, unit) in zip(place, axes, strict=False):
+            low, high = nodes[[0, -1]]
             if not low <= value <= high:
                 raise InputError(
                     f"{name}: got {value:.9g} {unit}, allowed: {low:g} to {high:g} {unit}, which "
                     "the table covers"
                 )
     return [Place(float(p.alpha_deg), float(p.speed)) for p in places]
-
-
-def _ranges(table: Table) -> Iterator[tuple[str, FloatArray, str]]:
-    """Name, range and unit of the numbers of a condition."""
-    yield "alpha", table.alpha_nodes_deg[[0, -1]], "degrees"
-    if not table.speed_independent:
-        yield "speed", table.speed_nodes[[0, -1]], "m/s"

@@ -7,7 +7,7 @@ upper limit is within. Otherwise it is *undecided*, and more states are needed.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from scipy.stats import norm
@@ -16,6 +16,11 @@ from tablegen.accuracy.noise_corrected import Estimate
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS, metric_of
 from tablegen.config.targets import JointTargets, SpinTargets
+
+if TYPE_CHECKING:
+    from tablegen.accuracy.comparison import Measured
+    from tablegen.accuracy.joint_law import JointComparison
+    from tablegen.accuracy.later_hits import LaterHit
 
 #: Probability that a table that has the accuracy is said to miss it, over all distances, conditions
 #: and looks together (Bonferroni): half for the nodes, half for the comparisons.
@@ -38,16 +43,8 @@ Targets = AccuracyTargets | SpinTargets | JointTargets
 HOLDS, MISSED, UNDECIDED = "holds", "missed", "undecided"
 
 
-class Judged(Protocol):
-    """Distances measured somewhere."""
-
-    @property
-    def estimates(self) -> Mapping[str, Estimate]:
-        """Distances by metric."""
-
-    @property
-    def place(self) -> str:
-        """Condition in words."""
+#: Distances measured somewhere: estimates by metric, and the place in words.
+Judged: TypeAlias = "Measured | JointComparison | LaterHit"
 
 
 @dataclass(frozen=True)

@@ -69,11 +69,10 @@ class JointComparison:
         return "the impacts of chains"
 
     def to_dict(self) -> dict[str, Any]:
-        """Give every number for JSON."""
+        """Give every number but the estimates for JSON."""
         return {
             **{name: estimate.distance for name, estimate in self.estimates.items()},
             "auc_without_grain": self.auc_without_grain.value,
-            "estimates": {name: e.to_dict() for name, e in self.estimates.items()},
             "states": self.states,
             "quantiles": self.quantiles,
         }

@@ -199,39 +199,28 @@ def measure_spin(
     seed: int,
     samples: int | None = None,
     targets: SpinTargets | None = None,
-    later: bool = True,
     progress: bool = False,
 ) -> LawAccuracy:
     """Compare a spin law with direct simulation that keeps the orientation of a grain.
 
     Without spin at some conditions, over the impacts of chains, in cells of conditions and at every
-    hit of chains. Arguments are those of `measure`; ``later`` says whether to measure later hits.
+    hit of chains (`tablegen.accuracy.later_hits`). Arguments are those of `measure`.
     """
     targets = targets or config.spin_targets
     how: dict[str, Any] = {"seed": seed, "samples": samples}
     found = measure(table, config, places, targets=targets, progress=progress, **how)
-    if not later:
-        return LawAccuracy(found, prefix="spin ")
     with threadpool_limits(limits=1), bar(progress, total=1, desc="impacts of chains") as counted:
         over = compare_chains(drawn_from(table, seed), config, targets=targets.joint, **how)
         counted.update()
     if over is None:
         return LawAccuracy(found, prefix="spin ")
-    cells, hits = measure_later(table, config, seed, samples, progress)
-    return LawAccuracy(found, joint=over, cells=cells, hits=hits, prefix="spin ")
-
-
-def measure_later(
-    table: Table, config: Config, seed: int, samples: int | None = None, progress: bool = False
-) -> tuple[tuple[LaterHit, ...], tuple[LaterHit, ...]]:
-    """Compare later hits in cells of conditions and in chains: `tablegen.accuracy.later_hits`."""
-    draw = drawn_from(table, seed, threads=1)
-    work = later_hits(draw, config, seed, samples)
+    work = later_hits(drawn_from(table, seed, threads=1), config, seed, samples)
     with bar(progress, "comparison", total=len(work), desc="later hits") as counted:
-        found = in_threads(lambda compared: compared(), work, counted.update)
-    whole = [later for part in found for later in part]
+        parts = in_threads(lambda compared: compared(), work, counted.update)
+    whole = tuple(later for part in parts for later in part)
     cells = tuple(later for later in whole if "cell_ks" in later.estimates)
-    return cells, tuple(later for later in whole if "chain_ks" in later.estimates)
+    hits = whole[len(cells) :]  # the cells come first
+    return LawAccuracy(found, joint=over, cells=cells, hits=hits, prefix="spin ")
 
 
 def spin_accuracy_datasets(measured: LawAccuracy | None) -> dict[str, NDArray[np.float64]]:

@@ -7,7 +7,7 @@ function of each of `tablegen.config.metric_table.METRICS`.
 """
 
 from collections.abc import Callable, Mapping
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,58 +60,19 @@ def varies(values: FloatArray) -> NDArray[np.bool_]:
     return np.ptp(values, axis=0) > CONSTANT_SPREAD
 
 
-class Reference:
-    """Reference sample (m, d) for many comparisons; it caches sorting and moments."""
-
-    def __init__(self, states: ArrayLike) -> None:
-        self.states = as_sample("reference", states)
-        self._projections: dict[tuple[int, int], FloatArray] = {}
-
-    @cached_property
-    def sorted_columns(self) -> FloatArray:
-        """Sorted variables, shape (d, m)."""
-        return np.sort(self.states.T)
-
-    @cached_property
-    def correlations(self) -> FloatArray:
-        """Correlation matrix, shape (d, d)."""
-        return correlations(self.states)
-
-    @cached_property
-    def moments(self) -> tuple[FloatArray, FloatArray]:
-        """Means and standard deviations, (d,) each; 1 for the deviation of a constant."""
-        scale = np.where(varies(self.states), self.states.std(axis=0), 1.0)
-        return self.states.mean(axis=0), scale
-
-    def standardised(self, states: FloatArray) -> FloatArray:
-        """Standardise states with the reference's means and standard deviations."""
-        mean, scale = self.moments
-        return (states - mean) / scale
-
-    def projections(self, directions: int, seed: int) -> FloatArray:
-        """Give the sorted projections of the standardised reference, shape (directions, m)."""
-        found = self._projections.get((directions, seed))
-        if found is None:
-            along = unit_directions(directions, self.states.shape[1], seed)
-            scaled = self.standardised(self.states)
-            found = np.stack([np.sort(scaled @ direction) for direction in along])
-            self._projections[directions, seed] = found
-        return found
-
-
-def ks_distances(sample: ArrayLike, reference: ArrayLike | Reference) -> FloatArray:
+def ks_distances(sample: ArrayLike, reference: ArrayLike) -> FloatArray:
     """Compute the two-sample Kolmogorov-Smirnov distance of each variable, shape (d,), in [0, 1].
 
     The samples have shapes (n, d) and (m, d). `InputError` says if they do not fit, a sample has
     fewer than two rows, or a number is not finite.
     """
     a, b = _checked(sample, reference)
-    gaps = (largest_gap(x, y) for x, y in zip(a.T, b.sorted_columns, strict=True))
+    gaps = (largest_gap(x, y) for x, y in zip(a.T, b.T, strict=True))
     return np.array([abs(gap) for _, gap in gaps])
 
 
 def sliced_wasserstein(
-    sample: ArrayLike, reference: ArrayLike | Reference, directions: int = DIRECTIONS, seed: int = 0
+    sample: ArrayLike, reference: ArrayLike, directions: int = DIRECTIONS, seed: int = 0
 ) -> float:
     """Compute the sliced Wasserstein-1 distance of states (n, d) and (m, d).
 
@@ -125,27 +86,26 @@ def sliced_wasserstein(
     a, b = _checked(sample, reference)
     if directions < 1:
         raise InputError(f"directions: got {directions}, allowed: at least 1")
-    along = unit_directions(directions, a.shape[1], seed)
-    projected = b.projections(directions, seed)
-    at_a, at_b, width = _quantile_pieces(len(a), projected.shape[1])
-    scaled, total = b.standardised(a), 0.0
-    for direction, other in zip(along, projected, strict=True):
+    at_a, at_b, width = _quantile_pieces(len(a), len(b))
+    mean, scale = b.mean(axis=0), np.where(varies(b), b.std(axis=0), 1.0)
+    (a, b), total = ((x - mean) / scale for x in (a, b)), 0.0
+    for direction in unit_directions(directions, a.shape[1], seed):
         # on the line the distance is the area between the two quantile functions
-        gap = np.sort(scaled @ direction)[at_a] - other[at_b]
+        gap = np.sort(a @ direction)[at_a] - np.sort(b @ direction)[at_b]
         total += float(np.abs(gap) @ width)
     return total / directions
 
 
-def correlation_error(sample: ArrayLike, reference: ArrayLike | Reference) -> float:
+def correlation_error(sample: ArrayLike, reference: ArrayLike) -> float:
     """Compute the largest difference of a Pearson correlation between two samples, in [0, 2].
 
     Correlations of a constant variable are 0.
     """
     a, b = _checked(sample, reference)
-    return float(np.abs(correlations(a) - b.correlations).max())
+    return float(np.abs(correlations(a) - correlations(b)).max())
 
 
-def classifier_auc(sample: ArrayLike, reference: ArrayLike | Reference, seed: int = 0) -> float:
+def classifier_auc(sample: ArrayLike, reference: ArrayLike, seed: int = 0) -> float:
     """Measure how well gradient-boosted trees tell samples (n, d) and (m, d) apart.
 
     A classifier of 150 trees with at most 63 leaves learns on a random half of each sample; the
@@ -155,7 +115,7 @@ def classifier_auc(sample: ArrayLike, reference: ArrayLike | Reference, seed: in
     """
     a, b = _checked(sample, reference, rows=4)
     rng = np.random.default_rng(seed)
-    of_a, of_b = classifier_scores(rng.permutation(a), rng.permutation(b.states), seed)
+    of_a, of_b = classifier_scores(rng.permutation(a), rng.permutation(b), seed)
     return float(roc_auc_score(_labels(of_a, of_b), np.concatenate((of_a, of_b))))
 
 
@@ -181,16 +141,14 @@ def classifier_scores(
 
 
 def _checked(
-    sample: ArrayLike, reference: ArrayLike | Reference, rows: int = 2
-) -> tuple[FloatArray, Reference]:
+    sample: ArrayLike, reference: ArrayLike, rows: int = 2
+) -> tuple[FloatArray, FloatArray]:
     """Check that two samples have the same variables."""
-    a = as_sample("sample", sample, rows)
-    if not isinstance(reference, Reference):
-        reference = Reference(as_sample("reference", reference, rows))
-    columns = reference.states.shape[1]
-    if a.shape[1] != columns:
-        raise InputError(f"sample: got {a.shape[1]} columns, allowed: {columns} (the reference)")
-    return a, reference
+    a, b = as_sample("sample", sample, rows), as_sample("reference", reference, rows)
+    if a.shape[1] != b.shape[1]:
+        allowed = f"{b.shape[1]} (the reference)"
+        raise InputError(f"sample: got {a.shape[1]} columns, allowed: {allowed}")
+    return a, b
 
 
 def largest_gap(a: FloatArray, b: FloatArray) -> tuple[float, float]:
@@ -239,11 +197,9 @@ def _labels(ones: FloatArray, zeros: FloatArray) -> NDArray[np.int64]:
     return np.repeat(np.array([1, 0]), [len(ones), len(zeros)])
 
 
-#: Function of each metric, of a sample, a reference (states or a `Reference`), a number of
-#: directions and a seed: an array of shape (d,) where it has a number for each variable.
-DISTANCES: Mapping[
-    str, Callable[[ArrayLike, ArrayLike | Reference, int, int], FloatArray | float]
-] = {
+#: Function of each metric, of a sample, a reference, a number of directions and a seed: an array of
+#: shape (d,) where it has a number for each variable.
+DISTANCES: Mapping[str, Callable[[ArrayLike, ArrayLike, int, int], FloatArray | float]] = {
     "ks": lambda a, b, directions, seed: ks_distances(a, b),
     "sliced_wasserstein": sliced_wasserstein,
     "correlation_error": lambda a, b, directions, seed: correlation_error(a, b),

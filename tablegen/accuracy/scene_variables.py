@@ -94,7 +94,6 @@ def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
 
 
 def _variable(simulation: Simulation, name: str) -> FloatArray:
-    """Give one variable, shape (n,)."""
     if name == "rotational_energy":
         return simulation.energy[:, 1]
     if name == "collisions":

@@ -44,7 +44,7 @@ def figures(
     """
     import sampler
     from tablegen.config.config import stored_config
-    from tablegen.evidence.paper import TEXTS, check_paper, counts_text, failing_lines, files_of
+    from tablegen.evidence.paper import TEXTS, check_paper, counts_text, failing_lines
     from tablegen.presentation import require_matplotlib
 
     require_matplotlib("tablegen figures")
@@ -54,11 +54,10 @@ def figures(
     loaded = sampler.load(table)
     config = stored_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
-    paper = check_paper(loaded, config, particles, seed, progress)
+    statements, files = check_paper(loaded, config, particles, seed, progress)
     output.mkdir(exist_ok=True)
-    files = files_of(paper)
     for name, data in files.items():
         write_bytes(output / name, data)
-    click.echo("\n".join([counts_text(paper.statements), *failing_lines(paper.statements)]))
+    click.echo("\n".join([counts_text(statements), *failing_lines(statements)]))
     click.echo(f"{output}: {', '.join(files)}")
     return DONE

@@ -30,13 +30,6 @@ from sampler.options import DONE
 @options.seed("Seed of every sample.")
 @options.json_file("Write every number.")
 @options.html_file
-@click.option(
-    "--stability",
-    "stability_file",
-    type=options.INPUT,
-    metavar="F",
-    help="Show this result of 'tablegen stability --json' on the page; else a brief study is run.",
-)
 @options.progress
 def report(
     table: str,
@@ -45,34 +38,28 @@ def report(
     seed: int,
     json_file: Path | None,
     html_file: Path | None,
-    stability_file: Path | None,
     progress: bool,
 ) -> int:
     """Measure error against run time for every way to get a rebound state.
 
-    Direct simulation by contact resolution and flight tolerance; draws from the table, and from
-    tables of other numbers of nodes, mixture components and knots; stored states, independent
-    marginals, a Gaussian mixture and kernel resampling. All are compared with the same large
-    direct sample, next to the noise of direct against direct; the table is compared over its
-    whole range as well. Times are processor time of one thread: leave the machine to it.
+    Direct simulation by contact resolution and flight tolerance; draws from the table; stored
+    states, independent marginals, a Gaussian mixture and kernel resampling. All are compared with
+    the same large direct sample, next to the noise of direct against direct; the table is compared
+    over its whole range as well. Times are processor time of one thread: leave the machine to it.
     """
     from tablegen.evidence.page import render_text
     from tablegen.evidence.report import measure_report
     from tablegen.evidence.report_page import report_page, report_sections
-    from tablegen.evidence.stability import read_study
     from tablegen.presentation import require_matplotlib
 
-    # refuse before the work
-    if html_file:
+    if html_file:  # refuse before the work
         require_matplotlib("--html")
-    if stability_file:
-        read_study(stability_file)
     found = measure_report(table, beside, quick=quick, seed=seed, progress=progress)
     click.echo(render_text(report_sections(found)))
     if json_file:
         write_text(json_file, json_text(found.to_dict()))
     if html_file:
-        page = report_page(found, stability_file, progress)
+        page = report_page(found)
         write_text(html_file, page)
         click.echo(f"{html_file}: {len(page.encode()) / 1e6:.1f} MB")
     return DONE

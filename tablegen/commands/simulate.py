@@ -8,7 +8,7 @@ import click
 
 from sampler import options
 from sampler.errors import InputError
-from sampler.files import find_file, json_text, write_arrays, write_text
+from sampler.files import find_file, write_arrays
 from sampler.formats.channels import STATE
 from sampler.formats.shape_codes import SHAPE_NAMES
 from sampler.options import DONE, note
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         "tablegen simulate --pair corundum-steel --shape mixture --alpha 45 --speed 200 \\",
         "    --count 100000 --seed 1 --output rebounds.npz",
         "tablegen simulate --pair corundum-steel --particle grain.stl --alpha 45 --speed 200 \\",
-        "    --count 100000000 --seed 1 --statistics grains.json",
+        "    --count 100000 --seed 1 --output grains.npz",
     ),
 )
 @click.option("--pair", required=True, type=CONFIG, help="Name or .toml file of a pair.")
@@ -46,14 +46,7 @@ if TYPE_CHECKING:
 @click.option("--speed", required=True, type=shared.SPEED, metavar="M_S", help="Impact speed.")
 @click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
 @click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
-@click.option("--output", type=options.OUTPUT, metavar="F.npz", help="Write every rebound.")
-@click.option(
-    "--statistics",
-    "statistics_file",
-    type=options.OUTPUT,
-    metavar="F.json",
-    help="Write statistics; without --output, memory does not grow with the count.",
-)
+@options.output("F.npz", "Write every rebound.")
 @click.option("--aspect", type=shared.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
 @click.option(
     "--spin",
@@ -78,8 +71,7 @@ def simulate(
     speed: float,
     count: int,
     seed: int,
-    output: Path | None,
-    statistics_file: Path | None,
+    output: Path,
     aspect: tuple[float, float] | None,
     spin: tuple[float, float, float],
     omega: str | None,
@@ -88,15 +80,11 @@ def simulate(
 ) -> int:
     """Simulate rebounds directly.
 
-    Writes state, collisions, shape, mesh (its number, -1: none), aspect, energy and work of each,
-    their statistics, or both.
+    Writes state, collisions, shape, mesh (its number, -1: none), aspect, energy and work of each.
     """
-    from tablegen.accuracy.streaming_statistics import simulate_statistics, statistics_of
     from tablegen.config.config import load_config
     from tablegen.simulation.simulate import make_condition, simulate_condition
 
-    if output is None and statistics_file is None:
-        raise InputError("Missing option '--output' or '--statistics', allowed: one or both")
     config = load_config(find_file("--pair", pair, ".toml"))
     population = _chosen_particles(config.population, shape, particle, aspect)
     numerics = config.model.contact_resolution, config.model.tolerance
@@ -106,17 +94,9 @@ def simulate(
     if warning := config.pair.extrapolation(speed):
         note("tablegen", warning)
     task = config.pair, population, condition, count
-    if output is None:
-        statistics = simulate_statistics(*task, seed=seed, threads=threads, progress=progress)
-    else:
-        result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
-        statistics = statistics_of(result)
-        fields = ("state", "collisions", "shape", "mesh", "aspect", "energy", "work")
-        write_arrays(output, **{name: getattr(result, name) for name in fields}, columns=STATE)
-    if statistics_file is not None:
-        about: dict[str, object] = {"pair": config.pair_name, "shape": shape, "aspect": aspect}
-        about |= {"alpha_deg": alpha, "speed": speed, "spin": spin, "seed": seed}
-        write_text(statistics_file, json_text(about | statistics.to_dict()))
+    result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
+    fields = ("state", "collisions", "shape", "mesh", "aspect", "energy", "work")
+    write_arrays(output, **{name: getattr(result, name) for name in fields}, columns=STATE)
     return DONE
 
 

@@ -15,16 +15,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tablegen.accuracy.measure import in_threads
-from tablegen.accuracy.metrics import DISTANCES, Reference
+from tablegen.accuracy.metrics import DISTANCES
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
-from tablegen.evidence.methods import (
-    BenchmarkCase,
-    Draw,
-    FittedMethod,
-    SamplingMethod,
-    simulated,
-)
+from tablegen.evidence.methods import BenchmarkCase, Draw, SamplingMethod, simulated
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
@@ -46,9 +40,8 @@ class Budget:
     batch: int = 50_000
     batches: int = 5
     classified: int = 50_000
-    #: Direct states from which a baseline is fitted, and states per node of tables of other sizes.
+    #: Direct states from which a baseline is fitted.
     training: int = 100_000
-    node_samples: int = 100_000
     #: Draws that are timed together.
     timed: int = 200_000
     #: Where the methods are compared, as shares of the table's range of angles and speeds.
@@ -61,8 +54,6 @@ class Budget:
     viewed: int = 400_000
     #: Impacts of chains a side.
     chained: int = 200_000
-    #: Particles per shape and angle of the paper's figures.
-    figures: int = 200_000
 
 
 #: About 2 minutes on two cores.
@@ -72,7 +63,6 @@ QUICK = Budget(
     batches=4,
     classified=10_000,
     training=20_000,
-    node_samples=30_000,
     timed=50_000,
     conditions=((0.75, 0.5),),
     grid=(5, 3),
@@ -80,7 +70,6 @@ QUICK = Budget(
     views=(2, 1),
     viewed=100_000,
     chained=50_000,
-    figures=20_000,
 )
 
 
@@ -101,10 +90,9 @@ class MethodResult:
     family: str
     name: str
     covers: str
-    settings: dict[str, Any]
     #: Bytes that a draw reads; the whole file of a table.
     bytes: int
-    #: Worker seconds to make it ready: fit, generation, or load of an existing table.
+    #: Processor time to make it ready: a fit, or the load of a table [s].
     setup_seconds: float
     #: Processor time of one draw on one thread.
     nanoseconds: float
@@ -142,18 +130,18 @@ def forbidden_share(state: FloatArray) -> float:
 
 
 def batch_errors(
-    draw: Draw, reference: Reference, budget: Budget, batch: int, seed: int
+    draw: Draw, reference: FloatArray, budget: Budget, batch: int, seed: int
 ) -> dict[str, float]:
     """Measure the `METRICS` and the forbidden share of one batch.
 
     The classifier sees other states of the reference in every batch.
     """
     state, few = draw(budget.batch, seed), min(budget.classified, budget.batch)
-    start = batch * few % (len(reference.states) - few + 1)
+    start = batch * few % (len(reference) - few + 1)
     found = {"forbidden": forbidden_share(state)}
     for name, metric in METRICS.items():
         if metric.learned:
-            part = reference.states[start : start + few]
+            part = reference[start : start + few]
             distance = DISTANCES[name](state[:few], part, _DIRECTIONS, batch)
         else:
             distance = DISTANCES[name](state, reference, _DIRECTIONS, 0)
@@ -171,15 +159,6 @@ def best_seconds(work: Callable[[], object], repeats: int = 3) -> float:
             work()
             best = min(best, time.process_time() - start)
     return float(best)
-
-
-def _prepare(method: SamplingMethod, case: BenchmarkCase) -> tuple[FittedMethod, float]:
-    """Fit a method; return it with the worker seconds that this took."""
-    start = time.process_time()
-    with threadpool_limits(limits=1):
-        ready = method.prepare(case)
-    passed = time.process_time() - start
-    return ready, passed if ready.setup is None else ready.setup
 
 
 def run_benchmark(
@@ -205,11 +184,14 @@ def run_benchmark(
 
     key = batch_seed(*seeds, FIT)
     case = BenchmarkCase(config, *condition, states(TRAINING, budget.training), key)
-    reference, ready = Reference(states(REFERENCE, budget.reference)), []
+    reference, ready = states(REFERENCE, budget.reference), []
     count = len(methods) + (len(methods) + 1) * budget.batches
     with bar(progress, total=count, desc=f"methods at {alpha_deg:g} deg") as counted:
         for method in methods:
-            fitted, setup = _prepare(method, case)
+            start = time.process_time()
+            with threadpool_limits(limits=1):
+                fitted = method.prepare(case)
+            setup = time.process_time() - start
             draw = partial(fitted.draw, budget.timed, batch_seed(key, TIMED))
             cost = 1e9 * best_seconds(draw) / budget.timed
             ready.append((method, fitted, setup, cost))
@@ -217,14 +199,14 @@ def run_benchmark(
         draws = [simulated(case).draw, *(fitted.draw for _, fitted, *_ in ready)]
         errors = _all_errors(draws, reference, budget, key, counted.update)
     runners = tuple(
-        MethodResult(m.family, m.name, m.covers, m.settings, fitted.size, setup, cost, error)
+        MethodResult(m.family, m.name, m.covers, fitted.size, setup, cost, error)
         for (m, fitted, setup, cost), error in zip(ready, errors[1:], strict=True)
     )
     return Benchmark(alpha_deg, speed, errors[0], runners)
 
 
 def _all_errors(
-    draws: Sequence[Draw], reference: Reference, budget: Budget, key: int, tick: Any
+    draws: Sequence[Draw], reference: FloatArray, budget: Budget, key: int, tick: Any
 ) -> list[dict[str, BatchMean]]:
     """Measure the errors of all draws, of which the first is the floor."""
 

@@ -1,4 +1,4 @@
-"""Methods of sampling rebound states: direct simulation, tables of many sizes, and baselines.
+"""Methods of sampling rebound states: direct simulation, tables, and baselines.
 
 A table answers at any angle and speed, from nodes elsewhere. The baselines have the easier task:
 each is fitted at the very condition at which it is judged.
@@ -6,11 +6,9 @@ each is fitted at the very condition at which it is judged.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +20,6 @@ from sampler.table import Table
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import simulate
-from tablegen.tables.generate import generate
 
 #: From a number of states and a seed to states (n, 6), on one thread.
 Draw = Callable[[int, int], FloatArray]
@@ -49,8 +46,6 @@ class FittedMethod:
     draw: Draw
     #: Bytes that the draw reads, 0 for none.
     size: int
-    #: Worker seconds of the preparation, where they are not those of the call.
-    setup: float | None = None
 
 
 @dataclass(frozen=True)
@@ -62,8 +57,6 @@ class SamplingMethod:
     #: `DOMAIN` or `CONDITION`.
     covers: str
     prepare: Callable[[BenchmarkCase], FittedMethod]
-    #: Its differences from others of its family.
-    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def direct_methods() -> list[SamplingMethod]:
@@ -71,10 +64,9 @@ def direct_methods() -> list[SamplingMethod]:
     varied = [("contact resolution", "contact_resolution", x) for x in (1e-1, 1e-2, 1e-4)]
     varied += [("flight tolerance", "tolerance", x) for x in (1e-4, 1e-6)]
     methods = [SamplingMethod("direct simulation", "as configured", DOMAIN, simulated)]
-    for words, field_name, value in varied:
-        settings, title = {field_name: value}, f"{words} {value:g}"
-        prepare = partial(simulated, numerics=settings)
-        methods.append(SamplingMethod("direct simulation", title, DOMAIN, prepare, settings))
+    for words, name, value in varied:
+        prepare = partial(simulated, numerics={name: value})
+        methods.append(SamplingMethod("direct simulation", f"{words} {value:g}", DOMAIN, prepare))
     return methods
 
 
@@ -168,19 +160,14 @@ def table_method(name_or_path: str) -> SamplingMethod:
     path = find_table(name_or_path)
 
     def prepare(case: BenchmarkCase) -> FittedMethod:
-        return _drawn(sampler.load(path), case, path)
+        table, alpha1 = sampler.load(path), math.radians(case.alpha_deg)
+
+        def draw(count: int, seed: int) -> FloatArray:
+            return table.sample(alpha1, case.speed, seed=seed, index=np.arange(count), threads=1)
+
+        return FittedMethod(draw, path.stat().st_size)
 
     return SamplingMethod("table", Path(name_or_path).stem, DOMAIN, prepare)
-
-
-def _drawn(table: Table, case: BenchmarkCase, path: Path, **setup: float) -> FittedMethod:
-    """Prepare draws from a table at a condition."""
-    alpha1 = math.radians(case.alpha_deg)
-
-    def draw(count: int, seed: int) -> FloatArray:
-        return table.sample(alpha1, case.speed, seed=seed, index=np.arange(count), threads=1)
-
-    return FittedMethod(draw, path.stat().st_size, **setup)
 
 
 def other_table(name_or_path: str, table: Table) -> SamplingMethod:
@@ -202,83 +189,3 @@ def other_table(name_or_path: str, table: Table) -> SamplingMethod:
                 "or more (radians, m/s)"
             )
     return table_method(name_or_path)
-
-
-#: Sizes of the base design; every other design changes one of them.
-_BASE: dict[str, Any] = {"nodes": (3, 2), "components": 128, "knots": 65}
-_VARIED: dict[str, tuple[Any, ...]] = {
-    "nodes": ((2, 2), (4, 3), (7, 4)),
-    "components": (4, 16, 32, 64, 256, 512),
-    "knots": (17, 33, 129),
-}
-
-#: Part of the table's range that the designs cover, and the condition at which they are compared,
-#: which is no design's node: shares of the angles and of the speeds.
-_PART = ((0.665, 0.8325), (0.4, 0.612))
-_JUDGED = (0.25, 0.25)
-
-
-def design_methods(samples: int) -> list[SamplingMethod]:
-    """Make the methods of tables of many sizes, generated from `samples` states per node."""
-    designs = [("base", _BASE)]
-    designs += [(name, {**_BASE, name: size}) for name, sizes in _VARIED.items() for size in sizes]
-    methods = []
-    for varied, sizes in designs:
-        angles, speeds = sizes["nodes"]
-        name = (
-            f"{angles} x {speeds} nodes, {sizes['components']} components, {sizes['knots']} knots"
-        )
-        settings = {"varied": varied, **sizes, "samples_per_node": samples}
-        prepare = partial(_generate, settings=settings)
-        methods.append(SamplingMethod("table", name, DOMAIN, prepare, settings))
-    return methods
-
-
-def design_condition(config: Config) -> tuple[float, float]:
-    """Choose the angle [degrees] and speed at which every design is compared."""
-    alpha, speed = _design_domain(config)
-    return (
-        alpha[0] + _JUDGED[0] * (alpha[1] - alpha[0]),
-        speed[0] + _JUDGED[1] * (speed[1] - speed[0]),
-    )
-
-
-def design_config(config: Config, settings: dict[str, Any], seed: int) -> Config:
-    """Make the configuration of a design, a table without a spin law on a small domain."""
-    limits = _design_domain(config)
-    alpha, speed = (
-        [low] if low == high else [*np.linspace(low, high, count).tolist()[:-1], high]
-        for (low, high), count in zip(limits, settings["nodes"], strict=True)
-    )
-    table = {
-        "seed": seed,
-        "samples_per_node": settings["samples_per_node"],
-        "components": settings["components"],
-        "quantile_knots": settings["knots"],
-        "alpha_nodes_deg": alpha,
-        "speed_nodes": speed,
-    }
-    domain = {"alpha_deg": list(limits[0]), "speed": list(limits[1])}
-    return config.with_changes({"spin": False, "domain": domain, "table": table})
-
-
-def _design_domain(config: Config) -> list[tuple[float, float]]:
-    """Angles [degrees] and speeds of the designs, at whole numbers where these lie inside."""
-    found = []
-    for (low, high), shares in zip(
-        (config.domain.alpha_deg, config.domain.speed), _PART, strict=True
-    ):
-        first, last = (low + share * (high - low) for share in shares)
-        if low <= round(first) < round(last) <= high:
-            first, last = float(round(first)), float(round(last))
-        found.append((first, last))
-    return found
-
-
-def _generate(case: BenchmarkCase, settings: dict[str, Any]) -> FittedMethod:
-    """Generate a design, and load it into memory."""
-    config = design_config(case.config, settings, case.seed % 2**32)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "design.h5"
-        made = generate(config, path, conditions=0)
-        return _drawn(sampler.load(path), case, path, setup=sum(made.seconds.values()))

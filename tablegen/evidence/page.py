@@ -18,7 +18,7 @@ from tablegen.accuracy.accuracy_text import (
 )
 from tablegen.accuracy.decision import verdict_words
 from tablegen.accuracy.validate import Validation
-from tablegen.presentation import Picture, table_lines
+from tablegen.presentation import Picture, TextTable
 
 
 @dataclass(frozen=True)
@@ -31,16 +31,6 @@ class Headline:
 
 
 @dataclass(frozen=True)
-class DataTable:
-    """A table; its style is "words" if the cells are sentences."""
-
-    caption: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    style: str = ""
-
-
-@dataclass(frozen=True)
 class Section:
     """A part of a page with a heading; a folded part is opened by a click."""
 
@@ -49,7 +39,7 @@ class Section:
     folded: bool = False
 
 
-Block = str | Headline | DataTable | Picture | Section
+Block = str | Headline | TextTable | Picture | Section
 
 
 def render_page(title: str, sections: Sequence[Section]) -> str:
@@ -85,8 +75,8 @@ def _lines(section: Section) -> Iterator[str]:
             yield block
         elif isinstance(block, Headline):
             yield from (block.words, *block.lines)
-        elif isinstance(block, DataTable):
-            yield from ("", block.caption, *table_lines(block.head, block.rows))
+        elif isinstance(block, TextTable):
+            yield from ("", str(block))
         elif isinstance(block, Section):
             yield from ("", block.heading, *_lines(block))
 
@@ -97,11 +87,11 @@ def validation_page(validation: Validation) -> str:
     kind = "bad" if missed else "open" if undecided else "good"
     blocks: list[Block] = [
         Headline(kind, verdict_words(missed, undecided, whose(validation)), [*missed, *undecided]),
-        *(DataTable(*table) for table in validation_tables(validation)),
+        *validation_tables(validation),
         *validation_notes(validation),
         Headline("soft", "Content SHA-256", [validation.content_sha256]),
     ]
     tables = [detail_table(c) for law in validation.laws for c in law.measured.comparisons]
-    details = [Section(t.caption, [DataTable("Table and direct", *t[1:])], True) for t in tables]
+    details = [Section(t.caption, [t._replace(caption="Table and direct")], True) for t in tables]
     sections = [Section("Accuracy", blocks), Section("Means and most probable values", details)]
     return render_page(f"Validation of {validation.table}", sections)

@@ -1,12 +1,12 @@
 """Paper of Panfilov and Tsirkunov (2022), checked: figures, table and statements, as files."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 from sampler.files import json_text
 from sampler.table import Table
 from tablegen.config.config import Config
-from tablegen.evidence.page import Block, DataTable, Headline, Section, render_page
+from tablegen.evidence.page import Block, Headline, Section, render_page
 from tablegen.evidence.paper_figures import paper_pictures
 from tablegen.evidence.paper_statements import (
     NOT_CHECKED,
@@ -23,7 +23,7 @@ from tablegen.evidence.paper_statistics import (
     FigureStatistics,
     make_statistics,
 )
-from tablegen.presentation import Picture
+from tablegen.presentation import TextTable
 from tablegen.progress import bar
 
 #: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
@@ -39,26 +39,6 @@ TEXTS = ("statements.html", "statements.json", "laws.json")
 
 COLLISION_HEAD = ("shape", "source", "1", "2", "3", "4", "5", "> 5")
 STATEMENT_HEAD = ("statement", "criterion", "direct model", "table (mixture)")
-
-
-@dataclass(frozen=True)
-class CheckedPaper:
-    """Statistics, figures and statements; `count` particles of each shape at each angle."""
-
-    count: int
-    statistics: FigureStatistics
-    pictures: tuple[Picture, ...]
-    statements: tuple[Statement, ...]
-
-
-def check_paper(
-    table: Table, config: Config, count: int, seed: int, progress: bool = False
-) -> CheckedPaper:
-    """Simulate, draw and check everything, from `count` particles of each shape at each angle."""
-    steps = len(ANGLES) * len(SHAPES)
-    with bar(progress, total=steps, desc="samples of the figures") as counted:
-        found = make_statistics(table, config, count, seed, counted.update)
-    return CheckedPaper(count, found, tuple(paper_pictures(found)), tuple(check_statements(found)))
 
 
 def collision_rows(statistics: FigureStatistics) -> list[list[str]]:
@@ -114,29 +94,32 @@ def counts_text(statements: Sequence[Statement]) -> str:
     return "Statements of the paper: " + ", ".join(parts) + "."
 
 
-def paper_section(paper: CheckedPaper, folded: bool = False) -> Section:
-    """Statements, table and figures of the paper."""
-    collisions = collision_rows(paper.statistics)
+def check_paper(
+    table: Table, config: Config, count: int, seed: int, progress: bool = False
+) -> tuple[list[Statement], dict[str, bytes]]:
+    """Simulate, draw and check everything, from `count` particles of each shape at each angle.
+
+    Returns the statements, and the files of ``tablegen figures`` by name: pictures, a page, and
+    numbers as JSON.
+    """
+    steps = len(ANGLES) * len(SHAPES)
+    with bar(progress, total=steps, desc="samples of the figures") as counted:
+        statistics = make_statistics(table, config, count, seed, counted.update)
+    statements, pictures = check_statements(statistics), paper_pictures(statistics)
+    rows = collision_rows(statistics)
     blocks: list[Block] = [
-        Headline("open", counts_text(paper.statements), failing_lines(paper.statements)),
-        f"{paper.count:,} particles of each shape at each angle, {SPEED:g} m/s. A table holds the "
+        Headline("open", counts_text(statements), failing_lines(statements)),
+        f"{count:,} particles of each shape at each angle, {SPEED:g} m/s. A table holds the "
         "mixture, without collisions and rotational energies.",
-        DataTable("Statements", STATEMENT_HEAD, statement_rows(paper.statements), "words"),
+        TextTable("Statements", STATEMENT_HEAD, statement_rows(statements), "words"),
         Headline("soft", "Not checked:", NOT_CHECKED),
-        DataTable("Collisions at normal impact, per cent", COLLISION_HEAD, collisions),
-        *paper.pictures,
+        TextTable("Collisions at normal impact, per cent", COLLISION_HEAD, rows),
+        *pictures,
     ]
-    return Section("Panfilov & Tsirkunov (2022), checked", blocks, folded)
-
-
-def files_of(paper: CheckedPaper) -> dict[str, bytes]:
-    """Make the files of ``tablegen figures`` by name: pictures, a page, and numbers as JSON."""
-    statistics, statements = paper.statistics, paper.statements
-    rows, section = collision_rows(statistics), paper_section(paper)
-    head = {"count": paper.count, "seed": statistics.seed}
+    title, head = "Panfilov & Tsirkunov (2022), checked", {"count": count, "seed": seed}
     stated = head | {
         "speed": SPEED,
-        "judged": is_of_the_paper(statistics.config),
+        "judged": is_of_the_paper(config),
         "statements": [asdict(statement) for statement in statements],
         "not_checked": list(NOT_CHECKED),
         "collisions": [dict(zip(COLLISION_HEAD, row, strict=True)) for row in rows],
@@ -148,6 +131,7 @@ def files_of(paper: CheckedPaper) -> dict[str, bytes]:
             for alpha_deg, (low, _) in statistics.sphere_deg.items()
         ],
     }
-    texts = render_page(section.heading, [section]), json_text(stated), json_text(laws)
-    pictures = {picture.name: picture.data for picture in paper.pictures}
-    return pictures | {name: text.encode() for name, text in zip(TEXTS, texts, strict=True)}
+    page = render_page(title, [Section(title, blocks)])
+    texts = zip(TEXTS, (page, json_text(stated), json_text(laws)), strict=True)
+    files = {picture.name: picture.data for picture in pictures}
+    return statements, files | {name: text.encode() for name, text in texts}

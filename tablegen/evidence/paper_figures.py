@@ -163,7 +163,6 @@ def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray]:
 
 
 def _spatial_figure(statistics: FigureStatistics) -> Picture:
-    """Spatial indicatrices at normal impact."""
     from matplotlib import colormaps
 
     panels = (
@@ -219,7 +218,6 @@ def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> No
 
 
 def _plane_figure(statistics: FigureStatistics) -> Picture:
-    """Plane indicatrices of the mixture."""
     figure = new_figure(11.0, 6.0)
     for k, alpha_deg in enumerate(_INDICATRIX_ANGLES):
         axes = figure.add_subplot(2, 3, k + 1, projection="polar")

@@ -146,7 +146,6 @@ class FigureStatistics:
     """Samples of all shapes at all angles, and the direction of rebound of spheres."""
 
     config: Config
-    seed: int
     #: By (source, shape, angle).
     samples: dict[tuple[str, str, float], SampleStatistics]
     #: By angle: smallest and largest alpha2 of spheres [degrees].
@@ -197,4 +196,4 @@ def make_statistics(
         few = simulate(config, alpha1, SPEED, 100, seed=seed, population=spheres).state
         angles = np.degrees(scattering_angles(few)[0])
         sphere_deg[alpha_deg] = float(angles.min()), float(angles.max())
-    return FigureStatistics(config, seed, samples, sphere_deg)
+    return FigureStatistics(config, samples, sphere_deg)

@@ -8,13 +8,12 @@ import numpy as np
 
 from sampler.formats.channels import STATE
 from tablegen.config.metric_table import METRICS
-from tablegen.evidence.benchmark import Benchmark, MethodResult
+from tablegen.evidence.benchmark import Benchmark
 from tablegen.evidence.report import AccuracyMap
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import ANGLE_LABEL, SYMBOLS, Picture, new_figure, settings, written
 
-#: Families of methods, and numbers that tables of other sizes vary, in the order of a legend:
-#: colour of Okabe and Ito, and marker.
+#: Families of methods in the order of a legend: colour of Okabe and Ito, and marker.
 LOOKS = {
     "table": ("#0072b2", "o"),
     "direct simulation": ("#000000", "s"),
@@ -22,11 +21,10 @@ LOOKS = {
     "independent marginals": ("#cc79a7", "v"),
     "Gaussian mixture": ("#009e73", "D"),
     "kernel resampling": ("#56b4e9", "P"),
-    "base": ("#0072b2", "o"),
-    "nodes": ("#009e73", "D"),
-    "components": ("#cc79a7", "v"),
-    "knots": ("#d55e00", "^"),
 }
+
+#: Label of the abscissa of errors.
+_TIME = "time of a draw [ns, one thread]"
 
 #: Single hue from little to much, which is told by lightness.
 _SHADES = "YlGnBu"
@@ -35,30 +33,17 @@ _SHADES = "YlGnBu"
 _OUTSIDE = 5e-4
 
 
-def _group(runner: MethodResult) -> str:
-    """Find the entry of `LOOKS` of a method."""
-    return str(runner.settings.get("varied", runner.family))
-
-
-def errors_picture(
-    race: Benchmark,
-    name: str,
-    metrics: Sequence[str] = tuple(METRICS),
-    cost: tuple[str, str] = ("nanoseconds", "time of a draw [ns, one thread]"),
-) -> Picture:
-    """Draw errors of all methods at one condition against a cost, both logarithmic.
-
-    The cost is an attribute of `MethodResult`, with its label.
-    """
+def errors_picture(race: Benchmark, name: str, metrics: Sequence[str] = tuple(METRICS)) -> Picture:
+    """Draw errors of all methods at one condition against the time of a draw, both logarithmic."""
     condition = f"{race.alpha_deg:g}° and {race.speed:g} m/s"
-    groups = [group for group in LOOKS if group in {_group(runner) for runner in race.runners}]
+    families = {runner.family for runner in race.runners}
     with settings():
         rows = (len(metrics) + 1) // 2
         figure = new_figure(9.0, 1.4 + 3.6 * rows)
         for axes, metric in zip(figure.subplots(rows, 2).flat, metrics, strict=False):
-            _draw_errors(axes, race, metric, cost)
+            _draw_errors(axes, race, metric)
         entries: list[tuple[str, str, str, str | None]]
-        entries = [(group, *LOOKS[group], None) for group in groups]
+        entries = [(family, *look, None) for family, look in LOOKS.items() if family in families]
         entries.append(("any angle and speed", "#777777", "o", None))
         entries.append(("fitted at this one only", "#777777", "o", "white"))
         for label, colour, marker, fill in entries:
@@ -69,12 +54,12 @@ def errors_picture(
         shorts = ", ".join(METRICS[metric].short for metric in metrics)
         alternative = (
             f"Errors of {len(race.runners)} methods at {condition} ({shorts}) against "
-            f"{cost[1]}, both logarithmic. The numbers are in a table."
+            f"{_TIME}, both logarithmic. The numbers are in a table."
         )
-        return written(figure, name, f"Error against {cost[1]} at {condition}", alternative)
+        return written(figure, name, f"Error against {_TIME} at {condition}", alternative)
 
 
-def _draw_errors(axes: Any, race: Benchmark, metric: str, cost: tuple[str, str]) -> None:
+def _draw_errors(axes: Any, race: Benchmark, metric: str) -> None:
     """Draw one error of every method; grey: the noise of direct simulation against itself."""
     from matplotlib.ticker import LogLocator, NullLocator
 
@@ -82,12 +67,10 @@ def _draw_errors(axes: Any, race: Benchmark, metric: str, cost: tuple[str, str])
     noise = max(floor.high - least, 1e-4)
     lowest = 0.4 * noise
     axes.axhspan(lowest, noise, color="#dddddd", linewidth=0)
-    tables = [runner.name for runner in race.runners if _group(runner) == "table"]
+    tables = [runner.name for runner in race.runners if runner.family == "table"]
     for runner in race.runners:
-        x, error = getattr(runner, cost[0]), runner.errors[metric]
-        if not x:
-            continue
-        colour, marker = LOOKS.get(_group(runner), ("#777777", "*"))
+        x, error = runner.nanoseconds, runner.errors[metric]
+        colour, marker = LOOKS[runner.family]
         # errors that cannot be told from none stand at the lower edge
         low, y, high = np.maximum(
             np.array([error.low, error.mean, error.high]) - least, 1.4 * lowest
@@ -102,7 +85,7 @@ def _draw_errors(axes: Any, race: Benchmark, metric: str, cost: tuple[str, str])
             place = {"xytext": (0, -7), "textcoords": "offset points", "ha": "center", "va": "top"}
             axes.annotate(words, (x, y), fontsize=9, color=colour, **place)
     title = METRICS[metric].label + (f", above {least:g}" if least else "")
-    axes.set(xscale="log", yscale="log", xlabel=cost[1])
+    axes.set(xscale="log", yscale="log", xlabel=_TIME)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter("{x:g}")

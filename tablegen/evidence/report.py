@@ -33,8 +33,6 @@ from tablegen.evidence.benchmark import (
 )
 from tablegen.evidence.methods import (
     baseline_methods,
-    design_condition,
-    design_methods,
     direct_methods,
     load_whole,
     other_table,
@@ -47,7 +45,7 @@ from tablegen.simulation.impact_chains import Impacts, depart, occurring_impacts
 from tablegen.simulation.simulate import simulate
 
 #: Purposes of random numbers, apart from those of the benchmarks.
-_DIRECT, _OTHER, _TABLE = range(200, 203)
+_DIRECT, _TABLE = 200, 202
 
 #: Accuracy that any law has, so that no comparison takes more states than it is given.
 _ANY = JointTargets(ks=1.0, auc=1.0)
@@ -61,8 +59,6 @@ class AccuracyMap:
     speed: tuple[float, ...]
     #: All speeds of the first angle, then of the second.
     points: tuple[Measured, ...]
-    #: Direct against direct on the diagonal of the grid, with the same number of states.
-    floor: tuple[Measured, ...]
     #: States a side.
     samples: int
 
@@ -94,9 +90,8 @@ class Report:
     seed: int
     effort: Budget
     machine: dict[str, Any]
-    #: Every method at each condition, and tables of many sizes on a small domain.
+    #: Every method at each condition.
     races: tuple[Benchmark, ...]
-    designs: Benchmark
     #: Empty for a table in whose range no chain of impacts stays.
     spinning: tuple[SpinningWay, ...]
     atlas: AccuracyMap
@@ -147,8 +142,6 @@ def measure_report(
         run_benchmark(methods, config, condition, budget, (seed, number), progress)
         for number, condition in enumerate(_conditions(table, budget))
     ]
-    designs = design_methods(budget.node_samples)
-    last = (seed, len(races))
     return Report(
         table=name_or_path,
         content_sha256=table.contents.content_sha256,
@@ -159,7 +152,6 @@ def measure_report(
         effort=budget,
         machine=machine(),
         races=tuple(races),
-        designs=run_benchmark(designs, config, design_condition(config), budget, last, progress),
         spinning=measure_spinning(table, config, budget, seed),
         atlas=make_accuracy_map(table, config, budget, seed, progress),
         seconds=time.perf_counter() - begin,
@@ -208,27 +200,17 @@ def make_accuracy_map(
     conditions, count = [(a, v) for a in alpha for v in speed], budget.mapped
     settings = Settings(directions=8, classified=budget.classified)
 
-    def direct(k: int, purpose: int) -> FloatArray:
+    def measured(k: int) -> Measured:
         a, v = conditions[k]
-        key = batch_seed(seed, purpose, k)
-        return simulate(config, np.radians(a), v, count, seed=key, threads=1).state
+        keys = [batch_seed(seed, purpose, k) for purpose in (_DIRECT, _TABLE)]
+        alpha1, index = np.radians(a), np.arange(count)
+        direct = simulate(config, alpha1, v, count, seed=keys[0], threads=1).state
+        drawn = table.sample(alpha1, v, seed=keys[1], index=index, threads=1)
+        return Measured(a, v, estimated(drawn, direct, settings))
 
-    def drawn(k: int) -> FloatArray:
-        a, v = conditions[k]
-        index, key = np.arange(count), batch_seed(seed, _TABLE, k)
-        return table.sample(np.radians(a), v, seed=key, index=index, threads=1)
-
-    def measured(k: int, states: FloatArray) -> Measured:
-        return Measured(*conditions[k], estimated(states, direct(k, _DIRECT), settings))
-
-    every, columns = range(len(conditions)), len(speed)
-    diagonal = [
-        i * columns + min(columns - 1, i * columns // len(alpha)) for i in range(len(alpha))
-    ]
-    with bar(progress, total=len(every) + len(diagonal), desc="accuracy map") as counted:
-        points = in_threads(lambda k: measured(k, drawn(k)), every, counted.update)
-        floor = in_threads(lambda k: measured(k, direct(k, _OTHER)), diagonal, counted.update)
-    return AccuracyMap(alpha, speed, tuple(points), tuple(floor), count)
+    with bar(progress, total=len(conditions), desc="accuracy map") as counted:
+        points = in_threads(measured, range(len(conditions)), counted.update)
+    return AccuracyMap(alpha, speed, tuple(points), count)
 
 
 def measure_spinning(

@@ -1,7 +1,7 @@
 """A report as sections of text, tables and pictures, for a terminal and for a page."""
 
 from collections.abc import Mapping
-from pathlib import Path
+from statistics import fmean
 from types import MappingProxyType
 from typing import Any
 
@@ -16,13 +16,9 @@ from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence import plots
 from tablegen.evidence.benchmark import BatchMean, Benchmark, batch_seed
-from tablegen.evidence.page import Block, DataTable, Headline, Section, render_page
-from tablegen.evidence.paper import check_paper, paper_section
+from tablegen.evidence.page import Block, Headline, Section, render_page
 from tablegen.evidence.report import Report, grid
-from tablegen.evidence.stability import read_study, run_study
-from tablegen.evidence.stability_cases import BRIEF, QUICK
-from tablegen.evidence.stability_text import study_section
-from tablegen.presentation import Picture
+from tablegen.presentation import Picture, TextTable
 from tablegen.simulation.simulate import simulate
 
 _HEADS = [metric.head for metric in METRICS.values()]
@@ -62,7 +58,7 @@ def worst_share(point: Measured, declared: Mapping[str, float], count: int) -> t
 
 def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
     """Cells of the accuracy map, those nearest to the declared accuracy first; then its limits."""
-    points, floor = report.atlas.points, report.atlas.floor
+    points = report.atlas.points
     ranked = sorted((*worst_share(p, declared, len(points)), k) for k, p in enumerate(points))
     rows = []
     for high, low, name, k in reversed(ranked):
@@ -70,8 +66,8 @@ def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
         cells = [metric.text(point.estimates[n].value) for n, metric in METRICS.items()]
         place = f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s"
         rows.append([place, *cells, f"{low:.2f} to {high:.2f}", METRICS[name].short])
-    noise = [float(np.mean([p.estimates[name].value for p in floor])) for name in METRICS]
-    cells = [metric.text(value) for metric, value in zip(METRICS.values(), noise, strict=True)]
+    noise = {name: fmean(p.estimates[name].noise for p in points) for name in METRICS}
+    cells = [metric.text(noise[name]) for name, metric in METRICS.items()]
     rows.append(["noise floor (mean)", *cells, "", ""])
     return [*rows, ["declared", *(f"{declared[name]:g}" for name in METRICS), "1.00", ""]]
 
@@ -117,7 +113,7 @@ def report_sections(
     accuracy: list[Block] = [
         "Every distance holds the noise of two finite samples; the shares have it taken off.",
         *shown("map"),
-        DataTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
+        TextTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
     ]
     methods: list[Block] = [
         f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
@@ -129,7 +125,7 @@ def report_sections(
     ]
     for k, race in enumerate(report.races):
         methods += shown(f"methods-{k}")
-        methods.append(DataTable(f"At {_place(race)}", METHOD_HEAD, method_rows(race)))
+        methods.append(TextTable(f"At {_place(race)}", METHOD_HEAD, method_rows(race)))
     ks, auc = METRICS["ks"], METRICS["auc"]
     spinning = [
         [
@@ -143,24 +139,16 @@ def report_sections(
         for way in report.spinning
     ]
     caption = "Second to sixth impacts on one wall or between two; the classifier is told all"
-    sizes: list[Block] = [
-        f"Tables of a small part of the range, judged between their nodes at "
-        f"{_place(report.designs)}. Each changes one size of the base. Set-up: worker seconds of "
-        "the generation.",
-        *shown("sizes"),
-        DataTable("Tables of other sizes", METHOD_HEAD, method_rows(report.designs)),
-    ]
     return [
         Section("Summary", summary),
         Section("Accuracy over angle and speed", accuracy),
         Section("Error against run time", methods),
         Section(
             "Particles that arrive spinning",
-            [DataTable(caption, SPINNING_HEAD, spinning)]
+            [TextTable(caption, SPINNING_HEAD, spinning)]
             if spinning
             else ["Chains of impacts leave the range of the table."],
         ),
-        Section("Accuracy against the size of a table", sizes, folded=True),
     ]
 
 
@@ -168,43 +156,21 @@ def _place(race: Benchmark) -> str:
     return f"{race.alpha_deg:g}°, {race.speed:g} m/s"
 
 
-def report_page(report: Report, stability_file: Path | None, progress: bool = False) -> str:
-    """Render a report as an HTML page, with joint laws, stability and the paper.
-
-    Without the JSON of a stability study, a brief study is run.
-    """
+def report_page(report: Report) -> str:
+    """Render a report as an HTML page, with pictures and joint laws."""
     table = sampler.load(report.table)
     config = stored_config(table.config, f"{report.table}: config")
-    if stability_file:
-        study = read_study(stability_file)
-    else:
-        cases = list((BRIEF if report.quick else QUICK).cases())
-        study = run_study(config, cases, seed=report.seed % 2**32, progress=progress)
-    paper = check_paper(table, config, report.effort.figures, report.seed, progress)
     declared = {name: getattr(config.accuracy, name) for name in METRICS}
-    pictures = {
-        "map": plots.map_picture(report.atlas, table.accuracy, declared),
-        "sizes": plots.errors_picture(
-            report.designs, "sizes.svg", cost=("bytes", "bytes of the table")
-        ),
-    }
+    pictures = {"map": plots.map_picture(report.atlas, table.accuracy, declared)}
     for k, race in enumerate(report.races):
         pictures[f"methods-{k}"] = plots.errors_picture(race, f"methods-{k}.svg")
     summary, *measured = report_sections(report, pictures)
-    statements = paper_section(paper, folded=True)
-    sections = [
-        Section(summary.heading, [*summary.blocks, statements.blocks[0]]),
-        _identity(table, config),
-        *measured,
-        Section("Marginals and joint law", _views(report, table, config), folded=True),
-        study_section(study, folded=True),
-        statements,
-    ]
+    views = Section("Marginals and joint law", _views(report, table, config), folded=True)
+    sections = [summary, _identity(table, config), *measured, views]
     return render_page(f"Rebound table {report.table}", sections)
 
 
 def _identity(table: Table, config: Config) -> Section:
-    """Provenance of a table."""
     file, pair, domain = table.contents.attributes, config.pair, config.domain
     rows = [
         ["particle on wall", f"{pair.particle} on {pair.wall} ({file['pair']})"],
@@ -217,7 +183,7 @@ def _identity(table: Table, config: Config) -> Section:
         ["seed", str(file["seed"])],
         ["made with", f"rebound-tables {file['software_version']}"],
     ]
-    contents = DataTable("Contents of the file", ("field", "value"), rows, "words")
+    contents = TextTable("Contents of the file", ("field", "value"), rows, "words")
     text = Section("Configuration", [Headline("text", config.text)], folded=True)
     return Section("Identity", [contents, text])
 

@@ -1,15 +1,11 @@
-"""Stability study: simulate every case three times, check each against the laws, and time it."""
+"""Stability study: simulate every case three times, and check each against the laws."""
 
-import json
 import math
-import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from pathlib import Path
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter
 
 import sampler
 from sampler.errors import InputError
@@ -17,7 +13,7 @@ from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.evidence.stability_cases import Case
-from tablegen.evidence.stability_friction import FrictionOutcome, run_friction
+from tablegen.evidence.stability_friction import FrictionOutcome, failures_of, run_friction
 from tablegen.model import audit
 from tablegen.progress import bar, thread_pool
 from tablegen.simulation.batches import NotFiniteError
@@ -67,8 +63,6 @@ class Outcome:
     unfinished: int
     #: None if there is no particle to measure.
     figures: Figures | None
-    #: Run time of a rebound on one thread [s]; None if not measured.
-    cost: float | None = None
 
     def __str__(self) -> str:
         return str(self.case)
@@ -81,11 +75,8 @@ class Outcome:
             found["not finite"] = f"{self.non_finite} of {self.particles} particles are not finite"
         if self.unfinished:
             found["unfinished"] = "a particle is unfinished"
-        if f is not None and f.growth > MOST_GROWTH:
-            found["growing energy"] = f"energy grows by {f.growth:.3g}, allowed: {MOST_GROWTH:g}"
-        if f is not None and f.least_velocity <= 0.0:
-            velocity = f"v+ = {f.least_velocity:.3g} V"
-            found["not leaving"] = f"a particle leaves with {velocity}, allowed: above 0"
+        if f is not None:
+            found |= failures_of(f.growth, MOST_GROWTH, f.least_velocity)
         if f is not None and f.depth > MOST_DEPTH:
             found["in the wall"] = f"a contact is {f.depth:.3g} a deep, allowed: {MOST_DEPTH:g}"
         return found
@@ -128,21 +119,8 @@ class Study:
         return {**version, **data, "holds": self.holds, "cases": cases}
 
 
-def read_study(path: Path) -> Study:
-    """Read the JSON of ``tablegen stability --json``; raise InputError if it is something else."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        # the fields of a case stand among those of its outcome
-        outcomes = [{**outcome, "case": outcome} for outcome in data["cases"]]
-        return TypeAdapter(Study).validate_python({**data, "outcomes": outcomes})
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"--stability: got {path}, allowed: a file that 'tablegen stability --json' wrote"
-        ) from error
-
-
 def run_case(config: Config, case: Case, count: int, seed: int) -> Outcome:
-    """Simulate and check one case with some particles, without timing it."""
+    """Simulate and check one case with some particles."""
     usual = _simulated(config, case, count, seed, audited=True)
     contact = _simulated(config, case, count, seed, contact=0.5)
     flight = _simulated(config, case, count, seed, flight=0.5)
@@ -192,7 +170,6 @@ def _finite(run: Simulation) -> Any:
 def _figures(
     usual: Simulation, contact: Simulation | None, flight: Simulation | None, kept: Any
 ) -> Figures:
-    """Measure the particles that are kept."""
 
     def change(halved: Simulation | None) -> float | None:
         if halved is None:
@@ -224,12 +201,11 @@ def run_study(
     threads: int | None = None,
     progress: bool = False,
 ) -> Study:
-    """Simulate, check and time cases of ``count`` particles.
+    """Simulate and check cases of ``count`` particles.
 
     ``friction`` is the number of particles under each law of Coulomb friction
-    (`tablegen.evidence.stability_friction`). Threads share the checks; their number changes nothing
-    but the run time. One thread times. Raises `InputError` if there is no case, or the tolerance
-    cannot be halved.
+    (`tablegen.evidence.stability_friction`). Threads change nothing but the run time. Raises
+    `InputError` if there is no case, or the tolerance cannot be halved.
     """
     numerics = config.model
     if numerics.tolerance < 2e-14:
@@ -241,9 +217,6 @@ def run_study(
         raise InputError("cases: got none, allowed: at least one")
     # a random order mixes cheap and expensive cases, for an even progress
     order = np.random.default_rng(0).permutation(len(cases)).tolist()
-    sphere = Case("sphere", (1.0, 1.0), 90.0, 200.0, 0.0)
-    # a sphere costs little more than the call; the first call compiles
-    overhead = min(_seconds(config, sphere, 1, 0) for _ in range(50))
     done: dict[int, Outcome] = {}
 
     def check(number: int) -> None:
@@ -255,26 +228,7 @@ def run_study(
     ):
         for _ in pool.map(check, order):
             counted.update()
-    with bar(progress, "case", total=len(cases), desc="timing") as counted:
-        for number in order:
-            found = done[number]
-            if not found.unfinished:
-                passed = _seconds(config, found.case, count, found.seed)
-                done[number] = replace(found, cost=(passed - overhead) / count)
-            counted.update()
     outcomes = tuple(done[number] for number in range(len(cases)))
     pair, resolution = config.pair_name, numerics.contact_resolution
     rubbed = run_friction(config, friction, seed, threads, progress) if friction else ()
     return Study(pair, resolution, numerics.tolerance, seed, count, outcomes, rubbed)
-
-
-def _seconds(config: Config, case: Case, count: int, seed: int) -> float:
-    """Time a simulation; a short one twice, where the shorter time counts."""
-    best = math.inf
-    for _ in range(2):
-        start = time.perf_counter()
-        _simulated(config, case, count, seed)
-        best = min(best, time.perf_counter() - start)
-        if best > 0.01:
-            break
-    return best

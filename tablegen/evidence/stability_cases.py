@@ -95,6 +95,3 @@ QUICK = Grid(
     speeds=(1.0, 50.0, 300.0, 3000.0),
     spins=(0.0, 1.0, -1.0, 5.0),
 )
-
-#: Part of the quick study that a quick report runs.
-BRIEF = QUICK.narrowed(Grid(angles_deg=(0.01, 20.0, 90.0), speeds=(200.0,)))

@@ -1,7 +1,5 @@
 """Coulomb friction of any strength: random impacts of the whole population, each checked."""
 
-import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -27,6 +25,16 @@ RESTITUTIONS = (0.0, 0.5, 1.0, None)
 MOST_GAIN = 1e-9
 
 
+def failures_of(growth: float | None, most: float, velocity: float | None) -> dict[str, str]:
+    """Failures of a gain of energy and a least v+ [V], a line each; None is no failure."""
+    found = {}
+    if growth is not None and growth > most:
+        found["growing energy"] = f"energy grows by {growth:.3g}, allowed: {most:g}"
+    if velocity is not None and velocity <= 0.0:
+        found["not leaving"] = f"a particle leaves with v+ = {velocity:.3g} V, allowed: above 0"
+    return found
+
+
 @dataclass(frozen=True)
 class FrictionOutcome:
     """Rebounds under one law, at 0.5 to 90 degrees and 5 to 300 m/s, half with up to 2 V/a."""
@@ -44,8 +52,6 @@ class FrictionOutcome:
     growth: float | None
     least_velocity: float | None
     most_collisions: int
-    #: Run time of a rebound on one thread [s].
-    cost: float
 
     def __str__(self) -> str:
         e = "the pair's restitution" if self.restitution is None else f"e = {self.restitution:g}"
@@ -59,12 +65,7 @@ class FrictionOutcome:
             found["not finite"] = f"particle {self.not_finite} is not finite"
         if self.unfinished >= 0:
             found["unfinished"] = f"particle {self.unfinished} is unfinished"
-        if self.growth is not None and self.growth > MOST_GAIN:
-            found["growing energy"] = f"energy grows by {self.growth:.3g}, allowed: {MOST_GAIN:g}"
-        if self.least_velocity is not None and self.least_velocity <= 0.0:
-            velocity = f"v+ = {self.least_velocity:.3g} V"
-            found["not leaving"] = f"a particle leaves with {velocity}, allowed: above 0"
-        return found
+        return found | failures_of(self.growth, MOST_GAIN, self.least_velocity)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""
@@ -104,37 +105,28 @@ def _run_law(
     spin = rng.standard_normal((count, 3))
     spin *= (rng.uniform(-2.0, 2.0, count).clip(0.0) / np.linalg.norm(spin, axis=1))[:, None]
 
-    def work(part: slice) -> dict[str, Any]:
-        start, n = time.perf_counter(), part.stop - part.start
-        conditions, state, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
-        collisions, energy = np.zeros(n, dtype=np.int64), np.empty((n, 2))
+    state, energy = np.empty((count, 6)), np.empty((count, 2))
+    collisions, done = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.bool_)
+
+    def work(part: slice) -> int:
+        n = part.stop - part.start
+        conditions, axes, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
         wall_conditions(alpha, speed, spin, arrays.numerics, conditions, part.start)
-        keys = keys_of_run(seed, 0, part.start, n)
-        given = arrays.law, arrays.population, conditions, keys
-        stuck = simulate_batch(*given, np.empty((n, 6)), state, collisions, kind, energy)
-        found: dict[str, Any] = {"cost": time.perf_counter() - start}
-        if stuck >= 0:  # of the others of the slice nothing is known
-            return found | {"unfinished": part.start + stuck}
-        finite = np.isfinite(np.column_stack([state, energy])).all(axis=1)
-        if not finite.all():
-            return found | {"not_finite": part.start + int(np.argmin(finite))}
-        growth, least = float(energy.sum(axis=1).max()) - 1.0, float(state[:, 1].min())
-        most = int(collisions.max())
-        return found | {"growth": growth, "least_velocity": least, "most_collisions": most}
+        given = arrays.law, arrays.population, conditions, keys_of_run(seed, 0, part.start, n)
+        stuck = simulate_batch(*given, axes, state[part], collisions[part], kind, energy[part])
+        done[part] = stuck < 0  # of the others of its slice nothing is known
+        return part.start + stuck if stuck >= 0 else -1
 
-    parts = [found for _, found in in_slices(work, count, threads)]
-
-    def over(choose: Callable[..., Any], name: str, default: Any) -> Any:
-        return choose((part[name] for part in parts if name in part), default=default)
-
+    stuck = [row for _, row in in_slices(work, count, threads) if row >= 0]
+    finite = np.isfinite(np.column_stack([state, energy])).all(axis=1)
+    kept, lost = done & finite, np.flatnonzero(done & ~finite)
     return FrictionOutcome(
         *law,
         seed=seed,
         rebounds=count,
-        not_finite=over(min, "not_finite", -1),
-        unfinished=over(min, "unfinished", -1),
-        growth=over(max, "growth", None),
-        least_velocity=over(min, "least_velocity", None),
-        most_collisions=over(max, "most_collisions", 0),
-        cost=sum(part["cost"] for part in parts) / count,
+        not_finite=int(lost[0]) if lost.size else -1,
+        unfinished=min(stuck, default=-1),
+        growth=float(energy[kept].sum(axis=1).max()) - 1.0 if kept.any() else None,
+        least_velocity=float(state[kept, 1].min()) if kept.any() else None,
+        most_collisions=int(collisions[kept].max(initial=0)),
     )

@@ -2,19 +2,18 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from statistics import fmean
 from typing import Any
 
 from sampler.files import json_text
-from tablegen.evidence.page import Block, DataTable, Headline, Section
+from tablegen.evidence.page import Block, Headline, Section
 from tablegen.evidence.stability import Outcome, Study
 from tablegen.evidence.stability_cases import FORMS, Case
 from tablegen.evidence.stability_friction import FrictionOutcome
+from tablegen.presentation import TextTable
 
-#: Quantities whose worst is shown: head, attribute of `Outcome` or `Figures`, and which is worst.
+#: Quantities whose worst is shown: head, attribute of `Figures`, and which is worst.
 _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("coll.", "most_collisions", max),
-    ("us", "cost", max),
     ("growth", "growth", max),
     ("residual", "residual", max),
     ("drift", "drift", max),
@@ -23,19 +22,16 @@ _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("flight", "flight", max),
     ("least v+", "least_velocity", min),
 )
-HEAD = ("cases of", "cases", "particles", "failed", "mean us", *(q[0] for q in _QUANTITIES))
+HEAD = ("cases of", "cases", "particles", "failed", *(q[0] for q in _QUANTITIES))
 WORST_HEAD = ("quantity", "value", "case")
-FRICTION_HEAD = (
-    *("static", "dynamic", "particles", "laws failed", "mean us"),
-    *("coll.", "growth", "least v+"),
-)
+FRICTION_HEAD = ("static", "dynamic", "particles", "laws failed", "coll.", "growth", "least v+")
 
 LEGEND = (
-    "*: every case is outside the speeds at which the restitution law was measured. us:",
-    "microseconds per rebound on one thread, growth: gain of energy, residual: of the collision",
-    "equations, drift: relative, of energy or angular momentum in flight, depth: below the wall in",
-    "a; contact, flight: mean change of a particle's state, in V and V/a, by half the contact",
-    "resolution and by half the flight tolerance. Every quantity is that of the worst case.",
+    "*: every case is outside the speeds at which the restitution law was measured. growth: gain",
+    "of energy, residual: of the collision equations, drift: relative, of energy or angular",
+    "momentum in flight, depth: below the wall in a; contact, flight: mean change of a particle's",
+    "state, in V and V/a, by half the contact resolution and by half the flight tolerance. Every",
+    "quantity is that of the worst case.",
 )
 
 #: Sentence of a study in which no case failed.
@@ -47,10 +43,7 @@ _LISTED = 20
 
 def _worst(outcomes: Sequence[Outcome], name: str, choose: Callable[..., Any]) -> Any:
     """Value of a quantity in its worst case, and that outcome; None if it was not measured."""
-    pairs = [
-        (1e6 * o.cost if o.cost and name == "cost" else getattr(o.figures, name, None), o)
-        for o in outcomes
-    ]
+    pairs = [(getattr(o.figures, name, None), o) for o in outcomes]
     known = [(value, outcome) for value, outcome in pairs if value is not None]
     return choose(known, key=lambda pair: pair[0]) if known else None
 
@@ -85,8 +78,7 @@ def _rows(outcomes: Sequence[Outcome], title: Callable[[Case], str]) -> Iterator
 def _row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
     failed = sum(bool(o.failures) for o in outcomes)
     counts = (len(outcomes), sum(o.particles for o in outcomes), failed)
-    costs = [1e6 * o.cost for o in outcomes if o.cost is not None]
-    cells = [name, *(f"{count:,}" for count in counts), f"{fmean(costs):.3g}" if costs else "-"]
+    cells = [name, *(f"{count:,}" for count in counts)]
     for _, attribute, choose in _QUANTITIES:
         worst = _worst(outcomes, attribute, choose)
         cells.append("-" if worst is None else f"{worst[0]:.2g}")
@@ -112,13 +104,12 @@ def friction_rows(outcomes: Sequence[FrictionOutcome]) -> list[list[str]]:
     for coefficients, members in groups.items():
         count = sum(o.rebounds for o in members)
         failed = sum(bool(o.failures) for o in members)
-        cost = 1e6 * sum(o.cost * o.rebounds for o in members) / count
         growths = [o.growth for o in members if o.growth is not None]
         least = [o.least_velocity for o in members if o.least_velocity is not None]
         rows.append(
             [
                 *(f"{coefficient:g}" for coefficient in coefficients),
-                *(f"{count:,}", f"{failed}", f"{cost:.3g}"),
+                *(f"{count:,}", f"{failed}"),
                 f"{max(o.most_collisions for o in members)}",
                 f"{max(growths):.2g}" if growths else "-",
                 f"{min(least):.2g}" if least else "-",
@@ -137,7 +128,7 @@ def failure_lines(study: Study) -> list[str]:
     return lines + ([f"failed: {more:,} more cases"] if more else [])
 
 
-def study_section(study: Study, folded: bool = False) -> Section:
+def study_section(study: Study) -> Section:
     """Verdict, counts, groups and worst cases of a study."""
     outcomes = study.outcomes
     failures = Counter(kind for outcome in study.failed for kind in outcome.failures)
@@ -154,14 +145,14 @@ def study_section(study: Study, folded: bool = False) -> Section:
         Headline(kind, words, failure_lines(study)),
         counts,
         numerics,
-        DataTable("Cases by group", HEAD, group_rows(outcomes)),
+        TextTable("Cases by group", HEAD, group_rows(outcomes)),
         "\n".join(LEGEND),
-        DataTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
+        TextTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
     ]
     if study.friction:
         caption = "Coulomb friction: random impacts of the whole population at restitutions 0 to 1"
-        blocks.append(DataTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
-    return Section(f"Stability of the direct model: {study.pair}", blocks, folded)
+        blocks.append(TextTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
+    return Section(f"Stability of the direct model: {study.pair}", blocks)
 
 
 def study_json(study: Study) -> str:

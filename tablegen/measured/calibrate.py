@@ -269,7 +269,6 @@ def _part(
     store: CheckpointStore | None,
     on_simulated: Callable[[int], Any],
 ) -> _Part:
-    """Make the search of some rows."""
     part, speed = task.measurements.rows(rows), task.speeds[rows]
     if len(rows) > _MOST_ROWS:
         words = f"up to {_MOST_ROWS}: averages over ranges of angle and speed"

@@ -14,7 +14,7 @@ from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.simulated_rows import Scenario, SimulatedRows
 from tablegen.model.float_array import FloatArray
-from tablegen.presentation import table_lines
+from tablegen.presentation import TextTable, table_lines
 
 #: Quantities by which pairs are ranked.
 _RANKED = ("e_n", "e_t")
@@ -180,7 +180,7 @@ def ranking_text(found: Sequence[MeasuredComparison]) -> str:
         cells = ["-" if x is None or math.isnan(x) else f"{x:.3f}" for x in (*parts, one.rms)]
         rows.append([one.pair, *cells])
     title = f"rms deviations of the means of {found[0].measured.name}, the nearest pair first"
-    return "\n".join([title, *table_lines(("pair", *_RANKED, "both"), rows)])
+    return str(TextTable(title, ("pair", *_RANKED, "both"), rows))
 
 
 def comparison_text(found: MeasuredComparison) -> str:
@@ -244,43 +244,41 @@ def _columns(agreement: Agreement, digits: int) -> list[list[str]]:
 
 def comparison_tree(found: MeasuredComparison) -> dict[str, Any]:
     """Give everything as plain data for JSON; None: not measured, undefined or unknown."""
+    parts, data = {"mean": found.means, "spread": found.spreads}, found.measured
     summary = {
         name: {
             f"{part}_{measure}_deviation": getattr(agreements[name], measure)
-            for part, agreements in (("mean", found.means), ("spread", found.spreads))
+            for part, agreements in parts.items()
             for measure in ("rms", "largest")
         }
         for name in found.means
     }
+    rows = [
+        {
+            "alpha_deg": float(data.alpha_deg[row]),
+            "speed": float(found.speed[row]),
+            "speed_stated": not math.isnan(data.speed[row]),
+            "count": _number(data.count[row]),
+            "source": data.source[row],
+            "remarks": data.remarks[row],
+            **{
+                name: {part: _agreement_at(of[name], row) for part, of in parts.items()}
+                for name in found.means
+            },
+        }
+        for row in range(len(found.speed))
+    ]
     return {
         "pair": found.pair,
         "shape": found.shape,
-        "measurements": found.measured.name,
-        "about": dict(found.measured.about),
+        "measurements": data.name,
+        "about": dict(data.about),
         "count": found.count,
         "seed": found.seed,
         "wall_tilt_deg": found.wall_tilt_deg,
         "speed_independent": found.speed_independent,
         "summary": summary,
-        "rows": [_row(found, row) for row in range(len(found.speed))],
-    }
-
-
-def _row(found: MeasuredComparison, row: int) -> dict[str, Any]:
-    """Collect the numbers of a row."""
-    data = found.measured
-    quantities = {
-        name: {"mean": _agreement_at(mean, row), "spread": _agreement_at(found.spreads[name], row)}
-        for name, mean in found.means.items()
-    }
-    return {
-        "alpha_deg": float(data.alpha_deg[row]),
-        "speed": float(found.speed[row]),
-        "speed_stated": not math.isnan(data.speed[row]),
-        "count": _number(data.count[row]),
-        "source": data.source[row],
-        "remarks": data.remarks[row],
-        **quantities,
+        "rows": rows,
     }
 
 

@@ -161,13 +161,11 @@ def _verdict(kind: str, numbers: Sequence[FittedNumber], laws: str) -> str:
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:
-    """Break a text into lines of comments."""
     whole_words: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
     return textwrap.wrap(text, _WIDTH - len("# "), subsequent_indent=indent, **whole_words)
 
 
 def _indented(lines: Sequence[str]) -> list[str]:
-    """Indent lines of comments."""
     return [f"  {line}" for line in lines]
 
 
@@ -196,7 +194,6 @@ def _origin(made: Calibration, task: Task) -> list[str]:
 
 
 def _parameters(made: Calibration) -> list[str]:
-    """Write the table of fitted numbers."""
     width = max(map(len, made.labels))
     lines = [f"{'':{width}}  {'start':>10}  {'fitted':>10}  {'standard error':>14}"]
     columns = zip(made.labels, made.given, made.values, made.errors, strict=True)

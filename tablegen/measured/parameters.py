@@ -4,10 +4,9 @@ A name is the path of a field of the pair file, such as ``pair.resistance.streng
 hold several numbers are freed together.
 """
 
-import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import NamedTuple
 
@@ -127,8 +126,8 @@ class Parameter:
     labels: Sequence[str]
     scale: Coordinates
     space: Space
-    #: Shape of each field that holds some of the numbers, by its path.
-    shapes: Mapping[str, tuple[int, ...]]
+    #: Makes the fields of a pair file from the numbers.
+    fields: Callable[[FloatArray], Tree]
     #: Whether a file gets rounded numbers, which could break a rule between them.
     rounded: bool = True
 
@@ -137,34 +136,7 @@ class Parameter:
         values = self.scale.values(x)
         if self.rounded:
             values = np.array([_rounded(value) for value in values])
-        return self._fields(values)
-
-    def _fields(self, values: FloatArray) -> Tree:
-        """Make the fields for numbers."""
-        found: Tree = {}
-        for path, shape in self.shapes.items():
-            size = math.prod(shape)
-            numbers, values = values[:size], values[size:]
-            found = merged(found, _nested(path, numbers.reshape(shape).tolist()))
-        return found
-
-
-@dataclass(frozen=True)
-class ShareParameter(Parameter):
-    """Shares of some shapes among all; those of the others keep their ratios."""
-
-    #: Weights of the others, and the sum of all weights.
-    others: Mapping[str, float] = field(default_factory=dict)
-    total: float = 1.0
-
-    def _fields(self, values: FloatArray) -> Tree:
-        """Make the weights for shares."""
-        left = max(1.0 - values.sum(), 0.0) / sum(self.others.values())
-        shapes = [label.removeprefix(f"{SHAPES}.") for label in self.labels]
-        made = dict(zip(shapes, values.tolist(), strict=True))
-        made |= {shape: _rounded(weight * left) for shape, weight in self.others.items()}
-        weights = {shape: self.total * share for shape, share in made.items()}
-        return {"population": {"shapes": weights}}
+        return self.fields(values)
 
 
 def _rounded(value: float) -> float:
@@ -210,18 +182,25 @@ def _field(name: str, given: FloatArray, allowed: Range) -> Parameter:
     if polynomial:
         scale = bernstein(given.size, np.pi / 2)
     space = _space(labels, given.ravel(), [allowed] * given.size, scale)
-    return Parameter(name, labels, scale, space, {name: given.shape}, rounded=not polynomial)
+
+    def fields(values: FloatArray) -> Tree:
+        return _nested(name, values.reshape(given.shape).tolist())
+
+    return Parameter(name, labels, scale, space, fields, rounded=not polynomial)
 
 
 def _both_frictions(config: Config) -> Parameter:
-    """Make the parameter of both friction coefficients; the dynamic one is at most the static."""
     labels, given = (STATIC, DYNAMIC), np.array([_given(config, n) for n in (STATIC, DYNAMIC)])
     space = _space(labels, given, _BOTH_FRICTIONS, DESCENDING)
-    return Parameter(STATIC, labels, DESCENDING, space, {STATIC: (), DYNAMIC: ()})
+
+    def fields(values: FloatArray) -> Tree:
+        return merged(*(_nested(n, x) for n, x in zip(labels, values.tolist(), strict=True)))
+
+    return Parameter(STATIC, labels, DESCENDING, space, fields)
 
 
 def _shares(config: Config, names: Sequence[str]) -> Parameter:
-    """Make the parameter of the shares of some shapes."""
+    """Make the parameter of the shares of some shapes; the others keep their ratios."""
     weights = config.population.shapes.model_dump(by_alias=True)
     total = sum(weights.values())
     rest = {name: w for name, w in weights.items() if w > 0.0 and name not in names}
@@ -233,7 +212,14 @@ def _shares(config: Config, names: Sequence[str]) -> Parameter:
     given = np.array([weights[name] / total for name in free])
     space = _space(labels, given, [_SHARE] * len(free), SHARES)
     others = rest or {names[-1]: 1.0}
-    return ShareParameter(SHAPES, labels, SHARES, space, {}, others=others, total=total)
+
+    def fields(values: FloatArray) -> Tree:
+        left = max(1.0 - values.sum(), 0.0) / sum(others.values())
+        shares = dict(zip(free, values.tolist(), strict=True))
+        shares |= {shape: _rounded(weight * left) for shape, weight in others.items()}
+        return {"population": {"shapes": {shape: total * x for shape, x in shares.items()}}}
+
+    return Parameter(SHAPES, labels, SHARES, space, fields)
 
 
 def _ranges(config: Config) -> dict[str, Range]:

@@ -106,7 +106,6 @@ def _numbers(made: Calibration, column: str) -> list[FittedNumber]:
 
 
 def _array(numbers: list[FittedNumber], field: str) -> FloatArray:
-    """Collect one field of some numbers."""
     return np.array([getattr(number, field) for number in numbers])
 
 

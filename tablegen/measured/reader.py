@@ -136,7 +136,6 @@ def _lines(text: str, file: str) -> list[_Line]:
 
 
 def _check_columns(header: _Line) -> None:
-    """Check the names of the columns."""
     names, one_of = header.cells, f"one of {', '.join(QUANTITIES)} at least"
     for separator, words in _OTHER_SEPARATORS.items():
         if len(names) == 1 and separator in names[0]:
@@ -154,18 +153,13 @@ def _check_columns(header: _Line) -> None:
         raise header.refusal("got no measured quantity", one_of)
 
 
-def _check_row(line: _Line) -> None:
-    """Check the number of cells, and those that must not be empty."""
-    if len(line.cells) != len(line.columns):
-        raise line.refusal(f"got {len(line.cells)} cells", str(len(line.columns)))
-    for column in REQUIRED:
-        if not line.cell(column):
-            raise line.refusal("got an empty cell", "a value in every row", column)
-
-
 def _numbers(row: _Line) -> dict[str, float]:
     """Read and check the numbers of a row; NaN for an empty cell."""
-    _check_row(row)
+    if len(row.cells) != len(row.columns):
+        raise row.refusal(f"got {len(row.cells)} cells", str(len(row.columns)))
+    for column in REQUIRED:
+        if not row.cell(column):
+            raise row.refusal("got an empty cell", "a value in every row", column)
     values = {column: _number(row, column) for column in NUMBERS}
     for column, value in values.items():
         if math.isnan(value):

@@ -115,11 +115,12 @@ class Calibration:
 
     def largest(self, held_out: bool = False) -> Mapping[str, FittedNumber]:
         """Find the number with the largest residual of each column."""
-        columns = _by_column(number for number in self.numbers if number.held_out == held_out)
-        return {
-            column: max(numbers, key=lambda number: abs(number.residual))
-            for column, numbers in columns.items()
-        }
+        found: dict[str, FittedNumber] = {}
+        for number in self.numbers:
+            if number.held_out == held_out:
+                most = found.setdefault(number.column, number)
+                found[number.column] = max(most, number, key=lambda one: abs(one.residual))
+        return found
 
     def to_dict(self) -> dict[str, object]:
         """Give everything as plain data for JSON; None: unknown."""
@@ -140,14 +141,6 @@ class Calibration:
             "warnings": list(self.warnings),
             "config": self.config.text,
         }
-
-
-def _by_column(numbers: Iterable[FittedNumber]) -> dict[str, list[FittedNumber]]:
-    """Group numbers by column."""
-    found: dict[str, list[FittedNumber]] = {}
-    for number in numbers:
-        found.setdefault(number.column, []).append(number)
-    return found
 
 
 def _plain(values: Iterable[float]) -> list[float | None]:

@@ -1,6 +1,7 @@
 """Least squares from several starts: many rough looks, a few short searches, one long one."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -258,7 +259,7 @@ class Search:
         Gives the coordinates (p,), the slopes (m, p), and half of the difference of both sets.
         """
         evaluations, space, count = self.evaluations, self.evaluations.trials.space, self.count
-        both = evaluations, evaluations.with_seed(evaluations.seed ^ _SEED_OF_SLOPES)
+        both = evaluations, replace(evaluations, seed=evaluations.seed ^ _SEED_OF_SLOPES)
         one, other = (each.slopes(x, count, self.targets.pick, central=True) for each in both)
         slopes = 0.5 * (one + other)
         accuracy, width = self.accuracy(x, count), space.width

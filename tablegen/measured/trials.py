@@ -7,7 +7,7 @@ the step and of the count, so steps are large. EXPERIMENTS.md has the measuremen
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import reduce
 
 import numpy as np
@@ -115,10 +115,6 @@ class Evaluations:
     #: Is called with the number of particles of each simulation that is not known yet.
     on_simulated: Callable[[int], object] = lambda count: None
     _known: dict[str, Strata] = field(default_factory=dict, init=False)
-
-    def with_seed(self, seed: int) -> "Evaluations":
-        """Make evaluations of the same trials with other random numbers."""
-        return replace(self, seed=seed)
 
     def moments(self, x: FloatArray, count: int) -> SimulatedMoments:
         """Give the moments of a trial, with ``count`` particles of each shape."""

@@ -228,7 +228,7 @@ class TestSpinLaw:
         assert compare_chains(drawn_from(DirectTable(config), 1), config, seed=1) is None
 
     def test_conditions_have_streams_of_their_own(self, streams):
-        measured(RIGHT, later=False, samples=200)
+        measure(RIGHT, CONFIG, OWN, seed=5, samples=200, targets=SPIN)
         assert {stream for _, _, stream, _ in streams} == {
             FIRST_STREAM + FIRST_OWN + k for k in range(2)
         }

@@ -17,7 +17,6 @@ from tablegen.accuracy.descriptive import modes, profile, scattering_angles, tra
 from tablegen.accuracy.metrics import (
     DISTANCES,
     RESOLUTION,
-    Reference,
     at_resolution,
     correlation_error,
     ks_distances,
@@ -171,17 +170,6 @@ def test_less_than_the_resolution_counts_as_nothing():
     table[:, 0] = 10.0 * RESOLUTION
     found = compare(table, direct, 90.0, 97.0).estimates
     assert min(found["ks"].by_variable[0], found["auc"].value) > 0.99
-
-
-@pytest.mark.parametrize("name", DISTANCES)
-def test_one_reference_for_many_samples_gives_the_same_distances(name):
-    states, distance = correlated(1, count=3000), DISTANCES[name]
-    reference = Reference(states)
-    # the second sample repeats a few states, as draws with replacement do
-    few = correlated(3, count=20)[np.random.default_rng(4).integers(20, size=1000)]
-    for sample in (correlated(2, count=700) + 0.3, few):
-        expected = distance(sample, states, 32, 5)
-        np.testing.assert_array_equal(distance(sample, reference, 32, 5), expected)
 
 
 def test_every_metric_has_its_functions_and_the_file_stores_metrics_only():

@@ -10,7 +10,6 @@ TINY = Budget(
     batches=2,
     classified=400,
     training=2_000,
-    node_samples=1_500,
     timed=500,
     conditions=((0.3, 0.4),),
     grid=(2, 2),
@@ -18,7 +17,6 @@ TINY = Budget(
     views=(1, 1),
     viewed=3_000,
     chained=500,
-    figures=1_000,
 )
 
 
@@ -28,6 +26,4 @@ def report(tiny):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reports, "QUICK", TINY)
         patch.setattr("tablegen.accuracy.metrics.TREES", 20)
-        few = reports.design_methods(TINY.node_samples)[:2]
-        patch.setattr(reports, "design_methods", lambda _: few)
         return reports.measure_report(str(tiny.path), [str(tiny.path)], quick=True, seed=3)

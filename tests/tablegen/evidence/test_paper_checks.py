@@ -55,7 +55,7 @@ def statistics(**changes):
         for shape in SHAPES:
             found[DIRECT, shape, alpha_deg] = replace(alike, shape=shape)
         found[TABLE, MIXTURE, alpha_deg] = sample_statistics_of(TABLE, MIXTURE, alpha_deg, state)
-    return FigureStatistics(CONFIG, 1, found, dict.fromkeys(ANGLES, (30.0, 30.0)))
+    return FigureStatistics(CONFIG, found, dict.fromkeys(ANGLES, (30.0, 30.0)))
 
 
 @pytest.fixture(scope="module")

@@ -13,27 +13,17 @@ from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence import plots
 from tablegen.evidence import report as reports
-from tablegen.evidence.page import DataTable, Headline, Section, render_page, render_text
+from tablegen.evidence.page import Headline, Section, render_page, render_text
 from tablegen.evidence.report_page import headline, report_page
-from tablegen.evidence.stability import run_study
-from tablegen.evidence.stability_cases import QUICK, Grid
-from tablegen.evidence.stability_text import study_json
+from tablegen.presentation import TextTable
 
 CONFIG = load_config("corundum-steel")
 
 
 @pytest.fixture(scope="module")
-def page(report, tmp_path_factory):
-    """Page of the tiny report, with a stability study of a few cases, without the paper's figures.
-
-    Those are drawn in `test_paper_checks`.
-    """
-    path = tmp_path_factory.mktemp("stability") / "stability.json"
-    grid = QUICK.narrowed(Grid(("prism",), ((1.0, 0.5),), (45.0,), (200.0,), (0.0,)))
-    path.write_text(study_json(run_study(CONFIG, list(grid.cases()), count=2, seed=3)))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tablegen.evidence.paper.paper_pictures", lambda _: [])
-        return report_page(report, path)
+def page(report):
+    """Page of the tiny report."""
+    return report_page(report)
 
 
 def test_command_writes_every_number(run, report, tiny, monkeypatch, tmp_path):
@@ -45,8 +35,8 @@ def test_command_writes_every_number(run, report, tiny, monkeypatch, tmp_path):
     data = json.loads(file.read_text())
     assert data["table_bytes"] == tiny.path.stat().st_size
     families = {runner["family"] for race in data["races"] for runner in race["runners"]}
-    assert families == set(list(plots.LOOKS)[:6])
-    for race in (*data["races"], data["designs"]):
+    assert families == set(plots.LOOKS)
+    for race in data["races"]:
         assert set(METRICS) <= set(race["floor"])
         for runner in race["runners"]:
             assert runner["nanoseconds"] > 0.0
@@ -63,19 +53,18 @@ def test_page_holds_the_numbers_and_runs_nothing(page, report):
     read = read_page(page)
     assert "script" not in {tag for tag, _ in read.tags}
     assert report.content_sha256 in read.texts
-    for race in (*report.races, report.designs):
+    for race in report.races:
         for runner in race.runners:
             assert f"{runner.family}: {runner.name}" in read.texts
             assert f"{runner.errors['ks'].mean:.4f}" in read.texts
     for point in report.atlas.points:
         assert f"{point.estimates['ks'].value:.4f}" in read.texts
-    assert "The model holds in every case." in read.texts
-    # the map, the methods, the sizes and a view
-    assert len(read.values("alt")) == 4
+    # the map, the methods and a view
+    assert len(read.values("alt")) == 3
 
 
 def test_texts_and_names_are_escaped():
-    table = DataTable("<b>&", ("x",), [("<i>",)])
+    table = TextTable("<b>&", ("x",), [("<i>",)])
     sections = [Section("<s>", ["<p>", Headline("good", "<w>", ["<l>"]), table])]
     assert {"<b>&", "<i>", "<s>", "<p>", "<w>", "<l>"} <= set(
         read_page(render_page("t", sections)).texts
@@ -154,14 +143,7 @@ def test_joint_density_is_that_of_the_sample():
     assert half.sum() * 0.1 * 0.2 == pytest.approx(0.5, abs=0.01)
 
 
-@pytest.mark.parametrize(
-    ("words", "parts"),
-    [
-        (("--html", "none/there.html"), ("--html", "a folder that exists")),
-        (("--stability", "none.json"), ("--stability", "none.json, allowed: a file")),
-    ],
-)
-def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
+def test_a_page_in_no_folder_is_refused(refused, monkeypatch):
     monkeypatch.setattr(reports, "measure_report", None)
-    line = refused("report", *words)
-    assert all(part in line for part in parts)
+    line = refused("report", "--html", "none/there.html")
+    assert all(part in line for part in ("--html", "a folder that exists"))

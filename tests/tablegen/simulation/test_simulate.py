@@ -10,7 +10,6 @@ from scipy.stats import binom, kstest, truncnorm
 import tablegen
 from sampler.errors import InputError
 from sampler.formats.shape_codes import SHAPE_CODES
-from tablegen.accuracy.streaming_statistics import simulate_statistics
 from tablegen.config.config import load_config
 from tablegen.evidence.stability import run_case
 from tablegen.evidence.stability_cases import Case
@@ -222,9 +221,8 @@ class TestNotFinite:
         monkeypatch.setattr(KERNEL, spoiled)
 
     def test_no_simulation_returns_one(self):
-        for simulated in (simulate_condition, simulate_statistics):
-            with pytest.raises(NotFiniteError, match="particle 3 of seed 4, stream 0 is not fini"):
-                simulated(PAIR, POPULATION, CONDITION, 100, seed=4, threads=2)
+        with pytest.raises(NotFiniteError, match="particle 3 of seed 4, stream 0 is not finite"):
+            simulate_condition(PAIR, POPULATION, CONDITION, 100, seed=4, threads=2)
 
     def test_no_file_gets_one(self, call, tmp_path):
         words = ["--pair", "corundum-steel", "--shape", "mixture", "--alpha", 45, "--speed", 200]
