@@ -1,6 +1,7 @@
 """Coulomb friction of any strength: random impacts of the whole population, each checked."""
 
-from dataclasses import asdict, dataclass
+import time
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,8 @@ class FrictionOutcome:
     growth: float | None
     least_velocity: float | None
     most_collisions: int
+    #: Run time of a rebound on one thread [s].
+    cost: float = field(compare=False)
 
     def __str__(self) -> str:
         e = "the pair's restitution" if self.restitution is None else f"e = {self.restitution:g}"
@@ -108,16 +111,17 @@ def _run_law(
     state, energy = np.empty((count, 6)), np.empty((count, 2))
     collisions, done = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.bool_)
 
-    def work(part: slice) -> int:
-        n = part.stop - part.start
+    def work(part: slice) -> tuple[int, float]:
+        begin, n = time.perf_counter(), part.stop - part.start
         conditions, axes, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
         wall_conditions(alpha, speed, spin, arrays.numerics, conditions, part.start)
         given = arrays.law, arrays.population, conditions, keys_of_run(seed, 0, part.start, n)
         stuck = simulate_batch(*given, axes, state[part], collisions[part], kind, energy[part])
         done[part] = stuck < 0  # of the others of its slice nothing is known
-        return part.start + stuck if stuck >= 0 else -1
+        return part.start + stuck if stuck >= 0 else -1, time.perf_counter() - begin
 
-    stuck = [row for _, row in in_slices(work, count, threads) if row >= 0]
+    rows, seconds = zip(*(found for _, found in in_slices(work, count, threads)), strict=True)
+    stuck = [row for row in rows if row >= 0]
     finite = np.isfinite(np.column_stack([state, energy])).all(axis=1)
     kept, lost = done & finite, np.flatnonzero(done & ~finite)
     return FrictionOutcome(
@@ -129,4 +133,5 @@ def _run_law(
         growth=float(energy[kept].sum(axis=1).max()) - 1.0 if kept.any() else None,
         least_velocity=float(state[kept, 1].min()) if kept.any() else None,
         most_collisions=int(collisions[kept].max(initial=0)),
+        cost=sum(seconds) / count,
     )

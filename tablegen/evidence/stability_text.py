@@ -24,7 +24,10 @@ _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
 )
 HEAD = ("cases of", "cases", "particles", "failed", *(q[0] for q in _QUANTITIES))
 WORST_HEAD = ("quantity", "value", "case")
-FRICTION_HEAD = ("static", "dynamic", "particles", "laws failed", "coll.", "growth", "least v+")
+FRICTION_HEAD = (
+    *("static", "dynamic", "particles", "laws failed", "us per rebound"),
+    *("coll.", "growth", "least v+"),
+)
 
 LEGEND = (
     "*: every case is outside the speeds at which the restitution law was measured. growth: gain",
@@ -110,6 +113,7 @@ def friction_rows(outcomes: Sequence[FrictionOutcome]) -> list[list[str]]:
             [
                 *(f"{coefficient:g}" for coefficient in coefficients),
                 *(f"{count:,}", f"{failed}"),
+                f"{1e6 * sum(o.cost * o.rebounds for o in members) / count:.1f}",
                 f"{max(o.most_collisions for o in members)}",
                 f"{max(growths):.2g}" if growths else "-",
                 f"{min(least):.2g}" if least else "-",
