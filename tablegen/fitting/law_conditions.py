@@ -42,6 +42,10 @@ from tablegen.simulation.impact_chains import (
 #: Share of the conditions that come from chains, and hits of a chain.
 _CHAINS, _HITS = 0.55, 6
 
+#: Share of the chains that go on after the second impact. Orientations at a second impact are apart
+#: from those at later ones, which the spin does not tell, and there are four of these for each.
+_ON = 0.6
+
 #: Kinds of walls in chains: the first of `tablegen.simulation.impact_chains.WALLS`.
 _KINDS = 3
 
@@ -198,8 +202,10 @@ def chain_impacts(
         walls = np.where(keeps, kind, rng.integers(0, _KINDS, len(keeps)))
         impacts = next_impacts(model, departures, walls, rng.random((len(keeps), 3)))
         good = domain.holds(impacts)
+        met.append(possible(impacts.of(good)))
+        if hit == 1:
+            good &= rng.random(len(good)) < _ON
         impacts, keeps, kind = possible(impacts.of(good)), keeps[good], kind[good]
-        met.append(impacts)
         if not good.any():
             break
     return joined_impacts(met), joined_departures(left)
@@ -241,7 +247,7 @@ def spinning_impacts(
 
     There are about ``count``, and fewer if chains leave the domain.
     """
-    chains = math.ceil(_CHAINS * count / (_HITS - 1.0))
+    chains = math.ceil(_CHAINS * count / (1.0 + _ON * (_HITS - 2.0)))
     grains = grains_of(population, shape_code, chains, rng)
     met, departures = chain_impacts(model, domain, grains, seed, rng)
     spread = spread_impacts(model, domain, departures, count - math.floor(_CHAINS * count), rng)
