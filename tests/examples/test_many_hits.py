@@ -50,7 +50,8 @@ def test_the_table_with_spin_is_direct_simulation_and_others_are_not(models, wal
     """Through three walls: energies within 1.5 % and two standard errors.
 
     Between opposite walls, where the shipped table is 1.9 % off, they are within 2 %, and in
-    corners within 3 %. KS distances are within 0.015 and 1.95 (2/n)^(1/2). An exact law fails less than once in 1000.
+    corners within 3 %. KS distances are within 0.015 and 1.95 (2/n)^(1/2). An exact law fails
+    less than once in 1000.
     """
     found = {
         name: many_hits.follow(model, walls, 38.0, 240.0, COUNT, 3, seed=k)
