@@ -202,11 +202,12 @@ def chain_impacts(
         walls = np.where(keeps, kind, rng.integers(0, _KINDS, len(keeps)))
         impacts = next_impacts(model, departures, walls, rng.random((len(keeps), 3)))
         good = domain.holds(impacts)
-        met.append(possible(impacts.of(good)))
-        if hit == 1:
-            good &= rng.random(len(good)) < _ON
         impacts, keeps, kind = possible(impacts.of(good)), keeps[good], kind[good]
-        if not good.any():
+        met.append(impacts)
+        if hit == 1:
+            on = (rng.random(len(good)) < _ON)[good]
+            impacts, keeps, kind = impacts.of(on), keeps[on], kind[on]
+        if not len(keeps):
             break
     return joined_impacts(met), joined_departures(left)
 

@@ -127,10 +127,11 @@ def facet_normals(moving, normal, roughness, across, keys, facets):
                 return k, TILT_NOT_FOUND
             # at normal impact, in a plane at the azimuth of the keys
             e_x = tangent(velocity, facet, one)
-            e_z = cross(e_x, facet)
-            facet = combine(math.cos(tilt), facet, -math.sin(tilt), e_x)
+            tilted = combine(math.cos(tilt), facet, -math.sin(tilt), e_x)
             if across[k] > 0.0:
-                facet = combine(math.cos(other), facet, math.cos(tilt) * math.sin(other), e_z)
+                size, e_z = math.cos(tilt) * math.sin(other), cross(e_x, facet)
+                tilted = combine(math.cos(other), tilted, size, e_z)
+            facet = tilted
         facets[k, 0], facets[k, 1], facets[k, 2] = facet
     return -1, OK
 

@@ -25,22 +25,13 @@ from tablegen.model.rebound import COLLISION_ALARM
 if TYPE_CHECKING:
     from tablegen.simulation.simulate import Simulation
 
-#: Largest number of particles in a call of a kernel. Statistics are merged by batches of this size,
-#: so their last bits depend on it.
-BATCH = 5_000
-
-#: Longest call of a kernel, seconds, and particles of the first calls, which show how long one
-#: takes: at grazing angles thousands of times longer than at others.
+#: Most particles in a call of a kernel, longest call in seconds, and particles of the first calls,
+#: which show how long one takes: at grazing angles thousands of times longer than at others.
+_BATCH = 5_000
 _CALL_SECONDS = 0.1
 _FIRST_CALL = 50
 
 _Result = TypeVar("_Result")
-
-
-def batches(count: int) -> Iterator[slice]:
-    """Split a run into batches of `BATCH` particles."""
-    for start in range(0, count, BATCH):
-        yield slice(start, min(start + BATCH, count))
 
 
 def in_slices(
@@ -58,7 +49,7 @@ def in_slices(
         begin = time.perf_counter()
         result = work(part)
         per_second = (part.stop - part.start) / max(time.perf_counter() - begin, 1e-9)
-        size = int(min(max(_CALL_SECONDS * per_second, 1.0), BATCH))
+        size = int(min(max(_CALL_SECONDS * per_second, 1.0), _BATCH))
         return part, result
 
     start = 0
