@@ -302,6 +302,14 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
                                    uint64_t seed, uint64_t index, uint32_t hit,
                                    double new_velocity[3], double new_omega[3]);
 
+/* Works of the impulses of that rebound, of the same arguments: energies in J for each kg of the
+   particle that impulses along the normal and along the wall take, zeros without works in the table.
+   Codes as rbt_rebound. Not for a rough wall, where there are several rebounds. */
+RBT_API RBT_DEVICE int rbt_works(const rbt_table *table, const double velocity[3],
+                                 const double normal[3], double half_size,
+                                 const double wall_velocity[3], const double omega[3],
+                                 uint64_t seed, uint64_t index, uint32_t hit, double works[2]);
+
 /* Standard deviation of the tilt of facets, rad, of a rough wall with a measured profile: for the
    `roughness` of the functions below.
 
@@ -2431,6 +2439,27 @@ RBTI_INLINE RBT_DEVICE int rbti_is_first(const rbt_table *table, const rbti_grai
     return !grains->given && (grains->fresh || table->spin.n_shapes == 0);
 }
 
+/* Draw `count` variables of a particle with one of these grains, in the frame of its impact. */
+RBTI_INLINE RBT_DEVICE int rbti_meet_and_draw(const rbt_table *table, const double velocity[3],
+                                              const double normal[3], double half_size,
+                                              const double *wall_velocity, const double *omega,
+                                              uint64_t seed, const rbti_grains *grains,
+                                              uint64_t index, uint32_t hit, int count,
+                                              rbti_impact *impact, double *values)
+{
+    double spin[3];
+    int code = rbti_meet(velocity, normal, half_size, wall_velocity, seed, index, hit, impact);
+    if (code == RBT_OK && omega)
+        code = rbti_to_spin(impact, omega, spin);
+    if (code != RBT_OK)
+        return code;
+    if (omega || !rbti_is_first(table, grains))
+        return rbti_spin_draw(table, impact->alpha1, impact->speed, omega ? spin : NULL, seed,
+                              grains, index, hit, count, values);
+    return rbti_first_draw(table, impact->alpha1, impact->speed, seed, grains->seed, index, hit,
+                           count, values);
+}
+
 /* rbt_rebound of a particle with one of these grains. */
 RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double velocity[3],
                                         const double normal[3], double half_size,
@@ -2439,18 +2468,9 @@ RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double vel
                                         uint32_t hit, double new_velocity[3], double new_omega[3])
 {
     rbti_impact impact;
-    double state[6], spin[3];
-    int code = rbti_meet(velocity, normal, half_size, wall_velocity, seed, index, hit, &impact);
-    if (code == RBT_OK && omega)
-        code = rbti_to_spin(&impact, omega, spin);
-    if (code != RBT_OK)
-        return code;
-    if (omega || !rbti_is_first(table, grains))
-        code = rbti_spin_draw(table, impact.alpha1, impact.speed, omega ? spin : NULL, seed,
-                              grains, index, hit, 6, state);
-    else
-        code = rbti_first_draw(table, impact.alpha1, impact.speed, seed, grains->seed, index, hit,
-                               6, state);
+    double state[6];
+    const int code = rbti_meet_and_draw(table, velocity, normal, half_size, wall_velocity, omega,
+                                        seed, grains, index, hit, 6, &impact, state);
     if (code >= RBT_OK)
         rbti_leave(&impact, state, new_velocity, new_omega);
     return code;
@@ -2465,6 +2485,21 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity
     const rbti_grains own = rbti_own_grains(table, seed);
     return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, &own, index,
                         hit, new_velocity, new_omega);
+}
+
+RBT_API RBT_DEVICE int rbt_works(const rbt_table *table, const double velocity[3],
+                                 const double normal[3], double half_size,
+                                 const double wall_velocity[3], const double omega[3],
+                                 uint64_t seed, uint64_t index, uint32_t hit, double works[2])
+{
+    const rbti_grains own = rbti_own_grains(table, seed);
+    rbti_impact impact;
+    double values[RBT_VALUES];
+    const int code = rbti_meet_and_draw(table, velocity, normal, half_size, wall_velocity, omega,
+                                        seed, &own, index, hit, RBT_VALUES, &impact, values);
+    for (int k = 0; code >= RBT_OK && k < 2; k++)
+        works[k] = 0.5 * impact.speed * impact.speed * values[8 + k];
+    return code;
 }
 
 /* -- rough walls ----------------------------------------------------------------------------------

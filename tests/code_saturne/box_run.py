@@ -1,5 +1,6 @@
 """Particles and hits in the box: records of cs_user_box.c, and the same flights in Python."""
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ CONDITIONS = tuple(
     for alpha_deg, speed in ((5, 280), (15, 75), (30, 150), (45, 250), (60, 100), (90, 200))
 )
 SEED = 7
+VECTORS = Path(__file__).parents[1] / "vectors"
 HALF_SIZE = float(sampler.load("corundum-steel").mean_half_size(50e-6))
 #: Mass [kg], moment of inertia [kg m2] and diameter of a particle; gas density and viscosity.
 MASS = 3950.0 * np.pi / 6 * 50e-6**3
@@ -65,8 +67,8 @@ def read_hits(folder):
 
 
 def read_faces(folder):
-    """Centres of the boundary faces (n, 3), and their sums (n, 6)."""
-    parts = [np.fromfile(path).reshape(-1, 9) for path in sorted(folder.glob("faces.*.bin"))]
+    """Centres of the boundary faces (n, 3), and their sums (n, 8)."""
+    parts = [np.fromfile(path).reshape(-1, 11) for path in sorted(folder.glob("faces.*.bin"))]
     return np.hsplit(np.concatenate(parts), [3])
 
 

@@ -161,6 +161,24 @@ def test_rebounds_are_those_one_by_one(library, law, wall, rough, flat, n):
         np.testing.assert_array_equal(places, expected)
 
 
+@pytest.mark.parametrize(("name", "spins"), [("works", 0), ("spin-works", 0), ("spin-works", 1)])
+def test_works_are_those_of_the_draw(library, name, spins):
+    """In a frame of the impact that is the lab's."""
+    motion, half_size, works = conditions(40, "own"), 2e-5, np.zeros(2)
+    with toolchain.opened(library, VECTORS / f"{name}.rbt") as table:
+        for k, (alpha1, speed) in enumerate(zip(motion["alpha1"], motion["speed"], strict=True)):
+            key = SEED, int(motion["index"][k]), int(motion["hit"][k])
+            spin = spins * motion["spin"][k] if name == "spin-works" else None
+            omega = spin * speed / half_size if spins else None
+            velocity = speed * np.array([np.cos(alpha1), -np.sin(alpha1), 0.0])
+            impact = velocity, np.array([0.0, 3.0, 0.0]), half_size, None
+            code, values = library.rbt_works(table, *impact, omega, *key, works), np.zeros(10)
+            assert library.rbt_draw_all(table, alpha1, speed, spin, None, *key, values) == code >= 0
+            np.testing.assert_allclose(works, 0.5 * speed**2 * values[8:], rtol=1e-4)
+            assert k > 0 or works.min() > 0.0
+        assert library.rbt_works(table, -velocity, *impact[1:], omega, *key, works) == -2
+
+
 @pytest.mark.parametrize("bad", [0, 31, 33])
 @pytest.mark.parametrize(
     ("law", "name", "value", "code"),

@@ -134,6 +134,7 @@ def declared(path):
         "rbt_draw_batch": (table, size, reals, reals, reals, *keys, reals, report),
         "rbt_sample_batch": (table, size, ctypes.POINTER(Conditions), seed, reals, singles, report),
         "rbt_rebound": (table, *motion, reals, *key, *after),
+        "rbt_works": (table, *motion, reals, *key, reals),
         "rbt_rough_rebound": (table, *motion, real, reals, *key, *after),
         "rbt_rebound_grain": (table, *motion, real, ctypes.c_int, reals, reals, *key, *after),
         "rbt_rebound_batch": (table, size, ctypes.POINTER(Impacts), seed, *after, report),

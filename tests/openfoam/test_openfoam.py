@@ -5,6 +5,7 @@ Needs Debian 12; installs OpenFOAM's packages where they are missing, which asks
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import foam_files
 import foam_run
@@ -23,6 +24,7 @@ pytestmark = [
     pytest.mark.study,
     pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning"),
 ]
+VECTORS = Path(__file__).parents[1] / "vectors"
 CLOUD = "constant/kinematicCloudProperties"
 #: A run in which parcels meet up to nine walls.
 END = 0.02
@@ -171,6 +173,21 @@ def test_deposits_stay_and_faces_have_sums(work, table, started, cloud, tmp_path
     for name, values in sums.items():
         other = foam_files.read_faces(case, "0.001", f"kinematicCloud_{name}")
         np.testing.assert_allclose(np.sort(other[other > 0.0]), np.sort(values[values > 0.0]))
+
+
+def test_faces_have_works(work, started, tmp_path):
+    """Of a table with works, the particles of which do not spin at first."""
+    name = "spin-works.rbt"
+    table, file = sampler.load(VECTORS / "spin-works.h5"), (VECTORS / name).as_posix()
+    shots.run_shots(work, tmp_path, started, edits=[with_entries("faceSums yes;", file)])
+    alpha, speed = np.array(shots.CONDITIONS)[started.condition].T
+    keys = {"seed": shots.SEED, "index": np.arange(speed.size)}
+    values = table.sample(alpha, speed, spin=np.zeros(3), **keys)[:, -2:]
+    mass = shots.DENSITY * np.pi / 6.0 * shots.DIAMETER**3
+    expected = mass / 2.0 * speed**2 @ values
+    for field, total in zip(("workNormal", "workShear"), expected, strict=True):
+        sums = foam_files.read_faces(tmp_path, "0.001", f"kinematicCloud_{field}")
+        assert sums.sum() == pytest.approx(total, rel=1e-4), field
 
 
 def test_a_plane_case_drops_the_velocity_out_of_its_plane(work, table, tmp_path):

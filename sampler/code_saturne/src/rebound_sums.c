@@ -13,25 +13,31 @@
 
 #include "rebound_wall.h"
 
-enum { HITS, DEPOSITS, MASS, BEFORE, LOST, ANGLE, SUMS };
+enum { HITS, DEPOSITS, MASS, BEFORE, LOST, ANGLE, WORK_NORMAL, WORK_SHEAR, SUMS };
 
 static const char *const names[SUMS] = {"rebound_hits",        "rebound_deposits",
                                         "rebound_mass",        "rebound_energy_before",
-                                        "rebound_energy_lost", "rebound_angle_deg"};
+                                        "rebound_energy_lost", "rebound_angle_deg",
+                                        "rebound_work_normal", "rebound_work_shear"};
 static cs_field_t *sums[SUMS];
 
-void rebound_sums_make(void)
+void rebound_sums_make(int works)
 {
-    for (int i = 0; i < SUMS; i++) {
+    for (int i = 0; i < (works ? SUMS : WORK_NORMAL); i++) {
         sums[i] = cs_field_create(names[i], CS_FIELD_USER, CS_MESH_LOCATION_BOUNDARY_FACES, 1, false);
         cs_field_set_key_int(sums[i], cs_field_key_id("post_vis"), CS_POST_ON_LOCATION);
         cs_field_set_key_int(sums[i], cs_field_key_id("restart_file"), CS_RESTART_MAIN);
     }
 }
 
+int rebound_sums_have_works(void)
+{
+    return sums[WORK_NORMAL] != NULL;
+}
+
 void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
                       const double normal[3], const double before[3], const double after[3],
-                      int stays)
+                      const double taken[2], int stays)
 {
     if (sums[HITS] == NULL)
         return;
@@ -47,4 +53,6 @@ void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum
     sums[LOST]->val[face_id] += 0.5 * mass * (square - cs_math_3_dot_product(after, after));
     double *mean = sums[ANGLE]->val + face_id;
     *mean += (angle - *mean) * n / sums[HITS]->val[face_id];
+    for (int k = 0; k < 2 && rebound_sums_have_works(); k++)
+        sums[WORK_NORMAL + k]->val[face_id] += mass * taken[k];
 }

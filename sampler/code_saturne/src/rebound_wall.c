@@ -48,13 +48,25 @@ static void check_models(void)
                   REBOUND_SETTINGS_FILE, cs_glob_lagr_time_scheme->t_order);
 }
 
+/* Whether rebounds have works: of the table's variables, on smooth walls. */
+static int has_works(void)
+{
+    int columns[RBT_VALUES];
+    const int n = rbt_components(table, columns);
+    const int rough = settings.tilt_deg > 0.0 || settings.rsm > 0.0;
+    for (int i = 0; i < n && !rough; i++)
+        if (columns[i] == 8)
+            return 1;
+    return 0;
+}
+
 void rebound_wall_model(void)
 {
     table = rebound_settings_read(&settings);
     first_attribute = cs_glob_lagr_model->n_user_variables;
     cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
     if (settings.face_sums)
-        rebound_sums_make();
+        rebound_sums_make(has_works());
 }
 
 int rebound_wall_attribute(void)
@@ -156,9 +168,9 @@ static void mirror(const double normal[3], cs_real_t vector[3])
 }
 
 /* Draw the rebound of a particle, `rest` before the end of the time step [s]; `spin` becomes that
-   before it. Returns a code of rebound_sampler.h; below 0, nothing else has changed. */
+   before it, `works` those of the impulses [J/kg] where they are summed. Returns a code of rebound_sampler.h; below 0, nothing else has changed. */
 static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
-                double rest, cs_real_t velocity[3], double spin[3])
+                double rest, cs_real_t velocity[3], double spin[3], double works[2])
 {
     double *kept = kept_of(particles, p_id);
     double omega[3];
@@ -171,10 +183,13 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     for (int k = 0; k < 3; k++)
         spin[k] = settings.spin ? kept[REBOUND_OMEGA + k] : 0.0;
     fly(particles, p_id, -rest, spin); /* the whole time step is behind it, but for the rest */
-    const int code = rbt_rebound_grain(table, velocity, normal, settings.half_size * diameter, NULL,
-                                       roughness, settings.isotropic, settings.spin ? spin : NULL,
-                                       NULL, settings.seed, identity, (uint32_t)kept[REBOUND_HITS],
-                                       velocity, omega);
+    const double a = settings.half_size * diameter, *before = settings.spin ? spin : NULL;
+    const uint32_t hit = (uint32_t)kept[REBOUND_HITS];
+    if (rebound_sums_have_works())
+        rbt_works(table, velocity, normal, a, NULL, before, settings.seed, identity, hit, works);
+    const int code = rbt_rebound_grain(table, velocity, normal, a, NULL, roughness,
+                                       settings.isotropic, before, NULL, settings.seed, identity,
+                                       hit, velocity, omega);
     if (code < RBT_OK)
         return code;
     fly(particles, p_id, rest, omega);
@@ -218,16 +233,16 @@ static void refuse(const cs_real_t velocity[3], const double spin[3], int code)
               speed[1], rbt_strerror(code < RBT_OK ? code : RBT_CLAMPED));
 }
 
-/* Set the new velocity, and turn the rest of the path, given as it would go on behind the wall.
-   The path of a particle that leaves already, or rests, is mirrored; that is no hit. */
+/* Set the new velocity and the works, and turn the rest of the path, given as it would go on behind
+   the wall. The path of a particle that leaves already, or rests, is mirrored; that is no hit. */
 static void rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
-                    cs_real_t velocity[3], double path[3])
+                    cs_real_t velocity[3], double path[3], double works[2])
 {
     const double before[3] = {velocity[0], velocity[1], velocity[2]};
     const double speed = cs_math_3_norm(velocity);
     const double rest = speed > 0.0 ? cs_math_3_norm(path) / speed : 0.0;
     double spin[3];
-    const int code = draw(particles, p_id, normal, rest, velocity, spin);
+    const int code = draw(particles, p_id, normal, rest, velocity, spin, works);
     if (code == RBT_ERR_NOT_APPROACHING || code == RBT_ERR_SPEED_NOT_POSITIVE) {
         mirror(normal, path);
     } else if (code < RBT_OK || ((code & RBT_CLAMPED) && settings.refuse_outside)) {
@@ -263,7 +278,7 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     const cs_real_t *centre = cs_glob_mesh_quantities->cell_cen + 3 * (size_t)cell;
     const double before[3] = {velocity[0], velocity[1], velocity[2]};
     const cs_gnum_t hits = counts[0];
-    double normal[3], path[3];
+    double normal[3], path[3], works[2] = {0.0, 0.0};
 
     if (b_zone_id < 0 || b_zone_id >= n_zones || is_symmetry[b_zone_id] < 0)
         bft_error(__FILE__, __LINE__, 0, "rebound_wall: got zone %d of type CS_LAGR_BC_USER, "
@@ -275,9 +290,9 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     if (is_symmetry[b_zone_id])
         reflect(particles, p_id, normal, velocity, path);
     else if (!stays)
-        rebound(particles, p_id, normal, velocity, path);
+        rebound(particles, p_id, normal, velocity, path, works);
     if (counts[0] > hits)
-        rebound_sums_add(particles, p_id, face_id, normal, before, velocity, stays);
+        rebound_sums_add(particles, p_id, face_id, normal, before, velocity, works, stays);
     for (int k = 0; k < 3; k++) {
         start[k] = c_intersect[k] + START_SHIFT * (centre[k] - c_intersect[k]);
         end[k] = stays ? start[k] : c_intersect[k] + path[k];

@@ -79,11 +79,13 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings);
 /* Standard deviation [rad] of the tilt that a particle of a diameter [m] meets; 0: smooth walls. */
 double rebound_settings_roughness(const rebound_settings_t *settings, double diameter);
 
-/* Make the fields of sums by face; add a hit of a particle, with its velocities before and after. */
-void rebound_sums_make(void);
+/* Make the fields of sums by face, of works too or not; whether there are those of works; add a hit of
+   a particle, with its velocities before and after, and the works of its impulses [J/kg]. */
+void rebound_sums_make(int works);
+int rebound_sums_have_works(void);
 void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
                       const double normal[3], const double before[3], const double after[3],
-                      int stays);
+                      const double taken[2], int stays);
 
 /* Read our user attributes from the files of a restart. */
 void rebound_particles_resume(int first_attribute);

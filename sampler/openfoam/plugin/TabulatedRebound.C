@@ -332,7 +332,8 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
 
     if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
     {
-        sums_ = std::make_shared<faceSums>(cloud.mesh(), cloud.name());
+        const bool works = table_->gives("work_normal") && roughness_.smooth();
+        sums_ = std::make_shared<faceSums>(cloud.mesh(), cloud.name(), works);
     }
 }
 
@@ -369,11 +370,15 @@ bool Foam::TabulatedRebound<CloudType>::correct
 
     ++counts_.hits;
 
+    Pair<scalar> works(0, 0);
     const auto sum = [&](const vector& after, const bool stays)
     {
         const label face = pp.whichFace(p.face());
         const scalar n = p.nParticle();
-        if (sums_) sums_->add(pp.index(), face, n, n*p.mass(), nOut, Urelative, after, stays);
+        if (sums_)
+        {
+            sums_->add(pp.index(), face, n, n*p.mass(), nOut, Urelative, after, stays, works);
+        }
     };
 
     if (deposit(p, -nOut, Uwall))
@@ -386,11 +391,17 @@ bool Foam::TabulatedRebound<CloudType>::correct
     const scalar a = halfSizeRule_*p.d();
 
     const vector before(keepsSpin_ ? spinOf::get(p) : vector(Zero));
+    const vector* spin = keepsSpin_ ? &before : nullptr;
+    const uint32_t hit = countHit(p);
     vector omega(Zero);
+    if (sums_ && sums_->works())
+    {
+        works = table_->works(p.U(), -nOut, Uwall, a, spin, seed_, identity, hit);
+    }
     const int code = table_->rebound
     (
         p.U(), omega, -nOut, Uwall, a, roughness_.tilt(p.d()), roughness_.isotropic(),
-        keepsSpin_ ? &before : nullptr, seed_, identity, countHit(p)
+        spin, seed_, identity, hit
     );
 
     if (code < 0 || ((code & reboundTable::clamped) && refuseOutside_))

@@ -33,7 +33,10 @@ Foam::reboundTable::~reboundTable()
 
 bool Foam::reboundTable::gives(const word& component) const
 {
-    static const wordList names({"u", "v", "w", "omega_x", "omega_y", "omega_z"});
+    static const wordList names
+    ({
+        "u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions", "work_normal"
+    });
 
     int columns[RBT_VALUES];
     const int n = rbt_components(table_, columns);
@@ -95,6 +98,28 @@ int Foam::reboundTable::rebound
         table_, &U[0], &n[0], a, &Uwall[0], roughness, isotropic,
         before ? &(*before)[0] : nullptr, nullptr, seed, particle, hit, &U[0], &omega[0]
     );
+}
+
+
+Foam::Pair<Foam::scalar> Foam::reboundTable::works
+(
+    const vector& U,
+    const vector& n,
+    const vector& Uwall,
+    const scalar a,
+    const vector* before,
+    const uint64_t seed,
+    const uint64_t particle,
+    const uint32_t hit
+) const
+{
+    Pair<scalar> taken(0, 0);
+    rbt_works
+    (
+        table_, &U[0], &n[0], a, &Uwall[0], before ? &(*before)[0] : nullptr, seed, particle, hit,
+        &taken[0]
+    );
+    return taken;
 }
 
 

@@ -194,20 +194,21 @@ void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnu
         record("hits", values, REBOUND_ATTRIBUTES + 15);
 }
 
-/* Centres of boundary faces, and sums. */
+/* Centres of boundary faces, and sums; those of works are 0 where there are none. */
 static void record_faces(void)
 {
-    static const char *const names[6] = {"hits",          "deposits",    "mass",
-                                         "energy_before", "energy_lost", "angle_deg"};
+    static const char *const names[8] = {"hits",        "deposits",  "mass",        "energy_before",
+                                         "energy_lost", "angle_deg", "work_normal", "work_shear"};
     for (cs_lnum_t face = 0; face < cs_glob_mesh->n_b_faces; face++) {
-        double values[9];
+        double values[11];
         char name[64];
         memcpy(values, cs_glob_mesh_quantities->b_face_cog + 3 * face, 3 * sizeof *values);
-        for (int k = 0; k < 6; k++) {
+        for (int k = 0; k < 8; k++) {
             snprintf(name, sizeof name, "rebound_%s", names[k]);
-            values[3 + k] = cs_field_by_name(name)->val[face];
+            const cs_field_t *sums = cs_field_by_name_try(name);
+            values[3 + k] = sums == NULL ? 0.0 : sums->val[face];
         }
-        record("faces", values, 9);
+        record("faces", values, 11);
     }
 }
 
