@@ -484,6 +484,7 @@ SPIN_DATASETS = (
 )
 
 _KS, _ENERGY = "largest Kolmogorov-Smirnov distance", "error of the mean translational energy"
+_CELL, _HIT = "by cell of conditions", "after each hit of chains"
 
 #: Of spin laws from version 1.3 on, all or none.
 INERTIA_DATASETS = (
@@ -505,24 +506,13 @@ INERTIA_DATASETS = (
         (checks.within(*SPIN_SIZE), checks.non_decreasing),
     ),
     *(
-        Dataset(
-            f"spin_accuracy/{name}",
-            "<f8",
-            (dim,),
-            "1",
-            f"{what} against direct simulation that keeps the orientation, {where}",
-        )
+        Dataset(f"spin_accuracy/{name}", "<f8", (dim,), "1", f"{what} {where}")
         for name, dim, what, where in (
-            ("cell_ks", "n_cells", _KS, "by cell of conditions"),
-            ("cell_energy", "n_cells", _ENERGY, "by cell of conditions"),
-            ("chain_ks", "n_chained", _KS, "after each hit of chains"),
-            ("chain_energy", "n_chained", _ENERGY, "after each hit of chains"),
-            (
-                "chain_spin",
-                "n_chained",
-                "error of the mean squared spin",
-                "after each hit of chains",
-            ),
+            ("cell_ks", "n_cells", _KS, _CELL),
+            ("cell_energy", "n_cells", _ENERGY, _CELL),
+            ("chain_ks", "n_chained", _KS, _HIT),
+            ("chain_energy", "n_chained", _ENERGY, _HIT),
+            ("chain_spin", "n_chained", "error of the mean squared spin", _HIT),
         )
     ),
 )
