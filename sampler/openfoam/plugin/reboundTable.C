@@ -6,7 +6,6 @@
 #include "mathematicalConstants.H"
 #include "stringOps.H"
 
-static_assert(Foam::reboundTable::clamped == RBT_CLAMPED, "codes of rebound_sampler.h");
 static_assert(sizeof(Foam::scalar) == sizeof(double), "draws are in double precision");
 
 
@@ -95,29 +94,4 @@ int Foam::reboundTable::rebound
         table_, &U[0], &n[0], a, &Uwall[0], roughness, isotropic,
         before ? &(*before)[0] : nullptr, nullptr, seed, particle, hit, &U[0], &omega[0]
     );
-}
-
-
-Foam::vector Foam::reboundTable::spinAfter
-(
-    vector omega, scalar time, scalar inertia, scalar d, scalar rho, scalar mu
-)
-{
-    rbt_spin_after(&omega[0], time, inertia, d, rho, mu, nullptr, &omega[0]);
-    return omega;
-}
-
-
-bool Foam::reboundTable::deposits
-(
-    const vector& U, const vector& n, const vector& Uwall, scalar critical
-)
-{
-    return rbt_deposits(&U[0], &n[0], critical, &Uwall[0]);
-}
-
-
-const char* Foam::reboundTable::message(const int code)
-{
-    return rbt_strerror(code);
 }
