@@ -30,12 +30,10 @@
    arguments that allocates nothing. Any number of threads may use one table at once; rbt_open and
    rbt_close of one table must not run beside other calls with it.
 
-   Return values: negative is an error with nothing written; else a sum of flags, 0 if there is none.
-   RBT_CLAMPED: angle or speed lay outside the table, and its nearest condition was drawn, or the spin
-   was larger than what the table covers. RBT_EXTRAPOLATED: the material pair was not measured at that
-   speed (rbt_valid_speed). Test for an error with code < 0 and for a flag with code & RBT_CLAMPED; count
-   both, as rbt_report does, and tell your user. Nothing is printed. A table of a law that does not
-   depend on the speed covers every speed.
+   Return values: negative is an error with nothing written; else a sum of the flags RBT_CLAMPED and
+   RBT_EXTRAPOLATED, 0 if there is none. rbt_strerror says what each means. Test for an error with
+   code < 0 and for a flag with code & RBT_CLAMPED; count both, as rbt_report does, and tell your user.
+   Nothing is printed. A table of a law that does not depend on the speed covers every speed.
 
    Part of rebound-tables; MIT licence. */
 
@@ -420,9 +418,7 @@ typedef struct rbt_axis {
     const double *coordinate;
 } rbt_axis;
 
-/* The spin law, of S shapes, N tree nodes and L leaves; F features, G groups of E experts, 6 or 8
-   outcomes.
-   The arrays and their units are those of tables/FORMAT.md. */
+/* The spin law. The arrays and their units are those of tables/FORMAT.md. */
 typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
     int32_t fresh_grains; /* whether a particle has another grain at each hit */
@@ -597,18 +593,9 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
 
 /* -- the first-impact draw -----------------------------------------------------------------------
 
-   The law of particles that arrive without spin. A table has I x J nodes of impact angle and speed, and
-   a cell between each four of them. A node has a mixture of K components in N channels, and each
-   component belongs to one of Q classes of rebounds; M of the channels have quantile functions.
-
-     alias[I J K]            alias method: share of the column / 65536, other component
-     first_of_class[I J Q]   first component of each class
-     components[I J K]       records of `stride` numbers / 4096: probability of reflection, N means,
-                             N (N + 1) / 2 factors, columns packed
-     spans[cells Q M]        least quantile, size of a step
-     quantiles[cells Q M]    n_knots x 4 steps: the values at the four nodes lie side by side
-
-   The steps are those of tables/FORMAT.md, "A draw":
+   The law of particles that arrive without spin. A table has nodes of impact angle and speed, and a cell
+   between each four of them. A node has a mixture of components, each of one of the classes of
+   rebounds. The arrays are those of tables/FORMAT.md, "Binary table", the steps those of "A draw":
 
      words  rbti_fill_words        Philox4x32-10 of (seed, index, hit)
      1      rbti_locate            cell of the condition, weights of its nodes
@@ -1178,17 +1165,9 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
 /* -- the spin draw --------------------------------------------------------------------------------
 
    The law of particles that arrive spinning, given their spin and their grain: shape, b/a and c/b. Each
-   of S shapes has a tree of conditions; a leaf has 8 groups of 16 experts and the quantile functions of
-   O = 6 outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e, or of O = 8, with
-   two for the works.
-
-     inputs[L]        middles, then factors, of the 7 inputs
-     group_gates[L]   23 x 8 coefficients / 512, by feature; gates[L 8]: 23 x 16 of the experts
-     experts[L 128]   records of 160 (or 224) numbers: 23 x O coefficients of the means / 2048, by
-                      feature; O (O + 1) / 2 factors / 4096, columns packed
-     spans[L O]       least outcome, size of a step; quantiles[L O]: n_knots steps
-
-   The steps are those of tables/FORMAT.md, "The spin law":
+   shape has a tree of conditions; a leaf has 8 groups of 16 experts and the quantile functions of O = 6
+   outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e, or of O = 8, with two for the
+   works. The steps are those of tables/FORMAT.md, "The spin law":
 
      words  rbti_fill_words, rbti_fill_grains  random words; the grain, from words of its own
      1      rbti_fill_inputs     effective speed V_e = V (1 + 2/3 s^2)^(1/2), mirror image, conditions
