@@ -20,6 +20,7 @@ True
 
 import ctypes
 from collections.abc import Callable
+from inspect import Parameter, Signature
 from typing import Any, NamedTuple, cast
 
 import llvmlite.binding
@@ -146,15 +147,40 @@ def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...], *at:
     return found(*given), emit
 
 
-_DRAW = {
-    **{"handle": _HANDLE, "alpha1": _NUMBER, "speed": _NUMBER, "spin": _OPTIONAL},
-    **{"grain": _OPTIONAL, "seed": _KEY, "index": _KEY, "hit": _HIT, "state": _OUTPUT},
-}
-_REBOUND = {
-    **{"handle": _HANDLE, "velocity": _VECTOR, "normal": _VECTOR, "half_size": _NUMBER},
-    **{"wall_velocity": _OPTIONAL, "roughness": _NUMBER, "isotropic": _HIT, "omega": _OPTIONAL},
-    **{"grain": _OPTIONAL, "seed": _KEY, "index": _KEY, "hit": _HIT, "out": _OUTPUT},
-}
+def _function(symbol: str, arguments: dict[str, _Kind], *at: int) -> Callable[..., Any]:
+    """Make a function of numba code of one of the library; arguments are those of `_call`."""
+
+    def typed(typingctx: Any, *given: Any) -> Any:
+        return _call(symbol, arguments, given, *at)
+
+    kind = Parameter.POSITIONAL_OR_KEYWORD
+    parameters = [Parameter(name, kind) for name in ("typingctx", *arguments)]
+    typed.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    return _intrinsic(typed)
+
+
+_KEYS = {"seed": _KEY, "index": _KEY, "hit": _HIT}
+_draw = _function(
+    "rbt_draw_all",
+    {"handle": _HANDLE, "alpha1": _NUMBER, "speed": _NUMBER, "spin": _OPTIONAL}
+    | {"grain": _OPTIONAL, **_KEYS, "state": _OUTPUT},
+    *(0, 10),
+)
+_rebound = _function(
+    "rbt_rebound_grain",
+    {"handle": _HANDLE, "velocity": _VECTOR, "normal": _VECTOR, "half_size": _NUMBER}
+    | {"wall_velocity": _OPTIONAL, "roughness": _NUMBER, "isotropic": _HIT, "omega": _OPTIONAL}
+    | {"grain": _OPTIONAL, **_KEYS, "out": _OUTPUT},
+    *(0, 3, 6),
+)
+_grain = _function("rbt_fresh_grain", {"handle": _HANDLE, **_KEYS, "out": _NONE}, 0, 3)
+_GASEOUS = {"diameter": _NUMBER, "density": _NUMBER, "viscosity": _NUMBER, "gas_rotation": _VECTOR}
+_torque = _function("rbt_gas_torque", {"omega": _VECTOR, **_GASEOUS, "out": _NONE}, 0, 3)
+_after = _function(
+    "rbt_spin_after",
+    {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER, **_GASEOUS, "out": _NONE},
+    *(0, 3),
+)
 
 
 def _check_of(name: str) -> Callable[[Any], None]:
@@ -170,39 +196,6 @@ def _check_of(name: str) -> Callable[[Any], None]:
 
 
 _check_state, _check_out = _check_of("state"), _check_of("out")
-
-
-@_intrinsic
-def _draw(typingctx, handle, alpha1, speed, spin, grain, seed, index, hit, state):  # noqa: ANN001, ANN202
-    given = (handle, alpha1, speed, spin, grain, seed, index, hit, state)
-    return _call("rbt_draw_all", _DRAW, given, 0, 10)
-
-
-@_intrinsic
-def _rebound(  # noqa: ANN202
-    typingctx,  # noqa: ANN001
-    handle,  # noqa: ANN001
-    velocity,  # noqa: ANN001
-    normal,  # noqa: ANN001
-    half_size,  # noqa: ANN001
-    wall_velocity,  # noqa: ANN001
-    roughness,  # noqa: ANN001
-    isotropic,  # noqa: ANN001
-    omega,  # noqa: ANN001
-    grain,  # noqa: ANN001
-    seed,  # noqa: ANN001
-    index,  # noqa: ANN001
-    hit,  # noqa: ANN001
-    out,  # noqa: ANN001
-):
-    motion = (handle, velocity, normal, half_size, wall_velocity, roughness, isotropic, omega)
-    return _call("rbt_rebound_grain", _REBOUND, (*motion, grain, seed, index, hit, out), 0, 3, 6)
-
-
-@_intrinsic
-def _grain(typingctx, handle, seed, index, hit, out):  # noqa: ANN001, ANN202
-    arguments = {"handle": _HANDLE, "seed": _KEY, "index": _KEY, "hit": _HIT, "out": _NONE}
-    return _call("rbt_fresh_grain", arguments, (handle, seed, index, hit, out), 0, 3)
 
 
 @numba.njit(nogil=True)
@@ -396,25 +389,6 @@ def grain(handle: int, seed: int, index: int, hit: int) -> Vector:
     """
     status, found = _grain(handle, seed, index, hit, None)
     return found if status >= 0 else (0.0, 0.0, 0.0)
-
-
-_TORQUE = {
-    **{"omega": _VECTOR, "diameter": _NUMBER, "density": _NUMBER, "viscosity": _NUMBER},
-    **{"gas_rotation": _VECTOR, "out": _NONE},
-}
-_TIMES = {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER}
-
-
-@_intrinsic
-def _torque(typingctx, omega, diameter, density, viscosity, gas_rotation, out):  # noqa: ANN001, ANN202
-    given = (omega, diameter, density, viscosity, gas_rotation, out)
-    return _call("rbt_gas_torque", _TORQUE, given, 0, 3)
-
-
-@_intrinsic
-def _after(typingctx, omega, time, inertia, diameter, density, viscosity, gas_rotation, out):  # noqa: ANN001, ANN202
-    given = (omega, time, inertia, diameter, density, viscosity, gas_rotation, out)
-    return _call("rbt_spin_after", _TIMES | _TORQUE, given, 0, 3)
 
 
 @numba.njit(nogil=True)

@@ -120,12 +120,13 @@ RBTI_PART void rbti_add_to_report(const rbt_device_report *found, rbt_device_rep
 
 /* -- draws ---------------------------------------------------------------------------------------- */
 
-/* Parameters of the kernels of draws: those of rbt_draw_batch, and states[n_columns * n], of which a
-   row has the table's columns in their order. Rows with an error are not written. */
+/* Parameters of the kernels of draws, behind the table: those of rbt_draw_batch, and
+   states[n_columns * n], of which a row has the table's columns in their order. Rows with an error are
+   not written. */
 #define RBTI_DRAW_PARAMETERS                                                                       \
-    RBT_TABLE_ARGUMENT table, unsigned long long n, uint32_t single, const RBT_REAL *alpha1,       \
-        const RBT_REAL *speed, const RBT_REAL *spin, uint64_t seed, const uint64_t *index,         \
-        const uint32_t *hit, RBT_REAL *states, rbt_device_report *report
+    unsigned long long n, uint32_t single, const RBT_REAL *alpha1, const RBT_REAL *speed,          \
+        const RBT_REAL *spin, uint64_t seed, const uint64_t *index, const uint32_t *hit,           \
+        RBT_REAL *states, rbt_device_report *report
 
 /* One row of a launch: the code. */
 RBTI_PART int rbti_draw_row(const rbt_table *table, double alpha1, double speed,
@@ -146,14 +147,10 @@ RBTI_PART int rbti_draw_row(const rbt_table *table, double alpha1, double speed,
     return code;
 }
 
-RBTI_PART void rbti_draw_rows(const rbt_table *table, unsigned long long n, uint32_t single,
-                              const RBT_REAL *alpha1, const RBT_REAL *speed, const RBT_REAL *spin,
-                              uint64_t seed, const uint64_t *index, const uint32_t *hit,
-                              RBT_REAL *states, rbt_device_report *report)
+RBTI_PART void rbti_draw_rows(const rbt_table *table, RBTI_DRAW_PARAMETERS)
 {
     rbt_device_report found = {~0ull, ~0ull, 0, 0};
-    RBT_EACH_ROW(k, n)
-    {
+    RBT_EACH_ROW(k, n) {
         const int code = rbti_draw_row(
             table, (double)alpha1[rbti_row(single, RBT_ONE_ALPHA1, k)],
             (double)speed[rbti_row(single, RBT_ONE_SPEED, k)], spin,
@@ -165,7 +162,7 @@ RBTI_PART void rbti_draw_rows(const rbt_table *table, unsigned long long n, uint
 }
 
 /* Draws from the law of first impacts; `spin` is not read. */
-RBT_KERNEL rbt_draw_kernel(RBTI_DRAW_PARAMETERS)
+RBT_KERNEL rbt_draw_kernel(RBT_TABLE_ARGUMENT table, RBTI_DRAW_PARAMETERS)
 {
     (void)spin;
     rbti_draw_rows(&table, n, single, alpha1, speed, (const RBT_REAL *)0, seed, index, hit, states,
@@ -173,22 +170,21 @@ RBT_KERNEL rbt_draw_kernel(RBTI_DRAW_PARAMETERS)
 }
 
 /* Draws from the spin law; spin[3 * n] is there. */
-RBT_KERNEL rbt_spin_draw_kernel(RBTI_DRAW_PARAMETERS)
+RBT_KERNEL rbt_spin_draw_kernel(RBT_TABLE_ARGUMENT table, RBTI_DRAW_PARAMETERS)
 {
     rbti_draw_rows(&table, n, single, alpha1, speed, spin, seed, index, hit, states, report);
 }
 
 /* -- rebounds ------------------------------------------------------------------------------------- */
 
-/* Parameters of the kernels of rebounds: those of rbt_rebound_batch. wall_velocity may be NULL. Rows
-   with an error are not written; new_velocity may be velocity, and new_omega omega, where no row of
-   theirs stands for all. */
+/* Parameters of the kernels of rebounds, behind the table: those of rbt_rebound_batch. wall_velocity
+   may be NULL. Rows with an error are not written; new_velocity may be velocity, and new_omega omega,
+   where no row of theirs stands for all. */
 #define RBTI_REBOUND_PARAMETERS                                                                    \
-    RBT_TABLE_ARGUMENT table, unsigned long long n, uint32_t single, const RBT_REAL *velocity,     \
-        const RBT_REAL *normal, const RBT_REAL *half_size, const RBT_REAL *wall_velocity,          \
-        const RBT_REAL *roughness, const RBT_REAL *omega, uint64_t seed, const uint64_t *index,    \
-        const uint32_t *hit, RBT_REAL *new_velocity, RBT_REAL *new_omega,                          \
-        rbt_device_report *report
+    unsigned long long n, uint32_t single, const RBT_REAL *velocity, const RBT_REAL *normal,       \
+        const RBT_REAL *half_size, const RBT_REAL *wall_velocity, const RBT_REAL *roughness,       \
+        const RBT_REAL *omega, uint64_t seed, const uint64_t *index, const uint32_t *hit,          \
+        RBT_REAL *new_velocity, RBT_REAL *new_omega, rbt_device_report *report
 
 /* Impact of one row, and the keys of its random numbers. */
 typedef struct rbti_device_impact {
@@ -218,15 +214,10 @@ RBTI_PART int rbti_rebound_row(const rbt_table *table, const rbti_device_impact 
     return code;
 }
 
-RBTI_PART void rbti_rebound_rows(
-    const rbt_table *table, unsigned long long n, uint32_t single, const RBT_REAL *velocity,
-    const RBT_REAL *normal, const RBT_REAL *half_size, const RBT_REAL *wall_velocity,
-    const RBT_REAL *roughness, const RBT_REAL *omega, uint64_t seed, const uint64_t *index,
-    const uint32_t *hit, RBT_REAL *new_velocity, RBT_REAL *new_omega, rbt_device_report *report)
+RBTI_PART void rbti_rebound_rows(const rbt_table *table, RBTI_REBOUND_PARAMETERS)
 {
     rbt_device_report found = {~0ull, ~0ull, 0, 0};
-    RBT_EACH_ROW(k, n)
-    {
+    RBT_EACH_ROW(k, n) {
         rbti_device_impact of;
         rbti_vector(velocity, rbti_row(single, RBT_ONE_VELOCITY, k), of.velocity);
         rbti_vector(normal, rbti_row(single, RBT_ONE_NORMAL, k), of.normal);
@@ -250,7 +241,7 @@ RBTI_PART void rbti_rebound_rows(
 }
 
 /* Rebounds from smooth walls; `roughness` is not read, and omega may be NULL. */
-RBT_KERNEL rbt_rebound_kernel(RBTI_REBOUND_PARAMETERS)
+RBT_KERNEL rbt_rebound_kernel(RBT_TABLE_ARGUMENT table, RBTI_REBOUND_PARAMETERS)
 {
     (void)roughness;
     rbti_rebound_rows(&table, n, single, velocity, normal, half_size, wall_velocity,
@@ -258,7 +249,7 @@ RBT_KERNEL rbt_rebound_kernel(RBTI_REBOUND_PARAMETERS)
 }
 
 /* Rebounds from rough walls, roughness[n]; omega may be NULL. */
-RBT_KERNEL rbt_rough_rebound_kernel(RBTI_REBOUND_PARAMETERS)
+RBT_KERNEL rbt_rough_rebound_kernel(RBT_TABLE_ARGUMENT table, RBTI_REBOUND_PARAMETERS)
 {
     rbti_rebound_rows(&table, n, single, velocity, normal, half_size, wall_velocity, roughness,
                       omega, seed, index, hit, new_velocity, new_omega, report);

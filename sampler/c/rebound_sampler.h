@@ -30,12 +30,10 @@
    arguments that allocates nothing. Any number of threads may use one table at once; rbt_open and
    rbt_close of one table must not run beside other calls with it.
 
-   Return values: negative is an error with nothing written; else a sum of flags, 0 if there is none.
-   RBT_CLAMPED: angle or speed lay outside the table, and its nearest condition was drawn, or the spin
-   was larger than what the table covers. RBT_EXTRAPOLATED: the material pair was not measured at that
-   speed (rbt_valid_speed). Test for an error with code < 0 and for a flag with code & RBT_CLAMPED; count
-   both, as rbt_report does, and tell your user. Nothing is printed. A table of a law that does not
-   depend on the speed covers every speed.
+   Return values: negative is an error with nothing written; else a sum of the flags RBT_CLAMPED and
+   RBT_EXTRAPOLATED, 0 if there is none. rbt_strerror says what each means. Test for an error with
+   code < 0 and for a flag with code & RBT_CLAMPED; count both, as rbt_report does, and tell your user.
+   Nothing is printed. A table of a law that does not depend on the speed covers every speed.
 
    Part of rebound-tables; MIT licence. */
 
@@ -154,11 +152,9 @@ typedef struct rbt_table rbt_table;
 /* Open a binary table (.rbt) and check everything in it, its checksum included.
 
    The file is mapped where the system can do that, so that all programs of a machine share one copy
-   in memory, and read otherwise. A mapped file must not be changed while it is open, which nothing
-   here can prevent or notice: one that is overwritten in place gives wrong draws, and one that is
-   cut short ends the program (SIGBUS). `sampler export` puts a new file in its place, which is safe,
-   as mv is; cp and rsync --inplace write into the old one. Where that may happen, compile with
-   RBT_NO_MMAP: then the file is read into memory, and draws are from the bytes with that checksum.
+   in memory, and read otherwise. A mapped file must not be overwritten in place while it is open, as
+   cp and rsync --inplace do: draws would be wrong, or the program would end (SIGBUS). `sampler export`
+   and mv put a new file in its place, which is safe. With RBT_NO_MMAP the file is read into memory.
 
    On success *table belongs to the caller, who ends it with rbt_close. On an error *table is NULL.
    A folder, pipe or device is refused at once. */
@@ -228,15 +224,10 @@ RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double sp
                                 const double *spin, uint64_t seed, uint64_t index, uint32_t hit,
                                 double state[6]);
 
-/* Draw one state of a given grain, three numbers as rbt_grain gives them; NULL: as rbt_draw. With a
-   grain and without spin the particle does not spin. Codes as rbt_draw; also
+/* Draw all variables that a table can have, of a given grain, three numbers as rbt_grain gives them;
+   NULL: as rbt_draw. With a grain and without spin the particle does not spin. A draw with the keys of
+   a rebound, at its angle, speed and spin, has the works of that rebound. Codes as rbt_draw; also
    RBT_ERR_GRAIN_NOT_KNOWN. */
-RBT_API RBT_DEVICE int rbt_draw_grain(const rbt_table *table, double alpha1, double speed,
-                                      const double *spin, const double grain[3], uint64_t seed,
-                                      uint64_t index, uint32_t hit, double state[6]);
-
-/* The same with all variables that a table can have; without spin and grain as rbt_draw. A draw with
-   the keys of a rebound, at its angle, speed and spin, has the works of that rebound. */
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
                                     const double *spin, const double *grain, uint64_t seed,
                                     uint64_t index, uint32_t hit, double values[RBT_VALUES]);
@@ -400,11 +391,8 @@ RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impact
        C = 64 pi / Re below Re = density diameter^2 |slip| / viscosity = 32,
        C = 12.9 / sqrt(Re) + 128.4 / Re from there on
 
-   (Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980) 257-279, in the form of Crowe, Schwarzkopf,
-   Sommerfeld & Tsuji, Multiphase Flows with Droplets and Particles). The first is the torque of Stokes,
-   pi viscosity diameter^3 slip; at 32 the torque jumps by 0.2 %. It holds up to Re = 1000. Beyond, the
-   same formula extrapolates: its first term is the law of a laminar boundary layer. For grains that
-   feel another multiple of the torque, divide the inertia by it.
+   (Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980) 257-279), up to Re = 1000; beyond, the formula
+   extrapolates. For grains that feel another multiple of the torque, divide the inertia by it.
 
    inertia: moment of inertia, kg m2; mass diameter^2 / 10 for a sphere. omega decays along the law
    exactly, so time steps of any size give the same, and never overshoots. A negative time goes back,
@@ -438,9 +426,7 @@ typedef struct rbt_axis {
     const double *coordinate;
 } rbt_axis;
 
-/* The spin law, of S shapes, N tree nodes and L leaves; F features, G groups of E experts, 6 or 8
-   outcomes.
-   The arrays and their units are those of tables/FORMAT.md. */
+/* The spin law. The arrays and their units are those of tables/FORMAT.md. */
 typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
     int32_t fresh_grains; /* whether a particle has another grain at each hit */
@@ -615,18 +601,9 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
 
 /* -- the first-impact draw -----------------------------------------------------------------------
 
-   The law of particles that arrive without spin. A table has I x J nodes of impact angle and speed, and
-   a cell between each four of them. A node has a mixture of K components in N channels, and each
-   component belongs to one of Q classes of rebounds; M of the channels have quantile functions.
-
-     alias[I J K]            alias method: share of the column / 65536, other component
-     first_of_class[I J Q]   first component of each class
-     components[I J K]       records of `stride` numbers / 4096: probability of reflection, N means,
-                             N (N + 1) / 2 factors, columns packed
-     spans[cells Q M]        least quantile, size of a step
-     quantiles[cells Q M]    n_knots x 4 steps: the values at the four nodes lie side by side
-
-   The steps are those of tables/FORMAT.md, "A draw":
+   The law of particles that arrive without spin. A table has nodes of impact angle and speed, and a cell
+   between each four of them. A node has a mixture of components, each of one of the classes of
+   rebounds. The arrays are those of tables/FORMAT.md, "Binary table", the steps those of "A draw":
 
      words  rbti_fill_words        Philox4x32-10 of (seed, index, hit)
      1      rbti_locate            cell of the condition, weights of its nodes
@@ -696,8 +673,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_words(size_t m, uint32_t block, uint64_t s
 {
     uint32_t *c0 = words, *c1 = words + m, *c2 = words + 2 * m, *c3 = words + 3 * m;
     uint32_t key0 = (uint32_t)seed, key1 = (uint32_t)(seed >> 32);
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const size_t k = r < count ? r : count - 1;
         c0[r] = (uint32_t)index[k];
         c1[r] = (uint32_t)(index[k] >> 32);
@@ -705,8 +681,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_words(size_t m, uint32_t block, uint64_t s
         c3[r] = block;
     }
     for (int round = 0; round < 10; round++) {
-        RBTI_EACH_DRAW(r)
-        {
+        RBTI_EACH_DRAW(r) {
             const uint64_t p0 = (uint64_t)c0[r] * 0xD2511F53u, p1 = (uint64_t)c2[r] * 0xCD9E8D57u;
             c0[r] = (uint32_t)(p1 >> 32) ^ c1[r] ^ key0;
             c1[r] = (uint32_t)p1;
@@ -723,8 +698,7 @@ RBTI_INLINE RBT_DEVICE void rbti_locate(size_t m, const rbt_axis *of, const doub
                                         int32_t *nodes, double *weights)
 {
     const rbt_axis axis = *of;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         double value = values[r] > axis.first ? values[r] : axis.first;
         value = value < axis.last ? value : axis.last;
         double position = (value - axis.origin) * axis.scale;
@@ -754,8 +728,7 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_node(size_t m, const rbt_table *table, r
 {
     const int32_t last_alpha = table->alpha.nodes - 1, last_speed = table->speed.nodes - 1;
     const uint32_t columns = (uint32_t)table->n_components;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const double t = d->alpha_weight[r], s = d->speed_weight[r];
         const double w0 = (1.0 - t) * (1.0 - s), w1 = (1.0 - t) * s, w2 = t * (1.0 - s);
         d->weights[r] = (float)w0;
@@ -787,39 +760,27 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_component(size_t m, const rbt_table *tab
     uint32_t fraction[RBTI_BLOCK] RBTI_ALIGNED, entry[RBTI_BLOCK] RBTI_ALIGNED;
     rbti_choose_node(m, table, d, node, column, fraction);
     RBTI_EACH_DRAW(r)
-    {
         RBTI_PREFETCH(table->alias + node[r] * components + column[r]);
-    }
     RBTI_EACH_DRAW(r)
-    {
         entry[r] = table->alias[node[r] * components + column[r]];
-    }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const int32_t other = (int32_t)(entry[r] & 0xffffu);
         column[r] = fraction[r] >= entry[r] >> 16 ? other : column[r];
         kind[r] = 0;
     }
     for (int32_t k = 1; k < classes; k++) {
         RBTI_EACH_DRAW(r)
-        {
             first[r] = table->first_of_class[node[r] * classes + k];
-        }
         RBTI_EACH_DRAW(r)
-        {
             kind[r] = column[r] >= first[r] ? k : kind[r];
-        }
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const int32_t cell = d->alpha_node[r] * cells_of_row + d->speed_node[r];
         d->record[r] = (node[r] * components + column[r]) * table->stride;
         d->functions[r] = (cell * classes + kind[r]) * table->n_marginals;
     }
     RBTI_EACH_DRAW(r)
-    {
         RBTI_PREFETCH(table->components + d->record[r]);
-    }
 }
 
 /* Normal numbers from words by a table of cubics. The octave of the distance from the nearer end of the
@@ -831,8 +792,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_normals(size_t m, const float *table, cons
     int32_t rows[RBTI_BLOCK] RBTI_ALIGNED;
     float t[RBTI_BLOCK] RBTI_ALIGNED, sign[RBTI_BLOCK] RBTI_ALIGNED;
     float cubic[4 * RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const int32_t upper = (int32_t)(words[r] >> 31);
         const uint32_t mask = (uint32_t)-upper;
         /* half the distance from the nearer end, in units of 2^-32: from 1/2 to 2^31 */
@@ -845,16 +805,14 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_normals(size_t m, const float *table, cons
         t[r] = half - 1.0f;
         sign[r] = 1.0f - 2.0f * (float)upper;
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const float *row = table + 4 * rows[r];
         cubic[r] = row[0];
         cubic[m + r] = row[1];
         cubic[2 * m + r] = row[2];
         cubic[3 * m + r] = row[3];
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const float *c = cubic + r;
         normals[r] = sign[r] * (c[0] + t[r] * (c[m] + t[r] * (c[2 * m] + t[r] * c[3 * m])));
     }
@@ -869,15 +827,13 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_factors(size_t m, const rbt_table *table, 
 {
     const int32_t pairs = (2 + n + n * (n + 1) / 2) / 2;
     uint32_t raw[RBTI_PAIRS * RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const int16_t *record = table->components + records[r];
         for (int32_t k = 0; k < pairs; k++)
             memcpy(raw + (size_t)k * m + r, record + 2 * k, sizeof *raw);
     }
     for (size_t k = 0; k < (size_t)pairs; k++) {
-        RBTI_EACH_DRAW(r)
-        {
+        RBTI_EACH_DRAW(r) {
             const uint32_t pair = raw[k * m + r];
             factors[2 * k * m + r] = (float)((int32_t)(pair << 16) >> 16);
             factors[(2 * k + 1) * m + r] = (float)((int32_t)pair >> 16);
@@ -894,8 +850,7 @@ RBTI_INLINE RBT_DEVICE void rbti_mix(size_t m, const rbt_table *table, int32_t n
     float factors[2 * RBTI_PAIRS * RBTI_BLOCK] RBTI_ALIGNED;
     float unit[2 * RBTI_BLOCK] RBTI_ALIGNED;
     rbti_fill_factors(m, table, n, d->record, factors);
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const float limit = (float)(int32_t)(d->words[m + r] & 4095u);
         unit[r] = RBTI_UNIT;
         unit[m + r] = limit < factors[r] ? -RBTI_UNIT : RBTI_UNIT;
@@ -908,19 +863,14 @@ RBTI_INLINE RBT_DEVICE void rbti_mix(size_t m, const rbt_table *table, int32_t n
         int32_t *entries = d->entries + (size_t)row * m;
         float z[RBTI_BLOCK] RBTI_ALIGNED;
         RBTI_EACH_DRAW(r)
-        {
             z[r] = factor[r];
-        }
         factor += (size_t)n * m;
         for (int32_t column = 0; column <= row; column++) {
             RBTI_EACH_DRAW(r)
-            {
                 z[r] += factor[r] * d->values[(size_t)column * m + r];
-            }
             factor += (size_t)(n - column - 1) * m;
         }
-        RBTI_EACH_DRAW(r)
-        {
+        RBTI_EACH_DRAW(r) {
             float position = (z[r] * units[r] + variate_max) * scale;
             position = position > 0.0f ? position : 0.0f;
             position = position < last ? position : last;
@@ -931,9 +881,7 @@ RBTI_INLINE RBT_DEVICE void rbti_mix(size_t m, const rbt_table *table, int32_t n
         }
         if (table->marginals[row] >= 0) {
             RBTI_EACH_DRAW(r)
-            {
                 RBTI_PREFETCH(table->quantiles + entries[r]);
-            }
         }
     }
 }
@@ -946,8 +894,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, 
     const float *fractions = d->values + (size_t)row * m;
     const int32_t *entries = d->entries + (size_t)row * m;
     double least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         uint32_t eight[4];
         memcpy(eight, table->quantiles + entries[r], sizeof eight);
         raw[r] = eight[0];
@@ -955,14 +902,12 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, 
         raw[2 * m + r] = eight[2];
         raw[3 * m + r] = eight[3];
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const double *span = table->spans + 2 * (d->functions[r] + table->marginals[row]);
         least[r] = span[0];
         step[r] = span[1];
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const float f = fractions[r];
         float mean[2];
         for (size_t half = 0; half < 2; half++) {
@@ -1007,8 +952,7 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
     double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, rest[RBTI_BLOCK] RBTI_ALIGNED;
     double normal[RBTI_BLOCK] RBTI_ALIGNED, left[RBTI_BLOCK] RBTI_ALIGNED;
     double shorter[RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const double n = normal_hat[r], square = n * n, fourth = square * square;
         const double x = omega_x[r], y = omega_y[r], z = omega_z[r];
         const double after_v = (1.0 - v[r]) * (1.0 + v[r]);
@@ -1229,17 +1173,9 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
 /* -- the spin draw --------------------------------------------------------------------------------
 
    The law of particles that arrive spinning, given their spin and their grain: shape, b/a and c/b. Each
-   of S shapes has a tree of conditions; a leaf has 8 groups of 16 experts and the quantile functions of
-   O = 6 outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e, or of O = 8, with
-   two for the works.
-
-     inputs[L]        middles, then factors, of the 7 inputs
-     group_gates[L]   23 x 8 coefficients / 512, by feature; gates[L 8]: 23 x 16 of the experts
-     experts[L 128]   records of 160 (or 224) numbers: 23 x O coefficients of the means / 2048, by
-                      feature; O (O + 1) / 2 factors / 4096, columns packed
-     spans[L O]       least outcome, size of a step; quantiles[L O]: n_knots steps
-
-   The steps are those of tables/FORMAT.md, "The spin law":
+   shape has a tree of conditions; a leaf has 8 groups of 16 experts and the quantile functions of O = 6
+   outcomes, p_u, p_v, p_w and omega_x, omega_y, omega_z times a/V_e, or of O = 8, with two for the
+   works. The steps are those of tables/FORMAT.md, "The spin law":
 
      words  rbti_fill_words, rbti_fill_grains  random words; the grain, from words of its own
      1      rbti_fill_inputs     effective speed V_e = V (1 + 2/3 s^2)^(1/2), mirror image, conditions
@@ -1363,18 +1299,14 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_ratios(size_t m, const double law[4], cons
 {
     const double mean = law[0], deviation = law[1], low = law[2], high = law[3];
     double p[RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         p[r] = low + rbti_uniform(words[r]) * (high - low);
         ratios[r] = rbti_central_quantile(p[r] - 0.5);
     }
     RBTI_EACH_DRAW(r)
-    {
         if (fabs(p[r] - 0.5) > 0.425 && deviation > 0.0)
             ratios[r] = rbti_outer_quantile(p[r]);
-    }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         double ratio = deviation > 0.0 ? mean + deviation * ratios[r] : mean;
         /* no law that was simulated goes beyond; whatever stands in a file is finite so */
         ratio = ratio > RBTI_LEAST_RATIO ? ratio : RBTI_LEAST_RATIO;
@@ -1412,8 +1344,7 @@ RBTI_INLINE RBT_DEVICE void rbti_take_grains(size_t m, const rbt_spin_law *law,
                                              const double *given, size_t count, int32_t *shapes,
                                              double *ratios)
 {
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const double *grain = given + 3 * (r < count ? r : count - 1);
         shapes[r] = rbti_row_of_shape(law, grain[0]);
         ratios[r] = grain[1];
@@ -1429,17 +1360,14 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, 
 {
     uint32_t own[RBTI_BLOCK] RBTI_ALIGNED, words[8 * RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
-    {
         own[r] = 0;
-    }
     const uint32_t *hits = fresh ? hit : own;
     for (uint32_t block = 0; block < 2; block++)
         rbti_fill_words(m, block, seed ^ RBTI_SIMULATION_KEY, index, hits, count,
                         words + 4 * block * m);
     rbti_fill_ratios(m, law->aspect, words, ratios);
     rbti_fill_ratios(m, law->aspect + 4, words + m, ratios + m);
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const double u = rbti_uniform(words[5 * m + r]);
         int32_t row = 0;
         for (int32_t k = 0; k < law->n_shapes - 1; k++)
@@ -1502,20 +1430,16 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
     const float exponent = (float)law->speed_exponent, scale = -(float)law->speed_scale;
     const double last = law->speed_last;
     float y[RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const float power = exponent * rbti_logarithm_to_two((float)(effective[r] / last));
         y[r] = rbti_least_power(power < 0.0f ? power : 0.0f);
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const float x = scale * rbti_power_of_two(y[r]);
         y[r] = rbti_least_power(x * RBTI_LOG2_E);
     }
     RBTI_EACH_DRAW(r)
-    {
         values[r] = (double)rbti_power_of_two(y[r]);
-    }
 }
 
 /* Moments of inertia of the grains over m a^2, the smallest and the largest: those of the file, else
@@ -1524,8 +1448,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
                                               rbti_spin_draws *d, double *largest)
 {
     const double *ratios = d->inputs + RBTI_RATIO * m;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const double *of = law->shape_inertia ? law->shape_inertia + 2 * d->shape[r] : NULL;
         const double b = ratios[r] * ratios[r], c = ratios[m + r] * ratios[m + r];
         largest[r] = of ? of[0] * (1.0 + b) : RBTI_INERTIA;
@@ -1541,8 +1464,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
     const double first = law->alpha_first, last = law->alpha_last, most = law->most_spin;
     const int by_root = law->shape_inertia != NULL; /* from version 1.3 on */
     rbti_fill_moments(m, law, d, largest);
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const double sx = d->spin[r], sy = d->spin[m + r], sz = d->spin[2 * m + r];
         const double factor = rbti_spin_factor(sx, sy, sz), turn = sx < 0.0 ? -1.0 : 1.0;
         const double square = sx * sx + sy * sy + sz * sz, held = square < most ? square : most;
@@ -1569,8 +1491,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
 /* Leaf of each draw in the tree of its shape. */
 RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
 {
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         int32_t node = law->roots[d->shape[r]];
         while (node >= 0) {
             const double value = d->inputs[(size_t)law->node_axis[node] * m + r];
@@ -1579,8 +1500,7 @@ RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, 
         d->leaf[r] = -1 - node;
         RBTI_PREFETCH(law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r]);
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const size_t numbers = RBTI_FEATURES * RBTI_GROUPS;
         const int16_t *gates = law->group_gates + numbers * (size_t)d->leaf[r];
         for (size_t k = 0; k < numbers; k += RBTI_LINE)
@@ -1594,30 +1514,23 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law
 {
     float *features = d->features;
     RBTI_EACH_DRAW(r)
-    {
         features[r] = 1.0f;
-    }
     for (size_t k = 0; k < RBTI_INPUTS; k++) {
         const double *inputs = d->inputs + (k < RBTI_CONDITIONS ? k : k + 1) * m;
         float middle[RBTI_BLOCK] RBTI_ALIGNED, scale[RBTI_BLOCK] RBTI_ALIGNED;
-        RBTI_EACH_DRAW(r)
-        {
+        RBTI_EACH_DRAW(r) {
             const float *of = law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r] + k;
             middle[r] = of[0];
             scale[r] = of[RBTI_INPUTS];
         }
         RBTI_EACH_DRAW(r)
-        {
             features[(1 + k) * m + r] = ((float)inputs[r] - middle[r]) * scale[r];
-        }
     }
     float *product = features + (1 + RBTI_INPUTS) * m;
     for (size_t i = 1; i <= RBTI_CONDITIONS; i++) {
         for (size_t j = i; j <= RBTI_CONDITIONS; j++) {
             RBTI_EACH_DRAW(r)
-            {
                 product[r] = features[i * m + r] * features[j * m + r] - (i == j ? 0.5f : 0.0f);
-            }
             product += m;
         }
     }
@@ -1670,8 +1583,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16
                                              const int32_t *places, const float *features,
                                              float *logits)
 {
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const int16_t *gate = gates + RBTI_FEATURES * count * (size_t)places[r];
         float sums[RBTI_GROUP_SIZE] RBTI_ALIGNED;
         for (size_t k = 0; k < count; k++)
@@ -1692,43 +1604,31 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *g
     float most[RBTI_BLOCK] RBTI_ALIGNED, share[RBTI_BLOCK] RBTI_ALIGNED;
     rbti_fill_logits(m, count, gates, places, features, weights);
     RBTI_EACH_DRAW(r)
-    {
         most[r] = weights[r];
-    }
     for (size_t k = 1; k < count; k++) {
         RBTI_EACH_DRAW(r)
-        {
             most[r] = weights[k * m + r] > most[r] ? weights[k * m + r] : most[r];
-        }
     }
     for (size_t k = 0; k < count; k++) {
-        RBTI_EACH_DRAW(r)
-        {
+        RBTI_EACH_DRAW(r) {
             const float x = (weights[k * m + r] - most[r]) * RBTI_GATE_UNIT;
             weights[k * m + r] = rbti_least_power(x * RBTI_LOG2_E);
         }
         RBTI_EACH_DRAW(r)
-        {
             weights[k * m + r] = rbti_power_of_two(weights[k * m + r]);
-        }
     }
     for (size_t k = 1; k < count; k++) {
         RBTI_EACH_DRAW(r)
-        {
             weights[k * m + r] += weights[(k - 1) * m + r];
-        }
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         share[r] = ((float)(int32_t)(words[r] >> 8) + 0.5f) * (1.0f / 16777216.0f);
         share[r] *= weights[(count - 1) * m + r];
         chosen[r] = 0;
     }
     for (size_t k = 0; k + 1 < count; k++) {
         RBTI_EACH_DRAW(r)
-        {
             chosen[r] += share[r] >= weights[k * m + r];
-        }
     }
 }
 
@@ -1738,16 +1638,14 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, size_t outcomes, const 
 {
     const size_t numbers = RBTI_FEATURES * RBTI_GROUP_SIZE, stride = rbti_expert_stride(outcomes);
     rbti_choose(m, RBTI_GROUPS, law->group_gates, d->leaf, d->features, d->words, d->group);
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         d->group[r] += d->leaf[r] * RBTI_GROUPS;
         const int16_t *gates = law->gates + numbers * (size_t)d->group[r];
         for (size_t k = 0; k < numbers; k += RBTI_LINE)
             RBTI_PREFETCH(gates + k);
     }
     rbti_choose(m, RBTI_GROUP_SIZE, law->gates, d->group, d->features, d->words + m, d->expert);
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         d->expert[r] += d->group[r] * RBTI_GROUP_SIZE;
         const int16_t *record = law->experts + stride * (size_t)d->expert[r];
         for (size_t k = 0; k < stride; k += RBTI_LINE)
@@ -1762,12 +1660,9 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, size_t outcomes, const rb
     const size_t stride = rbti_expert_stride(outcomes);
     for (size_t k = 0; k < outcomes; k++) {
         RBTI_EACH_DRAW(r)
-        {
             d->scores[k * m + r] *= RBTI_FACTOR_UNIT;
-        }
     }
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const int16_t *record = law->experts + stride * (size_t)d->expert[r];
         const int16_t *factors = record + RBTI_FEATURES * outcomes;
         float sums[8] RBTI_ALIGNED;
@@ -1791,8 +1686,7 @@ RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, int32_t outcomes, const rb
     for (int32_t row = 0; row < outcomes; row++) {
         float *scores = d->scores + (size_t)row * m;
         int32_t *entries = d->entries + (size_t)row * m;
-        RBTI_EACH_DRAW(r)
-        {
+        RBTI_EACH_DRAW(r) {
             const float z = scores[r];
             const float bounded = z / sqrtf(1.0f + z * z * RBTI_PER_SQUARE);
             float position = (bounded + RBTI_SCORE_MAX) * scale;
@@ -1805,9 +1699,7 @@ RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, int32_t outcomes, const rb
             entries[r] = (d->leaf[r] * outcomes + row) * knots + knot;
         }
         RBTI_EACH_DRAW(r)
-        {
             RBTI_PREFETCH(law->quantiles + entries[r]);
-        }
     }
 }
 
@@ -1819,15 +1711,13 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
         const size_t at = (size_t)row * m;
         uint32_t pair[RBTI_BLOCK] RBTI_ALIGNED;
         float least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
-        RBTI_EACH_DRAW(r)
-        {
+        RBTI_EACH_DRAW(r) {
             const float *span = law->spans + 2 * (d->leaf[r] * outcomes + row);
             memcpy(pair + r, law->quantiles + d->entries[at + r], sizeof *pair);
             least[r] = span[0];
             step[r] = span[1];
         }
-        RBTI_EACH_DRAW(r)
-        {
+        RBTI_EACH_DRAW(r) {
             const float low = (float)(int32_t)(pair[r] & 0xffffu);
             const float high = (float)(int32_t)(pair[r] >> 16);
             d->outcomes[at + r] = least[r] + step[r] * (low + d->scores[at + r] * (high - low));
@@ -1844,8 +1734,7 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
                                                 const rbti_spin_draws *d, double *states)
 {
     double values[RBTI_MOST_OUTCOMES * RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const float *found = d->outcomes + r;
         const double p = (double)found[0], q = (double)found[m];
         const double s = (double)found[2 * m], factor = d->factor[r], turn = d->turn[r];
@@ -1991,6 +1880,15 @@ RBT_API RBT_DEVICE int rbt_grains_batch(const rbt_table *table, size_t n, uint64
 
 #ifndef RBT_DEVICE_ONLY
 
+/* Count the flags of a row. */
+RBTI_INLINE void rbti_count_flags(int flags, size_t row, rbt_report *report)
+{
+    if ((flags & RBT_CLAMPED) && report->clamped++ == 0)
+        report->clamped_row = row;
+    if ((flags & RBT_EXTRAPOLATED) && report->extrapolated++ == 0)
+        report->extrapolated_row = row;
+}
+
 /* As rbti_conditions; spin and given grains may be NULL. */
 RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const rbt_conditions *given,
                                         size_t first, size_t most, rbti_spin_draws *d, int *code,
@@ -2001,8 +1899,7 @@ RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const rbt_condit
     const size_t m = RBTI_BLOCK;
     const double none[3] = {0.0, 0.0, 0.0};
     int outside = law->n_shapes == 0 || grain;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const size_t k = first + (r < most ? r : most - 1);
         const double a = alpha1[k], v = speed[k], *spin = given->spin ? given->spin + 3 * k : none;
         const double x = spin[0], y = spin[1], z = spin[2];
@@ -2034,8 +1931,7 @@ RBTI_INLINE size_t rbti_spin_conditions(const rbt_table *table, const rbt_condit
             }
             return r;
         }
-        if ((status & RBT_CLAMPED) && report->clamped++ == 0)
-            report->clamped_row = first + r;
+        rbti_count_flags(status & RBT_CLAMPED, first + r, report);
     }
     return most;
 }
@@ -2073,13 +1969,6 @@ RBT_API RBT_DEVICE int rbt_draw(const rbt_table *table, double alpha1, double sp
     return rbti_any_draw(table, alpha1, speed, spin, NULL, seed, index, hit, 6, state);
 }
 
-RBT_API RBT_DEVICE int rbt_draw_grain(const rbt_table *table, double alpha1, double speed,
-                                      const double *spin, const double grain[3], uint64_t seed,
-                                      uint64_t index, uint32_t hit, double state[6])
-{
-    return rbti_any_draw(table, alpha1, speed, spin, grain, seed, index, hit, 6, state);
-}
-
 RBT_API RBT_DEVICE int rbt_draw_all(const rbt_table *table, double alpha1, double speed,
                                     const double *spin, const double *grain, uint64_t seed,
                                     uint64_t index, uint32_t hit, double values[RBT_VALUES])
@@ -2098,8 +1987,7 @@ RBTI_INLINE size_t rbti_conditions(const rbt_table *table, const double *alpha1,
     const rbt_axis alpha = table->alpha, velocity = table->speed;
     const size_t m = RBTI_BLOCK;
     int outside = 0;
-    RBTI_EACH_DRAW(r)
-    {
+    RBTI_EACH_DRAW(r) {
         const size_t k = first + (r < most ? r : most - 1);
         const double a = alpha1[k], v = speed[k];
         const int off_alpha = (a < alpha.low) + (a > alpha.high);
@@ -2119,25 +2007,9 @@ RBTI_INLINE size_t rbti_conditions(const rbt_table *table, const double *alpha1,
             }
             return r;
         }
-        if ((status & RBT_CLAMPED) && report->clamped++ == 0)
-            report->clamped_row = first + r;
+        rbti_count_flags(status & RBT_CLAMPED, first + r, report);
     }
     return most;
-}
-
-/* Count the rows from one on at whose speeds the law of the pair is extrapolated. */
-RBTI_INLINE void rbti_count_extrapolated(const rbt_table *table, const double *speed, size_t first,
-                                         size_t count, rbt_report *report)
-{
-    size_t outside = 0;
-    for (size_t r = 0; r < count; r++)
-        outside += rbti_extrapolates(table, speed[r]) != 0;
-    for (size_t r = 0; r < count && outside > 0 && report->extrapolated == 0; r++)
-        if (rbti_extrapolates(table, speed[r])) {
-            report->extrapolated_row = first + r;
-            break;
-        }
-    report->extrapolated += outside;
 }
 
 /* What a batch returns: the code of its error, else the flags of its rows. */
@@ -2240,7 +2112,8 @@ static int rbti_sample_rows(const rbt_table *table, size_t n, const rbt_conditio
                                       &code, &found);
         if (out->columns)
             rbti_put(out, first, count, out->variables, values);
-        rbti_count_extrapolated(table, given->speed + first, first, count, &found);
+        for (size_t k = first; k < first + count; k++)
+            rbti_count_flags(rbti_extrapolates(table, given->speed[k]), k, &found);
     }
     if (report)
         *report = found;
@@ -2841,15 +2714,6 @@ static int rbti_leave_row(const rbt_table *table, const rbt_impacts *impacts, si
     return code;
 }
 
-/* Count the flags of a row. */
-static void rbti_count_flags(int flags, size_t row, rbt_report *report)
-{
-    if ((flags & RBT_CLAMPED) && report->clamped++ == 0)
-        report->clamped_row = row;
-    if ((flags & RBT_EXTRAPOLATED) && report->extrapolated++ == 0)
-        report->extrapolated_row = row;
-}
-
 /* Rebounds of a block of rows from one on: how many, and the code of the one behind them. */
 static size_t rbti_rebound_block(const rbt_table *table, size_t first, size_t most,
                                  const rbt_impacts *impacts, uint64_t seed, rbti_rows *rows,
@@ -3199,18 +3063,15 @@ static int rbti_check_dimensions(const rbti_header *h)
 #define RBTI_DO(name, least, most)                                                                 \
     RBTI_NEED(h->name >= least && h->name <= most, RBT_ERR_DIMENSIONS);
     RBTI_DIMENSIONS(RBTI_DO)
+    if (h->n_shapes > 0) {
+        RBTI_SPIN_DIMENSIONS(RBTI_DO)
+    }
 #undef RBTI_DO
     const uint32_t needed = 1 + h->n_channels + h->n_channels * (h->n_channels + 1) / 2;
     uint32_t stride = 1;
     while (stride < needed)
         stride *= 2;
     RBTI_NEED(h->stride == stride, RBT_ERR_DIMENSIONS);
-    if (h->n_shapes > 0) {
-#define RBTI_DO(name, least, most)                                                                 \
-    RBTI_NEED(h->name >= least && h->name <= most, RBT_ERR_DIMENSIONS);
-        RBTI_SPIN_DIMENSIONS(RBTI_DO)
-#undef RBTI_DO
-    }
     return RBT_OK;
 }
 
@@ -3294,35 +3155,33 @@ static int rbti_check_offsets(const rbti_header *h)
     return RBT_OK;
 }
 
-static int rbti_axis_holds(const rbt_axis *a, double least, double largest)
-{
-    const int one = a->first == a->last;
-    return rbti_finite(a->first) && rbti_finite(a->last) && rbti_finite(a->origin) &&
-           rbti_finite(a->scale) && least <= a->first && a->first <= a->last &&
-           a->last <= largest && 0.0 <= a->origin && a->origin <= a->first && a->scale >= 0.0 &&
-           (a->nodes == 1) == one &&
-           (a->scale > 0.0 || (one && a->origin == a->first && a->offset == 0)) &&
-           (a->last - a->origin) * a->scale <= (a->grid - 1.0) * (1.0 + 1e-9);
-}
-
-static int rbti_range_holds(double first, double last, double least, double largest)
-{
-    return rbti_finite(first) && rbti_finite(last) && least <= first && first <= last &&
-           last <= largest;
-}
-
 /* Whether a number is finite and within bounds. */
 static int rbti_within(double x, double least, double most)
 {
     return rbti_finite(x) && least <= x && x <= most;
 }
 
+static int rbti_range_holds(double first, double last, double least, double largest)
+{
+    return rbti_within(first, least, largest) && rbti_within(last, first, largest);
+}
+
+static int rbti_axis_holds(const rbt_axis *a, double least, double largest)
+{
+    const int one = a->first == a->last;
+    return rbti_range_holds(a->first, a->last, least, largest) &&
+           rbti_within(a->origin, 0.0, a->first) && rbti_finite(a->scale) && a->scale >= 0.0 &&
+           (a->nodes == 1) == one &&
+           (a->scale > 0.0 || (one && a->origin == a->first && a->offset == 0)) &&
+           (a->last - a->origin) * a->scale <= (a->grid - 1.0) * (1.0 + 1e-9);
+}
+
 static int rbti_check_axes(const rbt_table *table)
 {
-    const double variate[2] = {RBTI_VARIATE_BOUNDS}, most = table->variate_max;
+    const double variate[2] = {RBTI_VARIATE_BOUNDS};
     RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_ALPHA_BOUNDS), RBT_ERR_AXES);
     RBTI_NEED(rbti_axis_holds(&table->speed, RBTI_SPEED_BOUNDS), RBT_ERR_AXES);
-    RBTI_NEED(rbti_finite(most) && variate[0] <= most && most <= variate[1], RBT_ERR_AXES);
+    RBTI_NEED(rbti_within(table->variate_max, variate[0], variate[1]), RBT_ERR_AXES);
     RBTI_NEED(rbti_range_holds(table->valid_speed[0], table->valid_speed[1], 0.0, 1e300),
               RBT_ERR_AXES);
     RBTI_NEED(rbti_within(table->least_inertia, 0.0, RBTI_INERTIA), RBT_ERR_AXES);
@@ -3361,7 +3220,7 @@ static int rbti_coordinate_holds(const rbt_axis *axis)
     const double *values = axis->coordinate;
     int holds = 1;
     for (int32_t k = 0; k < axis->grid && holds; k++) {
-        holds = rbti_finite(values[k]) && 0.0 <= values[k] && values[k] <= RBTI_MOST_NUMBER;
+        holds = rbti_within(values[k], 0.0, RBTI_MOST_NUMBER);
         if (axis->scale > 0.0)
             holds = holds && (k == 0 || values[k] > values[k - 1]);
         else

@@ -88,16 +88,12 @@ ARRAYS = (
     StoredArray("speed_coordinate", "<f8", ("n_speed_grid",), _COORDINATE + "speed"),
     StoredArray("normals", "<f4", (257, 4), "cubics through the normal quantile function"),
     StoredArray("alias", "<u4", (*_NODES, "n_components"), _ALIAS),
-    StoredArray(
-        "first_of_class", "<u2", (*_NODES, "n_classes"),
-        "first mixture component of each class of rebounds",
-    ),
+    StoredArray("first_of_class", "<u2", (*_NODES, "n_classes"),
+        "first mixture component of each class of rebounds"),
     StoredArray("components", "<i2", (*_NODES, "n_components", "stride"), _RECORDS, extra=8),
     StoredArray("spans", "<f8", (*_CELLS, 2), "least quantile of the cell, and size of a step"),
-    StoredArray(
-        "quantiles", "<u2", (*_CELLS, "n_knots", 4),
-        "steps of the quantiles at the four nodes of a cell",
-    ),
+    StoredArray("quantiles", "<u2", (*_CELLS, "n_knots", 4),
+        "steps of the quantiles at the four nodes of a cell"),
 )  # fmt: skip
 
 _LEAVES = "n_leaves"
@@ -107,41 +103,30 @@ _LEAVES = "n_leaves"
 SPIN_ARRAYS = (
     StoredArray("shape_codes", "<i4", ("n_shapes",), "shapes, from 6 on meshes"),
     StoredArray("shape_shares", "<f8", ("n_shapes",), "running sum of their shares"),
-    StoredArray(
-        "shape_ratios", "<f8", ("n_shapes", 2), "b/a and c/b of all their grains; 0: they are drawn"
-    ),
+    StoredArray("shape_ratios", "<f8", ("n_shapes", 2),
+        "b/a and c/b of all their grains; 0: they are drawn"),
     StoredArray("roots", "<i4", ("n_shapes",), "first node of their trees"),
     StoredArray("node_axis", "<i1", ("n_nodes",), "quantity that a node compares"),
     StoredArray("node_cut", "<f8", ("n_nodes",), "values from here on go to the second child"),
-    StoredArray(
-        "node_child", "<i4", ("n_nodes", 2), "a later node, or -1 - the number of a leaf"
-    ),
+    StoredArray("node_child", "<i4", ("n_nodes", 2), "a later node, or -1 - the number of a leaf"),
     StoredArray("inputs", "<f4", (_LEAVES, 2 * N_INPUTS), "centres of the inputs, then scales"),
-    StoredArray(
-        "spin_spans", "<f4", (_LEAVES, "n_outcomes", 2), "least quantile, and size of a step"
-    ),
-    StoredArray(
-        "spin_quantiles", "<u2", (_LEAVES, "n_outcomes", "n_spin_knots"), "steps of the quantiles"
-    ),
-    StoredArray(
-        "group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS), "gates of the groups, 1/512"
-    ),
-    StoredArray(
-        "gates", "<i2", (_LEAVES, N_GROUPS, N_FEATURES, GROUP_SIZE), "gates of the experts, 1/512"
-    ),
-    StoredArray(
-        "experts", "<i2", (_LEAVES, N_EXPERTS, "expert_stride"),
+    StoredArray("spin_spans", "<f4", (_LEAVES, "n_outcomes", 2),
+        "least quantile, and size of a step"),
+    StoredArray("spin_quantiles", "<u2", (_LEAVES, "n_outcomes", "n_spin_knots"),
+        "steps of the quantiles"),
+    StoredArray("group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS),
+        "gates of the groups, 1/512"),
+    StoredArray("gates", "<i2", (_LEAVES, N_GROUPS, N_FEATURES, GROUP_SIZE),
+        "gates of the experts, 1/512"),
+    StoredArray("experts", "<i2", (_LEAVES, N_EXPERTS, "expert_stride"),
         "records: coefficients of the means, 1/2048, by feature; factors (columns packed), 1/4096; "
-        "padding; 8 zeros behind the last record", extra=8,
-    ),
+        "padding; 8 zeros behind the last record", extra=8),
 )  # fmt: skip
 
 #: Of files that say it (version 1.3); without it the offset is 0.
 INERTIA_ARRAYS = (
-    StoredArray(
-        "shape_inertia", "<f8", ("n_shapes", 2),
-        "g1, g3 of the largest and smallest moments of inertia; offset 0: none",
-    ),
+    StoredArray("shape_inertia", "<f8", ("n_shapes", 2),
+        "g1, g3 of the largest and smallest moments of inertia; offset 0: none"),
 )  # fmt: skip
 
 #: Flag of a table whose rebounds do not depend on the speed.
@@ -216,12 +201,7 @@ _SECOND_HEADER = (
     *(Field(name, "<u4", 1, meaning) for name, meaning in SPIN_COUNTS.items()),
     Field("spin_alpha", "<f8", 2, "smallest and largest impact angle of the spin law, rad"),
     Field("spin_speed", "<f8", 2, "smallest and largest effective speed V_e, m/s"),
-    Field(
-        "spin_coordinate",
-        "<f8",
-        2,
-        "k V_e^n of the largest V_e, and n",
-    ),
+    Field("spin_coordinate", "<f8", 2, "k V_e^n of the largest V_e, and n"),
     Field("aspect", "<f8", 8, "laws of b/a and c/b: mean, deviation, probabilities of the ends"),
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
 )

@@ -1,32 +1,12 @@
 """Variables of a state, and channels: the numbers in which a table describes one rebound.
 
-A table does not hold u, v, w themselves but shares of the translational energy that is still
-to be given out ("stick-breaking"): v is taken as it is, then
-
-    u = u_hat sqrt(1 - v^2),        w = w_hat sqrt(1 - v^2 - u^2).
-
-For 0 < v < 1, |u_hat| < 1 and |w_hat| < 1 this gives
-
-    1 - (u^2 + v^2 + w^2) = (1 - v^2)(1 - u_hat^2)(1 - w_hat^2) > 0,
-
-so no draw can leave the wall with more translational energy than it brought, whatever a fit or
-an interpolation did to the channels. Angular velocities are taken as they are. The order of the
-channels puts those of a plane flow (v, u, omega_z) first, then the three that change sign under
-reflection in the impact plane.
-
-More exist for scenes that ask for them. The rotational energy is the share energy_hat of what
-translation left, so that both together stay below one. The number of collisions N is a number in
-[N, N + 1). And the work of the impulses at the contacts: that of the normal ones is given out after
-v and before u, with which it goes together most closely (in a rebound of one collision it is a
-function of v), that of the tangential ones is what is left in the end,
-
-    work_normal = normal_hat^6 (1 - v^2),       u = u_hat sqrt(1 - v^2 - work_normal),   and so on,
-    work_shear = 1 - (u^2 + v^2 + w^2) - work_normal - rotational_energy,
-
-so that none of it is negative and no energy is made or lost. Without works normal_hat is 0. At
-grazing incidence work_normal falls with the square or the cube of the angle: its sixth root is
-nearly linear between nodes, which stand at equal steps of the root of the angle. A table that lost
-its works has normal_hat nevertheless, after which u, w and energy_hat are given out.
+A table does not hold u, v, w themselves but shares of the energy that is still to be given out
+("stick-breaking"), so that no draw leaves the wall with more than it brought, whatever a fit or an
+interpolation did to the channels: tables/FORMAT.md has the formulae. The order of the channels puts
+those of a plane flow (v, u, omega_z) first, then the three that change sign under reflection in the
+impact plane. The work of the normal impulses is given out after v and before u, with which it goes
+together most closely; at grazing incidence it falls with the square or the cube of the angle, so
+its sixth root is nearly linear between nodes.
 """
 
 from collections.abc import Iterable

@@ -13,6 +13,7 @@ import numpy as np
 
 from sampler.errors import CODES
 from sampler.files import include_directory, write_text
+from sampler.formats import bounds
 from sampler.formats.binary_layout import (
     ARRAYS,
     BINARY_VERSION,
@@ -31,39 +32,6 @@ from sampler.formats.binary_layout import (
     SPIN_WORKS,
     Field,
     StoredArray,
-)
-from sampler.formats.bounds import (
-    ALPHA_DEG,
-    ANY_SPEED,
-    ANY_SPIN,
-    FACTOR_UNIT,
-    GATE_UNIT,
-    GROUP_SIZE,
-    INERTIA,
-    LEAST_RATIO,
-    LEAST_V,
-    LENGTHS,
-    MEAN_UNIT,
-    MOST_CUT,
-    MOST_MIDDLE,
-    MOST_NUMBER,
-    MOST_SCALE,
-    MOST_SPEED_SCALE,
-    N_CONDITIONS,
-    N_FEATURES,
-    N_GROUPS,
-    N_INPUTS,
-    N_OUTCOMES,
-    N_OUTCOMES_WITH_WORKS,
-    NUMBER_ROUNDING,
-    OUTCOME,
-    QUANTILES,
-    ROUNDING,
-    SCORE_MAX,
-    SPEED,
-    SPEED_COORDINATE,
-    SPIN_SPEED,
-    VARIATE_MAX,
 )
 from sampler.formats.channels import (
     CHANNELS,
@@ -131,22 +99,22 @@ def spin_constants() -> str:
         *(
             f"#define RBTI_{name} {number}"
             for name, number in {
-                "CONDITIONS": N_CONDITIONS,
-                "INPUTS": N_INPUTS,
-                "FEATURES": N_FEATURES,
-                "OUTCOMES": N_OUTCOMES,
-                "MOST_OUTCOMES": N_OUTCOMES_WITH_WORKS,
-                "GROUPS": N_GROUPS,
-                "GROUP_SIZE": GROUP_SIZE,
-                "INERTIA": repr(INERTIA),
-                "LEAST_RATIO": repr(LEAST_RATIO),
-                "SCORE_MAX": f"{SCORE_MAX!r}f",
-                "PER_SQUARE": f"{np.float32(1.0 / SCORE_MAX**2):.9g}f",
+                "CONDITIONS": bounds.N_CONDITIONS,
+                "INPUTS": bounds.N_INPUTS,
+                "FEATURES": bounds.N_FEATURES,
+                "OUTCOMES": bounds.N_OUTCOMES,
+                "MOST_OUTCOMES": bounds.N_OUTCOMES_WITH_WORKS,
+                "GROUPS": bounds.N_GROUPS,
+                "GROUP_SIZE": bounds.GROUP_SIZE,
+                "INERTIA": repr(bounds.INERTIA),
+                "LEAST_RATIO": repr(bounds.LEAST_RATIO),
+                "SCORE_MAX": f"{bounds.SCORE_MAX!r}f",
+                "PER_SQUARE": f"{np.float32(1.0 / bounds.SCORE_MAX**2):.9g}f",
             }.items()
         ),
         *(
-            f"#define RBTI_{name}_UNIT (1.0f / {unit}.0f)"
-            for name, unit in (("GATE", GATE_UNIT), ("MEAN", MEAN_UNIT), ("FACTOR", FACTOR_UNIT))
+            f"#define RBTI_{name} (1.0f / {getattr(bounds, name)}.0f)"
+            for name in ("GATE_UNIT", "MEAN_UNIT", "FACTOR_UNIT")
         ),
     ]
     return "\n".join(lines) + "\n"
@@ -188,31 +156,31 @@ def checked_constants() -> str:
 
 def _bounds() -> list[str]:
     """Bounds of the values; an angle has the rounding of a unit conversion besides."""
-    low, high = map(math.radians, ALPHA_DEG)
+    low, high = map(math.radians, bounds.ALPHA_DEG)
     pairs = {
-        "ALPHA": (low * (1.0 - ROUNDING), high * (1.0 + ROUNDING)),
-        "SPEED": SPEED,
-        "ANY_SPEED": ANY_SPEED,
-        "ANY_SPIN": ANY_SPIN,
-        "VARIATE": VARIATE_MAX,
-        "SPIN_SPEED": SPIN_SPEED,
-        "SPEED_COORDINATE": SPEED_COORDINATE,
-        "OUTCOME": OUTCOME,
+        "ALPHA": (low * (1.0 - bounds.ROUNDING), high * (1.0 + bounds.ROUNDING)),
+        "SPEED": bounds.SPEED,
+        "ANY_SPEED": bounds.ANY_SPEED,
+        "ANY_SPIN": bounds.ANY_SPIN,
+        "VARIATE": bounds.VARIATE_MAX,
+        "SPIN_SPEED": bounds.SPIN_SPEED,
+        "SPEED_COORDINATE": bounds.SPEED_COORDINATE,
+        "OUTCOME": bounds.OUTCOME,
     }
     quantiles = {
-        "LEAST": ", ".join(f"{QUANTILES[channel][0]:g}" for channel in CHANNELS),
-        "MOST": ", ".join(f"{QUANTILES[channel][1]:g}" for channel in CHANNELS),
+        "LEAST": ", ".join(f"{bounds.QUANTILES[channel][0]:g}" for channel in CHANNELS),
+        "MOST": ", ".join(f"{bounds.QUANTILES[channel][1]:g}" for channel in CHANNELS),
     }
     return [
         "/* least and largest value; see sampler/formats/bounds.py */",
         *(f"#define RBTI_{name}_BOUNDS {low!r}, {high!r}" for name, (low, high) in pairs.items()),
-        f"#define RBTI_MOST_NUMBER {MOST_NUMBER!r}",
-        f"#define RBTI_NUMBER_ROUNDING {NUMBER_ROUNDING * _REST!r}",
-        f"#define RBTI_MOST_SPEED_SCALE {MOST_SPEED_SCALE!r}",
-        f"#define RBTI_LEAST_V {LEAST_V!r}",
-        f"#define RBTI_MOST_CUT {MOST_CUT!r}",
-        f"#define RBTI_MOST_MIDDLE {MOST_MIDDLE!r}f",
-        f"#define RBTI_MOST_SCALE {MOST_SCALE!r}f",
+        f"#define RBTI_MOST_NUMBER {bounds.MOST_NUMBER!r}",
+        f"#define RBTI_NUMBER_ROUNDING {bounds.NUMBER_ROUNDING * _REST!r}",
+        f"#define RBTI_MOST_SPEED_SCALE {bounds.MOST_SPEED_SCALE!r}",
+        f"#define RBTI_LEAST_V {bounds.LEAST_V!r}",
+        f"#define RBTI_MOST_CUT {bounds.MOST_CUT!r}",
+        f"#define RBTI_MOST_MIDDLE {bounds.MOST_MIDDLE!r}f",
+        f"#define RBTI_MOST_SCALE {bounds.MOST_SCALE!r}f",
         "/* ends of the open interval of the quantiles of each channel */",
         *(f"#define RBTI_{name}_QUANTILES {{{ends}}}" for name, ends in quantiles.items()),
     ]
@@ -220,7 +188,9 @@ def _bounds() -> list[str]:
 
 def _dimensions(counts: Iterable[str]) -> list[str]:
     """Bounds of the counts that are dimensions of arrays."""
-    return [f"{name}, {low}, {high}" for name, (low, high) in LENGTHS.items() if name in counts]
+    return [
+        f"{name}, {low}, {high}" for name, (low, high) in bounds.LENGTHS.items() if name in counts
+    ]
 
 
 def _macro(name: str, entries: list[str]) -> list[str]:

@@ -148,17 +148,6 @@ module rebound_sampler
       integer(c_int) :: n
     end function c_components
 
-    function c_draw(table, alpha1, speed, spin, seed, index, hit, state) result(code) &
-        bind(c, name="rbt_draw")
-      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
-      type(c_ptr), value :: table, spin
-      real(c_double), value :: alpha1, speed
-      integer(c_int64_t), value :: seed, index
-      integer(c_int32_t), value :: hit
-      real(c_double), intent(inout) :: state(6)
-      integer(c_int) :: code
-    end function c_draw
-
     function c_draw_all(table, alpha1, speed, spin, grain, seed, index, hit, values) &
         result(code) bind(c, name="rbt_draw_all")
       import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr, RBT_VALUES
@@ -184,24 +173,14 @@ module rebound_sampler
       integer(c_int) :: code
     end function c_draw_batch
 
-    function c_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, index, &
-        hit, new_velocity, new_omega) result(code) bind(c, name="rbt_rebound")
-      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
-      type(c_ptr), value :: table, omega
-      real(c_double), intent(in) :: velocity(3), normal(3), wall_velocity(3)
-      real(c_double), value :: half_size
-      integer(c_int64_t), value :: seed, index
-      integer(c_int32_t), value :: hit
-      real(c_double), intent(inout) :: new_velocity(3), new_omega(3)
-      integer(c_int) :: code
-    end function c_rebound
-
-    function c_wall_tilt(ra, rq, rsm, diameter, tilt) result(code) bind(c, name="rbt_wall_tilt")
+    ! Standard deviation of the tilt of facets, rad, of a wall with a measured profile, as the header
+    ! says; all lengths in the same unit. `tilt` is as it was after an error.
+    function rbt_wall_tilt(ra, rq, rsm, diameter, tilt) result(code) bind(c)
       import :: c_double, c_int
       real(c_double), value :: ra, rq, rsm, diameter
       real(c_double), intent(inout) :: tilt
       integer(c_int) :: code
-    end function c_wall_tilt
+    end function rbt_wall_tilt
 
     function c_mean_half_size(table, diameter) result(half_size) bind(c, name="rbt_mean_half_size")
       import :: c_double, c_ptr
@@ -394,16 +373,15 @@ contains
   function rbt_draw(table, alpha1, speed, spin, seed, index, hit, state) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: alpha1, speed   ! rad from the wall; m/s
-    real(c_double), intent(in), target, optional :: spin(3) ! before the impact, times a/V
+    real(c_double), intent(in), optional :: spin(3) ! before the impact, times a/V
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
     real(c_double), intent(inout) :: state(6)     ! as it was after an error
     integer(c_int) :: code
-    type(c_ptr) :: given
+    real(c_double) :: values(RBT_VALUES)
 
-    given = c_null_ptr
-    if (present(spin)) given = c_loc(spin)
-    code = c_draw(table%handle, alpha1, speed, given, seed, index, hit, state)
+    code = rbt_draw_all(table, alpha1, speed, seed, index, hit, values, spin)
+    if (code >= RBT_OK) state = values(:6)
   end function rbt_draw
 
   ! The same with all variables that a table can have.
@@ -456,17 +434,14 @@ contains
     real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; from the wall into the gas
     real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
     real(c_double), intent(in) :: wall_velocity(3)        ! m/s
-    real(c_double), intent(in), target, optional :: omega(3)  ! before the impact, rad/s; none: no spin
+    real(c_double), intent(in), optional :: omega(3)      ! before the impact, rad/s; none: no spin
     integer(c_int64_t), intent(in) :: seed, index
     integer(c_int32_t), intent(in) :: hit
     real(c_double), intent(inout) :: new_velocity(3), new_omega(3)  ! m/s, rad/s
     integer(c_int) :: code
-    type(c_ptr) :: given
 
-    given = c_null_ptr
-    if (present(omega)) given = c_loc(omega)
-    code = c_rebound(table%handle, velocity, normal, half_size, wall_velocity, given, seed, index, &
-        hit, new_velocity, new_omega)
+    code = rbt_rough_rebound(table, velocity, normal, half_size, wall_velocity, 0.0_c_double, omega, &
+        seed, index, hit, new_velocity, new_omega)
   end function rbt_rebound
 
   ! Rebound one particle from a rough wall, in the lab frame; otherwise as rbt_rebound.
@@ -490,17 +465,6 @@ contains
     code = c_rebound_grain(table%handle, velocity, normal, half_size, wall_velocity, roughness, &
         as_int(isotropic), given, c_null_ptr, seed, index, hit, new_velocity, new_omega)
   end function rbt_rough_rebound
-
-  ! Standard deviation of the tilt of facets, rad, of a wall with a measured profile, as the header
-  ! says; all lengths in the same unit.
-  function rbt_wall_tilt(ra, rq, rsm, diameter, tilt) result(code)
-    real(c_double), intent(in) :: ra, rq, rsm  ! heights, mean and root mean square; width of elements
-    real(c_double), intent(in) :: diameter     ! of the particle
-    real(c_double), intent(inout) :: tilt      ! as it was after an error
-    integer(c_int) :: code
-
-    code = c_wall_tilt(ra, rq, rsm, diameter, tilt)
-  end function rbt_wall_tilt
 
   ! Rebound the particle of each column; faster than one by one. Results must be other variables than
   ! arguments.

@@ -129,7 +129,6 @@ def declared(path):
         "rbt_fresh_grain": (table, *key, reals),
         "rbt_grains_batch": (table, size, *keys[:2], reals),
         "rbt_draw": (table, real, real, reals, *key, reals),
-        "rbt_draw_grain": (table, real, real, reals, reals, *key, reals),
         "rbt_draw_all": (table, real, real, reals, reals, *key, reals),
         "rbt_draw_batch": (table, size, reals, reals, reals, *keys, reals, report),
         "rbt_sample_batch": (table, size, ctypes.POINTER(Conditions), seed, reals, singles, report),

@@ -117,15 +117,13 @@ static int check_draw(const rbt_table *table, const rbt_table *moved, const vect
                       double tolerance)
 {
     const double alpha1 = c->given[0], speed = c->given[1], *spin = c->spins ? c->given + 2 : NULL;
-    double values[RBT_VALUES], states[3][6];
-    int codes[3], holds = check_columns(table, c, tolerance);
-    set_untouched(18, states[0]);
+    double values[RBT_VALUES], states[2][6];
+    int codes[2], holds = check_columns(table, c, tolerance);
+    set_untouched(12, states[0]);
     codes[0] = rbt_draw(moved, alpha1, speed, spin, c->seed, c->index, c->hit, states[0]);
-    codes[1] =
-        rbt_draw_grain(table, alpha1, speed, spin, NULL, c->seed, c->index, c->hit, states[1]);
-    codes[2] = rbt_draw_batch(table, 1, &alpha1, &speed, spin, c->seed, &c->index, &c->hit,
-                              states[2], NULL);
-    for (int k = 0; k < 3; k++)
+    codes[1] = rbt_draw_batch(table, 1, &alpha1, &speed, spin, c->seed, &c->index, &c->hit,
+                              states[1], NULL);
+    for (int k = 0; k < 2; k++)
         holds = holds && codes[k] == c->code && agree(c->code, 6, states[k], c->expected, tolerance);
     set_untouched(RBT_VALUES, values);
     return holds &&

@@ -166,8 +166,9 @@ bool Foam::TabulatedRebound<CloudType>::deposit
 )
 {
     const scalar over = depositDiameter_ > 0 ? depositDiameter_/p.d() : 1;
+    const scalar critical = depositSpeed_*pow(over, 10.0/7.0);
 
-    if (!reboundTable::deposits(p.U(), n, Uwall, depositSpeed_*pow(over, 10.0/7.0))) return false;
+    if (!rbt_deposits(&p.U()[0], &n[0], critical, &Uwall[0])) return false;
 
     ++counts_.deposited;
     countHit(p);
@@ -201,7 +202,7 @@ void Foam::TabulatedRebound<CloudType>::refuse
         << "parcel (origProc, origId) = (" << p.origProc() << ", " << p.origId() << "), wall "
         << pp.name() << ": got velocity " << U << " m/s relative to the wall and spin " << omega
         << " rad/s, allowed: " << table_->range().c_str() << " ("
-        << reboundTable::message(code < 0 ? code : reboundTable::clamped) << ")"
+        << rbt_strerror(code < 0 ? code : RBT_CLAMPED) << ")"
         << exit(FatalError);
 }
 
@@ -210,11 +211,10 @@ template<class CloudType>
 typename Foam::TabulatedRebound<CloudType>::Counts
 Foam::TabulatedRebound<CloudType>::totals() const
 {
-    scalarField before
+    const scalarField before
     (
         this->template getModelProperty<scalarField>("counts", scalarField(5, Zero))
     );
-    before.setSize(5, scalar(0)); // earlier releases of the plugin wrote four
 
     return
     {
@@ -404,7 +404,7 @@ bool Foam::TabulatedRebound<CloudType>::correct
         spin, seed_, identity, hit
     );
 
-    if (code < 0 || ((code & reboundTable::clamped) && refuseOutside_))
+    if (code < 0 || ((code & RBT_CLAMPED) && refuseOutside_))
     {
         refuse(p, Urelative, before, pp, code);
     }
@@ -414,8 +414,8 @@ bool Foam::TabulatedRebound<CloudType>::correct
     // A plane or wedge case cannot move a parcel out of its plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());
 
-    if (code & reboundTable::clamped) ++counts_.clamped;
-    if (code & reboundTable::extrapolated) ++counts_.extrapolated;
+    if (code & RBT_CLAMPED) ++counts_.clamped;
+    if (code & RBT_EXTRAPOLATED) ++counts_.extrapolated;
 
     if (keepsSpin_ || (givesSpin_ && spinOf::ofMomentum))
     {

@@ -6,7 +6,6 @@
 #include "mathematicalConstants.H"
 #include "stringOps.H"
 
-static_assert(Foam::reboundTable::clamped == RBT_CLAMPED, "codes of rebound_sampler.h");
 static_assert(sizeof(Foam::scalar) == sizeof(double), "draws are in double precision");
 
 
@@ -120,29 +119,4 @@ Foam::Pair<Foam::scalar> Foam::reboundTable::works
         &taken[0]
     );
     return taken;
-}
-
-
-Foam::vector Foam::reboundTable::spinAfter
-(
-    vector omega, scalar time, scalar inertia, scalar d, scalar rho, scalar mu
-)
-{
-    rbt_spin_after(&omega[0], time, inertia, d, rho, mu, nullptr, &omega[0]);
-    return omega;
-}
-
-
-bool Foam::reboundTable::deposits
-(
-    const vector& U, const vector& n, const vector& Uwall, scalar critical
-)
-{
-    return rbt_deposits(&U[0], &n[0], critical, &Uwall[0]);
-}
-
-
-const char* Foam::reboundTable::message(const int code)
-{
-    return rbt_strerror(code);
 }
