@@ -206,7 +206,7 @@ class TestStored:
         return tomli_w.dumps(tree)
 
     def test_texts_that_name_a_file_are_refused(self, monkeypatch):
-        for function in ("_read_text", "read_mesh"):
+        for function in ("read_text", "read_mesh"):
             monkeypatch.setattr(f"tablegen.config.config.{function}", None)
         with pytest.raises(InputError, match=r"^t\.h5: pair: got 'corundum-steel', allowed: the"):
             stored_config(SCENE, "t.h5")
