@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from free_rotation import FreeRotation
 from motion_fixtures import (
+    ALLOWED,
     LAW,
     PAIR,
     POPULATION,
@@ -20,8 +21,6 @@ from motion_fixtures import (
 from tablegen.model.audit import (
     ANGULAR,
     AUDIT_SIZE,
-    ENERGY,
-    FLIGHT_ENERGY,
     FLIGHT_MOMENTUM,
     NORMAL,
     PENETRATION,
@@ -61,11 +60,6 @@ CONDITIONS = [
     (30.0, 200.0, (1.0, -2.0, 3.0)),
     (90.0, 100.0, (0.0, 0.0, 4.0)),
 ]
-
-ALLOWED = np.zeros(AUDIT_SIZE)
-ALLOWED[[ENERGY, ANGULAR, NORMAL, TANGENTIAL]] = 1e-12
-ALLOWED[PENETRATION] = 1e-11
-ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
 
 
 @pytest.mark.parametrize(("alpha_deg", "speed", "spin"), CONDITIONS)
