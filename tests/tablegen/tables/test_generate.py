@@ -2,7 +2,6 @@
 
 import tomllib
 
-import h5py
 import numpy as np
 import pytest
 from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH, TINY
@@ -25,18 +24,6 @@ class TestFile:
         path = tmp_path / "again.h5"
         generate(parse_config(sampler.load(tiny.path).config, "t"), path, conditions=2)
         assert path.read_bytes() == tiny.path.read_bytes()
-
-    def test_every_dataset_has_units_and_a_name(self, tiny):
-        described = {}
-
-        def visit(name, node):
-            if isinstance(node, h5py.Dataset):
-                described[name] = (node.attrs.get("units"), node.attrs.get("long_name"))
-
-        with h5py.File(tiny.path) as file:
-            file.visititems(visit)
-        assert "accuracy/ks" in described
-        assert all(units and long_name for units, long_name in described.values())
 
     def test_nodes_lie_row_by_row(self, tiny):
         contents = tiny.generated.table.contents
