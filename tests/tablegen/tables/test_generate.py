@@ -1,14 +1,11 @@
 """Whole tables: the file, its accuracy, and bad configurations refused before any work."""
 
-import tomllib
-
 import numpy as np
 import pytest
 from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH, TINY
 
 import sampler
 from sampler.errors import InputError
-from sampler.formats.hdf5 import read_table
 from tablegen.accuracy.validate import validate, validate_contents
 from tablegen.config.config import load_config, parse_config
 from tablegen.fitting.marginals import rounded_quantiles
@@ -76,18 +73,6 @@ def test_new_table_that_is_accepted_is_accepted_with_any_seed(tmp_path, monkeypa
     assert made.validation.missed == made.unmet == []
     for seed in range(10):
         assert validate(tmp_path / "t.h5", seed=seed).missed == []
-
-
-@pytest.mark.parametrize("mirror", [True, False])
-def test_symmetry_is_exact_where_it_is_asked_for(tmp_path, mirror):
-    config = ROUGH.with_changes({"table": {"mirror": mirror}})
-    generate(config, tmp_path / "t.h5", conditions=1)
-    contents = read_table(tmp_path / "t.h5")
-    assert tomllib.loads(contents.config)["table"]["mirror"] is mirror
-    halves = contents["dependence/reflection"][contents["dependence/reflection"] > 0] == 2048
-    quantiles = contents["marginals/quantiles"][..., 3:, :]
-    assert halves.all() == mirror
-    assert np.array_equal(quantiles, -quantiles[..., ::-1]) == mirror
 
 
 def constant(value):
